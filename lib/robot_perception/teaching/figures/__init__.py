@@ -1,0 +1,40 @@
+"""Figures in one style, coloured by the page's theme, with alternative text that must be there."""
+
+from robot_perception.teaching.figures.output import picture, show
+from robot_perception.teaching.figures.style import (
+    BLUE,
+    COLOURS,
+    FAINT,
+    GREEN,
+    GROUND,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RED,
+    TEAL,
+    band,
+    figure,
+    label,
+)
+from robot_perception.teaching.figures.svg import to_svg
+
+__all__ = [
+    "BLUE",
+    "COLOURS",
+    "FAINT",
+    "GREEN",
+    "GROUND",
+    "INK",
+    "MUTED",
+    "ORANGE",
+    "PURPLE",
+    "RED",
+    "TEAL",
+    "band",
+    "figure",
+    "label",
+    "picture",
+    "show",
+    "to_svg",
+]

@@ -1,0 +1,194 @@
+"""The one style of the book's figures: palette, axes and a few drawing helpers.
+
+Nothing here touches pyplot or matplotlib's global settings. The colours are sentinels: a figure
+saved as SVG carries the theme's CSS variables in their place (`teaching.figures.svg`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from cycler import cycler
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.text import Text
+
+INK = "#1c1e21"
+MUTED = "#5b6470"
+FAINT = "#d4d9df"
+GROUND = "#fdfefe"
+BLUE = "#1f6fb4"
+ORANGE = "#b4560a"
+GREEN = "#237a3d"
+PURPLE = "#7a4fb5"
+RED = "#c2302e"
+TEAL = "#0e7780"
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL)
+"""The series colours, in the order in which plots use them."""
+
+STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": MUTED,
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.labelcolor": INK,
+    "axes.labelpad": 5.0,
+    "axes.labelsize": 10.0,
+    "axes.linewidth": 0.8,
+    "axes.prop_cycle": cycler(color=COLOURS, linewidth=[1.8] * len(COLOURS)),
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlecolor": INK,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.unicode_minus": True,
+    "figure.facecolor": "none",
+    "font.family": ["DejaVu Sans"],
+    "font.size": 10.0,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "image.cmap": "cividis",
+    "legend.borderaxespad": 0.2,
+    "legend.fontsize": 9.5,
+    "legend.frameon": False,
+    "legend.labelcolor": INK,
+    "mathtext.fontset": "dejavusans",
+    "path.simplify_threshold": 0.2,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "xtick.labelsize": 9.5,
+    "xtick.major.size": 3.5,
+    "ytick.color": MUTED,
+    "ytick.labelcolor": INK,
+    "ytick.labelsize": 9.5,
+    "ytick.major.size": 3.5,
+}
+
+
+class BookAxes(Axes):
+    """Axes that keep the book's style when they are cleared and drawn on again."""
+
+    def clear(self) -> None:
+        """Empty the axes and put the style back."""
+        with mpl.rc_context(STYLE):
+            super().clear()
+
+    def text(self, *args: Any, **kwargs: Any) -> Text:
+        """Write text in the colour of the ink unless told otherwise."""
+        with mpl.rc_context(STYLE):
+            return super().text(*args, **kwargs)
+
+    def annotate(self, *args: Any, **kwargs: Any) -> Text:
+        """Annotate a point in the colour of the ink unless told otherwise."""
+        with mpl.rc_context(STYLE):
+            return super().annotate(*args, **kwargs)
+
+    def legend(self, *args: Any, **kwargs: Any) -> Legend:
+        """Place a legend without a frame."""
+        with mpl.rc_context(STYLE):
+            return super().legend(*args, **kwargs)
+
+
+def figure(
+    rows: int = 1,
+    cols: int = 1,
+    *,
+    width: float = 7.0,
+    height: float = 3.4,
+    **kwargs: Any,
+) -> tuple[Figure, Any]:
+    """Make a figure in the book's style, with fixed margins and no layout engine.
+
+    To draw again, keep the figure and clear its axes (`ax.clear()`): twice as fast as a new one.
+
+    Parameters
+    ----------
+    rows, cols
+        Number of axes.
+    width, height
+        Size in inches; 7 inches is the width of the text.
+    **kwargs
+        Passed to `matplotlib.figure.Figure.subplots`: `sharex`, `sharey`, `width_ratios`,
+        `squeeze`, `gridspec_kw` (which may override the margins).
+
+    Returns
+    -------
+    fig
+    axes
+        Squeezed as by `matplotlib.pyplot.subplots`.
+    """
+    left, right, bottom, top = 0.72, 0.18, 0.56, 0.36
+    gap_x, gap_y = 0.80, 0.82
+    panel_width = (width - left - right - gap_x * (cols - 1)) / cols
+    panel_height = (height - bottom - top - gap_y * (rows - 1)) / rows
+    if panel_width <= 0 or panel_height <= 0:
+        raise ValueError(f"{rows} × {cols} panels do not fit into {width} × {height} inches")
+    grid = {
+        "left": left / width,
+        "right": 1 - right / width,
+        "bottom": bottom / height,
+        "top": 1 - top / height,
+        "wspace": gap_x / panel_width,
+        "hspace": gap_y / panel_height,
+    } | kwargs.pop("gridspec_kw", {})
+    subplot_kw = {"axes_class": BookAxes} | kwargs.pop("subplot_kw", {})
+    with mpl.rc_context(STYLE):
+        fig = Figure(figsize=(width, height), dpi=100, facecolor="none", layout="none")
+        axes = fig.subplots(rows, cols, gridspec_kw=grid, subplot_kw=subplot_kw, **kwargs)
+    return fig, axes
+
+
+def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **kwargs: Any) -> Text:
+    """Write a direct label at a point, with a halo that keeps lines off it.
+
+    Parameters
+    ----------
+    ax
+        The axes to write on.
+    x, y
+        Position in data coordinates, or as `transform` says.
+    text
+        The label.
+    colour
+        One of the palette's constants, mostly that of the curve it names.
+    **kwargs
+        Passed to `Axes.text`, for instance `ha`, `va`, `transform`.
+
+    Returns
+    -------
+    matplotlib.text.Text
+    """
+    options: dict[str, Any] = {"fontsize": 10, "fontweight": "bold", "va": "center"} | kwargs
+    return ax.text(x, y, text, color=colour, gid="rp-label", **options)
+
+
+def band(
+    ax: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str = BLUE, **kwargs: Any
+) -> Artist:
+    """Fill the band between two curves, for instance ±2σ.
+
+    Parameters
+    ----------
+    ax
+        The axes to draw on.
+    x, low, high
+        Abscissae and the two curves, each of shape (n,).
+    colour
+        One of the palette's constants.
+    **kwargs
+        Passed to `Axes.fill_between`.
+
+    Returns
+    -------
+    matplotlib.artist.Artist
+    """
+    options: dict[str, Any] = {"alpha": 0.18, "linewidth": 0} | kwargs
+    return ax.fill_between(x, low, high, color=colour, **options)

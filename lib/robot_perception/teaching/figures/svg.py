@@ -1,0 +1,170 @@
+"""Figures as small, repeatable SVG that takes its colours from the page.
+
+Text stays text, numbers are rounded, identifiers that nothing refers to are dropped and the others
+get a prefix. The palette's sentinel colours become CSS variables with themselves as fall-back; the
+ink becomes `currentColor`. A figure whose SVG would be larger than `HEAVY` characters is saved again
+with its heavy artists (many vertices) rasterised: their colours then no longer follow the theme, but
+the page stays light.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.collections import Collection, PathCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from robot_perception.teaching.figures import style
+
+HEAVY = 400_000
+"""Characters above which the artists with many vertices are rasterised."""
+
+RASTER_DPI = 200
+"""Resolution of embedded pictures, in dots per inch."""
+
+_VARIABLES = {
+    name: getattr(style, name)
+    for name in ("MUTED", "FAINT", "GROUND", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL")
+}
+_PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIABLES.items()}
+_PAINT[style.INK] = "currentColor"
+_SENTINEL = re.compile("|".join(map(re.escape, _PAINT)))
+_NUMBER = re.compile(r"-?\d+\.\d+")
+_GEOMETRY = re.compile(r'(?<= d=")[^"]*(?=")|(?<= (?:x|y)=")[^"]*(?=")|translate\([^)]*\)')
+_IDENTIFIER = re.compile(r' id="([^"]*)"')
+_REFERENCE = re.compile(r'url\(#([^)]*)\)|xlink:href="#([^"]*)"')
+_FAMILY = re.compile(r" ?font-family: 'DejaVu Sans';?")
+_SIZE = re.compile(r"font-size: ([\d.]+)px")
+_NOTHING = re.compile(
+    r"<!--.*?-->\s*"
+    r"| transform=\"rotate\(-0 [^)]*\)\""
+    r"|<g[^>]*>\s*<path d=\"[^\"]*\" style=\"fill: none\"/>\s*</g>\s*",
+    re.S,
+)
+_SETTINGS = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "robot-perception",
+    "svg.image_inline": True,
+    "path.simplify": True,
+}
+
+
+def to_svg(fig: Figure, *, alt: str | None = None, prefix: str | None = None) -> str:
+    """Render a figure as an inline SVG element, the same text for the same figure.
+
+    Parameters
+    ----------
+    fig
+        The figure.
+    alt
+        Alternative text; it becomes the `aria-label`.
+    prefix
+        Prefix of identifiers; a hash of the content if not given.
+
+    Returns
+    -------
+    str
+        One `<svg>` element without a prologue.
+    """
+    raw = _save(fig)
+    if len(raw) > HEAVY:
+        with _rasterised(_heavy(fig)):
+            raw = _save(fig)
+    return _rewrite(raw, alt, prefix)
+
+
+def _save(fig: Figure) -> str:
+    stream = io.StringIO()
+    with mpl.rc_context(style.STYLE | _SETTINGS):
+        fig.savefig(
+            stream,
+            format="svg",
+            dpi=RASTER_DPI,
+            transparent=None,
+            facecolor="none",
+            metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")),
+        )
+    return stream.getvalue()
+
+
+def _vertices(artist: Artist) -> int:
+    if isinstance(artist, Line2D):
+        return len(artist.get_xydata())
+    if isinstance(artist, PathCollection):
+        return 4 * len(artist.get_offsets())
+    if isinstance(artist, Collection):
+        return sum(len(path.vertices) for path in artist.get_paths())
+    return 0
+
+
+def _heavy(fig: Figure) -> list[Artist]:
+    return [artist for artist in fig.findobj(include_self=False) if _vertices(artist) > 1000]
+
+
+@contextmanager
+def _rasterised(artists: list[Artist]) -> Iterator[None]:
+    before = [artist.get_rasterized() for artist in artists]
+    for artist in artists:
+        artist.set_rasterized(True)
+    try:
+        yield
+    finally:
+        for artist, value in zip(artists, before, strict=True):
+            artist.set_rasterized(value)
+
+
+def _shorten(match: re.Match[str]) -> str:
+    return _NUMBER.sub(lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), match[0])
+
+
+def _shorten_path(match: re.Match[str]) -> str:
+    return _NUMBER.sub(lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), match[0])
+
+
+def _rewrite(raw: str, alt: str | None, prefix: str | None) -> str:
+    body = raw[raw.index(">", raw.index("<svg")) + 1 :]
+    box = re.search(r'viewBox="([^"]*)"', raw)[1]
+    body = re.sub(r"\s*<defs>\s*<style.*?</style>\s*</defs>", "", body, count=1, flags=re.S)
+    body = _NOTHING.sub("", body)
+    body = re.sub(r"<defs>.*?</defs>", lambda m: _GEOMETRY.sub(_shorten, m[0]), body, flags=re.S)
+    body = _GEOMETRY.sub(_shorten_path, body) if "<defs>" not in body else _shorten_outside(body)
+    used = {a or b for a, b in _REFERENCE.findall(body)}
+    prefix = prefix or "f" + hashlib.sha256(body.encode()).hexdigest()[:8]
+
+    def identifier(match: re.Match[str]) -> str:
+        name = match[1]
+        if name in used:
+            return f' id="{prefix}-{name}"'
+        return f' class="{name}"' if name.startswith("rp-") else ""
+
+    body = _IDENTIFIER.sub(identifier, body)
+    body = _REFERENCE.sub(
+        lambda m: f"url(#{prefix}-{m[1]})" if m[1] else f'xlink:href="#{prefix}-{m[2]}"', body
+    )
+    body = _FAMILY.sub("", body)
+    body = _SIZE.sub(r"font-size: calc(\1px * var(--rp-text, 1))", body)
+    body = _SENTINEL.sub(lambda m: _PAINT[m[0]], body)
+    name = f' aria-label="{html.escape(alt)}"' if alt else ""
+    width = round(float(box.split()[2]))
+    return (
+        f'<svg class="rp-svg" xmlns="http://www.w3.org/2000/svg"'
+        f' xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box}" width="100%"'
+        f' style="--rp-width:{width}" role="img"{name}'
+        f' font-family="system-ui, sans-serif" stroke-linejoin="round" stroke-linecap="butt">'
+        f"{body.strip()}"
+    )
+
+
+def _shorten_outside(body: str) -> str:
+    parts = re.split(r"(<defs>.*?</defs>)", body, flags=re.S)
+    return "".join(
+        part if part.startswith("<defs>") else _GEOMETRY.sub(_shorten_path, part) for part in parts
+    )
