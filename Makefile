@@ -1,0 +1,59 @@
+# Every target does the set-up it needs, in .venv; nothing outside this folder is touched.
+PYTHON ?= python3
+BIN := .venv/bin
+SITE := build/_build/html
+JOBS ?= 2
+export OMP_NUM_THREADS ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup book test lint lab serve reproduce bench clean
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: .venv/.book ## install the book and its tests into .venv
+
+.venv/.book: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[book,test]'
+	@touch $@
+
+.venv/.bench: .venv/.book
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench,lab]'
+	@touch $@
+
+.venv/.lab: .venv/.book
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[lab]'
+	@touch $@
+
+book: .venv/.book ## build the site into build/_build/html; warnings are errors
+	$(BIN)/jupyter-book build book --config _config.yml --path-output build -W --keep-going
+	@echo "The book is at $(SITE)/index.html"
+
+lint: .venv/.book ## ruff on code and notebooks, import contract
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+
+test: lint book ## lint, unit and property tests, quick claims, notebooks, site in a real browser
+	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+
+lab: .venv/.lab ## open the notebooks in JupyterLab
+	$(BIN)/jupyter lab book
+
+serve: book ## serve the built site on http://localhost:8000
+	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
+
+reproduce: .venv/.book ## recompute every claim in full, and the stored results; runs the slow tests
+	$(BIN)/robot-perception claims --run full --write book/_data/claims.json
+	$(BIN)/robot-perception store
+	$(BIN)/python -m pytest -m slow tests
+
+bench: .venv/.bench ## ratios against other libraries; writes book/_data/performance.json
+	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
+
+clean: ## remove what was built; keeps .venv
+	rm -rf build book/_build

@@ -1,0 +1,28 @@
+"""The experiments, one module per chapter: configuration, run, result, claims, exercises."""
+
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
+
+from robot_perception.teaching.claims import Claim, unique
+
+CHAPTERS = ("walls", "monobot")
+"""Stems of the chapters, in the order of the book."""
+
+
+def experiment(stem: str) -> ModuleType:
+    """Return the experiment module of a chapter.
+
+    Raises
+    ------
+    ValueError
+        If the book has no such chapter.
+    """
+    if stem not in CHAPTERS:
+        raise ValueError(f"no chapter {stem!r}; the book has {', '.join(CHAPTERS)}")
+    return import_module(f"{__name__}.{stem}")
+
+
+def claims(chapters: Iterator[str] | tuple[str, ...] = CHAPTERS) -> tuple[Claim, ...]:
+    """Return the claims of the chapters in the order of the book, each identifier once."""
+    return unique(claim for stem in chapters for claim in experiment(stem).CLAIMS)

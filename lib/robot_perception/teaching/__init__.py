@@ -1,0 +1,1 @@
+"""What turns results into a book: figures, explorers, claims, exercises, shown source."""

@@ -1,0 +1,94 @@
+"""Exercises that check themselves: right, wrong with a hint, or not yet."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from robot_perception.teaching.media import Shown
+
+
+@dataclass(frozen=True, eq=False)
+class Exercise:
+    """What counts as right, and what to say to the typical mistakes.
+
+    Parameters
+    ----------
+    answer
+        The right answer (number, array, truth value or text), or a predicate of the reader's
+        answer.
+    mistakes
+        Pairs of a typical wrong answer (value or predicate) and the hint for it.
+    hint
+        The hint for any other wrong answer.
+    rtol
+        Relative tolerance for numbers; the absolute tolerance is ``rtol`` as well.
+    """
+
+    answer: object
+    mistakes: tuple[tuple[object, str], ...] = ()
+    hint: str = "Look again at what is asked."
+    rtol: float = 1e-6
+
+    def judge(self, answer: object) -> tuple[str, str]:
+        """Return the outcome (``"right"``, ``"wrong"``, ``"not yet"``) and what to say."""
+        if answer is ... or answer is None:
+            return "not yet", "Put your answer in place of the dots and run the cell again."
+        try:
+            if self._matches(self.answer, answer):
+                return "right", "Right."
+            for wrong, hint in self.mistakes:
+                if self._matches(wrong, answer):
+                    return "wrong", f"Not quite: {hint}"
+        except Exception as error:  # the reader's answer may be any object
+            return "wrong", f"This answer cannot be checked ({error}). {self.hint}"
+        return "wrong", f"Not quite. {self.hint}"
+
+    def _matches(self, wanted: object, given: object) -> bool:
+        if isinstance(wanted, Callable):
+            return bool(wanted(given))
+        if isinstance(wanted, str):
+            return isinstance(given, str) and _words(given) == _words(wanted)
+        if isinstance(wanted, bool | np.bool_) or isinstance(given, bool | np.bool_):
+            return isinstance(given, bool | np.bool_) and bool(given) == bool(wanted)
+        wanted, given = np.asarray(wanted, dtype=float), np.asarray(given, dtype=float)
+        if wanted.shape != given.shape:
+            return False
+        return bool(np.allclose(given, wanted, rtol=self.rtol, atol=self.rtol))
+
+
+def _words(text: str) -> str:
+    return re.sub(r"\W+", " ", text).strip().casefold()
+
+
+class Sheet(Mapping[str, Exercise]):
+    """The exercises of one chapter by identifier, such as ``"monobot-1"``."""
+
+    def __init__(self, exercises: Mapping[str, Exercise]) -> None:
+        self._exercises = dict(exercises)
+
+    def __getitem__(self, key: str) -> Exercise:
+        return self._exercises[key]
+
+    def __iter__(self):
+        return iter(self._exercises)
+
+    def __len__(self) -> int:
+        return len(self._exercises)
+
+    def check(self, key: str, answer: object) -> Shown:
+        """Judge an answer and say so.
+
+        Raises
+        ------
+        ValueError
+            If the chapter has no exercise of that name.
+        """
+        if key not in self._exercises:
+            raise ValueError(f"no exercise {key!r}; this chapter has {', '.join(self)}")
+        outcome, words = self._exercises[key].judge(answer)
+        style = outcome.replace(" ", "-")
+        html = f'<p class="rp-check rp-check--{style}" role="status">{escape(words)}</p>'
+        return Shown({"text/html": html, "text/plain": f"{key}: {outcome}. {words}"})
