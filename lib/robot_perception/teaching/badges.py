@@ -109,6 +109,13 @@ def _row(entry: Entry, *, anchor: bool) -> str:
     )
 
 
+def _range(ends: list[float | None]) -> str:
+    low, high = ends
+    if low is None or high is None:
+        return f"up to {high:.4g}" if low is None else f"from {low:.4g}"
+    return f"at {low:.4g}" if low == high else f"from {low:.4g} to {high:.4g}"
+
+
 def as_text(ledger: Ledger) -> str:
     """Return the ledger as a table for a terminal."""
     rows = [("claim", "verdict", "paper", "ours", "conditions")]

@@ -143,8 +143,9 @@ class Accepted:
         """Return whether the whole interval of ``value`` lies inside the range."""
         return self.low <= value.low and value.high <= self.high
 
-    def __str__(self) -> str:
-        return f"{self.low:.4g} to {self.high:.4g}"
+    def ends(self) -> list[float | None]:
+        """Return both ends, ``None`` for an open one, as JSON can hold them."""
+        return [end if math.isfinite(end) else None for end in (self.low, self.high)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +248,7 @@ class Claim:
             statement=self.statement,
             paper_value=self.paper_value,
             method=self.method,
-            accepted=None if self.accepted is None else [self.accepted.low, self.accepted.high],
+            accepted=None if self.accepted is None else self.accepted.ends(),
             accepted_why="" if self.accepted is None else self.accepted.why,
             seed=self.seed,
             size=str(size),
@@ -270,7 +271,7 @@ class Entry:
     statement: str
     paper_value: str
     method: str
-    accepted: list[float] | None
+    accepted: list[float | None] | None
     accepted_why: str
     seed: int
     size: str
@@ -312,7 +313,7 @@ class Ledger:
             "versions": dict(self.versions),
             "claims": [asdict(e) for e in self.entries],
         }
-        return json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> "Ledger":
@@ -334,17 +335,6 @@ class Ledger:
     def read(cls, path: Path | str) -> "Ledger":
         """Return the ledger stored in a file."""
         return cls.from_json(Path(path).read_text(encoding="utf-8"))
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` with infinite ends of ranges written as strings, which JSON can hold."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return value
 
 
 def unique(claims: Iterable[Claim]) -> tuple[Claim, ...]:
