@@ -1,0 +1,206 @@
+"""The controls of an explorer: finite lists of values with a label and a default."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+Kind = Literal["slider", "choice", "toggle", "timeline"]
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """One control: its values, how they are shown, and where it starts.
+
+    Parameters
+    ----------
+    kind
+        What the reader sees: a range input, a selection, a check box, a range with play and pause.
+    label
+        Name shown beside the control, with the quantity it sets.
+    values
+        What `draw` receives.
+    shown
+        The same values as text.
+    default
+        Index of the value at the start.
+    fps
+        Frames per second of a timeline at play.
+    """
+
+    kind: Kind
+    label: str
+    values: tuple[Any, ...]
+    shown: tuple[str, ...]
+    default: int
+    fps: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a control that cannot work."""
+        if not self.label.strip():
+            raise ValueError("a control needs a label")
+        if len(self.values) < 2:
+            raise ValueError(f"{self.label!r} needs two values or more, got {self.values}")
+        if len(set(self.shown)) < len(self.shown):
+            raise ValueError(f"values of {self.label!r} look alike: {', '.join(self.shown)}")
+
+    def index_of(self, value: object) -> int:
+        """Return the index of a value.
+
+        Parameters
+        ----------
+        value
+            One of the values; a number may differ by rounding.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        ValueError
+            If the control has no such value.
+        """
+        for index, known in enumerate(self.values):
+            if known == value or (_numeric(known, value) and np.isclose(known, value, rtol=1e-9)):
+                return index
+        raise ValueError(f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}")
+
+
+def slider(
+    label: str, values: Iterable[float], default: float, unit: str = "", *, form: str = ".4g"
+) -> Control:
+    """Make a slider over a list of numbers.
+
+    Parameters
+    ----------
+    label
+        Name shown beside it.
+    values
+        The numbers in order, not necessarily equally spaced.
+    default
+        The number to start at; one of the values.
+    unit
+        Unit shown after the number.
+    form
+        Format of the number.
+
+    Returns
+    -------
+    Control
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two values, two look alike, or the default is none of them.
+    """
+    return _ordered("slider", label, values, default, unit, form)
+
+
+def timeline(
+    label: str,
+    values: Iterable[float],
+    default: float,
+    unit: str = "",
+    *,
+    fps: float = 5.0,
+    form: str = ".4g",
+) -> Control:
+    """Make a slider over time that can be played; it never starts by itself.
+
+    Parameters
+    ----------
+    label, values, default, unit, form
+        As for `slider`.
+    fps
+        Frames per second at play.
+
+    Returns
+    -------
+    Control
+
+    Raises
+    ------
+    ValueError
+        As for `slider`, or if `fps` is not positive.
+    """
+    if not fps > 0:
+        raise ValueError(f"fps of {label!r} must be positive, got {fps}")
+    return _ordered("timeline", label, values, default, unit, form, float(fps))
+
+
+def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any) -> Control:
+    """Make a choice among a few options.
+
+    Parameters
+    ----------
+    label
+        Name shown beside it.
+    options
+        The values, or a mapping from shown text to value.
+    default
+        The value to start with.
+
+    Returns
+    -------
+    Control
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two options, two look alike, or the default is none of them.
+    """
+    table = options if isinstance(options, Mapping) else {str(option): option for option in options}
+    if len(table) < len(options):
+        raise ValueError(f"options of {label!r} look alike: {', '.join(map(str, options))}")
+    return _with_default("choice", label, tuple(table.values()), tuple(table), default)
+
+
+def toggle(label: str, default: bool = False) -> Control:
+    """Make a check box; `draw` receives False or True.
+
+    Parameters
+    ----------
+    label
+        What is so when the box is checked.
+    default
+        Whether it is checked at the start.
+
+    Returns
+    -------
+    Control
+    """
+    return _with_default("toggle", label, (False, True), ("off", "on"), default)
+
+
+def _ordered(
+    kind: Kind,
+    label: str,
+    values: Iterable[float],
+    default: float,
+    unit: str,
+    form: str,
+    fps: float | None = None,
+) -> Control:
+    listed = np.asarray(list(values)).tolist()
+    numbers = tuple(n if isinstance(n, int) else float(f"{n:.12g}") for n in listed)
+    space = "" if unit in ("", "°", "%") else "\N{NO-BREAK SPACE}"
+    shown = tuple(f"{format(n, form).replace('-', '−')}{space}{unit}" for n in numbers)
+    return _with_default(kind, label, numbers, shown, default, fps)
+
+
+def _with_default(
+    kind: Kind,
+    label: str,
+    values: tuple[Any, ...],
+    shown: tuple[str, ...],
+    default: object,
+    fps: float | None = None,
+) -> Control:
+    control = Control(kind, label, values, shown, 0, fps)
+    return Control(kind, label, values, shown, control.index_of(default), fps)
+
+
+def _numeric(*values: object) -> bool:
+    return all(isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in values)

@@ -1,0 +1,348 @@
+"""Explorers: a drawing with controls, alive in Jupyter, on a built page, and still in print.
+
+In Jupyter an explorer is an ipywidgets widget: moving a control calls `draw` in the kernel. While
+the book is built the whole grid of states is drawn and stored with the page, which then needs neither
+a kernel nor a network. Without scripts and on paper the default state remains, with its alternative
+text.
+"""
+
+import inspect
+import json
+import math
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from hashlib import sha256
+from itertools import product
+from typing import Any
+
+import anywidget
+import traitlets
+
+from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
+from robot_perception.teaching.figures.output import check_alt, figcaption, front_end, on_page
+from robot_perception.teaching.states import Frame, pack, render
+
+__all__ = ["Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
+
+MOST_STATES = 120
+"""Most states of one explorer; each of them is drawn and stored when the book is built."""
+
+Alt = str | Callable[..., str]
+
+
+def explore(
+    draw: Callable[..., Any],
+    *,
+    alt: Alt,
+    caption: str | None = None,
+    presets: Mapping[str, Mapping[str, Any]] | None = None,
+    **controls: Control,
+) -> "Explorer":
+    """Let the reader move the parameters of a drawing.
+
+    Parameters
+    ----------
+    draw
+        Called with one value per control; returns a figure or an 8-bit image. Reusing one figure
+        makes it twice as fast.
+    alt
+        Alternative text, or a function of the same parameters that returns it.
+    caption
+        May hold mathematics between dollars.
+    presets
+        Settings worth visiting: name of the button, and the values it sets. A control that a preset
+        does not name goes to its default.
+    **controls
+        The controls by the name of the parameter they set.
+
+    Returns
+    -------
+    Explorer
+
+    Raises
+    ------
+    ValueError
+        If the controls do not fit the drawing, a preset does not fit the controls, the grid has too
+        many states, or the alternative text does not serve.
+    TypeError
+        If a control is no control, or `draw` returns something else than a picture.
+
+    Examples
+    --------
+    >>> from robot_perception.teaching.figures import figure
+    >>> fig, ax = figure()
+    >>> def draw(gain):
+    ...     ax.clear()
+    ...     ax.plot([0, 1], [0, gain])
+    ...     return fig
+    >>> explorer = explore(
+    ...     draw, alt="A line whose slope is the gain.", gain=slider("Gain", [0.5, 1, 2], 1)
+    ... )
+    >>> explorer.gain
+    1.0
+    """
+    return Explorer(draw, alt, caption, presets or {}, controls)
+
+
+class Explorer(anywidget.AnyWidget):
+    """A drawing with controls; use `explore` to make one.
+
+    Each control is an observable trait of its own name, so that it can be linked with other
+    widgets; `parameters` holds them all.
+    """
+
+    _esm = front_end("explorer.js") + "\nexport default { render: robotPerception.render };\n"
+    _css = front_end("figure.css") + front_end("explorer.css")
+
+    spec = traitlets.Dict().tag(sync=True)
+    indices = traitlets.Dict().tag(sync=True)
+    parameters = traitlets.Dict()
+
+    def __init__(
+        self,
+        draw: Callable[..., Any],
+        alt: Alt,
+        caption: str | None,
+        presets: Mapping[str, Mapping[str, Any]],
+        controls: Mapping[str, Control],
+    ) -> None:
+        _check(draw, controls)
+        super().__init__()
+        self._draw = draw
+        self._alt = alt
+        self._controls = dict(controls)
+        self._caption = caption
+        self._watched = False
+        self._moving = False
+        self._presets = {name: self._complete(values, name) for name, values in presets.items()}
+        self.add_traits(**{name: _Value(control) for name, control in controls.items()})
+        self.parameters = self.defaults
+        self.indices = self._indices()
+        self.spec = self._specification()
+        self.observe(self._control_moved, list(controls))
+        self.observe(self._parameters_set, "parameters")
+        self.on_msg(self._receive)
+        self._markup = self._page() if on_page() else self._still()
+
+    @property
+    def controls(self) -> dict[str, Control]:
+        """The controls by name."""
+        return dict(self._controls)
+
+    @property
+    def presets(self) -> dict[str, dict[str, Any]]:
+        """The presets by name, each with a value for every control."""
+        return {name: dict(values) for name, values in self._presets.items()}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The value of every control at the start."""
+        return {name: c.values[c.default] for name, c in self._controls.items()}
+
+    def frame(self, *, effort: int = 4, **parameters: Any) -> Frame:
+        """Draw one state.
+
+        Parameters
+        ----------
+        effort
+            Effort of the encoder of images.
+        **parameters
+            Values of controls; the others are at their defaults.
+
+        Returns
+        -------
+        Frame
+        """
+        values = self._complete(parameters, "frame")
+        alt = self._alt(**values) if callable(self._alt) else self._alt
+        return render(self._draw(**values), check_alt(alt), effort=effort)
+
+    def grid(self) -> Iterator[dict[str, Any]]:
+        """Yield the parameters of every state, the last control fastest."""
+        for values in product(*(control.values for control in self._controls.values())):
+            yield dict(zip(self._controls, values, strict=True))
+
+    def end_points(self) -> Iterator[dict[str, Any]]:
+        """Yield the parameters with each control at each of its ends, the others at their defaults.
+
+        A choice has an end at every option. The presets follow.
+        """
+        for name, control in self._controls.items():
+            every = control.kind in ("choice", "toggle")
+            for value in control.values if every else (control.values[0], control.values[-1]):
+                yield self.defaults | {name: value}
+        yield from self.presets.values()
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
+        if on_page():
+            return {"text/html": self._markup, "text/plain": self._default.alt}
+        bundle = super()._repr_mimebundle_(**kwargs)
+        data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
+        still = {"text/html": self._markup, "text/plain": self._default.alt}
+        return data | still, metadata
+
+    def _complete(self, values: Mapping[str, Any], where: str) -> dict[str, Any]:
+        unknown = values.keys() - self._controls.keys()
+        if unknown:
+            raise ValueError(f"{where!r} sets {', '.join(sorted(unknown))}, which is no control")
+        return self.defaults | {
+            name: self._controls[name].values[self._controls[name].index_of(value)]
+            for name, value in values.items()
+        }
+
+    def _indices(self, values: Mapping[str, Any] | None = None) -> dict[str, int]:
+        values = self.parameters if values is None else values
+        return {name: c.index_of(values[name]) for name, c in self._controls.items()}
+
+    def _specification(self) -> dict[str, Any]:
+        return {
+            "controls": [
+                {
+                    "name": name,
+                    "kind": control.kind,
+                    "label": control.label,
+                    "shown": control.shown,
+                    "default": control.default,
+                    "fps": control.fps,
+                }
+                for name, control in self._controls.items()
+            ],
+            "presets": [
+                {"label": name, "indices": self._indices(values)}
+                for name, values in self._presets.items()
+            ],
+            "caption": figcaption(self._caption),
+            "spoken": callable(self._alt),
+        }
+
+    def _still(self) -> str:
+        self._default = self.frame()
+        picture = self._default.element(inline=False)
+        figure = f'<figure class="rp-figure">{picture}{figcaption(self._caption)}</figure>'
+        return f'<div class="explorer">{figure}</div>'
+
+    def _page(self) -> str:
+        frames = [self.frame(**parameters) for parameters in self.grid()]
+        places = (c.default for c in self._controls.values())
+        sizes = tuple(len(c.values) for c in self._controls.values())
+        self._default = frames[_ravel(places, sizes)]
+        spec = json.dumps(self.spec, ensure_ascii=False).replace("</", "<\\/")
+        states = pack(frames).replace("</", "<\\/")
+        name = sha256((spec + states).encode()).hexdigest()[:12]
+        return (
+            f'<div class="explorer" id="explorer-{name}"><figure class="rp-figure">'
+            f'<div class="rp-canvas">{self._default.element(inline=True)}</div>'
+            f"{figcaption(self._caption)}</figure>"
+            f'<script type="application/json" class="rp-spec">{spec}</script>'
+            f'<script type="application/json" class="rp-states">{states}</script></div>'
+        )
+
+    @contextmanager
+    def _together(self) -> Iterator[None]:
+        self._moving = True
+        try:
+            yield
+        finally:
+            self._moving = False
+            self.parameters = {name: getattr(self, name) for name in self._controls}
+            self.indices = self._indices()
+
+    def _control_moved(self, _: Any) -> None:
+        if self._moving:
+            return
+        with self._together():
+            pass
+        if self._watched:
+            self._answer(None)
+
+    def _parameters_set(self, change: Any) -> None:
+        if self._moving or change["new"] == {name: getattr(self, name) for name in self._controls}:
+            return
+        with self._together():
+            for name, value in self._complete(change["new"], "parameters").items():
+                setattr(self, name, value)
+        if self._watched:
+            self._answer(None)
+
+    def _receive(self, _: Any, content: Mapping[str, Any], __: Any) -> None:
+        """Answer a view that asks for the picture of some setting: the controls' indices."""
+        if content.get("type") != "draw":
+            return
+        self._watched = True
+        with self._together():
+            for name, index in content["indices"].items():
+                setattr(self, name, self._controls[name].values[index])
+        self._answer(content["request"])
+
+    def _answer(self, request: int | None) -> None:
+        about = {"request": request, "indices": self._indices()}
+        try:
+            frame = self.frame(effort=0, **self.parameters)
+        except Exception as error:
+            text = "".join(traceback.format_exception_only(error)).strip()
+            self.send({"type": "error", "text": text, **about})
+            return
+        self.send({"type": "frame", "mime": frame.mime, "alt": frame.alt, **about}, [frame.data])
+
+
+class _Value(traitlets.TraitType):
+    """A trait that takes only the values of one control."""
+
+    def __init__(self, control: Control) -> None:
+        super().__init__(default_value=control.values[control.default])
+        self._control = control
+
+    def validate(self, obj: object, value: object) -> object:
+        try:
+            return self._control.values[self._control.index_of(value)]
+        except ValueError as error:
+            raise traitlets.TraitError(str(error)) from error
+
+
+def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
+    """Find the explorers that an executed notebook has made.
+
+    Parameters
+    ----------
+    namespace
+        Its global variables; IPython's `Out`, where displayed values are kept, is searched too.
+
+    Returns
+    -------
+    list of Explorer
+        Each once, in order of appearance.
+    """
+    displayed = namespace.get("Out", {})
+    values = [*namespace.values(), *(displayed.values() if isinstance(displayed, dict) else ())]
+    return list({id(value): value for value in values if isinstance(value, Explorer)}.values())
+
+
+def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
+    if not controls:
+        raise ValueError("an explorer needs a control")
+    for name, control in controls.items():
+        if not isinstance(control, Control):
+            raise TypeError(f"{name} must be a slider, choice, toggle or timeline, got {control!r}")
+        if hasattr(Explorer, name):
+            raise ValueError(f"{name!r} is a name that widgets use; rename the parameter")
+    labels = [control.label for control in controls.values()]
+    if len(set(labels)) < len(labels):
+        raise ValueError(f"labels must differ, got {', '.join(labels)}")
+    counts = [len(control.values) for control in controls.values()]
+    if math.prod(counts) > MOST_STATES:
+        raise ValueError(
+            f"{' × '.join(map(str, counts))} = {math.prod(counts)} states of"
+            f" {', '.join(controls)}; at most {MOST_STATES} can be stored with a page"
+        )
+    try:
+        inspect.signature(draw).bind(**dict.fromkeys(controls))
+    except TypeError as error:
+        raise ValueError(f"draw does not take {', '.join(controls)}: {error}") from error
+
+
+def _ravel(places: Any, sizes: tuple[int, ...]) -> int:
+    index = 0
+    for place, size in zip(places, sizes, strict=True):
+        index = index * size + place
+    return index

@@ -1,0 +1,368 @@
+/* Explorers: one front end for Jupyter (as an anywidget module) and for built pages (as a classic script).
+ *
+ * A source answers `source(indices)` with a promise of { html } or { mime, data, alt }: in Jupyter it asks the kernel,
+ * on a page it looks the state up. One request is in flight at any time; when it returns, only the newest is sent.
+ */
+globalThis.robotPerception ??= (() => {
+  "use strict";
+
+  const SILENCE_MS = 700; // before a move is announced to a screen reader
+  const PATIENCE_MS = 8000; // before a kernel counts as absent
+  const STILL_FPS = 1; // at play, for readers who prefer reduced motion
+  let serial = 0;
+
+  function element(tag, attributes = {}, ...children) {
+    const node = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) {
+      if (value !== undefined && value !== false) node.setAttribute(name, value === true ? "" : value);
+    }
+    node.append(...children);
+    return node;
+  }
+
+  // JupyterLab takes arrow keys and letters for itself unless an input says otherwise.
+  const keys = { "data-lm-suppress-shortcuts": "true" };
+
+  function button(text, attributes = {}) {
+    return element("button", { type: "button", ...keys, ...attributes }, text);
+  }
+
+  function sliderControl(control, id, moved) {
+    const input = element("input", {
+      type: "range", id, min: 0, max: control.shown.length - 1, step: 1, ...keys,
+    });
+    const output = element("output", { for: id, "aria-live": "off" });
+    input.addEventListener("input", () => moved(input.valueAsNumber));
+    return {
+      nodes: [element("label", { for: id }, control.label), input, output],
+      set(index) {
+        input.value = index;
+        input.setAttribute("aria-valuetext", control.shown[index]);
+        output.value = control.shown[index];
+      },
+      input,
+    };
+  }
+
+  function timelineControl(control, id, moved) {
+    const range = sliderControl(control, id, (index) => { stop(); moved(index); });
+    const last = control.shown.length - 1;
+    const play = button("Play", { class: "rp-play", "aria-label": `Play: ${control.label}` });
+    let timer = null;
+    function stop() {
+      if (timer === null) return;
+      clearTimeout(timer);
+      timer = null;
+      play.textContent = "Play";
+      play.setAttribute("aria-label", `Play: ${control.label}`);
+    }
+    function step() {
+      if (!range.input.isConnected) return stop();
+      const index = range.input.valueAsNumber + 1;
+      Promise.resolve(moved(index, true)).then(() => {
+        if (timer === null) return;
+        if (index >= last) return stop();
+        schedule();
+      });
+    }
+    function schedule() {
+      const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+      timer = setTimeout(step, 1000 / (calm ? Math.min(STILL_FPS, control.fps) : control.fps));
+    }
+    play.addEventListener("click", () => {
+      if (timer !== null) return stop();
+      if (range.input.valueAsNumber >= last) moved(0);
+      play.textContent = "Pause";
+      play.setAttribute("aria-label", `Pause: ${control.label}`);
+      schedule();
+    });
+    const [label, input, output] = range.nodes;
+    return { nodes: [label, element("span", { class: "rp-track" }, play, input), output], set: range.set, stop };
+  }
+
+  function selectControl(control, id, moved) {
+    const select = element("select", { id, ...keys }, ...control.shown.map((text) => element("option", {}, text)));
+    select.addEventListener("change", () => moved(select.selectedIndex));
+    return {
+      nodes: [element("label", { for: id }, control.label), select],
+      set(index) { select.selectedIndex = index; },
+    };
+  }
+
+  function radioControl(control, id, moved) {
+    const inputs = control.shown.map((text, index) => {
+      const input = element("input", { type: "radio", name: id, id: `${id}-${index}`, ...keys });
+      input.addEventListener("change", () => moved(index));
+      return input;
+    });
+    const pills = inputs.map((input, index) =>
+      element("span", { class: "rp-pill" }, input, element("label", { for: input.id }, control.shown[index])));
+    const name = element("span", { class: "rp-name", id: `${id}-name` }, control.label);
+    const group = element("span", { class: "rp-pills", role: "radiogroup", "aria-labelledby": `${id}-name` }, ...pills);
+    return {
+      nodes: [name, group],
+      set(index) { inputs[index].checked = true; },
+    };
+  }
+
+  function toggleControl(control, id, moved) {
+    const input = element("input", { type: "checkbox", id, ...keys });
+    input.addEventListener("change", () => moved(input.checked ? 1 : 0));
+    return {
+      nodes: [element("span", { class: "rp-check" }, input, element("label", { for: id }, control.label))],
+      set(index) { input.checked = index === 1; },
+    };
+  }
+
+  function makeControl(control, id, moved) {
+    if (control.kind === "slider") return sliderControl(control, id, moved);
+    if (control.kind === "timeline") return timelineControl(control, id, moved);
+    if (control.kind === "toggle") return toggleControl(control, id, moved);
+    const short = control.shown.length <= 4 && control.shown.join("").length <= 48;
+    return (short ? radioControl : selectControl)(control, id, moved);
+  }
+
+  function paint(canvas, frame) {
+    if (frame.html !== undefined) {
+      canvas.innerHTML = frame.html;
+      return;
+    }
+    const old = canvas.querySelector("img.rp-frame");
+    const image = old ?? element("img", { class: "rp-frame" });
+    image.alt = frame.alt;
+    image.src = frame.src;
+    if (frame.width) {
+      image.width = frame.width;
+      image.height = frame.height;
+    }
+    if (!old) canvas.replaceChildren(image);
+  }
+
+  /* Put controls under a canvas. Returns { ask, follow }: ask for the present state; follow a change made elsewhere. */
+  function mount(root, spec, initial, canvas, before, source) {
+    const id = `rp-${++serial}`;
+    const defaults = Object.fromEntries(spec.controls.map((control) => [control.name, control.default]));
+    let indices = { ...defaults, ...initial };
+    let wanted = false;
+    let running = null;
+    let announcement = null;
+
+    const status = element("p", { class: "rp-status", role: "status" });
+    const complaint = element("p", { class: "rp-error", role: "alert", hidden: true });
+
+    function announce() {
+      clearTimeout(announcement);
+      announcement = setTimeout(() => {
+        const setting = spec.controls.map((c) => `${c.label}: ${c.shown[indices[c.name]]}`).join("; ");
+        const picture = canvas.firstElementChild;
+        const alt = picture?.getAttribute("aria-label") ?? picture?.getAttribute("alt") ?? "";
+        status.textContent = spec.spoken ? `${setting}. ${alt}` : `${setting}.`;
+      }, SILENCE_MS);
+    }
+
+    async function run() {
+      root.toggleAttribute("data-busy", true);
+      while (wanted) {
+        wanted = false;
+        try {
+          paint(canvas, await source({ ...indices }));
+          complaint.hidden = true;
+        } catch (error) {
+          complaint.textContent = error.message;
+          complaint.hidden = false;
+        }
+      }
+      root.toggleAttribute("data-busy", false);
+      running = null;
+      announce();
+    }
+
+    function ask() {
+      wanted = true;
+      running ??= run();
+      return running;
+    }
+
+    function show() {
+      for (const [name, control] of Object.entries(controls)) control.set(indices[name]);
+      for (const [preset, node] of presets) {
+        const here = Object.entries(preset.indices).every(([name, index]) => indices[name] === index);
+        node.setAttribute("aria-pressed", here);
+      }
+    }
+
+    function go(change) {
+      indices = { ...indices, ...change };
+      show();
+      return ask();
+    }
+
+    function jump(target) {
+      Object.values(controls).forEach((control) => control.stop?.());
+      return go(target);
+    }
+
+    const controls = Object.fromEntries(spec.controls.map((control) => {
+      const moved = (index) => go({ [control.name]: index });
+      return [control.name, makeControl(control, `${id}-${control.name}`, moved)];
+    }));
+    const presets = spec.presets.map((preset) => {
+      const node = button(preset.label, { class: "rp-preset" });
+      node.addEventListener("click", () => jump(preset.indices));
+      return [preset, node];
+    });
+    const reset = button("Reset", { class: "rp-reset" });
+    reset.addEventListener("click", () => jump(defaults));
+
+    const rows = spec.controls.map((control) =>
+      element("div", { class: `rp-control rp-${control.kind}` }, ...controls[control.name].nodes));
+    const buttons = element("div", { class: "rp-buttons" });
+    if (presets.length) {
+      buttons.append(element("span", { class: "rp-name", id: `${id}-try` }, "Try"));
+      buttons.append(element(
+        "span", { class: "rp-presets", role: "group", "aria-labelledby": `${id}-try` }, ...presets.map(([, node]) => node)));
+    }
+    buttons.append(reset);
+    before(element("div", { class: "rp-controls" }, ...rows, buttons, complaint, status));
+    show();
+
+    return {
+      ask,
+      follow(change) {
+        if (running && wanted) return;
+        indices = { ...indices, ...change };
+        show();
+        announce();
+      },
+    };
+  }
+
+  /* ---- a built page: states stored beside it ---- */
+
+  const loads = new Map(); // explorer's id -> function that takes its states
+
+  function register(id, states) {
+    loads.get(id)?.(states);
+  }
+
+  function fetchStates(root) {
+    const inside = root.querySelector(".rp-states");
+    if (inside) return Promise.resolve(JSON.parse(inside.textContent));
+    return new Promise((resolve, reject) => {
+      loads.set(root.id, resolve);
+      const script = element("script", { src: root.dataset.states });
+      script.addEventListener("error", () => reject(new Error("The states of this explorer are missing.")));
+      document.head.append(script);
+    });
+  }
+
+  async function unpack(states) {
+    if (typeof states !== "string") {
+      return states.map(([src, alt, width, height]) =>
+        ({ src: src.endsWith(".webp") ? src : `data:image/webp;base64,${src}`, alt, width, height }));
+    }
+    const bytes = Uint8Array.from(atob(states), (character) => character.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const { lines, states: rows } = await new Response(stream).json();
+    return rows.map((row) => ({ get html() { return row.map((line) => lines[line]).join("\n"); } }));
+  }
+
+  function hydrate(root) {
+    const spec = JSON.parse(root.querySelector(".rp-spec").textContent);
+    const figure = root.querySelector("figure");
+    const canvas = root.querySelector(".rp-canvas");
+    let frames = null;
+    const load = () => (frames ??= fetchStates(root).then(unpack));
+    const place = (indices) =>
+      spec.controls.reduce((sum, control) => sum * control.shown.length + indices[control.name], 0);
+    const base = root.dataset.states?.replace(/[^/]*$/, "");
+    async function source(indices) {
+      const frame = (await load())[place(indices)];
+      if (!frame.src || frame.src.startsWith("data:")) return frame;
+      const image = new Image();
+      image.src = base + frame.src;
+      await image.decode();
+      return { ...frame, src: image.src };
+    }
+    mount(root, spec, {}, canvas, (controls) => canvas.after(controls), source);
+    root.addEventListener("pointerenter", load, { once: true });
+    root.addEventListener("focusin", load, { once: true });
+    const original = canvas.innerHTML;
+    let present = null;
+    addEventListener("beforeprint", () => { present = canvas.innerHTML; canvas.innerHTML = original; });
+    addEventListener("afterprint", () => { if (present !== null) canvas.innerHTML = present; });
+    figure.dataset.ready = "true";
+  }
+
+  function hydrateAll() {
+    document.querySelectorAll("div.explorer:has(> .rp-spec)").forEach(hydrate);
+  }
+
+  /* ---- Jupyter: a kernel behind the widget ---- */
+
+  function render({ model, el }) {
+    const canvas = element("div", { class: "rp-canvas" });
+    const figure = element("figure", { class: "rp-figure" }, canvas);
+    const root = element("div", { class: "explorer" }, figure);
+    const waiting = new Map(); // request -> [resolve, reject, timer]
+    let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
+    let url = null;
+    const text = new TextDecoder();
+
+    function decode(message, buffers) {
+      if (message.type === "error") throw new Error(message.text);
+      if (message.mime === "image/svg+xml") return { html: text.decode(buffers[0]) };
+      if (url) URL.revokeObjectURL(url);
+      url = URL.createObjectURL(new Blob([buffers[0]], { type: message.mime }));
+      return { src: url, alt: message.alt };
+    }
+
+    function source(indices) {
+      const number = ++request;
+      return new Promise((resolve, reject) => {
+        const timer = setTimeout(() => {
+          waiting.delete(number);
+          reject(new Error("No kernel answers. Run this cell to bring the explorer to life."));
+        }, PATIENCE_MS);
+        waiting.set(number, [resolve, reject, timer]);
+        model.send({ type: "draw", request: number, indices });
+      });
+    }
+
+    function receive(message, buffers) {
+      const pending = waiting.get(message.request);
+      if (pending) {
+        const [resolve, reject, timer] = pending;
+        clearTimeout(timer);
+        waiting.delete(message.request);
+        try {
+          resolve(decode(message, buffers));
+        } catch (error) {
+          reject(error);
+        }
+      } else if (message.request === null && message.type === "frame" && !waiting.size) {
+        handle.follow(message.indices);
+        paint(canvas, decode(message, buffers));
+      }
+    }
+
+    const handle = mount(root, model.get("spec"), model.get("indices"), canvas, (c) => figure.append(c), source);
+    figure.insertAdjacentHTML("beforeend", model.get("spec").caption);
+    const caption = figure.querySelector("figcaption");
+    if (caption) globalThis.MathJax?.typesetPromise?.([caption]);
+    model.on("msg:custom", receive);
+    el.append(root);
+    handle.ask().then(() => { figure.dataset.ready = "true"; });
+    return () => {
+      model.off("msg:custom", receive);
+      waiting.forEach(([, , timer]) => clearTimeout(timer));
+      if (url) URL.revokeObjectURL(url);
+    };
+  }
+
+  return { register, render, hydrateAll };
+})();
+
+if (globalThis.document?.currentScript) {
+  document.addEventListener("DOMContentLoaded", robotPerception.hydrateAll);
+}

@@ -1,0 +1,126 @@
+"""The pictures of an explorer: one frame, and all frames packed for a page without a kernel."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from robot_perception.teaching.figures.output import to_webp
+from robot_perception.teaching.figures.svg import to_svg
+
+SVG = "image/svg+xml"
+WEBP = "image/webp"
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What an explorer shows for one setting of its controls.
+
+    Parameters
+    ----------
+    mime
+        Media type, SVG or WebP.
+    data
+        The encoded picture.
+    alt
+        Its alternative text.
+    size
+        Width and height in pixels; zero for SVG, which scales.
+    """
+
+    mime: str
+    data: bytes
+    alt: str
+    size: tuple[int, int] = (0, 0)
+
+    def element(self, *, inline: bool) -> str:
+        """Return the HTML element that shows the frame.
+
+        Parameters
+        ----------
+        inline
+            Put SVG into the page, where it follows the theme, instead of an `<img>`, which
+            sanitisers let through.
+
+        Returns
+        -------
+        str
+        """
+        if inline and self.mime == SVG:
+            return self.data.decode()
+        width, height = self.size
+        size = f' width="{width}" height="{height}"' if width else ""
+        data = base64.b64encode(self.data).decode()
+        return f'<img alt="{html.escape(self.alt)}"{size} src="data:{self.mime};base64,{data}">'
+
+
+def render(drawing: object, alt: str, *, effort: int = 4) -> Frame:
+    """Encode what an explorer's `draw` has returned.
+
+    Parameters
+    ----------
+    drawing
+        A figure or an 8-bit image.
+    alt
+        Alternative text of this picture.
+    effort
+        Effort of the WebP encoder, 0 (fast) to 6 (small).
+
+    Returns
+    -------
+    Frame
+
+    Raises
+    ------
+    TypeError
+        If it is neither a figure nor an array.
+    ValueError
+        If the array is no 8-bit image.
+    """
+    if isinstance(drawing, Figure):
+        return Frame(SVG, to_svg(drawing, alt=alt, prefix="x").encode(), alt)
+    if isinstance(drawing, np.ndarray):
+        return Frame(WEBP, to_webp(drawing, effort=effort), alt, drawing.shape[1::-1])
+    raise TypeError(f"draw must return a Figure or a uint8 array, got {type(drawing).__name__}")
+
+
+def pack(frames: Sequence[Frame]) -> str:
+    """Pack the frames of a whole grid into one short text.
+
+    SVG frames share most of their lines: they are stored as a table of the distinct lines and, for
+    each frame, the numbers of its lines; JSON, gzip, base64. Pictures stay WebP files in base64.
+
+    Parameters
+    ----------
+    frames
+        The frames in the order of the grid, the last control fastest; all of one media type.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If some frames are figures and others are images.
+    """
+    if len({frame.mime for frame in frames}) > 1:
+        raise ValueError("draw must return figures always or images always")
+    if frames[0].mime == WEBP:
+        return json.dumps(
+            [[base64.b64encode(frame.data).decode(), frame.alt, *frame.size] for frame in frames]
+        )
+    table: dict[str, int] = {}
+    states = [
+        [table.setdefault(line, len(table)) for line in frame.data.decode().split("\n")]
+        for frame in frames
+    ]
+    packed = json.dumps({"lines": list(table), "states": states}, separators=(",", ":"))
+    return json.dumps(base64.b64encode(gzip.compress(packed.encode(), 9, mtime=0)).decode())
