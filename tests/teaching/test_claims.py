@@ -20,7 +20,6 @@ from robot_perception.teaching.claims import (
     unique,
 )
 
-
 ACCEPTED = Accepted(1.0, 2.0, "theory")
 
 

@@ -36,7 +36,7 @@ def test_source_is_the_library_s_with_its_line_and_without_the_docstring():
 
 def test_source_links_to_the_page_only_in_the_built_book(monkeypatch):
     assert "href" not in show_source(tell).bundle["text/html"]
-    monkeypatch.setenv("ROBOT_PERCEPTION_BOOK", "1")
+    monkeypatch.setenv("ROBOT_PERCEPTION_PAGE", "1")
     html = show_source(tell).bundle["text/html"]
     assert f'href="_modules/robot_perception/teaching/prose.html#{prose.__name__}.tell"' in html
 

@@ -1,9 +1,9 @@
 """Explorers: a drawing with controls, alive in Jupyter, on a built page, and still in print.
 
 In Jupyter an explorer is an ipywidgets widget: moving a control calls `draw` in the kernel. While
-the book is built the whole grid of states is drawn and stored with the page, which then needs neither
-a kernel nor a network. Without scripts and on paper the default state remains, with its alternative
-text.
+the book is built the whole grid of states is drawn and stored with the page, which then needs
+neither a kernel nor a network. Without scripts and on paper the default state remains, with its
+alternative text.
 """
 
 import inspect

@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import os
 import textwrap
 from collections.abc import Callable
 from html import escape
@@ -12,6 +11,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
+from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.media import Shown
 
 
@@ -42,7 +42,7 @@ def show_source(function: Callable | type, *, docstring: bool = False) -> Shown:
     code = "".join(lines if docstring else _without_docstring(function, lines)).rstrip() + "\n"
     name = function.__qualname__
     place = f"{module.replace('.', '/')}.py, line {first}"
-    if os.environ.get("ROBOT_PERCEPTION_BOOK"):
+    if on_page():
         page = f"_modules/{module.replace('.', '/')}.html#{module}.{name}"
         link = f'<a href="{escape(page)}"><code>{escape(name)}</code> in {escape(place)}</a>'
     else:
