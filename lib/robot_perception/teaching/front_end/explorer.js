@@ -109,7 +109,7 @@ globalThis.robotPerception ??= (() => {
     const input = element("input", { type: "checkbox", id, ...keys });
     input.addEventListener("change", () => moved(input.checked ? 1 : 0));
     return {
-      nodes: [element("span", { class: "rp-check" }, input, element("label", { for: id }, control.label))],
+      nodes: [element("span", { class: "rp-tick" }, input, element("label", { for: id }, control.label))],
       set(index) { input.checked = index === 1; },
     };
   }
