@@ -40,7 +40,7 @@ def test_json_is_valid_and_has_the_fields_of_the_ledger(run):
     document = json.loads(run("claims", "--json").output, parse_constant=pytest.fail)
     assert {"date", "versions", "claims"} <= set(document)
     for row in document["claims"]:
-        assert FIELDS <= set(row)
+        assert set(row) >= FIELDS
         assert {"estimate", "low", "high", "unit", "about"} == set(row["value"])
 
 

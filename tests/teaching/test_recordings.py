@@ -1,4 +1,4 @@
-"""A chapter reads the recording where it is and its stored result where it is not, and says which."""
+"""A chapter reads a recording where it is, else its stored result, and says which."""
 
 import json
 
