@@ -221,7 +221,8 @@ def read_recording(path: str | Path) -> Recording:
     Parameters
     ----------
     path
-        The file; whether it is gzip is told from its first bytes.
+        The file; whether it is gzip is told from its first bytes. If there is none of that name,
+        the same name with or without ``.gz`` will do.
 
     Returns
     -------
@@ -233,7 +234,7 @@ def read_recording(path: str | Path) -> Recording:
     CorruptLog
         If the file is empty, or is called ``.gz`` and is not gzip.
     """
-    path = Path(path)
+    path = _existing(Path(path))
     content = path.read_bytes()
     if not content:
         raise CorruptLog(f"{path}: the file is empty")
@@ -247,6 +248,12 @@ def read_recording(path: str | Path) -> Recording:
         lines.pop()
     fragment = damage is not None and not content.endswith(b"\n")
     return Recording(path, tuple(lines), damage, fragment and bool(lines))
+
+
+def _existing(path: Path) -> Path:
+    """Return the path, or its plain or compressed form if only that exists."""
+    other = path.with_suffix("") if path.suffix == ".gz" else path.with_name(f"{path.name}.gz")
+    return other if other.is_file() and not path.exists() else path
 
 
 def _gunzip(content: bytes) -> tuple[bytes, str | None]:

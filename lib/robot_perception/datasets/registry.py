@@ -83,11 +83,6 @@ class DataFile:
         return self.name.removesuffix(".gz")
 
     @property
-    def downloaded_name(self) -> str:
-        """The name under which the original is kept: uncompressed if the original is."""
-        return self.plain_name if self.copy == "gzip" else self.name
-
-    @property
     def downloaded_sha256(self) -> str:
         """The hash of the original."""
         return self.content_sha256 if self.copy == "gzip" and self.content_sha256 else self.sha256

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO, Literal, final
+from typing import Literal, final
 
 import pooch
 import requests
@@ -347,10 +347,10 @@ def _download(
     name: str, file: DataFile, origin: Origin, base: str, timeout: float, *, progress: bool
 ) -> Path:
     address = origin.address(base)
-    target = cache_directory() / name / file.downloaded_name
+    target = cache_directory() / name / file.name
     bar = tqdm.auto.tqdm(
         total=file.downloaded_bytes,
-        desc=f"{name}/{file.downloaded_name}",
+        desc=f"{name}/{file.name}",
         unit="B",
         unit_scale=True,
         disable=not progress,
@@ -362,17 +362,15 @@ def _download(
         headers={"Accept-Encoding": "identity"},  # so that a short transfer is noticed as such
     )
     try:
-        with bar, _whole_or_nothing(target) as (part, stream):
-            fetcher(address, stream, None)
-            stream.flush()
+        with bar, _whole_or_nothing(target) as part:
+            with part.open("xb") as stream:
+                fetcher(address, stream, None)
             found = pooch.file_hash(str(part))
             if found != file.downloaded_sha256:
-                raise DownloadError(
-                    name,
-                    file.name,
-                    address,
-                    f"what came has sha256 {found}, pinned is {file.downloaded_sha256}",
-                )
+                cause = f"what came has sha256 {found}, pinned is {file.downloaded_sha256}"
+                raise DownloadError(name, file.name, address, cause)
+            if file.copy == "gzip":
+                part.write_bytes(gzip.compress(part.read_bytes(), mtime=0))
     except DownloadError:
         raise
     except OSError as error:  # requests' exceptions are OSErrors too
@@ -381,13 +379,12 @@ def _download(
 
 
 @contextmanager
-def _whole_or_nothing(target: Path) -> Iterator[tuple[Path, BinaryIO]]:
-    """Open a temporary file beside the target; it takes the target's place only without error."""
+def _whole_or_nothing(target: Path) -> Iterator[Path]:
+    """Yield a temporary name beside the target, which takes its place only if nothing fails."""
     target.parent.mkdir(parents=True, exist_ok=True)
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
-        with part.open("xb") as stream:
-            yield part, stream
+        yield part
         part.replace(target)
     finally:
         part.unlink(missing_ok=True)
