@@ -1,0 +1,149 @@
+"""The book's own Sphinx extension: explorers on pages, no other host, mended theme.
+
+It sets the environment variable by which kernels know that no reader sits behind them, keeps the
+cache of executed notebooks only as long as the code under them is the same, copies MathJax from its
+package into the site, moves the states of explorers into files beside the page, and drops every
+script that would ask another host for something.
+"""
+
+import base64
+import hashlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.config import Config
+
+from robot_perception.teaching.figures.output import PAGE_VARIABLE
+
+STORED = "_static/explorers"
+MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
+
+_EXPLORER = re.compile(
+    r'<div class="explorer" id="explorer-(?P<name>\w+)">(?P<inside>.*?)'
+    r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
+    re.S,
+)
+_WIDGET_STATE = re.compile(
+    r'<script type="application/vnd\.jupyter\.widget-state\+json">.*?</script>', re.S
+)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the extension with Sphinx."""
+    app.connect("config-inited", _configure)
+    app.connect("builder-inited", _drop_live_code)
+    app.connect("builder-inited", _copy_mathjax)
+    app.connect("html-page-context", _finish_page, priority=900)
+    app.add_js_file(None, body=_theme_script(), priority=100)
+    app.add_js_file("explorer.js")
+    for sheet in ("figure.css", "explorer.css"):
+        app.add_css_file(sheet)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def cache_key(root: Path) -> str:
+    """Hash what the results of notebooks depend on besides their own code.
+
+    Parameters
+    ----------
+    root
+        The root of the repository.
+
+    Returns
+    -------
+    str
+    """
+    digest = hashlib.sha256()
+    folders = ("lib", "data_synth", "book/_data")
+    found = (path for folder in folders for path in sorted((root / folder).rglob("*")))
+    for path in (*found, root / "constraints.txt"):
+        if path.is_file() and "__pycache__" not in path.parts:
+            digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _configure(app: Sphinx, config: Config) -> None:
+    os.environ[PAGE_VARIABLE] = "1"
+    front_end = files("robot_perception.teaching") / "front_end"
+    config.html_static_path.append(str(front_end))
+    caches = Path(app.outdir).parent / ".jupyter_cache"
+    kept = caches / cache_key(Path(app.srcdir).parent)
+    for stale in caches.glob("*"):
+        if stale != kept:
+            shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
+    config.nb_execution_cache_path = str(kept)
+
+
+def _drop_live_code(app: Sphinx) -> None:
+    """Disconnect sphinx-thebe, which cannot be configured away and names other hosts."""
+    for listeners in app.events.listeners.values():
+        for listener in list(listeners):
+            if listener.handler.__module__ == "sphinx_thebe":
+                app.disconnect(listener.id)
+
+
+def _copy_mathjax(app: Sphinx) -> None:
+    if app.builder.format != "html":
+        return
+    source = Path(str(files("mathjax"))) / "static" / "mathjax" / "es5"
+    for name in MATHJAX:
+        target = Path(app.outdir) / "_static" / "mathjax" / name
+        if target.exists():
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if (source / name).is_dir() else shutil.copy)(source / name, target)
+
+
+def _finish_page(
+    app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
+) -> None:
+    context["default_mode"] = "auto"
+    context["script_files"] = list(_local(context["script_files"]))
+    context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
+    if not context.get("body"):
+        return
+    body = _WIDGET_STATE.sub("", context["body"])
+    body = body.replace('<div role="list" class="citation-list">', '<div class="citation-list">')
+
+    def store(match: re.Match[str]) -> str:
+        name = match["name"]
+        _store(Path(app.outdir) / STORED, name, json.loads(match["states"]))
+        place = context["pathto"](f"{STORED}/{name}.js", 1)
+        opening = f'<div class="explorer" id="explorer-{name}" data-states="{place}">'
+        return f"{opening}{match['inside']}</div>"
+
+    context["body"] = _EXPLORER.sub(store, body)
+
+
+def _store(folder: Path, name: str, states: str | list[list[Any]]) -> None:
+    """Write the states of one explorer as a classic script, and its pictures as files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if isinstance(states, list):
+        for number, state in enumerate(states):
+            data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
+            (folder / state[0]).write_bytes(data)
+    script = f'robotPerception.register("explorer-{name}", {json.dumps(states)});\n'
+    (folder / f"{name}.js").write_text(script, "utf-8")
+
+
+def _local(scripts: Iterable[Any]) -> Iterable[Any]:
+    for script in scripts:
+        name, body = str(script.filename or ""), script.attributes.get("body", "")
+        if not ("://" in name or "thebe" in name or "thebe" in body):
+            yield script
+
+
+def _theme_script() -> str:
+    """Set the theme before the first paint; the theme's own script accepts only light and dark."""
+    return (
+        "{const page = document.documentElement.dataset;"
+        'if (page.theme !== "light" && page.theme !== "dark")'
+        ' page.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";}'
+    )
