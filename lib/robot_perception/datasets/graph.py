@@ -25,8 +25,7 @@ INFORMATION_ORDER = {
 
 BAD_ID = "an id is not an integer"
 REPEATED = "repeats the id of an earlier vertex"
-NO_VERTEX = "no vertex stands before the scan"
-SECOND_SCAN = "a second scan of the same vertex"
+NO_VERTEX = "no vertex stands right before the scan"
 OTHER_FIELD = "its first angle or resolution differs from the first scan's"
 REMISSION_COUNT = "the number of remission values is not an integer"
 LOST_END = "one of its vertices is not in the log"
@@ -82,7 +81,11 @@ class _Edge:
 
 @dataclass(slots=True)
 class _Builder:
-    """What has been read so far, and the vertex a scan would belong to."""
+    """What has been read so far.
+
+    A scan belongs to the vertex on the line before it (comments and blank lines aside). Were the
+    last vertex read enough, one damaged vertex line would hand a scan to the wrong vertex.
+    """
 
     tally: Tally
     rows: dict[int, int] = field(default_factory=dict)
@@ -90,10 +93,13 @@ class _Builder:
     scans: list[_Scan] = field(default_factory=list)
     scan_vertices: list[int] = field(default_factory=list)
     edges: list[_Edge] = field(default_factory=list)
-    vertex: int | None = None
+    vertex_place: int | None = None
 
-    def add_vertex(self, tokens: list[bytes]) -> str | None:
-        self.vertex = None  # a scan after a bad vertex line must not go to the vertex before
+    def place(self, line: int) -> int:
+        """Return the number of a line among those that are neither blank nor comment."""
+        return line - self.tally.others["blank"] - self.tally.others["#"]
+
+    def add_vertex(self, line: int, tokens: list[bytes]) -> str | None:
         problem = logs.wrong_length(tokens, VERTEX_LENGTH)
         if problem:
             return problem
@@ -107,15 +113,14 @@ class _Builder:
             return logs.NOT_FINITE
         if number in self.rows:
             return REPEATED
-        self.vertex = self.rows[number] = len(self.vertices)
+        self.rows[number] = len(self.vertices)
         self.vertices.append(pose)
+        self.vertex_place = self.place(line)
         return None
 
-    def add_scan(self, tokens: list[bytes]) -> str | None:
-        if self.vertex is None:
+    def add_scan(self, line: int, tokens: list[bytes]) -> str | None:
+        if self.vertex_place != self.place(line) - 1:
             return NO_VERTEX
-        if self.scan_vertices and self.scan_vertices[-1] == self.vertex:
-            return SECOND_SCAN
         scan = _parse_scan(tokens)
         if isinstance(scan, str):
             return scan
@@ -126,7 +131,7 @@ class _Builder:
             if (scan.start, scan.resolution) != (first.start, first.resolution):
                 return OTHER_FIELD
         self.scans.append(scan)
-        self.scan_vertices.append(self.vertex)
+        self.scan_vertices.append(len(self.vertices) - 1)
         return None
 
     def add_edge(self, line: int, tokens: list[bytes]) -> str | None:
@@ -209,7 +214,8 @@ def read_graph_log(
         if tokens[0] in EDGES:
             problem = builder.add_edge(number, tokens)
         else:
-            problem = (builder.add_scan if tokens[0] == SCAN else builder.add_vertex)(tokens)
+            add = builder.add_scan if tokens[0] == SCAN else builder.add_vertex
+            problem = add(number, tokens)
             if problem is None:
                 tally.kept[tokens[0].decode()] += 1
         if problem is not None:
