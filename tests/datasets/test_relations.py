@@ -1,0 +1,88 @@
+"""Relations: read back, damaged lines reported, matched to scans by rounded time."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot_perception.datasets import CorruptLog, ReadReport, Relations, read_relations
+from robot_perception.datasets import logs as reasons
+from tests.datasets.writing import write
+
+RNG = np.random.default_rng(3)
+TABLE = np.column_stack([RNG.uniform(0, 100, (5, 2)).round(6), RNG.normal(size=(5, 6)).round(6)])
+LINES = [" ".join(map(repr, row)).encode() for row in TABLE.tolist()]
+
+
+@pytest.mark.parametrize("name", ["a.relations", "a.relations.gz"])
+def test_every_number_is_read_back(tmp_path, name):
+    relations = read_relations(write(tmp_path / name, [b"# t1 t2", *LINES]), strict=True)
+    np.testing.assert_array_equal(relations.times, TABLE[:, :2])
+    np.testing.assert_array_equal(relations.motions, TABLE[:, 2:])
+    np.testing.assert_array_equal(relations.planar, TABLE[:, [2, 3, 7]])
+    assert relations.report.kept == {"relation": 5}
+    assert relations.report.others == {"#": 1}
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (b"1 2 3", reasons.SHORT),
+        (LINES[0] + b" 1", reasons.LONG),
+        (b"1 2 3 4 5 6 7 x", reasons.NOT_NUMBERS),
+        (b"1 2 3 4 5 6 7 nan", reasons.NOT_FINITE),
+        (b"1 2 3 4 5 6 7 \xff", reasons.NOT_TEXT),
+    ],
+)
+def test_bad_line_is_counted(tmp_path, line, reason):
+    path = write(tmp_path / "a.relations", [*LINES[:2], line, *LINES[2:]])
+    relations = read_relations(path)
+    np.testing.assert_array_equal(relations.times, TABLE[:, :2])
+    (skipped,) = relations.report.skipped
+    assert (skipped.reason, skipped.first) == (reason, (3,))
+    with pytest.raises(CorruptLog, match=r"a\.relations, line 3"):
+        read_relations(path, strict=True)
+
+
+def test_damaged_files(tmp_path):
+    path = write(tmp_path / "a.relations.gz", LINES)
+    path.write_bytes(path.read_bytes()[:-8])  # the checksum is gone
+    with pytest.raises(CorruptLog, match=r"cut short; 5 complete relation lines"):
+        read_relations(path)
+    assert len(read_relations(path, allow_truncated=True).times) == 5
+    with pytest.raises(CorruptLog, match="no relation line could be read"):
+        read_relations(write(tmp_path / "b.relations", [b"#"]))
+
+
+def test_relations_are_matched_by_rounded_time(tmp_path):
+    lines = [b"1.0004 2.0 1 0 0 0 0 0", b"2 3 1 0 0 0 0 0", b"1 1.9994 1 0 0 0 0 0"]
+    relations = read_relations(write(tmp_path / "a.relations", lines))
+    rows, scans = relations.match(np.array([2.0, 5.0, 1.0, 1.0]))
+    np.testing.assert_array_equal(rows, [0])
+    np.testing.assert_array_equal(scans, [[2, 0]])  # of two scans at one time, the first
+    rows, scans = relations.match(np.array([2.0, 1.0]), decimals=2)
+    np.testing.assert_array_equal(rows, [0, 2])
+    np.testing.assert_array_equal(scans, [[1, 0], [1, 0]])
+    rows, scans = relations.match(np.empty(0))
+    assert rows.shape == (0,)
+    assert scans.shape == (0, 2)
+
+
+@given(st.lists(st.integers(0, 60), max_size=12))
+def test_matching_agrees_with_a_dictionary(ticks):
+    """Independent oracle: look both times up among the scans'."""
+    times = np.array([(a, a + 7) for a in range(50)], dtype=float) / 8
+    relations = Relations(times, np.zeros((50, 6)), ReadReport(Path("x"), 0, {}, {}, (), False))
+    scans = np.array(ticks, dtype=float) / 8
+    first = {}
+    for index, time in enumerate(scans.tolist()):
+        first.setdefault(time, index)
+    expected = [
+        (row, first[a], first[b])
+        for row, (a, b) in enumerate(times.tolist())
+        if a in first and b in first
+    ]
+    rows, found = relations.match(scans)
+    assert [(r, *pair) for r, pair in zip(rows.tolist(), found.tolist(), strict=True)] == expected
