@@ -1,0 +1,111 @@
+"""Crossings against shapely and against all pairs."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot_perception.walls import (
+    find_crossings,
+    is_simple,
+    require_simple,
+    simplify,
+    simplify_path_hull,
+)
+
+
+def all_pairs(chain):
+    """Pairs of non-neighbouring edges that shapely says have a point in common."""
+    edges = shapely.linestrings(np.stack([chain[:-1], chain[1:]], axis=1))
+    closed = (chain[0] == chain[-1]).all()
+    return [
+        [a, b]
+        for a in range(len(edges))
+        for b in range(a + 2, len(edges))
+        if edges[a].intersects(edges[b]) and not (closed and a == 0 and b == len(edges) - 1)
+    ]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_chains_have_the_crossings_that_shapely_finds(seed):
+    rng = np.random.default_rng(seed)
+    chain = rng.normal(0, 1, (60, 2)) if seed % 2 else rng.normal(0, 1, (300, 2)).cumsum(axis=0)
+    assert find_crossings(chain, at_most=10_000).tolist() == all_pairs(chain)
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=2, max_size=12))
+def test_lattice_chains_are_simple_when_shapely_says_so(points):
+    """Touching, overlap, folding back and closing, all exactly on a lattice."""
+    chain = np.array(points, dtype=float)
+    moved = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
+    if len(moved) < 2:
+        assert is_simple(chain)
+    else:
+        assert is_simple(chain) == shapely.LineString(moved).is_simple
+
+
+def test_error_names_the_crossing_edges():
+    chain = np.array([[0, 0], [2, 2], [2, 0], [0, 2], [-1, 2]], dtype=float)
+    assert find_crossings(chain).tolist() == [[0, 2]]
+    with pytest.raises(ValueError, match=r"intersects itself: edges 0 and 2$"):
+        require_simple(chain)
+    with pytest.raises(ValueError, match="edges 0 and 2"):
+        simplify_path_hull(chain, 0.1)
+    tangle = np.random.default_rng(0).normal(size=(40, 2))
+    with pytest.raises(ValueError, match="and more"):
+        require_simple(tangle)
+
+
+def test_repeated_points_are_no_crossing_but_folding_back_is():
+    line = np.array([[0, 0], [1, 0], [1, 0], [1, 0], [2, 0]], dtype=float)
+    assert is_simple(line)
+    assert find_crossings(np.array([[0.0, 0], [2, 0], [1, 0]])).tolist() == [[0, 1]]
+    assert find_crossings(np.array([[0.0, 0], [2, 0], [0, 0]])).tolist() == [[0, 1]]
+    assert is_simple(np.array([[0.0, 0], [2, 0], [2, 1], [0, 0]]))
+    assert is_simple(np.zeros((4, 2)))
+
+
+def test_touching_counts():
+    chain = np.array([[0, 0], [4, 0], [4, 2], [2, 0]], dtype=float)  # ends on edge 0
+    assert find_crossings(chain).tolist() == [[0, 2]]
+
+
+@given(st.integers(0, 10**6), st.integers(3, 200))
+def test_scans_in_order_of_angle_are_simple(seed, n):
+    """Rays of one origin meet nowhere else, so neither do chords in separate sectors."""
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(-np.pi / 2, np.pi / 2, n))
+    ranges = rng.uniform(0.1, 10, n)
+    scan = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
+    assert is_simple(scan)
+
+
+def test_long_chain_with_one_crossing_is_found():
+    n = 200_000
+    turns = np.linspace(0, 400 * np.pi, n)
+    chain = np.stack([turns * np.cos(turns), turns * np.sin(turns)], axis=-1)
+    assert is_simple(chain)
+    chain[150_000] *= 1.02  # a spike through the next turn of the spiral
+    pairs = find_crossings(chain)
+    assert len(pairs) >= 2
+    assert {149_999, 150_000} >= {int(a) for a in pairs[:, 0]}
+
+
+def test_crossing_chain_can_lose_vertices_when_the_check_is_skipped():
+    lost = 0
+    for seed in range(200):
+        chain = np.random.default_rng(seed).normal(0, 1, (40, 2))
+        kept = simplify_path_hull(chain, 0.4, assume_simple=True)
+        lost += not np.array_equal(kept, simplify(chain, 0.4))
+    assert lost > 0
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_bad_point_is_named(bad):
+    chain = np.eye(5, 2)
+    chain[3, 0] = bad
+    with pytest.raises(ValueError, match="point 3 is"):
+        find_crossings(chain)
+    with pytest.raises(ValueError, match="a chain must be"):
+        is_simple(np.zeros((1, 2)))
