@@ -4,9 +4,7 @@
 """
 
 from robot_perception.datasets.carmen import read_carmen_log
-from robot_perception.datasets.graph import GraphLog, read_graph_log
-from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport, SkippedLines
-from robot_perception.datasets.registry import (
+from robot_perception.datasets.entries import (
     DataFile,
     Dataset,
     Origin,
@@ -14,6 +12,8 @@ from robot_perception.datasets.registry import (
     dataset,
     registry,
 )
+from robot_perception.datasets.graph import GraphLog, read_graph_log
+from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport, SkippedLines
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.store import (
     DatasetMissing,

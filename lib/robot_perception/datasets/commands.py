@@ -4,7 +4,7 @@ import textwrap
 
 import click
 
-from robot_perception.datasets.registry import GITHUB, Dataset, UnknownDataset, dataset, registry
+from robot_perception.datasets.entries import GITHUB, Dataset, UnknownDataset, dataset, registry
 from robot_perception.datasets.store import (
     DatasetMissing,
     DownloadError,

@@ -17,7 +17,7 @@ import requests
 import tqdm.auto
 from urllib3.exceptions import ReadTimeoutError
 
-from robot_perception.datasets.registry import (
+from robot_perception.datasets.entries import (
     GITHUB,
     DataFile,
     Dataset,

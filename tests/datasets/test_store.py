@@ -1,0 +1,135 @@
+"""Where recordings are looked for, in which order, and what is said when they are missing."""
+
+import gzip
+
+import pytest
+
+from robot_perception.datasets import DatasetMissing, UnknownDataset, find, path, status, store
+from tests.datasets.conftest import PACKED, STORED, TEXT
+
+
+def put(folder, name, content=b"x"):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(content)
+    return folder / name
+
+
+@pytest.fixture
+def mine(room, monkeypatch):
+    """The user's directory."""
+    monkeypatch.setenv(store.DATA_VARIABLE, str(room.data))
+    return room.data
+
+
+def test_users_directory_comes_before_the_cache(room, mine):
+    cached = put(room.cache / "hall", "graph.log.gz")
+    assert find("hall", "graph.log.gz") == cached
+    own = put(mine / "hall", "graph.log.gz")
+    assert find("hall", "graph.log.gz") == own
+    assert path("hall", "graph.log.gz") == own
+
+
+@pytest.mark.parametrize("asked", ["graph.log", "graph.log.gz"])
+@pytest.mark.parametrize("stored", ["graph.log", "graph.log.gz"])
+def test_either_form_is_found_under_either_name(mine, asked, stored):
+    assert find("hall", asked) is None
+    assert find("hall", asked) is None
+    own = put(mine / "hall", stored)
+    assert find("hall", asked) == own
+
+
+def test_folder_is_found_when_it_is_complete(room, mine):
+    assert find("hall") is None
+    put(mine / "hall", "graph.log")
+    assert find("hall") is None
+    put(mine / "hall", "scans.log.gz")
+    assert find("hall") == path("hall") == mine / "hall"
+
+
+def test_complete_cache_serves_beside_an_incomplete_directory(room, mine):
+    put(mine / "hall", "graph.log")
+    put(room.cache / "hall", "graph.log.gz")
+    put(room.cache / "hall", "scans.log.gz")
+    assert find("hall") == room.cache / "hall"
+
+
+def test_recordings_of_ones_own(mine):
+    own = put(mine / "my_robot", "run.log")
+    assert find("my_robot") == path("my_robot") == mine / "my_robot"
+    assert find("my_robot", "run.log") == own
+    assert find("my_robot", "other.log") is None
+    with pytest.raises(DatasetMissing, match=r"my_robot/other\.log is not in "):
+        path("my_robot", "other.log")
+    extra = put(mine / "hall", "notes.txt")
+    assert find("hall", "notes.txt") == extra
+
+
+@pytest.mark.parametrize("name", ["hal", "", "/etc", "../hall", "~/hall", "a\\b", "hall/.."])
+def test_unknown_names_are_refused(room, mine, name):
+    mine.mkdir()
+    for function in (find, path, status):
+        with pytest.raises(UnknownDataset):
+            function(name)
+
+
+def test_unknown_names_come_with_a_hint(room):
+    with pytest.raises(UnknownDataset, match=r"did you mean 'hall'\? \(known: hall, attic, "):
+        find("hal")
+    with pytest.raises(UnknownDataset, match=r"hall has no file 'x'; it has graph\.log\.gz, scan"):
+        find("hall", "x")
+    with pytest.raises(UnknownDataset, match="not a name inside"):
+        find("hall", "../../etc/passwd")
+
+
+def test_missing_set_says_the_two_ways_to_get_it(room):
+    with pytest.raises(DatasetMissing) as failure:
+        path("hall")
+    assert str(failure.value) == (
+        "hall: graph.log.gz, scans.log.gz are not on this computer. Either run"
+        " `robot-perception datasets fetch hall` (0.4 MB to download), or put the recording into"
+        " hall/ in a directory of yours and set ROBOT_PERCEPTION_DATA to it."
+    )
+
+
+def test_missing_set_that_cannot_be_downloaded_says_so(room, mine):
+    with pytest.raises(DatasetMissing) as failure:
+        path("cellar")
+    assert str(failure.value) == (
+        "cellar: lost.log is not on this computer. Put the recording into"
+        f" {mine / 'cellar'} (ROBOT_PERCEPTION_DATA is {mine}, not a directory). lost.log has no"
+        " pinned address and cannot be downloaded: it was made from a rawlog."
+    )
+    mine.mkdir()
+    with pytest.raises(DatasetMissing, match=r"\(ROBOT_PERCEPTION_DATA is [^,]*\)"):
+        path("cellar")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "state"),
+    [
+        ("graph.log.gz", STORED, "present"),
+        ("graph.log", TEXT, "present"),
+        ("graph.log.gz", gzip.compress(TEXT, compresslevel=1, mtime=7), "present"),
+        ("graph.log", TEXT[:-1], "differs"),
+        ("graph.log.gz", gzip.compress(TEXT[:-1]), "differs"),
+        ("graph.log.gz", STORED[:-9], "differs"),
+        ("graph.log.gz", b"not gzip", "differs"),
+    ],
+)
+def test_state_is_that_of_the_content(mine, name, content, state):
+    own = put(mine / "hall", name, content)
+    put(mine / "hall", "scans.log.gz", PACKED)
+    graph, scans = status("hall")
+    assert (graph.state, graph.path) == (state, own)
+    assert scans.state == "present"
+
+
+def test_missing_state(room):
+    assert [(item.state, item.path) for item in status("hall")] == [("missing", None)] * 2
+
+
+def test_cache_is_the_platforms_unless_named(room, monkeypatch):
+    assert store.cache_directory() == room.cache
+    monkeypatch.delenv(store.CACHE_VARIABLE)
+    assert store.cache_directory().name == "robot-perception"
+    assert store.cache_directory().is_absolute()
