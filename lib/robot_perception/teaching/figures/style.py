@@ -81,6 +81,11 @@ class BookAxes(Axes):
         with mpl.rc_context(STYLE):
             super().clear()
 
+    def set_title(self, *args: Any, **kwargs: Any) -> Text:
+        """Write the title, bold and at the left."""
+        with mpl.rc_context(STYLE):
+            return super().set_title(*args, **kwargs)
+
     def text(self, *args: Any, **kwargs: Any) -> Text:
         """Write text in the colour of the ink unless told otherwise."""
         with mpl.rc_context(STYLE):
@@ -125,8 +130,8 @@ def figure(
     axes
         Squeezed as by `matplotlib.pyplot.subplots`.
     """
-    left, right, bottom, top = 0.72, 0.18, 0.56, 0.36
-    gap_x, gap_y = 0.80, 0.82
+    left, right, bottom, top = 0.74, 0.16, 0.56, 0.32
+    gap_x, gap_y = 0.92, 0.82
     panel_width = (width - left - right - gap_x * (cols - 1)) / cols
     panel_height = (height - bottom - top - gap_y * (rows - 1)) / rows
     if panel_width <= 0 or panel_height <= 0:

@@ -35,7 +35,7 @@ _VARIABLES = {
     for name in ("MUTED", "FAINT", "GROUND", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL")
 }
 _PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIABLES.items()}
-_PAINT[style.INK] = "currentColor"
+_PAINT |= {style.INK: "currentColor", "#000000": "currentColor"}
 _SENTINEL = re.compile("|".join(map(re.escape, _PAINT)))
 _NUMBER = re.compile(r"-?\d+\.\d+")
 _GEOMETRY = re.compile(r'(?<= d=")[^"]*(?=")|(?<= (?:x|y)=")[^"]*(?=")|translate\([^)]*\)')
@@ -158,7 +158,7 @@ def _rewrite(raw: str, alt: str | None, prefix: str | None) -> str:
         f'<svg class="rp-svg" xmlns="http://www.w3.org/2000/svg"'
         f' xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box}" width="100%"'
         f' style="--rp-width:{width}" role="img"{name}'
-        f' font-family="system-ui, sans-serif" stroke-linejoin="round" stroke-linecap="butt">'
+        f' fill="currentColor" font-family="system-ui, sans-serif" stroke-linejoin="round" stroke-linecap="butt">'
         f"{body.strip()}"
     )
 

@@ -128,7 +128,7 @@ globalThis.robotPerception ??= (() => {
       return;
     }
     const old = canvas.querySelector("img.rp-frame");
-    const image = old ?? element("img", { class: "rp-frame" });
+    const image = old ?? element("img", { class: "rp-frame dark-light" });
     image.alt = frame.alt;
     image.src = frame.src;
     if (frame.width) {

@@ -1,0 +1,18 @@
+/* What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
+(() => {
+  "use strict";
+  const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .text_html";
+
+  function mark() {
+    for (const box of document.querySelectorAll(boxes)) {
+      if (box.scrollWidth > box.clientWidth + 1) box.tabIndex = 0;
+      else box.removeAttribute("tabindex");
+    }
+  }
+
+  addEventListener("load", () => {
+    mark();
+    addEventListener("resize", mark);
+    globalThis.MathJax?.startup?.promise?.then(mark);
+  });
+})();
