@@ -1,0 +1,143 @@
+"""A robot on a rail that measures its distance to a few posts.
+
+Written with positions and noises only: no matrix, no filter, nothing shared with the library.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+Shape = Literal["sine", "there and back", "straight", "at rest"]
+"""How the robot is told to move."""
+
+
+def planned_path(shape: Shape, steps: int, *, start: float, reach: float) -> np.ndarray:
+    """Return the positions that the robot is told to visit.
+
+    Parameters
+    ----------
+    shape
+        ``"sine"`` swings to both sides of the start and returns; ``"there and back"`` goes out and
+        returns on one side; ``"straight"`` goes out and stays out; ``"at rest"`` stands still.
+    steps
+        Number of moves, at least 1.
+    start
+        First position, m.
+    reach
+        Greatest distance from the start, m.
+
+    Returns
+    -------
+    (steps + 1,)
+
+    Raises
+    ------
+    ValueError
+        If the shape is unknown or there is no move.
+    """
+    if steps < 1:
+        raise ValueError(f"steps must be at least 1, got {steps}")
+    time = np.linspace(0.0, 1.0, steps + 1)
+    offsets = {
+        "sine": np.sin(2 * np.pi * time),
+        "there and back": (1 - np.cos(2 * np.pi * time)) / 2,
+        "straight": time,
+        "at rest": 0 * time,
+    }
+    if shape not in offsets:
+        raise ValueError(f"shape must be one of {', '.join(get_args(Shape))}, got {shape!r}")
+    return start + reach * offsets[shape]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RailRuns:
+    """What happened in each run, and what the robot measured.
+
+    Parameters
+    ----------
+    positions : (runs, steps + 1)
+        True positions, m.
+    landmarks : (n,)
+        True positions of the posts, m.
+    commands : (steps,)
+        Displacements that the robot was told to make, m.
+    looks : (runs, steps + 1, n)
+        Measured distances to the posts, positive ahead, m.
+    motion_deviation : (steps,)
+        Standard deviation of each displacement, m.
+    look_deviation : (steps + 1, n)
+        Standard deviation of each measurement, m.
+    """
+
+    positions: np.ndarray
+    landmarks: np.ndarray
+    commands: np.ndarray
+    looks: np.ndarray
+    motion_deviation: np.ndarray
+    look_deviation: np.ndarray
+
+    @property
+    def look_errors(self) -> np.ndarray:
+        """Measured minus true distances, (runs, steps + 1, n), m."""
+        return self.looks - (self.landmarks - self.positions[:, :, None])
+
+
+def simulate_rail(
+    plan: np.ndarray,
+    landmarks: np.ndarray,
+    runs: int,
+    *,
+    start_deviation: float,
+    motion_deviation: np.ndarray | float,
+    look_deviation: np.ndarray | float,
+    rng: np.random.Generator,
+) -> RailRuns:
+    """Drive the robot along a plan, many times.
+
+    Each run has its own generator, so a run is the same however many are made.
+
+    Parameters
+    ----------
+    plan : (steps + 1,)
+        Positions that the robot is told to visit, m. It believes that it starts at the first.
+    landmarks : (n,)
+        Positions of the posts, m.
+    runs
+        Number of runs, at least 1.
+    start_deviation
+        Standard deviation of the true start about the first planned position, m.
+    motion_deviation : number or (steps,)
+        Standard deviation of each displacement, m.
+    look_deviation : number or (steps + 1, n)
+        Standard deviation of each measured distance, m.
+    rng
+        Generator from which each run's own is spawned.
+
+    Returns
+    -------
+    RailRuns
+
+    Raises
+    ------
+    ValueError
+        If there is no run, move or post, or a deviation is negative.
+    """
+    plan, landmarks = np.asarray(plan, dtype=float), np.asarray(landmarks, dtype=float)
+    if plan.ndim != 1 or plan.size < 2:
+        raise ValueError(f"plan must be (steps + 1,) with a step at least, got {plan.shape}")
+    if landmarks.ndim != 1 or landmarks.size < 1 or runs < 1:
+        raise ValueError(f"need a run and a landmark, got {runs} and {landmarks.shape}")
+    steps, n = plan.size - 1, landmarks.size
+    slip = np.broadcast_to(np.asarray(motion_deviation, dtype=float), (steps,))
+    blur = np.broadcast_to(np.asarray(look_deviation, dtype=float), (steps + 1, n))
+    for name, value in (("start", start_deviation), ("motion", slip), ("look", blur)):
+        if not (np.min(value) >= 0 and np.isfinite(value).all()):
+            raise ValueError(f"{name}_deviation must be finite and >= 0, got {np.min(value)}")
+    noise = np.stack([g.standard_normal(1 + steps + (steps + 1) * n) for g in rng.spawn(runs)])
+    begin = plan[0] + start_deviation * noise[:, :1]
+    moves = np.diff(plan) + slip * noise[:, 1 : steps + 1]
+    positions = np.cumsum(np.hstack([begin, moves]), axis=1)
+    errors = blur * noise[:, steps + 1 :].reshape(runs, steps + 1, n)
+    looks = (landmarks[None, None, :] - positions[:, :, None]) + errors
+    return RailRuns(positions, landmarks, np.diff(plan), looks, slip, blur)

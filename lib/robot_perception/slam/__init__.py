@@ -1,0 +1,1 @@
+"""Simultaneous localisation and map building."""

@@ -1,0 +1,520 @@
+r"""The monobot: a robot on a line that measures its distance to n landmarks.
+
+The state is :math:`x = (r, f_1, …, f_n)`, vehicle first, in metres. Step 0 is the first look, which
+puts the landmarks into the map; every later step first moves (predict), then looks (update).
+
+References
+----------
+Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2, eqs (1) to (18), Figs 3 and 4.
+"""
+
+from dataclasses import dataclass
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit
+
+from robot_perception.beliefs import Gaussian, check_finite
+from robot_perception.kalman import Motion, Sensor, predict, update
+
+VarianceLike = float | np.ndarray
+
+
+def sensor_matrix(landmarks: int) -> Float[np.ndarray, "n states"]:
+    r"""Return the measurement matrix: distance is landmark minus vehicle.
+
+    .. math:: H = [-\mathbf 1 \mid I]
+
+    Parameters
+    ----------
+    landmarks
+        Number n of landmarks, at least 1.
+
+    Returns
+    -------
+    (n, n + 1)
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark.
+    """
+    n = _counted(landmarks)
+    return np.hstack([-np.ones((n, 1)), np.eye(n)])
+
+
+def motion(command: float, motion_variance: float, landmarks: int) -> Motion:
+    r"""Return one motion: the vehicle moves, the landmarks stay.
+
+    .. math:: F = I, \qquad b = (u, 0, …, 0), \qquad Q = \operatorname{diag}(V, 0, …, 0)
+
+    Parameters
+    ----------
+    command
+        :math:`u`, m.
+    motion_variance
+        :math:`V`, m².
+    landmarks
+        Number n of landmarks, at least 1.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark or the variance is negative.
+
+    References
+    ----------
+    Andrade-Cetto, eq. (19).
+    """
+    _check_variances("motion_variance", np.asarray(motion_variance))
+    eye = np.eye(_counted(landmarks) + 1)
+    return Motion(eye, motion_variance * np.outer(eye[0], eye[0]), command * eye[0])
+
+
+def first_look(
+    start: Gaussian, look: Float[np.ndarray, "... n"], look_variance: VarianceLike
+) -> Gaussian:
+    r"""Return the belief after the first look, which puts the landmarks into the map.
+
+    .. math::
+        \hat f_i = \hat r + z_i, \qquad
+        P = \begin{bmatrix} P_r & P_r \mathbf 1^\top \\ P_r \mathbf 1 & P_r \mathbf{11}^\top + W
+        \end{bmatrix}
+
+    A landmark inherits the whole error of the vehicle that saw it. Without the off-diagonal blocks
+    the filter would take one error for two.
+
+    Parameters
+    ----------
+    start
+        Belief in the vehicle alone, one state, m.
+    look : (…, n)
+        First distances, m.
+    look_variance : (…, n) or number
+        Their variances, m².
+
+    Returns
+    -------
+    Gaussian
+        Belief in vehicle and landmarks, n + 1 states.
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark, a shape is wrong, or a variance is negative.
+    """
+    if start.mean.shape[-1] != 1:
+        raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
+    z, W = np.asarray(look, dtype=float), np.asarray(look_variance, dtype=float)
+    n = _counted(z.shape[-1] if z.ndim else 0)
+    check_finite("look", z)
+    _check_variances("look_variance", W)
+    mean = start.mean + np.insert(z, 0, 0.0, axis=-1)
+    W = np.broadcast_to(W, (*W.shape[:-1], n))
+    own = np.insert(W, 0, 0.0, axis=-1)[..., None] * np.eye(n + 1)
+    return Gaussian(mean, start.cov + own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MonobotRun:
+    """What the filter believed, step by step, in a batch of runs.
+
+    Covariances do not depend on the data. If the noise is the same for all runs they are stored
+    once: their leading axis is 1 and broadcasts against the runs.
+
+    Parameters
+    ----------
+    means : (runs, steps + 1, n + 1)
+        Estimates after each look, m; step 0 is the first look.
+    covs : (runs or 1, steps + 1, n + 1, n + 1)
+        Their covariances, m².
+    innovations : (runs, steps, n)
+        Measured minus expected distances, m.
+    innovation_covs : (runs or 1, steps, n, n)
+        :math:`S`, eq. (8).
+    gains : (runs or 1, steps, n + 1, n)
+        :math:`K`, eq. (7).
+    """
+
+    means: Float[np.ndarray, "runs looks states"]
+    covs: Float[np.ndarray, "covs looks states states"]
+    innovations: Float[np.ndarray, "runs steps n"]
+    innovation_covs: Float[np.ndarray, "covs steps n n"]
+    gains: Float[np.ndarray, "covs steps states n"]
+
+    @property
+    def deviations(self) -> Float[np.ndarray, "covs looks states"]:
+        """Standard deviations of vehicle and landmarks, m."""
+        return np.sqrt(np.diagonal(self.covs, axis1=-2, axis2=-1))
+
+
+def run_filter(
+    start: Gaussian,
+    commands: Float[np.ndarray, "steps"],
+    looks: Float[np.ndarray, "runs looks n"],
+    *,
+    motion_variance: VarianceLike,
+    look_variance: VarianceLike,
+) -> MonobotRun:
+    """Run the filter over many runs at once, by compiled loops.
+
+    The same numbers as :func:`run_filter_stepwise`, which is the one to read.
+
+    Parameters
+    ----------
+    start
+        Belief in the vehicle before the first look, one state; a leading axis of runs is allowed.
+    commands : (steps,)
+        Commanded displacements, m.
+    looks : (runs, steps + 1, n)
+        Measured distances, m; the first of each run puts the landmarks into the map.
+    motion_variance : number, (steps,) or (runs, steps)
+        Plant noise, m².
+    look_variance : number, (steps + 1, n) or (runs, steps + 1, n)
+        Measurement noise, m².
+
+    Returns
+    -------
+    MonobotRun
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark, a shape is wrong, a number is not finite, a variance is negative,
+        or an innovation covariance is singular.
+    """
+    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
+    runs = looks.shape[0]
+    batch = max(start.cov.shape[0], V.shape[0], W.shape[0])
+    P0 = np.ascontiguousarray(np.broadcast_to(start.cov[:, 0, 0], (batch,)))
+    covs, innovation_covs, gains, regular = _covariance_kernel(P0, V, W)
+    if not regular:
+        raise ValueError("innovation covariance is singular: look_variance is 0")
+    origin = np.ascontiguousarray(np.broadcast_to(start.mean[:, 0], (runs,)))
+    means, innovations = _mean_kernel(origin, commands, looks, gains)
+    return MonobotRun(means, covs, innovations, innovation_covs, gains)
+
+
+def run_filter_stepwise(
+    start: Gaussian,
+    commands: Float[np.ndarray, "steps"],
+    looks: Float[np.ndarray, "runs looks n"],
+    *,
+    motion_variance: VarianceLike,
+    look_variance: VarianceLike,
+) -> MonobotRun:
+    """Run the filter over many runs at once, step by step in the words of the paper.
+
+    Parameters, returns and errors are those of :func:`run_filter`.
+    """
+    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
+    n = looks.shape[-1]
+    belief = first_look(start, looks[:, 0], W[:, 0])
+    beliefs, infos = [belief], []
+    for k in range(1, looks.shape[1]):
+        noise = V[:, k - 1, None, None] * np.diag(np.eye(n + 1)[0])
+        moved = predict(belief, Motion(np.eye(n + 1), noise, commands[k - 1] * np.eye(n + 1)[0]))
+        sensor = Sensor(sensor_matrix(n), W[:, k, :, None] * np.eye(n))
+        belief, info = update(moved, looks[:, k], sensor)
+        beliefs.append(belief)
+        infos.append(info)
+    return MonobotRun(
+        means=np.stack([b.mean for b in beliefs], axis=1),
+        covs=np.stack(np.broadcast_arrays(*(b.cov for b in beliefs)), axis=1),
+        innovations=np.stack([i.innovation for i in infos], axis=1),
+        innovation_covs=np.stack([i.innovation_cov for i in infos], axis=1),
+        gains=np.stack([i.gain for i in infos], axis=1),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """Closed forms of the steady state for constant noise, landmarks taken from the first look.
+
+    Parameters
+    ----------
+    common_variance
+        :math:`a`, predicted variance of the common relative mode (sum of the distances over
+        the root of n), m²; one landmark and V = W = 1 m² give the golden ratio.
+    information_rate
+        Growth of the first entry of eq. (14) per step, 1/m².
+    landmark_variance, vehicle_variance
+        Variances after infinitely many looks, m². With several landmarks all of them share one
+        error, so this is also the covariance of any two.
+    pole
+        Factor by which the gain on the common innovation shrinks at every step.
+    """
+
+    common_variance: float
+    information_rate: float
+    landmark_variance: float
+    vehicle_variance: float
+    pole: float
+
+
+def settled(
+    landmarks: int, *, start_variance: float, motion_variance: float, look_variance: float
+) -> Settled:
+    r"""Return where the filter settles, in closed form.
+
+    .. math::
+        a = \tfrac12 \Big(nV + \sqrt{n^2V^2 + 4nVW}\Big), \qquad
+        \dot J_{11} = \frac{n}{a + W}, \qquad
+        P_f = P_0 + \frac{W}{n} \frac{a}{a + W}, \qquad
+        P_r = P_f + \frac{1}{n} \frac{aW}{a + W}
+
+    Parameters
+    ----------
+    landmarks
+        n, at least 1.
+    start_variance, motion_variance, look_variance
+        :math:`P_0 \ge 0`, :math:`V > 0`, :math:`W > 0`, m².
+
+    Returns
+    -------
+    Settled
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark or a variance is out of range.
+    """
+    n, P0, V, W = _counted(landmarks), start_variance, motion_variance, look_variance
+    if not (V > 0 and W > 0 and P0 >= 0 and np.isfinite([P0, V, W]).all()):
+        raise ValueError(f"need finite start >= 0, motion > 0, look > 0, got {P0}, {V}, {W}")
+    a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
+    landmark = P0 + W / n * a / (a + W)
+    return Settled(
+        common_variance=float(a),
+        information_rate=float(n / (a + W)),
+        landmark_variance=float(landmark),
+        vehicle_variance=float(landmark + a * W / (a + W) / n),
+        pole=float(W / (a + W)),
+    )
+
+
+def relative_system(
+    landmarks: int, *, motion_variance: float, look_variance: float
+) -> tuple[Motion, Sensor]:
+    r"""Return the system of the distances :math:`d_i = f_i - r`, which is observable.
+
+    .. math:: d_{k+1} = d_k - (u + v)\,\mathbf 1, \qquad z = d + w
+
+    Parameters
+    ----------
+    landmarks
+        n, at least 1.
+    motion_variance, look_variance
+        V and W, m².
+
+    Returns
+    -------
+    motion : Motion
+    sensor : Sensor
+    """
+    n = _counted(landmarks)
+    eye, ones = np.eye(n), np.ones((n, n))
+    return Motion(eye, motion_variance * ones), Sensor(eye, look_variance * eye)
+
+
+def one_landmark_term(
+    vehicle_deviation: np.ndarray,
+    landmark_deviation: np.ndarray,
+    correlation: np.ndarray,
+    look_deviation: np.ndarray,
+) -> Float[np.ndarray, "... 2 2"]:
+    r"""Return one term of the information of a monobot with one landmark.
+
+    .. math::
+        s = \sigma_r^2 - 2\rho\sigma_r\sigma_f + \sigma_f^2 + \sigma_w^2, \qquad
+        J_k = \frac1s \begin{bmatrix} 1 & -1 \\ -1 & 1 \end{bmatrix}
+
+    Parameters
+    ----------
+    vehicle_deviation, landmark_deviation, look_deviation : (…,)
+        :math:`\sigma_r, \sigma_f, \sigma_w`, m, before the update.
+    correlation : (…,)
+        :math:`\rho` of vehicle and landmark.
+
+    Returns
+    -------
+    (…, 2, 2)
+
+    References
+    ----------
+    Andrade-Cetto, eq. (17).
+    """
+    product = vehicle_deviation * landmark_deviation
+    s = vehicle_deviation**2 - 2 * correlation * product + landmark_deviation**2 + look_deviation**2
+    return np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.asarray(s)[..., None, None]  # eq. (17)
+
+
+def _counted(landmarks: int) -> int:
+    """Return the number of landmarks, or raise ``ValueError`` if there is none."""
+    if landmarks < 1:
+        raise ValueError(f"a monobot needs at least 1 landmark, got {landmarks}")
+    return landmarks
+
+
+def _check_variances(name: str, value: np.ndarray) -> None:
+    check_finite(name, value)
+    if value.size and value.min() < 0:
+        raise ValueError(f"{name} must not be negative, got {value.min():.3g}")
+
+
+def _checked(
+    start: Gaussian, commands: np.ndarray, looks: np.ndarray, V: VarianceLike, W: VarianceLike
+) -> tuple[Gaussian, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the arguments of a run with a leading axis of runs (or of 1) on each."""
+    commands, looks = np.asarray(commands, dtype=float), np.asarray(looks, dtype=float)
+    if looks.ndim != 3:
+        raise ValueError(f"looks must be (runs, steps + 1, n), got {looks.shape}")
+    runs, n = looks.shape[0], _counted(looks.shape[2])
+    steps = looks.shape[1] - 1
+    if steps < 1 or runs < 1:
+        raise ValueError(f"need at least 1 run and 2 looks, got looks {looks.shape}")
+    if commands.shape != (steps,):
+        raise ValueError(
+            f"commands must be ({steps},) for looks {looks.shape}, got {commands.shape}"
+        )
+    check_finite("commands", commands)
+    check_finite("looks", looks)
+    if start.mean.shape[-1] != 1:
+        raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
+    if start.mean.shape not in {(1,), (1, 1), (runs, 1)}:
+        raise ValueError(f"start must be one belief or {runs}, got mean {start.mean.shape}")
+    mean = start.mean.reshape(-1, 1)
+    cov = np.broadcast_to(start.cov, (*start.cov.shape[:-2], 1, 1)).reshape(-1, 1, 1)
+    V = _per_run("motion_variance", V, (steps,), runs)
+    W = _per_run("look_variance", W, (steps + 1, n), runs)
+    return Gaussian(mean, cov), commands, looks, V, W
+
+
+def _per_run(name: str, value: VarianceLike, shape: tuple[int, ...], runs: int) -> np.ndarray:
+    """Return variances as ``(1, *shape)`` if shared by all runs, else as ``(runs, *shape)``."""
+    value = np.asarray(value, dtype=float)
+    _check_variances(name, value)
+    own = value.ndim > len(shape)
+    try:
+        return np.ascontiguousarray(np.broadcast_to(value, (runs if own else 1, *shape)))
+    except ValueError:
+        raise ValueError(f"{name} must broadcast to {shape}, got {value.shape}") from None
+
+
+@njit(cache=True)
+@no_type_check
+def _covariance_kernel(P0, V, W):  # pragma: no cover - compiled
+    """Return covariances, innovation covariances and gains of each member of the batch.
+
+    Joseph form for H = [-1 | I] and diagonal noise; inner loops run along rows. Checked against
+    :func:`run_filter_stepwise` in the tests.
+    """
+    batch = P0.size
+    steps, n = V.shape[1], W.shape[2]
+    covs = np.empty((batch, steps + 1, n + 1, n + 1))
+    innovation_covs = np.empty((batch, steps, n, n))
+    gains = np.empty((batch, steps, n + 1, n))
+    G = np.empty((n, n + 1))  # H P
+    L = np.empty((n, n))
+    K = np.empty((n, n + 1))  # transposed gain
+    B = np.empty((n + 1, n + 1))  # P (I - K H)ᵀ
+    M = np.empty((n, n + 1))
+    for b in range(batch):
+        v, w = min(b, V.shape[0] - 1), min(b, W.shape[0] - 1)
+        P = covs[b, 0]
+        P[:] = P0[b]
+        for i in range(n):
+            P[i + 1, i + 1] += W[w, 0, i]
+        for k in range(steps):
+            S, after = innovation_covs[b, k], covs[b, k + 1]
+            for i in range(n + 1):
+                for j in range(n + 1):
+                    B[i, j] = P[i, j]
+            B[0, 0] += V[v, k]  # eq. (5)
+            for m in range(n):
+                for i in range(n + 1):
+                    G[m, i] = B[m + 1, i] - B[0, i]
+            for m in range(n):
+                for i in range(n):
+                    S[m, i] = G[m, i + 1] - G[m, 0]
+                S[m, m] += W[w, k + 1, m]  # eq. (8)
+            for m in range(n):  # Cholesky factor of S
+                for i in range(m + 1):
+                    total = S[m, i]
+                    for q in range(i):
+                        total -= L[m, q] * L[i, q]
+                    if i < m:
+                        L[m, i] = total / L[i, i]
+                    elif total <= 1e-14 * S[m, m]:
+                        return covs, innovation_covs, gains, False
+                    else:
+                        L[m, m] = np.sqrt(total)
+            for m in range(n):  # K = P Hᵀ S⁻¹, eq. (7)
+                for i in range(n + 1):
+                    K[m, i] = G[m, i]
+                for q in range(m):
+                    factor = L[m, q]
+                    for i in range(n + 1):
+                        K[m, i] -= factor * K[q, i]
+                factor = 1 / L[m, m]
+                for i in range(n + 1):
+                    K[m, i] *= factor
+            for m in range(n - 1, -1, -1):
+                for q in range(m + 1, n):
+                    factor = L[q, m]
+                    for i in range(n + 1):
+                        K[m, i] -= factor * K[q, i]
+                factor = 1 / L[m, m]
+                for i in range(n + 1):
+                    K[m, i] *= factor
+            for m in range(n):
+                for j in range(n + 1):
+                    factor = G[m, j]
+                    gains[b, k, j, m] = K[m, j]
+                    for i in range(n + 1):
+                        B[j, i] -= factor * K[m, i]
+            for m in range(n):
+                for i in range(n + 1):
+                    M[m, i] = B[m + 1, i] - B[0, i] - W[w, k + 1, m] * K[m, i]
+            for m in range(n):
+                for j in range(n + 1):
+                    factor = K[m, j]
+                    for i in range(n + 1):
+                        B[j, i] -= factor * M[m, i]  # eq. (9)
+            for i in range(n + 1):
+                for j in range(n + 1):
+                    after[i, j] = 0.5 * (B[i, j] + B[j, i])
+            P = after
+    return covs, innovation_covs, gains, True
+
+
+@njit(cache=True)
+@no_type_check
+def _mean_kernel(origin, commands, looks, gains):  # pragma: no cover - compiled
+    """Return estimates and innovations of each run, eqs (3), (4) and (6)."""
+    runs, n = looks.shape[0], looks.shape[2]
+    steps = commands.size
+    means = np.empty((runs, steps + 1, n + 1))
+    innovations = np.empty((runs, steps, n))
+    for run in range(runs):
+        g = min(run, gains.shape[0] - 1)
+        means[run, 0, 0] = origin[run]
+        for i in range(n):
+            means[run, 0, i + 1] = origin[run] + looks[run, 0, i]
+        for k in range(steps):
+            x, after = means[run, k], means[run, k + 1]
+            K, innovation = gains[g, k], innovations[run, k]
+            vehicle = x[0] + commands[k]
+            for m in range(n):
+                innovation[m] = looks[run, k + 1, m] - (x[m + 1] - vehicle)
+            for i in range(n + 1):
+                total = x[i] if i > 0 else vehicle
+                for m in range(n):
+                    total += K[i, m] * innovation[m]
+                after[i] = total
+    return means, innovations

@@ -1,0 +1,78 @@
+"""The rail world does what its words say."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from data_synth.monobot import planned_path, simulate_rail
+
+SHAPES = ("sine", "there and back", "straight", "at rest")
+
+
+def world(runs=3, *, seed=0, start=0.5, slip=0.1, blur=0.2, landmarks=(1.0, 3.0), steps=40):
+    return simulate_rail(
+        planned_path("sine", steps, start=-1.0, reach=1.0),
+        np.array(landmarks),
+        runs,
+        start_deviation=start,
+        motion_deviation=slip,
+        look_deviation=blur,
+        rng=np.random.default_rng(seed),
+    )
+
+
+@given(st.sampled_from(SHAPES), st.integers(1, 300), st.floats(-5, 5), st.floats(0, 5))
+def test_plans_start_where_told_and_keep_their_reach(shape, steps, start, reach):
+    plan = planned_path(shape, steps, start=start, reach=reach)
+    assert plan.shape == (steps + 1,)
+    assert plan[0] == start
+    assert np.abs(plan - start).max() <= reach + 1e-12
+    if shape != "straight":
+        assert plan[-1] == pytest.approx(start, abs=1e-12)
+
+
+def test_without_noise_the_robot_follows_its_plan_and_measures_exactly():
+    runs = world(start=0.0, slip=0.0, blur=0.0)
+    plan = planned_path("sine", 40, start=-1.0, reach=1.0)
+    np.testing.assert_allclose(runs.positions, np.broadcast_to(plan, (3, 41)), atol=1e-12)
+    np.testing.assert_allclose(runs.looks[..., 0], np.broadcast_to(1.0 - plan, (3, 41)), atol=1e-12)
+
+
+def test_a_run_is_the_same_however_many_are_made():
+    few, many = world(2), world(50)
+    np.testing.assert_array_equal(few.positions, many.positions[:2])
+    np.testing.assert_array_equal(few.looks, many.looks[:2])
+
+
+def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
+    slip = np.linspace(0.0, 0.5, 40)
+    runs = world(4000, slip=slip, seed=5)
+    starts = runs.positions[:, 0] + 1.0
+    moves = np.diff(runs.positions, axis=1) - runs.commands
+    looks = runs.look_errors[:, 7, 1]
+    assert np.abs(moves[:, 0]).max() < 1e-12
+    for samples, deviation in ((starts, 0.5), (moves[:, -1], 0.5), (looks, 0.2)):
+        low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], 4000) / 4000
+        assert low < np.mean(samples**2) / deviation**2 < high
+    together = np.stack([starts, moves[:, 3], moves[:, -1], looks, runs.look_errors[:, 8, 1]])
+    correlations = np.corrcoef(together)[np.triu_indices(5, 1)]
+    assert np.abs(correlations).max() < 4.5 / np.sqrt(4000)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: planned_path("zigzag", 5, start=0, reach=1), "shape must be one of sine"),
+        (lambda: planned_path("sine", 0, start=0, reach=1), "steps must be at least 1"),
+        (lambda: world(0), "need a run and a landmark, got 0"),
+        (lambda: world(landmarks=()), "need a run and a landmark"),
+        (lambda: world(slip=-0.1), "motion_deviation must be finite and >= 0, got -0.1"),
+        (lambda: world(blur=np.nan), "look_deviation must be finite"),
+        (lambda: world(start=-1.0), "start_deviation must be finite"),
+    ],
+)
+def test_bad_input_is_named(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()

@@ -1,0 +1,428 @@
+"""The monobot filter against filterpy, closed forms, SymPy and least squares over the whole run."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy
+from filterpy.kalman import KalmanFilter
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import solve_discrete_are
+
+from robot_perception.beliefs import Gaussian
+from robot_perception.kalman import (
+    Sensor,
+    fisher_information,
+    predict,
+    scale_free_rank,
+    start_information,
+    steady_state,
+    update,
+)
+from robot_perception.slam.monobot import (
+    first_look,
+    motion,
+    one_landmark_term,
+    relative_system,
+    run_filter,
+    run_filter_stepwise,
+    sensor_matrix,
+    settled,
+)
+from tests.unchecked import unchecked
+
+PHI = (1 + np.sqrt(5)) / 2
+FIELDS = ("means", "covs", "innovations", "innovation_covs", "gains")
+
+
+def start(variance=1.0, mean=-1.0):
+    return Gaussian(np.array([mean]), np.array([[variance]]))
+
+
+def unit_run(n, steps, *, P0=1.0, V=1.0, W=1.0):
+    """Return one run with constant noise; the data do not matter for its covariances."""
+    looks = np.zeros((1, steps + 1, n))
+    return run_filter(start(P0), np.zeros(steps), looks, motion_variance=V, look_variance=W)
+
+
+@pytest.mark.parametrize("n", [1, 2, 10])
+@pytest.mark.parametrize("per_run", [False, True])
+def test_equal_to_filterpy(n, per_run):
+    rng = np.random.default_rng(n)
+    runs, steps = 4, 30
+    looks, commands = 2 + rng.normal(size=(runs, steps + 1, n)), rng.normal(size=steps)
+    V = rng.uniform(0.1, 2, (runs, steps) if per_run else steps)
+    W = rng.uniform(0.1, 2, (runs, steps + 1, n) if per_run else (steps + 1, n))
+    ours = run_filter(start(), commands, looks, motion_variance=V, look_variance=W)
+    V, W = np.broadcast_to(V, (runs, steps)), np.broadcast_to(W, (runs, steps + 1, n))
+    for run in range(runs):
+        peer = KalmanFilter(dim_x=n + 1, dim_z=n, dim_u=1)
+        peer.F, peer.H = np.eye(n + 1), sensor_matrix(n)
+        peer.B = np.eye(n + 1)[:, :1]
+        # filterpy has no first look: an almost flat prior on the landmarks comes to the same,
+        # so the block matrix is written out here
+        peer.x = np.concatenate([[-1.0], -1.0 + looks[run, 0]])[:, None]
+        peer.P = np.ones((n + 1, n + 1)) + np.diag(np.concatenate([[0.0], W[run, 0]]))
+        for k in range(steps):
+            peer.predict(u=commands[k], Q=np.diag([V[run, k]] + [0.0] * n))
+            peer.update(looks[run, k + 1][:, None], R=np.diag(W[run, k + 1]))
+            covs = run if per_run else 0
+            np.testing.assert_allclose(ours.means[run, k + 1], peer.x[:, 0], rtol=0, atol=1e-9)
+            np.testing.assert_allclose(ours.covs[covs, k + 1], peer.P, rtol=0, atol=1e-9)
+            np.testing.assert_allclose(ours.gains[covs, k], peer.K, rtol=0, atol=1e-9)
+            np.testing.assert_allclose(ours.innovation_covs[covs, k], peer.S, rtol=0, atol=1e-9)
+            np.testing.assert_allclose(ours.innovations[run, k], peer.y[:, 0], rtol=0, atol=1e-9)
+
+
+variances = st.floats(1e-4, 1e4)
+
+
+@given(
+    st.integers(1, 6), st.integers(1, 12), variances, variances, variances, st.integers(0, 2**31)
+)
+@settings(max_examples=40, deadline=None)
+def test_compiled_equals_plain(n, steps, P0, V, W, seed):
+    rng = np.random.default_rng(seed)
+    looks, commands = rng.normal(size=(3, steps + 1, n)), rng.normal(size=steps)
+    own = {
+        "motion_variance": V * rng.uniform(0.5, 2, (3, steps)),
+        "look_variance": W * rng.uniform(0.5, 2, (3, steps + 1, n)),
+    }
+    for noise in ({"motion_variance": V, "look_variance": W}, own):
+        fast = run_filter(start(P0), commands, looks, **noise)
+        plain = run_filter_stepwise(start(P0), commands, looks, **noise)
+        scale = 1 + np.abs(plain.means).max()
+        for name in FIELDS:
+            a, b = getattr(fast, name), getattr(plain, name)
+            assert a.shape == b.shape
+            size = scale if name in {"means", "innovations"} else 1 + np.abs(b).max()
+            np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * size, err_msg=name)
+
+
+def test_last_estimate_is_weighted_least_squares_over_the_whole_run():
+    """Oracle without any recursion: all positions and landmarks at once, from all measurements."""
+    rng = np.random.default_rng(11)
+    n, steps = 3, 8
+    looks, commands = 2 + rng.normal(size=(1, steps + 1, n)), rng.normal(size=steps)
+    V, W = rng.uniform(0.2, 2, steps), rng.uniform(0.2, 2, (steps + 1, n))
+    run = run_filter(start(0.7), commands, looks, motion_variance=V, look_variance=W)
+    rows, values, weights = [np.eye(steps + 1 + n)[0]], [-1.0], [1 / 0.7]
+    for k in range(steps):
+        rows.append(np.eye(steps + 1 + n)[k + 1] - np.eye(steps + 1 + n)[k])
+        values.append(commands[k])
+        weights.append(1 / V[k])
+    for k in range(steps + 1):
+        for i in range(n):
+            rows.append(np.eye(steps + 1 + n)[steps + 1 + i] - np.eye(steps + 1 + n)[k])
+            values.append(looks[0, k, i])
+            weights.append(1 / W[k, i])
+    A, weight = np.array(rows), np.array(weights)
+    cov = np.linalg.inv(A.T @ (weight[:, None] * A))
+    best = cov @ (A.T @ (weight * np.array(values)))
+    kept = [steps, *range(steps + 1, steps + 1 + n)]
+    np.testing.assert_allclose(run.means[0, -1], best[kept], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.covs[0, -1], cov[np.ix_(kept, kept)], rtol=0, atol=1e-9)
+
+
+def test_first_look_carries_the_vehicle_error_into_every_landmark():
+    belief = first_look(start(0.25), np.array([2.0, 5.0]), np.array([0.04, 0.09]))
+    np.testing.assert_allclose(belief.mean, [-1.0, 1.0, 4.0])
+    np.testing.assert_allclose(
+        belief.cov, [[0.25, 0.25, 0.25], [0.25, 0.29, 0.25], [0.25, 0.25, 0.34]], rtol=1e-12
+    )
+
+
+def test_first_look_is_the_limit_of_a_flat_prior_on_the_landmark():
+    flat = Gaussian(np.array([-1.0, 0.0]), np.diag([0.25, 1e10]))
+    sensor = Sensor(sensor_matrix(1), np.array([[0.04]]))
+    limit, _ = update(flat, np.array([2.0]), sensor)
+    belief = first_look(start(0.25), np.array([2.0]), np.array([0.04]))
+    np.testing.assert_allclose(limit.mean, belief.mean, atol=1e-6)
+    np.testing.assert_allclose(limit.cov, belief.cov, atol=1e-6)
+
+
+def test_landmark_gains_are_reciprocals_of_every_second_fibonacci_number():
+    """P0 = V = W = 1, landmark from the first look, then predict before update."""
+    gains = unit_run(1, 8).gains[0, :, 1, 0]
+    np.testing.assert_allclose(1 / gains, [3, 8, 21, 55, 144, 377, 987, 2584], rtol=1e-12)
+
+
+def test_landmark_gains_are_reciprocals_of_lucas_numbers_with_a_unit_prior_on_the_landmark():
+    """The other convention: vehicle and landmark start with independent unit variance."""
+    belief = Gaussian(np.zeros(2), np.eye(2))
+    sensor = Sensor(sensor_matrix(1), np.eye(1))
+    gains = []
+    for _ in range(7):
+        belief, info = update(predict(belief, motion(0.0, 1.0, 1)), np.zeros(1), sensor)
+        gains.append(info.gain[1, 0])
+    lucas = [2, 1]
+    while len(lucas) < 16:
+        lucas.append(lucas[-1] + lucas[-2])
+    np.testing.assert_allclose(1 / np.array(gains), lucas[3:16:2], rtol=1e-12)
+
+
+def test_relative_variance_of_one_landmark_in_exact_fractions():
+    p = Fraction(1)  # posterior variance of the distance after the first look
+    run = unit_run(1, 12)
+    for k in range(12):
+        p += 1
+        assert run.innovation_covs[0, k, 0, 0] == pytest.approx(float(p + 1), rel=1e-13)
+        p = p / (p + 1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 20, 50])
+@pytest.mark.parametrize(("P0", "V", "W"), [(1.0, 1.0, 1.0), (0.0, 0.5, 2.0), (4.0, 3.0, 0.1)])
+def test_closed_forms_are_the_limit_of_the_recursion(n, P0, V, W):
+    form = settled(n, start_variance=P0, motion_variance=V, look_variance=W)
+    run = unit_run(n, 600, P0=P0, V=V, W=W)
+    H, ones = sensor_matrix(n), np.ones(n) / np.sqrt(n)
+    J = fisher_information(H, run.innovation_covs[0, -2:])
+    assert np.diff(J, axis=0)[0, 0, 0] == pytest.approx(form.information_rate, rel=1e-9)
+    S = run.innovation_covs[0, -1]
+    assert ones @ S @ ones == pytest.approx(form.common_variance + W, rel=1e-9)
+    # the covariance of any two landmarks: the error that all of them share
+    common = ones @ run.covs[0, -1, 1:, 1:] @ ones / n
+    assert common == pytest.approx(form.landmark_variance, rel=1e-9)
+    if n > 1:
+        assert run.covs[0, -1, 1, 2] == pytest.approx(form.landmark_variance, abs=W / 300)
+    common_gain = ones @ run.gains[0, :, 1:] @ ones
+    still = np.flatnonzero(common_gain > 1e-12)
+    assert len(still) >= 2
+    assert common_gain[still[-1]] / common_gain[still[-2]] == pytest.approx(form.pole, rel=1e-3)
+
+
+def test_vehicle_variance_settles_at_its_closed_form():
+    form = settled(1, start_variance=1, motion_variance=1, look_variance=1)
+    assert form.vehicle_variance == pytest.approx(np.sqrt(5))
+    assert form.landmark_variance == pytest.approx(PHI)
+    assert form.information_rate == pytest.approx(PHI**-2)
+    assert unit_run(1, 60).covs[0, -1, 0, 0] == pytest.approx(np.sqrt(5), rel=1e-12)
+
+
+def test_information_rate_tends_to_the_plant_alone():
+    rates = [
+        settled(n, start_variance=1, motion_variance=0.5, look_variance=3).information_rate
+        for n in (1, 10, 1_000, 1_000_000)
+    ]
+    assert np.all(np.diff(rates) > 0)
+    assert rates[-1] == pytest.approx(1 / 0.5, rel=1e-4)
+    assert rates[-1] < 1 / 0.5
+
+
+def test_one_relative_distance_settles_where_scipy_says():
+    move, sensor = relative_system(1, motion_variance=0.3, look_variance=2.0)
+    peer = solve_discrete_are(np.eye(1), np.eye(1), move.noise, sensor.noise)
+    form = settled(1, start_variance=1, motion_variance=0.3, look_variance=2.0)
+    state = steady_state(move, sensor)
+    assert form.common_variance == pytest.approx(peer[0, 0], rel=1e-10)
+    assert state.predicted[0, 0] == pytest.approx(peer[0, 0], rel=1e-10)
+    assert state.poles[0] == pytest.approx(form.pole, rel=1e-10)
+
+
+def test_common_mode_of_many_landmarks_settles_where_scipy_says():
+    """The mean distance is one state driven by V and seen n times; differences have no noise."""
+    n, V, W = 7, 0.3, 2.0
+    peer = solve_discrete_are(np.eye(1), np.eye(1), np.array([[n * V]]), np.array([[W]]))
+    state = steady_state(*relative_system(n, motion_variance=V, look_variance=W))
+    ones = np.ones(n) / np.sqrt(n)
+    assert ones @ state.predicted @ ones == pytest.approx(peer[0, 0], rel=1e-10)
+    np.testing.assert_allclose(np.sort(np.abs(state.poles))[1:], 1.0, rtol=1e-9)
+    form = settled(n, start_variance=1, motion_variance=V, look_variance=W)
+    assert np.abs(state.poles).min() == pytest.approx(form.pole, rel=1e-9)
+
+
+def test_the_full_state_has_no_unique_steady_state():
+    with pytest.raises(ValueError, match="never seen"):
+        steady_state(motion(0.0, 1.0, 3), Sensor(sensor_matrix(3), np.eye(3)))
+
+
+@given(
+    st.integers(1, 12), st.integers(1, 20), variances, variances, variances, st.integers(0, 2**31)
+)
+@settings(max_examples=40, deadline=None)
+def test_information_has_rank_n_and_is_blind_to_a_shift_of_the_world(n, steps, P0, V, W, seed):
+    rng = np.random.default_rng(seed)
+    run = run_filter(
+        start(P0),
+        np.zeros(steps),
+        np.zeros((1, steps + 1, n)),
+        motion_variance=V * rng.uniform(0.5, 2, steps),
+        look_variance=W * rng.uniform(0.5, 2, (steps + 1, n)),
+    )
+    J = fisher_information(sensor_matrix(n), run.innovation_covs[0])
+    np.testing.assert_allclose(J.sum(axis=-1), 0, atol=1e-9 * np.abs(J).max())
+    np.testing.assert_array_equal(scale_free_rank(J), n)
+    np.testing.assert_allclose(J[:, 0, 0], J[:, 1:, 1:].sum(axis=(1, 2)), rtol=1e-8)
+    assert np.all(np.diff(J[:, 0, 0]) > 0)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_information_is_singular_symbolically(n):
+    """SymPy, for any inverse innovation covariance: rank n and the kernel (1, …, 1)."""
+    weights = sympy.Matrix(n, n, lambda i, j: sympy.Symbol(f"s{min(i, j)}{max(i, j)}"))
+    H = sympy.Matrix(sensor_matrix(n).astype(int).tolist())
+    J = (H.T * weights * H).applyfunc(sympy.expand)
+    assert list(J * sympy.ones(n + 1, 1)) == [0] * (n + 1)
+    others = sum((J[i, :] for i in range(1, n + 1)), sympy.zeros(1, n + 1))
+    assert (J[0, :] + others).applyfunc(sympy.expand) == sympy.zeros(1, n + 1)
+    # striking out the vehicle leaves the regular matrix itself, so the rank is n, not less
+    assert J[1:, 1:] == weights.applyfunc(sympy.expand)
+
+
+def test_known_landmark_restores_the_rank():
+    """One row that sees the vehicle alone, as in eq. (20)."""
+    H = np.vstack([[-1.0, 0.0, 0.0], sensor_matrix(2)])
+    assert scale_free_rank(fisher_information(H, np.eye(3)[None])[-1]) == 3
+
+
+def test_one_landmark_sum_is_the_general_sum():
+    steps, rng = 25, np.random.default_rng(2)
+    V, W = rng.uniform(0.1, 2, steps), rng.uniform(0.1, 2, (steps + 1, 1))
+    looks = np.zeros((1, steps + 1, 1))
+    run = run_filter(start(0.6), np.zeros(steps), looks, motion_variance=V, look_variance=W)
+    before = run.covs[0, :-1].copy()
+    before[:, 0, 0] += V
+    deviations = np.sqrt(np.diagonal(before, axis1=1, axis2=2))
+    correlation = before[:, 0, 1] / deviations.prod(axis=1)
+    terms = one_landmark_term(*deviations.T, correlation, np.sqrt(W[1:, 0]))
+    general = fisher_information(sensor_matrix(1), run.innovation_covs[0])
+    np.testing.assert_allclose(np.cumsum(terms, axis=0), general, rtol=1e-11)
+
+
+def test_information_on_the_start_stays_bounded_while_the_sum_of_innovations_grows():
+    steps, sensor = 60, Sensor(sensor_matrix(1), np.eye(1))
+    about_start = start_information([motion(0.0, 1.0, 1)] * steps, [sensor] * steps)
+    assert about_start[-1, 0, 0] == pytest.approx(1 / PHI, rel=1e-12)
+    total = fisher_information(sensor_matrix(1), unit_run(1, steps).innovation_covs[0])
+    assert total[-1, 0, 0] > 20
+    # with the first look's own 1/W it explains what the filter ends with: W falls to 1/phi
+    assert 1 / (1 + about_start[-1, 0, 0]) == pytest.approx(1 / PHI)
+
+
+@given(st.integers(1, 5), st.floats(-1e3, 1e3), st.integers(0, 2**31))
+@settings(max_examples=30, deadline=None)
+def test_a_shift_of_the_origin_shifts_the_map_and_changes_nothing_else(n, shift, seed):
+    rng = np.random.default_rng(seed)
+    looks, commands = rng.normal(size=(2, 9, n)), rng.normal(size=8)
+    noise = {"motion_variance": 0.3, "look_variance": 0.2}
+    here = run_filter(start(0.5, 0.0), commands, looks, **noise)
+    there = run_filter(start(0.5, shift), commands, looks, **noise)
+    np.testing.assert_allclose(there.means - here.means, shift, atol=1e-9 * (1 + abs(shift)))
+    np.testing.assert_array_equal(there.covs, here.covs)
+    np.testing.assert_allclose(there.innovations, here.innovations, atol=1e-9 * (1 + abs(shift)))
+
+
+@given(st.integers(2, 6), st.integers(0, 2**31))
+@settings(max_examples=20, deadline=None)
+def test_landmarks_may_be_numbered_in_any_order(n, seed):
+    rng = np.random.default_rng(seed)
+    looks, commands = rng.normal(size=(2, 9, n)), rng.normal(size=8)
+    W, order = rng.uniform(0.1, 1, (9, n)), rng.permutation(n)
+    state_order = np.concatenate([[0], 1 + order])
+    a = run_filter(start(), commands, looks, motion_variance=0.3, look_variance=W)
+    b = run_filter(
+        start(), commands, looks[..., order], motion_variance=0.3, look_variance=W[:, order]
+    )
+    np.testing.assert_allclose(b.means, a.means[..., state_order], atol=1e-10)
+    np.testing.assert_allclose(b.covs, a.covs[..., state_order, :][..., state_order], atol=1e-10)
+
+
+def test_initial_vehicle_variance_changes_no_innovation():
+    """With landmarks from the first look the information does not depend on P0 at all."""
+    small, large = unit_run(3, 20, P0=0.0), unit_run(3, 20, P0=100.0)
+    np.testing.assert_allclose(small.innovation_covs, large.innovation_covs, rtol=1e-11)
+    np.testing.assert_allclose(large.covs - small.covs, 100.0, rtol=1e-11)
+
+
+def test_runs_with_shared_noise_share_their_covariances():
+    rng = np.random.default_rng(0)
+    looks, commands = rng.normal(size=(5, 7, 2)), rng.normal(size=6)
+    shared = run_filter(start(), commands, looks, motion_variance=1.0, look_variance=1.0)
+    own = run_filter(start(), commands, looks, motion_variance=np.ones((5, 6)), look_variance=1.0)
+    assert shared.covs.shape[0] == 1
+    assert own.covs.shape[0] == 5
+    np.testing.assert_allclose(own.means, shared.means, atol=1e-12)
+    assert own.deviations.shape == (5, 7, 3)
+
+
+def test_a_start_of_its_own_for_each_run():
+    rng = np.random.default_rng(0)
+    looks, commands = rng.normal(size=(3, 7, 2)), rng.normal(size=6)
+    many = Gaussian(np.array([[-1.0], [0.0], [2.0]]), np.array([0.1, 0.2, 0.3])[:, None, None])
+    batch = run_filter(many, commands, looks, motion_variance=1.0, look_variance=1.0)
+    plain = run_filter_stepwise(many, commands, looks, motion_variance=1.0, look_variance=1.0)
+    np.testing.assert_allclose(batch.means, plain.means, atol=1e-12)
+    for run in range(3):
+        one = Gaussian(many.mean[run], many.cov[run])
+        alone = run_filter(
+            one, commands, looks[run : run + 1], motion_variance=1.0, look_variance=1.0
+        )
+        np.testing.assert_allclose(batch.means[run], alone.means[0], atol=1e-12)
+        np.testing.assert_allclose(batch.covs[run], alone.covs[0], atol=1e-12)
+
+
+LOOKS, COMMANDS = np.zeros((2, 4, 3)), np.zeros(3)
+NEGATIVE = np.array([0.1, -0.2, 0.1])
+
+
+def run(**changes):
+    arguments = {
+        "start": start(),
+        "commands": COMMANDS,
+        "looks": LOOKS,
+        "motion_variance": 1.0,
+        "look_variance": 1.0,
+    }
+    return run_filter(**(arguments | changes))
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: sensor_matrix(0), "at least 1 landmark, got 0"),
+        (lambda: sensor_matrix(-2), "at least 1 landmark, got -2"),
+        (lambda: motion(0.0, -1.0, 1), "motion_variance must not be negative, got -1"),
+        (lambda: motion(np.nan, 1.0, 1), "shift must be finite"),
+        (lambda: run(looks=np.zeros((2, 4, 0))), "at least 1 landmark, got 0"),
+        (lambda: run(looks=np.zeros((0, 4, 3))), "at least 1 run"),
+        (lambda: run(looks=np.zeros((2, 1, 3)), commands=np.zeros(0)), "2 looks"),
+        (
+            lambda: run(looks=np.zeros((4, 3))),
+            r"looks must be \(runs, steps \+ 1, n\), got \(4, 3\)",
+        ),
+        (lambda: run(looks=np.full((2, 4, 3), np.nan)), "looks must be finite, got 24 of 24"),
+        (lambda: run(commands=np.zeros(4)), r"commands must be \(3,\) for looks \(2, 4, 3\)"),
+        (lambda: run(commands=np.array([0, np.inf, 0])), "commands must be finite"),
+        (lambda: run(motion_variance=-0.5), "motion_variance must not be negative, got -0.5"),
+        (lambda: run(motion_variance=NEGATIVE), "motion_variance must not be negative, got -0.2"),
+        (lambda: run(motion_variance=np.nan), "motion_variance must be finite"),
+        (lambda: run(motion_variance=np.ones(4)), r"motion_variance must broadcast to \(3,\)"),
+        (lambda: run(motion_variance=np.ones((3, 3))), r"motion_variance must broadcast"),
+        (lambda: run(look_variance=-1.0), "look_variance must not be negative"),
+        (lambda: run(look_variance=np.ones((3, 3))), r"look_variance must broadcast to \(4, 3\)"),
+        (lambda: run(look_variance=0.0), "singular"),
+        (lambda: run(start=Gaussian(np.zeros(2), np.eye(2))), "belief in 1 state, got 2"),
+        (lambda: run(start=Gaussian(np.zeros((3, 1)), np.eye(1))), "one belief or 2"),
+        (lambda: start(-1.0), "cov must be positive semi-definite"),
+        (lambda: start(np.nan), "cov must be finite"),
+        (lambda: first_look(start(), np.zeros(0), np.zeros(0)), "at least 1 landmark"),
+        (lambda: first_look(start(), np.array([np.nan]), np.ones(1)), "look must be finite"),
+        (lambda: first_look(start(), np.zeros(2), NEGATIVE[:2]), "must not be negative"),
+        (
+            lambda: first_look(Gaussian(np.zeros(2), np.eye(2)), np.zeros(2), np.ones(2)),
+            "belief in 1 state",
+        ),
+        (
+            lambda: settled(1, start_variance=1, motion_variance=0, look_variance=1),
+            "motion > 0, look > 0, got 1, 0, 1",
+        ),
+        (
+            lambda: settled(0, start_variance=1, motion_variance=1, look_variance=1),
+            "at least 1 landmark",
+        ),
+    ],
+)
+def test_bad_input_is_named(build, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        build()

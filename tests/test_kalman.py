@@ -1,0 +1,306 @@
+"""The Kalman filter against filterpy, SciPy's Riccati solver, brute force, and its own laws."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.linalg import solve_discrete_are
+
+from robot_perception.beliefs import Gaussian
+from robot_perception.kalman import (
+    Motion,
+    Sensor,
+    fisher_information,
+    predict,
+    scale_free_rank,
+    start_information,
+    steady_state,
+    update,
+)
+from tests.unchecked import unchecked
+
+PHI = (1 + np.sqrt(5)) / 2
+
+
+def covariance(n, rng, rank=None):
+    factor = rng.normal(size=(n, n if rank is None else rank))
+    return factor @ factor.T
+
+
+def system(n, m, rng):
+    """Return a random system; its transition is far from symmetric."""
+    F = rng.normal(size=(n, n)) + np.triu(rng.normal(size=(n, n)), 1)
+    return (
+        Motion(F, covariance(n, rng), rng.normal(size=n)),
+        Sensor(rng.normal(size=(m, n)), covariance(m, rng) + 0.1 * np.eye(m)),
+    )
+
+
+def belief(n, rng):
+    return Gaussian(rng.normal(size=n), covariance(n, rng))
+
+
+systems = st.tuples(st.integers(1, 5), st.integers(1, 4), st.integers(0, 2**32 - 1))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ten_steps_equal_filterpy_with_a_transition_that_is_not_symmetric(seed):
+    rng = np.random.default_rng(seed)
+    n, m = 4, 2
+    motion, sensor = system(n, m, rng)
+    assert not np.allclose(motion.transition, motion.transition.T)
+    ours = belief(n, rng)
+    peer = KalmanFilter(dim_x=n, dim_z=m, dim_u=n)
+    peer.x, peer.P = ours.mean[:, None].copy(), ours.cov.copy()
+    peer.F, peer.Q, peer.B = motion.transition, motion.noise, np.eye(n)
+    peer.H, peer.R = sensor.matrix, sensor.noise
+    for _ in range(10):
+        z = rng.normal(size=m)
+        ours, info = update(predict(ours, motion), z, sensor)
+        peer.predict(u=motion.shift[:, None])
+        peer.update(z[:, None])
+        np.testing.assert_allclose(ours.mean, peer.x[:, 0], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(ours.cov, peer.P, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(info.innovation, peer.y[:, 0], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(info.innovation_cov, peer.S, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(info.gain, peer.K, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(info.log_likelihood, peer.log_likelihood, rtol=1e-9)
+        np.testing.assert_allclose(
+            info.normalised_innovation_squared, peer.mahalanobis**2, rtol=1e-9
+        )
+
+
+@given(systems)
+@settings(max_examples=40, deadline=None)
+def test_update_is_conditioning_of_the_joint_gaussian(case):
+    n, m, seed = case
+    rng = np.random.default_rng(seed)
+    prior = Gaussian(rng.normal(size=n), covariance(n, rng) + 0.1 * np.eye(n))
+    (_, sensor), z = system(n, m, rng), rng.normal(size=m)
+    posterior, info = update(prior, z, sensor)
+    # Bayes' rule in information form
+    prior_information = np.linalg.inv(prior.cov)
+    weight = sensor.matrix.T @ np.linalg.inv(sensor.noise)
+    cov = np.linalg.inv(prior_information + weight @ sensor.matrix)
+    mean = cov @ (prior_information @ prior.mean + weight @ z)
+    np.testing.assert_allclose(posterior.cov, cov, rtol=0, atol=1e-9 * np.abs(prior.cov).max())
+    np.testing.assert_allclose(posterior.mean, mean, rtol=1e-7, atol=1e-7)
+    density = stats.multivariate_normal(
+        sensor.matrix @ prior.mean, sensor.matrix @ prior.cov @ sensor.matrix.T + sensor.noise
+    )
+    np.testing.assert_allclose(info.log_likelihood, density.logpdf(z), rtol=1e-6, atol=1e-6)
+
+
+@given(systems)
+@settings(max_examples=40, deadline=None)
+def test_a_look_never_adds_uncertainty_and_a_motion_never_removes_it(case):
+    n, m, seed = case
+    rng = np.random.default_rng(seed)
+    prior, (motion, sensor) = belief(n, rng), system(n, m, rng)
+    posterior, _ = update(prior, rng.normal(size=m), sensor)
+    scale = np.abs(prior.cov).max()
+    assert np.linalg.eigvalsh(prior.cov - posterior.cov).min() >= -1e-9 * scale
+    still = Motion(np.eye(n), motion.noise)
+    moved = predict(prior, still)
+    assert np.linalg.eigvalsh(moved.cov - prior.cov).min() >= -1e-9 * scale
+
+
+@given(systems)
+@settings(max_examples=30, deadline=None)
+def test_two_independent_sensors_may_speak_together_or_in_turn(case):
+    n, m, seed = case
+    rng = np.random.default_rng(seed)
+    prior, (_, first), (_, second) = belief(n, rng), system(n, m, rng), system(n, m, rng)
+    z = rng.normal(size=2 * m)
+    together = Sensor(
+        np.vstack([first.matrix, second.matrix]),
+        np.block([[first.noise, np.zeros((m, m))], [np.zeros((m, m)), second.noise]]),
+    )
+    at_once, info = update(prior, z, together)
+    half, info_first = update(prior, z[:m], first)
+    in_turn, info_second = update(half, z[m:], second)
+    scale = 1 + np.abs(prior.cov).max()
+    np.testing.assert_allclose(in_turn.mean, at_once.mean, rtol=0, atol=1e-7 * scale)
+    np.testing.assert_allclose(in_turn.cov, at_once.cov, rtol=0, atol=1e-7 * scale)
+    np.testing.assert_allclose(
+        info_first.log_likelihood + info_second.log_likelihood, info.log_likelihood, rtol=1e-6
+    )
+
+
+def test_batch_equals_loop():
+    rng = np.random.default_rng(3)
+    motion, sensor = system(3, 2, rng)
+    means, covs = rng.normal(size=(4, 5, 3)), np.stack([covariance(3, rng) for _ in range(5)])
+    z = rng.normal(size=(4, 5, 2))
+    batch, info = update(predict(Gaussian(means, covs), motion), z, sensor)
+    assert batch.mean.shape == (4, 5, 3)
+    assert batch.cov.shape == (5, 3, 3), "one covariance serves the outer axis"
+    for i in range(4):
+        for j in range(5):
+            one, one_info = update(predict(Gaussian(means[i, j], covs[j]), motion), z[i, j], sensor)
+            np.testing.assert_allclose(batch.mean[i, j], one.mean, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(batch.cov[j], one.cov, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(info.log_likelihood[i, j], one_info.log_likelihood)
+
+
+def test_inputs_are_not_written_to():
+    rng = np.random.default_rng(4)
+    prior, (motion, sensor), z = belief(3, rng), system(3, 2, rng), rng.normal(size=2)
+    before = [a.copy() for a in (prior.mean, prior.cov, motion.transition, sensor.matrix, z)]
+    update(predict(prior, motion), z, sensor)
+    after = (prior.mean, prior.cov, motion.transition, sensor.matrix, z)
+    for old, new in zip(before, after, strict=True):
+        np.testing.assert_array_equal(old, new)
+
+
+def test_joseph_form_stays_a_covariance_where_the_short_form_does_not():
+    """A look far more accurate than the prior: (I - KH)P turns indefinite by rounding."""
+    broken = 0
+    for seed in range(50):
+        rng = np.random.default_rng(seed)
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        cov = axes @ np.diag([1e8, 1e4, 1.0]) @ axes.T
+        prior = Gaussian(np.zeros(3), (cov + cov.T) / 2)
+        sensor = Sensor(rng.normal(size=(1, 3)), np.array([[1e-10]]))
+        posterior, info = update(prior, np.zeros(1), sensor)
+        short = (np.eye(3) - info.gain @ sensor.matrix) @ prior.cov
+        broken += np.linalg.eigvalsh((short + short.T) / 2)[0] < -1e-9
+        assert np.linalg.eigvalsh(posterior.cov)[0] > -1e-10
+    assert broken > 10, "the example is to be one on which the short form fails"
+
+
+def test_information_is_the_sum_of_the_terms():
+    rng = np.random.default_rng(5)
+    H = rng.normal(size=(2, 3))
+    S = np.stack([covariance(2, rng) + np.eye(2) for _ in range(6)])
+    J = fisher_information(H, S)
+    expected = np.cumsum([H.T @ np.linalg.inv(s) @ H for s in S], axis=0)
+    np.testing.assert_allclose(J, expected, rtol=1e-12)
+    np.testing.assert_allclose(fisher_information(H, np.stack([S, S]))[1], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_information_on_the_start_equals_the_joint_likelihood_of_all_measurements(seed):
+    """Oracle: write all measurements as one Gaussian vector, z = O x0 + noise, and take OᵀC⁻¹O."""
+    rng = np.random.default_rng(seed)
+    n, m, steps = 3, 2, 6
+    motions = [Motion(rng.normal(size=(n, n)), covariance(n, rng)) for _ in range(steps)]
+    sensors = [
+        Sensor(rng.normal(size=(m, n)), covariance(m, rng) + np.eye(m)) for _ in range(steps)
+    ]
+    to_start, to_noise = np.eye(n), np.zeros((n, n * steps))
+    rows, noise_rows = [], []
+    for k, (motion, sensor) in enumerate(zip(motions, sensors, strict=True)):
+        to_start, to_noise = motion.transition @ to_start, motion.transition @ to_noise
+        to_noise[:, n * k : n * (k + 1)] += np.eye(n)
+        rows.append(sensor.matrix @ to_start)
+        noise_rows.append(sensor.matrix @ to_noise)
+    Q = np.zeros((n * steps, n * steps))
+    R = np.zeros((m * steps, m * steps))
+    for k in range(steps):
+        Q[n * k : n * (k + 1), n * k : n * (k + 1)] = motions[k].noise
+        R[m * k : m * (k + 1), m * k : m * (k + 1)] = sensors[k].noise
+    stacked, spread = np.vstack(rows), np.vstack(noise_rows)
+    ours = start_information(motions, sensors)
+    for k in range(1, steps + 1):
+        seen = stacked[: m * k]
+        cov = (spread @ Q @ spread.T + R)[: m * k, : m * k]
+        np.testing.assert_allclose(ours[k - 1], seen.T @ np.linalg.solve(cov, seen), rtol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_steady_state_equals_scipy_and_the_recursion(seed):
+    rng = np.random.default_rng(seed)
+    n, m = 3, 2
+    motion, sensor = system(n, m, rng)
+    motion = Motion(motion.transition / 2, motion.noise)
+    ours = steady_state(motion, sensor)
+    peer = solve_discrete_are(motion.transition.T, sensor.matrix.T, motion.noise, sensor.noise)
+    np.testing.assert_allclose(ours.predicted, peer, rtol=1e-8)
+    recursion = Gaussian(np.zeros(n), np.eye(n))
+    for _ in range(300):
+        predicted = predict(recursion, motion)
+        recursion, info = update(predicted, np.zeros(m), sensor)
+    np.testing.assert_allclose(ours.predicted, predicted.cov, rtol=1e-8)
+    np.testing.assert_allclose(ours.posterior, recursion.cov, rtol=1e-8)
+    np.testing.assert_allclose(ours.gain, info.gain, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(ours.innovation_cov, info.innovation_cov, rtol=1e-8)
+    assert np.abs(ours.poles[0]) < 1
+
+
+def test_random_walk_seen_directly_settles_at_the_golden_ratio():
+    one = np.eye(1)
+    state = steady_state(Motion(one, one), Sensor(one, one))
+    assert state.predicted[0, 0] == pytest.approx(PHI, rel=1e-12)
+    assert state.gain[0, 0] == pytest.approx(1 / PHI, rel=1e-12)
+    assert state.poles[0] == pytest.approx(PHI**-2, rel=1e-12)
+    assert state.time_constant == pytest.approx(1 / (2 * np.log(PHI)), rel=1e-12)
+
+
+def test_constant_velocity_equals_scipy():
+    F = np.array([[1.0, 0.5], [0.0, 1.0]])
+    Q = 0.3 * np.array([[0.125 / 3, 0.125], [0.125, 0.5]])
+    H = np.array([[1.0, 0.0]])
+    state = steady_state(Motion(F, Q), Sensor(H, 2.0 * np.eye(1)))
+    np.testing.assert_allclose(
+        state.predicted, solve_discrete_are(F.T, H.T, Q, 2.0 * np.eye(1)), rtol=1e-9
+    )
+
+
+def test_steady_state_refuses_a_direction_that_is_never_seen():
+    H = np.array([[-1.0, 1.0]])
+    with pytest.raises(ValueError, match="1 undamped direction"):
+        steady_state(Motion(np.eye(2), np.diag([1.0, 0.0])), Sensor(H, np.eye(1)))
+
+
+@given(st.integers(1, 6), st.integers(0, 6), st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_rank_does_not_depend_on_units(n, rank, seed):
+    rank = min(n, rank)
+    rng = np.random.default_rng(seed)
+    factor = np.linalg.qr(rng.normal(size=(n, n)))[0][:, :rank]
+    units = np.diag(10.0 ** rng.uniform(-5, 5, n))
+    assert scale_free_rank(factor @ factor.T) == rank
+    scaled = units @ factor @ factor.T @ units
+    assert scale_free_rank((scaled + scaled.T) / 2) == rank
+
+
+GOOD = Gaussian(np.zeros(2), np.eye(2))
+EYE, NAN = np.eye(2), np.full((2, 2), np.nan)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: Motion(np.ones((2, 3)), EYE), r"transition must be \(…, n, n\), got \(2, 3\)"),
+        (lambda: Motion(EYE, np.eye(3)), r"noise must be \(…, 2, 2\), got \(3, 3\)"),
+        (lambda: Motion(EYE, -EYE), "noise must be positive semi-definite"),
+        (lambda: Motion(EYE, np.array([[1.0, 0.5], [0.0, 1.0]])), "noise must be symmetric"),
+        (lambda: Motion(NAN, EYE), "transition must be finite"),
+        (lambda: Motion(EYE, NAN), "noise must be finite"),
+        (lambda: Motion(EYE, EYE, np.zeros(3)), r"shift must be \(…, 2\), got \(3,\)"),
+        (lambda: Motion(EYE, EYE, np.array([0.0, np.inf])), "shift must be finite"),
+        (lambda: Sensor(np.zeros((0, 2)), np.zeros((0, 0))), "m, n >= 1"),
+        (lambda: Sensor(EYE, np.eye(3)), r"noise must be \(…, 2, 2\)"),
+        (lambda: Sensor(NAN, EYE), "matrix must be finite"),
+        (lambda: predict(GOOD, Motion(np.eye(3), np.eye(3))), "motion is of 3 states"),
+        (lambda: update(GOOD, np.zeros(3), Sensor(np.eye(3), np.eye(3))), "sensor is of 3 states"),
+        (lambda: update(GOOD, np.zeros(1), Sensor(EYE, EYE)), r"measurement must be \(…, 2\)"),
+        (lambda: update(GOOD, np.array([0, np.nan]), Sensor(EYE, EYE)), "measurement must be fin"),
+        (
+            lambda: update(Gaussian(np.zeros(2), 0 * EYE), np.zeros(2), Sensor(EYE, 0 * EYE)),
+            "covariance is singular",
+        ),
+        (lambda: fisher_information(EYE, np.ones((4, 3, 3))), "innovation_covs must be"),
+        (lambda: fisher_information(EYE, np.zeros((4, 2, 2))), "covariance is singular"),
+        (lambda: start_information([], []), "as many motions as sensors"),
+        (lambda: steady_state(Motion(EYE, EYE), Sensor(EYE, 0 * EYE)), "covariance is singular"),
+        (lambda: steady_state(Motion(EYE[None], EYE), Sensor(EYE, EYE)), "need one system"),
+        (lambda: scale_free_rank(-EYE), "matrix must be positive semi-definite"),
+    ],
+)
+def test_bad_input_is_named(build, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        build()
