@@ -68,6 +68,8 @@ def test_other_numbers_of_beams_need_a_field_of_view(tmp_path):
         read_carmen_log(path)
     log = read_carmen_log(path, field_of_view=(-1.0, 1.0))
     np.testing.assert_allclose(log.angles, [-1.0, -0.5, 0.0, 0.5, 1.0])
+    with pytest.raises(ValueError, match=r"two finite angles, got \(nan, 1\.0\)"):
+        read_carmen_log(path, field_of_view=(np.nan, 1.0))
 
 
 @pytest.mark.parametrize(

@@ -41,8 +41,8 @@ def read_carmen_log(
     max_range
         Readings of at least this many metres mean "no return" and become ``inf``. Without it the
         largest reading of the log decides (see `logs.no_return_threshold`): 80 m for SICK logs in
-        centimetres (Intel, Freiburg, SENA), 50 m for logs cut there (ACES, FHW, Acapulco), 32.759 m
-        for SICK logs in millimetres (Orebro).
+        centimetres (Intel, Freiburg, SENA), 50 m for logs that end at 50 to 52 m (ACES, FHW,
+        Acapulco), 32.759 m for SICK logs in millimetres (Orebro).
     field_of_view
         Directions of the first and last beam in rad. Without it, scans must have 180, 181, 360 or
         361 beams, whose directions are conventional (see `logs.beam_angles`).

@@ -38,8 +38,8 @@ CUT = "cut short by the end of the damaged file"
 
 # What laser loggers write where nothing came back: (lowest, highest) largest reading of such a log,
 # and the threshold. SICK scanners send error codes for readings: in centimetres 0x1FF7 ... 0x1FFF
-# (81.83 ... 81.91 m), in millimetres 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). Some logs were cut at
-# 50 m by the mapper, with up to 2 m of sensor offset added.
+# (81.83 ... 81.91 m), in millimetres 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). ACES, FHW and Acapulco
+# hold 50 to 51.25 m there.
 NO_RETURN_CODES = ((80.0, np.inf, 80.0), (50.0, 52.0, 50.0), (32.759, 32.767, 32.759))
 
 
@@ -339,13 +339,7 @@ def _not_text(line: bytes) -> str | None:
 
 
 def numbers(tokens: list[bytes]) -> Float[np.ndarray, " tokens"] | None:
-    """Return the tokens as finite or infinite floats, or nothing if one of them is no number.
-
-    Parameters
-    ----------
-    tokens
-        Words of a line.
-    """
+    """Return words as numbers (NaN and infinity included), or nothing if one of them is none."""
     if b"_" in b"".join(tokens):  # Python reads 1_0 as ten
         return None
     try:
@@ -371,9 +365,17 @@ def beam_angles(
 
     Returns
     -------
-    (beams,) angles in rad, counter-clockwise.
+    (beams,) or None
+        Angles in rad, counter-clockwise.
+
+    Raises
+    ------
+    ValueError
+        If ``field_of_view`` is not finite.
     """
     if field_of_view is not None:
+        if not np.isfinite(field_of_view).all():
+            raise ValueError(f"field_of_view must be two finite angles, got {field_of_view}")
         return np.linspace(*field_of_view, beams)
     if beams not in FIELDS_OF_VIEW_DEG:
         return None
