@@ -38,8 +38,8 @@ CUT = "cut short by the end of the damaged file"
 
 # What laser loggers write where nothing came back: (lowest, highest) largest reading of such a log,
 # and the threshold. SICK scanners send error codes for readings: in centimetres 0x1FF7 ... 0x1FFF
-# (81.83 ... 81.91 m), in millimetres 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). ACES, FHW and Acapulco
-# hold 50 to 51.25 m there.
+# (81.83 ... 81.91 m), in millimetres 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). ACES, FHW and
+# Acapulco hold 50 to 51.25 m there.
 NO_RETURN_CODES = ((80.0, np.inf, 80.0), (50.0, 52.0, 50.0), (32.759, 32.767, 32.759))
 
 
