@@ -7,16 +7,64 @@ from robot_perception.walls.chains import (
     simplify_recursive,
 )
 from robot_perception.walls.path_hulls import count_hull_steps, simplify_path_hull
+from robot_perception.walls.scores import (
+    MapScore,
+    distance_to_segments,
+    explained,
+    sample_faces,
+    score_map,
+)
+from robot_perception.walls.segments import (
+    Extraction,
+    RangeNoise,
+    ScanReport,
+    Segments,
+    extract_segments,
+    find_breaks,
+    fit_line,
+    project,
+    to_points,
+)
 from robot_perception.walls.simplicity import find_crossings, is_simple, require_simple
+from robot_perception.walls.wall_map import (
+    Gate,
+    WallMap,
+    build_map,
+    merge,
+    search,
+    seen_from,
+    to_world,
+)
 
 __all__ = [
+    "Extraction",
+    "Gate",
+    "MapScore",
+    "RangeNoise",
+    "ScanReport",
+    "Segments",
+    "WallMap",
+    "build_map",
     "count_distances",
     "count_hull_steps",
+    "distance_to_segments",
+    "explained",
+    "extract_segments",
+    "find_breaks",
     "find_crossings",
     "find_split",
+    "fit_line",
     "is_simple",
+    "merge",
+    "project",
     "require_simple",
+    "sample_faces",
+    "score_map",
+    "search",
+    "seen_from",
     "simplify",
     "simplify_path_hull",
     "simplify_recursive",
+    "to_points",
+    "to_world",
 ]

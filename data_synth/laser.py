@@ -1,0 +1,165 @@
+"""A SICK-like laser scanner in a world of straight faces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Scanner:
+    """A scanner that sweeps half a turn.
+
+    Parameters
+    ----------
+    beams
+        Beams from -90° to 90°, both included: 181 for 1°, 361 for 0.5°.
+    range_sigma
+        Standard deviation of a range, m.
+    max_range
+        Beyond it nothing comes back, m.
+    resolution
+        Readings are rounded to multiples of it, m; 0 for none.
+    spot
+        Half the opening angle of a beam, rad. A beam that meets two surfaces at once reports a
+        range between them (a mixed pixel).
+    dropout
+        Share of readings lost for no reason.
+    """
+
+    beams: int = 361
+    range_sigma: float = 0.015
+    max_range: float = 12.0
+    resolution: float = 0.01
+    spot: float = np.deg2rad(0.25)
+    dropout: float = 0.002
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Directions of the beams in the frame of the scanner, rad."""
+        return np.linspace(-np.pi / 2, np.pi / 2, self.beams)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scans:
+    """Readings and what they are readings of.
+
+    Parameters
+    ----------
+    ranges
+        Readings (scans, beams), m; infinite where nothing came back.
+    true_ranges
+        Distances along the middle of each beam, m, infinite where there is nothing.
+    faces
+        Index of the face hit by the middle of each beam, -1 for none.
+    mixed
+        Which readings are mixed pixels.
+    """
+
+    ranges: np.ndarray
+    true_ranges: np.ndarray
+    faces: np.ndarray
+    mixed: np.ndarray
+
+
+def cast(
+    origins: np.ndarray, directions: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distance along rays to the nearest face, and which face it is.
+
+    Parameters
+    ----------
+    origins : (rays, 2) or (2,)
+        Where the rays start, m.
+    directions : (rays,)
+        Their directions, rad.
+    faces : (faces, 2, 2)
+        Ends of the faces, m.
+
+    Returns
+    -------
+    distances, indices
+        Infinite and -1 where a ray meets nothing.
+    """
+    ray = np.stack([np.cos(directions), np.sin(directions)], axis=-1)[:, None]
+    start, along = faces[:, 0], faces[:, 1] - faces[:, 0]
+    arm = start - np.broadcast_to(origins, (len(directions), 2))[:, None]
+    area = ray[..., 0] * along[:, 1] - ray[..., 1] * along[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = (arm[..., 0] * along[:, 1] - arm[..., 1] * along[:, 0]) / area
+        share = (arm[..., 0] * ray[..., 1] - arm[..., 1] * ray[..., 0]) / area
+    hit = (area != 0) & (distance > 1e-9) & (share >= 0) & (share <= 1)
+    distance = np.where(hit, distance, np.inf)
+    nearest = distance.argmin(axis=1)
+    distances = distance[np.arange(len(nearest)), nearest]
+    return distances, np.where(np.isfinite(distances), nearest, -1)
+
+
+def scan(
+    faces: np.ndarray, poses: np.ndarray, scanner: Scanner, *, rng: np.random.Generator
+) -> Scans:
+    """Return the scans taken from the poses by a scanner that stands still while it scans."""
+    poses = np.asarray(poses, dtype=float).reshape(-1, 3)
+    beam_poses = np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3))
+    return _scan(faces, beam_poses, scanner, rng)
+
+
+def scan_moving(
+    faces: np.ndarray,
+    pose: np.ndarray,
+    velocity: tuple[float, float],
+    duration: float,
+    scanner: Scanner,
+    *,
+    rng: np.random.Generator,
+) -> Scans:
+    """Return one scan taken on the move, beam after beam.
+
+    Parameters
+    ----------
+    faces : (faces, 2, 2)
+        Ends of the faces, m.
+    pose : (3,)
+        Where the scanner is when the sweep begins, m and rad.
+    velocity
+        Forward speed and turn rate, m/s and rad/s.
+    duration
+        Time of the sweep, s.
+    scanner
+        The scanner.
+    rng
+        Source of noise.
+    """
+    time = np.linspace(0.0, duration, scanner.beams)
+    heading = pose[2] + velocity[1] * time
+    step = velocity[0] * duration / (scanner.beams - 1)
+    x = pose[0] + np.r_[0.0, np.cumsum(step * np.cos(heading[:-1]))]
+    y = pose[1] + np.r_[0.0, np.cumsum(step * np.sin(heading[:-1]))]
+    return _scan(faces, np.stack([x, y, heading], axis=-1)[None], scanner, rng)
+
+
+def _scan(
+    faces: np.ndarray, poses: np.ndarray, scanner: Scanner, rng: np.random.Generator
+) -> Scans:
+    shape = poses.shape[:2]
+    offsets = scanner.spot * np.array([-1.0, 0.0, 1.0])
+    directions = poses[..., 2] + scanner.angles
+    distances, index = np.empty((*shape, 3)), np.empty((*shape, 3), dtype=int)
+    for k in range(shape[0]):
+        for side, offset in enumerate(offsets):
+            distances[k, :, side], index[k, :, side] = cast(
+                poses[k, :, :2], directions[k] + offset, faces
+            )
+    true, face = distances[..., 1], index[..., 1]
+    near, far = distances.min(axis=-1), distances.max(axis=-1)
+    # a spot on one tilted surface has a spread too; two surfaces are told by a clear step
+    spread = np.subtract(far, near, out=np.zeros(shape), where=np.isfinite(far))
+    step = spread > 0.1 + 0.05 * near
+    step &= (index[..., 0] != index[..., 1]) | (index[..., 2] != index[..., 1])
+    share = rng.uniform(size=shape)
+    blended = near + share * spread
+    ranges = np.where(step, blended, true) + rng.normal(0.0, scanner.range_sigma, shape)
+    if scanner.resolution > 0:
+        ranges = np.round(ranges / scanner.resolution) * scanner.resolution
+    lost = (rng.uniform(size=shape) < scanner.dropout) | (ranges > scanner.max_range)
+    ranges = np.where(lost | ~np.isfinite(true), np.inf, np.maximum(ranges, 0.01))
+    return Scans(ranges, true, face, step)
