@@ -1,4 +1,4 @@
-/* What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
+/* Sources are handed over, not shown. What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
 (() => {
   "use strict";
   const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .text_html";
@@ -11,6 +11,7 @@
   }
 
   addEventListener("load", () => {
+    document.querySelectorAll("a.btn-download-source-button").forEach((link) => { link.download = ""; });
     mark();
     addEventListener("resize", mark);
     globalThis.MathJax?.startup?.promise?.then(mark);

@@ -58,7 +58,10 @@ class Frame:
         width, height = self.size
         size = f' width="{width}" height="{height}"' if width else ""
         data = base64.b64encode(self.data).decode()
-        return f'<img class="rp-frame dark-light" alt="{html.escape(self.alt)}"{size} src="data:{self.mime};base64,{data}">'
+        return (
+            f'<img class="rp-frame dark-light" alt="{html.escape(self.alt)}"{size}'
+            f' src="data:{self.mime};base64,{data}">'
+        )
 
 
 def render(drawing: object, alt: str, *, effort: int = 4) -> Frame:

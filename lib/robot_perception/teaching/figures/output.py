@@ -113,8 +113,10 @@ def to_webp(array: np.ndarray, *, effort: int = 4) -> bytes:
 def image_element(data: bytes, shape: tuple[int, ...], alt: str, pixelated: bool = False) -> str:
     """Write the `<img>` element of a WebP image, its data inside."""
     style = " rp-pixelated" if pixelated else ""
+    height, width = shape[:2]
     return (
-        f'<img class="dark-light{style}" width="{shape[1]}" height="{shape[0]}" alt="{html.escape(alt)}"'
+        f'<img class="dark-light{style}" width="{width}" height="{height}"'
+        f' alt="{html.escape(alt)}"'
         f' src="data:image/webp;base64,{base64.b64encode(data).decode()}">'
     )
 

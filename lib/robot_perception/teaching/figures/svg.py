@@ -158,7 +158,8 @@ def _rewrite(raw: str, alt: str | None, prefix: str | None) -> str:
         f'<svg class="rp-svg" xmlns="http://www.w3.org/2000/svg"'
         f' xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box}" width="100%"'
         f' style="--rp-width:{width}" role="img"{name}'
-        f' fill="currentColor" font-family="system-ui, sans-serif" stroke-linejoin="round" stroke-linecap="butt">'
+        f' fill="currentColor" font-family="system-ui, sans-serif"'
+        f' stroke-linejoin="round" stroke-linecap="butt">'
         f"{body.strip()}"
     )
 

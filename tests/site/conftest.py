@@ -1,0 +1,152 @@
+"""The built site, served on loopback, opened in the system's Chromium, and counted."""
+
+import fcntl
+import functools
+import os
+import subprocess
+import sys
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+
+from tests.site.browser import launch
+
+ROOT = Path(__file__).parents[2]
+COUNTS = (
+    "pages opened",
+    "explorers driven",
+    "controls driven to both ends",
+    "states shown",
+    "requests to other hosts",
+    "console errors and page errors",
+    "serious or critical violations, light",
+    "serious or critical violations, dark",
+)
+
+
+@dataclass
+class Visit:
+    """A page that is open, and what went wrong on it."""
+
+    page: Page
+    own: tuple[str, ...]
+    errors: list[str] = field(default_factory=list)
+    strangers: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Listen to the console, to uncaught errors and to every request."""
+        self.page.on("console", self._console)
+        self.page.on("pageerror", lambda error: self.errors.append(f"uncaught: {error}"))
+        self.page.on("request", self._request)
+        self.page.on("requestfailed", lambda r: self.errors.append(f"failed: {r.url}"))
+
+    def _console(self, message: object) -> None:
+        if message.type in ("error", "warning"):
+            self.errors.append(f"{message.type}: {message.text}")
+
+    def _request(self, request: object) -> None:
+        if not request.url.startswith((*self.own, "data:", "blob:", "about:")):
+            self.strangers.append(request.url)
+
+    def open(self, address: str) -> Page:
+        """Open an address and wait until its formulas are set."""
+        self.page.goto(address, wait_until="load")
+        self.page.evaluate("async () => { await globalThis.MathJax?.startup?.promise; }")
+        return self.page
+
+
+@pytest.fixture(scope="session")
+def site() -> Path:
+    """The folder of the built site; built first unless ROBOT_PERCEPTION_SITE names one."""
+    given = os.environ.get("ROBOT_PERCEPTION_SITE")
+    if given:
+        folder = (ROOT / given).resolve()
+        assert (folder / "index.html").exists(), f"no site at ROBOT_PERCEPTION_SITE={given}"
+        return folder
+    build = ROOT / "build"
+    build.mkdir(exist_ok=True)
+    options = ["--config", "_config.yml", "--path-output", "build", "-W", "--keep-going"]
+    with (build / ".lock").open("w") as lock:  # one worker builds, the others wait
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run(
+            [Path(sys.executable).with_name("jupyter-book"), "build", "book", *options],
+            cwd=ROOT,
+            check=True,
+        )
+    return build / "_build" / "html"
+
+
+@pytest.fixture(scope="session")
+def address(site: Path) -> Iterator[str]:
+    """The address under which the site is served on loopback."""
+
+    class Quiet(SimpleHTTPRequestHandler):
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(
+        ("127.0.0.1", 0), functools.partial(Quiet, directory=str(site))
+    ) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """The system's Chromium."""
+    with sync_playwright() as playwright:
+        found = launch(playwright)
+        if found is None:
+            pytest.skip("no Chromium on this machine; install the package chromium")
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def visit(browser: Browser, address: str, site: Path) -> Iterator[Callable[..., Visit]]:
+    """Make visits, each in a fresh context; keyword arguments go to the browser context."""
+    contexts: list[BrowserContext] = []
+
+    def make(**options: object) -> Visit:
+        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
+        contexts.append(context)
+        return Visit(context.new_page(), (address, site.as_uri()))
+
+    yield make
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture
+def count(record_property: Callable[[str, object], None]) -> Callable[[str, int], None]:
+    """Add to one line of the summary."""
+
+    def add(name: str, number: int) -> None:
+        assert name in COUNTS, name
+        record_property(f"site: {name}", number)
+
+    return add
+
+
+def pytest_terminal_summary(terminalreporter: object) -> None:
+    """Print what was seen of the site, over all workers."""
+    totals: Counter[str] = Counter()
+    seen = False
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            for name, value in getattr(report, "user_properties", ()):
+                if name.startswith("site: ") and getattr(report, "when", "") == "call":
+                    totals[name.removeprefix("site: ")] += value
+                    seen = True
+    if not seen:
+        return
+    terminalreporter.section("the built site in Chromium")
+    for name in COUNTS:
+        terminalreporter.write_line(f"{totals[name]:6d}  {name}")

@@ -1,0 +1,218 @@
+"""Every explorer: each control to both ends, presets, reset, keys, paper, no script."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import ElementHandle, Page
+
+from tests.site.conftest import Visit
+from tests.site.contents import NOTEBOOKS
+
+PICTURE = """
+async (root) => {
+  const pause = () => new Promise((resolve) => setTimeout(resolve, 5));
+  while (root.hasAttribute("data-busy")) await pause();
+  const canvas = root.querySelector(".rp-canvas");
+  const image = canvas.querySelector("img");
+  if (image) await image.decode();
+  const node = image ?? canvas.querySelector("svg");
+  const complaint = root.querySelector(".rp-error:not([hidden])")?.textContent ?? "";
+  const { width, height } = node.getBoundingClientRect();
+  return {
+    picture: image ? image.src : node.outerHTML,
+    alt: image ? image.alt : node.getAttribute("aria-label"),
+    marks: image ? image.naturalWidth : node.querySelectorAll("path, use, image, text").length,
+    area: width * height,
+    complaint,
+  };
+}
+"""
+NOT_FINITE = re.compile(r"(?<![\w-])(?:nan|inf|infinity)(?![\w-])", re.IGNORECASE)
+EMBEDDED = re.compile(r'base64,[^"]*|^http.*')
+SILENCE_MS = 1100
+
+
+class Driver:
+    """Drives one explorer the way a reader does, and looks at every picture."""
+
+    def __init__(self, page: Page, root: ElementHandle) -> None:
+        self.page = page
+        self.root = root
+        self.controls = root.query_selector_all(".rp-control")
+        self.pictures: set[str] = set()
+        self.states = 0
+        self.look()
+
+    def look(self) -> str:
+        """Return the picture that is shown, after judging it."""
+        seen = self.page.evaluate(PICTURE, self.root)
+        assert not seen["complaint"], seen["complaint"]
+        assert seen["area"] > 1000, "the picture has no size"
+        assert seen["marks"] > 0, "the picture is empty"
+        assert len(seen["alt"]) >= 20, f"alternative text {seen['alt']!r}"
+        drawn = EMBEDDED.sub("", seen["picture"])
+        assert not NOT_FINITE.search(drawn), "the picture holds a number that is not finite"
+        self.pictures.add(seen["picture"])
+        self.states += 1
+        return seen["picture"]
+
+    def drive(self, control: ElementHandle) -> None:
+        """Move one control to each of its ends, by the keyboard where it has keys."""
+        before = len(self.pictures)
+        if slider := control.query_selector("input[type=range]"):
+            for key in ("Home", "End", "ArrowLeft"):
+                slider.focus()
+                self.page.keyboard.press(key)
+                self.look()
+            assert slider.get_attribute("aria-valuetext")
+        elif select := control.query_selector("select"):
+            for index in range(len(select.query_selector_all("option"))):
+                select.select_option(index=index)
+                self.look()
+        elif box := control.query_selector("input[type=checkbox]"):
+            for _ in range(2):
+                box.focus()
+                self.page.keyboard.press("Space")
+                self.look()
+        else:
+            radios = control.query_selector_all("input[type=radio]")
+            radios[0].check()
+            for radio in [*radios[1:], radios[0]]:
+                radio.focus()
+                self.page.keyboard.press("Space")
+                self.look()
+        assert len(self.pictures) > before or len(self.pictures) > 1, "nothing moves the picture"
+
+    def reset(self) -> None:
+        """Press the reset button."""
+        self.root.query_selector(".rp-reset").click()
+        self.look()
+
+    def settings(self) -> list[str]:
+        """Return the values at which the sliders stand."""
+        sliders = self.root.query_selector_all("input[type=range]")
+        return [slider.get_attribute("aria-valuetext") for slider in sliders]
+
+    def status(self) -> str:
+        """Return what a screen reader is told."""
+        return self.root.query_selector(".rp-status").text_content()
+
+
+def drivers(page: Page) -> list[Driver]:
+    """Return a driver for every explorer of an open page."""
+    roots = page.query_selector_all("div.explorer")
+    for root in roots:
+        assert root.query_selector(".rp-controls"), "an explorer has no controls"
+    return [Driver(page, root) for root in roots]
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_explorers(
+    name: str,
+    visit: Callable[..., Visit],
+    address: str,
+    count: Callable[[str, int], None],
+) -> None:
+    """Every control of a page moves to both ends; presets and reset work; all is announced."""
+    visitor = visit()
+    page = visitor.open(f"{address}{name}.html")
+    found = drivers(page)
+    for driver in found:
+        driver.reset()
+        start = driver.look()
+        for control in driver.controls:
+            driver.drive(control)
+            driver.reset()
+        for preset in driver.root.query_selector_all(".rp-preset"):
+            preset.click()
+            driver.look()
+            assert preset.get_attribute("aria-pressed") == "true"
+        driver.reset()
+        assert driver.look() == start, "reset does not lead back to the start"
+        driver.drive(driver.controls[0])
+        page.wait_for_timeout(SILENCE_MS)
+        for told in driver.settings():
+            assert told in driver.status(), "a move is not announced"
+    count("explorers driven", len(found))
+    count("controls driven to both ends", sum(len(driver.controls) for driver in found))
+    count("states shown", sum(driver.states for driver in found))
+    count("requests to other hosts", len(visitor.strangers))
+    count("console errors and page errors", len(visitor.errors))
+    assert not visitor.errors
+    assert not visitor.strangers
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_timelines_play_and_pause(name: str, visit: Callable[..., Visit], address: str) -> None:
+    """Play moves time on, pause holds it; nothing moves before play is pressed."""
+    page = visit(reduced_motion="no-preference").open(f"{address}{name}.html")
+    for control in page.query_selector_all(".rp-timeline"):
+        slider = control.query_selector("input[type=range]")
+        slider.focus()
+        page.keyboard.press("Home")
+        play = control.query_selector(".rp-play")
+        assert play.inner_text() == "Play"
+        play.click()
+        assert play.inner_text() == "Pause"
+        page.wait_for_function("(slider) => Number(slider.value) >= 2", arg=slider, timeout=15_000)
+        play.click()
+        assert play.inner_text() == "Play"
+        held = slider.input_value()
+        page.wait_for_timeout(600)
+        assert slider.input_value() == held
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_explorers_on_paper(name: str, visit: Callable[..., Visit], address: str) -> None:
+    """Print shows the picture and no control."""
+    page = visit().open(f"{address}{name}.html")
+    page.emulate_media(media="print")
+    for root in page.query_selector_all("div.explorer"):
+        assert not root.query_selector(".rp-controls").is_visible()
+        assert root.query_selector(".rp-canvas > *").is_visible()
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_explorers_without_scripts(
+    name: str, site: Path, visit: Callable[..., Visit], address: str
+) -> None:
+    """Without scripts there is the default picture with its alternative text."""
+    page = visit(java_script_enabled=False).page
+    page.goto(f"{address}{name}.html")
+    expected = (site / f"{name}.html").read_text("utf-8").count('<div class="explorer"')
+    roots = page.query_selector_all("div.explorer")
+    assert len(roots) == expected
+    for root in roots:
+        picture = root.query_selector(".rp-canvas > *")
+        assert picture.is_visible()
+        alt = picture.get_attribute("aria-label") or picture.get_attribute("alt")
+        assert len(alt) >= 20
+        assert not root.query_selector("input")
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_explorers_from_a_folder(
+    name: str, site: Path, visit: Callable[..., Visit], count: Callable[[str, int], None]
+) -> None:
+    """Explorers of a page opened from disk move too."""
+    visitor = visit()
+    page = visitor.open((site / f"{name}.html").as_uri())
+    for root in page.query_selector_all("div.explorer"):
+        before = page.evaluate(PICTURE, root)["picture"]
+        preset = root.query_selector(".rp-preset[aria-pressed=false]")
+        control = root.query_selector("input[type=range]")
+        if preset:
+            preset.click()
+        elif control:
+            control.focus()
+            page.keyboard.press("End")
+            page.keyboard.press("ArrowLeft")
+        seen = page.evaluate(PICTURE, root)
+        assert not seen["complaint"]
+        assert seen["picture"] != before or not (preset or control)
+    count("console errors and page errors", len(visitor.errors))
+    count("requests to other hosts", len(visitor.strangers))
+    assert not visitor.errors
+    assert not visitor.strangers

@@ -1,0 +1,145 @@
+"""Every page, in both themes and on a telephone: no errors, no other host, readable."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page
+
+from tests.site.conftest import Visit
+from tests.site.contents import NOTEBOOKS, PAGES
+
+WIDE_ELEMENTS = """
+() => {
+  const width = document.documentElement.clientWidth;
+  const held = (node) => {
+    for (let box = node; box && box !== document.body; box = box.parentElement) {
+      const style = getComputedStyle(box);
+      if (style.position === "fixed") return true;
+      if (box !== node && style.overflowX !== "visible") return true;
+    }
+    return false;
+  };
+  const wide = [...document.querySelectorAll("main *")].filter((node) => {
+    const box = node.getBoundingClientRect();
+    return box.width > 1 && box.height > 1 && box.right > width + 1 && !held(node);
+  });
+  const page = document.documentElement.scrollWidth;
+  const names = wide.map((node) => node.outerHTML.slice(0, 120));
+  return page > width ? [`the page is ${page} px wide`, ...names] : names;
+}
+"""
+
+
+def violations(page: Page) -> list[str]:
+    """Return the findings of axe of serious or critical impact."""
+    options = {"preload": False, "resultTypes": ["violations"]}
+    found = Axe().run(page, options=options).response["violations"]
+    return [
+        f"{v['impact']}: {v['id']} ({v['help']}) at {node['target']}: {node['html'][:160]}"
+        for v in found
+        if v["impact"] in ("serious", "critical")
+        for node in v["nodes"]
+    ]
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", PAGES)
+def test_page(
+    name: str,
+    theme: str,
+    visit: Callable[..., Visit],
+    address: str,
+    count: Callable[[str, int], None],
+) -> None:
+    """A page has no error, asks no other host, satisfies axe, and fits a telephone."""
+    visitor = visit(color_scheme=theme)
+    page = visitor.open(f"{address}{name}.html")
+    assert page.evaluate("document.documentElement.dataset.theme") == theme
+    found = violations(page)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_timeout(150)
+    wide = page.evaluate(WIDE_ELEMENTS)
+    count("pages opened", 1)
+    count("requests to other hosts", len(visitor.strangers))
+    count("console errors and page errors", len(visitor.errors))
+    count(f"serious or critical violations, {theme}", len(found))
+    assert not visitor.errors
+    assert not visitor.strangers
+    assert not found, "\n".join(found)
+    assert not wide, "\n".join(wide)
+
+
+def test_remaining_pages(
+    site: Path, visit: Callable[..., Visit], address: str, count: Callable[[str, int], None]
+) -> None:
+    """Index, search and source pages have no error, ask no other host, and satisfy axe."""
+    others = {path.relative_to(site).as_posix() for path in site.rglob("*.html")}
+    others -= {"index.html", *(f"{name}.html" for name in PAGES)}
+    others = {page for page in others if not page.startswith("_static/")}
+    sources = sorted(page for page in others if page.startswith("_modules/"))
+    pages = [*sorted(others.difference(sources)), *sources[:1]]  # source pages are all alike
+    visitors = {theme: visit(color_scheme=theme) for theme in ("light", "dark")}
+    for theme, visitor in visitors.items():
+        found: list[str] = []
+        for page in pages:
+            visitor.open(address + page)
+            found += violations(visitor.page)
+        count("pages opened", len(pages))
+        count("requests to other hosts", len(visitor.strangers))
+        count("console errors and page errors", len(visitor.errors))
+        count(f"serious or critical violations, {theme}", len(found))
+        assert not visitor.errors
+        assert not visitor.strangers
+        assert not found, "\n".join(found)
+
+
+def test_index_leads_to_the_first_page(visit: Callable[..., Visit], address: str) -> None:
+    """The bare address shows the landing page."""
+    page = visit().page
+    page.goto(f"{address}index.html")
+    page.wait_for_url(f"**/{PAGES[0]}.html")
+
+
+@pytest.mark.parametrize("name", [PAGES[0], *NOTEBOOKS[:1]])
+def test_page_from_a_folder(
+    name: str, site: Path, visit: Callable[..., Visit], count: Callable[[str, int], None]
+) -> None:
+    """A page opened from disk has no error and asks no host."""
+    visitor = visit()
+    visitor.open((site / f"{name}.html").as_uri())
+    count("requests to other hosts", len(visitor.strangers))
+    count("console errors and page errors", len(visitor.errors))
+    assert not visitor.errors
+    assert not visitor.strangers
+
+
+def test_search_finds(visit: Callable[..., Visit], address: str) -> None:
+    """The search works without a server."""
+    visitor = visit()
+    page = visitor.open(f"{address}search.html?q=robot")
+    page.wait_for_selector("#search-results li a", timeout=10_000)
+    assert not visitor.errors
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_downloads(name: str, visit: Callable[..., Visit], address: str) -> None:
+    """The download button of a chapter hands over its notebook."""
+    page = visit().open(f"{address}{name}.html")
+    page.click(".dropdown-download-buttons button")
+    with page.expect_download() as download:
+        page.click(".dropdown-download-buttons a[href$='.ipynb']")
+    assert download.value.suggested_filename == f"{name}.ipynb"
+    notebook = json.loads(Path(download.value.path()).read_text("utf-8"))
+    assert notebook["nbformat"] == 4
+    assert notebook["cells"]
+
+
+def test_pages_in_print_have_no_buttons(visit: Callable[..., Visit], address: str) -> None:
+    """On paper there is neither header nor navigation."""
+    page = visit().open(f"{address}{PAGES[0]}.html")
+    page.emulate_media(media="print")
+    assert not page.is_visible(".article-header-buttons")
+    assert page.locator("h1:visible").count() == 1
