@@ -140,7 +140,7 @@ def plane(
     *,
     reach: float = 5.0,
 ) -> Axes:
-    """Draw the filter's 2σ ellipse and the 2σ region of the information alone.
+    """Draw the filter's 2σ ellipse and the 2σ region of the information, on axes cleared first.
 
     Parameters
     ----------
@@ -153,6 +153,7 @@ def plane(
     reach : float
         Half the side of the window, m.
     """
+    ax.clear()
     values, vectors = np.linalg.eigh(information)
     if values[1] > 0:
         half = 2 / np.sqrt(values[1])
@@ -177,6 +178,9 @@ def plane(
         ylabel="landmark (m)",
         aspect="equal",
     )
+    lines = (("filter, 2σ", BLUE), ("information, 2σ", ORANGE), ("+ truth", INK))
+    for i, (text, colour) in enumerate(lines):
+        label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
     return ax
 
 
@@ -197,19 +201,6 @@ def _ellipse(ax: Axes, mean: np.ndarray, cov: np.ndarray, colour: str) -> None:
                 linewidth=line,
             )
         )
-
-
-def legend_of_plane(ax: Axes) -> Axes:
-    """Write what is what in the plane of vehicle and landmark, on axes of its own."""
-    ax.axis("off")
-    lines = (
-        ("filter, 2σ", BLUE),
-        ("information, 2σ", ORANGE),
-        ("truth", INK),
-    )
-    for i, (text, colour) in enumerate(lines):
-        label(ax, 0.0, 0.9 - 0.12 * i, text, colour, transform=ax.transAxes)
-    return ax
 
 
 def trajectory(
@@ -278,7 +269,7 @@ def error_band(
     return ax
 
 
-def gains(ax: Axes, vehicle: np.ndarray, landmark: np.ndarray) -> Axes:
+def gains_of(ax: Axes, vehicle: np.ndarray, landmark: np.ndarray) -> Axes:
     """Draw the gains of vehicle and landmarks on the first innovation, as in Fig. 4.
 
     Parameters
@@ -298,6 +289,77 @@ def gains(ax: Axes, vehicle: np.ndarray, landmark: np.ndarray) -> Axes:
     label(ax, 0.97 * k[-1], room, "landmark", ORANGE, ha="right", fontsize=9)
     label(ax, 0.97 * k[-1], low - 1.1 * room, "vehicle", BLUE, ha="right", fontsize=9)
     return ax
+
+
+def one_run(
+    axes: Sequence[Axes],
+    position: np.ndarray,
+    means: np.ndarray,
+    deviations: np.ndarray,
+    landmark: float,
+    looks: np.ndarray,
+    gains: np.ndarray,
+) -> Sequence[Axes]:
+    """Draw one run on two or four axes: the path and the landmark error, then vehicle and gains.
+
+    Parameters
+    ----------
+    axes : sequence of Axes
+        Two or four; they are cleared first.
+    position : ndarray, shape (looks,)
+        True path, m.
+    means, deviations : ndarray, shape (looks, n + 1)
+        Estimates and stated deviations, m.
+    landmark : float
+        Where all landmarks stand, m.
+    looks : ndarray, shape (looks, n)
+        Measured distances, m.
+    gains : ndarray, shape (steps, 2)
+        Gains of vehicle and first landmark on the first innovation.
+    """
+    for ax in axes:
+        ax.clear()
+    error, first = means[:, 1:] - landmark, position + looks[:, 0]
+    trajectory(
+        axes[0],
+        position,
+        means[:, 0],
+        deviations[:, 0],
+        landmark,
+        means[:, 1],
+        deviations[:, 1],
+        first,
+    )
+    error_band(axes[1], error, deviations[:, 1], ORANGE, "landmark error (m)")
+    axes[1].plot(np.zeros(error.shape[1]), error[0], "o", color=INK, markersize=4, clip_on=False)
+    if len(axes) > 2:
+        vehicle = (means[:, 0] - position)[:, None]
+        error_band(axes[2], vehicle, deviations[:, 0], BLUE, "vehicle error (m)")
+        gains_of(axes[3], gains[:, 0], gains[:, 1])
+    return axes
+
+
+def study(
+    axes: Sequence[Axes], errors: np.ndarray, deviations: np.ndarray, gains: np.ndarray
+) -> Sequence[Axes]:
+    """Draw the landmark errors of many runs and the gains, on two axes that are cleared first.
+
+    Parameters
+    ----------
+    axes : sequence of Axes
+        Two.
+    errors : ndarray, shape (runs, looks)
+        Estimate minus truth of the first landmark, m.
+    deviations : ndarray, shape (looks,)
+        Stated deviation, m.
+    gains : ndarray, shape (steps, 2)
+        Gains of vehicle and first landmark on the first innovation.
+    """
+    for ax in axes:
+        ax.clear()
+    error_fan(axes[0], errors, deviations)
+    gains_of(axes[1], gains[:, 0], gains[:, 1])
+    return axes
 
 
 def gain_decay(ax: Axes, common: Mapping[int, np.ndarray], own: Mapping[int, np.ndarray]) -> Axes:

@@ -27,7 +27,7 @@ from robot_perception.teaching.figures import style
 HEAVY = 400_000
 """Characters above which the artists with many vertices are rasterised."""
 
-RASTER_DPI = 200
+RASTER_DPI = 144
 """Resolution of embedded pictures, in dots per inch."""
 
 _VARIABLES = {

@@ -1,0 +1,213 @@
+"""Figures: repeatable, themed, never without alternative text."""
+
+import re
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from robot_perception.teaching.figures import (
+    BLUE,
+    COLOURS,
+    INK,
+    MUTED,
+    ORANGE,
+    band,
+    figure,
+    label,
+    picture,
+    show,
+    style,
+    to_svg,
+)
+from robot_perception.teaching.figures.output import PAGE_VARIABLE, front_end
+from robot_perception.teaching.figures.svg import HEAVY
+from tests.unchecked import unchecked
+
+ALT = "A straight line that rises from the origin to one."
+
+
+def drawn() -> object:
+    """Return a figure with a line, a band, a label, markers and mathematics."""
+    fig, ax = figure()
+    x = np.linspace(0, 1, 50)
+    ax.plot(x, x, color=BLUE)
+    ax.plot(x, x**2, "o", color=ORANGE)
+    band(ax, x, x - 0.1, x + 0.1, BLUE)
+    label(ax, 0.5, 0.6, "rising <fast>", BLUE)
+    ax.set(xlabel="time / s", ylabel=r"$\sigma^2$ / m²", title="Title")
+    return fig
+
+
+def luminance(colour: str) -> float:
+    """Return the relative luminance of a colour, as WCAG defines it."""
+    channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast ratio of two colours."""
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+def palette(theme: str) -> dict[str, str]:
+    """Return the palette of a theme from the style sheet."""
+    sheet = front_end("figure.css")
+    start = sheet.index(":root {" if theme == "light" else 'html[data-theme="dark"]')
+    block = sheet[start : sheet.index("}", start)]
+    return dict(re.findall(r"--rp-(\w+): (#[0-9a-f]{6});", block))
+
+
+def test_the_same_figure_gives_the_same_text():
+    fig = drawn()
+    assert to_svg(fig) == to_svg(fig) == to_svg(drawn())
+
+
+def test_nothing_global_is_touched():
+    before = dict(mpl.rcParams)
+    to_svg(drawn())
+    assert dict(mpl.rcParams) == before
+
+
+def test_colours_come_from_the_page():
+    svg = to_svg(drawn())
+    assert "var(--rp-blue, #1f6fb4)" in svg
+    assert "currentColor" in svg
+    assert INK not in svg
+    stripped = re.sub(r"var\([^)]*\)", "", svg)
+    assert not any(colour in stripped for colour in (*COLOURS, MUTED))
+
+
+def test_black_of_a_plain_artist_becomes_the_ink():
+    fig, ax = figure()
+    ax.axhline(0, color="black")
+    assert "#000000" not in to_svg(fig)
+
+
+def test_the_text_stays_text_and_is_escaped():
+    svg = to_svg(drawn(), alt='a "quoted" & <tagged> line')
+    assert "rising &lt;fast&gt;" in svg
+    assert 'aria-label="a &quot;quoted&quot; &amp; &lt;tagged&gt; line"' in svg
+    assert 'role="img"' in svg
+    assert "<style" not in svg
+    assert "DejaVu" not in svg
+
+
+def test_two_figures_do_not_share_identifiers():
+    fig, ax = figure()
+    ax.plot([0, 1], [1, 0], "s", clip_on=True)
+    identifiers = [set(re.findall(r' id="([^"]*)"', to_svg(f))) for f in (drawn(), fig)]
+    assert all(identifiers)
+    assert identifiers[0].isdisjoint(identifiers[1])
+
+
+def test_every_reference_finds_its_target():
+    svg = to_svg(drawn())
+    targets = set(re.findall(r' id="([^"]*)"', svg))
+    references = set(re.findall(r'(?:url\(#|href="#)([^)"]*)', svg))
+    assert references == targets
+
+
+def test_rounding_moves_no_point_by_more_than_a_tenth():
+    fig, ax = figure()
+    x = np.linspace(0, 1, 30)
+    ax.plot(x, np.sin(9 * x), color=BLUE)
+    ax.set(xlim=(0, 1), ylim=(-1, 1))
+    exact = ax.transData.transform(np.column_stack([x, np.sin(9 * x)])) * 72 / fig.dpi
+    path = re.search(r'd="([^"]*)"[^>]*stroke: var\(--rp-blue', to_svg(fig))[1]
+    points = np.array(re.findall(r"-?[\d.]+", path), dtype=float).reshape(-1, 2)
+    points[:, 1] = 72 * fig.get_figheight() - points[:, 1]
+    nearest = np.linalg.norm(exact[:, None] - points, axis=2).min(axis=0)
+    assert nearest.max() < 0.1
+
+
+def test_clearing_the_axes_keeps_the_style():
+    fig, ax = figure()
+    fresh = to_svg(fig)
+    ax.plot([0, 1], [0, 1])
+    ax.clear()
+    assert to_svg(fig) == fresh
+
+
+def test_heavy_figures_are_rasterised_and_left_as_they_were():
+    fig, ax = figure()
+    rng = np.random.default_rng(0)
+    points = ax.scatter(*rng.normal(size=(2, 20_000)), s=3, c=rng.uniform(size=20_000))
+    svg = to_svg(fig)
+    assert len(svg) < HEAVY
+    assert "data:image/png" in svg
+    assert "<text" in svg
+    assert not points.get_rasterized()
+
+
+def test_panels_that_do_not_fit_are_refused():
+    with pytest.raises(ValueError, match="5 × 1 panels do not fit"):
+        figure(5, height=3)
+
+
+def test_axes_are_squeezed_like_those_of_matplotlib():
+    assert figure(2, 3, width=9, height=5)[1].shape == (2, 3)
+    assert figure(1, 2)[1].shape == (2,)
+
+
+@pytest.mark.parametrize("alt", ["", "   ", "short", "plot_of_the_robot_position.png", None, 3])
+def test_useless_alternative_text_is_refused(alt):
+    fig, _ = figure()
+    with unchecked(), pytest.raises(ValueError, match="alt must say"):
+        show(fig, alt=alt)
+    with unchecked(), pytest.raises(ValueError, match="alt must say"):
+        picture(np.zeros((4, 4), np.uint8), alt=alt)
+
+
+def test_alternative_text_is_required():
+    fig, _ = figure()
+    with pytest.raises(TypeError, match="alt"):
+        show(fig)
+
+
+def test_a_shown_figure_has_caption_and_alternative_text():
+    shown = show(drawn(), alt=ALT, caption="With $\\sigma < 1$ & more")._repr_mimebundle_()
+    assert shown["text/plain"] == ALT
+    html = shown["text/html"]
+    assert 'class="mathjax_process"' in html
+    assert "With \\(\\sigma &lt; 1\\) &amp; more</figcaption></figure>" in html
+    assert f'aria-label="{ALT}"' in html
+
+
+def test_a_page_carries_the_style_sheet_itself(monkeypatch):
+    fig = drawn()
+    assert "<style>" in show(fig, alt=ALT)._repr_mimebundle_()["text/html"]
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    assert "<style>" not in show(fig, alt=ALT)._repr_mimebundle_()["text/html"]
+
+
+def test_a_picture_is_webp_of_its_size():
+    image = np.random.default_rng(0).integers(0, 255, (30, 40, 3), dtype=np.uint8)
+    html = picture(image, alt=ALT, pixelated=True)._repr_mimebundle_()["text/html"]
+    assert 'width="40" height="30"' in html
+    assert 'src="data:image/webp;base64,UklGR' in html
+    assert "rp-pixelated" in html
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 4, 2), (4, 4, 4, 3)])
+def test_an_array_that_is_no_image_is_refused(shape):
+    with pytest.raises(ValueError, match="an image must be uint8"):
+        picture(np.zeros(shape, np.uint8), alt=ALT)
+    with pytest.raises(ValueError, match="got float64"):
+        picture(np.zeros((4, 4)), alt=ALT)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_series_colours_can_be_read_as_text(theme):
+    colours = palette(theme)
+    names = ("ink", "muted", "blue", "orange", "green", "purple", "red", "teal")
+    ratios = {name: contrast(colours[name], colours["ground"]) for name in names}
+    assert min(ratios.values()) >= 4.5, ratios
+
+
+def test_fallback_colours_are_those_of_the_light_theme():
+    light = palette("light")
+    for name in ("MUTED", "FAINT", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL"):
+        assert getattr(style, name) == light[name.lower()]
