@@ -140,7 +140,7 @@ def jupyterlab(notebooks: list[Path]) -> Iterator[str]:
             shutil.copy(notebook, root / "work")
         for name, values in SETTINGS.items():
             file = root / "settings" / "@jupyterlab" / name
-            file.parent.mkdir(parents=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             file.with_suffix(".jupyterlab-settings").write_text(json.dumps(values))
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]

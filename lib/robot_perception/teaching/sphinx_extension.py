@@ -23,15 +23,13 @@ from sphinx.config import Config
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
 STORED = "_static/explorers"
+IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts and styles of pages
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
 _EXPLORER = re.compile(
     r'<div class="explorer" id="explorer-(?P<name>\w+)">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
     re.S,
-)
-_WIDGET_STATE = re.compile(
-    r'<script type="application/vnd\.jupyter\.widget-state\+json">.*?</script>', re.S
 )
 
 
@@ -64,7 +62,7 @@ def cache_key(root: Path) -> str:
     folders = ("lib", "data_synth", "book/_data")
     found = (path for folder in folders for path in sorted((root / folder).rglob("*")))
     for path in (*found, root / "constraints.txt"):
-        if path.is_file() and "__pycache__" not in path.parts:
+        if path.is_file() and IRRELEVANT.isdisjoint(path.parts):
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -109,8 +107,7 @@ def _finish_page(
     context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
     if not context.get("body"):
         return
-    body = _WIDGET_STATE.sub("", context["body"])
-    body = body.replace('<div role="list" class="citation-list">', '<div class="citation-list">')
+    body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
 
     def store(match: re.Match[str]) -> str:
         name = match["name"]
@@ -134,9 +131,12 @@ def _store(folder: Path, name: str, states: str | list[list[Any]]) -> None:
 
 
 def _local(scripts: Iterable[Any]) -> Iterable[Any]:
+    """Yield the scripts that need neither another host nor a kernel."""
     for script in scripts:
-        name, body = str(script.filename or ""), script.attributes.get("body", "")
-        if not ("://" in name or "thebe" in name or "thebe" in body):
+        name, kind = str(script.filename or ""), script.attributes.get("type", "")
+        body = script.attributes.get("body", "")
+        foreign = "://" in name or "thebe" in name or "thebe" in body
+        if not (foreign or "widget-state" in kind):
             yield script
 
 

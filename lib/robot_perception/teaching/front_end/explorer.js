@@ -300,6 +300,27 @@ globalThis.robotPerception ??= (() => {
 
   /* ---- Jupyter: a kernel behind the widget ---- */
 
+  // A widget is not typeset by Jupyter, and MathJax is out of its reach: simple formulas become plain letters.
+  const letters = {
+    alpha: "α", beta: "β", gamma: "γ", delta: "δ", epsilon: "ε", varepsilon: "ε", eta: "η", theta: "θ", kappa: "κ",
+    lambda: "λ", mu: "μ", nu: "ν", xi: "ξ", pi: "π", rho: "ρ", sigma: "σ", tau: "τ", phi: "φ", varphi: "φ", chi: "χ",
+    psi: "ψ", omega: "ω", Delta: "Δ", Lambda: "Λ", Sigma: "Σ", Phi: "Φ", Psi: "Ψ", Omega: "Ω", pm: "±", times: "×",
+    cdot: "·", le: "≤", leq: "≤", ge: "≥", geq: "≥", approx: "≈", neq: "≠", to: "→", infty: "∞", sum: "∑", top: "⊤",
+    ldots: "…", dots: "…", sqrt: "√", circ: "°", prime: "′", in: "∈",
+  };
+
+  function readable(tex) {
+    return tex
+      .replace(/\\(?:mathrm|mathbf|mathit|text|operatorname|left|right|[,;!: ])/g, "")
+      .replace(/\\(?:hat|tilde|bar) *\{?(\w)\}?/g, (_, letter) => `${letter}\u0302`)
+      .replace(/\\frac *\{([^{}]*)\}\{([^{}]*)\}/g, "$1/$2")
+      .replace(/\\([A-Za-z]+)/g, (_, name) => letters[name] ?? name)
+      .replace(/\^(?:\{([^{}]*)\}|(\S))/g, (_, group, one) => `<sup>${group ?? one}</sup>`)
+      .replace(/_(?:\{([^{}]*)\}|(\S))/g, (_, group, one) => `<sub>${group ?? one}</sub>`)
+      .replace(/[{}]/g, "")
+      .replace(/-/g, "−");
+  }
+
   function render({ model, el }) {
     const canvas = element("div", { class: "rp-canvas" });
     const figure = element("figure", { class: "rp-figure" }, canvas);
@@ -347,9 +368,8 @@ globalThis.robotPerception ??= (() => {
     }
 
     const handle = mount(root, model.get("spec"), model.get("indices"), canvas, (c) => figure.append(c), source);
-    figure.insertAdjacentHTML("beforeend", model.get("spec").caption);
-    const caption = figure.querySelector("figcaption");
-    if (caption) globalThis.MathJax?.typesetPromise?.([caption]);
+    figure.insertAdjacentHTML(
+      "beforeend", model.get("spec").caption.replace(/\\\((.*?)\\\)/g, (_, tex) => `<i>${readable(tex)}</i>`));
     model.on("msg:custom", receive);
     el.append(root);
     handle.ask().then(() => { figure.dataset.ready = "true"; });

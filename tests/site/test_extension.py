@@ -1,0 +1,146 @@
+"""The book's Sphinx extension: when results expire, and what it does to a page."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from robot_perception.teaching import sphinx_extension
+from robot_perception.teaching.explore import explore, slider
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.output import PAGE_VARIABLE
+
+ALT = "A line whose slope is the gain that was chosen."
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """A small repository."""
+    for name in ("lib/package/module.py", "data_synth/world.py", "constraints.txt"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(name)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["lib/package/module.py", "data_synth/world.py"])
+def test_results_expire_when_the_code_changes(repository: Path, name: str):
+    before = sphinx_extension.cache_key(repository)
+    (repository / name).write_text("changed")
+    assert sphinx_extension.cache_key(repository) != before
+
+
+def test_results_expire_when_versions_or_recorded_data_change(repository: Path):
+    keys = [sphinx_extension.cache_key(repository)]
+    (repository / "constraints.txt").write_text("numpy==99")
+    keys.append(sphinx_extension.cache_key(repository))
+    (repository / "book" / "_data").mkdir(parents=True)
+    (repository / "book" / "_data" / "claims.json").write_text("{}")
+    keys.append(sphinx_extension.cache_key(repository))
+    assert len(set(keys)) == 3
+
+
+def test_results_do_not_expire_without_reason(repository: Path):
+    before = sphinx_extension.cache_key(repository)
+    for folder in ("lib/package/__pycache__", "lib/package/front_end", "book"):
+        (repository / folder).mkdir(parents=True)
+        (repository / folder / "file").write_text("anything")
+    assert sphinx_extension.cache_key(repository) == before
+
+
+def finished(
+    body: str, folder: Path, scripts: tuple[str, ...] = (), inline: dict[str, str] | None = None
+) -> dict[str, object]:
+    """Return the context of a page after the extension has finished it."""
+    context = {
+        "body": body,
+        "pathto": lambda target, _: f"../{target}",
+        "script_files": [
+            *(SimpleNamespace(filename=name, attributes={}) for name in scripts),
+            SimpleNamespace(filename=None, attributes=inline or {}),
+        ],
+        "css_files": [],
+    }
+    app = SimpleNamespace(outdir=folder)
+    sphinx_extension._finish_page(app, "page", "page.html", context, None)
+    return context
+
+
+def page_of(explorer: object) -> str:
+    """Return the HTML that an explorer puts on a page."""
+    return explorer._repr_mimebundle_()["text/html"]
+
+
+@pytest.fixture
+def on_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let outputs be those of a built page."""
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+
+
+@pytest.mark.usefixtures("on_page")
+def test_states_move_into_a_script_beside_the_page(tmp_path: Path):
+    fig, ax = figure()
+
+    def draw(gain):
+        ax.clear()
+        ax.plot([0, gain])
+        return fig
+
+    html = page_of(explore(draw, alt=ALT, gain=slider("Gain", [1, 2], 1)))
+    body = finished(f"<p>before</p>{html}<p>after</p>", tmp_path)["body"]
+    assert "rp-states" not in body
+    assert "rp-spec" in body
+    (script,) = (tmp_path / "_static" / "explorers").glob("*.js")
+    assert f'data-states="../_static/explorers/{script.name}"' in body
+    assert f'id="explorer-{script.stem}"' in body
+    assert script.read_text().startswith(f'robotPerception.register("explorer-{script.stem}", "')
+
+
+@pytest.mark.usefixtures("on_page")
+def test_pictures_become_files(tmp_path: Path):
+    def draw(grey):
+        return np.full((4, 6), grey, np.uint8)
+
+    explorer = explore(draw, alt=ALT, grey=slider("Grey", [0, 200], 0))
+    finished(page_of(explorer), tmp_path)
+    folder = tmp_path / "_static" / "explorers"
+    (script,) = folder.glob("*.js")
+    states = json.loads(script.read_text().split(", ", 1)[1].removesuffix(");\n"))
+    assert [state[1:] for state in states] == [[ALT, 6, 4], [ALT, 6, 4]]
+    for state, grey in zip(states, (0, 200), strict=True):
+        assert (folder / state[0]).read_bytes() == explorer.frame(grey=grey).data
+
+
+@pytest.mark.usefixtures("on_page")
+def test_two_explorers_on_a_page_keep_their_own_states(tmp_path: Path):
+    pages = [
+        page_of(
+            explore(
+                lambda grey, low=low: np.full((4, 6), grey + low, np.uint8),
+                alt=ALT,
+                grey=slider("Grey", [0, 99], 0),
+            )
+        )
+        for low in (0, 100)
+    ]
+    body = finished("<hr>".join(pages), tmp_path)["body"]
+    assert body.count("data-states=") == 2
+    assert len(list((tmp_path / "_static" / "explorers").glob("*.js"))) == 2
+
+
+def test_scripts_of_other_hosts_and_widget_state_are_dropped(tmp_path: Path):
+    scripts = ("_static/explorer.js", "https://unpkg.com/x.js", "sphinx-thebe.js")
+    state = {"type": "application/vnd.jupyter.widget-state+json", "body": "{}"}
+    kept = finished("<p></p>", tmp_path, scripts, state)["script_files"]
+    assert [script.filename for script in kept] == ["_static/explorer.js"]
+
+
+def test_no_built_page_names_a_script_or_style_of_another_host(site: Path):
+    for page in site.glob("*.html"):
+        text = page.read_text("utf-8")
+        assert 'src="http' not in text, page.name
+        assert 'rel="stylesheet" href="http' not in text, page.name
+        assert "THEBE" not in text, page.name
+        assert "vnd.jupyter.widget-state" not in text, page.name
