@@ -7,6 +7,7 @@ look, which puts the landmarks into the map; every later step first moves, then 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -37,6 +38,7 @@ from robot_perception.slam.monobot import (
 )
 from robot_perception.teaching.claims import Accepted, Claim, Condition, Finding, Interval, Size
 from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.explore import choice, slider
 from robot_perception.teaching.recordings import Recording
 
 PAPER = "perception-issues"
@@ -152,6 +154,30 @@ class Result:
         """Landmark errors after the last look, m."""
         return self.landmark_errors[:, -1]
 
+    @property
+    def explained(self) -> Interval:
+        """Share of the variance of the last error that the first one explains, first landmark."""
+        return _explained(self.first_errors[:, 0], self.last_errors[:, 0])
+
+    def one(self, run: int) -> dict[str, Any]:
+        """Return what a drawing of one run needs."""
+        return {
+            "position": self.world.positions[run],
+            "means": self.filtered.means[run],
+            "deviations": self.filtered.deviations[0],
+            "landmark": self.config.landmarks_at,
+            "looks": self.world.looks[run],
+            "gains": self.filtered.gains[0, :, :2, 0],
+        }
+
+    def all(self) -> dict[str, Any]:
+        """Return what a drawing of all runs needs."""
+        return {
+            "errors": self.landmark_errors[..., 0],
+            "deviations": self.filtered.deviations[0, :, 1],
+            "gains": self.filtered.gains[0, :, :2, 0],
+        }
+
 
 def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
     """Return the world of a study: truth and measurements."""
@@ -205,6 +231,16 @@ def covariances(config: Config) -> MonobotRun:
         motion_variance=config.motion_deviations**2,
         look_variance=config.look_deviations**2,
     )
+
+
+CONTROLS = {
+    "landmarks": slider("Landmarks", (1, 5, 20), 1),
+    "start_deviation": slider("σ of the start", (0.0, 0.1, 0.3), 0.1, "m"),
+    "motion_share": slider("σ of a move", (0.1, 0.5), 0.5, "of the command"),
+    "look_share": slider("σ of a look", (0.05, 0.2), 0.05, "of the distance"),
+    "shape": choice("Path", ("sine", "there and back", "at rest"), "sine"),
+}
+"""Controls over the settings of a study; their names are those of :class:`Config`."""
 
 
 # Information -----------------------------------------------------------------------------------
@@ -907,6 +943,18 @@ CLAIMS: tuple[Claim, ...] = (
 
 # The exercises ---------------------------------------------------------------------------------
 
+
+def _landmarks_for(share: float) -> int:
+    """Return the least n whose landmark variance is within a share of the floor, P0 = V = W = 1."""
+    n = 1
+    while (
+        settled(n, start_variance=1, motion_variance=1, look_variance=1).landmark_variance
+        > 1 + share
+    ):
+        n += 1
+    return n
+
+
 _ONE = settled(1, start_variance=1, motion_variance=1, look_variance=1)
 
 EXERCISES = Sheet(
@@ -941,9 +989,12 @@ EXERCISES = Sheet(
             rtol=1e-4,
         ),
         "monobot-4": Exercise(
-            "the map",
-            mistakes=(("the gain", "the gain depends on V and W only: look at eq. 7 again."),),
-            hint='Answer "the map", "the gain" or "the innovations".',
+            _landmarks_for(0.01),
+            mistakes=(
+                (_landmarks_for(0.01) - 1, "one more is needed: within means at most."),
+                (100, "close: W/n is not quite what is left, because later looks help as well."),
+            ),
+            hint="Ask `settled` for its landmark_variance and raise n until it is at most 1.01.",
         ),
     }
 )

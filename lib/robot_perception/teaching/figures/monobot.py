@@ -379,8 +379,9 @@ def gain_decay(ax: Axes, common: Mapping[int, np.ndarray], own: Mapping[int, np.
         label(ax, k[seen][-1] + 0.7, 5e-9, "n = 1" if n == 1 else f"{n}", colour)
         if n > 1:
             ax.semilogy(k, own[n], color=colour, linestyle="--")
-            label(ax, k[-1] + 0.7, own[n][-1], f"own, {n}", colour, fontsize=9)
-    ax.set(xlim=(0, 1.13 * k[-1]), ylim=(1e-9, 3), xlabel=LOOKS, ylabel="gain of a landmark")
+            apart = 3.0 if n == max(common) else 1 / 3
+            label(ax, 0.97 * k[-1], apart * own[n][-1], f"own, {n}", colour, ha="right")
+    ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=LOOKS, ylabel="gain of a landmark")
     return ax
 
 
@@ -532,7 +533,7 @@ def two_origins(
         ax.plot(k, wall, color=ORANGE)
         ax.plot(k, vehicle, ".-", color=colour)
         ax.set(xlabel=LOOKS, ylabel="along the corridor (m)", title=name)
-        ax.set_ylim(vehicle[0] - 1.5, wall[0] + 3.0)
+        ax.set(ylim=(vehicle[0] - 1.5, wall[0] + 3.0), xticks=k[::3])
         label(ax, 0.4, wall[0] + 1.5, "end wall", ORANGE)
         label(ax, 0.62 * k[-1], vehicle[0] + 2.2, "robot", colour)
     return axes
