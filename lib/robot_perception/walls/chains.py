@@ -80,7 +80,7 @@ def find_split(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> tuple[int, fl
         else:
             d_k = np.hypot(*arm)  # no line through one point
         if d_k > d:
-            f, d = k, d_k
+            f, d = k, float(d_k)
     return f, d
 
 

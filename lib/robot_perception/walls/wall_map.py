@@ -6,11 +6,11 @@ small against its covariance (χ² with two degrees of freedom), and if the two 
 wall or nearly do.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import stats
 
 from robot_perception.geometry import transform, wrap_angle
 from robot_perception.walls.segments import (
@@ -54,7 +54,7 @@ class Gate:
     @property
     def threshold(self) -> float:
         """Largest squared Mahalanobis distance that passes."""
-        return float(stats.chi2.ppf(self.probability, 2))
+        return -2.0 * math.log1p(-self.probability)  # χ² with two degrees of freedom
 
 
 @dataclass(frozen=True, eq=False, slots=True)
