@@ -3,12 +3,20 @@
   "use strict";
   const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .text_html";
 
+  let screenTheme = "light";
+
   function mark() {
     for (const box of document.querySelectorAll(boxes)) {
       if (box.scrollWidth > box.clientWidth + 1) box.tabIndex = 0;
       else box.removeAttribute("tabindex");
     }
   }
+
+  matchMedia("print").addEventListener("change", ({ matches: printing }) => { // paper is light
+    const page = document.documentElement.dataset;
+    if (printing) screenTheme = page.theme;
+    page.theme = printing ? "light" : screenTheme;
+  });
 
   addEventListener("load", () => {
     document.querySelectorAll("a.btn-download-source-button").forEach((link) => { link.download = ""; });

@@ -20,6 +20,8 @@ from robot_perception.teaching.figures.style import (
     label,
 )
 
+AxesRow = Sequence[Axes] | np.ndarray
+
 LOOKS = "looks after the first"
 
 
@@ -292,14 +294,14 @@ def gains_of(ax: Axes, vehicle: np.ndarray, landmark: np.ndarray) -> Axes:
 
 
 def one_run(
-    axes: Sequence[Axes],
+    axes: AxesRow,
     position: np.ndarray,
     means: np.ndarray,
     deviations: np.ndarray,
     landmark: float,
     looks: np.ndarray,
     gains: np.ndarray,
-) -> Sequence[Axes]:
+) -> AxesRow:
     """Draw one run on two or four axes: the path and the landmark error, then vehicle and gains.
 
     Parameters
@@ -339,9 +341,7 @@ def one_run(
     return axes
 
 
-def study(
-    axes: Sequence[Axes], errors: np.ndarray, deviations: np.ndarray, gains: np.ndarray
-) -> Sequence[Axes]:
+def study(axes: AxesRow, errors: np.ndarray, deviations: np.ndarray, gains: np.ndarray) -> AxesRow:
     """Draw the landmark errors of many runs and the gains, on two axes that are cleared first.
 
     Parameters
@@ -506,12 +506,12 @@ def root_mean_squares(ax: Axes, values: Mapping[str, np.ndarray]) -> Axes:
 
 
 def two_origins(
-    axes: Sequence[Axes],
+    axes: AxesRow,
     names: Sequence[str],
     vehicles: Sequence[np.ndarray],
     walls: Sequence[np.ndarray],
     deviations: np.ndarray,
-) -> Sequence[Axes]:
+) -> AxesRow:
     """Draw a corridor mapped from several origins, one above the other.
 
     Parameters

@@ -37,7 +37,7 @@ STYLE: dict[str, Any] = {
     "axes.facecolor": "none",
     "axes.grid": True,
     "axes.labelcolor": INK,
-    "axes.labelpad": 5.0,
+    "axes.labelpad": 7.0,
     "axes.labelsize": 10.0,
     "axes.linewidth": 0.8,
     "axes.prop_cycle": cycler(color=COLOURS, linewidth=[1.8] * len(COLOURS)),
@@ -130,8 +130,8 @@ def figure(
     axes
         Squeezed as by `matplotlib.pyplot.subplots`.
     """
-    left, right, bottom, top = 0.74, 0.16, 0.56, 0.32
-    gap_x, gap_y = 0.92, 0.82
+    left, right, bottom, top = 0.78, 0.16, 0.56, 0.32
+    gap_x, gap_y = 0.98, 0.82
     panel_width = (width - left - right - gap_x * (cols - 1)) / cols
     panel_height = (height - bottom - top - gap_y * (rows - 1)) / rows
     if panel_width <= 0 or panel_height <= 0:

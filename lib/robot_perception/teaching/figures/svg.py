@@ -1,8 +1,8 @@
 """Figures as small, repeatable SVG that takes its colours from the page.
 
-Text stays text, numbers are rounded, identifiers that nothing refers to are dropped and the others
-get a prefix. The palette's sentinel colours become CSS variables with themselves as fall-back; the
-ink becomes `currentColor`. A figure whose SVG would be larger than `HEAVY` characters is saved
+Text stays text (formulas become outlines), numbers are rounded, identifiers that nothing refers to
+are dropped and the others get a prefix. The palette's sentinel colours become CSS variables with
+themselves as fall-back; the ink becomes `currentColor`. A figure whose SVG would be larger than `HEAVY` characters is saved
 again with its heavy artists (many vertices) rasterised: their colours then no longer follow the
 theme, but the page stays light.
 """
@@ -18,9 +18,14 @@ from contextlib import contextmanager
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
+from matplotlib.backend_bases import GraphicsContextBase
+from matplotlib.backends.backend_mixed import MixedModeRenderer
+from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.collections import Collection, PathCollection
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 
 from robot_perception.teaching.figures import style
 
@@ -50,7 +55,6 @@ _NOTHING = re.compile(
     re.S,
 )
 _SETTINGS = {
-    "svg.fonttype": "none",
     "svg.hashsalt": "robot-perception",
     "svg.image_inline": True,
     "path.simplify": True,
@@ -81,17 +85,40 @@ def to_svg(fig: Figure, *, alt: str | None = None, prefix: str | None = None) ->
     return _rewrite(raw, alt, prefix)
 
 
+class _Renderer(RendererSVG):
+    """Writes text as text, but formulas as outlines: their letters are placed one by one."""
+
+    def draw_text(
+        self,
+        gc: GraphicsContextBase,
+        x: float,
+        y: float,
+        s: str,
+        prop: FontProperties,
+        angle: float,
+        ismath: bool | str = False,
+        mtext: Text | None = None,
+    ) -> None:
+        with mpl.rc_context({"svg.fonttype": "path" if ismath else "none"}):
+            super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
+
+
 def _save(fig: Figure) -> str:
     stream = io.StringIO()
+    width, height = fig.get_size_inches()
+    dpi, ground = fig.dpi, fig.patch.get_visible()
+    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with mpl.rc_context(style.STYLE | _SETTINGS):
-        fig.savefig(
-            stream,
-            format="svg",
-            dpi=RASTER_DPI,
-            transparent=None,
-            facecolor="none",
-            metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")),
-        )
+        writer = _Renderer(72 * width, 72 * height, stream, None, RASTER_DPI, metadata=nothing)
+        renderer = MixedModeRenderer(fig, width, height, RASTER_DPI, writer)
+        try:
+            fig.dpi = 72
+            fig.patch.set_visible(False)
+            fig.draw(renderer)
+        finally:
+            fig.dpi = dpi
+            fig.patch.set_visible(ground)
+        renderer.finalize()
     return stream.getvalue()
 
 

@@ -289,8 +289,10 @@ globalThis.robotPerception ??= (() => {
     root.addEventListener("focusin", load, { once: true });
     const original = canvas.innerHTML;
     let present = null;
-    addEventListener("beforeprint", () => { present = canvas.innerHTML; canvas.innerHTML = original; });
-    addEventListener("afterprint", () => { if (present !== null) canvas.innerHTML = present; });
+    matchMedia("print").addEventListener("change", ({ matches: printing }) => { // paper shows the default
+      if (printing) present = canvas.innerHTML;
+      canvas.innerHTML = printing ? original : present;
+    });
     figure.dataset.ready = "true";
   }
 
