@@ -44,7 +44,7 @@ from robot_perception.teaching.recordings import Recording
 PAPER = "perception-issues"
 COUNTS = (1, 2, 5, 10, 20, 50)
 """Numbers of landmarks of Fig. 3; the caption says "various sizes", these are ours."""
-GOLDEN = (1 + np.sqrt(5)) / 2
+GOLDEN = (1 + 5**0.5) / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -992,7 +992,7 @@ EXERCISES = Sheet(
             _landmarks_for(0.01),
             mistakes=(
                 (_landmarks_for(0.01) - 1, "one more is needed: within means at most."),
-                (100, "close: W/n is not quite what is left, because later looks help as well."),
+                (_landmarks_for(0.1), "that is ten per cent."),
             ),
             hint="Ask `settled` for its landmark_variance and raise n until it is at most 1.01.",
         ),
