@@ -138,11 +138,11 @@ def test_notebook_downloads(name: str, visit: Callable[..., Visit], address: str
 
 
 def test_paper_is_light_and_has_no_buttons(visit: Callable[..., Visit], address: str) -> None:
-    """On paper there is neither header nor navigation, and no dark ground; the screen stays dark."""
+    """On paper there is no header and no dark ground; the screen stays dark."""
     page = visit(color_scheme="dark").open(f"{address}{PAGES[0]}.html")
     page.emulate_media(media="print")
-    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+    page.wait_for_function("document.documentElement.dataset.theme === 'light'")
     assert not page.is_visible(".article-header-buttons")
     assert page.locator("h1:visible").count() == 1
     page.emulate_media(media="screen")
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.wait_for_function("document.documentElement.dataset.theme === 'dark'")

@@ -2,9 +2,9 @@
 
 Text stays text (formulas become outlines), numbers are rounded, identifiers that nothing refers to
 are dropped and the others get a prefix. The palette's sentinel colours become CSS variables with
-themselves as fall-back; the ink becomes `currentColor`. A figure whose SVG would be larger than `HEAVY` characters is saved
-again with its heavy artists (many vertices) rasterised: their colours then no longer follow the
-theme, but the page stays light.
+themselves as fall-back; the ink becomes `currentColor`. A figure whose SVG would be larger than
+`HEAVY` characters is saved again with its heavy artists (many vertices) rasterised: their colours
+then no longer follow the theme, but the page stays light.
 """
 
 from __future__ import annotations
