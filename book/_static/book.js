@@ -22,6 +22,6 @@
     document.querySelectorAll("a.btn-download-source-button").forEach((link) => { link.download = ""; });
     mark();
     addEventListener("resize", mark);
-    globalThis.MathJax?.startup?.promise?.then(mark);
+    globalThis.MathJax?.startup?.promise?.then(() => document.fonts.ready).then(mark);
   });
 })();
