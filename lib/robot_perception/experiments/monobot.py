@@ -830,7 +830,10 @@ CLAIMS: tuple[Claim, ...] = (
         "the first look, predict before update: least relative increase from step to step and "
         "from n to n.",
         accepted=Accepted(
-            1e-6, np.inf, "growing means that every increase is positive; 1e-6 is beyond rounding"
+            1e-6,
+            1,
+            "growing means that every increase, as a share of the new value, is positive; 1e-6 is "
+            "far above rounding",
         ),
         compute=_fisher_growth,
     ),
