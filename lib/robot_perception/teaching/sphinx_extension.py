@@ -108,6 +108,7 @@ def _finish_page(
     if not context.get("body"):
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
+    body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
 
     def store(match: re.Match[str]) -> str:
         name = match["name"]

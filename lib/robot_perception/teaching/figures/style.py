@@ -76,6 +76,9 @@ STYLE: dict[str, Any] = {
 class BookAxes(Axes):
     """Axes that keep the book's style when they are cleared and drawn on again."""
 
+    def _ipython_display_(self) -> None:
+        """Show nothing: a cell that ends in a drawing call has its figure shown by `show`."""
+
     def clear(self) -> None:
         """Empty the axes and put the style back."""
         with mpl.rc_context(STYLE):

@@ -26,6 +26,16 @@ def lines(ax: Axes, ends: np.ndarray, colour: str, width: float = 2.0, **kwargs:
     ax.add_collection(LineCollection(ends, colors=colour, linewidths=width, **kwargs))
 
 
+def dots(ax: Axes, points: np.ndarray, colour: str = BLUE, size: float = 1.3) -> None:
+    """Draw many points as one path: small as SVG, and the same in every renderer."""
+    pen = np.full((len(points), 3, 2), np.nan)
+    pen[:, 0] = points
+    pen[:, 1] = points + np.array([1e-3, 0.0])
+    (drawn,) = ax.plot(*pen.reshape(-1, 2).T, color=colour, linewidth=size)
+    drawn.set_solid_capstyle("round")
+    drawn.get_path().should_simplify = False
+
+
 def plan(ax: Axes, points: np.ndarray, *, margin: float = 0.4) -> Axes:
     """Make axes a map in metres that holds all points, without distortion."""
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
@@ -95,6 +105,34 @@ def stretched(ax: Axes) -> Axes:
     return ax
 
 
+def recursion_state(
+    ax: Axes, chain: np.ndarray, calls: Sequence[object], *, stretch: bool = False
+) -> Axes:
+    """Draw the latest call of the recursion, what all calls kept, and what they have cost."""
+    last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
+    done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
+    one_split(ax, chain, last, done=done)
+    verdict = "split" if last.split else "near enough"
+    ax.set_title(f"farthest {last.d:.2f} m: {verdict}; {cost} distances so far")
+    return stretched(ax) if stretch else ax
+
+
+def scan_state(ax: Axes, look: object) -> Axes:
+    """Draw one scan with the chain kept of it and the true faces behind."""
+    scan_chain(ax, look.points, kept=look.kept, truth=look.truth)
+    ax.set_title(f"{len(look.kept)} vertices, {len(look.segments)} walls")
+    return ax
+
+
+def map_state(ax: Axes, state: object, least: int, extent: np.ndarray) -> Axes:
+    """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
+    found = state.walls.seen_in(least)
+    wall_map(ax, state.points, found.ends, state.way)
+    plan(ax, extent, margin=0.6)
+    ax.set_title(f"{state.scans} scans, {len(found)} walls")
+    return ax
+
+
 def growth(ax: Axes, curves: dict[str, tuple[np.ndarray, np.ndarray, str]]) -> Axes:
     """Draw steps against vertices on logarithmic axes, each curve labelled at its end."""
     for name, (sizes, counts, colour) in curves.items():
@@ -143,8 +181,8 @@ def kept_by_scale(ax: Axes, counts: dict[str, np.ndarray]) -> Axes:
     scale = counts["scale"]
     ax.semilogx(scale, counts["distance"], "o-", color=BLUE)
     ax.semilogx(scale, counts["printed"], "s-", color=RED)
-    label(ax, scale[1], counts["printed"][0] + 4, "as printed", RED)
-    label(ax, scale[1] * 1.3, counts["distance"][1] - 3, "distance", BLUE, ha="left")
+    label(ax, scale[1], counts["printed"][0] + 14, "as printed", RED, ha="left")
+    label(ax, scale[-2] * 0.8, counts["distance"][-2], "as a distance", BLUE, ha="right")
     ax.set_xticks([0.1, 1, 10], ["0.1", "1", "10"])
     ax.minorticks_off()
     ax.set_xlabel("enlargement of the scan")
@@ -167,7 +205,27 @@ def search_range(ax: Axes, found: object, *, reach: float = 0.35) -> Axes:
     ax.set_ylim(-100 * reach, 100 * reach)
     ax.set_xlabel("along the wall / m")
     ax.set_ylabel("across the wall / cm")
+    far, near = 100 * found.half_width[0], 100 * found.half_width.min()
+    ax.set_title(f"99 % band: ±{far:.1f} cm at 3 m, ±{near:.1f} cm at best")
     return ax
+
+
+def gate_study(left: Axes, right: Axes, study: object) -> tuple[Axes, Axes]:
+    """Draw walls, precision and missed length of maps against the roughness of their gate."""
+    place = np.arange(len(study.roughness))
+    left.plot(place, study.walls, "o-", color=PURPLE)
+    left.set_ylabel("walls in the map")
+    left.set_ylim(0, None)
+    right.plot(place, 100 * study.precision, "o-", color=GREEN)
+    right.plot(place, 100 * study.missed, "s-", color=RED)
+    label(right, 0.1, 84, "precision", GREEN, ha="left")
+    label(right, 0.1, 22, "length missed", RED, ha="left")
+    right.set_ylabel("share of length / %")
+    right.set_ylim(0, 104)
+    for ax in (left, right):
+        ax.set_xticks(place, [f"{100 * r:g}" for r in study.roughness])
+        ax.set_xlabel("roughness of the gate / cm")
+    return left, right
 
 
 def chi_square(ax: Axes, values: np.ndarray) -> Axes:
@@ -193,7 +251,7 @@ def wall_map(
     truth: np.ndarray | None = None,
 ) -> Axes:
     """Draw a map in the colours of the paper's Fig. 1b: readings blue, walls green, way red."""
-    ax.plot(*points.T, ",", color=BLUE, alpha=0.6)
+    dots(ax, points)
     if truth is not None:
         lines(ax, truth, INK, 0.7)
     lines(ax, walls, GREEN, 2.0)

@@ -31,7 +31,8 @@ globalThis.robotPerception ??= (() => {
     const input = element("input", {
       type: "range", id, min: 0, max: control.shown.length - 1, step: 1, ...keys,
     });
-    const output = element("output", { for: id, "aria-live": "off" });
+    const widest = Math.max(...control.shown.map((text) => text.length)); // the value changes, its room does not
+    const output = element("output", { for: id, "aria-live": "off", style: `min-width: ${widest}ch` });
     input.addEventListener("input", () => moved(input.valueAsNumber));
     return {
       nodes: [element("label", { for: id }, control.label), input, output],
