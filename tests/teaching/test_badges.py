@@ -1,5 +1,7 @@
 """Badges, tables and the scorecard show what the ledger records, and escape it."""
 
+import math
+
 import pytest
 
 from robot_perception.teaching import badges as module
@@ -17,7 +19,7 @@ def ledger(monkeypatch):
             "statement": "Distances are <squared>.",
             "paper_value": "",
             "method": "counted",
-            "accepted": Accepted(1, 2, "theory"),
+            "accepted": Accepted(1, math.inf, "theory"),
             "compute": lambda size, rng: value,
         }
         return Claim(**(fields | changes)).run()
@@ -25,7 +27,7 @@ def ledger(monkeypatch):
     good = Finding(
         Interval(1.5, 1.4, 1.6, "m"), conditions=(Condition("the chain is simple", True),)
     )
-    shown = Ledger((claim("good", good), claim("bad", Finding(Interval.exact(3)))))
+    shown = Ledger((claim("good", good), claim("bad", Finding(Interval.exact(0)))))
     monkeypatch.setattr(module, "recorded", lambda: shown)
     return shown
 
@@ -48,7 +50,9 @@ def test_badge_of_an_unknown_claim_is_an_error(ledger):
 
 
 def test_table_has_anchors_only_on_the_scorecard(ledger):
-    assert 'id="good"' in module.claim_table().bundle["text/html"]
+    html = module.claim_table().bundle["text/html"]
+    assert 'id="good"' in html
+    assert "holds from 1: theory" in html
     assert 'id="good"' not in module.claim_table("walls").bundle["text/html"]
     with pytest.raises(ValueError, match="kitchen"):
         module.claim_table("kitchen")

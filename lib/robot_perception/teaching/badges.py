@@ -92,8 +92,8 @@ def _row(entry: Entry, *, anchor: bool) -> str:
     )
     accepted = ""
     if entry.accepted is not None:
-        low, high = (f"{float(end):.4g}" for end in entry.accepted)
-        accepted = f"<br><small>holds from {low} to {high}: {escape(entry.accepted_why)}</small>"
+        where = _range(entry.accepted)
+        accepted = f"<br><small>holds {where}: {escape(entry.accepted_why)}</small>"
     paper = f"<br><small>{escape(entry.paper_value)}</small>" if entry.paper_value else ""
     conditions = "".join(f"<br><small>only if {escape(c)}</small>" for c in entry.conditions)
     note = f"<br><small>{escape(entry.note)}</small>" if entry.note else ""
