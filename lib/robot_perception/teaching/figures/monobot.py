@@ -48,7 +48,8 @@ def error_fan(
     what : str
         Label of the vertical axis.
     """
-    looks = np.arange(errors.shape[1])
+    looks = _worth_drawing(errors.shape[1])
+    errors, deviations = errors[:, looks], deviations[looks]
     band(ax, looks, -2 * deviations, 2 * deviations, MUTED)
     ax.plot(looks, errors.T, color=BLUE, linewidth=0.9, alpha=0.55)
     ax.axhline(0, color=INK, linewidth=0.8)
@@ -58,6 +59,13 @@ def error_fan(
     reach = 1.15 * max(2 * deviations.max(), np.abs(errors).max())
     ax.set(xlim=(0, looks[-1]), ylim=(-reach, reach), xlabel=LOOKS, ylabel=what)
     return ax
+
+
+def _worth_drawing(looks: int) -> np.ndarray:
+    """Return the looks at which a freezing error is drawn: each at first, then every fifth."""
+    return np.unique(
+        np.concatenate([np.arange(min(looks, 25)), np.arange(0, looks, 5), [looks - 1]])
+    )
 
 
 def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
@@ -228,7 +236,7 @@ def trajectory(
     landmark_estimate, landmark_deviation : ndarray, shape (looks,)
         Its estimate and stated deviation, m.
     sightings : ndarray, shape (looks,)
-        Where each look alone, from the true path, would put it, m.
+        Where each look alone, from the true path, would put it, m; every third is drawn.
     """
     k = np.arange(len(position))
     band(ax, k, estimate - 2 * deviation, estimate + 2 * deviation, BLUE)
@@ -237,7 +245,7 @@ def trajectory(
         landmark_estimate + 2 * landmark_deviation,
     )
     band(ax, k, low, high, ORANGE, alpha=0.28)
-    ax.plot(k, sightings, ".", color=MUTED, markersize=2.5, alpha=0.7)
+    ax.plot(k[::3], sightings[::3], ".", color=MUTED, markersize=3, alpha=0.8)
     ax.plot(k, position, color=INK, linewidth=1.4)
     ax.plot(k, estimate, color=BLUE, linewidth=1.2)
     ax.plot(k, landmark_estimate, color=ORANGE, linewidth=1.6)
