@@ -52,7 +52,7 @@ def test_badge_of_an_unknown_claim_is_an_error(ledger):
 def test_table_has_anchors_only_on_the_scorecard(ledger):
     html = module.claim_table().bundle["text/html"]
     assert 'id="good"' in html
-    assert "holds from 1: theory" in html
+    assert "<dt>Holds from 1</dt><dd>theory</dd>" in html
     assert 'id="good"' not in module.claim_table("walls").bundle["text/html"]
     with pytest.raises(ValueError, match="kitchen"):
         module.claim_table("kitchen")

@@ -72,10 +72,7 @@ def claim_table(chapter: str | None = None) -> Shown:
     if not ledger.entries:
         raise ValueError(f"the ledger has no claim of chapter {chapter!r}")
     rows = "\n".join(_row(entry, anchor=chapter is None) for entry in ledger.entries)
-    head = "".join(
-        f'<th scope="col">{name}</th>'
-        for name in ("Claim", "The paper says", "We measure", "Ours", "Verdict")
-    )
+    head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Ours", "Verdict"))
     html = (
         '<div class="rp-table" role="region" tabindex="0" aria-label="Claims and verdicts">'
         f'<table class="rp-claims"><thead><tr>{head}</tr></thead>'
@@ -86,26 +83,31 @@ def claim_table(chapter: str | None = None) -> Shown:
 
 def _row(entry: Entry, *, anchor: bool) -> str:
     name = f' id="{entry.id}"' if anchor else ""
-    evidence = "".join(
-        f"<br><small>{escape(key)}: {escape(str(Interval(**value)))}</small>"
-        for key, value in entry.evidence.items()
-    )
-    accepted = ""
-    if entry.accepted is not None:
-        where = _range(entry.accepted)
-        accepted = f"<br><small>holds {where}: {escape(entry.accepted_why)}</small>"
-    paper = f"<br><small>{escape(entry.paper_value)}</small>" if entry.paper_value else ""
-    conditions = "".join(f"<br><small>only if {escape(c)}</small>" for c in entry.conditions)
-    note = f"<br><small>{escape(entry.note)}</small>" if entry.note else ""
-    about = entry.interval.about
+    page = f"{entry.chapter}.html" if anchor else f"scorecard.html#{entry.id}"
+    paper = f" <q>{escape(entry.paper_value)}</q>" if entry.paper_value else ""
+    conditions = "".join(f"<p>Only if {escape(text)}.</p>" for text in entry.conditions)
     return (
-        f'<tr{name}><th scope="row"><a href="{entry.chapter}.html">{escape(entry.id)}</a>'
-        f"<br><small>{escape(entry.paper)}, {escape(entry.place)}</small></th>"
-        f"<td>{escape(entry.statement)}{paper}</td>"
-        f"<td>{escape(entry.method)}{accepted}</td>"
-        f"<td>{escape(str(entry.interval))}<br><small>{escape(about)}</small>{evidence}</td>"
+        f'<tr{name}><th scope="row"><a href="{page}">{escape(entry.id)}</a> '
+        f"<small>{escape(entry.paper)}, {escape(entry.place)}</small>"
+        f"<p>{escape(entry.statement)}{paper}</p>"
+        f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
+        f"</summary>{_details(entry)}</details></th>"
+        f"<td>{escape(str(entry.interval))}<br><small>{escape(entry.interval.about)}</small></td>"
         f'<td><span class="rp-badge rp-badge--{entry.verdict}">{entry.verdict}</span>'
-        f"{conditions}{note}</td></tr>"
+        f"{conditions}</td></tr>"
+    )
+
+
+def _details(entry: Entry) -> str:
+    """Return how a claim was measured, what range counts as holding and why, and what else."""
+    items = [("Measured", entry.method)]
+    if entry.accepted is not None:
+        items.append((f"Holds {_range(entry.accepted)}", entry.accepted_why))
+    items += [(key, str(Interval(**value))) for key, value in entry.evidence.items()]
+    if entry.note:
+        items.append(("Note", entry.note))
+    return "<dl>{}</dl>".format(
+        "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
     )
 
 
