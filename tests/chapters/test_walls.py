@@ -101,6 +101,32 @@ def test_growing_map_ends_as_the_map_of_the_drive():
     assert all(len(f.points) <= 3000 for f in frames)
 
 
+def test_the_scan_of_the_opening_has_361_readings_and_eight_walls():
+    look = walls.one_scan()
+    assert (look.ranges.size, len(look.segments)) == (361, 8)
+
+
+def test_any_tolerance_from_three_sigma_to_the_size_of_things_finds_all_walls():
+    study = walls.tolerance_study()
+    assert study["good"] > 10
+    assert study["right"] <= study["noisy"] / 2
+
+
+def test_gate_without_roughness_founds_new_walls_and_a_wide_one_loses_them():
+    study = walls.gate_study((0.0, 0.02, 0.6))
+    assert study.walls[0] > 1.5 * study.walls[1] > 3 * study.walls[2]
+    assert study.precision[1] > 0.9
+    assert study.missed[1] < 0.1 < study.missed[2]
+    assert study.believed < 0.005
+
+
+def test_three_looks_weed_out_what_is_not_there():
+    looks = walls.looks_study()
+    assert looks["gone"] > 0
+    assert looks["after"] > looks["before"]
+    assert looks["cost"] < 0.02
+
+
 @pytest.mark.parametrize(
     ("key", "right", "wrong"),
     [

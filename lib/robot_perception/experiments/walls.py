@@ -8,7 +8,7 @@ import importlib.util
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import stats
+from scipy.spatial import ConvexHull
 
 from data_synth.laser import Scanner, Scans, scan, scan_moving
 from data_synth.office import Office, drive, make_office
@@ -45,6 +46,7 @@ from robot_perception.walls import (
     merge,
     sample_faces,
     score_map,
+    seen_from,
     simplify,
     simplify_path_hull,
     to_points,
@@ -118,6 +120,17 @@ class Result:
     def points(self) -> Float[np.ndarray, "readings 2"]:
         """All readings in the frame of the world, m."""
         return _world_points(self.scans.ranges, self.config.scanner.angles, self.poses)
+
+    def summary(self) -> dict[str, float]:
+        """Return the numbers about the map that the chapter tells, in mm and degrees."""
+        return {
+            "count": len(self.walls),
+            "precision": self.score.precision,
+            "recall": self.score.recall,
+            "offset": float(1e3 * np.sqrt(np.mean(self.score.offsets**2))),
+            "angle": float(np.rad2deg(np.sqrt(np.mean(self.score.angles**2)))),
+            "readings": self.report.readings,
+        }
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
@@ -237,6 +250,34 @@ def _in_robot_frame(faces: np.ndarray, pose: np.ndarray) -> np.ndarray:
     return (faces - pose[:2]) @ np.array([[cos, -sin], [sin, cos]])
 
 
+TOLERANCES, SIGMAS = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8), (0.0, 0.005, 0.015, 0.03, 0.06)
+"""Settings of the explorer of one scan, m."""
+
+
+def tolerance_study() -> dict[str, float]:
+    """Count the settings of the explorer with which all walls of the scan are found."""
+    truth = len(one_scan().segments)
+    high, low = [], []
+    for tolerance in TOLERANCES:
+        for sigma in SIGMAS:
+            found = len(one_scan(tolerance, sigma).segments) == truth
+            noise = float(np.hypot(sigma, 0.01 / np.sqrt(12)))  # and the rounding to 1 cm
+            if 3 * noise <= tolerance < TOLERANCES[-1]:
+                high.append(found)
+            elif tolerance < 2 * noise:
+                low.append(found)
+    largest = np.abs(np.random.default_rng(0).normal(size=(4000, 100))).max(axis=1).mean()
+    good = len(high) if all(high) else 0
+    return {
+        "good": good,
+        "most": TOLERANCES[-2],
+        "count": truth,
+        "noisy": len(low),
+        "right": sum(low),
+        "largest": float(largest),
+    }
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """One call of the recursion of Table 1: sub-chain, farthest vertex, and whether it split."""
@@ -323,11 +364,11 @@ def n_log_n_exponent(size: Size) -> float:
 
 
 def time_exponent(work: Callable[[np.ndarray, float], object], sizes: tuple[int, ...]) -> Interval:
-    """Fit the exponent of the time that a program takes on worst-case chains, best of three."""
+    """Fit the exponent of the time that a program takes on worst-case chains, best of five."""
     times = []
     for n in sizes:
         chain, best = worst_case(n), np.inf
-        for _ in range(3):
+        for _ in range(5):
             start = time.perf_counter()
             work(chain, 0.1)
             best = min(best, time.perf_counter() - start)
@@ -363,6 +404,26 @@ def peers() -> dict[str, Interval]:
             (1000, 2000, 4000, 8000),
         )
     return found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hulls:
+    """A chain, the vertex at which its two path hulls meet, their corners, and the farthest."""
+
+    chain: Float[np.ndarray, "n 2"]
+    tag: int
+    corners: tuple[np.ndarray, np.ndarray]
+    farthest: int
+
+
+def hull_example(n: int = 60) -> Hulls:
+    """Return a wavy chain with the convex hulls of its two halves."""
+    rng = np.random.default_rng(2)
+    x = np.linspace(0.0, 10.0, n)
+    y = 1.4 * np.sin(0.9 * x) + 0.8 * np.sin(2.3 * x + 1) + rng.normal(0, 0.12, n)
+    chain, tag = np.stack([x, y], axis=-1), (n - 1) // 2
+    left, right = ConvexHull(chain[: tag + 1]).vertices, ConvexHull(chain[tag:]).vertices + tag
+    return Hulls(chain, tag, (left, right), find_split(chain, 0, n - 1)[0])
 
 
 def quadratic(size: Size, rng: np.random.Generator) -> Finding:
@@ -560,10 +621,10 @@ class Crossing:
 
 
 def crossing_example(tolerance: float = 0.3) -> Crossing:
-    """Return the first random crossing chain on which unchecked path hulls go wrong."""
+    """Return the first random chain with few crossings on which unchecked path hulls go wrong."""
     for child in np.random.default_rng(5).spawn(1000):
         chain = crossing_chain(child)
-        if _differs(chain, tolerance):
+        if len(find_crossings(chain)) <= 4 and _differs(chain, tolerance):
             break
     hulls = simplify_path_hull(chain, tolerance, assume_simple=True)
     return Crossing(chain, simplify(chain, tolerance), hulls, find_crossings(chain))
@@ -717,12 +778,91 @@ def growing_map(frames: int = 24, most_points: int = 1500) -> tuple[Growing, ...
             segments, _ = extract_segments(ranges, config.scanner.angles, config.extraction)
             walls = merge(walls, to_world(segments, pose), config.gate)
         done = int(stop)
-        points = _world_points(
-            result.scans.ranges[:stop], config.scanner.angles, result.poses[:stop]
-        )
-        thin = points[:: max(1, len(points) // most_points)]
+        reached = np.isfinite(result.scans.ranges[:stop]).sum()
+        thin = result.points[: reached : len(result.points) // most_points]  # a growing set
         states.append(Growing(done, thin, walls, result.poses[:stop, :2]))
     return tuple(states)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GateStudy:
+    """Maps of one drive with gates of several widths.
+
+    Parameters
+    ----------
+    roughness
+        Of each gate, m.
+    walls, precision, missed
+        Number of walls, and the shares of length that are right and that were not found.
+    believed
+        Median standard deviation of the walls at their middles, without roughness, m.
+    """
+
+    roughness: np.ndarray
+    walls: np.ndarray
+    precision: np.ndarray
+    missed: np.ndarray
+    believed: float
+
+    def summary(self) -> dict[str, float]:
+        """Return the numbers that the chapter tells: no, middling and most roughness, cm and mm."""
+        return {
+            "most": int(self.walls[0]),
+            "good": 100 * float(self.roughness[2]),
+            "right": int(self.walls[2]),
+            "last": 100 * float(self.roughness[-1]),
+            "few": int(self.walls[-1]),
+            "believed": 1e3 * self.believed,
+        }
+
+
+def gate_study(roughness: tuple[float, ...] = (0.0, 0.005, 0.02, 0.08, 0.3, 0.6)) -> GateStudy:
+    """Build the map of one drive with poses 2 cm wrong, with gates of several widths.
+
+    Parameters
+    ----------
+    roughness
+        Standard deviations added across the wall, m; the angle's is in proportion.
+    """
+    rng = np.random.default_rng(9)
+    small = run(Config(rooms=2, step=0.5), rng=rng)
+    config, angles = small.config, small.config.scanner.angles
+    poses = small.poses + rng.normal(0, [0.02, 0.02, np.deg2rad(0.3)], small.poses.shape)
+    counts, precision, missed, believed = [], [], [], []
+    for sigma in roughness:
+        gate = Gate(roughness=sigma, roughness_angle=sigma * float(np.deg2rad(50.0)))
+        walls, _ = build_map(small.scans.ranges, angles, poses, config.extraction, gate)
+        score = score_map(walls.seen_in(config.least_scans), small.office.faces, small.seen)
+        counts.append(len(walls.seen_in(config.least_scans)))
+        precision.append(score.precision)
+        missed.append(1.0 - score.recall)
+        believed.append(np.median(believed_sigma(walls.seen_in(config.least_scans))))
+    found = (np.array(values) for values in (counts, precision, missed))
+    return GateStudy(np.array(roughness), *found, float(believed[0]))
+
+
+def believed_sigma(walls: WallMap) -> Float[np.ndarray, " walls"]:
+    """Return the standard deviation across each wall that its covariance states, m."""
+    middles = walls.ends.mean(axis=1)
+    one = [
+        seen_from(walls.lines[k, None], walls.covs[k, None], middles[k])[1][0, 0, 0]
+        for k in range(len(walls))
+    ]
+    return np.sqrt(np.array(one))
+
+
+def looks_study() -> dict[str, float]:
+    """Compare the map of the drive with and without the walls seen in fewer than three scans."""
+    result = office_run()
+    everything = growing_map()[-1].walls
+    before = score_map(everything, result.office.faces, result.seen)
+    return {
+        "all": len(everything),
+        "gone": len(everything) - len(result.walls),
+        "before": before.precision,
+        "after": result.score.precision,
+        "cost": before.recall - result.score.recall,
+    }
 
 
 def line_consistency(runs: int, rng: np.random.Generator) -> np.ndarray:
@@ -800,7 +940,7 @@ def recorded_map(log: LaserLog, every: int) -> dict[str, np.ndarray | float]:
     second, _ = _map(ranges[half:], log.angles, poses[half:])
     both = score_map(second, first.ends, reach=0.3)
     return {
-        "points": np.round(points[:: max(1, len(points) // 3000)], 3),
+        "points": np.round(points[:: max(1, len(points) // 2000)], 3),
         "ends": np.round(walls.ends, 3),
         "scans": walls.scans,
         "way": np.round(poses[:: max(1, len(poses) // 500), :2], 3),
@@ -818,6 +958,13 @@ def recorded_map(log: LaserLog, every: int) -> dict[str, np.ndarray | float]:
         "turn_deg": float(np.rad2deg(stats.median_abs_deviation(both.angles, scale="normal"))),
         "shared": len(both.offsets),
     }
+
+
+def summary(found: Mapping[str, np.ndarray | float]) -> dict[str, float]:
+    """Return the numbers about a recorded map that the chapter tells, in cm, mm and degrees."""
+    names = ("walls", "length", "explained", "shared")
+    lengths = {"reach": 100 * found["reach"], "offset": found["offset_mm"]}
+    return {name: found[name] for name in names} | lengths | {"turn": found["turn_deg"]}
 
 
 def _map(ranges: np.ndarray, angles: np.ndarray, poses: np.ndarray) -> tuple[WallMap, ScanReport]:

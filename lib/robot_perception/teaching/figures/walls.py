@@ -254,7 +254,7 @@ def wall_map(
     dots(ax, points)
     if truth is not None:
         lines(ax, truth, INK, 0.7)
-    lines(ax, walls, GREEN, 2.0)
+    lines(ax, walls, GREEN, 1.6)
     ax.plot(*way.T, "-", color=RED, linewidth=1.0)
     return plan(ax, points, margin=0.6)
 
