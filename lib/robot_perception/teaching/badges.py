@@ -127,6 +127,9 @@ def as_text(ledger: Ledger) -> str:
             (entry.id, entry.verdict, entry.paper_value or "–", str(entry.interval), conditions)
         )
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
-    lines = ["  ".join([*(c.ljust(w) for c, w in zip(row, widths)), row[4]]) for row in rows]
+    lines = [
+        "  ".join([*(c.ljust(w) for c, w in zip(row[:4], widths, strict=True)), row[4]])
+        for row in rows
+    ]
     lines.insert(1, "  ".join("-" * width for width in [*widths, 10]))
     return "\n".join(line.rstrip() for line in lines)
