@@ -93,11 +93,12 @@ def test_compiled_equals_plain(n, steps, P0, V, W, seed):
         fast = run_filter(start(P0), commands, looks, **noise)
         plain = run_filter_stepwise(start(P0), commands, looks, **noise)
         scale = 1 + np.abs(plain.means).max()
+        tolerance = 1e-9 + 1e-14 * (P0 + V + W) / W  # rounding grows with the condition of S
         for name in FIELDS:
             a, b = getattr(fast, name), getattr(plain, name)
             assert a.shape == b.shape
             size = scale if name in {"means", "innovations"} else 1 + np.abs(b).max()
-            np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * size, err_msg=name)
+            np.testing.assert_allclose(a, b, rtol=0, atol=tolerance * size, err_msg=name)
 
 
 def test_last_estimate_is_weighted_least_squares_over_the_whole_run():
