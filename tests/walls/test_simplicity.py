@@ -81,6 +81,17 @@ def test_scans_in_order_of_angle_are_simple(seed, n):
     assert is_simple(scan)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.4, 0.8, 1.9])
+@pytest.mark.parametrize("height", [1.0, 2000.0])
+def test_turned_zigzag_of_long_edges_is_simple_until_one_tooth_is_bent(angle, height):
+    k = np.arange(50_000.0)
+    zigzag = np.stack([k, np.where(k % 2, -height, height)], axis=-1)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    assert is_simple(zigzag @ turn)
+    zigzag[20_000, 0] += 5.5
+    assert [19_999, 20_001] in find_crossings(zigzag @ turn).tolist()
+
+
 def test_long_chain_with_one_crossing_is_found():
     n = 200_000
     turns = np.linspace(0, 400 * np.pi, n)
