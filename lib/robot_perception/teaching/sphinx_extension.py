@@ -20,10 +20,12 @@ from typing import Any
 from sphinx.application import Sphinx
 from sphinx.config import Config
 
+from robot_perception.datasets import find, registry
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
 STORED = "_static/explorers"
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts and styles of pages
+COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
 _EXPLORER = re.compile(
@@ -39,6 +41,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _drop_live_code)
     app.connect("builder-inited", _copy_mathjax)
     app.connect("html-page-context", _finish_page, priority=900)
+    app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
     app.add_js_file("explorer.js")
     for sheet in ("figure.css", "explorer.css"):
@@ -59,6 +62,8 @@ def cache_key(root: Path) -> str:
     str
     """
     digest = hashlib.sha256()
+    for name in registry():  # a page differs with its recording there or not
+        digest.update(f"{name} {find(name) is not None}".encode())
     folders = ("lib", "data_synth", "book/_data")
     found = (path for folder in folders for path in sorted((root / folder).rglob("*")))
     for path in (*found, root / "constraints.txt"):
@@ -109,6 +114,7 @@ def _finish_page(
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
+    body = body.replace(COMPARED, "")
 
     def store(match: re.Match[str]) -> str:
         name = match["name"]
@@ -129,6 +135,18 @@ def _store(folder: Path, name: str, states: str | list[list[Any]]) -> None:
             (folder / state[0]).write_bytes(data)
     script = f'robotPerception.register("explorer-{name}", {json.dumps(states)});\n'
     (folder / f"{name}.js").write_text(script, "utf-8")
+
+
+def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:
+    """Remove states of explorers that no page shows any more."""
+    stored = Path(app.outdir) / STORED
+    if exception is not None or not stored.is_dir():
+        return
+    pages = (page.read_text("utf-8") for page in Path(app.outdir).glob("*.html"))
+    shown = {name for page in pages for name in re.findall(r"explorers/(\w+)\.js", page)}
+    for path in stored.iterdir():
+        if re.split(r"[-.]", path.name)[0] not in shown:
+            path.unlink()
 
 
 def _local(scripts: Iterable[Any]) -> Iterable[Any]:

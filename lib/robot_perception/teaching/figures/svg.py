@@ -58,6 +58,7 @@ _SETTINGS = {
     "svg.hashsalt": "robot-perception",
     "svg.image_inline": True,
     "path.simplify": True,
+    "svg.fonttype": "none",
 }
 
 
@@ -99,7 +100,10 @@ class _Renderer(RendererSVG):
         ismath: bool | str = False,
         mtext: Text | None = None,
     ) -> None:
-        with mpl.rc_context({"svg.fonttype": "path" if ismath else "none"}):
+        if not ismath:
+            super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
+            return
+        with mpl.rc_context({"svg.fonttype": "path"}):
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
 
 
