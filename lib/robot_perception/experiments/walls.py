@@ -352,9 +352,9 @@ def growth(count: Callable[[np.ndarray, float], int], sizes: tuple[int, ...]) ->
 def exponent(sizes: tuple[int, ...], values: Float[np.ndarray, " sizes"]) -> Interval:
     """Fit the exponent of a power law, with the 95 % interval of the slope of a regression."""
     fit = stats.linregress(np.log(sizes), np.log(values))
-    half = stats.t.ppf(0.975, len(sizes) - 2) * fit.stderr
+    slope, half = float(fit.slope), float(stats.t.ppf(0.975, len(sizes) - 2) * fit.stderr)
     about = f"95 % of the slope of log cost over log n, n = {sizes[0]} to {sizes[-1]}"
-    return Interval(fit.slope, fit.slope - half, fit.slope + half, "", about)
+    return Interval(slope, slope - half, slope + half, "", about)
 
 
 def n_log_n_exponent(size: Size) -> float:
