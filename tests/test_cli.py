@@ -7,6 +7,7 @@ from click.testing import CliRunner
 
 from robot_perception import experiments
 from robot_perception.cli import main
+from robot_perception.teaching.records import records
 
 FIELDS = {
     "id",
@@ -66,3 +67,13 @@ def test_wrong_words_are_named(run, words, says):
     assert result.exit_code != 0
     assert says in result.output
     assert "Traceback" not in result.output
+
+
+def test_store_keeps_results_whose_recording_is_not_here(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROBOT_PERCEPTION_DATA", str(tmp_path))
+    monkeypatch.setenv("ROBOT_PERCEPTION_CACHE", str(tmp_path))
+    before = (records() / "monobot-corridor.json").read_bytes()
+    result = run("store", "--chapter", "monobot")
+    assert result.exit_code == 0
+    assert "monobot-corridor: kept as it is" in result.output
+    assert (records() / "monobot-corridor.json").read_bytes() == before

@@ -9,9 +9,11 @@ import click
 from tqdm import tqdm
 
 from robot_perception import __version__, experiments
+from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.commands import datasets
 from robot_perception.teaching.badges import as_text
 from robot_perception.teaching.claims import Claim, Ledger, Size
+from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.records import records
 
 
@@ -85,7 +87,17 @@ def store(chapters: tuple[str, ...]) -> None:
             for recording in experiments.experiment(stem).RECORDINGS
         ]
         for recording in tqdm(recordings, desc="recordings", unit="recording"):
-            file = recording.write()
-            click.echo(f"{recording.dataset}: {file.name}, {file.stat().st_size / 1e3:.0f} kB")
-    except (ValueError, LookupError, OSError) as error:
+            click.echo(_store(recording))
+    except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
+
+
+def _store(recording: Recording) -> str:
+    """Store the result of one recording, or keep the stored one; return what was done."""
+    try:
+        file = recording.write()
+    except DatasetMissing:
+        return f"{recording.store}: kept as it is, {recording.dataset} is not on this computer"
+    return (
+        f"{recording.store}: computed from {recording.dataset}, {file.stat().st_size / 1e3:.0f} kB"
+    )
