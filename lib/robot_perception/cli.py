@@ -32,7 +32,9 @@ main.add_command(datasets)
     "--run",
     "size",
     type=click.Choice([s.value for s in Size]),
-    help="Recompute the claims at this size instead of printing the recorded ledger.",
+    is_flag=False,
+    flag_value=Size.QUICK.value,
+    help="Recompute the claims (quick if no size is given) instead of printing the record.",
 )
 @click.option(
     "--chapter", "chapters", multiple=True, help="Only this chapter (may be given several times)."
