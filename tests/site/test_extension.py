@@ -11,6 +11,7 @@ from robot_perception.teaching import sphinx_extension
 from robot_perception.teaching.explore import explore, slider
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from tests.unchecked import unchecked
 
 ALT = "A line whose slope is the gain that was chosen."
 
@@ -63,8 +64,9 @@ def finished(
         ],
         "css_files": [],
     }
-    app = SimpleNamespace(outdir=folder)
-    sphinx_extension._finish_page(app, "page", "page.html", context, None)
+    app = SimpleNamespace(outdir=folder)  # all of Sphinx that is asked
+    with unchecked():
+        sphinx_extension._finish_page(app, "page", "page.html", context, None)
     return context
 
 
@@ -144,3 +146,19 @@ def test_no_built_page_names_a_script_or_style_of_another_host(site: Path):
         assert 'rel="stylesheet" href="http' not in text, page.name
         assert "THEBE" not in text, page.name
         assert "vnd.jupyter.widget-state" not in text, page.name
+
+
+def test_states_that_no_page_shows_are_removed(tmp_path: Path):
+    stored = tmp_path / sphinx_extension.STORED
+    stored.mkdir(parents=True)
+    for name in ("kept.js", "kept-0.webp", "gone.js", "gone-0.webp"):
+        (stored / name).touch()
+    (tmp_path / "page.html").write_text('<div data-states="_static/explorers/kept.js">')
+    with unchecked():
+        sphinx_extension._drop_orphans(SimpleNamespace(outdir=tmp_path), None)
+    assert sorted(path.name for path in stored.iterdir()) == ["kept-0.webp", "kept.js"]
+
+
+def test_words_to_the_tests_are_not_shown_to_readers(tmp_path: Path):
+    body = f"<pre><span></span>{sphinx_extension.COMPARED}print(1)</pre>"
+    assert finished(body, tmp_path)["body"] == "<pre><span></span>print(1)</pre>"

@@ -114,10 +114,10 @@ def _save(fig: Figure) -> str:
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with mpl.rc_context(style.STYLE | _SETTINGS):
         writer = _Renderer(72 * width, 72 * height, stream, None, RASTER_DPI, metadata=nothing)
-        renderer = MixedModeRenderer(fig, width, height, RASTER_DPI, writer)
         try:
             fig.dpi = 72
             fig.patch.set_visible(False)
+            renderer = MixedModeRenderer(fig, width, height, RASTER_DPI, writer)  # reads fig.dpi
             fig.draw(renderer)
         finally:
             fig.dpi = dpi
