@@ -1,10 +1,13 @@
 """Figures: repeatable, themed, never without alternative text."""
 
+import base64
+import io
 import re
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from PIL import Image
 
 from robot_perception.teaching.figures import (
     BLUE,
@@ -12,6 +15,7 @@ from robot_perception.teaching.figures import (
     INK,
     MUTED,
     ORANGE,
+    RED,
     band,
     figure,
     label,
@@ -140,6 +144,51 @@ def test_heavy_figures_are_rasterised_and_left_as_they_were():
     assert "data:image/png" in svg
     assert "<text" in svg
     assert not points.get_rasterized()
+
+
+def embedded(svg: str) -> list[np.ndarray]:
+    """Return where the pixels of each embedded picture lie in the drawing, shape (pixels, 2)."""
+    pattern = (
+        r'xlink:href="data:image/png;base64,([^"]*)"'
+        r' transform="scale\(1 -1\) translate\(0 -([\d.]+)\)"'
+        r' x="([-\d.]+)" y="([-\d.]+)" width="([-\d.]+)" height="([-\d.]+)"'
+    )
+    found = []
+    for data, *numbers in re.findall(pattern, svg):
+        shift, x, y, width, height = map(float, numbers)
+        image = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))))
+        rows, columns = np.nonzero(image[..., 3] > 127)
+        found.append(
+            np.column_stack(
+                [
+                    x + (columns + 0.5) * width / image.shape[1],
+                    shift - (y + (rows + 0.5) * height / image.shape[0]),
+                ]
+            )
+        )
+    return found
+
+
+def test_rasterised_points_lie_where_the_axes_have_them():
+    fig, axes = figure(1, 2, height=3.37)
+    cloud = np.random.default_rng(0).uniform(-2, 2, (30_000, 2))
+    extreme = np.array([5.0, 4.0])
+    for ax in axes:
+        ax.plot(*np.vstack([cloud, extreme]).T, "o", markersize=2, color=BLUE)
+        ax.plot(*np.vstack([extreme, -extreme]).T, color=RED, zorder=5)
+        ax.set(aspect="equal", xlim=(-6, 6), ylim=(-6, 6))
+    svg = to_svg(fig)
+    pictures = embedded(svg)
+    lines = re.findall(r'd="([^"]*)"[^>]*stroke: var\(--rp-red', svg)
+    assert len(pictures) == len(lines) == 2
+
+    height = 72 * fig.get_figheight()
+    for ax, pixels, line in zip(axes, pictures, lines, strict=True):
+        expected = ax.transData.transform(extreme) * 72 / fig.dpi * [1, -1] + [0, height]
+        in_vectors = np.array(re.findall(r"-?[\d.]+", line), dtype=float)[:2]
+        outermost = pixels[pixels[:, 0] > pixels[:, 0].max() - 2]
+        assert np.abs(in_vectors - expected).max() < 0.1
+        assert np.abs(outermost.mean(axis=0) - expected).max() < 1
 
 
 def test_panels_that_do_not_fit_are_refused():
