@@ -25,7 +25,7 @@ from tests.site.browser import launch
 
 ROOT = Path(__file__).parents[2]
 BOOK = ROOT / "book"
-MOVES = 32
+MOVES = 16
 LONGEST_S = 0.5
 SETTINGS = {
     "notebook-extension/tracker": {"windowingMode": "none"},  # every cell in the page, seen or not
@@ -33,16 +33,31 @@ SETTINGS = {
 }
 IDLE = ".jp-Notebook-ExecutionIndicator[data-status=idle]"
 TOKEN = secrets.token_hex(16)
+DATA = "ROBOT_PERCEPTION_DATA"
+
+FINISHED = """
+() => {
+  const texts = (selector) => [...document.querySelectorAll(selector)].map((e) => e.innerText);
+  const kind = "data-mime-type='application/vnd.jupyter";
+  const failed = texts(`[${kind}.error'], [${kind}.stderr']`)
+    .filter((text) => /Traceback|^ *\\w*Error:/m.test(text));
+  if (failed.length) return failed.join("\\n\\n");
+  if (texts(".jp-InputPrompt").some((text) => text.includes("*"))) return false;
+  const all = [...document.querySelectorAll(".explorer:has(.rp-controls) figure")];
+  return all.length > 0 && all.every((figure) => figure.dataset.ready);
+}
+"""
 
 MOVE = """
 async ([explorer, moves]) => {
   const canvas = explorer.querySelector(".rp-canvas");
-  const input = explorer.querySelector("input[type=range], select, input[type=checkbox]")
-    ?? explorer.querySelector("input[type=radio]:not(:checked)");
+  const control = explorer.querySelector(".rp-control");
+  const input = control.querySelector("input[type=range], select, input[type=checkbox]")
+    ?? control.querySelector("input[type=radio]:not(:checked)");
   const picture = () => canvas.querySelector("img")?.src ?? canvas.innerHTML;
   function turn(k) {
     if (input.type === "radio") {
-      return explorer.querySelector("input[type=radio]:not(:checked)").click();
+      return control.querySelector("input[type=radio]:not(:checked)").click();
     }
     if (input.type === "checkbox") return input.click();
     if (input.tagName === "SELECT") input.selectedIndex = k % input.options.length;
@@ -87,33 +102,43 @@ def rows() -> list[Timing]:
         with jupyterlab(chapters) as address:
             for chapter in chapters:
                 open_in_lab(page, address, chapter.name)
-                moves = moves_on(page)
-                found.append(_timing(f"explorers of {chapter.stem}, in JupyterLab", moves, 0.1))
+                for label, moves in moves_on(page):
+                    found.append(_timing(f"{chapter.stem}, {label}, in JupyterLab", moves, 0.1))
         for chapter in chapters:
             page.goto((site / f"{chapter.stem}.html").as_uri())
             page.wait_for_load_state("load")
-            moves = moves_on(page)
-            found.append(_timing(f"explorers of {chapter.stem}, built page", moves, 0.05))
+            for label, moves in moves_on(page):
+                found.append(_timing(f"{chapter.stem}, {label}, built page", moves, 0.05))
         browser.close()
     return found
 
 
-def moves_on(page: Page) -> list[float]:
-    """Move the first control of every explorer of an open page; return the seconds of each move."""
+def moves_on(page: Page) -> list[tuple[str, list[float]]]:
+    """Move the first control of every explorer of an open page: its label, seconds of each move."""
     explorers = page.query_selector_all("div.explorer:has(.rp-controls)")
     if not explorers:
         raise RuntimeError(f"no explorer is alive on {page.url}")
-    each = -(-MOVES // len(explorers)) if len(explorers) > 1 else MOVES
-    moves: list[float] = []
+    found = []
     for explorer in explorers:
+        label = explorer.eval_on_selector(".rp-control :is(.rp-name, label)", "e => e.textContent")
         explorer.scroll_into_view_if_needed()
         page.evaluate(MOVE, [explorer, 2])  # the first moves load what is needed
-        moves += page.evaluate(MOVE, [explorer, max(each, 12)])
-    return [milliseconds / 1e3 for milliseconds in moves]
+        milliseconds = page.evaluate(MOVE, [explorer, MOVES])
+        complaint = explorer.eval_on_selector(".rp-error", "e => e.hidden ? '' : e.textContent")
+        if complaint or not milliseconds:
+            raise RuntimeError(f"{label!r} on {page.url}: {complaint or 'no picture moved'}")
+        found.append((label, [duration / 1e3 for duration in milliseconds]))
+    return found
 
 
 def open_in_lab(page: Page, address: str, notebook: str) -> None:
-    """Open a notebook in JupyterLab, run all of it, and wait for its explorers."""
+    """Open a notebook in JupyterLab, run all of it, and wait for its explorers.
+
+    Raises
+    ------
+    RuntimeError
+        If a cell or a drawing fails; the message holds what the notebook shows.
+    """
     page.goto(f"{address}/lab/tree/{notebook}?reset&token={TOKEN}")
     page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=120_000)
     dialog = page.locator(".jp-Dialog")  # which kernel? the preferred one
@@ -121,11 +146,9 @@ def open_in_lab(page: Page, address: str, notebook: str) -> None:
     page.wait_for_timeout(3000)
     page.click(".lm-MenuBar-itemLabel:text-is('Run')")
     page.click(".lm-Menu-itemLabel:text-is('Run All Cells')")
-    page.wait_for_function(
-        "() => { const all = [...document.querySelectorAll('.explorer:has(.rp-controls) figure')];"
-        " return all.length && all.every((figure) => figure.dataset.ready); }",
-        timeout=600_000,
-    )
+    finished = page.wait_for_function(FINISHED, timeout=600_000).json_value()
+    if finished is not True:
+        raise RuntimeError(f"{notebook} fails in JupyterLab:\n{finished}")
     page.wait_for_selector(IDLE, timeout=600_000)
     page.wait_for_timeout(1000)
 
@@ -152,6 +175,8 @@ def jupyterlab(notebooks: list[Path]) -> Iterator[str]:
             "JUPYTERLAB_WORKSPACES_DIR": str(root / "workspaces"),
             "JUPYTER_TOKEN": TOKEN,
         }
+        if os.environ.get(DATA):  # the notebooks run in another folder
+            environment[DATA] = str(Path(os.environ[DATA]).resolve())
         server = subprocess.Popen(
             [
                 sys.executable,

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -16,18 +15,9 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from tests.site.browser import launch
+from tests.site.counts import COUNTS
 
 ROOT = Path(__file__).parents[2]
-COUNTS = (
-    "pages opened",
-    "explorers driven",
-    "controls driven to both ends",
-    "states shown",
-    "requests to other hosts",
-    "console errors and page errors",
-    "serious or critical violations, light",
-    "serious or critical violations, dark",
-)
 
 
 @dataclass
@@ -133,20 +123,3 @@ def count(record_property: Callable[[str, object], None]) -> Callable[[str, int]
         record_property(f"site: {name}", number)
 
     return add
-
-
-def pytest_terminal_summary(terminalreporter: object) -> None:
-    """Print what was seen of the site, over all workers."""
-    totals: Counter[str] = Counter()
-    seen = False
-    for reports in terminalreporter.stats.values():
-        for report in reports:
-            for name, value in getattr(report, "user_properties", ()):
-                if name.startswith("site: ") and getattr(report, "when", "") == "call":
-                    totals[name.removeprefix("site: ")] += value
-                    seen = True
-    if not seen:
-        return
-    terminalreporter.section("the built site in Chromium")
-    for name in COUNTS:
-        terminalreporter.write_line(f"{totals[name]:6d}  {name}")
