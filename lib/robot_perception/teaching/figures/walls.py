@@ -69,7 +69,7 @@ def scan_chain(
     """Draw the readings of one scan, the chain kept of them, its walls, and the true faces."""
     if truth is not None:
         lines(ax, truth, FAINT, 5.0, zorder=0)
-    ax.plot(*points.T, ".", color=BLUE, markersize=3)
+    dots(ax, points, BLUE, 1.8)
     if kept is not None:
         ax.plot(*points[kept].T, "-", color=ORANGE, linewidth=1.4)
         ax.plot(*points[kept].T, "o", color=ORANGE, markersize=4.5)
@@ -82,9 +82,10 @@ def scan_chain(
 def one_split(ax: Axes, chain: np.ndarray, step: object, *, done: np.ndarray | None = None) -> Axes:
     """Draw one call of the recursion: chord, farthest vertex and its distance."""
     i, j, f = step.i, step.j, step.f
-    ax.plot(*chain.T, ".-", color=FAINT, markersize=3, linewidth=0.8)
     inner = chain[i : j + 1]
-    ax.plot(*inner.T, ".-", color=BLUE, markersize=4, linewidth=1.0)
+    for part, colour, width in ((chain, FAINT, 0.8), (inner, BLUE, 1.0)):
+        ax.plot(*part.T, "-", color=colour, linewidth=width)
+        dots(ax, part, colour, 2 * width)
     if done is not None:
         ax.plot(*chain[done].T, "o", color=ORANGE, markersize=5)
     chord = chain[[i, j]]
