@@ -367,6 +367,8 @@ def study(axes: AxesRow, errors: np.ndarray, deviations: np.ndarray, gains: np.n
         ax.clear()
     error_fan(axes[0], errors, deviations)
     gains_of(axes[1], gains[:, 0], gains[:, 1])
+    for ax in axes:
+        ax.locator_params(nbins=5)  # ticks cost more time to draw than the curves
     return axes
 
 
