@@ -31,7 +31,7 @@ def machine() -> str:
 def line(timing: Timing) -> str:
     """Return one line of the printed table."""
     peer = "" if timing.peer_s is None else f"{timing.peer_name} {timing.peer_s * 1e3:.4g} ms"
-    ratio = "" if timing.ratio is None else f"{timing.ratio:.3g}×"
+    ratio = "" if timing.ratio is None else f"{timing.ratio:.4g}×"
     reached = "reached" if timing.reached else "NOT reached"
     ours = f"{timing.ours_s * 1e3:.4g} ms"
     return f"{timing.work:58s} {ours:>12s}  {peer:>28s} {ratio:>8s}  {timing.target:26s} {reached}"

@@ -84,7 +84,7 @@ def claim_table(chapter: str | None = None) -> Shown:
 def _row(entry: Entry, *, anchor: bool) -> str:
     name = f' id="{entry.id}"' if anchor else ""
     page = f"{entry.chapter}.html" if anchor else f"scorecard.html#{entry.id}"
-    paper = f" <q>{escape(entry.paper_value)}</q>" if entry.paper_value else ""
+    paper = f"<br><small>Paper: {escape(entry.paper_value)}</small>" if entry.paper_value else ""
     conditions = "".join(f"<p>Only if {escape(text)}.</p>" for text in entry.conditions)
     return (
         f'<tr{name}><th scope="row"><a href="{page}">{escape(entry.id)}</a> '

@@ -25,7 +25,7 @@ def performance_table() -> Shown:
         f"<p>Measured {record['date']} on {escape(record['machine'])}, one thread; "
         f"{escape(versions)}.</p>"
         '<div class="rp-table" role="region" tabindex="0" aria-label="Benchmarks">'
-        f"<table><thead><tr>{head}</tr></thead><tbody>"
+        f'<table class="rp-performance"><thead><tr>{head}</tr></thead><tbody>'
         f"{''.join(_row(row) for row in record['rows'])}</tbody></table></div>"
     )
     reached = sum(row["reached"] for row in record["rows"])
@@ -35,7 +35,7 @@ def performance_table() -> Shown:
 
 def _row(row: dict) -> str:
     peer = "–" if row["peer_s"] is None else f"{escape(row['peer'])}, {duration(row['peer_s'])}"
-    ratio = "–" if row["ratio"] is None else f"{row['ratio']:.3g}×"
+    ratio = "–" if row["ratio"] is None else times(row["ratio"])
     reached = "yes" if row["reached"] else "<strong>no</strong>"
     return (
         f'<tr><th scope="row">{escape(row["work"])}</th><td>{duration(row["ours_s"])}</td>'
@@ -55,3 +55,14 @@ def duration(seconds: float) -> str:
         if seconds * factor >= 1:
             return f"{seconds * factor:.3g} {unit}"
     return f"{seconds * 1e9:.3g} ns"
+
+
+def times(ratio: float) -> str:
+    """Return a ratio with at least three digits, never as a power of ten.
+
+    Examples
+    --------
+    >>> times(1114.2), times(9.968)
+    ('1114×', '9.97×')
+    """
+    return f"{ratio:.0f}×" if ratio >= 100 else f"{ratio:.3g}×"
