@@ -1,8 +1,13 @@
-"""The summary of the site tests, over all workers; below `site` pytest would not look for it."""
+"""What holds for all tests: no deadlines for examples; the summary of the site over all workers."""
 
 from collections import Counter
 
+from hypothesis import settings
+
 from tests.site.counts import COUNTS
+
+settings.register_profile("book", settings(), deadline=None)  # no test asserts a time
+settings.load_profile("book")
 
 
 def pytest_terminal_summary(terminalreporter: object) -> None:

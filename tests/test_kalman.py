@@ -73,7 +73,7 @@ def test_ten_steps_equal_filterpy_with_a_transition_that_is_not_symmetric(seed):
 
 
 @given(systems)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_update_is_conditioning_of_the_joint_gaussian(case):
     n, m, seed = case
     rng = np.random.default_rng(seed)
@@ -94,7 +94,7 @@ def test_update_is_conditioning_of_the_joint_gaussian(case):
 
 
 @given(systems)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_look_never_adds_uncertainty_and_a_motion_never_removes_it(case):
     n, m, seed = case
     rng = np.random.default_rng(seed)
@@ -108,7 +108,7 @@ def test_a_look_never_adds_uncertainty_and_a_motion_never_removes_it(case):
 
 
 @given(systems)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_two_independent_sensors_may_speak_together_or_in_turn(case):
     n, m, seed = case
     rng = np.random.default_rng(seed)
@@ -256,7 +256,7 @@ def test_steady_state_refuses_a_direction_that_is_never_seen():
 
 
 @given(st.integers(1, 6), st.integers(0, 6), st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_rank_does_not_depend_on_units(n, rank, seed):
     rank = min(n, rank)
     rng = np.random.default_rng(seed)

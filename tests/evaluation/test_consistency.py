@@ -11,7 +11,7 @@ from tests.unchecked import unchecked
 
 
 @given(st.integers(1, 5), st.integers(0, 2**31))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_no_change_of_coordinates_changes_the_value(n, seed):
     rng = np.random.default_rng(seed)
     factor, error = rng.normal(size=(n, n)) + 3 * np.eye(n), rng.normal(size=n)

@@ -81,7 +81,7 @@ variances = st.floats(1e-4, 1e4)
 @given(
     st.integers(1, 6), st.integers(1, 12), variances, variances, variances, st.integers(0, 2**31)
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_compiled_equals_plain(n, steps, P0, V, W, seed):
     rng = np.random.default_rng(seed)
     looks, commands = rng.normal(size=(3, steps + 1, n)), rng.normal(size=steps)
@@ -241,7 +241,7 @@ def test_the_full_state_has_no_unique_steady_state():
 @given(
     st.integers(1, 12), st.integers(1, 20), variances, variances, variances, st.integers(0, 2**31)
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_information_has_rank_n_and_is_blind_to_a_shift_of_the_world(n, steps, P0, V, W, seed):
     rng = np.random.default_rng(seed)
     run = run_filter(
@@ -303,7 +303,7 @@ def test_information_on_the_start_stays_bounded_while_the_sum_of_innovations_gro
 
 
 @given(st.integers(1, 5), st.floats(-1e3, 1e3), st.integers(0, 2**31))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_shift_of_the_origin_shifts_the_map_and_changes_nothing_else(n, shift, seed):
     rng = np.random.default_rng(seed)
     looks, commands = rng.normal(size=(2, 9, n)), rng.normal(size=8)
@@ -316,7 +316,7 @@ def test_a_shift_of_the_origin_shifts_the_map_and_changes_nothing_else(n, shift,
 
 
 @given(st.integers(2, 6), st.integers(0, 2**31))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_landmarks_may_be_numbered_in_any_order(n, seed):
     rng = np.random.default_rng(seed)
     looks, commands = rng.normal(size=(2, 9, n)), rng.normal(size=8)

@@ -124,7 +124,6 @@ def test_of_equally_far_vertices_the_first_splits(algorithm):
     assert algorithm(chain, 0.9).tolist() == [0, 1, 4]
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.integers(-3, 3), min_size=2, max_size=60),
     st.sampled_from([0.3, 0.5, 1.0, 1.7, 2.5]),
@@ -140,7 +139,6 @@ def test_path_hull_settles_exact_ties_like_the_plain_algorithm(heights, toleranc
     )
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.integers(1, 9), st.integers(0, 2)), min_size=2, max_size=40),
     st.sampled_from([0.5, 1.0, 2.0]),
@@ -154,7 +152,7 @@ def test_path_hull_survives_repeated_and_collinear_points(steps, tolerance):
     )
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     arrays(
         np.float64,
@@ -180,7 +178,6 @@ def test_hostile_input_gives_vertices_or_a_value_error(points, tolerance):
         assert (np.diff(kept) > 0).all()
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6), st.floats(1e-3, 5.0))
 def test_kept_chain_is_within_tolerance_of_every_vertex(seed, tolerance):
     chain = star_shaped(np.random.default_rng(seed), 80)
@@ -189,7 +186,6 @@ def test_kept_chain_is_within_tolerance_of_every_vertex(seed, tolerance):
         assert find_split(chain, int(i), int(j))[1] <= tolerance * (1 + 1e-12)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6), st.floats(0.1, 30.0), st.floats(-3, 3))
 def test_similarity_transforms_keep_the_vertices(seed, scale, angle):
     chain = star_shaped(np.random.default_rng(seed), 50)

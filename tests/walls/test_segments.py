@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from jaxtyping import TypeCheckError
@@ -34,7 +34,6 @@ def test_exact_readings_give_the_line(rho, theta):
     np.testing.assert_allclose(line.mean, [rho, theta], atol=1e-12)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6))
 def test_fit_is_the_eigenvector_of_least_spread(seed):
     rng = np.random.default_rng(seed)
@@ -158,7 +157,6 @@ def test_few_readings_are_a_counted_skip(readings):
     assert report.lone + report.dropped == readings
 
 
-@settings(deadline=None)
 @given(
     arrays(np.float64, 40, elements=st.floats(width=64, allow_nan=True, allow_infinity=True)),
 )
@@ -180,7 +178,6 @@ def test_readings_of_every_kind_are_counted():
     assert (report + report).readings == 100
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6))
 def test_stretches_of_one_scan_are_simple_chains(seed):
     rng = np.random.default_rng(seed)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.walls import (
@@ -34,7 +34,6 @@ def test_random_chains_have_the_crossings_that_shapely_finds(seed):
     assert find_crossings(chain, at_most=10_000).tolist() == all_pairs(chain)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=2, max_size=12))
 def test_lattice_chains_are_simple_when_shapely_says_so(points):
     """Touching, overlap, folding back and closing, all exactly on a lattice."""
@@ -72,7 +71,6 @@ def test_touching_counts():
     assert find_crossings(chain).tolist() == [[0, 2]]
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6), st.integers(3, 200))
 def test_scans_in_order_of_angle_are_simple(seed, n):
     """Rays of one origin meet nowhere else, so neither do chords in separate sectors."""
