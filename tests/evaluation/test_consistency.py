@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from robot_perception.evaluation.consistency import average_bounds, normalised_squared
+from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
 from tests.unchecked import unchecked
 
 
@@ -54,6 +54,51 @@ def test_bounds_close_around_the_dimension():
     assert high == pytest.approx(3, rel=0.01)
 
 
+def test_coverage_of_a_consistent_filter_is_its_level():
+    rng = np.random.default_rng(3)
+    found = coverage(rng.chisquare(3, size=(40, 2000)), 3)
+    assert stats.binomtest(round(2000 * found.averaged_share), 2000, 0.95).pvalue > 1e-3
+    assert found.single_interval[0] < 0.95 < found.single_interval[1]
+    assert (found.low[0], found.high[-1]) == pytest.approx(average_bounds(3, 40))
+    np.testing.assert_allclose(found.averages.mean(), 3, atol=0.05)
+
+
+@pytest.mark.parametrize(("factor", "share"), [(2.0, 0.95), (0.5, 0.9999)])
+def test_coverage_tells_too_sure_from_too_cautious(factor, share):
+    rng = np.random.default_rng(4)
+    found = coverage(factor * rng.chisquare(3, size=(60, 300)), 3)
+    assert found.averaged_share < 0.1
+    quantile = stats.chi2.cdf(stats.chi2.ppf(0.95, 3) / factor, 3)
+    assert found.single_share == pytest.approx(quantile, abs=0.01)
+    assert (found.averages > found.high).mean() == pytest.approx(float(factor > 1), abs=0.05)
+
+
+def test_each_step_may_have_its_own_degrees_of_freedom():
+    rng = np.random.default_rng(5)
+    freedom = rng.integers(1, 9, size=400)
+    found = coverage(rng.chisquare(freedom, size=(25, 400)), freedom)
+    assert stats.binomtest(round(400 * found.averaged_share), 400, 0.95).pvalue > 1e-3
+    one = coverage(np.full((25, 1), 4.0), int(freedom[7]))
+    assert (found.low[7], found.high[7]) == (one.low[0], one.high[0])
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 7), (3, 7), (7, 7), (19, 20)])
+def test_interval_of_the_share_is_scipys(hits, count):
+    values = np.where(np.arange(count) < hits, 0.0, 99.0)[None]
+    expected = stats.binomtest(hits, count).proportion_ci(0.95, method="exact")
+    found = coverage(values, 2)
+    assert found.single_share == pytest.approx(hits / count)
+    assert found.single_interval == pytest.approx((expected.low, expected.high))
+
+
+def test_values_that_hang_together_say_less():
+    values = np.random.default_rng(1).chisquare(3, size=(20, 50))
+    narrow, wide = coverage(values, 3), coverage(values, 3, independent=20)
+    assert wide.single_share == narrow.single_share
+    assert wide.single_interval[0] < narrow.single_interval[0]
+    assert wide.single_interval[1] > narrow.single_interval[1]
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [
@@ -63,6 +108,14 @@ def test_bounds_close_around_the_dimension():
         (lambda: normalised_squared(np.zeros(2), np.ones((2, 2))), "positive definite"),
         (lambda: normalised_squared(np.zeros(2), -np.eye(2)), "cov must be positive semi-definite"),
         (lambda: average_bounds(0, 5), "at least 1, got 0, 5"),
+        (lambda: coverage(np.zeros(3), 2), r"values must be \(runs, steps\)"),
+        (lambda: coverage(np.zeros((0, 3)), 2), r"hold some, got \(0, 3\)"),
+        (lambda: coverage(np.array([[np.inf]]), 2), "values must be finite, got 1 of 1"),
+        (lambda: coverage(np.array([[-1.0]]), 2), "values are squares, got -1"),
+        (lambda: coverage(np.ones((2, 3)), np.array([1, 2])), r"one or 3 numbers, got \(2,\)"),
+        (lambda: coverage(np.ones((2, 2)), np.array([1, 0])), "at least 1, got 0, 2"),
+        (lambda: coverage(np.ones((2, 2)), 1, independent=5), "from 1 to 4, got 5"),
+        (lambda: coverage(np.ones((2, 2)), 1, 0.0), "level must be between 0 and 1, got 0.0"),
         (lambda: average_bounds(2, 5, 1.0), "level must be between 0 and 1, got 1.0"),
     ],
 )

@@ -1,7 +1,9 @@
 """Is a filter as uncertain as it should be? Normalised errors and their χ² bounds."""
 
+from dataclasses import dataclass
+
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy import stats
 
 from robot_perception.beliefs import check_covariance, check_finite
@@ -77,9 +79,116 @@ def average_bounds(dimension: int, runs: int, level: float = 0.95) -> tuple[floa
     ValueError
         If a count is below one or the level is not between 0 and 1.
     """
-    if dimension < 1 or runs < 1:
-        raise ValueError(f"dimension and runs must be at least 1, got {dimension}, {runs}")
+    low, high = _bounds(dimension, runs, level)
+    return float(low), float(high)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Coverage:
+    """Normalised squared errors of several runs beside what chance allows.
+
+    Parameters
+    ----------
+    averages : (steps,)
+        Average over the runs at each step.
+    low, high : (steps,)
+        χ² bounds of that average.
+    averaged_share
+        Share of the steps whose average lies within its bounds; the level if the filter is right.
+    single_share
+        Share of all single values that do not exceed the χ² quantile of the level.
+    single_interval
+        Binomial (Clopper-Pearson) 95 % interval of that share.
+    """
+
+    averages: Float[np.ndarray, " steps"]
+    low: Float[np.ndarray, " steps"]
+    high: Float[np.ndarray, " steps"]
+    averaged_share: float
+    single_share: float
+    single_interval: tuple[float, float]
+
+
+def coverage(
+    values: Float[np.ndarray, "runs steps"],
+    dimension: int | Int[np.ndarray, " steps"],
+    level: float = 0.95,
+    *,
+    independent: int | None = None,
+) -> Coverage:
+    r"""Compare the NEES or NIS of runs with the χ² distribution a consistent filter gives them.
+
+    The average of r independent runs at one step lies within
+    :math:`\chi^2_{n r}((1 \mp \ell)/2) / r` with probability ℓ, a single value below
+    :math:`\chi^2_n(\ell)` likewise.
+
+    Parameters
+    ----------
+    values : (runs, steps)
+        Normalised squared errors.
+    dimension
+        Their degrees of freedom n: one number, or one for each step.
+    level
+        The probability ℓ.
+    independent
+        How many of the values count as independent in the binomial interval. All do by default,
+        which is right for a correct filter's NIS; the errors of one run hang together, so that for
+        NEES the number of runs is the cautious choice.
+
+    Returns
+    -------
+    Coverage
+
+    Raises
+    ------
+    ValueError
+        If there is no value, one is negative or not finite, a count is below one or does not fit,
+        or the level is not between 0 and 1.
+
+    References
+    ----------
+    Bar-Shalom, Li and Kirubarajan 2001 (see `normalised_squared`), section 5.4.
+    """
+    values, dimension = np.asarray(values, dtype=float), np.asarray(dimension)
+    if values.ndim != 2 or not values.size:
+        raise ValueError(f"values must be (runs, steps) and hold some, got {values.shape}")
+    check_finite("values", values)
+    if values.min() < 0:
+        raise ValueError(f"values are squares, got {values.min():.6g}")
+    runs, steps = values.shape
+    if dimension.shape not in {(), (steps,)}:
+        raise ValueError(f"dimension must be one or {steps} numbers, got {dimension.shape}")
+    count = values.size if independent is None else independent
+    if not 1 <= count <= values.size:
+        raise ValueError(f"independent must be from 1 to {values.size}, got {count}")
+    low, high = (np.broadcast_to(bound, steps) for bound in _bounds(dimension, runs, level))
+    averages = values.mean(axis=0)
+    share = float(np.mean(values <= stats.chi2.ppf(level, dimension)))
+    return Coverage(
+        averages,
+        low,
+        high,
+        averaged_share=float(np.mean((low <= averages) & (averages <= high))),
+        single_share=share,
+        single_interval=_share_interval(share, count),
+    )
+
+
+def _bounds(
+    dimension: int | np.ndarray, runs: int, level: float
+) -> tuple[float | np.ndarray, float | np.ndarray]:
+    """Return the two quantiles of the average of χ² values, for one or many dimensions."""
+    if np.min(dimension) < 1 or runs < 1:
+        raise ValueError(f"dimension and runs must be at least 1, got {np.min(dimension)}, {runs}")
     if not 0 < level < 1:
         raise ValueError(f"level must be between 0 and 1, got {level}")
-    low, high = stats.chi2.ppf([(1 - level) / 2, (1 + level) / 2], dimension * runs) / runs
+    freedom = np.asarray(dimension) * runs
+    return tuple(stats.chi2.ppf(p, freedom) / runs for p in ((1 - level) / 2, (1 + level) / 2))
+
+
+def _share_interval(share: float, count: int) -> tuple[float, float]:
+    """Return the Clopper-Pearson 95 % interval of a share of a count, which may be no integer."""
+    hits = share * count
+    low = stats.beta.ppf(0.025, hits, count - hits + 1) if hits > 0 else 0.0
+    high = stats.beta.ppf(0.975, hits + 1, count - hits) if hits < count else 1.0
     return float(low), float(high)

@@ -1,0 +1,320 @@
+"""How far is an estimated path from the true one? Absolute, relative and final errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from robot_perception.beliefs import check_finite
+from robot_perception.geometry import transform, wrap_angle
+
+
+@dataclass(frozen=True, slots=True)
+class PoseError:
+    """How far one pose is from another.
+
+    Parameters
+    ----------
+    position
+        Distance of the positions, m.
+    heading
+        Difference of the headings (estimate minus truth), rad, from -π to π.
+    """
+
+    position: float
+    heading: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RelativeErrors:
+    """Errors of the motions between pairs of poses.
+
+    Parameters
+    ----------
+    translation : (pairs,)
+        Length of the error of each motion's translation, m.
+    rotation : (pairs,)
+        Error of each motion's rotation (estimate minus truth), rad, from -π to π.
+    """
+
+    translation: Float[np.ndarray, " pairs"]
+    rotation: Float[np.ndarray, " pairs"]
+
+    @property
+    def translation_rms(self) -> float:
+        """Root of the mean squared translation error, m."""
+        return float(np.sqrt(np.mean(self.translation**2)))
+
+    @property
+    def rotation_rms(self) -> float:
+        """Root of the mean squared rotation error, rad."""
+        return float(np.sqrt(np.mean(self.rotation**2)))
+
+
+def align(
+    estimate: Float[np.ndarray, "k _"], truth: Float[np.ndarray, "k _"]
+) -> Float[np.ndarray, "3"]:
+    r"""Return the rigid motion, without change of scale, that brings a path closest to another.
+
+    .. math:: \min_{R, t} \sum_i \lVert q_i - (R p_i + t) \rVert^2
+
+    with :math:`p_i` the estimated and :math:`q_i` the true positions. In the plane the singular
+    value decomposition of [1] is an arctangent: with the centred positions as complex numbers, the
+    angle is that of :math:`\sum_i \bar p_i q_i`.
+
+    Parameters
+    ----------
+    estimate : (k, 2) or (k, 3)
+        Positions, or poses, whose headings are not used; m.
+    truth : (k, 2) or (k, 3)
+        True positions at the same times, m.
+
+    Returns
+    -------
+    (3,)
+        The motion as a pose (x, y, φ), m and rad: `geometry.transform` applies it.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite, or the positions do not determine
+        the angle: if either path stands still, or its turned copies fit the other equally well.
+
+    References
+    ----------
+    [1] Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+    IEEE Transactions on Pattern Analysis and Machine Intelligence 13(4), 1991, eqs 34-42, with
+    c = 1.
+    """
+    p, q = _positions(estimate, truth)
+    p_mean, q_mean = p.mean(axis=0), q.mean(axis=0)  # eqs 34, 35
+    p_centred, q_centred = p - p_mean, q - q_mean
+    cos = np.sum(p_centred * q_centred)  # Σ of eq 38: its rotation-like part
+    sin = np.sum(p_centred[:, 0] * q_centred[:, 1] - p_centred[:, 1] * q_centred[:, 0])
+    spread = np.sqrt(np.sum(p_centred**2) * np.sum(q_centred**2))
+    rounding = np.finfo(float).eps * len(p) * np.abs(p).max() * np.abs(q).max()
+    if np.hypot(cos, sin) <= 1e-12 * spread + rounding:
+        raise ValueError(
+            f"the positions do not determine a rotation: spread {spread:.3g} m², "
+            f"common part {np.hypot(cos, sin):.3g} m²"
+        )
+    angle = np.arctan2(sin, cos)  # eq 40
+    turned = transform(np.array([0.0, 0.0, angle]), p_mean[None])[0]
+    return np.array([*(q_mean - turned), angle])  # eq 41
+
+
+def absolute_error(
+    estimate: Float[np.ndarray, "k _"], truth: Float[np.ndarray, "k _"], aligned: bool
+) -> float:
+    r"""Return the absolute trajectory error: the root mean squared distance of the positions.
+
+    .. math:: \sqrt{\tfrac 1 k \sum_i \lVert q_i - p_i \rVert^2}
+
+    Parameters
+    ----------
+    estimate : (k, 2) or (k, 3)
+        Estimated positions or poses, m.
+    truth : (k, 2) or (k, 3)
+        True ones at the same times, m.
+    aligned
+        Whether the estimate is first moved as a rigid body to where it fits best (`align`). An
+        error of the first pose then does not count, nor does part of what came later.
+
+    Returns
+    -------
+    float
+        m.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite; if aligned, also where `align`
+        raises.
+
+    References
+    ----------
+    Sturm, Engelhard, Endres, Burgard and Cremers, "A benchmark for the evaluation of RGB-D SLAM
+    systems", IROS 2012, section IV.
+    """
+    p, q = _positions(estimate, truth)
+    if aligned:
+        p = transform(align(p, q), p)
+    return float(np.sqrt(np.mean(np.sum((p - q) ** 2, axis=1))))
+
+
+def end_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"]) -> PoseError:
+    """Return the error of the last pose, as at the end of a loop.
+
+    Parameters
+    ----------
+    estimate : (k, 3)
+        Poses (x, y, φ), m and rad.
+    truth : (k, 3)
+        True poses at the same times.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite, or not of poses.
+    """
+    estimate, truth = _poses(estimate, truth)
+    x, y, heading = estimate[-1] - truth[-1]
+    return PoseError(float(np.hypot(x, y)), float(wrap_angle(heading)))
+
+
+def relative_error(
+    estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"], steps: int
+) -> RelativeErrors:
+    r"""Return the errors of all motions over a fixed number of steps.
+
+    .. math:: E_i = (Q_i^{-1} Q_{i+\Delta})^{-1} (P_i^{-1} P_{i+\Delta})
+
+    No alignment is needed: where a path begins does not matter.
+
+    Parameters
+    ----------
+    estimate : (k, 3)
+        Poses (x, y, φ), m and rad.
+    truth : (k, 3)
+        True poses at the same times.
+    steps
+        Number of steps Δ, at least 1 and less than k.
+
+    Returns
+    -------
+    RelativeErrors
+        Of k - Δ motions.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite, or do not have so many steps.
+
+    References
+    ----------
+    Sturm et al. 2012 (see `absolute_error`), section IV.
+    """
+    estimate, truth = _poses(estimate, truth)
+    if not 1 <= steps < len(truth):
+        raise ValueError(f"steps must be from 1 to {len(truth) - 1}, got {steps}")
+    first = np.arange(len(truth) - steps)
+    pairs = np.stack([first, first + steps], axis=1)
+    return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
+
+
+def relative_error_over(
+    estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"], distance: float
+) -> RelativeErrors:
+    """Return the errors of all motions over a fixed distance along the true path.
+
+    From each pose the motion leads to the first pose that is at least so far along the true path;
+    poses nearer to its end have none.
+
+    Parameters
+    ----------
+    estimate : (k, 3)
+        Poses (x, y, φ), m and rad.
+    truth : (k, 3)
+        True poses at the same times.
+    distance
+        Length of path, m.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite, or the true path is shorter.
+    """
+    estimate, truth = _poses(estimate, truth)
+    steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    if not 0 < distance <= travelled[-1]:
+        raise ValueError(f"distance must be from 0 to {travelled[-1]:.6g} m, got {distance}")
+    end = np.searchsorted(travelled, travelled + distance)
+    first = np.flatnonzero(end < len(truth))
+    pairs = np.stack([first, end[first]], axis=1)
+    return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
+
+
+def relative_poses(
+    poses: Float[np.ndarray, "k 3"], pairs: Int[np.ndarray, "pairs 2"]
+) -> Float[np.ndarray, "pairs 3"]:
+    """Return the second pose of each pair as seen from the first.
+
+    Parameters
+    ----------
+    poses : (k, 3)
+        Poses (x, y, φ) in the world, m and rad.
+    pairs : (pairs, 2)
+        Which pose is seen from which: rows of (from, to).
+
+    Returns
+    -------
+    (pairs, 3)
+        Poses in the frame of the first, heading from -π to π.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong or a pair names a pose that there is not.
+    """
+    poses, pairs = np.asarray(poses, dtype=float), np.asarray(pairs)
+    if poses.ndim != 2 or poses.shape[1] != 3 or pairs.ndim != 2 or pairs.shape[1] != 2:
+        raise ValueError(f"need poses (k, 3) and pairs (n, 2), got {poses.shape}, {pairs.shape}")
+    if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
+        raise ValueError(f"pairs name poses {pairs.min()} to {pairs.max()} of {len(poses)}")
+    first, second = poses[pairs[:, 0]], poses[pairs[:, 1]]
+    x, y, turn = (second - first).T
+    cos, sin = np.cos(first[:, 2]), np.sin(first[:, 2])
+    return np.stack([cos * x + sin * y, cos * y - sin * x, wrap_angle(turn)], axis=1)
+
+
+def motion_errors(
+    estimate: Float[np.ndarray, "pairs 3"], truth: Float[np.ndarray, "pairs 3"]
+) -> RelativeErrors:
+    """Return the errors of estimated motions.
+
+    Parameters
+    ----------
+    estimate : (pairs, 3)
+        Motions (x, y, φ) in the frame of the pose where each begins, m and rad.
+    truth : (pairs, 3)
+        True ones, such as a file of verified relations holds.
+
+    Raises
+    ------
+    ValueError
+        If there is no motion, the numbers differ, or an entry is not finite.
+    """
+    estimate, truth = _poses(estimate, truth)
+    x, y, turn = (estimate - truth).T
+    return RelativeErrors(np.hypot(x, y), np.asarray(wrap_angle(turn)))
+
+
+def _poses(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Check two paths of poses."""
+    estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
+    if estimate.shape != truth.shape or estimate.ndim != 2 or estimate.shape[1] != 3:
+        raise ValueError(
+            f"need two paths (k, 3) of one length, got {estimate.shape} and {truth.shape}"
+        )
+    _check_path(estimate, truth)
+    return estimate, truth
+
+
+def _positions(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Check two paths of poses or positions and return the positions."""
+    estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
+    flat = estimate.ndim == 2 and truth.ndim == 2
+    if not flat or len(estimate) != len(truth) or {estimate.shape[1], truth.shape[1]} - {2, 3}:
+        raise ValueError(
+            f"need two paths (k, 2 or 3) of one length, got {estimate.shape} and {truth.shape}"
+        )
+    _check_path(estimate, truth)
+    return estimate[:, :2], truth[:, :2]
+
+
+def _check_path(estimate: np.ndarray, truth: np.ndarray) -> None:
+    if not len(estimate):
+        raise ValueError("the paths are empty: there is no error to speak of")
+    check_finite("estimate", estimate)
+    check_finite("truth", truth)
