@@ -61,6 +61,23 @@ class Scans:
     mixed: np.ndarray
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Sight:
+    """What the beams of some scans meet, before any noise.
+
+    Parameters
+    ----------
+    distances
+        Distances along the left rim, the middle and the right rim of each beam
+        (scans, beams, 3), m, infinite where there is nothing.
+    faces
+        Index of the face met, (scans, beams, 3), -1 for none.
+    """
+
+    distances: np.ndarray
+    faces: np.ndarray
+
+
 def cast(
     origins: np.ndarray, directions: np.ndarray, faces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -98,9 +115,13 @@ def scan(
     faces: np.ndarray, poses: np.ndarray, scanner: Scanner, *, rng: np.random.Generator
 ) -> Scans:
     """Return the scans taken from the poses by a scanner that stands still while it scans."""
+    return measure(sight(faces, poses, scanner), scanner, rng=rng)
+
+
+def sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner) -> Sight:
+    """Return what the beams meet from the poses: the costly part, the same for every noise."""
     poses = np.asarray(poses, dtype=float).reshape(-1, 3)
-    beam_poses = np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3))
-    return _scan(faces, beam_poses, scanner, rng)
+    return _sight(faces, np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3)), scanner)
 
 
 def scan_moving(
@@ -134,12 +155,11 @@ def scan_moving(
     step = velocity[0] * duration / (scanner.beams - 1)
     x = pose[0] + np.r_[0.0, np.cumsum(step * np.cos(heading[:-1]))]
     y = pose[1] + np.r_[0.0, np.cumsum(step * np.sin(heading[:-1]))]
-    return _scan(faces, np.stack([x, y, heading], axis=-1)[None], scanner, rng)
+    seen = _sight(faces, np.stack([x, y, heading], axis=-1)[None], scanner)
+    return measure(seen, scanner, rng=rng)
 
 
-def _scan(
-    faces: np.ndarray, poses: np.ndarray, scanner: Scanner, rng: np.random.Generator
-) -> Scans:
+def _sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner) -> Sight:
     shape = poses.shape[:2]
     offsets = scanner.spot * np.array([-1.0, 0.0, 1.0])
     directions = poses[..., 2] + scanner.angles
@@ -149,6 +169,13 @@ def _scan(
             distances[k, :, side], index[k, :, side] = cast(
                 poses[k, :, :2], directions[k] + offset, faces
             )
+    return Sight(distances, index)
+
+
+def measure(sight: Sight, scanner: Scanner, *, rng: np.random.Generator) -> Scans:
+    """Return the readings of a scanner: mixed pixels, noise, rounding, dropouts."""
+    distances, index = sight.distances, sight.faces
+    shape = distances.shape[:2]
     true, face = distances[..., 1], index[..., 1]
     near, far = distances.min(axis=-1), distances.max(axis=-1)
     # a spot on one tilted surface has a spread too; two surfaces are told by a clear step

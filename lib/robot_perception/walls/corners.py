@@ -1,0 +1,302 @@
+"""Point landmarks of one scan: corners where two walls meet, and thin round poles."""
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+from robot_perception.walls.segments import (
+    Extraction,
+    RangeNoise,
+    ScanReport,
+    Segments,
+    extract_segments,
+    find_breaks,
+    to_points,
+)
+
+_THIN = Extraction(RangeNoise(0.0155), tolerance=0.05, least_length=0.25)
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkRules:
+    """What is taken for a landmark. All values are our choice.
+
+    Parameters
+    ----------
+    extraction
+        What is taken for a wall, and the noise of the scanner. Its tolerance is about three
+        deviations of a range here: readings beyond the corner pull it along when more are let in.
+    least_angle
+        Least angle between the two walls of a corner, rad.
+    reach
+        Farthest that a wall may end from the corner, beside the spacing of its readings there, m.
+    edge
+        Deviation ascribed to a corner, in each direction, for readings next to it that are counted
+        with the wrong wall, m: what the covariances of the two lines do not know.
+    pole_radius
+        Radius of the poles, m: the columns of one building are alike, and a few readings on one
+        side of a thin pole say little about how thick it is.
+    least_on_pole
+        Fewest readings on a pole, at least 3.
+    step
+        How much farther away the readings beside a pole must be, m.
+    """
+
+    extraction: Extraction = field(default_factory=lambda: _THIN)
+    least_angle: float = np.deg2rad(40.0)
+    reach: float = 0.1
+    edge: float = 0.003
+    pole_radius: float = 0.15
+    least_on_pole: int = 5
+    step: float = 0.15
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.least_angle < np.pi / 2:
+            raise ValueError(f"least_angle must be between 0 and π/2 rad, got {self.least_angle}")
+        if not 0.0 <= self.edge < np.inf:
+            raise ValueError(f"edge must be finite and not negative, got {self.edge}")
+        for name in ("reach", "pole_radius", "step"):
+            value = getattr(self, name)
+            if not 0.0 < value < np.inf:
+                raise ValueError(f"{name} must be positive and finite, got {value}")
+        if self.least_on_pole < 3:
+            raise ValueError(f"least_on_pole must be at least 3, got {self.least_on_pole}")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ScanLandmarks:
+    """Landmarks in the frame of the scanner.
+
+    Parameters
+    ----------
+    points
+        Positions, m.
+    covs
+        Their covariances, m².
+    kinds
+        ``"concave"`` (a recess), ``"convex"`` (a wall that juts out) or ``"pole"``.
+    """
+
+    points: Float[np.ndarray, "m 2"]
+    covs: Float[np.ndarray, "m 2 2"]
+    kinds: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __add__(self, other: "ScanLandmarks") -> "ScanLandmarks":
+        return ScanLandmarks(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.covs, other.covs]),
+            np.concatenate([self.kinds, other.kinds]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkReport:
+    """Account of what was looked at in one scan.
+
+    Parameters
+    ----------
+    readings
+        What became of the readings.
+    corners, poles
+        Landmarks found.
+    apart
+        Neighbouring walls that do not meet: one ends in front of the other.
+    flat
+        Neighbouring walls that meet under too flat an angle.
+    not_round
+        Small things that stand free but are no pole.
+    """
+
+    readings: ScanReport
+    corners: int
+    poles: int
+    apart: int
+    flat: int
+    not_round: int
+
+
+def find_landmarks(
+    ranges: Float[np.ndarray, " n"], angles: Float[np.ndarray, " n"], rules: LandmarkRules
+) -> tuple[ScanLandmarks, LandmarkReport]:
+    """Find the corners and poles of one scan.
+
+    Parameters
+    ----------
+    ranges
+        Readings, m; infinite where nothing came back. Readings that are infinite, NaN or not
+        positive are left out and counted.
+    angles
+        Directions of the beams, strictly increasing, rad.
+    rules
+        What is taken for a landmark.
+
+    Returns
+    -------
+    landmarks, report
+        Corners in order of angle, then poles; and what was passed over.
+
+    Raises
+    ------
+    ValueError
+        If ranges and angles differ in shape, or the angles are not finite and increasing over at
+        most one turn.
+    """
+    segments, readings = extract_segments(ranges, angles, rules.extraction)
+    corners, apart, flat = find_corners(segments, angles, rules)
+    poles, not_round = find_poles(ranges, angles, rules)
+    report = LandmarkReport(readings, len(corners), len(poles), apart, flat, not_round)
+    return corners + poles, report
+
+
+def find_corners(
+    segments: Segments, angles: Float[np.ndarray, " n"], rules: LandmarkRules
+) -> tuple[ScanLandmarks, int, int]:
+    r"""Intersect neighbouring walls of one scan that really meet.
+
+    The corner solves both line equations,
+
+    .. math::
+
+       A p = \begin{pmatrix}\rho_1\\ \rho_2\end{pmatrix}, \qquad
+       A = \begin{pmatrix}\cos\theta_1 & \sin\theta_1\\ \cos\theta_2 & \sin\theta_2\end{pmatrix},
+       \qquad \frac{\partial p}{\partial \rho_i} = A^{-1} e_i, \quad
+       \frac{\partial p}{\partial \theta_i} = -A^{-1} e_i\, (n'_i \cdot p) ,
+
+    where :math:`n'` is the normal turned by a right angle, and its covariance is that of both
+    lines carried through these derivatives. Both walls must be seen up to the corner; where one
+    ends in front of the other there is an edge of sight and no landmark.
+
+    Parameters
+    ----------
+    segments
+        Walls of one scan, in order of angle.
+    angles
+        Directions of the beams of that scan, rad.
+    rules
+        What is taken for a corner.
+
+    Returns
+    -------
+    corners, apart, flat
+        And how many neighbours do not meet, or meet under too flat an angle.
+    """
+    rho, theta = segments.lines[:, 0], segments.lines[:, 1]
+    turn = np.sin(theta[1:] - theta[:-1])
+    flat = np.abs(turn) < np.sin(rules.least_angle)
+    first = np.flatnonzero(~flat)
+    normals = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    pairs = np.stack([first, first + 1], axis=-1)
+    inverse = np.linalg.inv(normals[pairs])
+    points = (inverse @ rho[pairs][..., None])[..., 0]
+    near, far = segments.ends[first, 1], segments.ends[first + 1, 0]
+    beams = angles[segments.spans[first + 1, 0]] - angles[segments.spans[first, 1]]
+    spacing = [_spacing(rho[i], points, beams) for i in (first, first + 1)]
+    meet = np.hypot(*(near - points).T) <= rules.reach + spacing[0]
+    meet &= np.hypot(*(far - points).T) <= rules.reach + spacing[1]
+    meet &= beams <= 4.5 * np.min(np.diff(angles), initial=np.inf)
+    pairs, inverse, points = pairs[meet], inverse[meet], points[meet]
+    across = np.stack([-normals[..., 1], normals[..., 0]], axis=-1)
+    lever = (across[pairs] * points[:, None]).sum(axis=-1)
+    jacobian = np.stack([np.ones_like(lever), -lever], axis=-1)  # of A p by (ρ, θ) of each line
+    spread = (jacobian[..., None, :] @ segments.covs[pairs] @ jacobian[..., None])[..., 0]
+    covs = (inverse * spread.mT) @ inverse.mT + rules.edge**2 * np.eye(2)
+    kinds = np.where(turn[first][meet] > 0, "concave", "convex")
+    return ScanLandmarks(points, covs, kinds), int((~meet).sum()), int(flat.sum())
+
+
+def _spacing(rho: np.ndarray, points: np.ndarray, beams: np.ndarray) -> np.ndarray:
+    """Distance along a wall between two beams that meet it near a point."""
+    return beams * (points**2).sum(axis=-1) / np.maximum(rho, 1e-3)
+
+
+def find_poles(
+    ranges: Float[np.ndarray, " n"], angles: Float[np.ndarray, " n"], rules: LandmarkRules
+) -> tuple[ScanLandmarks, int]:
+    """Find small round things that stand free in front of whatever is behind.
+
+    Parameters
+    ----------
+    ranges
+        Readings, m; infinite where nothing came back.
+    angles
+        Their directions, increasing, rad.
+    rules
+        What is taken for a pole.
+
+    Returns
+    -------
+    poles, not_round
+        And how many small free things are not round.
+    """
+    noise = rules.extraction.noise
+    valid = np.flatnonzero((ranges > 0) & np.isfinite(ranges))
+    r, a = ranges[valid], angles[valid]
+    points = to_points(r, a)
+    cuts = np.flatnonzero(find_breaks(r, a, noise, rules.extraction.grazing)) + 1
+    centres, covs, not_round = [], [], 0
+    for start, stop in pairwise(cuts):  # not the first and last stretch
+        wide = np.hypot(*(points[stop - 1] - points[start])) > 2 * rules.pole_radius + rules.reach
+        free = min(r[start - 1] - r[start], r[stop] - r[stop - 1]) > rules.step
+        if wide or not free or stop - start < rules.least_on_pole:
+            continue
+        fit = fit_pole(points[start:stop], rules.pole_radius, noise.range_sigma)
+        if fit is None:
+            not_round += 1
+            continue
+        centres.append(fit[0])
+        covs.append(fit[1])
+    found = ScanLandmarks(
+        np.reshape(centres, (-1, 2)), np.reshape(covs, (-1, 2, 2)), np.full(len(centres), "pole")
+    )
+    return found, not_round
+
+
+def fit_pole(
+    points: Float[np.ndarray, "n 2"], radius: float, sigma: float
+) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "2 2"]] | None:
+    r"""Fit a circle of known radius to readings on the side that faces the scanner.
+
+    Gauss-Newton on :math:`|p_i - c| - r`. With :math:`n_i` from the centre to a reading and
+    :math:`u_i` along its beam, a range error of :math:`\sigma` shows as
+    :math:`\sigma\, n_i \cdot u_i`, so that
+
+    .. math::
+
+       C = N^{-1} \Big(\sum_i \sigma^2 (n_i \cdot u_i)^2 n_i n_i^\top\Big) N^{-1}, \qquad
+       N = \sum_i n_i n_i^\top .
+
+    Parameters
+    ----------
+    points
+        Readings in the frame of the scanner, m.
+    radius
+        Of the pole, m.
+    sigma
+        Deviation of a range, m.
+
+    Returns
+    -------
+    centre, covariance, or ``None`` if the readings do not lie on such a circle (their squared
+    distances exceed the 99.9 % quantile of χ²).
+    """
+    middle = points.mean(axis=0)
+    centre = middle * (1 + radius / np.hypot(*middle))
+    for _ in range(6):
+        arms = points - centre
+        lengths = np.hypot(*arms.T)
+        normals = arms / lengths[:, None]
+        information = normals.T @ normals
+        error = lengths - radius
+        centre = centre + np.linalg.solve(information, normals.T @ error)
+    beams = points / np.hypot(*points.T)[:, None]
+    seen = normals * (normals * beams).sum(axis=-1, keepdims=True)
+    if (error**2).sum() > sigma**2 * stats.chi2.ppf(0.999, len(points) - 2):
+        return None
+    inverse = np.linalg.inv(information)
+    return centre, sigma**2 * inverse @ (seen.T @ seen) @ inverse
