@@ -1,0 +1,234 @@
+r"""The planar extended Kalman filter, one step at a time.
+
+Each function takes a belief and returns a new one. Equation numbers are those of Andrade-Cetto,
+"Perception Issues in Mobile Robotics", section 2. :mod:`.textbook` has it with whole matrices.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from robot_perception.slam.planar.belief import MapBelief
+from robot_perception.slam.planar.motions import Motion, checked_vector
+from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
+from robot_perception.slam.planar.workspace import Workspace
+
+Anchors = Mapping[int, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Innovation:
+    r"""What an update saw.
+
+    Parameters
+    ----------
+    innovation : (m,)
+        Measured minus expected values, angles in [-π, π).
+    innovation_cov : (m, m)
+        :math:`S`, eq. (8).
+    nis
+        :math:`\tilde z^\top S^{-1} \tilde z`, χ² with m degrees of freedom for a right model.
+    """
+
+    innovation: Float[np.ndarray, "m"]
+    innovation_cov: Float[np.ndarray, "m m"]
+    nis: float
+
+
+def predict(
+    belief: MapBelief,
+    motion: Motion,
+    at: Float[np.ndarray, "..."] | None = None,
+    after: Float[np.ndarray, "..."] | None = None,
+) -> MapBelief:
+    r"""Return the belief after a motion.
+
+    .. math::
+        P' = F P F^\top + G Q G^\top, \qquad
+        F = \begin{bmatrix} I & J (t' - t) \\ 0 & 1 \end{bmatrix} \text{ on the pose},
+        \quad F = I \text{ on the landmarks}
+
+    Only the three rows and columns of the robot change: the cost grows as n, not as n².
+
+    Parameters
+    ----------
+    belief
+        Belief before the motion.
+    motion
+        :class:`Odometry` or :class:`Velocity`.
+    at : (3 + 2n,) or (3,), optional
+        State before the motion at which to linearise; the estimate if left out.
+    after : (3 + 2n,) or (3,), optional
+        State after the motion at which to linearise; the predicted estimate if left out.
+
+    Returns
+    -------
+    MapBelief
+
+    Raises
+    ------
+    ValueError
+        If a linearisation point has no three finite numbers, or the covariance is not symmetric.
+
+    References
+    ----------
+    Andrade-Cetto, eqs (3) and (5). Huang, Mourikis and Roumeliotis, "Observability-based rules for
+    designing consistent EKF SLAM estimators", 2010, for F written with two poses.
+    """
+    work = Workspace(belief)
+    work.predict(motion, _pose_of("at", at), _pose_of("after", after))
+    return work.belief()
+
+
+def update(
+    belief: MapBelief,
+    scan: Scan,
+    sensor: LandmarkSensor,
+    anchors: Anchors | None = None,
+    at: Float[np.ndarray, "states"] | None = None,
+) -> tuple[MapBelief, Innovation]:
+    r"""Return the belief after a scan of known landmarks and anchors, and what the scan showed.
+
+    .. math::
+        B = P H^\top, \quad S = H B + R, \quad K = B S^{-1}, \qquad
+        P^+ = P - \big(B - \tfrac12 K S\big) K^\top - K \big(B - \tfrac12 K S\big)^\top
+
+    Each row of H touches three entries of the pose and at most two of a landmark, so B costs
+    O(n m). Multiplied out, the Joseph form (9) is :math:`P - K B^\top - B K^\top + K S K^\top` for
+    *every* K, and that is the symmetric update of rank 2m above: a wrong K costs accuracy,
+    to second order, but never makes the covariance too small. One triangle is computed and
+    mirrored, so the result is exactly symmetric.
+
+    Parameters
+    ----------
+    belief
+        Belief before the scan.
+    scan
+        Observations; each of a landmark of the map or of an anchor.
+    sensor
+        :class:`CartesianSensor` or :class:`RangeBearing`.
+    anchors : identifier -> (2,), optional
+        Landmarks whose place in the world is known, m. They are no part of the state, eq. (20).
+    at : (3 + 2n,), optional
+        State at which to linearise H; the estimate if left out.
+
+    Returns
+    -------
+    posterior : MapBelief
+    seen : Innovation
+
+    Raises
+    ------
+    ValueError
+        If the scan holds an identifier that is neither in the map nor an anchor, the covariance is
+        not symmetric, a landmark lies exactly at the robot, or S is singular.
+
+    References
+    ----------
+    Andrade-Cetto, eqs (6) to (9), (24) and (25).
+    """
+    work, anchors = Workspace(belief), checked_anchors(anchors or {})
+    sensor.check(scan.values)
+    ids = scan.ids.tolist()
+    unknown = [name for name in ids if name not in work.slots and name not in anchors]
+    if unknown:
+        raise ValueError(f"no landmark of the map and no anchor: {unknown}")
+    if not ids:
+        return work.belief(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
+    point = None if at is None else checked_vector("at", at, belief.mean.size)
+    slots, points = work.targets(ids, anchors)
+    noises = sensor.noise[None] if scan.noises is None else scan.noises
+    innovation, by_pose, by_point = work.linearise(slots, points, scan.values, sensor, point)
+    S, squared = work.revise(by_pose, by_point, slots, innovation, noises)
+    return work.belief(), Innovation(innovation.ravel(), S, squared)
+
+
+def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
+    r"""Return the belief after a fix of the pose, and what the fix showed.
+
+    Parameters
+    ----------
+    belief
+        Belief before the fix.
+    fix
+        :class:`PositionFix`, eq. (26), or :class:`Compass`.
+
+    Returns
+    -------
+    posterior : MapBelief
+    seen : Innovation
+
+    Raises
+    ------
+    ValueError
+        If the covariance is not symmetric or S is singular.
+
+    References
+    ----------
+    Andrade-Cetto, eqs (26) and (27).
+    """
+    work = Workspace(belief)
+    seen = Innovation(*work.correct(fix))
+    return work.belief(), seen
+
+
+def add_landmarks(
+    belief: MapBelief,
+    scan: Scan,
+    sensor: LandmarkSensor,
+    at: Float[np.ndarray, "..."] | None = None,
+) -> MapBelief:
+    r"""Return the belief with every landmark of a scan put into the map.
+
+    .. math::
+        p = g(x_r, z), \qquad P_{pp} = G_r P_{rr} G_r^\top + G_z R G_z^\top, \qquad
+        P_{px} = G_r P_{rx}
+
+    Without the cross-covariance :math:`P_{px}` the filter would take the error of the pose, which
+    all new landmarks share, for errors of their own.
+
+    Parameters
+    ----------
+    belief
+        Belief before.
+    scan
+        Observations of landmarks that are not in the map.
+    sensor
+        The sensor they are from.
+    at : (3 + 2n,) or (3,), optional
+        Pose at which to linearise; the estimate if left out.
+
+    Returns
+    -------
+    MapBelief
+
+    Raises
+    ------
+    ValueError
+        If an identifier is unknown (-1) or already in the map, or the covariance not symmetric.
+    """
+    work = Workspace(belief)
+    sensor.check(scan.values)
+    ids = scan.ids.tolist()
+    if -1 in ids:
+        raise ValueError("a new landmark needs an identifier, got -1")
+    known = [name for name in ids if name in work.slots]
+    if known:
+        raise ValueError(f"already in the map: {known}")
+    noises = sensor.noise[None] if scan.noises is None else scan.noises
+    work.add(ids, scan.values, noises, sensor, _pose_of("at", at))
+    return work.belief()
+
+
+def checked_anchors(anchors: Anchors) -> dict[int, tuple[float, float]]:
+    """Return anchors as pairs of numbers, or raise ``ValueError``."""
+    return {
+        int(name): tuple(checked_vector(f"anchor {name}", place, 2).tolist())
+        for name, place in anchors.items()
+    }
+
+
+def _pose_of(name: str, state: np.ndarray | None) -> np.ndarray | None:
+    return None if state is None else checked_vector(name, np.asarray(state)[:3], 3)

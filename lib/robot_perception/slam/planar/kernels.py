@@ -1,0 +1,370 @@
+"""Compiled inner loops of the planar filter; :mod:`.textbook` is the version to read.
+
+Matrices grow in place: ``mean`` and ``cov`` have room for more than the ``n`` entries in use.
+"""
+
+from typing import no_type_check
+
+import numpy as np
+from numba import njit
+
+TILE = 64  # a tile of the covariance and its two strips stay in the first-level cache
+
+
+@njit(cache=True)
+@no_type_check
+def wrapped(angle):  # pragma: no cover - compiled
+    """Return the angle in [-π, π); one already there is returned as it is, to the last bit."""
+    if -np.pi <= angle < np.pi:
+        return angle
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@njit(cache=True)
+@no_type_check
+def is_covariance(blocks, tolerance):  # pragma: no cover - compiled
+    """Tell whether each (d, d) block is finite, symmetric and positive semi-definite.
+
+    Positive semi-definite up to ``tolerance`` times the largest entry: the block with that much
+    added to its diagonal has a Cholesky factor.
+    """
+    d = blocks.shape[1]
+    L = np.empty((d, d))
+    for block in blocks:
+        scale = 0.0
+        for i in range(d):
+            for j in range(d):
+                if not np.isfinite(block[i, j]):
+                    return False
+                scale = max(scale, abs(block[i, j]))
+        if scale == 0.0:
+            continue
+        for i in range(d):
+            for j in range(i + 1):
+                if abs(block[i, j] - block[j, i]) > tolerance * scale:
+                    return False
+                total = block[i, j]
+                for q in range(j):
+                    total -= L[i, q] * L[j, q]
+                if i > j:
+                    L[i, j] = total / L[j, j]
+                else:
+                    total += tolerance * scale
+                    if total <= 0.0:
+                        return False
+                    L[i, i] = np.sqrt(total)
+    return True
+
+
+@njit(cache=True)
+@no_type_check
+def copy_symmetric(source, target):  # pragma: no cover - compiled
+    """Copy a matrix and return its largest asymmetry and its largest entry."""
+    n = source.shape[0]
+    asymmetry = largest = 0.0
+    for i0 in range(0, n, TILE):
+        for j0 in range(0, i0 + 1, TILE):
+            for i in range(i0, min(i0 + TILE, n)):
+                for j in range(j0, min(j0 + TILE, i + 1)):
+                    below, above = source[i, j], source[j, i]
+                    target[i, j], target[j, i] = below, above
+                    asymmetry = max(asymmetry, abs(below - above))
+                    largest = max(largest, abs(below))
+    return asymmetry, largest
+
+
+@njit(cache=True)
+@no_type_check
+def move(pose, increment):  # pragma: no cover - compiled
+    """Move a pose in place by an increment in its own frame, eq. (3)."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    pose[0] += c * increment[0] - s * increment[1]
+    pose[1] += s * increment[0] + c * increment[1]
+    pose[2] = wrapped(pose[2] + increment[2])
+
+
+@njit(cache=True)
+@no_type_check
+def predict_cov(cov, n, noise, at, after):  # pragma: no cover - compiled
+    """Spread the covariance in place: only the robot's rows and columns change, eq. (5).
+
+    ``at`` and ``after`` are the poses before and after the motion at which it is linearised.
+    """
+    fx, fy = at[1] - after[1], after[0] - at[0]  # J (t' - t), third column of F
+    for j in range(n):
+        cov[0, j] += fx * cov[2, j]
+        cov[1, j] += fy * cov[2, j]
+    for i in range(3, n):
+        cov[i, 0], cov[i, 1] = cov[0, i], cov[1, i]
+    for i in range(3):
+        cov[i, 0] += fx * cov[i, 2]
+        cov[i, 1] += fy * cov[i, 2]
+    c, s = np.cos(at[2]), np.sin(at[2])
+    G = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    for i in range(3):
+        for j in range(i + 1):
+            total = cov[i, j]
+            for p in range(3):
+                for q in range(3):
+                    total += G[i, p] * noise[p, q] * G[j, q]
+            cov[i, j] = total
+            cov[j, i] = total
+
+
+@njit(cache=True)
+@no_type_check
+def cartesian(pose, points):  # pragma: no cover - compiled
+    """Return h = Rᵀ(p - t) and its Jacobians by pose and by landmark, eqs (24) and (25)."""
+    k = points.shape[0]
+    h, Hr, Hp = np.empty((k, 2)), np.empty((k, 2, 3)), np.empty((k, 2, 2))
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    for i in range(k):
+        dx, dy = points[i, 0] - pose[0], points[i, 1] - pose[1]
+        h[i, 0], h[i, 1] = c * dx + s * dy, c * dy - s * dx
+        Hp[i, 0, 0], Hp[i, 0, 1], Hp[i, 1, 0], Hp[i, 1, 1] = c, s, -s, c
+        for row in range(2):
+            Hr[i, row, 0], Hr[i, row, 1] = -Hp[i, row, 0], -Hp[i, row, 1]
+        Hr[i, 0, 2], Hr[i, 1, 2] = h[i, 1], -h[i, 0]
+    return h, Hr, Hp
+
+
+@njit(cache=True)
+@no_type_check
+def range_bearing(pose, points, bias):  # pragma: no cover - compiled
+    """Return h = (|p - t| + bias, bearing), its Jacobians, and whether they all exist."""
+    k = points.shape[0]
+    h, Hr, Hp = np.empty((k, 2)), np.empty((k, 2, 3)), np.empty((k, 2, 2))
+    regular = True
+    for i in range(k):
+        dx, dy = points[i, 0] - pose[0], points[i, 1] - pose[1]
+        r = np.hypot(dx, dy)
+        h[i, 0], h[i, 1] = r + bias, wrapped(np.arctan2(dy, dx) - pose[2])
+        if r == 0.0:  # the bearing of a landmark under the robot has no derivative
+            regular = False
+            continue
+        Hp[i, 0, 0], Hp[i, 0, 1] = dx / r, dy / r
+        Hp[i, 1, 0], Hp[i, 1, 1] = -dy / r**2, dx / r**2
+        for row in range(2):
+            Hr[i, row, 0], Hr[i, row, 1] = -Hp[i, row, 0], -Hp[i, row, 1]
+        Hr[i, 0, 2], Hr[i, 1, 2] = 0.0, -1.0
+    return h, Hr, Hp, regular
+
+
+@njit(cache=True)
+@no_type_check
+def bearing_residual(values, expected):  # pragma: no cover - compiled
+    """Return measured minus expected ranges and bearings, the latter in [-π, π)."""
+    residual = np.empty_like(values)
+    for i in range(values.shape[0]):
+        residual[i, 0] = values[i, 0] - expected[i, 0]
+        residual[i, 1] = wrapped(values[i, 1] - expected[i, 1])
+    return residual
+
+
+@njit(cache=True)
+@no_type_check
+def gather(mean, slots, points):  # pragma: no cover - compiled
+    """Fill in the points that stand in the state; those with slot -1 are known already."""
+    for i in range(slots.size):
+        if slots[i] >= 0:
+            points[i, 0], points[i, 1] = mean[slots[i]], mean[slots[i] + 1]
+
+
+@njit(cache=True)
+@no_type_check
+def cross_rows(cov, n, Hr, Hp, slots, B):  # pragma: no cover - compiled
+    """Write the rows of (P Hᵀ)ᵀ: each measurement touches the pose and at most one landmark."""
+    k, d = Hr.shape[0], Hr.shape[1]
+    for i in range(k):
+        slot = slots[i]
+        for row in range(d):
+            out = B[i * d + row]
+            a, b, c = Hr[i, row, 0], Hr[i, row, 1], Hr[i, row, 2]
+            for j in range(n):
+                out[j] = a * cov[0, j] + b * cov[1, j] + c * cov[2, j]
+            if slot >= 0:
+                e, f = Hp[i, row, 0], Hp[i, row, 1]
+                for j in range(n):
+                    out[j] += e * cov[slot, j] + f * cov[slot + 1, j]
+
+
+@njit(cache=True)
+@no_type_check
+def innovation_cov(B, Hr, Hp, slots, noises):  # pragma: no cover - compiled
+    """Return S = H P Hᵀ + R from B = (P Hᵀ)ᵀ; one noise for all or one for each, eq. (8)."""
+    k, d = Hr.shape[0], Hr.shape[1]
+    S = np.empty((k * d, k * d))
+    for i in range(k):
+        slot = slots[i]
+        R = noises[min(i, noises.shape[0] - 1)]
+        for row in range(d):
+            p = i * d + row
+            for q in range(p + 1):
+                total = Hr[i, row, 0] * B[q, 0] + Hr[i, row, 1] * B[q, 1] + Hr[i, row, 2] * B[q, 2]
+                if slot >= 0:
+                    total += Hp[i, row, 0] * B[q, slot] + Hp[i, row, 1] * B[q, slot + 1]
+                if q >= i * d:
+                    total += R[row, q - i * d]
+                S[p, q] = total
+                S[q, p] = total
+    return S
+
+
+@njit(cache=True)
+@no_type_check
+def cholesky(S):  # pragma: no cover - compiled
+    """Return the lower factor of S, and whether S is regular."""
+    m = S.shape[0]
+    L = np.zeros((m, m))
+    for i in range(m):
+        for j in range(i + 1):
+            total = S[i, j]
+            for q in range(j):
+                total -= L[i, q] * L[j, q]
+            if i > j:
+                L[i, j] = total / L[j, j]
+            elif total > 1e-14 * S[i, i]:
+                L[i, i] = np.sqrt(total)
+            else:
+                return L, False
+    return L, True
+
+
+@njit(cache=True)
+@no_type_check
+def update(mean, cov, n, Hr, Hp, slots, innovation, noises, considered):  # pragma: no cover
+    """Revise state and covariance in place, eqs (6) to (9); return S, ε and whether S is regular.
+
+    States marked in ``considered`` keep their estimate (their rows of the gain are zero).
+    """
+    k, d = innovation.shape
+    m = k * d
+    B = np.empty((m, n))
+    cross_rows(cov, n, Hr, Hp, slots, B)
+    S = innovation_cov(B, Hr, Hp, slots, noises)
+    L, regular = cholesky(S)
+    if not regular:
+        return S, 0.0, False
+    K = B.copy()  # gain, transposed: S K = B, eq. (7)
+    white = innovation.copy().reshape(m)
+    squared = 0.0
+    for p in range(m):
+        for q in range(p):
+            white[p] -= L[p, q] * white[q]
+            for j in range(n):
+                K[p, j] -= L[p, q] * K[q, j]
+        white[p] /= L[p, p]
+        squared += white[p] ** 2
+        for j in range(n):
+            K[p, j] /= L[p, p]
+    for p in range(m - 1, -1, -1):
+        for q in range(p + 1, m):
+            for j in range(n):
+                K[p, j] -= L[q, p] * K[q, j]
+        for j in range(n):
+            K[p, j] /= L[p, p]
+    for j in range(n):
+        if considered[j]:
+            K[:, j] = 0.0
+    for p in range(m):
+        z = innovation[p // d, p % d]
+        for j in range(n):
+            mean[j] += K[p, j] * z  # eq. (6)
+    mean[2] = wrapped(mean[2])
+    for p in range(m):  # B becomes B - S K / 2
+        for q in range(m):
+            for j in range(n):
+                B[p, j] -= 0.5 * S[p, q] * K[q, j]
+    subtract_symmetric(cov, n, B, K)  # eq. (9)
+    return S, squared, True
+
+
+@njit(cache=True)
+@no_type_check
+def subtract_symmetric(cov, n, A, K):  # pragma: no cover - compiled
+    """Subtract AᵀK + KᵀA from the covariance: one triangle, tile by tile, and its mirror image."""
+    m = A.shape[0]
+    for i0 in range(0, n, TILE):
+        i1 = min(i0 + TILE, n)
+        for j0 in range(0, i1, TILE):
+            for i in range(i0, i1):
+                j1 = min(j0 + TILE, i + 1)
+                for q in range(m):
+                    a, k = A[q, i], K[q, i]
+                    for j in range(j0, j1):
+                        cov[i, j] -= a * K[q, j] + k * A[q, j]
+            for i in range(i0, i1):
+                for j in range(j0, min(j0 + TILE, i)):
+                    cov[j, i] = cov[i, j]
+
+
+@njit(cache=True)
+@no_type_check
+def append(mean, cov, n, points, Gr, Gz, noises):  # pragma: no cover - compiled
+    """Put new landmarks behind the state, with their covariance to everything before them."""
+    for i in range(points.shape[0]):
+        R = noises[min(i, noises.shape[0] - 1)]
+        a = n + 2 * i
+        for row in range(2):
+            mean[a + row] = points[i, row]
+            for j in range(a):
+                total = 0.0
+                for q in range(3):
+                    total += Gr[i, row, q] * cov[q, j]
+                cov[a + row, j] = total
+        for j in range(a):
+            cov[j, a], cov[j, a + 1] = cov[a, j], cov[a + 1, j]
+        for row in range(2):
+            for other in range(row + 1):
+                total = 0.0
+                for q in range(3):
+                    total += Gr[i, other, q] * cov[a + row, q]
+                for p in range(2):
+                    for q in range(2):
+                        total += Gz[i, row, p] * R[p, q] * Gz[i, other, q]
+                cov[a + row, a + other] = total
+                cov[a + other, a + row] = total
+
+
+@njit(cache=True)
+@no_type_check
+def arc(speed, rate, duration):  # pragma: no cover - compiled
+    """Return the increment of an arc and its derivatives by speed and turn rate."""
+    a, length = rate * duration, speed * duration
+    if abs(a) > 1e-3:
+        along, across = np.sin(a) / a, (1 - np.cos(a)) / a
+        along_a, across_a = (np.cos(a) - along) / a, (np.sin(a) - across) / a
+    else:  # series; what is left out is below the rounding of the quotients
+        along, across = 1 - a**2 / 6, a / 2 - a**3 / 24
+        along_a, across_a = -a / 3 + a**3 / 30, 0.5 - a**2 / 8
+    increment = np.array([length * along, length * across, a])
+    by_command = np.array(
+        [
+            [duration * along, length * duration * along_a],
+            [duration * across, length * duration * across_a],
+            [0.0, duration],
+        ]
+    )
+    return increment, by_command
+
+
+@njit(cache=True)
+@no_type_check
+def pair_distances(innovations, cross, Hr, Hp, slots, noises):  # pragma: no cover - compiled
+    """Return the squared Mahalanobis distance of each observation to each landmark, (m, n)."""
+    m, n = innovations.shape[:2]
+    distances = np.empty((m, n))
+    for j in range(n):
+        B = cross[2 * j : 2 * j + 2]
+        none = np.zeros((1, 2, 2))
+        S = innovation_cov(B, Hr[j : j + 1], Hp[j : j + 1], slots[j : j + 1], none)
+        for i in range(m):
+            R = noises[min(i, noises.shape[0] - 1)]
+            a, b, c = S[0, 0] + R[0, 0], S[1, 0] + R[1, 0], S[1, 1] + R[1, 1]
+            x, y = innovations[i, j, 0], innovations[i, j, 1]
+            determinant = a * c - b * b
+            if determinant <= 1e-14 * a * c:
+                distances[i, j] = np.nan
+            else:
+                distances[i, j] = (c * x * x - 2 * b * x * y + a * y * y) / determinant
+    return distances

@@ -1,0 +1,403 @@
+"""The planar filter over a whole drive."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from robot_perception.slam.planar.association import (
+    IGNORED,
+    NEW,
+    Association,
+    Known,
+    associate,
+)
+from robot_perception.slam.planar.belief import MapBelief
+from robot_perception.slam.planar.filtering import checked_anchors
+from robot_perception.slam.planar.motions import Motion
+from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
+from robot_perception.slam.planar.workspace import Workspace
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Step:
+    """One step of a drive: move, then take the fixes, then the scan.
+
+    Parameters
+    ----------
+    motion
+        The motion since the step before; ``None`` if there was none.
+    scan
+        What was seen after the motion, if anything.
+    fixes
+        Measured positions and headings after the motion.
+    time
+        s; must not decrease along the drive where it is given.
+    """
+
+    motion: Motion | None
+    scan: Scan | None = None
+    fixes: tuple[Fix, ...] = ()
+    time: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.time is not None and not np.isfinite(self.time):
+            raise ValueError(f"time must be finite, got {self.time}")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Truth:
+    """The true states of a drive, at which the ideal filter linearises.
+
+    Parameters
+    ----------
+    poses : (k + 1, 3)
+        True pose at the start and after each step, m, m, rad.
+    landmarks : identifier -> (2,)
+        True places, m.
+    """
+
+    poses: Float[np.ndarray, "poses 3"]
+    landmarks: Mapping[int, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Settings:
+    """How the filter works.
+
+    Parameters
+    ----------
+    sensor
+        Sensor of the scans.
+    anchors : identifier -> (2,)
+        Landmarks whose place in the world is known, m.
+    association
+        ``"known"`` (short for ``Known()``), :class:`Known`, :class:`Gated` or :class:`Joint`.
+    linearisation
+        ``"latest"``: Jacobians at the latest estimate, the standard filter. ``"first"``: at the
+        first estimate of each quantity, so that all Jacobians of a run agree on what cannot be
+        observed. :class:`Truth`: at the true states.
+    revision_limit
+        A landmark revised more often than this is retired; ``None`` retires none. The paper: 50.
+    retirement
+        ``"freeze"``, the paper's rule: the estimate becomes an anchor and its uncertainty is
+        forgotten. ``"consider"``: the estimate stands, its uncertainty and correlations still
+        count (Schmidt's filter).
+    keep
+        Numbers of the steps after which the whole belief is kept.
+
+    Raises
+    ------
+    ValueError
+        If an anchor has no two finite numbers, a word is none of these, or the limit is below 1.
+    """
+
+    sensor: LandmarkSensor
+    anchors: Mapping[int, np.ndarray] = field(default_factory=dict)
+    association: Association | Literal["known"] = "known"
+    linearisation: Literal["latest", "first"] | Truth = "latest"
+    revision_limit: int | None = None
+    retirement: Literal["freeze", "consider"] = "freeze"
+    keep: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "anchors", checked_anchors(self.anchors))
+        if isinstance(self.association, str):
+            if self.association != "known":
+                raise ValueError(f"association must be 'known' or an object: {self.association!r}")
+            object.__setattr__(self, "association", Known())
+        if isinstance(self.linearisation, str) and self.linearisation not in {"latest", "first"}:
+            raise ValueError(f"linearisation must be 'latest' or 'first': {self.linearisation!r}")
+        if self.retirement not in {"freeze", "consider"}:
+            raise ValueError(f"retirement must be 'freeze' or 'consider': {self.retirement!r}")
+        if self.revision_limit is not None and self.revision_limit < 1:
+            raise ValueError(f"revision_limit must be at least 1, got {self.revision_limit}")
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What became of the observations of a run.
+
+    Parameters
+    ----------
+    observed
+        All observations; the sum of the next five.
+    matched
+        Used to revise the map.
+    anchored
+        Used with an anchor or a frozen landmark.
+    new
+        Put a landmark into the map.
+    rejected
+        Named a landmark but fell outside its gate.
+    ignored
+        Without a name and between the gates, or without a name where names were needed.
+    retired
+        Landmarks frozen or no longer corrected (not observations).
+    """
+
+    observed: int
+    matched: int
+    anchored: int
+    new: int
+    rejected: int
+    ignored: int
+    retired: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class History:
+    """What a run left behind; index 0 of each array is the first step.
+
+    Parameters
+    ----------
+    poses : (k, 3)
+        Estimated pose after each step, m, m, rad.
+    pose_covs : (k, 3, 3)
+    nis : (k,)
+        Normalised innovation squared, summed over the updates of each step.
+    dof : (k,)
+        Numbers measured in each step, the degrees of freedom of ``nis``.
+    sizes : (k,)
+        Landmarks in the state after each step.
+    used : (k) of (m,)
+        For each scan the identifier each observation was used for (new ones included), -1 if for
+        none.
+    belief
+        After the last step.
+    frozen : identifier -> (2,)
+        Landmarks that left the state, and where they were then, m.
+    counts
+    kept : number of step -> belief
+    """
+
+    poses: Float[np.ndarray, "k 3"]
+    pose_covs: Float[np.ndarray, "k 3 3"]
+    nis: Float[np.ndarray, "k"]
+    dof: Int[np.ndarray, "k"]
+    sizes: Int[np.ndarray, "k"]
+    used: tuple[np.ndarray, ...]
+    belief: MapBelief
+    frozen: dict[int, np.ndarray]
+    counts: Counts
+    kept: dict[int, MapBelief]
+
+
+def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> History:
+    """Run the filter over a drive.
+
+    Each step predicts, corrects with the fixes, associates and updates with the scan, and puts new
+    landmarks into the map, in this order.
+
+    Parameters
+    ----------
+    start
+        Belief before the first step.
+    steps
+        The drive; read once, so a generator will do.
+    settings
+        How to filter.
+
+    Returns
+    -------
+    History
+
+    Raises
+    ------
+    ValueError
+        If there is no step, time goes backwards, an anchor is also in the map, the covariance of
+        the start is not symmetric, or an update is impossible; the message names the step.
+    """
+    run = _Run(start, settings)
+    clock = -np.inf
+    for k, step in enumerate(steps):
+        if step.time is not None:
+            if step.time < clock:
+                raise ValueError(f"step {k}: time goes backwards, from {clock} to {step.time}")
+            clock = step.time
+        try:
+            run.take(k, step)
+        except ValueError as error:
+            raise ValueError(f"step {k}: {error}") from error
+    if not run.poses:
+        raise ValueError("a drive needs at least one step, got none")
+    return run.history()
+
+
+class _Run:
+    """A run under way."""
+
+    def __init__(self, start: MapBelief, settings: Settings) -> None:
+        both = sorted(set(settings.anchors) & set(start.ids.tolist()))
+        if both:
+            raise ValueError(f"in the map and an anchor: {both}")
+        self.settings, self.work = settings, Workspace(start)
+        self.anchors = dict(settings.anchors)  # and what was frozen
+        self.frozen: dict[int, np.ndarray] = {}
+        self.revisions: dict[int, int] = {}
+        self.next_id = max((-1, *self.work.ids, *self.anchors)) + 1
+        self.tally = dict.fromkeys(Counts.__dataclass_fields__, 0)
+        self.poses, self.pose_covs, self.nis, self.dof = [], [], [], []
+        self.sizes, self.used, self.kept = [], [], {}
+        self.truth = settings.linearisation if isinstance(settings.linearisation, Truth) else None
+        # where Jacobians are taken if not at the latest estimate: same layout as the state
+        self.point = None if settings.linearisation == "latest" else start.mean.copy()
+        if self.truth is not None:
+            self.point[:3] = self.truth.poses[0]
+            self.point[3:] = self._true_places(self.work.ids)
+
+    def take(self, k: int, step: Step) -> None:
+        """Take one step."""
+        work = self.work
+        if step.motion is not None:
+            self._predict(k, step.motion)
+        nis, dof = 0.0, 0
+        for fix in step.fixes:
+            innovation, _, squared = work.correct(fix)
+            nis, dof = nis + squared, dof + innovation.size
+        used = np.empty(0, dtype=np.int64)
+        if step.scan is not None and step.scan.ids.size:
+            used, squared, size = self._see(step.scan)
+            nis, dof = nis + squared, dof + size
+        self.poses.append(work.mean[:3].copy())
+        self.pose_covs.append(work.cov[:3, :3].copy())
+        self.nis.append(nis)
+        self.dof.append(dof)
+        self.sizes.append(len(work.ids))
+        self.used.append(used)
+        if k in self.settings.keep:
+            self.kept[k] = work.belief()
+
+    def history(self) -> History:
+        """Return what was recorded."""
+        return History(
+            poses=np.array(self.poses),
+            pose_covs=np.array(self.pose_covs),
+            nis=np.array(self.nis),
+            dof=np.array(self.dof),
+            sizes=np.array(self.sizes),
+            used=tuple(self.used),
+            belief=self.work.belief(),
+            frozen=self.frozen,
+            counts=Counts(**self.tally),
+            kept=self.kept,
+        )
+
+    def _predict(self, k: int, motion: Motion) -> None:
+        if self.point is None:
+            self.work.predict(motion)
+        elif self.truth is None:
+            self.work.predict(motion, at=self.point[:3])
+            self.point[:3] = self.work.mean[:3]
+        else:
+            if k + 1 >= len(self.truth.poses):
+                raise ValueError(f"the truth has {len(self.truth.poses)} poses, need {k + 2}")
+            self.work.predict(motion, at=self.truth.poses[k], after=self.truth.poses[k + 1])
+            self.point[:3] = self.truth.poses[k + 1]
+
+    def _see(self, scan: Scan) -> tuple[np.ndarray, float, int]:
+        """Use a scan; return what each observation was used for, its NIS and degrees of freedom."""
+        sensor, work, tally = self.settings.sensor, self.work, self.tally
+        sensor.check(scan.values)
+        noises = sensor.noise[None] if scan.noises is None else scan.noises
+        used = self._associated(scan, noises)
+        names = used.tolist()
+        seen = [i for i, n in enumerate(names) if n in work.slots or n in self.anchors]
+        new = [i for i, n in enumerate(names) if n not in work.slots and n not in self.anchors]
+        new = [i for i in new if names[i] != IGNORED]
+        tally["observed"] += len(names)
+        tally["ignored"] += len(names) - len(seen) - len(new)
+        squared, seen = self._revise(names, seen, scan.values, noises, used) if seen else (0.0, [])
+        if new:
+            self._add(new, scan.values, noises, used)
+        return used, squared, 2 * len(seen)
+
+    def _associated(self, scan: Scan, noises: np.ndarray) -> np.ndarray:
+        """Return an identifier, ``IGNORED`` or ``NEW`` for each observation."""
+        settings = self.settings
+        if isinstance(settings.association, Known):
+            return scan.ids.copy()
+        return associate(
+            self.work, scan, noises, settings.sensor, self.anchors, settings.association
+        )
+
+    def _revise(
+        self,
+        names: list[int],
+        seen: list[int],
+        values: np.ndarray,
+        noises: np.ndarray,
+        used: np.ndarray,
+    ) -> tuple[float, list[int]]:
+        """Update with what is in the map or an anchor; return NIS and the observations used."""
+        work, association = self.work, self.settings.association
+        slots, points = work.targets([names[i] for i in seen], self.anchors)
+        values, noises = values[seen], _some(noises, seen)
+        innovation, by_pose, by_point = work.linearise(
+            slots, points, values, self.settings.sensor, self.point
+        )
+        if isinstance(association, Known) and np.isfinite(association.limit):
+            distances = work.distances(by_pose, by_point, slots, innovation, noises)
+            inside = np.flatnonzero(distances <= association.limit)
+            used[[seen[i] for i in np.flatnonzero(distances > association.limit)]] = IGNORED
+            self.tally["rejected"] += len(seen) - inside.size
+            seen = [seen[i] for i in inside]
+            if not seen:
+                return 0.0, seen
+            slots, innovation, noises = slots[inside], innovation[inside], _some(noises, inside)
+            by_pose, by_point = by_pose[inside], by_point[inside]
+        _, squared = work.revise(by_pose, by_point, slots, innovation, noises)
+        for i in seen:
+            self._count(names[i])
+        return squared, seen
+
+    def _count(self, name: int) -> None:
+        """Note a use of a landmark, and retire it after too many."""
+        if name in self.anchors:
+            self.tally["anchored"] += 1
+            return
+        self.tally["matched"] += 1
+        self.revisions[name] = count = self.revisions.get(name, 0) + 1
+        if self.settings.revision_limit is not None and count == self.settings.revision_limit + 1:
+            self._retire(name)
+
+    def _retire(self, name: int) -> None:
+        """Take a landmark out of the state, or let its estimate stand."""
+        self.tally["retired"] += 1
+        if self.settings.retirement == "consider":
+            self.work.consider(name)
+            return
+        slot = self.work.slots[name]
+        if self.point is not None:
+            self.point = np.delete(self.point, [slot, slot + 1])
+        self.frozen[name] = self.work.remove(name)
+        self.anchors[name] = tuple(self.frozen[name].tolist())
+
+    def _add(
+        self, new: list[int], values: np.ndarray, noises: np.ndarray, used: np.ndarray
+    ) -> None:
+        """Put landmarks into the map."""
+        work = self.work
+        for i in new:
+            if used[i] == NEW:
+                used[i] = self.next_id
+            self.next_id = max(self.next_id, int(used[i]) + 1)
+        names, n = used[new].tolist(), work.n
+        work.add(names, values[new], _some(noises, new), self.settings.sensor, self.point)
+        self.tally["new"] += len(new)
+        if self.point is not None:
+            first = self.work.mean[n : work.n] if self.truth is None else self._true_places(names)
+            self.point = np.concatenate([self.point, first])
+
+    def _true_places(self, names: Sequence[int]) -> np.ndarray:
+        missing = [name for name in names if name not in self.truth.landmarks]
+        if missing:
+            raise ValueError(f"the truth has no landmarks {missing}")
+        return np.array([self.truth.landmarks[name] for name in names], dtype=float).ravel()
+
+
+def _some(noises: np.ndarray, rows: Sequence[int]) -> np.ndarray:
+    """Return the noises of some observations; one noise for all stays one."""
+    return noises if len(noises) == 1 else noises[rows]

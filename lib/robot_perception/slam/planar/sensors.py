@@ -1,0 +1,276 @@
+"""What the vehicle measures: landmarks in its own frame, its position, its heading."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from robot_perception.slam.planar import kernels
+from robot_perception.slam.planar.motions import checked_noise, checked_vector
+
+
+class LandmarkSensor(Protocol):
+    """What the filter asks of a sensor of landmarks; k observations at once."""
+
+    noise: np.ndarray
+
+    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
+
+    def residual(self, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
+        """Return measured minus expected values (k, 2), angles wrapped."""
+
+    def locate(self, pose: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the points (k, 2) seen, the inverse of the expected values."""
+
+    def locate_jacobians(
+        self, pose: np.ndarray, points: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of the points by the pose (k, 2, 3), by the values (k, 2, 2)."""
+
+    def check(self, values: np.ndarray) -> None:
+        """Raise ``ValueError`` if a value is outside the sensor's range."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CartesianSensor:
+    r"""Landmarks as points in the frame of the robot.
+
+    .. math::
+        h = R(\varphi)^\top (p - t), \qquad
+        \frac{\partial h}{\partial x} = \big[-R^\top \;\big|\; -J h \;\big|\; R^\top\big]
+
+    An anchor (eqs 24 and 25) is the same sensor, looking at a point that is known.
+
+    Parameters
+    ----------
+    noise : (2, 2)
+        Covariance of one observation, m², unless the scan brings its own.
+    """
+
+    noise: Float[np.ndarray, "2 2"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
+
+    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
+        return kernels.cartesian(pose, points)
+
+    def residual(self, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
+        """Return measured minus expected values, m."""
+        return values - expected
+
+    def locate(self, pose: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the points seen, in the frame of the world: :math:`p = t + R z`."""
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        return pose[:2] + values @ np.array([[c, s], [-s, c]])
+
+    def locate_jacobians(
+        self, pose: np.ndarray, points: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of the points by the pose (k, 2, 3), by the values (k, 2, 2)."""
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        R = np.array([[c, -s], [s, c]])
+        return _by_pose(pose, points), np.broadcast_to(R, (len(points), 2, 2)).copy()
+
+    def check(self, values: np.ndarray) -> None:
+        """Accept every point."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RangeBearing:
+    r"""Landmarks by distance and direction.
+
+    .. math:: h = \big(|p - t| + b,\; \operatorname{atan2}(p - t) - \varphi\big)
+
+    Parameters
+    ----------
+    noise : (2, 2)
+        Covariance of (range, bearing), m and rad, unless the scan brings its own.
+    range_bias
+        b, m: how much too long the sensor measures.
+
+    Raises
+    ------
+    ValueError
+        If ``noise`` is no covariance or the bias is not finite; when used, if a landmark lies
+        exactly at the robot, where its bearing has no derivative.
+    """
+
+    noise: Float[np.ndarray, "2 2"]
+    range_bias: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
+        if not np.isfinite(self.range_bias):
+            raise ValueError(f"range_bias must be finite, got {self.range_bias}")
+        object.__setattr__(self, "range_bias", float(self.range_bias))
+
+    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
+        h, by_pose, by_point, regular = kernels.range_bearing(pose, points, self.range_bias)
+        if not regular:
+            raise ValueError(f"a landmark lies exactly at the robot, {pose[:2].tolist()}")
+        return h, by_pose, by_point
+
+    def residual(self, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
+        """Return measured minus expected values, m and rad; bearings in [-π, π)."""
+        return kernels.bearing_residual(values, expected)
+
+    def locate(self, pose: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the points seen, in the frame of the world."""
+        direction = pose[2] + values[:, 1]
+        ray = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
+        return pose[:2] + (values[:, :1] - self.range_bias) * ray
+
+    def locate_jacobians(
+        self, pose: np.ndarray, points: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of the points by the pose (k, 2, 3), by the values (k, 2, 2)."""
+        direction, reach = pose[2] + values[:, 1], values[:, 0] - self.range_bias
+        c, s = np.cos(direction), np.sin(direction)
+        by_value = np.stack([c, -reach * s, s, reach * c], axis=-1).reshape(-1, 2, 2)
+        return _by_pose(pose, points), by_value
+
+    def check(self, values: np.ndarray) -> None:
+        """Raise ``ValueError`` if a range is negative."""
+        shortest = values[:, 0].min(initial=0.0)
+        if shortest < 0:
+            raise ValueError(f"ranges must not be negative, got {shortest}")
+
+
+def _by_pose(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return [I | J (p - t)] for each point: it moves and turns with the robot."""
+    by_pose = np.zeros((len(points), 2, 3))
+    by_pose[:, 0, 0] = by_pose[:, 1, 1] = 1.0
+    by_pose[:, 0, 2] = pose[1] - points[:, 1]
+    by_pose[:, 1, 2] = points[:, 0] - pose[0]
+    return by_pose
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scan:
+    """What a sensor of landmarks saw at one time.
+
+    Parameters
+    ----------
+    ids : (m,)
+        Which landmark each observation is of; -1 if that is not known.
+    values : (m, 2)
+        Observations in the units of the sensor.
+    noises : (m, 2, 2), optional
+        Covariance of each observation, in place of the sensor's.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree, a value is not finite, an identifier is below -1 or there twice,
+        or a noise is no covariance.
+    """
+
+    ids: Int[np.ndarray, "m"]
+    values: Float[np.ndarray, "m 2"]
+    noises: Float[np.ndarray, "m 2 2"] | None = None
+
+    def __post_init__(self) -> None:
+        ids, values = np.array(self.ids), np.array(self.values, dtype=float)
+        if ids.size and not np.issubdtype(ids.dtype, np.integer):
+            raise ValueError(f"ids must be integers, got {ids.dtype}")
+        if ids.ndim != 1 or values.shape != (ids.size, 2):
+            raise ValueError(f"need ids (m,) and values (m, 2), got {ids.shape}, {values.shape}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"values must be finite, got {values.tolist()}")
+        named = [i for i in ids.tolist() if i != -1]
+        if named and min(named) < 0:
+            raise ValueError(f"ids must be at least -1, got {min(named)}")
+        if len(set(named)) < len(named):
+            twice = sorted({i for i in named if named.count(i) > 1})
+            raise ValueError(f"a scan sees each landmark once, got twice: {twice}")
+        object.__setattr__(self, "ids", ids.astype(np.int64))
+        object.__setattr__(self, "values", values)
+        if self.noises is None:
+            return
+        noises = np.array(self.noises, dtype=float)
+        if noises.shape != (ids.size, 2, 2):
+            raise ValueError(f"noises must be ({ids.size}, 2, 2), got {noises.shape}")
+        if not kernels.is_covariance(noises, 1e-9):
+            raise ValueError("each of noises must be finite, symmetric, positive semi-definite")
+        object.__setattr__(self, "noises", noises)
+
+    def anonymous(self) -> "Scan":
+        """Return the same scan without identifiers."""
+        return Scan(np.full(self.ids.size, -1), self.values, self.noises)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PositionFix:
+    r"""A measured position, as from a camera on the wall or a satellite: :math:`h = t`, eq. (26).
+
+    Parameters
+    ----------
+    value : (2,)
+        m.
+    noise : (2, 2)
+        Its covariance, m².
+    """
+
+    value: Float[np.ndarray, "2"]
+    noise: Float[np.ndarray, "2 2"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", checked_vector("value", self.value, 2))
+        object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
+
+    def matrix(self) -> Float[np.ndarray, "2 3"]:
+        """Return the Jacobian by the pose, eq. (27)."""
+        return np.eye(2, 3)
+
+    def residual(self, pose: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2"]:
+        """Return measured minus expected position, m."""
+        return self.value - pose[:2]
+
+    def covariance(self) -> Float[np.ndarray, "2 2"]:
+        """Return the noise as a matrix."""
+        return self.noise
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Compass:
+    r"""A measured heading: :math:`h = \varphi`.
+
+    Parameters
+    ----------
+    value
+        rad, any turn.
+    variance
+        rad², not negative.
+    """
+
+    value: float
+    variance: float
+
+    def __post_init__(self) -> None:
+        value, variance = checked_vector(
+            "value, variance", np.array([self.value, self.variance]), 2
+        )
+        if variance < 0:
+            raise ValueError(f"variance must not be negative, got {variance}")
+        object.__setattr__(self, "value", float(value))
+        object.__setattr__(self, "variance", float(variance))
+
+    def matrix(self) -> Float[np.ndarray, "1 3"]:
+        """Return the Jacobian by the pose."""
+        return np.array([[0.0, 0.0, 1.0]])
+
+    def residual(self, pose: Float[np.ndarray, "3"]) -> Float[np.ndarray, "1"]:
+        """Return measured minus expected heading, rad, in [-π, π)."""
+        return np.array([kernels.wrapped(self.value - pose[2])])
+
+    def covariance(self) -> Float[np.ndarray, "1 1"]:
+        """Return the noise as a matrix."""
+        return np.array([[self.variance]])
+
+
+Fix = PositionFix | Compass
