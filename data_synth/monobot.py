@@ -141,3 +141,53 @@ def simulate_rail(
     errors = blur * noise[:, steps + 1 :].reshape(runs, steps + 1, n)
     looks = (landmarks[None, None, :] - positions[:, :, None]) + errors
     return RailRuns(positions, landmarks, np.diff(plan), looks, slip, blur)
+
+
+def measure_anchor(
+    runs: RailRuns, position: float, deviation: np.ndarray | float, *, rng: np.random.Generator
+) -> np.ndarray:
+    """Let the robot measure its distance to one more post after each move.
+
+    Parameters
+    ----------
+    runs
+        What happened.
+    position
+        Where the post stands, m.
+    deviation : number or (steps,)
+        Standard deviation of each measurement, m.
+    rng
+        Generator from which each run's own is spawned.
+
+    Returns
+    -------
+    (runs, steps)
+        Distances, positive ahead, m.
+
+    Raises
+    ------
+    ValueError
+        If a deviation is negative or not finite.
+    """
+    return position - runs.positions[:, 1:] + _reference_noise(runs, deviation, rng)
+
+
+def watch_vehicle(
+    runs: RailRuns, position: float, deviation: np.ndarray | float, *, rng: np.random.Generator
+) -> np.ndarray:
+    """Let a camera beside the rail measure where the robot is after each move.
+
+    Parameters, returns and errors are those of :func:`measure_anchor`; ``position`` is that of the
+    camera, and the same generator makes the same errors.
+    """
+    return runs.positions[:, 1:] - position + _reference_noise(runs, deviation, rng)
+
+
+def _reference_noise(
+    runs: RailRuns, deviation: np.ndarray | float, rng: np.random.Generator
+) -> np.ndarray:
+    count, steps = len(runs.positions), runs.commands.size
+    deviation = np.broadcast_to(np.asarray(deviation, dtype=float), (steps,))
+    if not (deviation.min() >= 0 and np.isfinite(deviation).all()):
+        raise ValueError(f"deviation must be finite and >= 0, got {deviation.min()}")
+    return deviation * np.stack([g.standard_normal(steps) for g in rng.spawn(count)])

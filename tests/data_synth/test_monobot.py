@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from data_synth.monobot import planned_path, simulate_rail
+from data_synth.monobot import measure_anchor, planned_path, simulate_rail, watch_vehicle
 
 SHAPES = ("sine", "there and back", "straight", "at rest")
 
@@ -61,6 +61,28 @@ def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
     assert np.abs(correlations).max() < 4.5 / np.sqrt(4000)
 
 
+def test_references_measure_what_they_say_with_the_same_errors():
+    runs = world(500)
+    anchor = measure_anchor(runs, 0.7, 0.2, rng=np.random.default_rng(1))
+    camera = watch_vehicle(runs, 0.7, 0.2, rng=np.random.default_rng(1))
+    errors = anchor - (0.7 - runs.positions[:, 1:])
+    np.testing.assert_allclose(camera - (runs.positions[:, 1:] - 0.7), errors, atol=1e-12)
+    low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], errors.size) / errors.size
+    assert low < np.mean(errors**2) / 0.2**2 < high
+    looks = runs.look_errors[:, 1:, 0].ravel()
+    assert abs(np.corrcoef(errors.ravel(), looks)[0, 1]) < 4.5 / np.sqrt(errors.size)
+    few = measure_anchor(world(3), 0.7, 0.2, rng=np.random.default_rng(1))
+    np.testing.assert_array_equal(few, anchor[:3])
+
+
+def test_reference_noise_may_differ_from_step_to_step():
+    deviation = np.linspace(0.0, 0.5, 40)
+    values = watch_vehicle(world(), 0.0, deviation, rng=np.random.default_rng(1))
+    errors = values - world().positions[:, 1:]
+    assert np.all(errors[:, 0] == 0)
+    assert np.all(errors[:, 1:] != 0)
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [
@@ -71,6 +93,14 @@ def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
         (lambda: world(slip=-0.1), "motion_deviation must be finite and >= 0, got -0.1"),
         (lambda: world(blur=np.nan), "look_deviation must be finite"),
         (lambda: world(start=-1.0), "start_deviation must be finite"),
+        (
+            lambda: measure_anchor(world(), 0.0, -0.1, rng=np.random.default_rng(0)),
+            "deviation must be finite and >= 0, got -0.1",
+        ),
+        (
+            lambda: watch_vehicle(world(), 0.0, np.inf, rng=np.random.default_rng(0)),
+            "deviation must be finite",
+        ),
     ],
 )
 def test_bad_input_is_named(build, message):

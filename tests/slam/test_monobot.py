@@ -21,12 +21,14 @@ from robot_perception.kalman import (
     update,
 )
 from robot_perception.slam.monobot import (
+    Reference,
     first_look,
     motion,
     one_landmark_term,
     relative_system,
     run_filter,
     run_filter_stepwise,
+    run_referenced,
     sensor_matrix,
     settled,
 )
@@ -364,6 +366,127 @@ def test_a_start_of_its_own_for_each_run():
         np.testing.assert_allclose(batch.covs[run], alone.covs[0], atol=1e-12)
 
 
+# An anchor, or a sensor that watches the vehicle
+
+
+def referenced_data(n, steps, seed, runs=1):
+    rng = np.random.default_rng(seed)
+    return {
+        "looks": 2 + rng.normal(size=(runs, steps + 1, n)),
+        "commands": rng.normal(size=steps),
+        "values": rng.normal(size=(runs, steps)),
+        "V": rng.uniform(0.2, 2, steps),
+        "W": rng.uniform(0.2, 2, (steps + 1, n)),
+        "R": rng.uniform(0.2, 2, steps),
+    }
+
+
+def referenced(data, sign, position=0.0, P0=0.7, **changes):
+    data = data | changes
+    reference = Reference(sign, data["values"], data["R"], position)
+    noise = {"motion_variance": data["V"], "look_variance": data["W"]}
+    return run_referenced(start(P0), data["commands"], data["looks"], reference, **noise)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_referenced_filter_is_weighted_least_squares_over_the_whole_run(sign):
+    """Oracle without any recursion: all positions and landmarks at once, from all measurements."""
+    n, steps, position = 2, 7, 0.4
+    data = referenced_data(n, steps, 12)
+    run = referenced(data, sign, position)
+    eye = np.eye(steps + 1 + n)
+    rows, values, weights = [eye[0]], [-1.0], [1 / 0.7]
+    for k in range(steps):
+        rows += [eye[k + 1] - eye[k], sign * eye[k + 1]]
+        values += [data["commands"][k], data["values"][0, k] + sign * position]
+        weights += [1 / data["V"][k], 1 / data["R"][k]]
+    for k in range(steps + 1):
+        for i in range(n):
+            rows.append(eye[steps + 1 + i] - eye[k])
+            values.append(data["looks"][0, k, i])
+            weights.append(1 / data["W"][k, i])
+    A, weight = np.array(rows), np.array(weights)
+    cov = np.linalg.inv(A.T @ (weight[:, None] * A))
+    best = cov @ (A.T @ (weight * np.array(values)))
+    kept = [steps, *range(steps + 1, steps + 1 + n)]
+    np.testing.assert_allclose(run.means[0, -1], best[kept], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.covs[0, -1], cov[np.ix_(kept, kept)], rtol=0, atol=1e-9)
+
+
+def test_a_reference_without_weight_changes_nothing():
+    data = referenced_data(3, 9, 3, runs=2)
+    plain = run_filter(
+        start(0.7),
+        data["commands"],
+        data["looks"],
+        motion_variance=data["V"],
+        look_variance=data["W"],
+    )
+    tied = referenced(data, 1, R=1e14)
+    np.testing.assert_allclose(tied.means, plain.means, atol=1e-9)
+    np.testing.assert_allclose(tied.covs, plain.covs, atol=1e-9)
+    np.testing.assert_allclose(tied.innovations[..., 1:], plain.innovations, atol=1e-9)
+
+
+@given(st.integers(1, 5), st.integers(1, 10), st.floats(-1e3, 1e3), st.integers(0, 2**31))
+@settings(max_examples=25)
+def test_anchor_and_external_sensor_of_equal_noise_are_one_system(n, steps, position, seed):
+    data = referenced_data(n, steps, seed, runs=2)
+    anchor = referenced(data, -1, position)
+    watcher = referenced(data, 1, position, values=-data["values"])
+    scale = 1 + abs(position)
+    np.testing.assert_allclose(watcher.means, anchor.means, atol=1e-10 * scale)
+    np.testing.assert_array_equal(watcher.covs, anchor.covs)
+    flip = np.append(-1.0, np.ones(n))
+    S = anchor.innovation_covs * flip[:, None] * flip
+    np.testing.assert_allclose(watcher.innovation_covs, S, rtol=1e-14)
+    np.testing.assert_allclose(watcher.gains, anchor.gains * flip, atol=1e-14)
+
+
+@given(st.integers(1, 5), st.integers(1, 10), st.integers(0, 2**31))
+@settings(max_examples=25)
+def test_anchored_map_is_the_relative_map_of_the_filter_without_anchor(n, steps, seed):
+    """Started by its first look at the anchor, the filter knows what the plain one knows of it."""
+    data = referenced_data(n, steps, seed, runs=2)
+    rng = np.random.default_rng(seed)
+    first, W0 = rng.normal(size=(2, 1)), 0.4
+    anchored = run_referenced(
+        Gaussian(-first, np.array([[W0]])),
+        data["commands"],
+        data["looks"],
+        Reference(-1, data["values"], data["R"]),
+        motion_variance=data["V"],
+        look_variance=data["W"],
+    )
+    posts = np.concatenate([first, data["values"]], axis=1)[..., None]
+    noise = np.append(W0, data["R"])[:, None]
+    plain = run_filter(
+        start(3.0),
+        data["commands"],
+        np.concatenate([posts, data["looks"]], axis=2),
+        motion_variance=data["V"],
+        look_variance=np.concatenate([noise, data["W"]], axis=1),
+    )
+    relative = np.insert(np.eye(n + 2)[[0, *range(2, n + 2)]], 0, 0.0, axis=0)[1:]
+    relative[:, 1] = -1.0  # vehicle and landmarks, counted from the anchor
+    np.testing.assert_allclose(plain.means @ relative.T, anchored.means, atol=1e-9)
+    np.testing.assert_allclose(relative @ plain.covs @ relative.T, anchored.covs, atol=1e-9)
+
+
+@given(st.integers(1, 8), st.integers(1, 12), st.integers(0, 2**31))
+@settings(max_examples=25)
+def test_a_reference_gives_every_term_of_the_information_full_rank(n, steps, seed):
+    data = referenced_data(n, steps, seed)
+    run = referenced(data, -1)
+    H = Reference(-1, data["values"], data["R"]).matrix(n)
+    for S in run.innovation_covs[0]:
+        J = fisher_information(H, S[None])[-1]
+        assert scale_free_rank(J) == n + 1
+        assert np.linalg.det(J) == pytest.approx(1 / np.linalg.det(S), rel=1e-8)
+        row = np.linalg.inv(S).sum(axis=0)  # sums over all measurements, the anchor's included
+        np.testing.assert_allclose(J[0], np.append(row.sum(), -row[1:]), atol=1e-9 * J.max())
+
+
 LOOKS, COMMANDS = np.zeros((2, 4, 3)), np.zeros(3)
 NEGATIVE = np.array([0.1, -0.2, 0.1])
 
@@ -379,10 +502,23 @@ def run(**changes):
     return run_filter(**(arguments | changes))
 
 
+def watched(values, variance, **changes):
+    noise = {"motion_variance": 1.0, "look_variance": 1.0} | changes
+    return run_referenced(start(), COMMANDS, LOOKS, Reference(1, values, variance), **noise)
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [
         (lambda: sensor_matrix(0), "at least 1 landmark, got 0"),
+        (lambda: Reference(0, np.zeros((1, 3)), 1.0), "sign must be -1 .* got 0"),
+        (lambda: Reference(1, np.zeros(3), 1.0), r"values must be \(runs, steps\), got \(3,\)"),
+        (lambda: Reference(1, np.full((1, 3), np.inf), 1.0), "values must be finite, got 3 of 3"),
+        (lambda: Reference(1, np.zeros((1, 3)), -0.5), "variance must not be negative, got -0.5"),
+        (lambda: Reference(1, np.zeros((1, 3)), 1.0, np.nan), "position must be finite"),
+        (lambda: watched(np.zeros((2, 4)), 1.0), r"values \(2, 3\), got \(2, 4\)"),
+        (lambda: watched(np.zeros((2, 3)), np.ones(4)), r"reference must broadcast to \(3,\)"),
+        (lambda: watched(np.zeros((2, 3)), 0.0, look_variance=0.0), "singular"),
         (lambda: sensor_matrix(-2), "at least 1 landmark, got -2"),
         (lambda: motion(0.0, -1.0, 1), "motion_variance must not be negative, got -1"),
         (lambda: motion(np.nan, 1.0, 1), "shift must be finite"),

@@ -5,11 +5,11 @@ puts the landmarks into the map; every later step first moves (predict), then lo
 
 References
 ----------
-Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2, eqs (1) to (18), Figs 3 and 4.
+Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2, eqs (1) to (23), Figs 3 to 6.
 """
 
 from dataclasses import dataclass
-from typing import no_type_check
+from typing import Literal, no_type_check
 
 import numpy as np
 from jaxtyping import Float
@@ -121,11 +121,72 @@ def first_look(
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Reference:
+    r"""A sensor that ties the rail to the world: :math:`z^{(0)} = s\,(r - a) + w^{(0)}`.
+
+    Parameters
+    ----------
+    sign
+        :math:`s`: −1 if the vehicle measures its distance to an anchor at :math:`a`, eq. (20);
+        +1 if a fixed sensor at :math:`a` measures the vehicle, eq. (23).
+    values : (runs, steps)
+        :math:`z^{(0)}` after each move, m.
+    variance : number, (steps,) or (runs, steps)
+        Its noise, m².
+    position
+        :math:`a`, m, where the filter believes anchor or sensor to stand.
+
+    Raises
+    ------
+    ValueError
+        If the sign is another number, a value or the position is not finite, or a variance is
+        negative.
+
+    References
+    ----------
+    Andrade-Cetto, eqs (20) and (23).
+    """
+
+    sign: Literal[-1, 1]
+    values: Float[np.ndarray, "runs steps"]
+    variance: VarianceLike
+    position: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.sign not in (-1, 1):
+            raise ValueError(f"sign must be -1 (anchor) or 1 (external sensor), got {self.sign}")
+        values = np.asarray(self.values, dtype=float)
+        if values.ndim != 2:
+            raise ValueError(f"values must be (runs, steps), got {values.shape}")
+        check_finite("values", values)
+        check_finite("position", np.asarray(self.position, dtype=float))
+        _check_variances("variance", np.asarray(self.variance, dtype=float))
+        object.__setattr__(self, "values", values)
+
+    def matrix(self, landmarks: int) -> Float[np.ndarray, "rows states"]:
+        r"""Return the measurement matrix with the row of the reference on top.
+
+        .. math:: H = \begin{bmatrix} s & \mathbf 0 \\ -\mathbf 1 & I \end{bmatrix}
+
+        Parameters
+        ----------
+        landmarks
+            Number n of landmarks, at least 1.
+
+        Returns
+        -------
+        (n + 1, n + 1)
+        """
+        return np.vstack([self.sign * np.eye(landmarks + 1)[0], sensor_matrix(landmarks)])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class MonobotRun:
     """What the filter believed, step by step, in a batch of runs.
 
     Covariances do not depend on the data. If the noise is the same for all runs they are stored
-    once: their leading axis is 1 and broadcasts against the runs.
+    once: their leading axis is 1 and broadcasts against the runs. A measurement has m = n rows, or
+    m = n + 1 with a reference, whose row comes first.
 
     Parameters
     ----------
@@ -133,19 +194,19 @@ class MonobotRun:
         Estimates after each look, m; step 0 is the first look.
     covs : (runs or 1, steps + 1, n + 1, n + 1)
         Their covariances, m².
-    innovations : (runs, steps, n)
+    innovations : (runs, steps, m)
         Measured minus expected distances, m.
-    innovation_covs : (runs or 1, steps, n, n)
+    innovation_covs : (runs or 1, steps, m, m)
         :math:`S`, eq. (8).
-    gains : (runs or 1, steps, n + 1, n)
+    gains : (runs or 1, steps, n + 1, m)
         :math:`K`, eq. (7).
     """
 
     means: Float[np.ndarray, "runs looks states"]
     covs: Float[np.ndarray, "covs looks states states"]
-    innovations: Float[np.ndarray, "runs steps n"]
-    innovation_covs: Float[np.ndarray, "covs steps n n"]
-    gains: Float[np.ndarray, "covs steps states n"]
+    innovations: Float[np.ndarray, "runs steps m"]
+    innovation_covs: Float[np.ndarray, "covs steps m m"]
+    gains: Float[np.ndarray, "covs steps states m"]
 
     @property
     def deviations(self) -> Float[np.ndarray, "covs looks states"]:
@@ -213,14 +274,77 @@ def run_filter_stepwise(
     Parameters, returns and errors are those of :func:`run_filter`.
     """
     start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
-    n = looks.shape[-1]
-    belief = first_look(start, looks[:, 0], W[:, 0])
+    matrix, noise = sensor_matrix(looks.shape[-1]), W[:, 1:]
+    return _stepwise(first_look(start, looks[:, 0], W[:, 0]), commands, V, matrix, noise, looks)
+
+
+def run_referenced(
+    start: Gaussian,
+    commands: Float[np.ndarray, "steps"],
+    looks: Float[np.ndarray, "runs looks n"],
+    reference: Reference,
+    *,
+    motion_variance: VarianceLike,
+    look_variance: VarianceLike,
+) -> MonobotRun:
+    """Run the filter over many runs at once, with an anchor or an external sensor after each move.
+
+    The first look is that of :func:`run_filter`: all maps begin with the same landmarks, and the
+    reference speaks from the first move on.
+
+    Parameters
+    ----------
+    start, commands, looks, motion_variance, look_variance
+        As in :func:`run_filter`.
+    reference
+        What else is measured after each move.
+
+    Returns
+    -------
+    MonobotRun
+        With n + 1 innovations a step, that of the reference first.
+
+    Raises
+    ------
+    ValueError
+        As :func:`run_filter`, or if the reference is of other runs or steps.
+
+    References
+    ----------
+    Andrade-Cetto, eqs (19), (20) and (23).
+    """
+    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
+    runs, steps = looks.shape[0], commands.size
+    if reference.values.shape != (runs, steps):
+        shape = reference.values.shape
+        raise ValueError(f"reference must have values ({runs}, {steps}), got {shape}")
+    own = _per_run("variance of the reference", reference.variance, (steps,), runs)
+    batch = max(len(own), len(W))
+    noise = np.empty((batch, steps, looks.shape[2] + 1))
+    noise[..., 0], noise[..., 1:] = own, W[:, 1:]
+    values = reference.values + reference.sign * reference.position
+    stacked = np.insert(looks, 0, np.insert(values, 0, 0.0, axis=1), axis=2)
+    matrix, belief = reference.matrix(looks.shape[2]), first_look(start, looks[:, 0], W[:, 0])
+    return _stepwise(belief, commands, V, matrix, noise, stacked)
+
+
+def _stepwise(
+    belief: Gaussian,
+    commands: np.ndarray,
+    V: np.ndarray,
+    matrix: np.ndarray,
+    noise: np.ndarray,
+    looks: np.ndarray,
+) -> MonobotRun:
+    """Move and look, step by step, from the belief after the first look."""
+    n = belief.mean.shape[-1] - 1
+    vehicle = np.eye(n + 1)[0]
     beliefs, infos = [belief], []
-    for k in range(1, looks.shape[1]):
-        noise = V[:, k - 1, None, None] * np.diag(np.eye(n + 1)[0])
-        moved = predict(belief, Motion(np.eye(n + 1), noise, commands[k - 1] * np.eye(n + 1)[0]))
-        sensor = Sensor(sensor_matrix(n), W[:, k, :, None] * np.eye(n))
-        belief, info = update(moved, looks[:, k], sensor)
+    for k, command in enumerate(commands):
+        slip = V[:, k, None, None] * np.outer(vehicle, vehicle)
+        moved = predict(belief, Motion(np.eye(n + 1), slip, command * vehicle))  # eq. (19)
+        sensor = Sensor(matrix, noise[:, k, :, None] * np.eye(len(matrix)))
+        belief, info = update(moved, looks[:, k + 1], sensor)
         beliefs.append(belief)
         infos.append(info)
     return MonobotRun(

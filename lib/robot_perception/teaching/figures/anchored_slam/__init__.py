@@ -1,0 +1,1 @@
+"""Drawings of the chapter "Anchored SLAM", one module per study."""

@@ -1,0 +1,208 @@
+"""Figs 5 and 6: worlds against filters, closed forms, claims, and the pictures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from scipy import stats
+
+from robot_perception.evaluation.consistency import average_bounds, normalised_squared
+from robot_perception.experiments import monobot
+from robot_perception.experiments.anchored_slam import rails
+from robot_perception.experiments.anchored_slam.rails import CLAIMS, FIG5, FIG6, Config
+from robot_perception.experiments.monobot import FIG3, FIG4
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.anchored_slam import rails as draw
+
+RNG = np.random.default_rng
+RUNS = 400
+
+
+def study(config, seed=0, **changes):
+    base = replace(config.base, **({"runs": RUNS} | changes))
+    return rails.run(replace(config, base=base), rng=RNG(seed))
+
+
+@pytest.mark.parametrize("config", [FIG5, FIG6], ids=["fig5", "fig6"])
+@pytest.mark.parametrize("landmarks", [1, 3])
+def test_errors_and_innovations_are_as_large_as_the_filter_says(config, landmarks):
+    result = study(config, landmarks=landmarks)
+    errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
+    low, high = average_bounds(landmarks + 1, RUNS, 1 - 1e-4)
+    for look in (0, 1, 7, 25, 100):
+        nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
+        assert low < nees.mean() < high, f"look {look}"
+    nis = normalised_squared(result.filtered.innovations, result.filtered.innovation_covs[0])
+    low, high = average_bounds(landmarks + 1, nis.size, 1 - 1e-4)
+    assert low < nis.mean() < high
+
+
+def test_figures_share_their_worlds_and_their_first_look():
+    four, five, six = rails.figures(rng=RNG(3)).values()
+    alone = monobot.run(FIG4, rng=RNG(3))
+    np.testing.assert_array_equal(four.filtered.means, alone.filtered.means)
+    np.testing.assert_array_equal(five.first_errors, four.first_errors)
+    np.testing.assert_array_equal(six.world.positions, four.world.positions)
+    assert rails.panel(five, 0)["gains"].shape == rails.panel(four, 0)["gains"].shape
+
+
+def test_gain_drawn_is_that_of_the_landmarks_own_innovation():
+    result = rails.figures(rng=RNG(3))["Fig. 5: anchor"]
+    gains = rails.panel(result, 0)["gains"]
+    np.testing.assert_array_equal(gains[:, 1], result.filtered.gains[0, :, 1, 1])
+    assert np.all(gains[:, 1] > 0)
+
+
+def test_configurations_hold_what_the_captions_print():
+    assert (FIG5.position, FIG5.base, FIG6.base) == (0.0, FIG4, FIG4)
+    distance = np.abs(FIG4.plan[1:])
+    np.testing.assert_allclose(FIG5.deviations, 0.01 + FIG4.look_share * distance)
+    np.testing.assert_allclose(FIG6.deviations, 0.1)
+
+
+@pytest.mark.parametrize("config", [Config(), FIG5, FIG6], ids=["fig4", "fig5", "fig6"])
+def test_share_left_is_how_much_of_the_first_error_is_still_there(config):
+    """Slope and squared correlation, measured, against the covariances."""
+    result = study(config, runs=4000, seed=5)
+    first, last = result.first_errors[:, 0], result.last_errors[:, 0]
+    share = rails.remaining_shares(config)[-1]
+    fit = stats.linregress(first, last)
+    assert abs(fit.slope - share) < 4 * fit.stderr
+    r = rails.correlation(first, last)
+    assert r.estimate == pytest.approx(fit.rvalue)
+    z = abs(np.arctanh(fit.rvalue) - np.arctanh(np.sqrt(share))) * np.sqrt(3997)
+    assert z < 4
+
+
+def test_interval_of_a_correlation_covers_as_often_as_it_says():
+    rng, rho, n = RNG(0), 0.6, 50
+    x = rng.standard_normal((2000, n))
+    y = rho * x + np.sqrt(1 - rho**2) * rng.standard_normal((2000, n))
+    inside = sum(
+        i.low < rho < i.high for i in (rails.correlation(a, b) for a, b in zip(x, y, strict=True))
+    )
+    low, high = stats.binom.ppf([1e-4, 1 - 1e-4], 2000, 0.95)
+    assert low - 10 <= inside <= high + 10  # Fisher's z is normal only up to 1/n
+
+
+def test_anchored_map_is_the_relative_map():
+    anchored, relative = rails.anchored_and_relative(20, rng=RNG(4))
+    np.testing.assert_allclose(anchored, relative, atol=1e-12)
+    assert np.abs(np.diff(anchored, axis=1)).max() > 0.01  # the estimates do move
+
+
+@pytest.mark.parametrize("reference", ["anchor", "external sensor"])
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_information_in_symbols(n, reference):
+    """Determinant by Cauchy–Binet, and positive definite wherever S is, by Sylvester's minors."""
+    J, weights = rails.symbolic_information(n, reference)
+    assert sympy.expand(J.det(method="berkowitz") - weights.det(method="berkowitz")) == 0
+    rng = RNG(n)
+    A = rng.normal(size=(n + 1, n + 1))
+    S = A @ A.T + np.eye(n + 1)
+    inverse = np.linalg.inv(S)
+    values = {weights[i, j]: inverse[i, j] for i in range(n + 1) for j in range(n + 1)}
+    number = np.array(J.subs(values), dtype=float)
+    H = np.vstack([np.eye(n + 1)[0] * (-1 if reference == "anchor" else 1), 0 * A[1:]])
+    H[1:, 0], H[1:, 1:] = -1, np.eye(n)
+    np.testing.assert_allclose(number, H.T @ inverse @ H, atol=1e-12)
+    assert np.linalg.eigvalsh(number)[0] > 0
+
+
+def test_information_without_a_reference_is_singular_in_symbols():
+    J, _ = rails.symbolic_information(2, "none")
+    assert J.applyfunc(sympy.expand) * sympy.ones(3, 1) == sympy.zeros(3, 1)
+
+
+def test_information_on_the_start_is_what_least_squares_says():
+    """Oracle: invert the joint information of the whole run, without any prior on the start."""
+    steps = 6
+    base = replace(FIG3, steps=steps)
+    config = Config(base, "anchor", deviation=0.7)
+    eye = np.eye(steps + 2)  # positions 0 … steps, landmark
+    total = np.zeros_like(eye)
+    for k in range(steps):
+        total += np.outer(eye[k + 1] - eye[k], eye[k + 1] - eye[k])
+        total += np.outer(eye[k + 1], eye[k + 1]) / 0.49
+        total += np.outer(eye[-1] - eye[k + 1], eye[-1] - eye[k + 1])
+    kept = np.ix_([0, steps + 1], [0, steps + 1])
+    marginal = np.linalg.inv(np.linalg.inv(total)[kept])
+    np.testing.assert_allclose(rails.information_on_start(config)[-1], marginal, rtol=1e-9)
+
+
+def test_a_misplaced_anchor_moves_the_map_and_the_innovations_fall_silent():
+    result = study(replace(FIG5, misplaced=0.1))
+    last = result.last_errors[:, 0]
+    assert abs(last.mean() - 0.1) < 4 * stats.sem(last) + 0.001
+    late = result.filtered.innovations[:, 50:]
+    nis = normalised_squared(late, result.filtered.innovation_covs[0, 50:])
+    low, high = average_bounds(2, nis.size, 1 - 1e-4)
+    assert low < nis.mean() < high
+
+
+# Claims
+
+
+@pytest.fixture(scope="module")
+def entries():
+    return {claim.id: claim.run("quick") for claim in CLAIMS}
+
+
+def test_verdicts(entries):
+    assert {key: entry.verdict for key, entry in entries.items()} == {
+        "anchor-full-rank": "reproduced",
+        "anchor-unbiased": "reproduced",
+        "external-sensor": "reproduced",
+    }
+
+
+def test_the_filter_without_a_reference_would_fail_the_claim(entries):
+    claim = next(c for c in CLAIMS if c.id == "anchor-unbiased")
+    plain = entries[claim.id].evidence["the same without a reference"]
+    assert plain["low"] > claim.accepted.high
+
+
+def test_without_the_anchor_a_rank_is_missing(entries):
+    evidence = entries["anchor-full-rank"].evidence
+    assert evidence["missing ranks without the anchor, n = 1"]["estimate"] == 1
+    hundred, twice = (
+        evidence[f"information on the start: landmark, {k} looks"]["estimate"] for k in (100, 200)
+    )
+    assert twice / hundred == pytest.approx(2, rel=0.01)
+
+
+def test_dependence_falls_like_one_over_the_looks(entries):
+    for key in ("anchor-unbiased", "external-sensor"):
+        name = "exponent of the explained share against the looks, by the covariances"
+        assert entries[key].evidence[name]["estimate"] == pytest.approx(-1, abs=0.01)
+
+
+# Pictures
+
+
+def test_side_by_side_draws_the_same_scales_and_stays_finite():
+    _, axes = figure(4, 3, width=7.2, height=7.2)
+    panels = {n: rails.panel(r, 0) for n, r in rails.figures(rng=RNG(1)).items()}
+    draw.side_by_side(axes, panels)
+    for row in axes:
+        assert len({ax.get_ylim() for ax in row}) == 1
+        for ax in row:
+            for line in ax.lines:
+                assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).all()
+    error = axes[2, 1].lines[0].get_ydata()
+    np.testing.assert_allclose(error, panels["Fig. 5: anchor"]["means"][:, 1] - 1.0)
+
+
+def test_every_setting_of_the_explorer_fits_its_axes():
+    _, axes = figure(2, 1, height=5.0)
+    results = rails.studies(rng=RNG(7))
+    assert len(results) == 27
+    for result in results.values():
+        errors, gains = result.landmark_errors[..., 0], result.filtered.gains[0, :, :, -1]
+        draw.fan_and_gains(axes, errors, result.filtered.deviations[0, :, 1], gains, reach=0.6)
+        assert np.abs(errors).max() < 0.6
+        assert -0.5 < gains.min() <= gains.max() < 1
+    exact = results["anchor", 0.1, 0.0], results["external sensor", 0.1, 0.0]
+    np.testing.assert_array_equal(exact[0].filtered.covs, exact[1].filtered.covs)
+    assert not np.allclose(exact[0].last_errors, exact[1].last_errors)
