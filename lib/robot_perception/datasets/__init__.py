@@ -14,6 +14,7 @@ from robot_perception.datasets.entries import (
 )
 from robot_perception.datasets.graph import GraphLog, read_graph_log
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport, SkippedLines
+from robot_perception.datasets.mrclam import Mrclam, read_mrclam
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.store import (
     DatasetMissing,
@@ -24,6 +25,12 @@ from robot_perception.datasets.store import (
     path,
     status,
 )
+from robot_perception.datasets.victoria import (
+    LandmarkGraph,
+    read_fixes,
+    read_landmark_graph,
+    read_vehicle,
+)
 
 __all__ = [
     "CorruptLog",
@@ -33,7 +40,9 @@ __all__ = [
     "DownloadError",
     "FileStatus",
     "GraphLog",
+    "LandmarkGraph",
     "LaserLog",
+    "Mrclam",
     "Origin",
     "ReadReport",
     "Relations",
@@ -44,8 +53,12 @@ __all__ = [
     "find",
     "path",
     "read_carmen_log",
+    "read_fixes",
     "read_graph_log",
+    "read_landmark_graph",
+    "read_mrclam",
     "read_relations",
+    "read_vehicle",
     "registry",
     "status",
 ]

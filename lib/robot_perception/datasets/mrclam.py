@@ -1,0 +1,393 @@
+"""The UTIAS multi-robot recordings: wheels, barcodes seen by camera, and motion-capture truth."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from robot_perception.beliefs import check_finite
+from robot_perception.datasets import logs
+from robot_perception.datasets.logs import CorruptLog, ReadReport, Recording, Tally
+from robot_perception.geometry import wrap_angle
+
+ROBOTS = (1, 2, 3, 4, 5)
+
+NOT_A_NUMBER = "a subject or barcode is not a positive integer"
+REPEATED_SUBJECT = "names a subject or barcode a second time"
+BACKWARDS = "its time lies before that of an earlier line"
+SAME_TIME = "has the time of an earlier line"
+SEEN_TWICE = "sees a barcode a second time in one image"
+NO_RANGE = "a range is not positive"
+NO_DEVIATION = "a standard deviation is negative"
+
+Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
+"""Why rows are bad, and which of a table are."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SurveyedLandmarks:
+    """Landmarks at positions measured by motion capture.
+
+    Parameters
+    ----------
+    ids : (n,)
+        Subject numbers, rising.
+    positions : (n, 2)
+        x, y in m.
+    sigmas : (n, 2)
+        Stated standard deviations of x and y, m.
+    """
+
+    ids: Int[np.ndarray, " n"]
+    positions: Float[np.ndarray, "n 2"]
+    sigmas: Float[np.ndarray, "n 2"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HeldCommands:
+    """Pieces of constant velocity between given times.
+
+    Parameters
+    ----------
+    velocities : (pieces, 2)
+        Forward speed in m/s and turn rate in rad/s.
+    durations : (pieces,)
+        s, all positive.
+    cuts : (pieces,)
+        Which of the given times the interval of a piece ends at: 1 for the first interval.
+    """
+
+    velocities: Float[np.ndarray, "pieces 2"]
+    durations: Float[np.ndarray, " pieces"]
+    cuts: Int[np.ndarray, " pieces"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Commands:
+    """Velocities a robot logged, each held until the next.
+
+    Parameters
+    ----------
+    times : (k,)
+        s, never falling.
+    velocities : (k, 2)
+        Forward speed in m/s and turn rate in rad/s.
+    """
+
+    times: Float[np.ndarray, " k"]
+    velocities: Float[np.ndarray, "k 2"]
+
+    def hold(self, cuts: Float[np.ndarray, " m"]) -> HeldCommands:
+        """Return the velocities between given times, equal neighbours joined.
+
+        No piece reaches across one of the times, so that a measurement can be used at its own.
+
+        Parameters
+        ----------
+        cuts : (m,)
+            Rising times in s, from the first logged one to the last.
+
+        Raises
+        ------
+        ValueError
+            If the times do not rise or nothing is logged there.
+        """
+        cuts = np.asarray(cuts, dtype=float)
+        if cuts.ndim != 1 or len(cuts) < 2 or not (np.diff(cuts) > 0).all():
+            raise ValueError(f"cuts must be two or more rising times, got {cuts.shape}: {cuts[:3]}")
+        if cuts[0] < self.times[0] or cuts[-1] > self.times[-1]:
+            raise ValueError(
+                f"velocities are logged from {self.times[0]:.3f} to {self.times[-1]:.3f} s, "
+                f"not from {cuts[0]:.3f} to {cuts[-1]:.3f} s"
+            )
+        changes = np.any(np.diff(self.velocities, axis=0) != 0, axis=1)
+        changed = self.times[1:][changes]
+        inside = changed[(changed > cuts[0]) & (changed < cuts[-1])]
+        edges = np.union1d(inside, cuts)
+        # of several lines with one time, the last is what holds
+        row = np.searchsorted(self.times, edges[:-1], side="right") - 1
+        return HeldCommands(
+            self.velocities[row], np.diff(edges), np.searchsorted(cuts, edges[1:], side="left")
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sightings:
+    """Subjects seen by a robot's camera; several may share one image and its time.
+
+    Parameters
+    ----------
+    times : (m,)
+        s, never falling.
+    subjects : (m,)
+        Who was seen.
+    values : (m, 2)
+        Range in m and bearing in rad, counter-clockwise from straight ahead.
+    """
+
+    times: Float[np.ndarray, " m"]
+    subjects: Int[np.ndarray, " m"]
+    values: Float[np.ndarray, "m 2"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Track:
+    """Poses of a robot by motion capture.
+
+    Parameters
+    ----------
+    times : (k,)
+        s, rising.
+    poses : (k, 3)
+        x, y in m and heading in rad.
+    """
+
+    times: Float[np.ndarray, " k"]
+    poses: Float[np.ndarray, "k 3"]
+
+    def at(
+        self, times: Float[np.ndarray, " m"], *, longest_gap: float
+    ) -> tuple[Float[np.ndarray, "m 3"], Bool[np.ndarray, " m"]]:
+        """Return the poses at given times, positions by straight lines, headings by the short way.
+
+        Parameters
+        ----------
+        times : (m,)
+            s, in any order.
+        longest_gap
+            A gap between two poses that is longer than this, in s, is not bridged.
+
+        Returns
+        -------
+        poses : (m, 3)
+            NaN where not covered: nothing is extrapolated.
+        covered : (m,)
+            Whether a time lies on the track and in no longer gap.
+
+        Raises
+        ------
+        ValueError
+            If a time is not finite or the gap is not positive.
+        """
+        times = np.asarray(times, dtype=float)
+        check_finite("times", times)
+        if not longest_gap > 0:
+            raise ValueError(f"longest_gap must be positive, got {longest_gap}")
+        last = len(self.times) - 1
+        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), last)
+        before = np.maximum(after - 1, 0)  # of a track of one pose, that pose
+        gap = self.times[after] - self.times[before]
+        exact = (times == self.times[before]) | (times == self.times[after])
+        between = (times > self.times[before]) & (times < self.times[after])
+        covered = exact | (between & (gap <= longest_gap))
+        share = np.divide(times - self.times[before], gap, out=np.zeros_like(times), where=gap > 0)
+        step = self.poses[after] - self.poses[before]
+        step[:, 2] = wrap_angle(step[:, 2])
+        poses = self.poses[before] + share[:, None] * step
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        poses[~covered] = np.nan
+        return poses, covered
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MrclamRobot:
+    """What one robot logged and where it was.
+
+    Parameters
+    ----------
+    commands
+        Its wheels.
+    landmarks
+        Landmarks it saw.
+    robots
+        Other robots it saw.
+    unknown
+        How often each barcode that belongs to no subject was read; those sightings are left out.
+    truth
+        Its path by motion capture.
+    """
+
+    commands: Commands
+    landmarks: Sightings
+    robots: Sightings
+    unknown: Mapping[int, int]
+    truth: Track
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mrclam:
+    """One data set of the UTIAS multi-robot collection.
+
+    Parameters
+    ----------
+    landmarks
+        Where the landmarks are.
+    robots
+        The robots by number.
+    reports
+        What became of every line of every file.
+    """
+
+    landmarks: SurveyedLandmarks
+    robots: Mapping[int, MrclamRobot]
+    reports: tuple[ReadReport, ...]
+
+
+@dataclass(slots=True)
+class _Folder:
+    """Reads the tables of a folder and keeps the accounts."""
+
+    path: Path
+    strict: bool
+    allow_truncated: bool
+    reports: list[ReadReport]
+
+    def table(
+        self, name: str, what: str, columns: int, checks: Sequence[Check]
+    ) -> Float[np.ndarray, "rows columns"]:
+        """Return the rows of a file that pass the checks, each of which sees what passed before."""
+        recording = logs.read_recording(self.path / f"{name}.dat.gz")
+        tally = Tally(recording.path, self.strict)
+        numbers, rows = _parse(recording, tally, columns)
+        for reason, is_bad in checks:
+            bad = is_bad(rows)
+            for number in numbers[bad].tolist():
+                tally.skip(number, reason)
+            numbers, rows = numbers[~bad], rows[~bad]
+        tally.kept[what] = len(rows)
+        self.reports.append(
+            logs.close(recording, tally, allow_truncated=self.allow_truncated, what=what)
+        )
+        return rows
+
+
+def read_mrclam(
+    folder: str | Path, *, strict: bool = True, allow_truncated: bool = False
+) -> Mrclam:
+    """Read a data set of the UTIAS multi-robot collection, its files plain or gzip.
+
+    The files are ``Barcodes.dat`` (subject, barcode), ``Landmark_Groundtruth.dat`` (subject x y σx
+    σy) and for each of five robots ``RobotN_Odometry.dat`` (time v ω), ``RobotN_Measurement.dat``
+    (time barcode range bearing) and ``RobotN_Groundtruth.dat`` (time x y heading). Barcodes of no
+    known subject are counted (``unknown``); they are misreadings of the camera, not bad lines.
+
+    Parameters
+    ----------
+    folder
+        Where the files are.
+    strict
+        Raise at the first line that cannot be read or goes back in time; else such lines are left
+        out, counted and reported. A filter cannot tell a missing line from a pause, so this reader
+        is strict unless told otherwise.
+    allow_truncated
+        Accept damaged gzip files and return what stands complete before the damage.
+
+    Returns
+    -------
+    Mrclam
+
+    Raises
+    ------
+    CorruptLog
+        If a file is empty, damaged or not what its name says, or (``strict``) a line is bad; the
+        message names file and line.
+    FileNotFoundError
+        If a file is missing.
+
+    References
+    ----------
+    Leung, Halpern, Barfoot and Liu, "The UTIAS multi-robot cooperative localization and mapping
+    dataset", International Journal of Robotics Research 30(8), 2011, doi:10.1177/0278364911398404.
+    """
+    files = _Folder(Path(folder), strict, allow_truncated, [])
+    codes = files.table("Barcodes", "barcode", 2, BARCODES)
+    subjects = {int(barcode): int(subject) for subject, barcode in codes}
+    survey = files.table("Landmark_Groundtruth", "landmark", 5, LANDMARKS)
+    survey = survey[np.argsort(survey[:, 0])]
+    landmarks = SurveyedLandmarks(survey[:, 0].astype(int), survey[:, 1:3], survey[:, 3:])
+    lost = set(subjects.values()) - set(ROBOTS) - set(landmarks.ids.tolist())
+    if lost:
+        raise CorruptLog(f"{files.path}: subjects {sorted(lost)} have a barcode and no position")
+    robots = {number: _read_robot(files, number, subjects) for number in ROBOTS}
+    return Mrclam(landmarks, MappingProxyType(robots), tuple(files.reports))
+
+
+def _read_robot(files: _Folder, number: int, subjects: Mapping[int, int]) -> MrclamRobot:
+    """Read the three files of a robot."""
+    wheels = files.table(f"Robot{number}_Odometry", "odometry", 3, COMMANDS)
+    seen = files.table(f"Robot{number}_Measurement", "measurement", 4, MEASUREMENTS)
+    truth = files.table(f"Robot{number}_Groundtruth", "pose", 4, TRUTH)
+    who = np.array([subjects.get(int(barcode), 0) for barcode in seen[:, 1]])
+    is_robot = np.isin(who, ROBOTS)
+    codes, counts = np.unique(seen[who == 0, 1].astype(int), return_counts=True)
+    return MrclamRobot(
+        Commands(wheels[:, 0], wheels[:, 1:]),
+        *(
+            Sightings(seen[chosen, 0], who[chosen], seen[chosen, 2:])
+            for chosen in (~is_robot & (who > 0), is_robot)
+        ),
+        MappingProxyType(dict(zip(codes.tolist(), counts.tolist(), strict=True))),
+        Track(truth[:, 0], truth[:, 1:]),
+    )
+
+
+def _parse(
+    recording: Recording, tally: Tally, columns: int
+) -> tuple[Int[np.ndarray, " rows"], Float[np.ndarray, "rows columns"]]:
+    """Return the lines that are so many numbers, each with its line number."""
+    kept: list[tuple[int, list[bytes]]] = []
+    for number, tokens in logs.text_lines(recording, tally):
+        if len(tokens) == columns:
+            kept.append((number, tokens))
+        else:
+            tally.skip(number, logs.wrong_length(tokens, columns) or "")
+    values = _numbers(kept)
+    if values is None:  # one word of all the lines is no number: find it
+        bad = [number for number, tokens in kept if logs.numbers(tokens) is None]
+        for number in bad:
+            tally.skip(number, logs.NOT_NUMBERS)
+        kept = [(number, tokens) for number, tokens in kept if number not in bad]
+        values = _numbers(kept)
+    return np.array([number for number, _ in kept], dtype=int), values.reshape(-1, columns)
+
+
+def _numbers(lines: list[tuple[int, list[bytes]]]) -> Float[np.ndarray, " words"] | None:
+    return logs.numbers([token for _, tokens in lines for token in tokens])
+
+
+def _repeats(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
+    """Tell which rows repeat an earlier one."""
+    bad = np.ones(len(rows), dtype=bool)
+    bad[np.unique(rows, axis=0, return_index=True)[1]] = False
+    return bad
+
+
+def _is_no_count(values: np.ndarray) -> Bool[np.ndarray, " rows"]:
+    return ((values < 1) | (values != np.floor(values))).any(axis=1)
+
+
+FINITE = (logs.NOT_FINITE, lambda rows: ~np.isfinite(rows).all(axis=1))
+IN_ORDER = (BACKWARDS, lambda rows: rows[:, 0] < np.maximum.accumulate(rows[:, 0]))
+BARCODES = (
+    FINITE,
+    (NOT_A_NUMBER, _is_no_count),
+    (REPEATED_SUBJECT, lambda rows: _repeats(rows[:, :1]) | _repeats(rows[:, 1:])),
+)
+LANDMARKS = (
+    FINITE,
+    (NOT_A_NUMBER, lambda rows: _is_no_count(rows[:, :1])),
+    (REPEATED_SUBJECT, lambda rows: _repeats(rows[:, :1])),
+    (NO_DEVIATION, lambda rows: (rows[:, 3:] < 0).any(axis=1)),
+)
+COMMANDS = (FINITE, IN_ORDER)
+MEASUREMENTS = (
+    FINITE,
+    (NOT_A_NUMBER, lambda rows: _is_no_count(rows[:, 1:2])),
+    (NO_RANGE, lambda rows: rows[:, 2] <= 0),
+    IN_ORDER,
+    (SEEN_TWICE, lambda rows: _repeats(rows[:, :2])),
+)
+TRUTH = (FINITE, IN_ORDER, (SAME_TIME, lambda rows: _repeats(rows[:, :1])))

@@ -1,0 +1,260 @@
+"""MRCLAM folders: read back, misread barcodes counted, damage named with file and line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robot_perception import datasets
+from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
+from robot_perception.datasets.mrclam import Commands, Track
+from robot_perception.geometry import wrap_angle
+from tests.datasets.writing import write
+from tests.unchecked import unchecked
+
+HEADER = b"# Time [s]    x [m]"
+FILES = {
+    "Barcodes": [b"1 5", b"2 14", b"3 41", b"4 32", b"5 23", b"6 63", b"7 81"],
+    "Landmark_Groundtruth": [b"7 2.5 -1.0 0.0003 0.0001", b"6 1.5 -4.25 0.0001 0.0002"],
+    "Odometry": [b"10.0 0.5 0.1", b"10.5 0.5 0.1", b"11.0 0.25 0.0"],
+    "Measurement": [b"10.25 63 2.0 0.5", b"10.25 90 1.0 0.0", b"10.5 14 3.0 -0.5"],
+    "Groundtruth": [b"10.0 0.0 0.0 3.1", b"11.0 2.0 4.0 -3.1"],
+}
+
+
+def folder(path, *, suffix=".dat.gz", **changes):
+    """Write a small data set, with other lines in the files named (of robot 2)."""
+    for name, lines in FILES.items():
+        if name in {"Barcodes", "Landmark_Groundtruth"}:
+            write(path / f"{name}{suffix}", [HEADER, *changes.get(name, lines)])
+            continue
+        for robot in mrclam.ROBOTS:
+            mine = changes.get(name, lines) if robot == 2 else lines
+            write(path / f"Robot{robot}_{name}{suffix}", [HEADER, *mine])
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".dat", ".dat.gz"])
+def test_every_number_is_read_back(tmp_path, suffix):
+    data = read_mrclam(folder(tmp_path, suffix=suffix))
+    np.testing.assert_array_equal(data.landmarks.ids, [6, 7])
+    np.testing.assert_array_equal(data.landmarks.positions, [[1.5, -4.25], [2.5, -1.0]])
+    np.testing.assert_array_equal(data.landmarks.sigmas, [[1e-4, 2e-4], [3e-4, 1e-4]])
+    assert tuple(data.robots) == mrclam.ROBOTS
+    robot = data.robots[3]
+    np.testing.assert_array_equal(robot.commands.times, [10, 10.5, 11])
+    np.testing.assert_array_equal(robot.commands.velocities, [[0.5, 0.1], [0.5, 0.1], [0.25, 0]])
+    np.testing.assert_array_equal(robot.truth.poses, [[0, 0, 3.1], [2, 4, -3.1]])
+    assert len(data.reports) == 17
+    assert all(report.others == {"#": 1} for report in data.reports)
+
+
+def test_robots_landmarks_and_misread_barcodes_are_kept_apart(tmp_path):
+    robot = read_mrclam(folder(tmp_path)).robots[1]
+    np.testing.assert_array_equal(robot.landmarks.subjects, [6])
+    np.testing.assert_array_equal(robot.landmarks.values, [[2.0, 0.5]])
+    np.testing.assert_array_equal(robot.robots.subjects, [2])
+    np.testing.assert_array_equal(robot.robots.times, [10.5])
+    assert robot.unknown == {90: 1}
+
+
+BAD_LINES = [
+    ("Barcodes", b"8 63", mrclam.REPEATED_SUBJECT),
+    ("Barcodes", b"8.5 99", mrclam.NOT_A_NUMBER),
+    ("Landmark_Groundtruth", b"6 0 0 0 0", mrclam.REPEATED_SUBJECT),
+    ("Landmark_Groundtruth", b"8 0 0 -1 0", mrclam.NO_DEVIATION),
+    ("Landmark_Groundtruth", b"-8 0 0 0 0", mrclam.NOT_A_NUMBER),
+    ("Odometry", b"11.5 0.5", "fewer values"),
+    ("Odometry", b"11.5 0.5 0.1 0.1", "more values"),
+    ("Odometry", b"11.5 0.5 nan", "NaN or infinite"),
+    ("Odometry", b"11.5 0.5 left", "not a number"),
+    ("Odometry", b"10.75 0.5 0.1", mrclam.BACKWARDS),
+    ("Measurement", b"10.25 63 2.0 0.5", mrclam.BACKWARDS),
+    ("Measurement", b"10.5 14 2.9 -0.5", mrclam.SEEN_TWICE),
+    ("Measurement", b"10.75 63 0 0.5", mrclam.NO_RANGE),
+    ("Measurement", b"10.75 6.5 1 0.5", mrclam.NOT_A_NUMBER),
+    ("Measurement", b"10.75 63 inf 0.5", "NaN or infinite"),
+    ("Groundtruth", b"11.0 0 0 0", mrclam.SAME_TIME),
+    ("Groundtruth", b"9.0 0 0 0", mrclam.BACKWARDS),
+    ("Groundtruth", b"12.0 0 0 \xff", "not text"),
+]
+
+
+@pytest.mark.parametrize(("name", "line", "reason"), BAD_LINES)
+def test_bad_line_is_named_or_counted(tmp_path, name, line, reason):
+    lines = [*FILES[name], line]
+    folder(tmp_path, **{name: lines})
+    with pytest.raises(CorruptLog, match=rf"{name}\.dat\.gz, line {len(lines) + 1}: .*{reason}"):
+        read_mrclam(tmp_path)
+    data = read_mrclam(tmp_path, strict=False)
+    (report,) = [report for report in data.reports if report.skipped]
+    assert (report.skipped_lines, report.skipped[0].first) == (1, (len(lines) + 1,))
+    assert len(data.robots[2].commands.times) == len(FILES["Odometry"])
+    assert len(data.robots[2].truth.times) == len(FILES["Groundtruth"])
+
+
+def test_damaged_and_missing_files_are_named(tmp_path):
+    file = folder(tmp_path) / "Robot4_Odometry.dat.gz"
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-9])
+    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: gzip file cut short"):
+        read_mrclam(tmp_path)
+    assert read_mrclam(tmp_path, allow_truncated=True).reports[11].truncated
+    file.write_bytes(b"nothing like gzip")
+    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: not a gzip file"):
+        read_mrclam(tmp_path)
+    file.write_bytes(b"")
+    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: the file is empty"):
+        read_mrclam(tmp_path)
+    file.unlink()
+    with pytest.raises(FileNotFoundError, match=r"Robot4_Odometry"):
+        read_mrclam(tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"Barcodes"):
+        read_mrclam(tmp_path / "elsewhere")
+
+
+@given(cut=st.integers(1, 140), flip=st.integers(0, 139), value=st.integers(0, 255))
+@settings(max_examples=60)
+def test_no_damage_passes_unnoticed(tmp_path_factory, cut, flip, value):
+    """Whatever is cut off or changed in a compressed file: its name is in the error, or no harm."""
+    path = folder(tmp_path_factory.mktemp("damaged"))
+    expected = read_mrclam(path).robots[2].landmarks.values
+    file = path / "Robot2_Measurement.dat.gz"
+    content = bytearray(file.read_bytes())
+    content[flip % len(content)] = value
+    file.write_bytes(content[: max(1, len(content) - cut % len(content))] if cut % 2 else content)
+    try:
+        found = read_mrclam(path).robots[2].landmarks.values
+    except CorruptLog as error:
+        assert "Robot2_Measurement" in str(error)  # noqa: PT017 - either outcome is right
+    else:
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_a_subject_that_is_nowhere_is_an_error(tmp_path):
+    folder(tmp_path, Barcodes=[*FILES["Barcodes"], b"9 99"])
+    with pytest.raises(CorruptLog, match=r"subjects \[9\] have a barcode and no position"):
+        read_mrclam(tmp_path)
+
+
+# ---- truth at given times ------------------------------------------------------------------------
+
+
+def test_headings_take_the_short_way_and_nothing_is_extrapolated():
+    track = Track(np.array([0.0, 1, 5]), np.array([[0.0, 0, 3.1], [2, 4, -3.1], [2, 4, -3.1]]))
+    poses, covered = track.at(np.array([0.5, -0.1, 1.0, 3.0, 5.0, 5.1]), longest_gap=2.0)
+    np.testing.assert_array_equal(covered, [True, False, True, False, True, False])
+    np.testing.assert_allclose(poses[0], [1, 2, -np.pi])
+    assert np.isnan(poses[[1, 3, 5]]).all()
+    assert track.at(np.array([3.0]), longest_gap=4.0)[1].all()
+
+
+@given(st.integers(0, 2**31))
+def test_interpolation_agrees_with_numpy(seed):
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.uniform(0.01, 1, 20))
+    poses = np.cumsum(rng.normal(size=(20, 3)), axis=0)
+    wrapped = np.column_stack([poses[:, :2], wrap_angle(poses[:, 2])])
+    asked = rng.uniform(times[0], times[-1], 30)
+    found, covered = Track(times, wrapped).at(asked, longest_gap=2.0)
+    assert covered.all()
+    for column in range(2):
+        expected = np.interp(asked, times, poses[:, column])
+        np.testing.assert_allclose(found[:, column], expected, atol=1e-12)
+    turns = np.interp(asked, times, np.unwrap(wrapped[:, 2]))
+    np.testing.assert_allclose(wrap_angle(found[:, 2] - turns), 0, atol=1e-9)
+
+
+def test_track_of_one_pose_covers_its_own_time():
+    track = Track(np.array([2.0]), np.array([[1.0, 2, 3]]))
+    poses, covered = track.at(np.array([1.0, 2.0, 3.0]), longest_gap=1.0)
+    np.testing.assert_array_equal(covered, [False, True, False])
+    np.testing.assert_allclose(poses[1], [1, 2, 3])
+
+
+# ---- commands held between samples ---------------------------------------------------------------
+
+
+@given(st.integers(0, 2**31))
+def test_held_commands_cover_the_time_and_change_where_the_log_does(seed):
+    """Oracle: the velocity that holds in the middle of each piece, and at every cut an edge."""
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.integers(0, 3, 30)) / 4  # some lines share a time
+    commands = Commands(times, rng.integers(0, 2, (30, 2)).astype(float))
+    cuts = np.unique(rng.uniform(times[0], times[-1], 6))
+    cuts = np.unique(np.append(cuts, times[[0, -1]]))
+    if len(cuts) < 2:
+        return
+    held = commands.hold(cuts)
+    assert (held.durations > 0).all()
+    for cut in range(1, len(cuts)):
+        span = held.durations[held.cuts == cut].sum()
+        assert span == pytest.approx(cuts[cut] - cuts[cut - 1])
+    edges = cuts[0] + np.cumsum(held.durations)
+    for middle, velocity in zip(edges - held.durations / 2, held.velocities, strict=True):
+        row = max(i for i, time in enumerate(times) if time <= middle)
+        np.testing.assert_array_equal(velocity, commands.velocities[row])
+    assert len(held.durations) <= len(cuts) + len(times)
+
+
+def test_equal_commands_are_joined_but_never_across_a_cut():
+    commands = Commands(np.arange(5.0), np.array([[1.0, 0], [1, 0], [1, 0], [2, 0], [2, 0]]))
+    held = commands.hold(np.array([0.0, 1.5, 4.0]))
+    np.testing.assert_array_equal(held.durations, [1.5, 1.5, 1.0])
+    np.testing.assert_array_equal(held.velocities[:, 0], [1, 1, 2])
+    np.testing.assert_array_equal(held.cuts, [1, 2, 2])
+
+
+COMMANDS = Commands(np.array([0.0, 1.0]), np.zeros((2, 2)))
+TRACK = Track(np.array([0.0, 1.0]), np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: COMMANDS.hold(np.array([0.5])), "two or more rising times"),
+        (lambda: COMMANDS.hold(np.array([0.5, 0.5])), "two or more rising times"),
+        (lambda: COMMANDS.hold(np.array([0.5, np.nan])), "two or more rising times"),
+        (lambda: COMMANDS.hold(np.array([-1.0, 0.5])), "logged from 0.000 to 1.000 s, not from -1"),
+        (lambda: COMMANDS.hold(np.array([0.0, 2.0])), "not from 0.000 to 2.000 s"),
+        (lambda: TRACK.at(np.array([np.inf]), longest_gap=1.0), "times must be finite"),
+        (lambda: TRACK.at(np.array([0.5]), longest_gap=0.0), "longest_gap must be positive, got 0"),
+    ],
+)
+def test_bad_times_are_named(build, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        build()
+
+
+# ---- the recording -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def recording():
+    found = datasets.find("utias_mrclam_6")
+    if found is None:
+        pytest.skip("the recording utias_mrclam_6 is not on this computer")
+    return read_mrclam(Path(found))
+
+
+def test_recording_holds_what_is_known_of_it(recording):
+    counts = [len(robot.landmarks.times) for robot in recording.robots.values()]
+    assert counts == [1534, 3239, 4348, 2023, 4239]
+    unknown = {number: dict(robot.unknown) for number, robot in recording.robots.items()}
+    assert unknown == {1: {43: 1}, 2: {}, 3: {34: 2}, 4: {50: 3}, 5: {}}
+    assert len(recording.landmarks.ids) == 15
+    assert all(not report.skipped for report in recording.reports)
+
+
+def test_bearings_agree_with_motion_capture(recording):
+    """Wrong frames, barcodes or clocks would be metres off; the camera is good to a degree."""
+    robot = recording.robots[3]
+    poses, covered = robot.truth.at(robot.landmarks.times, longest_gap=0.2)
+    assert covered.mean() > 0.99
+    rows = np.searchsorted(recording.landmarks.ids, robot.landmarks.subjects)
+    x, y = (recording.landmarks.positions[rows] - poses[:, :2])[covered].T
+    bearing = wrap_angle(np.arctan2(y, x) - poses[covered, 2] - robot.landmarks.values[covered, 1])
+    assert np.median(np.abs(bearing)) < np.deg2rad(1)
+    assert np.median(np.abs(np.hypot(x, y) - robot.landmarks.values[covered, 0])) < 0.15
