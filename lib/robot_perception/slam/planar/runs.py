@@ -384,11 +384,12 @@ class _Run:
             if used[i] == NEW:
                 used[i] = self.next_id
             self.next_id = max(self.next_id, int(used[i]) + 1)
-        names, n = used[new].tolist(), work.n
-        work.add(names, values[new], _some(noises, new), self.settings.sensor, self.point)
+        names, n = used[new].tolist(), work.mean.size
+        there = None if self.truth is None else self._true_places(names).reshape(-1, 2)
+        work.add(names, values[new], _some(noises, new), self.settings.sensor, self.point, there)
         self.tally["new"] += len(new)
         if self.point is not None:
-            first = self.work.mean[n : work.n] if self.truth is None else self._true_places(names)
+            first = work.mean[n:] if self.truth is None else self._true_places(names)
             self.point = np.concatenate([self.point, first])
 
     def _true_places(self, names: Sequence[int]) -> np.ndarray:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.linalg.blas import dsyr2k
 
 from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.belief import MapBelief, trusted
@@ -13,7 +14,7 @@ SYMMETRY = 1e-9  # relative; as in beliefs.check_covariance
 
 
 class Workspace:
-    """State and covariance with room to grow, and where each landmark stands in them.
+    """State and covariance, and where each landmark stands in them.
 
     Raises
     ------
@@ -22,27 +23,17 @@ class Workspace:
     """
 
     def __init__(self, belief: MapBelief) -> None:
-        self.n = belief.mean.size
-        room = self.n + 32
-        self.mean, self.cov = np.zeros(room), np.zeros((room, room))
-        self.mean[: self.n] = belief.mean
+        self.mean, self.cov = belief.mean.copy(), np.empty_like(belief.cov, order="C")
         asymmetry, largest = kernels.copy_symmetric(belief.cov, self.cov)
         if not (np.isfinite(largest) and asymmetry <= SYMMETRY * largest):
             raise ValueError(f"cov must be finite and symmetric, asymmetry is {asymmetry:.3g}")
         self.ids = belief.ids.tolist()
         self.slots = {name: 3 + 2 * i for i, name in enumerate(self.ids)}
-        self.considered = np.zeros(room, dtype=bool)
-
-    @property
-    def pose(self) -> np.ndarray:
-        """Estimated pose, a view."""
-        return self.mean[:3]
+        self.considered = np.zeros(self.mean.size, dtype=bool)
 
     def belief(self) -> MapBelief:
         """Return the state as it is now."""
-        n = self.n
-        ids = np.array(self.ids, dtype=np.int64)
-        return trusted(self.mean[:n].copy(), self.cov[:n, :n].copy(), ids)
+        return trusted(self.mean.copy(), self.cov.copy(), np.array(self.ids, dtype=np.int64))
 
     def predict(
         self, motion: Motion, at: np.ndarray | None = None, after: np.ndarray | None = None
@@ -51,7 +42,7 @@ class Workspace:
         at = self.mean[:3].copy() if at is None else at
         kernels.move(self.mean, motion.increment)
         after = self.mean if after is None else after
-        kernels.predict_cov(self.cov, self.n, motion.increment_cov, at, after)
+        kernels.predict_cov(self.cov, motion.increment_cov, at, after)
 
     def targets(
         self, ids: Sequence[int], anchors: Mapping[int, tuple[float, float]]
@@ -90,12 +81,14 @@ class Workspace:
         noises: np.ndarray,
     ) -> tuple[np.ndarray, float]:
         """Update in place with k linearised observations; return S and ε, or raise."""
-        S, squared, regular = kernels.update(
-            self.mean, self.cov, self.n, by_pose, by_point, slots, innovation, noises,
-            self.considered,
-        )  # fmt: skip
-        if not regular:
+        K, half, S, squared = kernels.gain(
+            self.mean, self.cov, by_pose, by_point, slots, innovation, noises, self.considered
+        )
+        if squared < 0:
             raise ValueError("innovation covariance is singular: observations without noise?")
+        # eq. (9); BLAS sees the transpose and writes what is for us the lower triangle
+        self.cov = dsyr2k(-1.0, half.T, K.T, 1.0, self.cov.T, overwrite_c=1).T
+        kernels.mirror(self.cov)
         return S, squared
 
     def distances(
@@ -107,8 +100,7 @@ class Workspace:
         noises: np.ndarray,
     ) -> np.ndarray:
         """Return the squared Mahalanobis distance of each of k observations by itself."""
-        B = np.empty((innovation.size, self.n))
-        kernels.cross_rows(self.cov, self.n, by_pose, by_point, slots, B)
+        B = kernels.cross_rows(self.cov, by_pose, by_point, slots)
         S = kernels.innovation_cov(B, by_pose, by_point, slots, noises)
         blocks = S.reshape(len(slots), 2, len(slots), 2)
         own = np.moveaxis(np.diagonal(blocks, axis1=0, axis2=2), -1, 0)
@@ -130,47 +122,40 @@ class Workspace:
         noises: np.ndarray,
         sensor: LandmarkSensor,
         at: np.ndarray | None = None,
+        there: np.ndarray | None = None,
     ) -> None:
-        """Append landmarks seen for the first time, with their cross-covariances."""
-        needed = self.n + 2 * len(ids)
-        if needed > self.mean.size:
-            self._grow(2 * needed)
+        """Append landmarks seen for the first time, with their cross-covariances.
+
+        Jacobians are taken at the pose ``at`` and the points ``there``, each the estimate if not
+        given.
+        """
+        n, needed = self.mean.size, self.mean.size + 2 * len(ids)
         points = sensor.locate(self.mean[:3], values)
         by_pose, by_value = sensor.locate_jacobians(
             self.mean[:3] if at is None else at, points, values
         )
-        kernels.append(self.mean, self.cov, self.n, points, by_pose, by_value, noises)
+        cov = np.empty((needed, needed))
+        cov[:n, :n] = self.cov
+        self.mean, self.cov = np.concatenate([self.mean, points.ravel()]), cov
+        self.considered = np.concatenate([self.considered, np.zeros(2 * len(ids), dtype=bool)])
+        kernels.append(cov, n, by_pose, by_value, noises)
         for i, name in enumerate(ids):
-            self.slots[name] = self.n + 2 * i
+            self.slots[name] = n + 2 * i
             self.ids.append(name)
-        self.n = needed
 
     def remove(self, landmark_id: int) -> np.ndarray:
         """Take a landmark out of the state and return where it was."""
-        slot, n = self.slots.pop(landmark_id), self.n
+        slot = self.slots.pop(landmark_id)
         place = self.mean[slot : slot + 2].copy()
-        keep = np.r_[0:slot, slot + 2 : n]
-        for array in (self.mean, self.considered):
-            array[: n - 2] = array[keep]
-        self.cov[: n - 2, : n - 2] = self.cov[np.ix_(keep, keep)]
-        self.considered[n - 2 : n] = False
+        keep = np.delete(np.arange(self.mean.size), [slot, slot + 1])
+        self.mean, self.considered = self.mean[keep], self.considered[keep]
+        self.cov = self.cov[np.ix_(keep, keep)]
         self.ids.remove(landmark_id)
         for name, other in self.slots.items():
             self.slots[name] = other - 2 if other > slot else other
-        self.n = n - 2
         return place
 
     def consider(self, landmark_id: int) -> None:
         """Let a landmark's estimate stand from now on; its covariance still counts."""
         slot = self.slots[landmark_id]
         self.considered[slot : slot + 2] = True
-
-    def _grow(self, room: int) -> None:
-        n = self.n
-        mean, cov, considered = np.zeros(room), np.zeros((room, room)), np.zeros(room, dtype=bool)
-        mean[:n], cov[:n, :n], considered[:n] = (
-            self.mean[:n],
-            self.cov[:n, :n],
-            self.considered[:n],
-        )
-        self.mean, self.cov, self.considered = mean, cov, considered
