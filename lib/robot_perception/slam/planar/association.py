@@ -94,18 +94,6 @@ def _set_gates(gates: Gated | Joint) -> None:
 Association = Known | Gated | Joint
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Candidates:
-    """All landmarks and anchors, as seen from the estimated pose."""
-
-    names: list[int]
-    slots: np.ndarray
-    by_pose: np.ndarray
-    by_point: np.ndarray
-    expected: np.ndarray
-    cross: np.ndarray  # (P Hᵀ)ᵀ, (2n, states)
-
-
 def associate(
     work: Workspace,
     scan: Scan,
@@ -125,8 +113,7 @@ def associate(
         return found
     slots, points = work.targets(names, anchors)
     expected, by_pose, by_point = sensor.look(work.mean[:3], points)
-    cross = np.empty((2 * len(names), work.n))
-    kernels.cross_rows(work.cov, work.n, by_pose, by_point, slots, cross)
+    cross = kernels.cross_rows(work.cov, by_pose, by_point, slots)
     values, noises = scan.values[open_], noises[open_ if len(noises) > 1 else slice(1)]
     innovations = np.stack(
         [sensor.residual(v[None].repeat(len(names), 0), expected) for v in values]

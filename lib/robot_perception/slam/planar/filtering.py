@@ -79,7 +79,7 @@ def predict(
     """
     work = Workspace(belief)
     work.predict(motion, _pose_of("at", at), _pose_of("after", after))
-    return work.belief()
+    return work.release()
 
 
 def update(
@@ -136,13 +136,13 @@ def update(
     if unknown:
         raise ValueError(f"no landmark of the map and no anchor: {unknown}")
     if not ids:
-        return work.belief(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
+        return work.release(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
     point = None if at is None else checked_vector("at", at, belief.mean.size)
     slots, points = work.targets(ids, anchors)
     noises = sensor.noise[None] if scan.noises is None else scan.noises
     innovation, by_pose, by_point = work.linearise(slots, points, scan.values, sensor, point)
     S, squared = work.revise(by_pose, by_point, slots, innovation, noises)
-    return work.belief(), Innovation(innovation.ravel(), S, squared)
+    return work.release(), Innovation(innovation.ravel(), S, squared)
 
 
 def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
@@ -171,7 +171,7 @@ def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
     """
     work = Workspace(belief)
     seen = Innovation(*work.correct(fix))
-    return work.belief(), seen
+    return work.release(), seen
 
 
 def add_landmarks(
@@ -219,7 +219,7 @@ def add_landmarks(
         raise ValueError(f"already in the map: {known}")
     noises = sensor.noise[None] if scan.noises is None else scan.noises
     work.add(ids, scan.values, noises, sensor, _pose_of("at", at))
-    return work.belief()
+    return work.release()
 
 
 def checked_anchors(anchors: Anchors) -> dict[int, tuple[float, float]]:

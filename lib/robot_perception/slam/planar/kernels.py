@@ -1,6 +1,6 @@
 """Compiled inner loops of the planar filter; :mod:`.textbook` is the version to read.
 
-Matrices grow in place: ``mean`` and ``cov`` have room for more than the ``n`` entries in use.
+Inner loops run along contiguous rows; a covariance is symmetric, so a row serves for a column.
 """
 
 from typing import no_type_check
@@ -85,11 +85,12 @@ def move(pose, increment):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def predict_cov(cov, n, noise, at, after):  # pragma: no cover - compiled
+def predict_cov(cov, noise, at, after):  # pragma: no cover - compiled
     """Spread the covariance in place: only the robot's rows and columns change, eq. (5).
 
     ``at`` and ``after`` are the poses before and after the motion at which it is linearised.
     """
+    n = cov.shape[0]
     fx, fy = at[1] - after[1], after[0] - at[0]  # J (t' - t), third column of F
     for j in range(n):
         cov[0, j] += fx * cov[2, j]
@@ -172,20 +173,23 @@ def gather(mean, slots, points):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def cross_rows(cov, n, Hr, Hp, slots, B):  # pragma: no cover - compiled
-    """Write the rows of (P Hᵀ)ᵀ: each measurement touches the pose and at most one landmark."""
-    k, d = Hr.shape[0], Hr.shape[1]
+def cross_rows(cov, Hr, Hp, slots):  # pragma: no cover - compiled
+    """Return (P Hᵀ)ᵀ: each row of H touches the pose and at most one landmark."""
+    k, d, n = Hr.shape[0], Hr.shape[1], cov.shape[0]
+    B = np.empty((k * d, n))
+    x, y, heading = cov[0], cov[1], cov[2]
     for i in range(k):
-        slot = slots[i]
         for row in range(d):
             out = B[i * d + row]
             a, b, c = Hr[i, row, 0], Hr[i, row, 1], Hr[i, row, 2]
             for j in range(n):
-                out[j] = a * cov[0, j] + b * cov[1, j] + c * cov[2, j]
-            if slot >= 0:
+                out[j] = a * x[j] + b * y[j] + c * heading[j]
+            if slots[i] >= 0:
                 e, f = Hp[i, row, 0], Hp[i, row, 1]
+                u, v = cov[slots[i]], cov[slots[i] + 1]
                 for j in range(n):
-                    out[j] += e * cov[slot, j] + f * cov[slot + 1, j]
+                    out[j] += e * u[j] + f * v[j]
+    return B
 
 
 @njit(cache=True)
@@ -232,81 +236,74 @@ def cholesky(S):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def update(mean, cov, n, Hr, Hp, slots, innovation, noises, considered):  # pragma: no cover
-    """Revise state and covariance in place, eqs (6) to (9); return S, ε and whether S is regular.
+def add_row(row, factor, other):  # pragma: no cover - compiled
+    """Add a multiple of one row to another, in place."""
+    for j in range(row.size):
+        row[j] += factor * other[j]
 
-    States marked in ``considered`` keep their estimate (their rows of the gain are zero).
+
+@njit(cache=True)
+@no_type_check
+def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: no cover - compiled
+    """Revise the mean in place, eqs (6) to (8); return Kᵀ, (P Hᵀ - K S / 2)ᵀ, S and ε.
+
+    States marked in ``considered`` keep their estimate: their rows of the gain are zero. A negative
+    ε says that S is singular; then nothing was changed.
     """
     k, d = innovation.shape
     m = k * d
-    B = np.empty((m, n))
-    cross_rows(cov, n, Hr, Hp, slots, B)
+    B = cross_rows(cov, Hr, Hp, slots)
     S = innovation_cov(B, Hr, Hp, slots, noises)
     L, regular = cholesky(S)
+    K = B.copy()
     if not regular:
-        return S, 0.0, False
-    K = B.copy()  # gain, transposed: S K = B, eq. (7)
+        return K, B, S, -1.0
     white = innovation.copy().reshape(m)
     squared = 0.0
-    for p in range(m):
+    for p in range(m):  # S K = B by the factor of S, eq. (7)
         for q in range(p):
             white[p] -= L[p, q] * white[q]
-            for j in range(n):
-                K[p, j] -= L[p, q] * K[q, j]
+            add_row(K[p], -L[p, q], K[q])
         white[p] /= L[p, p]
+        K[p] /= L[p, p]
         squared += white[p] ** 2
-        for j in range(n):
-            K[p, j] /= L[p, p]
     for p in range(m - 1, -1, -1):
         for q in range(p + 1, m):
-            for j in range(n):
-                K[p, j] -= L[q, p] * K[q, j]
-        for j in range(n):
-            K[p, j] /= L[p, p]
-    for j in range(n):
+            add_row(K[p], -L[q, p], K[q])
+        K[p] /= L[p, p]
+    for j in range(mean.size):
         if considered[j]:
             K[:, j] = 0.0
     for p in range(m):
-        z = innovation[p // d, p % d]
-        for j in range(n):
-            mean[j] += K[p, j] * z  # eq. (6)
-    mean[2] = wrapped(mean[2])
-    for p in range(m):  # B becomes B - S K / 2
+        add_row(mean, innovation[p // d, p % d], K[p])  # eq. (6)
         for q in range(m):
-            for j in range(n):
-                B[p, j] -= 0.5 * S[p, q] * K[q, j]
-    subtract_symmetric(cov, n, B, K)  # eq. (9)
-    return S, squared, True
+            add_row(B[p], -0.5 * S[p, q], K[q])
+    mean[2] = wrapped(mean[2])
+    return K, B, S, squared
 
 
 @njit(cache=True)
 @no_type_check
-def subtract_symmetric(cov, n, A, K):  # pragma: no cover - compiled
-    """Subtract AᵀK + KᵀA from the covariance: one triangle, tile by tile, and its mirror image."""
-    m = A.shape[0]
+def mirror(cov):  # pragma: no cover - compiled
+    """Copy the triangle below the diagonal to the one above, in place."""
+    n = cov.shape[0]
     for i0 in range(0, n, TILE):
-        i1 = min(i0 + TILE, n)
-        for j0 in range(0, i1, TILE):
-            for i in range(i0, i1):
-                j1 = min(j0 + TILE, i + 1)
-                for q in range(m):
-                    a, k = A[q, i], K[q, i]
-                    for j in range(j0, j1):
-                        cov[i, j] -= a * K[q, j] + k * A[q, j]
-            for i in range(i0, i1):
-                for j in range(j0, min(j0 + TILE, i)):
-                    cov[j, i] = cov[i, j]
+        for j0 in range(0, i0 + 1, TILE):
+            for i in range(i0, min(i0 + TILE, n)):
+                j1 = min(j0 + TILE, i)
+                below, above = cov[i, j0:j1], cov[j0:j1, i]
+                for j in range(below.size):
+                    above[j] = below[j]
 
 
 @njit(cache=True)
 @no_type_check
-def append(mean, cov, n, points, Gr, Gz, noises):  # pragma: no cover - compiled
-    """Put new landmarks behind the state, with their covariance to everything before them."""
-    for i in range(points.shape[0]):
+def append(cov, n, Gr, Gz, noises):  # pragma: no cover - compiled
+    """Fill in the covariance of landmarks behind the first n states, with all before them."""
+    for i in range(Gr.shape[0]):
         R = noises[min(i, noises.shape[0] - 1)]
         a = n + 2 * i
         for row in range(2):
-            mean[a + row] = points[i, row]
             for j in range(a):
                 total = 0.0
                 for q in range(3):

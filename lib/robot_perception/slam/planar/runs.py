@@ -268,7 +268,7 @@ class _Run:
         self.sizes.append(len(work.ids))
         self.used.append(used)
         if k in self.settings.keep:
-            self.kept[k] = work.belief()
+            self.kept[k] = work.snapshot()
 
     def history(self) -> History:
         """Return what was recorded."""
@@ -279,7 +279,7 @@ class _Run:
             dof=np.array(self.dof),
             sizes=np.array(self.sizes),
             used=tuple(self.used),
-            belief=self.work.belief(),
+            belief=self.work.release(),
             frozen=self.frozen,
             counts=Counts(**self.tally),
             kept=self.kept,

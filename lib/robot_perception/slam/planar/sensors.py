@@ -1,7 +1,7 @@
 """What the vehicle measures: landmarks in its own frame, its position, its heading."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,6 +10,7 @@ from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.motions import checked_noise, checked_vector
 
 
+@runtime_checkable
 class LandmarkSensor(Protocol):
     """What the filter asks of a sensor of landmarks; k observations at once."""
 

@@ -31,9 +31,13 @@ class Workspace:
         self.slots = {name: 3 + 2 * i for i, name in enumerate(self.ids)}
         self.considered = np.zeros(self.mean.size, dtype=bool)
 
-    def belief(self) -> MapBelief:
+    def snapshot(self) -> MapBelief:
         """Return the state as it is now."""
         return trusted(self.mean.copy(), self.cov.copy(), np.array(self.ids, dtype=np.int64))
+
+    def release(self) -> MapBelief:
+        """Return the state without a copy; the workspace is not to be used afterwards."""
+        return trusted(self.mean, self.cov, np.array(self.ids, dtype=np.int64))
 
     def predict(
         self, motion: Motion, at: np.ndarray | None = None, after: np.ndarray | None = None
