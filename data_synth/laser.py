@@ -118,10 +118,25 @@ def scan(
     return measure(sight(faces, poses, scanner), scanner, rng=rng)
 
 
-def sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner) -> Sight:
-    """Return what the beams meet from the poses: the costly part, the same for every noise."""
+def sight(
+    faces: np.ndarray, poses: np.ndarray, scanner: Scanner, *, reach: float = np.inf
+) -> Sight:
+    """Return what the beams meet from the poses: the costly part, the same for every noise.
+
+    Parameters
+    ----------
+    faces : (faces, 2, 2)
+        Ends of the faces, m.
+    poses : (scans, 3)
+        Where the scanner is, m and rad.
+    scanner
+        The scanner.
+    reach
+        Faces farther away than that are left out, which saves time, m.
+    """
     poses = np.asarray(poses, dtype=float).reshape(-1, 3)
-    return _sight(faces, np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3)), scanner)
+    beam_poses = np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3))
+    return _sight(faces, beam_poses, scanner, reach)
 
 
 def scan_moving(
@@ -159,16 +174,24 @@ def scan_moving(
     return measure(seen, scanner, rng=rng)
 
 
-def _sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner) -> Sight:
+def _sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner, reach: float = np.inf) -> Sight:
     shape = poses.shape[:2]
     offsets = scanner.spot * np.array([-1.0, 0.0, 1.0])
     directions = poses[..., 2] + scanner.angles
     distances, index = np.empty((*shape, 3)), np.empty((*shape, 3), dtype=int)
+    along = faces[:, 1] - faces[:, 0]
     for k in range(shape[0]):
+        near = np.arange(len(faces))
+        if np.isfinite(reach):
+            arm = poses[k, 0, :2] - faces[:, 0]
+            share = ((arm * along).sum(axis=-1) / (along**2).sum(axis=-1)).clip(0, 1)
+            near = np.flatnonzero(np.hypot(*(arm - share[:, None] * along).T) <= reach)
+        if not near.size:
+            distances[k], index[k] = np.inf, -1
+            continue
         for side, offset in enumerate(offsets):
-            distances[k, :, side], index[k, :, side] = cast(
-                poses[k, :, :2], directions[k] + offset, faces
-            )
+            distances[k, :, side], hit = cast(poses[k, :, :2], directions[k] + offset, faces[near])
+            index[k, :, side] = np.where(hit < 0, -1, near[hit])
     return Sight(distances, index)
 
 

@@ -88,3 +88,18 @@ def test_scan_is_sight_and_measure():
     parts = measure(sight(building.faces, poses, scanner), scanner, rng=np.random.default_rng(4))
     np.testing.assert_array_equal(whole.ranges, parts.ranges)
     np.testing.assert_array_equal(whole.mixed, parts.mixed)
+
+
+def test_faces_out_of_reach_do_not_change_what_is_near():
+    building, scanner = make_building(rng=np.random.default_rng(0)), Scanner(beams=61)
+    poses = drive(building)[::60]
+    whole = sight(building.faces, poses, scanner)
+    near = sight(building.faces, poses, scanner, reach=6.0)
+    inside = whole.distances <= 6.0
+    np.testing.assert_array_equal(near.distances[inside], whole.distances[inside])
+    np.testing.assert_array_equal(near.faces[inside], whole.faces[inside])
+    assert (near.distances[~inside] > 6.0).all()
+    assert not np.array_equal(near.distances, whole.distances)
+    nothing = sight(building.faces, np.array([[500.0, 0.0, 0.0]]), scanner, reach=6.0)
+    assert np.isinf(nothing.distances).all()
+    assert (nothing.faces == -1).all()
