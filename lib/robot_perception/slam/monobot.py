@@ -177,7 +177,9 @@ class Reference:
         -------
         (n + 1, n + 1)
         """
-        return np.vstack([self.sign * np.eye(landmarks + 1)[0], sensor_matrix(landmarks)])
+        matrix = np.insert(sensor_matrix(landmarks), 0, 0.0, axis=0)
+        matrix[0, 0] = self.sign
+        return matrix
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,5 +1,11 @@
 """Experiments of the chapter "Anchored SLAM", one module per study."""
 
 from robot_perception.experiments.anchored_slam import rails
+from robot_perception.experiments.anchored_slam.exercises import EXERCISES, check
+from robot_perception.teaching.claims import Claim
+from robot_perception.teaching.recordings import Recording
 
-CLAIMS = rails.CLAIMS
+__all__ = ["CLAIMS", "EXERCISES", "RECORDINGS", "check"]
+
+CLAIMS: tuple[Claim, ...] = rails.CLAIMS
+RECORDINGS: tuple[Recording, ...] = ()

@@ -244,7 +244,7 @@ def symbolic_information(
     weights = sympy.Matrix(
         len(matrix),
         len(matrix),
-        lambda i, j: sympy.Symbol(f"varsigma_{min(i, j) + first}{max(i, j) + first}"),
+        lambda i, j: sympy.Symbol(f"s_{min(i, j) + first}{max(i, j) + first}"),
     )
     return (H.T * weights * H).applyfunc(sympy.expand), weights
 

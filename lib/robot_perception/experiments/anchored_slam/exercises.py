@@ -1,0 +1,49 @@
+"""The exercises of the chapter "Anchored SLAM"."""
+
+from functools import partial
+
+import numpy as np
+
+from robot_perception.slam.planar import CartesianSensor
+from robot_perception.teaching.exercises import Exercise, Sheet
+
+
+def _is_heading_column(answer: object, sign: float = 1.0) -> bool:
+    """Return whether a function of pose and point is ``sign`` times ∂h/∂φ of h = Rᵀ(p − t)."""
+    if not callable(answer):
+        return False
+    sensor, step = CartesianSensor(np.eye(2)), np.array([0.0, 0.0, 1e-6])
+    for pose, point in (((0.3, -1.2, 0.7), (2.0, 1.5)), ((-4.0, 2.0, -2.6), (0.5, 3.0))):
+        pose, point = np.array(pose), np.array(point)
+        ahead, behind = (sensor.look(pose + s * step, point[None])[0][0] for s in (1, -1))
+        column = np.asarray(answer(pose, point), dtype=float)
+        if column.shape != (2,) or not np.allclose(
+            column, sign * (ahead - behind) / 2e-6, atol=1e-6
+        ):
+            return False
+    return True
+
+
+EXERCISES = Sheet(
+    {
+        "anchored-1": Exercise(
+            1 / (0.03 + 0.01),
+            mistakes=(
+                (1 / 0.01, "that is the look at the landmark alone; from where was it taken?"),
+                (1 / 0.03, "that is what the look at the anchor tells about the robot."),
+                (1 / 0.03 + 1 / 0.01, "two looks in a row add their variances, not their weights."),
+            ),
+            hint="The difference of the two looks is landmark minus anchor. What is its variance?",
+            rtol=1e-6,
+        ),
+        "anchored-2": Exercise(
+            _is_heading_column,
+            mistakes=(
+                (partial(_is_heading_column, sign=-1.0), "the sign: to whom does the world turn?"),
+            ),
+            hint="It must return two numbers: turn the robot a little to the left, and a point "
+            "seen straight ahead moves to the right.",
+        ),
+    }
+)
+check = EXERCISES.check
