@@ -1,4 +1,4 @@
-"""The experiments, one module per chapter: configuration, run, result, claims, exercises."""
+"""The experiments, one module or package per chapter: configuration, run, result, claims, exercises."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -6,7 +6,7 @@ from types import ModuleType
 
 from robot_perception.teaching.claims import Claim, unique
 
-CHAPTERS = ("walls", "monobot")
+CHAPTERS = ("walls", "monobot", "anchored_slam")
 """Stems of the chapters, in the order of the book."""
 
 
