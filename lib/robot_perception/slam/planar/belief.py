@@ -69,7 +69,7 @@ class MapBelief:
         """Estimated positions of the landmarks, m, in the order of ``ids``."""
         return self.mean[3:].reshape(-1, 2)
 
-    def slot(self, landmark_id: int) -> int:
+    def slot(self, landmark_id: int | np.integer) -> int:
         """Return where a landmark's first coordinate stands in the state.
 
         Raises
@@ -82,7 +82,7 @@ class MapBelief:
             raise ValueError(f"landmark {landmark_id} is not in the map of {self.ids.size}")
         return 3 + 2 * int(found[0])
 
-    def landmark(self, landmark_id: int) -> Gaussian:
+    def landmark(self, landmark_id: int | np.integer) -> Gaussian:
         """Return the marginal belief in one landmark, m.
 
         Raises

@@ -122,14 +122,15 @@ def update(
     Raises
     ------
     ValueError
-        If the scan holds an identifier that is neither in the map nor an anchor, the covariance is
-        not symmetric, a landmark lies exactly at the robot, or S is singular.
+        If the scan holds an identifier that is neither in the map nor an anchor, an anchor is also
+        in the map, the covariance is not symmetric, a landmark lies exactly at the robot, or S is
+        singular.
 
     References
     ----------
     Andrade-Cetto, eqs (6) to (9), (24) and (25).
     """
-    work, anchors = Workspace(belief), checked_anchors(anchors or {})
+    work, anchors = Workspace(belief), checked_anchors(anchors or {}, belief)
     sensor.check(scan.values)
     ids = scan.ids.tolist()
     unknown = [name for name in ids if name not in work.slots and name not in anchors]
@@ -222,8 +223,11 @@ def add_landmarks(
     return work.release()
 
 
-def checked_anchors(anchors: Anchors) -> dict[int, tuple[float, float]]:
-    """Return anchors as pairs of numbers, or raise ``ValueError``."""
+def checked_anchors(anchors: Anchors, belief: MapBelief) -> dict[int, tuple[float, float]]:
+    """Return anchors as pairs of numbers, or raise ``ValueError``; none may be in the map."""
+    both = sorted(set(anchors) & set(belief.ids.tolist()))
+    if both:
+        raise ValueError(f"in the map and an anchor: {both}")
     return {
         int(name): tuple(checked_vector(f"anchor {name}", place, 2).tolist())
         for name, place in anchors.items()

@@ -58,19 +58,21 @@ def is_covariance(blocks, tolerance):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def copy_symmetric(source, target):  # pragma: no cover - compiled
-    """Copy a matrix and return its largest asymmetry and its largest entry."""
-    n = source.shape[0]
-    asymmetry = largest = 0.0
+def count_asymmetric(cov, tolerance):  # pragma: no cover - compiled
+    """Return how many pairs of entries differ, by more than a share of the largest variance."""
+    n = cov.shape[0]
+    limit = 0.0
+    for i in range(n):
+        limit = max(limit, tolerance * abs(cov[i, i]))
+    count = 0
     for i0 in range(0, n, TILE):
         for j0 in range(0, i0 + 1, TILE):
             for i in range(i0, min(i0 + TILE, n)):
-                for j in range(j0, min(j0 + TILE, i + 1)):
-                    below, above = source[i, j], source[j, i]
-                    target[i, j], target[j, i] = below, above
-                    asymmetry = max(asymmetry, abs(below - above))
-                    largest = max(largest, abs(below))
-    return asymmetry, largest
+                j1 = min(j0 + TILE, i + 1)
+                below, above = cov[i, j0:j1], cov[j0:j1, i]
+                for j in range(below.size):  # written so that NaN counts
+                    count += not abs(below[j] - above[j]) <= limit
+    return count
 
 
 @njit(cache=True)

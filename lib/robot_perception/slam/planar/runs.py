@@ -91,7 +91,7 @@ class Settings:
     Raises
     ------
     ValueError
-        If an anchor has no two finite numbers, a word is none of these, or the limit is below 1.
+        If a word is none of these, or the limit is below 1.
     """
 
     sensor: LandmarkSensor
@@ -103,7 +103,6 @@ class Settings:
     keep: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "anchors", checked_anchors(self.anchors))
         if isinstance(self.association, str):
             if self.association != "known":
                 raise ValueError(f"association must be 'known' or an object: {self.association!r}")
@@ -230,11 +229,8 @@ class _Run:
     """A run under way."""
 
     def __init__(self, start: MapBelief, settings: Settings) -> None:
-        both = sorted(set(settings.anchors) & set(start.ids.tolist()))
-        if both:
-            raise ValueError(f"in the map and an anchor: {both}")
         self.settings, self.work = settings, Workspace(start)
-        self.anchors = dict(settings.anchors)  # and what was frozen
+        self.anchors = checked_anchors(settings.anchors, start)  # and what gets frozen
         self.frozen: dict[int, np.ndarray] = {}
         self.revisions: dict[int, int] = {}
         self.next_id = max((-1, *self.work.ids, *self.anchors)) + 1

@@ -23,10 +23,10 @@ class Workspace:
     """
 
     def __init__(self, belief: MapBelief) -> None:
-        self.mean, self.cov = belief.mean.copy(), np.empty_like(belief.cov, order="C")
-        asymmetry, largest = kernels.copy_symmetric(belief.cov, self.cov)
-        if not (np.isfinite(largest) and asymmetry <= SYMMETRY * largest):
-            raise ValueError(f"cov must be finite and symmetric, asymmetry is {asymmetry:.3g}")
+        wrong = kernels.count_asymmetric(belief.cov, SYMMETRY)
+        if wrong:
+            raise ValueError(f"cov must be finite and symmetric, {wrong} pairs of entries are not")
+        self.mean, self.cov = belief.mean.copy(), belief.cov.copy()
         self.ids = belief.ids.tolist()
         self.slots = {name: 3 + 2 * i for i, name in enumerate(self.ids)}
         self.considered = np.zeros(self.mean.size, dtype=bool)
@@ -136,7 +136,7 @@ class Workspace:
         n, needed = self.mean.size, self.mean.size + 2 * len(ids)
         points = sensor.locate(self.mean[:3], values)
         by_pose, by_value = sensor.locate_jacobians(
-            self.mean[:3] if at is None else at, points, values
+            self.mean[:3] if at is None else at, points if there is None else there, values
         )
         cov = np.empty((needed, needed))
         cov[:n, :n] = self.cov

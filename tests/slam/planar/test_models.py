@@ -1,0 +1,227 @@
+"""Every model against finite differences and complex numbers; its bad input."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.integrate import solve_ivp
+
+from robot_perception.slam.planar import (
+    CartesianSensor,
+    Compass,
+    MapBelief,
+    Odometry,
+    PositionFix,
+    RangeBearing,
+    Scan,
+    Velocity,
+)
+from tests.slam.planar.drives import Q, R, wrapped
+from tests.unchecked import unchecked
+
+SENSORS = [CartesianSensor(R), RangeBearing(R), RangeBearing(R, range_bias=0.07)]
+poses = st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-3.14, 3.14)).map(np.array)
+offsets = st.tuples(st.floats(0.3, 30), st.floats(-3.1, 3.1))
+
+
+def derivative(f, x, step=1e-6):
+    """Return central differences of f, outputs first."""
+    columns = []
+    for i in range(x.size):
+        e = step * np.eye(x.size)[i]
+        columns.append((f(x + e) - f(x - e)) / (2 * step))
+    return np.stack(columns, axis=-1)
+
+
+@given(poses, arrays(float, 3, elements=st.floats(-2, 2)))
+def test_odometry_moves_and_its_jacobians(pose, increment):
+    motion = Odometry(increment, Q)
+    moved = motion.move(pose)
+    place = complex(*pose[:2]) + np.exp(1j * pose[2]) * complex(*increment[:2])
+    np.testing.assert_allclose(moved[:2], [place.real, place.imag], atol=1e-12)
+    assert abs(wrapped(moved[2] - pose[2] - increment[2])) < 1e-12
+    assert -np.pi <= moved[2] < np.pi
+
+    def unwrapped(p, d):  # the wrapped heading jumps
+        z = complex(*p[:2]) + np.exp(1j * p[2]) * complex(*d[:2])
+        return np.array([z.real, z.imag, p[2] + d[2]])
+
+    F, G = motion.jacobians(pose)
+    np.testing.assert_allclose(F, derivative(lambda p: unwrapped(p, increment), pose), atol=1e-7)
+    np.testing.assert_allclose(G, derivative(lambda d: unwrapped(pose, d), increment), atol=1e-7)
+
+
+@given(
+    poses,
+    st.floats(-2, 2),
+    st.one_of(st.floats(-2, 2), st.floats(-1e-2, 1e-2)),
+    st.floats(0.01, 2),
+)
+def test_velocity_moves_as_the_differential_equation(pose, speed, rate, duration):
+    def flow(v, w, p=pose):
+        return solve_ivp(
+            lambda _, x: [v * np.cos(x[2]), v * np.sin(x[2]), w],
+            (0, duration), p, rtol=1e-12, atol=1e-12, method="DOP853",
+        ).y[:, -1]  # fmt: skip
+
+    motion = Velocity(speed, rate, duration, np.diag([0.1, 0.2]))
+    difference = motion.move(pose) - flow(speed, rate)
+    np.testing.assert_allclose(difference[:2], 0, atol=1e-9)
+    assert abs(wrapped(difference[2])) < 1e-9
+    F, G = motion.jacobians(pose)
+    np.testing.assert_allclose(
+        G, derivative(lambda u: flow(*u), np.array([speed, rate]), 1e-4), atol=1e-6
+    )
+    np.testing.assert_allclose(F, derivative(lambda p: flow(speed, rate, p), pose, 1e-4), atol=1e-6)
+    # the increment it hands to the filter carries the same noise
+    turned = np.eye(3)
+    turned[:2, :2] = [[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]]
+    np.testing.assert_allclose(
+        turned @ motion.increment_cov @ turned.T, G @ motion.noise @ G.T, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("rate", [1e-3, -1e-3])
+def test_arc_series_meets_the_quotients(rate):
+    before, after = (
+        Velocity(2.0, r, 1.0, np.eye(2)) for r in (rate * (1 - 1e-9), rate * (1 + 1e-9))
+    )
+    np.testing.assert_allclose(before.increment, after.increment, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(before.increment_cov, after.increment_cov, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("sensor", SENSORS, ids=["cartesian", "polar", "biased"])
+@given(pose=poses, offset=offsets)
+def test_sensor_and_its_jacobians(sensor, pose, offset):
+    reach, bearing = offset
+    away = complex(*pose[:2]) + reach * np.exp(1j * (pose[2] + bearing))
+    point = np.array([[away.real, away.imag]])
+    expected, by_pose, by_point = sensor.look(pose, point)
+    if isinstance(sensor, CartesianSensor):
+        by_hand = [reach * np.cos(bearing), reach * np.sin(bearing)]
+    else:
+        by_hand = [reach + sensor.range_bias, bearing]
+    np.testing.assert_allclose(expected[0], by_hand, atol=1e-9)
+    # differences of expected values run through the residual, so that bearings do not jump
+
+    def seen(p, q):
+        return sensor.residual(sensor.look(p, q[None])[0], expected)[0]
+
+    near, point = 1e-6 * (1 + 30 / reach), point[0]
+    np.testing.assert_allclose(by_pose[0], derivative(lambda p: seen(p, point), pose), atol=near)
+    np.testing.assert_allclose(by_point[0], derivative(lambda q: seen(pose, q), point), atol=near)
+
+
+@pytest.mark.parametrize("sensor", SENSORS, ids=["cartesian", "polar", "biased"])
+@given(pose=poses, offset=offsets)
+def test_location_is_the_inverse_of_looking(sensor, pose, offset):
+    reach, bearing = offset
+    away = complex(*pose[:2]) + reach * np.exp(1j * (pose[2] + bearing))
+    point = np.array([[away.real, away.imag]])
+    values, _, _ = sensor.look(pose, point)
+    found = sensor.locate(pose, values)
+    np.testing.assert_allclose(found, point, atol=1e-9)
+    by_pose, by_value = sensor.locate_jacobians(pose, found, values)
+    np.testing.assert_allclose(
+        by_pose[0], derivative(lambda p: sensor.locate(p, values)[0], pose), atol=1e-6
+    )
+    np.testing.assert_allclose(
+        by_value[0],
+        derivative(lambda z: sensor.locate(pose, z[None])[0], values[0]),
+        atol=1e-6,
+    )
+
+
+@given(poses)
+def test_an_anchor_at_the_origin_has_the_jacobian_of_eq_25(pose):
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    rotation, slope = np.array([[c, -s], [s, c]]), np.array([[-s, -c], [c, -s]])  # R and its dR/dφ
+    h, by_pose, _ = CartesianSensor(R).look(pose, np.zeros((1, 2)))
+    np.testing.assert_allclose(h[0], -rotation.T @ pose[:2], atol=1e-12)  # eq. (24)
+    printed = np.column_stack([-rotation.T, -slope.T @ pose[:2]])  # eq. (25)
+    np.testing.assert_allclose(by_pose[0], printed, atol=1e-12)
+
+
+@given(poses, st.floats(-20, 20))
+def test_fixes(pose, value):
+    compass = Compass(value, 0.1)
+    assert abs(compass.residual(pose)[0]) <= np.pi
+    assert abs(np.exp(1j * (pose[2] + compass.residual(pose)[0])) - np.exp(1j * value)) < 1e-9
+    fix = PositionFix(np.array([value, 1.0]), np.eye(2))
+    np.testing.assert_allclose(fix.residual(pose), [value - pose[0], 1 - pose[1]])
+    for sensor in (compass, fix):
+        expected = derivative(lambda p, s=sensor: -s.residual(p), pose)
+        np.testing.assert_allclose(sensor.matrix(), expected, atol=1e-6)
+
+
+def test_bearing_residuals_are_wrapped():
+    sensor = RangeBearing(R)
+    values, expected = np.array([[1.0, 3.1], [1.0, -3.1]]), np.array([[1.0, -3.1], [1.0, 3.1]])
+    short = 2 * np.pi - 6.2
+    np.testing.assert_allclose(sensor.residual(values, expected)[:, 1], [-short, short])
+
+
+NAN, TILTED = np.nan, np.array([[1.0, 0.5], [0.0, 1.0]])
+BAD = [
+    (lambda: Odometry(np.array([NAN, 0, 0]), Q), "increment must be finite"),
+    (lambda: Odometry(np.zeros(2), Q), r"increment must be \(3,\)"),
+    (lambda: Odometry(np.zeros(3), -Q), "noise must be finite, symmetric, positive"),
+    (lambda: Odometry(np.zeros(3), Q[:2, :2]), r"noise must be \(3, 3\)"),
+    (lambda: Odometry(np.zeros(3), np.inf * np.ones((3, 3))), "noise must be finite"),
+    (lambda: Velocity(np.inf, 0.0, 1.0, R), "speed, turn_rate, duration must be finite"),
+    (lambda: Velocity(1.0, 0.0, -0.1, R), "duration must not be negative, got -0.1"),
+    (lambda: Velocity(1.0, 0.0, 1.0, TILTED), "noise must be finite, symmetric"),
+    (lambda: CartesianSensor(np.array([[1.0, 2.0], [2.0, 1.0]])), "positive semi-definite"),
+    (lambda: RangeBearing(R, range_bias=NAN), "range_bias must be finite"),
+    (lambda: RangeBearing(R).look(np.zeros(3), np.zeros((1, 2))), "exactly at the robot"),
+    (lambda: RangeBearing(R).check(np.array([[-0.5, 0.0]])), "not be negative, got -0.5"),
+    (lambda: Scan(np.array([3, 5, 3]), np.zeros((3, 2))), r"got twice: \[3\]"),
+    (lambda: Scan(np.array([-2]), np.zeros((1, 2))), "at least -1, got -2"),
+    (lambda: Scan(np.array([0.5]), np.zeros((1, 2))), "ids must be integers"),
+    (lambda: Scan(np.array([1]), np.zeros((2, 2))), r"need ids \(m,\)"),
+    (lambda: Scan(np.array([1]), np.array([[NAN, 0.0]])), "values must be finite"),
+    (lambda: Scan(np.array([1]), np.zeros((1, 2)), R), r"noises must be \(1, 2, 2\)"),
+    (lambda: Scan(np.array([1]), np.zeros((1, 2)), TILTED[None]), "each of noises"),
+    (lambda: PositionFix(np.array([NAN, 0.0]), R), "value must be finite"),
+    (lambda: Compass(0.0, -1.0), "variance must not be negative, got -1.0"),
+    (lambda: Compass(NAN, 1.0), "must be finite"),
+    (lambda: MapBelief(np.zeros(4), np.eye(4), np.array([1])), "mean must be"),
+    (lambda: MapBelief(np.zeros(5), np.eye(3), np.array([1])), r"cov must be \(5, 5\)"),
+    (lambda: MapBelief(np.zeros(7), np.eye(7), np.array([1, 1])), "ids must differ"),
+    (lambda: MapBelief(np.zeros(5), np.eye(5), np.array([-3])), "negative, got -3"),
+    (lambda: MapBelief.start(np.zeros(3), np.triu(np.ones((3, 3)))), "cov must be symmetric"),
+    (lambda: MapBelief.start(np.array([0, NAN, 0]), np.eye(3)), "mean must be finite"),
+    (lambda: MapBelief.start(np.zeros(3), np.eye(3)).slot(7), "landmark 7 is not in the map of 0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "message"), BAD, ids=range(len(BAD)))
+def test_bad_input_is_named(make, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        make()
+
+
+@given(st.integers(0, 10**6), st.integers(1, 4))
+def test_the_compiled_covariance_check_agrees_with_eigenvalues(seed, d):
+    from robot_perception.slam.planar.kernels import is_covariance
+
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((d, d))
+    lowest = rng.uniform(-1, 1)
+    vectors = np.linalg.qr(root)[0]
+    values = np.concatenate([[lowest], rng.uniform(1, 2, d - 1)])
+    block = vectors @ np.diag(values) @ vectors.T
+    block = (block + block.T) / 2
+    assert is_covariance(block[None], 1e-9) == (lowest >= -1e-9 * np.abs(block).max())
+    assert is_covariance((root @ root.T)[None], 1e-9)
+
+
+def test_inputs_are_copied():
+    ids, values, cov = np.array([4]), np.ones((1, 2)), np.eye(3)
+    scan, belief = Scan(ids, values), MapBelief.start(np.zeros(3), cov)
+    ids[0], values[0, 0], cov[0, 0] = 9, 9.0, 9.0
+    assert scan.ids[0] == 4
+    assert scan.values[0, 0] == 1.0
+    assert belief.pose_cov[0, 0] == 1.0
+    assert scan.anonymous().ids[0] == -1
