@@ -199,10 +199,9 @@ def test_every_setting_of_the_explorer_fits_its_axes():
     results = rails.studies(rng=RNG(7))
     assert len(results) == 27
     for result in results.values():
-        errors, gains = result.landmark_errors[..., 0], result.filtered.gains[0, :, :, -1]
-        draw.fan_and_gains(axes, errors, result.filtered.deviations[0, :, 1], gains, reach=0.6)
-        assert np.abs(errors).max() < 0.6
-        assert -0.5 < gains.min() <= gains.max() < 1
+        draw.fan_and_gains(axes, **(picked := rails.fan(result)), reach=0.6)
+        assert np.abs(picked["errors"]).max() < 0.6
+        assert -0.5 < picked["gains"].min() <= picked["gains"].max() < 1
     exact = results["anchor", 0.1, 0.0], results["external sensor", 0.1, 0.0]
     np.testing.assert_array_equal(exact[0].filtered.covs, exact[1].filtered.covs)
     assert not np.allclose(exact[0].last_errors, exact[1].last_errors)

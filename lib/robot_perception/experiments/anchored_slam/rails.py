@@ -160,6 +160,11 @@ def panel(result: Result, run: int) -> dict[str, np.ndarray]:
     return result.one(run) | {"gains": result.filtered.gains[0, :, :, -1]}
 
 
+def fan(result: Result) -> dict[str, np.ndarray]:
+    """Return what a drawing of all runs needs: errors, stated deviations and gains."""
+    return result.all() | {"gains": result.filtered.gains[0, :, :, -1]}
+
+
 # How long the first error stays ---------------------------------------------------------------
 
 
