@@ -94,9 +94,9 @@ def _greedy(distances, limit):  # pragma: no cover - compiled
 def joint_compatibility(
     pairs: Int[np.ndarray, "p 2"],
     innovations: Float[np.ndarray, "p d"],
-    cov: Float[np.ndarray, "p*d p*d"],
+    cov: Float[np.ndarray, "rows rows"],
     limits: Float[np.ndarray, "p"],
-) -> Int[np.ndarray, "p"]:
+) -> Int[np.ndarray, "k"]:
     r"""Return which pairs belong together: the largest jointly compatible set.
 
     .. math:: D_H^2 = \tilde z_H^\top S_H^{-1} \tilde z_H \le \chi^2_{d |H|}(\ell)
@@ -142,9 +142,8 @@ def joint_compatibility(
     if pairs.shape != (p, 2) or innovations.shape[:1] != (p,) or innovations.ndim != 2:
         raise ValueError(f"need (p, 2) and (p, d), got {pairs.shape}, {innovations.shape}")
     if cov.shape != (innovations.size, innovations.size) or limits.shape != (p,):
-        raise ValueError(
-            f"need cov of {innovations.size}, limits of {p}: {cov.shape}, {limits.shape}"
-        )
+        sizes = f"({innovations.size}, {innovations.size}) and ({p},)"
+        raise ValueError(f"cov and limits must be {sizes}, got {cov.shape}, {limits.shape}")
     if p == 0:
         return np.empty(0, dtype=np.int64)
     if (np.diff(pairs[:, 0]) < 0).any():

@@ -395,6 +395,6 @@ class _Run:
         return np.array([self.truth.landmarks[name] for name in names], dtype=float).ravel()
 
 
-def _some(noises: np.ndarray, rows: Sequence[int]) -> np.ndarray:
+def _some(noises: np.ndarray, rows: Sequence[int] | np.ndarray) -> np.ndarray:
     """Return the noises of some observations; one noise for all stays one."""
     return noises if len(noises) == 1 else noises[rows]

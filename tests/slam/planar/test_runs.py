@@ -1,0 +1,378 @@
+"""Whole drives: the run against single steps, what its Jacobians keep, its bookkeeping."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robot_perception.evaluation.consistency import average_bounds, normalised_squared
+from robot_perception.slam.planar import (
+    CartesianSensor,
+    Compass,
+    Known,
+    MapBelief,
+    Odometry,
+    PositionFix,
+    RangeBearing,
+    Scan,
+    Settings,
+    Step,
+    Truth,
+    Velocity,
+    kernels,
+    run_filter,
+    textbook,
+)
+from tests.slam.planar.drives import R_POLAR, Q, R, drive, wrapped
+from tests.unchecked import unchecked
+
+CART = CartesianSensor(R)
+SENSORS = {False: CART, True: RangeBearing(R_POLAR)}
+
+
+def anchored(world, names):
+    return {i: world.landmarks[i] for i in names}
+
+
+def plain_run(start, steps, sensor, anchors, linearisation):
+    """Return beliefs after each step, by whole matrices and the rules of the docstrings."""
+    belief, beliefs = start, []
+    point = start.mean.copy()
+    for k, step in enumerate(steps):
+        if linearisation == "latest":
+            belief = textbook.predict(belief, step.motion)
+        elif linearisation == "first":
+            belief = textbook.predict(belief, step.motion, at=point)
+            point[:3] = belief.pose
+        else:
+            before, after = linearisation.poses[k : k + 2]
+            belief = textbook.predict(belief, step.motion, at=before, after=after)
+            point[:3] = after
+        for fix in step.fixes:
+            belief, _ = textbook.correct(belief, fix)
+        old = [i for i, name in enumerate(step.scan.ids) if name in {*belief.ids, *anchors}]
+        new = [i for i in range(step.scan.ids.size) if i not in old]
+        at = None if linearisation == "latest" else point
+        if old:
+            scan = Scan(step.scan.ids[old], step.scan.values[old])
+            belief, _ = textbook.update(belief, scan, sensor, anchors, at)
+        if new and not isinstance(linearisation, Truth):
+            scan = Scan(step.scan.ids[new], step.scan.values[new])
+            size = belief.mean.size
+            belief = textbook.add_landmarks(belief, scan, sensor, at)
+            point = np.append(point, belief.mean[size:])
+        assert not (new and isinstance(linearisation, Truth))
+        beliefs.append(belief)
+    return beliefs
+
+
+@pytest.mark.parametrize("polar", [False, True])
+@pytest.mark.parametrize("linearisation", ["latest", "first"])
+@pytest.mark.parametrize("names", [(), (2, 5)])
+def test_a_run_is_its_steps(polar, linearisation, names):
+    rng = np.random.default_rng(4)
+    world = drive(rng, polar=polar)
+    steps = [
+        replace(s, fixes=(PositionFix(p[:2], 0.1 * np.eye(2)), Compass(p[2], 0.01)) * (k % 7 == 3))
+        for k, (s, p) in enumerate(zip(world.steps, world.poses[1:], strict=True))
+    ]
+    anchors = anchored(world, names)
+    settings = Settings(SENSORS[polar], anchors, linearisation=linearisation, keep=[20])
+    run = run_filter(world.start, iter(steps), settings)
+    beliefs = plain_run(world.start, steps, SENSORS[polar], anchors, linearisation)
+    for k, belief in enumerate(beliefs):
+        np.testing.assert_allclose(run.poses[k], belief.pose, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(run.pose_covs[k], belief.pose_cov, rtol=0, atol=1e-9)
+        assert run.sizes[k] == belief.ids.size
+    for ours, theirs in ((run.belief, beliefs[-1]), (run.kept[20], beliefs[20])):
+        np.testing.assert_allclose(ours.mean, theirs.mean, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(ours.cov, theirs.cov, rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(ours.ids, theirs.ids)
+
+
+@pytest.mark.parametrize("polar", [False, True])
+def test_the_ideal_run_linearises_at_the_truth(polar):
+    rng = np.random.default_rng(5)
+    world = drive(rng, polar=polar)
+    truth = Truth(world.poses, dict(enumerate(world.landmarks)))
+    places = np.concatenate([world.poses[0], world.landmarks.ravel()])
+    cov = np.diag(np.r_[np.zeros(3), np.full(world.landmarks.size, 0.01)])
+    start = MapBelief(places, cov, np.arange(len(world.landmarks)))
+    run = run_filter(start, world.steps, Settings(SENSORS[polar], linearisation=truth))
+    mean, P = start.mean, start.cov  # the same with matrices at the truth, written out
+    for k, step in enumerate(world.steps):
+        belief = textbook.predict(
+            MapBelief(mean, P, start.ids), step.motion, world.poses[k], world.poses[k + 1]
+        )
+        at = np.concatenate([world.poses[k + 1], world.landmarks.ravel()])
+        belief, _ = textbook.update(belief, step.scan, SENSORS[polar], None, at)
+        mean, P = belief.mean, belief.cov
+    np.testing.assert_allclose(run.belief.mean, mean, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.belief.cov, P, rtol=0, atol=1e-9)
+
+
+class Recorder:
+    """Notes every Jacobian that a run really uses."""
+
+    def __init__(self, monkeypatch):
+        self.blocks, self.landmarks = [], 0
+        self.originals = (kernels.predict_cov, kernels.gain, kernels.append)
+        monkeypatch.setattr(kernels, "predict_cov", self.predict_cov)
+        monkeypatch.setattr(kernels, "gain", self.gain)
+        monkeypatch.setattr(kernels, "append", self.append)
+
+    def begin(self, gauge):
+        self.moved = gauge.copy()  # Φ_{k-1} … Φ_0 N, rows added for new landmarks
+        self.blocks = []
+
+    def predict_cov(self, cov, noise, at, after):
+        self.moved = (
+            textbook.motion_matrix(np.r_[at[:3], np.zeros(len(cov) - 3)], after) @ self.moved
+        )
+        return self.originals[0](cov, noise, at, after)
+
+    def gain(self, mean, cov, by_pose, by_point, slots, *rest):
+        for i, slot in enumerate(slots):
+            row = by_pose[i] @ self.moved[:3]
+            if slot >= 0:
+                row = row + by_point[i] @ self.moved[slot : slot + 2]
+            self.blocks.append(row)
+        return self.originals[1](mean, cov, by_pose, by_point, slots, *rest)
+
+    def append(self, cov, n, by_pose, by_value, noises):
+        for block in by_pose:
+            self.moved = np.vstack([self.moved, block @ self.moved[:3]])
+        return self.originals[2](cov, n, by_pose, by_value, noises)
+
+    def visible(self):
+        """Return how much of each direction any measurement of the run would have seen."""
+        return np.abs(np.concatenate(self.blocks)).max(axis=0)
+
+
+def gauge(pose):
+    """Return shift in x, shift in y, turn about the origin of the world, as motions of the pose."""
+    return np.column_stack([np.eye(3)[0], np.eye(3)[1], [-pose[1], pose[0], 1.0]])
+
+
+@pytest.mark.parametrize("polar", [False, True])
+def test_first_estimates_keep_the_unobservable_space(polar, monkeypatch):
+    """H_k Φ_{k-1} … Φ_0 N = 0 for all k: no measurement of the run sees a shift or turn of it all.
+
+    The standard filter's own Jacobians see the turn, from nowhere: its measurements cannot.
+    """
+    world = drive(np.random.default_rng(6), noise=3.0, polar=polar)
+    truth = Truth(world.poses, dict(enumerate(world.landmarks)))
+    recorder, seen = Recorder(monkeypatch), {}
+    for name, linearisation in {"first": "first", "latest": "latest", "truth": truth}.items():
+        recorder.begin(gauge(world.poses[0]))
+        run_filter(world.start, world.steps, Settings(SENSORS[polar], linearisation=linearisation))
+        seen[name] = recorder.visible()
+        assert len(recorder.blocks) > 200
+    np.testing.assert_allclose(seen["first"], 0, atol=1e-9)
+    np.testing.assert_allclose(seen["truth"], 0, atol=1e-9)
+    np.testing.assert_allclose(seen["latest"][:2], 0, atol=1e-9)  # shifts are linear
+    assert seen["latest"][2] > 0.01
+
+
+def test_an_anchor_leaves_the_turn_about_it(monkeypatch):
+    world = drive(np.random.default_rng(6), noise=3.0)
+    recorder = Recorder(monkeypatch)
+    for names, hidden in (((1,), True), ((1, 2), False)):
+        about = gauge(np.r_[world.poses[0, :2] - world.landmarks[1], 0.0])[:, 2:]
+        recorder.begin(about)
+        settings = Settings(CART, anchored(world, names), linearisation="first")
+        run_filter(world.start, world.steps, settings)
+        assert (recorder.visible()[0] < 1e-9) == hidden
+
+
+def test_nees_over_fifty_runs_lies_in_its_bounds():
+    """Noise so small that the model is linear in it: pose and landmarks are as sure as they say.
+
+    Four times of each run, 95 % each; the level below makes a false alarm of the whole test 1 %.
+    """
+    times, runs = [5, 20, 40, 59], 50
+    level = 1 - 0.01 / (2 * len(times))
+    low, high = average_bounds(3, runs, level)
+    for polar in (False, True):
+        poses = np.empty((runs, len(times)))
+        maps = np.empty(runs)
+        sensor = RangeBearing(0.01**2 * R_POLAR) if polar else CartesianSensor(0.01**2 * R)
+        for run, rng in enumerate(np.random.default_rng(8).spawn(runs)):
+            world = drive(rng, noise=0.01, polar=polar)
+            history = run_filter(world.start, world.steps, Settings(sensor))
+            error = history.poses - world.poses[1:]
+            error[:, 2] = wrapped(error[:, 2])
+            poses[run] = normalised_squared(error[times], history.pose_covs[times])
+            first = history.belief.ids[0]
+            landmark = history.belief.landmark(int(first))
+            maps[run] = normalised_squared(landmark.mean - world.landmarks[first], landmark.cov)
+        assert ((low < poses.mean(axis=0)) & (poses.mean(axis=0) < high)).all()
+        bounds = average_bounds(2, runs, level)
+        assert bounds[0] < maps.mean() < bounds[1]
+
+
+def test_nis_over_a_run_is_chi_squared():
+    world = drive(np.random.default_rng(9), steps=400, noise=0.01)
+    history = run_filter(world.start, world.steps, Settings(CartesianSensor(0.01**2 * R)))
+    low, high = average_bounds(int(history.dof.sum()), 1, 0.99)
+    assert low < history.nis.sum() < high
+
+
+def test_retired_landmarks_are_frozen():
+    """After its sixth revision a landmark is an anchor: the run goes on as if it had been told."""
+    world = drive(np.random.default_rng(1), steps=40, landmarks=4, seen=4)
+    settings = Settings(CART, revision_limit=5)
+    run = run_filter(world.start, world.steps, settings)
+    assert run.counts.retired == 4
+    assert sorted(run.frozen) == [0, 1, 2, 3]
+    assert run.sizes[5:8].tolist() == [4, 0, 0]  # first look, then six revisions
+    early = run_filter(world.start, world.steps[:7], Settings(CART)).belief
+    for name, place in run.frozen.items():
+        np.testing.assert_allclose(place, early.landmark(name).mean, atol=1e-12)
+    told = MapBelief.start(early.pose, early.pose_cov)
+    rest = run_filter(told, world.steps[7:], Settings(CART, run.frozen))
+    np.testing.assert_allclose(rest.poses, run.poses[7:], atol=1e-9)
+    np.testing.assert_allclose(rest.pose_covs, run.pose_covs[7:], atol=1e-9)
+    counts = run.counts
+    assert (counts.new, counts.matched, counts.anchored) == (4, 24, 160 - 28)
+
+
+def test_one_of_many_retired_leaves_the_others_alone():
+    world = drive(np.random.default_rng(2), steps=12, landmarks=5, seen=5)
+    shorter = []
+    for k, step in enumerate(world.steps):
+        rows = np.flatnonzero(step.scan.ids < (5 if k < 8 else 2))
+        scan = Scan(step.scan.ids[rows], step.scan.values[rows])
+        shorter.append(replace(step, scan=scan))
+    plain = run_filter(world.start, shorter, Settings(CART)).belief
+    for linearisation in ("latest", "first"):
+        settings = Settings(CART, revision_limit=10, linearisation=linearisation)
+        run = run_filter(world.start, shorter, settings)
+        assert run.counts.retired == 2
+        kept = run.belief.ids.tolist()
+        assert sorted([*kept, *run.frozen]) == sorted(plain.ids.tolist())
+        assert kept == [i for i in plain.ids.tolist() if i not in run.frozen]
+        if linearisation == "latest":  # retired by the last step: the rest is the marginal
+            places = [0, 1, 2] + [plain.slot(i) + c for i in kept for c in (0, 1)]
+            np.testing.assert_allclose(run.belief.mean, plain.mean[places], atol=1e-12)
+            np.testing.assert_allclose(
+                run.belief.cov, plain.cov[np.ix_(places, places)], atol=1e-12
+            )
+
+
+def test_considered_landmarks_stand_still_and_still_count():
+    """At equal Jacobians the considering filter is never surer than the best one."""
+    world = drive(np.random.default_rng(3), steps=60, landmarks=4, seen=4)
+    truth = Truth(world.poses, dict(enumerate(world.landmarks)))
+    all_on = Settings(CART, linearisation=truth, keep=[6])
+    settings = replace(all_on, revision_limit=5, retirement="consider")
+    considered = run_filter(world.start, world.steps, settings)
+    before, after = considered.kept[6], considered.belief
+    np.testing.assert_array_equal(after.mean[3:], before.mean[3:])
+    np.testing.assert_allclose(after.cov[3:, 3:], before.cov[3:, 3:], atol=1e-12)
+    best = run_filter(world.start, world.steps, all_on)
+    for sure, less_sure in zip(best.pose_covs, considered.pose_covs, strict=True):
+        assert np.linalg.eigvalsh(less_sure - sure)[0] > -1e-12
+    frozen = run_filter(world.start, world.steps, replace(settings, retirement="freeze"))
+    assert np.trace(frozen.pose_covs[-1]) < 0.9 * np.trace(considered.pose_covs[-1])
+
+
+def test_bookkeeping():
+    world = drive(np.random.default_rng(0), steps=30)
+    steps = list(world.steps)
+    far = Scan(steps[20].scan.ids, steps[20].scan.values + 3.0)
+    steps[20] = replace(steps[20], scan=far)  # named, but far off
+    steps[21] = replace(steps[21], scan=steps[21].scan.anonymous())
+    steps[22] = replace(steps[22], scan=None)
+    steps[23] = replace(steps[23], motion=None)
+    run = run_filter(world.start, steps, Settings(CART, {3: world.landmarks[3]}, Known(0.9999)))
+    counts = run.counts
+    assert counts.observed == 29 * 4
+    parts = (counts.matched, counts.anchored, counts.new, counts.rejected, counts.ignored)
+    assert sum(parts) == counts.observed
+    assert counts.ignored == 4
+    assert counts.rejected >= 3
+    assert counts.new == run.belief.ids.size == run.sizes[-1]
+    assert run.dof.sum() == 2 * (counts.matched + counts.anchored)
+    assert run.dof[22] == 0
+    assert run.nis[22] == 0
+    np.testing.assert_array_equal(run.used[21], -1)
+    np.testing.assert_array_equal(run.used[0], steps[0].scan.ids)
+    assert run.used[22].size == 0
+    assert counts.anchored == sum((u == 3).sum() for u in run.used)
+
+
+def one_step(**changes):
+    scan = Scan(np.array([1]), np.ones((1, 2)))
+    return replace(Step(Odometry(np.zeros(3), Q), scan), **changes)
+
+
+START = MapBelief.start(np.zeros(3), np.zeros((3, 3)))
+MAP = MapBelief(np.zeros(5), np.eye(5), np.array([1]))
+BAD = [
+    (lambda: run_filter(START, [], Settings(CART)), "at least one step"),
+    (lambda: run_filter(START, iter(()), Settings(CART)), "at least one step"),
+    (
+        lambda: run_filter(
+            START, [one_step(time=1.0), one_step(), one_step(time=0.5)], Settings(CART)
+        ),
+        "step 2: time goes backwards, from 1.0 to 0.5",
+    ),
+    (lambda: one_step(time=np.nan), "time must be finite"),
+    (lambda: run_filter(MAP, [one_step()], Settings(CART, {1: np.zeros(2)})), r"anchor: \[1\]"),
+    (lambda: run_filter(START, [one_step()], Settings(CART, {1: np.zeros(3)})), "anchor 1"),
+    (
+        lambda: run_filter(START, [one_step(motion=None)] * 2, Settings(CartesianSensor(0 * R))),
+        "step 1: innovation covariance is singular",
+    ),
+    (
+        lambda: run_filter(
+            START, [one_step()], Settings(CART, linearisation=Truth(np.zeros((1, 3)), {}))
+        ),
+        "step 0: the truth has 1 poses, need 2",
+    ),
+    (
+        lambda: run_filter(
+            START, [one_step()], Settings(CART, linearisation=Truth(np.zeros((2, 3)), {}))
+        ),
+        r"step 0: the truth has no landmarks \[1\]",
+    ),
+    (
+        lambda: run_filter(
+            START,
+            [one_step(scan=Scan(np.array([1]), np.array([[-1.0, 0.0]])))],
+            Settings(RangeBearing(R)),
+        ),
+        "step 0: ranges must not be negative",
+    ),
+    (lambda: Settings(CART, association="nearest"), "'nearest'"),
+    (lambda: Settings(CART, linearisation="last"), "'last'"),
+    (lambda: Settings(CART, retirement="forget"), "'forget'"),
+    (lambda: Settings(CART, revision_limit=0), "at least 1, got 0"),
+    (lambda: Known(0.0), "between 0 and 1, got 0.0"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=range(len(BAD)))
+def test_bad_input_is_named(call, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_a_start_that_lost_its_symmetry_is_refused():
+    MAP.cov[0, 3] = 0.5
+    try:
+        with pytest.raises(ValueError, match="symmetric"):
+            run_filter(MAP, [one_step()], Settings(CART))
+    finally:
+        MAP.cov[0, 3] = 0.0
+
+
+def test_velocity_drives_the_run():
+    """Speed and turn rate integrate to the circle that they describe."""
+    steps = [Step(Velocity(0.4, 0.1, 0.5, 1e-6 * np.eye(2)), time=0.5 * k) for k in range(40)]
+    run = run_filter(START, steps, Settings(CART))
+    heading = 0.05 * np.arange(1, 41)
+    expected = np.stack([4 * np.sin(heading), 4 * (1 - np.cos(heading))], axis=-1)
+    np.testing.assert_allclose(run.poses[:, :2], expected, atol=1e-12)
+    np.testing.assert_allclose(run.poses[:, 2], heading, atol=1e-12)
