@@ -1,0 +1,578 @@
+"""Five robots against motion capture: the UTIAS recording, data set 6.
+
+What the filter is told of a robot's wheels and camera is estimated from the other four robots, for
+whom motion capture is taken to be known; the robot's own motion capture only starts it and judges
+it.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import stats
+
+from robot_perception.datasets import read_mrclam
+from robot_perception.datasets.mrclam import HeldCommands, MrclamRobot, SurveyedLandmarks
+from robot_perception.evaluation.consistency import normalised_squared
+from robot_perception.evaluation.trajectories import absolute_error, end_error
+from robot_perception.geometry import wrap_angle
+from robot_perception.slam.planar import (
+    Gated,
+    History,
+    Joint,
+    Known,
+    MapBelief,
+    Odometry,
+    RangeBearing,
+    Scan,
+    Settings,
+    Step,
+    run_filter,
+)
+from robot_perception.teaching.recordings import Recording
+
+GAP = 0.5
+"""Longest gap of the motion capture that is bridged, s."""
+WINDOW = 2.0
+"""Time over which wheels are compared with motion capture, and lag of the correlations, s."""
+MISREAD = 0.1
+"""A bearing that is wrong by more, rad, is of another barcode than the camera read."""
+START = np.diag([0.001, 0.001, 0.005]) ** 2
+"""Covariance of the start pose, from motion capture; ours."""
+ANCHORS = ("none", "one", "two")
+METHODS = ("white", "lasting", "unbiased", "nearest", "joint")
+SAMPLES = 120
+"""Times of each drive at which paths and errors are stored."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Calibration:
+    """What motion capture says of the sensors of one robot, or of several together.
+
+    Parameters
+    ----------
+    scale : (2,)
+        True over logged motion, forward and turning.
+    density : (2,)
+        Variance of the rest per second: m²/s, rad²/s.
+    bias : (2,)
+        Median error of range (m) and bearing (rad).
+    sigma : (2,)
+        Standard deviation of range and bearing without the misread barcodes.
+    persistence : (2,)
+        Correlation of two errors on one landmark, `WINDOW` seconds apart.
+    interval
+        Mean time between images while there are any, s.
+    misread
+        Sightings left out of all this, because the barcode cannot be the one that was read.
+    """
+
+    scale: Float[np.ndarray, "2"]
+    density: Float[np.ndarray, "2"]
+    bias: Float[np.ndarray, "2"]
+    sigma: Float[np.ndarray, "2"]
+    persistence: Float[np.ndarray, "2"]
+    interval: float
+    misread: int
+
+    @property
+    def inflation(self) -> Float[np.ndarray, "2"]:
+        r"""Factor by which lasting errors say less than fresh ones.
+
+        If the correlation falls as :math:`e^{-t/\tau}`, the mean of many errors taken every Δ has
+        the variance of one of them times :math:`(1 + 2 \tau / \Delta)`, over their number.
+        """
+        tau = -WINDOW / np.log(self.persistence)
+        return 1 + 2 * tau / self.interval
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drive:
+    """What the filter gets of one robot, and what it is judged by.
+
+    Parameters
+    ----------
+    steps
+        One for each image used.
+    times : (k + 1,)
+        Of the start and of the images, s on the log's clock.
+    truth : (k + 1, 3)
+        Poses by motion capture; NaN where not covered.
+    covered : (k + 1,)
+    """
+
+    steps: tuple[Step, ...]
+    times: Float[np.ndarray, " images"]
+    truth: Float[np.ndarray, "images 3"]
+    covered: Bool[np.ndarray, " images"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Judged:
+    """A run beside motion capture.
+
+    Parameters
+    ----------
+    history
+        The run.
+    ate, ate_aligned
+        Absolute error as it stands and after alignment, m.
+    end, end_heading
+        Error of the last covered pose, m and rad.
+    map_error
+        Root mean squared distance of the estimated landmarks from the surveyed, m.
+    nees : (covered,)
+        Of the poses.
+    nis
+        Normalised innovation squared over its degrees of freedom.
+    """
+
+    history: History
+    ate: float
+    ate_aligned: float
+    end: float
+    end_heading: float
+    map_error: float
+    nees: Float[np.ndarray, " covered"]
+    nis: float
+
+    @property
+    def inside(self) -> float:
+        """Share of the poses inside the 95 % region of their covariance."""
+        return float(np.mean(self.nees <= stats.chi2.ppf(0.95, 3)))
+
+
+# ---- sensors -------------------------------------------------------------------------------------
+
+
+def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
+    """Compare the wheels and the camera of a robot with motion capture."""
+    scale, density = _wheels(robot)
+    seen = robot.landmarks
+    poses, covered = robot.truth.at(seen.times, longest_gap=GAP)
+    places = landmarks.positions[np.searchsorted(landmarks.ids, seen.subjects)]
+    x, y = (places - poses[:, :2]).T
+    expected = np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[:, 2]], axis=1)
+    errors = seen.values - expected
+    errors[:, 1] = wrap_angle(errors[:, 1])
+    bias = np.median(errors[covered], axis=0)
+    right = covered & (np.abs(errors[:, 1] - bias[1]) <= MISREAD)
+    sigma = errors[right].std(axis=0)
+    rest = np.where(right[:, None], errors - errors[right].mean(axis=0), np.nan)
+    pauses = np.diff(np.unique(seen.times))
+    return Calibration(
+        scale,
+        density,
+        bias,
+        sigma,
+        _persistence(seen.times, seen.subjects, rest) / sigma**2,
+        float(pauses[pauses < WINDOW].mean()),
+        int(np.count_nonzero(covered & ~right)),
+    )
+
+
+def _wheels(robot: MrclamRobot) -> tuple[np.ndarray, np.ndarray]:
+    """Return the scale of logged motions and the variance of the rest per second."""
+    first = max(robot.commands.times[0], robot.truth.times[0])
+    last = min(robot.commands.times[-1], robot.truth.times[-1])
+    cuts = np.arange(first, last, WINDOW)
+    held = robot.commands.hold(cuts)
+    parts = held.velocities * held.durations[:, None]
+    logged = np.stack([np.bincount(held.cuts, part)[1:] for part in parts.T], axis=1)
+    poses, covered = robot.truth.at(cuts, longest_gap=GAP)
+    turn = wrap_angle(np.diff(poses[:, 2]))
+    chord = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    moved = np.stack([chord / np.sinc(turn / (2 * np.pi)), turn], axis=1)  # arc, not chord
+    both = covered[1:] & covered[:-1]
+    logged, moved = logged[both], moved[both]
+    scale = (logged * moved).sum(axis=0) / (logged**2).sum(axis=0)
+    return scale, (moved - scale * logged).var(axis=0) / WINDOW
+
+
+def _persistence(times: np.ndarray, subjects: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return the mean product of errors on one landmark that are `WINDOW` seconds apart."""
+    products = []
+    for subject in np.unique(subjects):
+        mine = subjects == subject
+        t, e = times[mine], rest[mine]
+        later = np.minimum(np.searchsorted(t, t + WINDOW), len(t) - 1)
+        near = np.abs(t[later] - t - WINDOW) < WINDOW / 4
+        products.append((e * e[later])[near])
+    return np.nanmean(np.concatenate(products), axis=0)
+
+
+def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibration:
+    """Return the mean calibration of all robots but one; biases are a robot's own and stay out."""
+    others = [calibration for number, calibration in calibrations.items() if number != robot]
+
+    def mean(name: str) -> np.ndarray:
+        return np.mean([getattr(calibration, name) for calibration in others], axis=0)
+
+    return Calibration(
+        scale=mean("scale"),
+        density=mean("density"),
+        bias=np.zeros(2),
+        sigma=np.sqrt(np.mean([calibration.sigma**2 for calibration in others], axis=0)),
+        persistence=mean("persistence"),
+        interval=float(mean("interval")),
+        misread=sum(calibration.misread for calibration in others),
+    )
+
+
+# ---- steps ---------------------------------------------------------------------------------------
+
+
+def compound(
+    held: HeldCommands, scale: Float[np.ndarray, "2"], density: Float[np.ndarray, "2"]
+) -> tuple[Float[np.ndarray, "intervals 3"], Float[np.ndarray, "intervals 3 3"]]:
+    r"""Return the motion over each interval and its covariance.
+
+    Arcs are joined one to the other in the frame in which the interval began. The noise of (v, ω)
+    is white: over a piece of length T its variance is the density over T. What piece j does to the
+    end of the interval is
+
+    .. math::
+        \frac{\partial t_e}{\partial v_j} = R_j \frac{\partial d_j}{\partial v}, \qquad
+        \frac{\partial t_e}{\partial \omega_j} = R_j \frac{\partial d_j}{\partial \omega}
+        + T_j J (t_e - t_{j+1})
+
+    so that the filter's result is the same as if it had taken the pieces one by one.
+
+    Parameters
+    ----------
+    held
+        Pieces of constant velocity.
+    scale : (2,)
+        Factors of speed and turn rate.
+    density : (2,)
+        Variance per second of distance (m²/s) and of turn (rad²/s).
+
+    Returns
+    -------
+    increments : (intervals, 3)
+    covs : (intervals, 3, 3)
+    """
+    speed, rate = (held.velocities * scale).T
+    duration = held.durations
+    turn = rate * duration
+    chord = (duration * np.sinc(turn / (2 * np.pi)))[:, None]
+    by_speed = chord * np.stack([np.cos(turn / 2), np.sin(turn / 2)], axis=1)
+    by_rate = (speed * duration**2)[:, None] * _arc_slope(turn)
+    first = np.flatnonzero(np.diff(held.cuts, prepend=0))
+    interval = held.cuts - 1
+    heading = _before(turn, first, interval)
+    cos, sin = np.cos(heading), np.sin(heading)
+    R = np.stack([cos, -sin, sin, cos], axis=1).reshape(-1, 2, 2)
+    part = (R @ (speed[:, None] * by_speed)[..., None])[..., 0]
+    end = np.add.reduceat(part, first, axis=0)
+    x, y = (end[interval] - _before(part, first, interval) - part).T  # t_e - t_{j+1}
+    by_noise = np.zeros((len(turn), 3, 2))
+    by_noise[:, :2, 0] = (R @ by_speed[..., None])[..., 0]
+    by_noise[:, :2, 1] = (R @ by_rate[..., None])[..., 0] + duration[:, None] * np.stack([-y, x], 1)
+    by_noise[:, 2, 1] = duration
+    root = by_noise * np.sqrt(density / duration[:, None])[:, None, :]
+    covs = np.add.reduceat(root @ root.mT, first, axis=0)
+    return np.column_stack([end, np.add.reduceat(turn, first)]), (covs + covs.mT) / 2
+
+
+def _arc_slope(turn: np.ndarray) -> np.ndarray:
+    """Return the derivative of (sin a, 1 - cos a) / a; by its series where a is small."""
+    small = np.abs(turn) < 1e-3
+    a = np.where(small, 1.0, turn)
+    x = (a * np.cos(a) - np.sin(a)) / a**2
+    y = (a * np.sin(a) + np.cos(a) - 1) / a**2
+    return np.stack([np.where(small, -turn / 3, x), np.where(small, 0.5 - turn**2 / 8, y)], axis=1)
+
+
+def _before(values: np.ndarray, first: np.ndarray, interval: np.ndarray) -> np.ndarray:
+    """Return for each piece the sum over the pieces of its interval that come before it."""
+    so_far = np.cumsum(values, axis=0) - values
+    return so_far - so_far[first][interval]
+
+
+def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
+    """Return the steps of a robot, one for each image at least ``pause`` seconds after the last.
+
+    The drive begins with the first command and ends with the last image before the wheels' log
+    does. Biases of the calibration are taken from the measurements.
+    """
+    seen = robot.landmarks
+    images = np.unique(seen.times)
+    images = images[(images > robot.commands.times[0]) & (images <= robot.commands.times[-1])]
+    times = np.array([robot.commands.times[0], *_apart(images, pause)])
+    increments, covs = compound(robot.commands.hold(times), sensors.scale, sensors.density)
+    low, high = (np.searchsorted(seen.times, times[1:], side=side) for side in ("left", "right"))
+    values = seen.values - sensors.bias
+    steps = tuple(
+        Step(Odometry(increment, cov), Scan(seen.subjects[i:j], values[i:j]), time=float(time))
+        for increment, cov, i, j, time in zip(
+            increments, covs, low, high, times[1:] - times[0], strict=True
+        )
+    )
+    return Drive(steps, times, *robot.truth.at(times, longest_gap=GAP))
+
+
+def _apart(times: np.ndarray, pause: float) -> list[float]:
+    """Return the times that follow the last one returned by at least a pause."""
+    kept: list[float] = []
+    for time in times.tolist():
+        if not kept or time - kept[-1] >= pause:
+            kept.append(time)
+    return kept
+
+
+def dead_reckoning(start: Float[np.ndarray, "3"], steps: Iterable[Step]) -> np.ndarray:
+    """Return the poses by the motions alone, (k + 1, 3) with the start."""
+    poses = [start]
+    for step in steps:
+        poses.append(step.motion.move(poses[-1]))
+    return np.array(poses)
+
+
+def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int, np.ndarray]]:
+    """Return no anchor; the landmark seen first, as in the paper; and that and the one farthest."""
+    places = dict(zip(landmarks.ids.tolist(), landmarks.positions, strict=True))
+    first = int(drive.steps[0].scan.ids[0])
+    far = max(places, key=lambda name: float(np.hypot(*(places[name] - places[first]))))
+    return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
+
+
+# ---- runs ----------------------------------------------------------------------------------------
+
+
+def judge(history: History, drive: Drive, landmarks: SurveyedLandmarks, *, named: bool) -> Judged:
+    """Compare a run with motion capture; landmarks the filter named itself go to the nearest."""
+    seen = drive.covered[1:]
+    poses, truth = history.poses[seen], drive.truth[1:][seen]
+    errors = poses - truth
+    errors[:, 2] = wrap_angle(errors[:, 2])
+    end = end_error(poses, truth)
+    found = history.belief.landmarks
+    if named:
+        apart = found - landmarks.positions[np.searchsorted(landmarks.ids, history.belief.ids)]
+    else:
+        offsets = found[:, None] - landmarks.positions
+        nearest = np.hypot(*offsets.T).T.argmin(axis=1)
+        apart = offsets[np.arange(len(found)), nearest]
+    return Judged(
+        history,
+        absolute_error(poses, truth, aligned=False),
+        absolute_error(poses, truth, aligned=True),
+        end.position,
+        end.heading,
+        float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
+        normalised_squared(errors, history.pose_covs[seen]),
+        float(history.nis.sum() / history.dof.sum()),
+    )
+
+
+def run_robot(
+    robot: MrclamRobot,
+    landmarks: SurveyedLandmarks,
+    sensors: Calibration,
+    range_bias: float,
+) -> tuple[Drive, dict[str, list[Judged]]]:
+    """Run the filter over a drive by each method, with no, one and two anchors.
+
+    ``white``: barcodes known, the noise that of one measurement; ``lasting``: the noise multiplied
+    by `Calibration.inflation`; ``unbiased``: the same, less the range bias of this very robot;
+    ``nearest`` and ``joint``: barcodes unknown, the noise of one measurement, one image a second.
+    Known barcodes pass a gate (0.9999), for the camera takes one landmark for another now and then.
+    """
+    drive, sparse = make_drive(robot, sensors), make_drive(robot, sensors, pause=1.0)
+    nameless = tuple(Step(s.motion, s.scan.anonymous(), time=s.time) for s in sparse.steps)
+    one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
+    known = Known(0.9999)
+    ways = (
+        (drive, drive.steps, RangeBearing(one), known),
+        (drive, drive.steps, RangeBearing(many), known),
+        (drive, drive.steps, RangeBearing(many, range_bias), known),
+        (sparse, nameless, RangeBearing(one), Gated()),
+        (sparse, nameless, RangeBearing(one), Joint()),
+    )
+    found: dict[str, list[Judged]] = {}
+    start = MapBelief.start(drive.truth[0], START)
+    for method, (way, steps, sensor, association) in zip(METHODS, ways, strict=True):
+        named = isinstance(association, Known)
+        found[method] = [
+            judge(
+                run_filter(start, steps, Settings(sensor, anchors, association=association)),
+                way,
+                landmarks,
+                named=named,
+            )
+            for anchors in choose_anchors(drive, landmarks)
+        ]
+    return drive, found
+
+
+# ---- the recording -------------------------------------------------------------------------------
+
+
+def study(folder: Path) -> dict[str, np.ndarray | float]:
+    """Run all robots, and return what the chapter shows of them.
+
+    Returns
+    -------
+    dict
+        By robot: ``robots``; of the sensors ``scale``, ``density``, ``bias``, ``sigma``,
+        ``persistence``, ``inflation``, ``misread``, ``unknown``; ``images``, ``minutes``,
+        ``uncovered``; ``dead`` (error of the wheels alone, m). By robot, method and anchors: the
+        numbers of `Judged` and ``rejected``, ``ignored``, ``new``. Of the runs with lasting errors,
+        by robot, anchors and time: ``paths``, ``errors`` (m and rad), ``sigmas`` (likewise),
+        ``nees``, beside ``times`` (s) and ``truth``; and ``marks``, ``mark_covs`` (cm²), beside
+        ``landmarks`` and the ``anchors`` (robots, 2).
+    """
+    data = read_mrclam(folder)
+    calibrations = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
+    runs = [
+        run_robot(robot, data.landmarks, of_others(calibrations, n), calibrations[n].bias[0])
+        for n, robot in data.robots.items()
+    ]
+    names = ("scale", "density", "bias", "sigma", "persistence", "inflation", "misread")
+    sensors = {
+        name: np.array([getattr(calibration, name) for calibration in calibrations.values()])
+        for name in names
+    }
+    sensors["unknown"] = np.array([sum(r.unknown.values()) for r in data.robots.values()])
+    return (
+        {"robots": np.array(list(data.robots)), "landmarks": data.landmarks.positions}
+        | sensors
+        | _stack([_numbers(*run) for run in runs])
+        | _stack([_series(*run, data.landmarks) for run in runs])
+    )
+
+
+def _stack(rows: list[dict[str, np.ndarray | float]]) -> dict[str, np.ndarray]:
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _numbers(drive: Drive, found: Mapping[str, list[Judged]]) -> dict[str, np.ndarray | float]:
+    """Return what is told of one robot in numbers; arrays by method and anchors."""
+    numbers = {
+        name: np.array([[getattr(run, name) for run in found[method]] for method in METHODS])
+        for name in ("ate", "ate_aligned", "end", "end_heading", "map_error", "inside", "nis")
+    }
+    numbers["nees_mean"] = np.array([[run.nees.mean() for run in found[m]] for m in METHODS])
+    for name in ("matched", "anchored", "new", "rejected", "ignored"):
+        numbers[name] = np.array(
+            [[getattr(run.history.counts, name) for run in found[m]] for m in METHODS]
+        )
+    seen = drive.covered
+    dead = dead_reckoning(drive.truth[0], drive.steps)
+    return numbers | {
+        "dead": absolute_error(dead[seen], drive.truth[seen], aligned=False),
+        "images": len(drive.steps),
+        "uncovered": int(np.count_nonzero(~seen)),
+        "minutes": float(drive.times[-1] - drive.times[0]) / 60,
+    }
+
+
+def _series(
+    drive: Drive, found: Mapping[str, list[Judged]], landmarks: SurveyedLandmarks
+) -> dict[str, np.ndarray]:
+    """Return paths, errors and maps of one robot, thinned; arrays by anchors and time."""
+    covered = np.flatnonzero(drive.covered[1:])
+    kept = np.linspace(0, len(covered) - 1, SAMPLES).astype(int)
+    rows = covered[kept]
+    truth = drive.truth[1:][rows]
+    runs = found["lasting"]
+    poses = np.array([run.history.poses[rows] for run in runs])
+    covs = np.array([run.history.pose_covs[rows] for run in runs])
+    apart = poses - truth
+    spread = np.sqrt(np.trace(covs[..., :2, :2], axis1=-2, axis2=-1))
+    chosen = choose_anchors(drive, landmarks)
+    maps = [_map(run, anchors, landmarks) for run, anchors in zip(runs, chosen, strict=True)]
+    return {
+        "times": np.round(drive.times[1:][rows] - drive.times[0], 1),
+        "truth": np.round(truth[:, :2], 3),
+        "dead_path": np.round(dead_reckoning(drive.truth[0], drive.steps)[1:][rows, :2], 3),
+        "paths": np.round(poses[..., :2], 3),
+        "errors": np.round(
+            np.stack([np.hypot(*apart[..., :2].T).T, wrap_angle(apart[..., 2])], axis=-1), 4
+        ),
+        "sigmas": np.round(np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1), 4),
+        "nees": np.round([run.nees[kept] for run in runs], 2),
+        "marks": np.round([points for points, _ in maps], 3),
+        "mark_covs": np.round([1e4 * covs for _, covs in maps], 2),
+        "anchors": np.array(list(chosen[-1])),
+    }
+
+
+def _map(
+    run: Judged, anchors: Mapping[int, np.ndarray], landmarks: SurveyedLandmarks
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the landmarks in the order of the survey; anchors stand where they are known to be."""
+    points, covs = landmarks.positions.copy(), np.zeros((len(landmarks.ids), 2, 2))
+    for row, name in enumerate(landmarks.ids.tolist()):
+        if name not in anchors:
+            marginal = run.history.belief.landmark(name)
+            points[row], covs[row] = marginal.mean, marginal.cov
+    return points, covs
+
+
+def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:
+    """Return what motion capture says of each robot's wheels and camera."""
+    head = (
+        "       speed   turn  range bias     sd  after 2 s  bearing     sd  misread  unknown\n"
+        "robot      ×      ×           m      m          ρ        °      °"
+    )
+    rows = []
+    for row, robot in enumerate(found["robots"]):
+        speed, turn = found["scale"][row]
+        (far, bearing), (far_sd, bearing_sd) = found["bias"][row], found["sigma"][row]
+        rows.append(
+            f"{robot:5d}{speed:7.2f}{turn:7.2f}{far:12.3f}{far_sd:7.3f}"
+            f"{found['persistence'][row, 0]:11.2f}{np.rad2deg(bearing):9.2f}"
+            f"{np.rad2deg(bearing_sd):7.2f}{found['misread'][row]:9d}{found['unknown'][row]:9d}"
+        )
+    return "\n".join([head, *rows])
+
+
+def robot_table(found: Mapping[str, np.ndarray | float]) -> str:
+    """Return errors and consistency of the runs with known barcodes and lasting errors."""
+    way = METHODS.index("lasting")
+    head = (
+        "         wheels  error / m         aligned / m       inside 95 %\n"
+        "robot    alone   no   one  two     no   one  two     no   one  two"
+    )
+    rows = []
+    for row, robot in enumerate(found["robots"]):
+        cells = [
+            "  ".join(f"{value:.{places}f}" for value in found[name][row, way])
+            for name, places in (("ate", 2), ("ate_aligned", 2), ("inside", 2))
+        ]
+        rows.append(f"{robot:5d}  {found['dead'][row]:7.2f}  {'    '.join(cells)}")
+    means = [
+        "  ".join(f"{value:.2f}" for value in found[name][:, way].mean(axis=0))
+        for name in ("ate", "ate_aligned", "inside")
+    ]
+    rows.append(f" mean  {found['dead'].mean():7.2f}  {'    '.join(means)}")
+    return "\n".join([head, *rows])
+
+
+def method_table(found: Mapping[str, np.ndarray | float]) -> str:
+    """Return the mean over the robots of error, consistency and innovations, by method."""
+    words = {
+        "white": "barcodes, errors taken as fresh",
+        "lasting": "barcodes, errors that last",
+        "unbiased": "the same, less each robot's bias",
+        "nearest": "nearest neighbour",
+        "joint": "joint compatibility",
+    }
+    head = (
+        "                                  error / m         inside 95 %       NIS\n"
+        "                                  no   one  two     no   one  two     no"
+    )
+    rows = []
+    for way, method in enumerate(METHODS):
+        ate, inside = found["ate"][:, way].mean(axis=0), found["inside"][:, way].mean(axis=0)
+        cells = ["  ".join(f"{value:.2f}" for value in values) for values in (ate, inside)]
+        nis = found["nis"][:, way, 0].mean()
+        rows.append(f"{words[method]:32s}  {'    '.join(cells)}    {nis:.2f}")
+    return "\n".join([head, *rows])
+
+
+UTIAS = Recording("utias_mrclam_6", study, store="anchored-utias")

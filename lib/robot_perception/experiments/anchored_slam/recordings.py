@@ -1,0 +1,32 @@
+"""The real recordings of the chapter "Anchored SLAM": five robots, a car among trees, a building.
+
+No claim of the paper rests on them, for its own recording is not to be had.
+"""
+
+from robot_perception.experiments.anchored_slam.intel import INTEL, relation_table
+from robot_perception.experiments.anchored_slam.mrclam import (
+    ANCHORS,
+    METHODS,
+    UTIAS,
+    method_table,
+    robot_table,
+    sensor_table,
+)
+from robot_perception.experiments.anchored_slam.victoria import VICTORIA
+
+__all__ = [
+    "ANCHORS",
+    "CLAIMS",
+    "INTEL",
+    "METHODS",
+    "RECORDINGS",
+    "UTIAS",
+    "VICTORIA",
+    "method_table",
+    "relation_table",
+    "robot_table",
+    "sensor_table",
+]
+
+CLAIMS = ()
+RECORDINGS = (UTIAS, VICTORIA, INTEL)
