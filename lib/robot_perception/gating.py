@@ -4,6 +4,7 @@ The functions know nothing of robots: they take innovations and their covariance
 (measurement, target); an assignment gives for each measurement its target, or -1.
 """
 
+from functools import cache
 from typing import no_type_check
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.stats import chi2
 from robot_perception.beliefs import check_covariance, check_finite
 
 
+@cache
 def gate(level: float, dimension: int) -> float:
     r"""Return the squared Mahalanobis distance that a right pair exceeds with 1 - level.
 

@@ -104,54 +104,42 @@ def associate(
 ) -> np.ndarray:
     """Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs."""
     found = scan.ids.copy()
-    open_ = np.flatnonzero(found == -1)
-    names = [n for n in (*work.ids, *anchors) if n not in set(found.tolist())]
-    if not open_.size:
+    unnamed = np.flatnonzero(found == -1)
+    taken = set(found.tolist())
+    names = [name for name in (*work.ids, *anchors) if name not in taken]
+    if not unnamed.size:
         return found
-    found[open_] = NEW
+    found[unnamed] = NEW
     if not names:
         return found
     slots, points = work.targets(names, anchors)
     expected, by_pose, by_point = sensor.look(work.mean[:3], points)
-    cross = kernels.cross_rows(work.cov, by_pose, by_point, slots)
-    values, noises = scan.values[open_], noises[open_ if len(noises) > 1 else slice(1)]
-    innovations = np.stack(
-        [sensor.residual(v[None].repeat(len(names), 0), expected) for v in values]
-    )
-    distances = kernels.pair_distances(innovations, cross, by_pose, by_point, slots, noises)
-    if isinstance(association, Joint):
-        assignment = _jointly(
-            innovations, distances, cross, by_pose, by_point, slots, noises, association
-        )
-    else:
+    m, n = unnamed.size, len(names)
+    innovations = sensor.residual(
+        np.repeat(scan.values[unnamed], n, axis=0), np.tile(expected, (m, 1))
+    ).reshape(m, n, 2)
+    noises = noises if len(noises) == 1 else noises[unnamed]
+    own = kernels.own_covs(work.cov, by_pose, by_point, slots)
+    distances = kernels.pair_distances(innovations, own, noises)
+    if isinstance(association, Gated):
         assignment = nearest_neighbours(distances, association.limit)
-    between = distances.min(axis=1) <= association.outer_limit
-    found[open_[between]] = IGNORED
+    else:
+        i, j = pairs = np.nonzero(distances <= association.limit)
+        S = work.innovation_cov(
+            by_pose[j], by_point[j], slots[j], noises if len(noises) == 1 else noises[i]
+        )
+        chosen = _largest(np.stack(pairs, axis=-1), innovations[i, j], S, association.level)
+        assignment = np.full(m, -1)
+        assignment[i[chosen]] = j[chosen]
+    found[unnamed[distances.min(axis=1) <= association.outer_limit]] = IGNORED
     matched = assignment >= 0
-    found[open_[matched]] = np.array(names)[assignment[matched]]
+    found[unnamed[matched]] = np.array(names)[assignment[matched]]
     return found
 
 
-def _jointly(
-    innovations: np.ndarray,
-    distances: np.ndarray,
-    cross: np.ndarray,
-    by_pose: np.ndarray,
-    by_point: np.ndarray,
-    slots: np.ndarray,
-    noises: np.ndarray,
-    association: Joint,
-) -> np.ndarray:
-    assignment = np.full(len(distances), -1)
-    pairs = np.argwhere(distances <= association.limit)
-    if not pairs.size:
-        return assignment
-    i, j = pairs.T
-    rows = (2 * j[:, None] + np.arange(2)).ravel()
-    S = kernels.innovation_cov(
-        cross[rows], by_pose[j], by_point[j], slots[j], noises[i if len(noises) > 1 else [0]]
-    )
-    limits = np.array([gate(association.level, 2 * (k + 1)) for k in range(len(pairs))])
-    chosen = branch_and_bound(pairs, innovations[i, j], S, limits)
-    assignment[i[chosen]] = j[chosen]
-    return assignment
+def _largest(pairs: np.ndarray, innovations: np.ndarray, S: np.ndarray, level: float) -> np.ndarray:
+    """Return the rows of the largest jointly compatible set of pairs."""
+    if not len(pairs):
+        return np.empty(0, dtype=np.int64)
+    limits = np.array([gate(level, 2 * (k + 1)) for k in range(len(pairs))])
+    return branch_and_bound(pairs, innovations, S, limits)

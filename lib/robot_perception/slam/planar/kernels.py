@@ -349,17 +349,42 @@ def arc(speed, rate, duration):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def pair_distances(innovations, cross, Hr, Hp, slots, noises):  # pragma: no cover - compiled
-    """Return the squared Mahalanobis distance of each observation to each landmark, (m, n)."""
+def own_covs(cov, Hr, Hp, slots):  # pragma: no cover - compiled
+    """Return H P Hᵀ of each observation by itself, (k, d, d): five states at most take part."""
+    k, d = Hr.shape[0], Hr.shape[1]
+    covs, h, states = np.empty((k, d, d)), np.empty((d, 5)), np.array([0, 1, 2, 0, 0])
+    for i in range(k):
+        h[:, :3] = Hr[i]
+        involved = 3
+        if slots[i] >= 0:
+            states[3], states[4] = slots[i], slots[i] + 1
+            h[:, 3:] = Hp[i]
+            involved = 5
+        for row in range(d):
+            for col in range(row + 1):
+                total = 0.0
+                for p in range(involved):
+                    for q in range(involved):
+                        total += h[row, p] * cov[states[p], states[q]] * h[col, q]
+                covs[i, row, col] = total
+                covs[i, col, row] = total
+    return covs
+
+
+@njit(cache=True)
+@no_type_check
+def pair_distances(innovations, own, noises):  # pragma: no cover - compiled
+    """Return the squared Mahalanobis distance of each of m observations to each of n targets.
+
+    innovations (m, n, 2); covariances of the expected values (n, 2, 2); noises (m or 1, 2, 2). A
+    singular covariance gives NaN.
+    """
     m, n = innovations.shape[:2]
     distances = np.empty((m, n))
-    for j in range(n):
-        B = cross[2 * j : 2 * j + 2]
-        none = np.zeros((1, 2, 2))
-        S = innovation_cov(B, Hr[j : j + 1], Hp[j : j + 1], slots[j : j + 1], none)
-        for i in range(m):
-            R = noises[min(i, noises.shape[0] - 1)]
-            a, b, c = S[0, 0] + R[0, 0], S[1, 0] + R[1, 0], S[1, 1] + R[1, 1]
+    for i in range(m):
+        R = noises[min(i, noises.shape[0] - 1)]
+        for j in range(n):
+            a, b, c = own[j, 0, 0] + R[0, 0], own[j, 1, 0] + R[1, 0], own[j, 1, 1] + R[1, 1]
             x, y = innovations[i, j, 0], innovations[i, j, 1]
             determinant = a * c - b * b
             if determinant <= 1e-14 * a * c:

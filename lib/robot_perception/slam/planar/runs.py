@@ -376,10 +376,11 @@ class _Run:
     ) -> None:
         """Put landmarks into the map."""
         work = self.work
+        self.next_id = max(self.next_id, int(used.max()) + 1)
         for i in new:
             if used[i] == NEW:
                 used[i] = self.next_id
-            self.next_id = max(self.next_id, int(used[i]) + 1)
+                self.next_id += 1
         names, n = used[new].tolist(), work.mean.size
         there = None if self.truth is None else self._true_places(names).reshape(-1, 2)
         work.add(names, values[new], _some(noises, new), self.settings.sensor, self.point, there)

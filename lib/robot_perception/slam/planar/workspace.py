@@ -95,6 +95,13 @@ class Workspace:
         kernels.mirror(self.cov)
         return S, squared
 
+    def innovation_cov(
+        self, by_pose: np.ndarray, by_point: np.ndarray, slots: np.ndarray, noises: np.ndarray
+    ) -> np.ndarray:
+        """Return the joint covariance S of k observations."""
+        B = kernels.cross_rows(self.cov, by_pose, by_point, slots)
+        return kernels.innovation_cov(B, by_pose, by_point, slots, noises)
+
     def distances(
         self,
         by_pose: np.ndarray,
@@ -104,11 +111,8 @@ class Workspace:
         noises: np.ndarray,
     ) -> np.ndarray:
         """Return the squared Mahalanobis distance of each of k observations by itself."""
-        B = kernels.cross_rows(self.cov, by_pose, by_point, slots)
-        S = kernels.innovation_cov(B, by_pose, by_point, slots, noises)
-        blocks = S.reshape(len(slots), 2, len(slots), 2)
-        own = np.moveaxis(np.diagonal(blocks, axis1=0, axis2=2), -1, 0)
-        return (innovation * np.linalg.solve(own, innovation[..., None])[..., 0]).sum(axis=-1)
+        S = kernels.own_covs(self.cov, by_pose, by_point, slots) + noises
+        return (innovation * np.linalg.solve(S, innovation[..., None])[..., 0]).sum(axis=-1)
 
     def correct(self, fix: Fix) -> tuple[np.ndarray, np.ndarray, float]:
         """Update with a pose sensor; return innovation, S and ε."""
