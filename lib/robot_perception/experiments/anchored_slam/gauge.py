@@ -83,7 +83,6 @@ def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[Sensor
     return table[name]
 
 
-@cache
 def ranks(landmarks: int = 1, *, moving: bool = True) -> Mapping[tuple[str, str], Reading]:
     """Return what each analysis says about each set of sensors, in exact arithmetic.
 
@@ -99,6 +98,11 @@ def ranks(landmarks: int = 1, *, moving: bool = True) -> Mapping[tuple[str, str]
     mapping
         (set, analysis) -> :class:`Reading`.
     """
+    return _ranks(landmarks, moving)
+
+
+@cache
+def _ranks(landmarks: int, moving: bool) -> Mapping[tuple[str, str], Reading]:
     table = {}
     start, turned = pose(0), pose(1)
     motion = {} if moving else {"displacement": (0, 0)}
@@ -418,13 +422,17 @@ class Result:
         return (self.gains > 1 + 1e-6).any(axis=1)
 
 
-def run(config: Config, *, rng: np.random.Generator) -> dict[Filter, Result]:
-    """Run the three filters over the same runs.
+def run(
+    config: Config, filters: tuple[Filter, ...] = FILTERS, *, rng: np.random.Generator
+) -> dict[Filter, Result]:
+    """Run filters over the same runs.
 
     Parameters
     ----------
     config
         The study.
+    filters
+        Which; all three if left out.
     rng
         Generator; each run spawns its own.
 
@@ -435,7 +443,7 @@ def run(config: Config, *, rng: np.random.Generator) -> dict[Filter, Result]:
     """
     drives = [simulate(config, rng=own) for own in rng.spawn(config.runs)]
     results = {}
-    for kind in FILTERS:
+    for kind in filters:
         histories = [filter_drive(config, drive, kind) for drive in drives]
         pairs = list(zip(drives, histories, strict=True))
         claimed = np.array([claimed_information(*pair, kind) for pair in pairs])
