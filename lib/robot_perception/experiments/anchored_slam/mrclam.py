@@ -37,13 +37,15 @@ GAP = 0.5
 """Longest gap of the motion capture that is bridged, s."""
 WINDOW = 2.0
 """Time over which wheels are compared with motion capture, and lag of the correlations, s."""
+DELAYS = np.arange(0.0, 0.51, 0.05)
+"""Delays of the wheels that are tried, s."""
 MISREAD = 0.1
 """A bearing that is wrong by more, rad, is of another barcode than the camera read."""
 START = np.diag([0.001, 0.001, 0.005]) ** 2
 """Covariance of the start pose, from motion capture; ours."""
 ANCHORS = ("none", "one", "two")
 METHODS = ("white", "lasting", "unbiased", "nearest", "joint")
-SAMPLES = 120
+SAMPLES = 170
 """Times of each drive at which paths and errors are stored."""
 
 
@@ -53,6 +55,8 @@ class Calibration:
 
     Parameters
     ----------
+    delay
+        Time from a logged command to the motion, s: of `DELAYS` the one that explains turns best.
     scale : (2,)
         True over logged motion, forward and turning.
     density : (2,)
@@ -69,6 +73,7 @@ class Calibration:
         Sightings left out of all this, because the barcode cannot be the one that was read.
     """
 
+    delay: float
     scale: Float[np.ndarray, "2"]
     density: Float[np.ndarray, "2"]
     bias: Float[np.ndarray, "2"]
@@ -149,7 +154,7 @@ class Judged:
 
 def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     """Compare the wheels and the camera of a robot with motion capture."""
-    scale, density = _wheels(robot)
+    delay, scale, density = min((_wheels(robot, delay) for delay in DELAYS), key=_turn_density)
     seen = robot.landmarks
     poses, covered = robot.truth.at(seen.times, longest_gap=GAP)
     places = landmarks.positions[np.searchsorted(landmarks.ids, seen.subjects)]
@@ -163,6 +168,7 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     rest = np.where(right[:, None], errors - errors[right].mean(axis=0), np.nan)
     pauses = np.diff(np.unique(seen.times))
     return Calibration(
+        delay,
         scale,
         density,
         bias,
@@ -173,22 +179,26 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     )
 
 
-def _wheels(robot: MrclamRobot) -> tuple[np.ndarray, np.ndarray]:
-    """Return the scale of logged motions and the variance of the rest per second."""
+def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return delay and scale of logged motions, and the variance of the rest per second."""
     first = max(robot.commands.times[0], robot.truth.times[0])
-    last = min(robot.commands.times[-1], robot.truth.times[-1])
+    last = min(robot.commands.times[-1], robot.truth.times[-1] - delay)
     cuts = np.arange(first, last, WINDOW)
     held = robot.commands.hold(cuts)
     parts = held.velocities * held.durations[:, None]
     logged = np.stack([np.bincount(held.cuts, part)[1:] for part in parts.T], axis=1)
-    poses, covered = robot.truth.at(cuts, longest_gap=GAP)
+    poses, covered = robot.truth.at(cuts + delay, longest_gap=GAP)
     turn = wrap_angle(np.diff(poses[:, 2]))
     chord = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     moved = np.stack([chord / np.sinc(turn / (2 * np.pi)), turn], axis=1)  # arc, not chord
     both = covered[1:] & covered[:-1]
     logged, moved = logged[both], moved[both]
     scale = (logged * moved).sum(axis=0) / (logged**2).sum(axis=0)
-    return scale, (moved - scale * logged).var(axis=0) / WINDOW
+    return delay, scale, (moved - scale * logged).var(axis=0) / WINDOW
+
+
+def _turn_density(wheels: tuple[float, np.ndarray, np.ndarray]) -> float:
+    return float(wheels[2][1])
 
 
 def _persistence(times: np.ndarray, subjects: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -211,6 +221,7 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
         return np.mean([getattr(calibration, name) for calibration in others], axis=0)
 
     return Calibration(
+        delay=float(mean("delay")),
         scale=mean("scale"),
         density=mean("density"),
         bias=np.zeros(2),
@@ -295,18 +306,18 @@ def _before(values: np.ndarray, first: np.ndarray, interval: np.ndarray) -> np.n
 def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
     """Return the steps of a robot, one for each image at least ``pause`` seconds after the last.
 
-    The drive begins with the first command and ends with the last image before the wheels' log
-    does. Biases of the calibration are taken from the measurements.
+    The drive lasts from the first command to the last, each moved by the delay of the wheels.
     """
-    seen = robot.landmarks
+    seen, begin = robot.landmarks, robot.commands.times[0] + sensors.delay
     images = np.unique(seen.times)
-    images = images[(images > robot.commands.times[0]) & (images <= robot.commands.times[-1])]
-    times = np.array([robot.commands.times[0], *_apart(images, pause)])
-    increments, covs = compound(robot.commands.hold(times), sensors.scale, sensors.density)
+    images = images[(images > begin) & (images <= robot.commands.times[-1] + sensors.delay)]
+    times = np.array([begin, *_apart(images, pause)])
+    # subtracting may round out of the log by a hair
+    commanded = np.maximum(times - sensors.delay, robot.commands.times[0])
+    increments, covs = compound(robot.commands.hold(commanded), sensors.scale, sensors.density)
     low, high = (np.searchsorted(seen.times, times[1:], side=side) for side in ("left", "right"))
-    values = seen.values - sensors.bias
     steps = tuple(
-        Step(Odometry(increment, cov), Scan(seen.subjects[i:j], values[i:j]), time=float(time))
+        Step(Odometry(increment, cov), Scan(seen.subjects[i:j], seen.values[i:j]), time=float(time))
         for increment, cov, i, j, time in zip(
             increments, covs, low, high, times[1:] - times[0], strict=True
         )
@@ -417,7 +428,7 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     Returns
     -------
     dict
-        By robot: ``robots``; of the sensors ``scale``, ``density``, ``bias``, ``sigma``,
+        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``density``, ``bias``, ``sigma``,
         ``persistence``, ``inflation``, ``misread``, ``unknown``; ``images``, ``minutes``,
         ``uncovered``; ``dead`` (error of the wheels alone, m). By robot, method and anchors: the
         numbers of `Judged` and ``rejected``, ``ignored``, ``new``. Of the runs with lasting errors,
@@ -431,7 +442,7 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
         run_robot(robot, data.landmarks, of_others(calibrations, n), calibrations[n].bias[0])
         for n, robot in data.robots.items()
     ]
-    names = ("scale", "density", "bias", "sigma", "persistence", "inflation", "misread")
+    names = ("delay", "scale", "density", "bias", "sigma", "persistence", "inflation", "misread")
     sensors = {
         name: np.array([getattr(calibration, name) for calibration in calibrations.values()])
         for name in names
@@ -487,13 +498,13 @@ def _series(
     maps = [_map(run, anchors, landmarks) for run, anchors in zip(runs, chosen, strict=True)]
     return {
         "times": np.round(drive.times[1:][rows] - drive.times[0], 1),
-        "truth": np.round(truth[:, :2], 3),
-        "dead_path": np.round(dead_reckoning(drive.truth[0], drive.steps)[1:][rows, :2], 3),
-        "paths": np.round(poses[..., :2], 3),
+        "truth": np.round(truth[:, :2], 2),
+        "dead_path": np.round(dead_reckoning(drive.truth[0], drive.steps)[1:][rows, :2], 2),
+        "paths": np.round(poses[..., :2], 2),
         "errors": np.round(
-            np.stack([np.hypot(*apart[..., :2].T).T, wrap_angle(apart[..., 2])], axis=-1), 4
+            np.stack([np.hypot(*apart[..., :2].T).T, wrap_angle(apart[..., 2])], axis=-1), 3
         ),
-        "sigmas": np.round(np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1), 4),
+        "sigmas": np.round(np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1), 3),
         "nees": np.round([run.nees[kept] for run in runs], 2),
         "marks": np.round([points for points, _ in maps], 3),
         "mark_covs": np.round([1e4 * covs for _, covs in maps], 2),
@@ -516,17 +527,17 @@ def _map(
 def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:
     """Return what motion capture says of each robot's wheels and camera."""
     head = (
-        "       speed   turn  range bias     sd  after 2 s  bearing     sd  misread  unknown\n"
-        "robot      ×      ×           m      m          ρ        °      °"
+        "       delay  speed   turn  range bias     sd  after 2 s  bearing    sd  misread  other\n"
+        "robot      s      ×      ×           m      m          ρ        °     °"
     )
     rows = []
     for row, robot in enumerate(found["robots"]):
         speed, turn = found["scale"][row]
         (far, bearing), (far_sd, bearing_sd) = found["bias"][row], found["sigma"][row]
         rows.append(
-            f"{robot:5d}{speed:7.2f}{turn:7.2f}{far:12.3f}{far_sd:7.3f}"
+            f"{robot:5d}{found['delay'][row]:7.2f}{speed:7.2f}{turn:7.2f}{far:12.3f}{far_sd:7.3f}"
             f"{found['persistence'][row, 0]:11.2f}{np.rad2deg(bearing):9.2f}"
-            f"{np.rad2deg(bearing_sd):7.2f}{found['misread'][row]:9d}{found['unknown'][row]:9d}"
+            f"{np.rad2deg(bearing_sd):6.2f}{found['misread'][row]:9d}{found['unknown'][row]:7d}"
         )
     return "\n".join([head, *rows])
 
