@@ -136,13 +136,13 @@ def test_explorer_says_what_was_computed():
         draw.moved_world(ax, **asdict(gauge.move_world(**parameters)))
         return fig
 
-    alt = "A small world before and after it was moved, and the largest residual."
-    explorer = explore(draw_one, alt=alt, presets=PRESETS, **CONTROLS)
+    explorer = explore(draw_one, alt=gauge.describe, presets=PRESETS, **CONTROLS)
     for parameters in explorer.end_points():
-        explorer.frame(effort=0, **parameters)
+        alt = explorer.frame(effort=0, **parameters).alt
         world = gauge.move_world(**parameters)
         (words,) = [t.get_text() for t in ax.texts if t.get_text().startswith("largest")]
         assert f"{world.metres:.2f} m" in words
+        assert words.removeprefix("largest residual ") in alt
         assert ("heading" in words) == (world.radians > 0)
     assert len(list(explorer.grid())) <= 120
 

@@ -233,6 +233,17 @@ def _move(state: np.ndarray, direction: str, amount: float) -> np.ndarray:
     raise ValueError(f"no direction {direction!r}; there are {', '.join(DIRECTIONS)}")
 
 
+def describe(sensing: str, direction: str, amount: float) -> str:
+    """Return the words for a reader who does not see the moved world."""
+    world = move_world(sensing, direction, amount)
+    by = f"{15 * amount:g}°" if direction.startswith("turn") else f"{amount:g} m"
+    heading = f" and {np.degrees(world.radians):.0f}° of heading" if world.radians > 0 else ""
+    return (
+        f"Robot and landmarks, grey, and again in blue after a {direction} by {by}. Sensors: "
+        f"{sensing}. The largest residual is {world.metres:.2f} m{heading}."
+    )
+
+
 CONTROLS = {
     "sensing": choice("Sensors", (*SETS, AT_REST), "one anchor"),
     "direction": choice("Move the world", DIRECTIONS, "turn about the anchor"),
