@@ -12,9 +12,8 @@ They need not agree. :mod:`~robot_perception.slam.observability.symbolic` has al
 References
 ----------
 Andrade-Cetto, "Perception Issues in Mobile Robotics", eqs (24) to (27); Hermann and Krener,
-"Nonlinear controllability and observability", 1977; Chen, Jiang and Wu, "Observability of linear
-time-varying systems", 1990; Huang, Mourikis and Roumeliotis, "Observability-based rules for
-designing consistent EKF SLAM estimators", 2010.
+"Nonlinear controllability and observability", 1977; Huang, Mourikis and Roumeliotis,
+"Observability-based rules for designing consistent EKF SLAM estimators", 2010.
 """
 
 from robot_perception.slam.observability.gauge import (

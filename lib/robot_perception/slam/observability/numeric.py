@@ -148,7 +148,8 @@ def trajectory_matrix(
 
     References
     ----------
-    Chen, Jiang and Wu, 1990; Huang, Mourikis and Roumeliotis, 2010.
+    Huang, Mourikis and Roumeliotis, "Observability-based rules for designing consistent EKF SLAM
+    estimators", 2010.
     """
     states = np.asarray(states, dtype=float)
     if states.ndim != 2 or not len(states):
