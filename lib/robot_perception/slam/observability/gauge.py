@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.beliefs import check_covariance, check_finite
 from robot_perception.geometry import transform
 
 SHIFT_X, SHIFT_Y, TURN = "shift in x", "shift in y", "turn"
@@ -20,7 +21,7 @@ def translate(
     shift : (2,)
         :math:`s`, m.
     """
-    return _moved(state, np.array([shift[0], shift[1], 0.0]))
+    return _moved(state, np.append(_pair("shift", shift), 0.0))
 
 
 def rotate(
@@ -42,7 +43,8 @@ def rotate(
     about : (2,)
         :math:`c`, m.
     """
-    pose = np.array([0.0, 0.0, angle])
+    about, pose = _pair("about", about), np.array([0.0, 0.0, angle])
+    check_finite("angle", pose)
     pose[:2] = about - transform(pose, about[None])[0]
     return _moved(state, pose)
 
@@ -66,10 +68,7 @@ def gauge_directions(
     dict
         ``"shift in x"``, ``"shift in y"`` (per metre) and ``"turn"`` (per radian).
     """
-    state, about = np.asarray(state, dtype=float), np.asarray(about, dtype=float)
-    if about.shape != (2,):
-        raise ValueError(f"about must be (2,), got {about.shape}")
-    points = _points(state) - about
+    points = _points(np.asarray(state, dtype=float)) - _pair("about", about)
     return {
         SHIFT_X: _state(0.0, np.broadcast_to([1.0, 0.0], points.shape)),
         SHIFT_Y: _state(0.0, np.broadcast_to([0.0, 1.0], points.shape)),
@@ -98,9 +97,15 @@ def information_along(
     Raises
     ------
     ValueError
-        If the covariance is singular.
+        If the shapes disagree, an entry is not finite, or the covariance is none or singular.
     """
-    scale = 1 / np.sqrt(np.diagonal(cov))  # metres and radians side by side
+    direction, cov = np.asarray(direction, dtype=float), np.asarray(cov, dtype=float)
+    if direction.ndim != 1 or cov.shape != (direction.size, direction.size):
+        raise ValueError(f"need (n,) and (n, n), got {direction.shape} and {cov.shape}")
+    check_finite("direction", direction)
+    check_covariance("cov", cov)
+    diagonal = np.diagonal(cov)
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))  # metres and radians side by side
     try:
         factor = np.linalg.cholesky(cov * scale * scale[:, None])
     except np.linalg.LinAlgError:
@@ -109,10 +114,19 @@ def information_along(
     return float((np.linalg.solve(factor, scale * direction) ** 2).sum())
 
 
+def _pair(name: str, value: np.ndarray) -> np.ndarray:
+    value = np.asarray(value, dtype=float)
+    if value.shape != (2,):
+        raise ValueError(f"{name} must be (2,), got {value.shape}")
+    check_finite(name, value)
+    return value
+
+
 def _points(state: np.ndarray) -> np.ndarray:
     """Return the position of the robot and below it the landmarks."""
     if state.ndim != 1 or state.size < 3 or state.size % 2 == 0:
         raise ValueError(f"state must be (3 + 2n,), got {state.shape}")
+    check_finite("state", state)
     return np.delete(state, 2).reshape(-1, 2)
 
 
