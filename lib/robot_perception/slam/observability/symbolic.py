@@ -141,7 +141,7 @@ def fixed_point_matrix(
     moved = J * _rotation(x[2]) * sympy.Matrix(displacement)
     growth = sympy.zeros(len(x))
     growth[:2, 2] = moved
-    return sympy.Matrix.vstack(H, (H * growth).applyfunc(sympy.trigsimp))
+    return sympy.Matrix.vstack(H, H * growth)
 
 
 def fixed_point_minors(sensors: Sequence[Sensor], landmarks: int = 1) -> tuple[sympy.Expr, ...]:
@@ -233,7 +233,7 @@ def lie_matrix(
     values = measurement(sensors, x)
     gradients = values.jacobian(x)
     while True:
-        values = (values.jacobian(x) * field).applyfunc(sympy.trigsimp)
+        values = values.jacobian(x) * field
         longer = sympy.Matrix.vstack(gradients, values.jacobian(x))
         if _rank_at_a_point(longer) == _rank_at_a_point(gradients):
             return gradients
