@@ -1,11 +1,11 @@
 """Experiments of the chapter "Anchored SLAM", one module per study."""
 
-from robot_perception.experiments.anchored_slam import rails
+from robot_perception.experiments.anchored_slam import building, gauge, rails, recordings
 from robot_perception.experiments.anchored_slam.exercises import EXERCISES, check
 from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.recordings import Recording
 
 __all__ = ["CLAIMS", "EXERCISES", "RECORDINGS", "check"]
 
-CLAIMS: tuple[Claim, ...] = rails.CLAIMS
-RECORDINGS: tuple[Recording, ...] = ()
+CLAIMS: tuple[Claim, ...] = rails.CLAIMS + gauge.CLAIMS + building.CLAIMS
+RECORDINGS: tuple[Recording, ...] = recordings.RECORDINGS

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from robot_perception.experiments.anchored_slam import gauge
 from robot_perception.slam.planar import CartesianSensor
 from robot_perception.teaching.exercises import Exercise, Sheet
 
@@ -45,5 +46,6 @@ EXERCISES = Sheet(
             "seen straight ahead moves to the right.",
         ),
     }
+    | gauge.EXERCISES
 )
 check = EXERCISES.check
