@@ -86,11 +86,11 @@ class Calibration:
     def inflation(self) -> Float[np.ndarray, "2"]:
         r"""Factor by which lasting errors say less than fresh ones.
 
-        If the correlation falls as :math:`e^{-t/\tau}`, the mean of many errors taken every Δ has
-        the variance of one of them times :math:`(1 + 2 \tau / \Delta)`, over their number.
+        If the correlation of errors falls by the factor ρ from image to image, the mean of many of
+        them has the variance of one, over their number, times :math:`(1 + \rho) / (1 - \rho)`.
         """
-        tau = -WINDOW / np.log(self.persistence)
-        return 1 + 2 * tau / self.interval
+        rho = np.maximum(self.persistence, 0.0) ** (self.interval / WINDOW)
+        return (1 + rho) / (1 - rho)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -428,13 +428,13 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     Returns
     -------
     dict
-        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``density``, ``bias``, ``sigma``,
-        ``persistence``, ``inflation``, ``misread``, ``unknown``; ``images``, ``minutes``,
-        ``uncovered``; ``dead`` (error of the wheels alone, m). By robot, method and anchors: the
-        numbers of `Judged` and ``rejected``, ``ignored``, ``new``. Of the runs with lasting errors,
-        by robot, anchors and time: ``paths``, ``errors`` (m and rad), ``sigmas`` (likewise),
-        ``nees``, beside ``times`` (s) and ``truth``; and ``marks``, ``mark_covs`` (cm²), beside
-        ``landmarks`` and the ``anchors`` (robots, 2).
+        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``wander`` (root of the density),
+        ``bias``, ``sigma``, ``persistence``, ``inflation``, ``misread``, ``unknown``; ``images``,
+        ``minutes``, ``uncovered``; ``dead`` (error of the wheels alone, m). By robot, method and
+        anchors: the numbers of `Judged` and what became of the sightings (`Counts`). Of the runs
+        with lasting errors, by robot, anchors and time: ``paths``, ``errors`` (m and rad),
+        ``sigmas`` (likewise), ``nees``, beside ``times`` (s), ``truth``, ``dead_path``; and
+        ``marks``, ``mark_covs`` (cm²), beside ``landmarks`` and the ``anchors`` (robots, 2).
     """
     data = read_mrclam(folder)
     calibrations = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
@@ -447,6 +447,7 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
         name: np.array([getattr(calibration, name) for calibration in calibrations.values()])
         for name in names
     }
+    sensors["wander"] = np.sqrt(sensors.pop("density"))
     sensors["unknown"] = np.array([sum(r.unknown.values()) for r in data.robots.values()])
     return (
         {"robots": np.array(list(data.robots)), "landmarks": data.landmarks.positions}
@@ -522,6 +523,34 @@ def _map(
             marginal = run.history.belief.landmark(name)
             points[row], covs[row] = marginal.mean, marginal.cov
     return points, covs
+
+
+def summary(found: Mapping[str, np.ndarray | float]) -> dict[str, float]:
+    """Return the numbers about the five robots that the chapter tells; means unless it says total.
+
+    Errors in m, shares in %, by anchors ``none``, ``one``, ``two``; ``fresh_*`` where errors are
+    taken as white, ``nearest_none``, ``joint_none`` where barcodes are unknown, ``unbiased_two``
+    where each robot's range bias is taken off.
+    """
+    way = {method: row for row, method in enumerate(METHODS)}
+    ate, inside = found["ate"].mean(axis=0), 100 * found["inside"].mean(axis=0)
+    numbers = {"wheels": found["dead"].mean(), "minutes": found["minutes"].sum()}
+    for column, anchors in enumerate(ANCHORS):
+        numbers[anchors] = ate[way["lasting"], column]
+        numbers[f"{anchors}_aligned"] = found["ate_aligned"][:, way["lasting"], column].mean()
+        numbers[f"{anchors}_inside"] = inside[way["lasting"], column]
+        numbers[f"fresh_{anchors}_inside"] = inside[way["white"], column]
+    for method in ("nearest", "joint"):
+        numbers[f"{method}_none"] = ate[way[method], 0]
+    numbers["unbiased_two"] = ate[way["unbiased"], 2]
+    numbers["fresh_nis"] = found["nis"][:, way["white"], 0].mean()
+    for name in ("delay", "misread", "unknown"):
+        numbers[name] = found[name].mean() if name == "delay" else found[name].sum()
+    numbers["inflation"] = found["inflation"][:, 0].mean()
+    numbers["persistence"] = found["persistence"][:, 0].mean()
+    numbers["bias_low"], numbers["bias_high"] = found["bias"][:, 0].min(), found["bias"][:, 0].max()
+    numbers["slow"] = 100 * (1 - found["scale"][:, 0].mean())
+    return {name: float(value) for name, value in numbers.items()}
 
 
 def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:

@@ -11,12 +11,12 @@ from robot_perception.experiments.anchored_slam.mrclam import (
     method_table,
     robot_table,
     sensor_table,
+    summary,
 )
 from robot_perception.experiments.anchored_slam.victoria import VICTORIA
 
 __all__ = [
     "ANCHORS",
-    "CLAIMS",
     "INTEL",
     "METHODS",
     "RECORDINGS",
@@ -26,7 +26,7 @@ __all__ = [
     "relation_table",
     "robot_table",
     "sensor_table",
+    "summary",
 ]
 
-CLAIMS = ()
 RECORDINGS = (UTIAS, VICTORIA, INTEL)

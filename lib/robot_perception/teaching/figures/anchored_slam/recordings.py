@@ -139,19 +139,18 @@ def robot_errors(ax: Axes, found: Found) -> Axes:
 
 
 def park_map(ax: Axes, found: Found) -> Axes:
-    """Draw the drive through the park: satellite fixes, the wheels alone, the filter, the trees."""
-    dots(ax, found["fixes"], FAINT, 4.0)
-    ax.plot(*found["dead"].T, color=MUTED, linewidth=0.8, linestyle=":")
-    ax.plot(*found["path"].T, color=BLUE, linewidth=1.2)
-    ellipses(ax, found["trees"], found["tree_covs"], GREEN)
+    """Draw the drive through the park: satellite fixes, and the filter with two linearisations."""
+    for i, (words, colour) in enumerate((("latest estimates", RED), ("first estimates", BLUE))):
+        ax.plot(*found["paths"][i].T, color=colour, linewidth=1.1)
+        ellipses(ax, found["trees"][i], found["tree_covs"][i], colour)
+        label(ax, 0.42, 0.96 - 0.05 * i, f"Jacobians at the {words}", colour, fontsize=9,
+              transform=ax.transAxes)  # fmt: skip
+    dots(ax, found["fixes"], INK, 1.8)
+    label(ax, 0.02, 0.96, "dots: satellite fixes", INK, fontsize=9, transform=ax.transAxes)
+    label(ax, 0.02, 0.91, "ellipses: trees, 95 %", INK, fontsize=9, transform=ax.transAxes)
     low, high = found["fixes"].min(axis=0), found["fixes"].max(axis=0)
-    ax.set(xlim=(low[0] - 25, high[0] + 25), ylim=(low[1] - 25, high[1] + 70))
+    ax.set(xlim=(low[0] - 30, high[0] + 30), ylim=(low[1] - 25, high[1] + 70))
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
-    words = (("satellite fixes", MUTED), ("wheels alone, dotted", MUTED))
-    words += (("filter", BLUE), ("trees, 95 %", GREEN))
-    for i, (text, colour) in enumerate(words):
-        x, y = 0.02 + 0.62 * (i // 2), 0.96 - 0.05 * (i % 2)
-        label(ax, x, y, text, colour, transform=ax.transAxes, fontsize=9)
     return ax
 
 

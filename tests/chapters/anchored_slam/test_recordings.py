@@ -1,0 +1,530 @@
+"""The real recordings: what the studies compute, on worlds whose answer is known, and on them."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from robot_perception import datasets
+from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport
+from robot_perception.datasets.mrclam import (
+    Commands,
+    HeldCommands,
+    MrclamRobot,
+    Sightings,
+    SurveyedLandmarks,
+    Track,
+)
+from robot_perception.datasets.victoria import Fixes, VehicleLog
+from robot_perception.evaluation.trajectories import RelativeErrors
+from robot_perception.experiments.anchored_slam import intel, mrclam, recordings, victoria
+from robot_perception.geometry import transform, wrap_angle
+from robot_perception.slam.planar import MapBelief, Odometry, Step, Velocity, predict
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.anchored_slam import recordings as drawings
+from robot_perception.teaching.records import records
+from robot_perception.walls.corners import ScanLandmarks
+
+# ---- five robots ---------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 2**31))
+@settings(max_examples=40)
+def test_joined_arcs_are_what_the_filter_makes_of_them_one_by_one(seed):
+    """Law: one motion of many pieces gives the belief that its pieces give one after the other."""
+    rng = np.random.default_rng(seed)
+    pieces = int(rng.integers(1, 9))
+    held = HeldCommands(
+        np.stack([rng.normal(0.2, 0.2, pieces), rng.choice([0, 1e-5, 0.5, -1.3], pieces)], axis=1),
+        rng.uniform(0.01, 1.5, pieces),
+        np.sort(np.append(rng.integers(1, 4, pieces - 1), 1)),
+    )
+    _, cuts = np.unique(held.cuts, return_inverse=True)
+    held = HeldCommands(held.velocities, held.durations, cuts + 1)
+    scale, density = np.array([0.9, 1.1]), np.array([2e-3, 1e-3])
+    root = rng.normal(size=(3, 3))
+    one = many = MapBelief.start(rng.normal(size=3), 0.01 * root @ root.T)
+    for increment, cov in zip(*mrclam.compound(held, scale, density), strict=True):
+        one = predict(one, Odometry(increment, cov))
+    for (speed, rate), duration in zip(held.velocities * scale, held.durations, strict=True):
+        noise = np.diag(density) / duration
+        many = predict(many, Velocity(float(speed), float(rate), float(duration), noise))
+    np.testing.assert_allclose(one.mean[:2], many.mean[:2], atol=1e-9)
+    assert wrap_angle(one.mean[2] - many.mean[2]) == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(one.cov, many.cov, rtol=1e-7, atol=1e-12)
+
+
+LANDMARKS = SurveyedLandmarks(
+    np.array([6, 7, 8, 9]),
+    np.array([[4.0, 0], [0, 4], [-4, 0], [0, -4.0]]),
+    np.full((4, 2), 1e-4),
+)
+DELAY, SCALE, BIAS, SIGMA = 0.2, np.array([0.9, 0.95]), np.array([0.05, -0.01]), (0.1, 0.02)
+
+
+def make_robot(rng, *, seconds=400.0, persistence=0.0, bias=BIAS, wander=(0.0, 0.0)):
+    """Drive a robot whose wheels are late and slow, and whose camera errs by a known process."""
+    dt = 0.05
+    times = 1000 + np.arange(0, seconds, dt)
+    switches = rng.integers(0, 2, size=(len(times) // 40 + 1, 2))
+    velocities = np.repeat(switches, 40, axis=0)[: len(times)] * [0.12, 0.8] + [0.03, -0.4]
+    late = np.vstack([np.zeros((round(DELAY / dt), 2)), velocities])[: len(times)]
+    moved = late * SCALE * dt + rng.normal(size=late.shape) * np.array(wander) * np.sqrt(dt)
+    pose, poses = np.zeros(3), [np.zeros(3)]
+    for step in moved[:-1]:
+        middle = pose[2] + step[1] / 2
+        pose = pose + np.array([step[0] * np.cos(middle), step[0] * np.sin(middle), step[1]])
+        poses.append(pose)
+    poses = np.array(poses)
+    images = np.arange(10, len(times), 8)  # one in 0.4 s
+    factor = np.exp(-0.4 / (-2 / np.log(persistence))) if persistence else 0.0
+    errors = np.zeros((len(images), 4, 2))
+    fresh = rng.normal(size=errors.shape) * SIGMA
+    errors[0] = fresh[0]
+    for k in range(1, len(images)):
+        errors[k] = factor * errors[k - 1] + np.sqrt(1 - factor**2) * fresh[k]
+    x, y = np.moveaxis(LANDMARKS.positions - poses[images, None, :2], -1, 0)
+    expected = np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[images, None, 2]], axis=-1)
+    values = expected + errors + bias
+    values[..., 1] = wrap_angle(values[..., 1])
+    seen = Sightings(
+        np.repeat(times[images], 4), np.tile(LANDMARKS.ids, len(images)), values.reshape(-1, 2)
+    )
+    nobody = Sightings(np.empty(0), np.empty(0, dtype=int), np.empty((0, 2)))
+    poses[:, 2] = wrap_angle(poses[:, 2])
+    return MrclamRobot(Commands(times, velocities), seen, nobody, {}, Track(times, poses))
+
+
+def test_calibration_finds_the_delay_scale_and_errors_that_were_put_in():
+    robot = make_robot(np.random.default_rng(0), persistence=0.5)
+    found = mrclam.calibrate(robot, LANDMARKS)
+    assert found.delay == pytest.approx(DELAY)
+    np.testing.assert_allclose(found.scale, SCALE, rtol=0.01)
+    np.testing.assert_allclose(found.bias, BIAS, atol=0.02)
+    np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
+    np.testing.assert_allclose(found.persistence, 0.5, atol=0.12)
+    assert found.interval == pytest.approx(0.4)
+    assert found.misread == 0
+
+
+def test_calibration_finds_the_wander_of_the_wheels_and_leaves_misread_barcodes_out():
+    robot = make_robot(np.random.default_rng(1), seconds=1500.0, wander=(0.02, 0.05))
+    values = robot.landmarks.values.copy()
+    values[[3, 700], 1] += 1.0
+    seen = Sightings(robot.landmarks.times, robot.landmarks.subjects, values)
+    robot = MrclamRobot(robot.commands, seen, robot.robots, {}, robot.truth)
+    found = mrclam.calibrate(robot, LANDMARKS)
+    np.testing.assert_allclose(np.sqrt(found.density), [0.02, 0.05], rtol=0.15)
+    np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
+    assert found.misread == 2
+
+
+def test_inflation_is_the_variance_of_a_mean_of_lasting_errors():
+    """Oracle: the exact variance of the mean of an autoregressive sequence."""
+    interval, n = 0.3, 4000
+    sensors = mrclam.Calibration(
+        0.0, np.ones(2), np.ones(2), np.zeros(2), np.ones(2), np.array([0.6, 0.3]), interval, 0
+    )
+    for persistence, inflation in zip(sensors.persistence, sensors.inflation, strict=True):
+        step = persistence ** (interval / mrclam.WINDOW)
+        lags = np.arange(1, n)
+        exact = 1 + 2 * np.sum((1 - lags / n) * step**lags)
+        assert inflation == pytest.approx(exact, rel=0.01)
+
+
+def test_a_robots_own_truth_does_not_enter_its_sensors():
+    rng = np.random.default_rng(3)
+    every = {n: mrclam.calibrate(make_robot(r, seconds=120.0), LANDMARKS)
+             for n, r in zip((1, 2, 3), rng.spawn(3), strict=True)}  # fmt: skip
+    before = mrclam.of_others(every, 2)
+    changed = every | {2: mrclam.calibrate(make_robot(rng, persistence=0.7), LANDMARKS)}
+    after = mrclam.of_others(changed, 2)
+    for name in ("scale", "density", "sigma", "persistence", "bias"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    assert before.scale[0] == pytest.approx((every[1].scale[0] + every[3].scale[0]) / 2)
+
+
+def known_sensors(persistence):
+    return mrclam.Calibration(
+        DELAY, SCALE, np.array([4e-4, 1e-3]), np.zeros(2), np.array(SIGMA),
+        np.full(2, persistence), 0.4, 0,
+    )  # fmt: skip
+
+
+def test_filter_with_the_right_sensors_is_consistent_and_lasting_errors_make_a_white_one_sure():
+    """The whole chain on a world of the recording's form: times, delay, cuts, map, judgement."""
+    nees = {}
+    for persistence in (0.01, 0.6):
+        for k, rng in enumerate(np.random.default_rng(5).spawn(4)):
+            wander = tuple(np.sqrt([4e-4, 1e-3]))
+            robot = make_robot(
+                rng, seconds=200.0, persistence=persistence, bias=np.zeros(2), wander=wander
+            )
+            drive, runs = mrclam.run_robot(robot, LANDMARKS, known_sensors(persistence), 0.0)
+            assert drive.covered.all()
+            nees[persistence, k] = [[run.nees.mean() for run in runs["white"]],
+                                    [run.nees.mean() for run in runs["lasting"]]]  # fmt: skip
+            # all landmarks are found, and with anchors they are no longer in the state
+            assert [len(run.history.belief.ids) for run in runs["white"]] == [4, 3, 2]
+    fresh = np.mean([nees[0.01, k][0] for k in range(4)])
+    white, lasting = (np.mean([nees[0.6, k][i] for k in range(4)]) for i in range(2))
+    assert 1.8 < fresh < 4.5  # near 3; four drives, whose errors hang together
+    assert white > 2 * fresh
+    assert lasting < white / 2
+
+
+def test_without_barcodes_the_landmarks_are_still_the_right_ones():
+    robot = make_robot(np.random.default_rng(8), seconds=100.0, bias=np.zeros(2))
+    _, runs = mrclam.run_robot(robot, LANDMARKS, known_sensors(0.01), 0.0)
+    for method in ("nearest", "joint"):
+        for run in runs[method]:
+            assert run.map_error < 0.2
+            assert run.ate < 0.2
+
+
+def test_anchors_are_the_first_landmark_seen_and_the_one_farthest_from_it():
+    drive = mrclam.make_drive(
+        make_robot(np.random.default_rng(2), seconds=30.0), known_sensors(0.5)
+    )
+    none, one, two = mrclam.choose_anchors(drive, LANDMARKS)
+    assert (list(none), list(one), list(two)) == ([], [6], [6, 8])
+    np.testing.assert_array_equal(two[8], [-4, 0])
+
+
+def test_images_are_a_pause_apart_and_each_is_used_at_its_own_time():
+    robot = make_robot(np.random.default_rng(2), seconds=30.0)
+    drive = mrclam.make_drive(robot, known_sensors(0.5), pause=1.0)
+    assert (np.diff(drive.times[1:]) >= 1.0).all()
+    assert set(drive.times[1:]) <= set(robot.landmarks.times)
+    assert drive.times[0] == pytest.approx(robot.commands.times[0] + DELAY)
+    for step, time in zip(drive.steps, drive.times[1:], strict=True):
+        np.testing.assert_array_equal(
+            step.scan.values, robot.landmarks.values[robot.landmarks.times == time]
+        )
+        assert step.time == pytest.approx(time - drive.times[0])
+
+
+def test_what_motion_capture_did_not_see_is_not_judged():
+    robot = make_robot(np.random.default_rng(4), seconds=60.0, bias=np.zeros(2))
+    short = Track(robot.truth.times[:700], robot.truth.poses[:700])  # 35 s
+    robot = MrclamRobot(robot.commands, robot.landmarks, robot.robots, {}, short)
+    drive, runs = mrclam.run_robot(robot, LANDMARKS, known_sensors(0.01), 0.0)
+    seen = int(drive.covered[1:].sum())
+    assert 0 < seen < len(drive.steps)
+    assert len(runs["white"][0].nees) == seen
+    assert np.isfinite(runs["white"][0].ate)
+
+
+# ---- the park ------------------------------------------------------------------------------------
+
+
+def circle_graph(steps=100, radius=20.0):
+    """A car on a circle: log, graph of every tenth moment, and fixes of its true place."""
+    speed, dt = 2.0, 0.1
+    times = dt * np.arange(10 * steps + 1)
+    steering = np.arctan(victoria.AXLES / radius)
+    wheel = speed * (1 - np.tan(steering) * victoria.TRACK / victoria.AXLES)
+    car = VehicleLog(times, np.full(times.size, wheel), np.full(times.size, steering))
+    turn = speed * 10 * dt / radius
+    chord = 2 * radius * np.sin(turn / 2)
+    motion = [chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn]
+    graph = LandmarkGraph(
+        np.tile(motion, (steps, 1)),
+        np.tile(np.eye(3) * 1e-6, (steps, 1, 1)),
+        np.array([1, 3]),
+        np.array([5, 5]),
+        np.tile([3.0, 1.0], (2, 1)),
+        np.tile(np.eye(2), (2, 1, 1)),
+        ReadReport(records(), 0, {}, {}, (), False),
+    )
+    angle = speed * times / radius
+    place = radius * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
+    return graph, car, Fixes(times[::7], place[::7])
+
+
+def test_the_way_travelled_tells_the_time_of_a_pose():
+    graph, car, fixes = circle_graph()
+    dead = mrclam.dead_reckoning(np.zeros(3), victoria.make_steps(graph))
+    there, covered = victoria.positions_at_fixes(dead, graph, car, fixes)
+    assert covered.sum() > 0.95 * len(covered)
+    # chords of 2 m on a radius of 20 m lie up to 2.5 cm inside the circle, and 200 m of way are
+    # 8 cm longer along the circle
+    np.testing.assert_allclose(there[covered, :2], fixes.positions[covered], atol=0.12)
+    late = Fixes(fixes.times + 1000.0, fixes.positions)
+    assert not victoria.positions_at_fixes(dead, graph, car, late)[1].any()
+
+
+def test_jumps_of_the_receiver_are_told_from_driving():
+    times = np.array([0.0, 1, 2, 3, 60])
+    places = np.array([[0.0, 0], [5, 0], [40, 0], [42, 0], [300, 0]])
+    np.testing.assert_array_equal(
+        victoria.jumps(Fixes(times, places)), [False, False, True, False, False]
+    )
+
+
+def test_each_sighting_belongs_to_the_step_that_leads_to_its_pose():
+    graph, *_ = circle_graph(steps=5)
+    steps = victoria.make_steps(graph)
+    assert [step.scan.ids.tolist() for step in steps] == [[5], [], [5], [], []]
+    early = LandmarkGraph(
+        graph.motions, graph.motion_covs, np.array([0, 3]), graph.landmarks, graph.values,
+        graph.value_covs, graph.report,
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="seen before the first motion"):
+        victoria.make_steps(early)
+
+
+def test_a_step_is_timed_from_one_request_to_the_next():
+    graph, *_ = circle_graph(steps=30)
+    times = victoria.step_times(victoria.make_steps(graph), runs=2)
+    assert times.shape == (30,)
+    assert (times > 0).all()
+
+
+# ---- the building --------------------------------------------------------------------------------
+
+
+def marks(points, kinds=None):
+    points = np.asarray(points, dtype=float).reshape(-1, 2)
+    kinds = np.full(len(points), "concave") if kinds is None else np.array(kinds)
+    return ScanLandmarks(points, np.tile(1e-4 * np.eye(2), (len(points), 1, 1)), kinds)
+
+
+def test_corners_are_told_by_where_they_are_in_the_corrected_frame():
+    poses = np.array([[0.0, 0, 0], [1, 0, np.pi / 2], [5, 5, 0]])
+    seen = [marks([[2, 0], [3, 3]]), marks([[0.05, -1]]), marks([])]  # (2, 0) again, from (1, 0)
+    assert [names.tolist() for names in intel.tell(poses, seen)] == [[0, 1], [0], []]
+
+
+def test_a_scan_sees_a_name_once_though_two_corners_are_near_one_another():
+    names = intel.tell(np.zeros((2, 3)), [marks([[2, 0], [2.1, 0]]), marks([[2.1, 0], [2, 0]])])
+    assert [n.tolist() for n in names] == [[0, 1], [1, 0]]
+
+
+def test_kinds_are_chosen_with_their_covariances():
+    both = marks([[1, 0], [2, 0]], ["pole", "convex"])
+    assert intel.only(both, ("pole",)).points.tolist() == [[1, 0]]
+    assert [names.tolist() for names in intel.blind([both])] == [[-1, -1]]
+
+
+def test_calibrated_wheels_lose_a_drift_per_metre_and_an_offset():
+    rng = np.random.default_rng(0)
+    true = np.column_stack([rng.uniform(0.3, 1, 500), np.zeros(500), rng.normal(0, 0.3, 500)])
+    raw = true - np.column_stack([np.full((500, 2), [0.02, -0.01]), 0.05 * true[:, 0]])
+    paths = [mrclam.dead_reckoning(np.zeros(3), (Step(Odometry(i, np.zeros((3, 3)))) for i in each))
+             for each in (true, raw)]  # fmt: skip
+    empty = np.empty((501, 0))
+    report = ReadReport(records(), 0, {}, {}, (), False)
+    log = LaserLog(empty, np.empty(0), *paths, np.arange(501.0), 80.0, report)
+    wheels = intel.calibrate(log)
+    np.testing.assert_allclose(wheels.offset, [0.02, -0.01], atol=1e-9)
+    assert wheels.drift == pytest.approx(0.05, rel=0.05)  # per metre of raw, not of true motion
+    np.testing.assert_allclose(wheels.increments, true, atol=2e-3)
+
+
+def test_interval_of_a_root_mean_square_covers_it():
+    """Law: over many samples, the 95 % interval holds the true value about that often."""
+    hits = 0
+    for rng in np.random.default_rng(9).spawn(300):
+        errors = RelativeErrors(np.abs(rng.normal(0, 2, 70)), np.deg2rad(rng.normal(0, 5, 70)))
+        values, low, high = intel._table((errors, errors))
+        hits += low[0, 0] <= 2.0 <= high[0, 0]
+        np.testing.assert_allclose(values[:, 0], errors.translation_rms)
+        np.testing.assert_allclose(values[:, 1], np.rad2deg(errors.rotation_rms))
+    assert stats.binomtest(hits, 300, 0.93).pvalue > 1e-3  # a little short, for squares are skewed
+
+
+# ---- what is stored, and its drawings ------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stored():
+    """The stored results, as a reader without the recordings has them."""
+    return {
+        recording.store: {
+            key: np.asarray(value) if isinstance(value, list) else value
+            for key, value in json.loads((records() / f"{recording.store}.json").read_text())[
+                "result"
+            ].items()
+        }
+        for recording in recordings.RECORDINGS
+    }
+
+
+def test_stored_results_are_small():
+    for recording in recordings.RECORDINGS:
+        assert (records() / f"{recording.store}.json").stat().st_size < 200_000
+
+
+def test_tables_say_what_is_stored(stored):
+    found = stored["anchored-utias"]
+    rows = recordings.robot_table(found).splitlines()
+    assert len(rows) == 8
+    for row, line in enumerate(rows[2:7]):
+        numbers = [float(word) for word in line.split()]
+        expected = [row + 1, found["dead"][row], *found["ate"][row, 1],
+                    *found["ate_aligned"][row, 1], *found["inside"][row, 1]]  # fmt: skip
+        np.testing.assert_allclose(numbers, expected, atol=0.0051)
+    last = [float(word) for word in rows[7].split()[1:]]
+    np.testing.assert_allclose(last[1:4], found["ate"][:, 1].mean(axis=0), atol=0.0051)
+    assert len(recordings.sensor_table(found).splitlines()) == 7
+    assert len(recordings.method_table(found).splitlines()) == 2 + len(recordings.METHODS)
+    lines = recordings.relation_table(stored["anchored-intel"]).splitlines()
+    worst = float(lines[7].split()[-2])
+    assert worst == pytest.approx(stored["anchored-intel"]["blind"][:, 1, 0].max(), abs=0.051)
+
+
+def test_drawings_are_drawn_again_without_leaving_the_last_ones(stored):
+    found = stored["anchored-utias"]
+    _, ax = figure(height=6.0)
+    counts = set()
+    for robot in (1, 4):
+        for anchors in range(3):
+            drawings.robot_path(ax, found, robot, anchors)
+            counts.add((len(ax.lines), len(ax.texts)))
+            (shown,) = [line for line in ax.lines if line.get_marker() == "s"]
+            assert len(shown.get_xdata()) == anchors
+    assert len(counts) == 1
+    _, (upper, lower) = figure(2, 1, height=5.0)
+    for anchors in (0, 2):
+        drawings.error_bands(upper, lower, found, 2, anchors)
+    assert len(upper.lines) == 1
+    assert len(upper.collections) == 1
+
+
+def test_drawings_show_the_numbers(stored):
+    found, park = stored["anchored-utias"], stored["anchored-victoria"]
+    _, ax = figure()
+    drawings.robot_errors(ax, found)
+    drawn = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() == "o"])
+    assert found["dead"][2] in drawn
+    assert found["ate"][1, 1, 2] in drawn
+    _, ax = figure()
+    drawings.step_times(ax, park)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), park["microseconds"][0])
+    _, ax = figure()
+    drawings.loop_errors(ax, stored["anchored-intel"])
+    red = [line for line in ax.lines if line.get_color() == drawings.RED]
+    np.testing.assert_array_equal(red[0].get_ydata(), stored["anchored-intel"]["blind"][:, 1, 0])
+
+
+@given(st.integers(0, 2**31))
+@settings(max_examples=20)
+def test_ellipses_hold_their_share(seed):
+    """Points of the drawn rings have the squared length of the level."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3, 2, 2))
+    covs, centres = root @ root.mT + 0.1 * np.eye(2), rng.normal(size=(3, 2))
+    _, ax = figure()
+    drawings.ellipses(ax, centres, covs, drawings.RED, level=0.9)
+    rings = np.stack(ax.lines[0].get_data(), axis=-1).reshape(3, -1, 2)[:, :-1]
+    offsets = rings - centres[:, None]
+    squared = np.einsum("nki,nij,nkj->nk", offsets, np.linalg.inv(covs), offsets)
+    np.testing.assert_allclose(squared, stats.chi2.ppf(0.9, 2), rtol=1e-6)
+
+
+# ---- the recordings themselves -------------------------------------------------------------------
+
+
+def need(name):
+    found = datasets.find(name)
+    if found is None:
+        pytest.skip(f"the recording {name} is not on this computer")
+    return found
+
+
+def batch_trees(steps, history):
+    """Return GTSAM's least squares over all poses and trees at once, begun at the filter's poses."""
+    gtsam = pytest.importorskip("gtsam")
+    factors, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    exact = gtsam.noiseModel.Isotropic.Sigma(3, 1e-6)
+    factors.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(), exact))
+    values.insert(0, gtsam.Pose2())
+    for name, place in zip(history.belief.ids.tolist(), history.belief.landmarks, strict=True):
+        values.insert(100_000 + name, gtsam.Point2(*place))
+    for k, step in enumerate(steps):
+        values.insert(k + 1, gtsam.Pose2(*history.poses[k]))
+        noise = gtsam.noiseModel.Gaussian.Covariance(step.motion.noise)
+        motion = gtsam.Pose2(*step.motion.increment)
+        factors.add(gtsam.BetweenFactorPose2(k, k + 1, motion, noise))
+        for name, (x, y), cov in zip(
+            step.scan.ids.tolist(), step.scan.values, step.scan.noises, strict=True
+        ):
+            far, sigma = np.hypot(x, y), np.sqrt(cov[0, 0])  # the same along and across
+            spread = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma / far, sigma]))
+            seen = gtsam.Rot2(np.arctan2(y, x)), far, spread
+            factors.add(gtsam.BearingRangeFactor2D(k + 1, 100_000 + name, *seen))
+    best = gtsam.LevenbergMarquardtOptimizer(factors, values).optimize()
+    return np.array([best.atPoint2(100_000 + name) for name in history.belief.ids.tolist()])
+
+
+def test_on_the_park_first_estimates_end_at_the_batch_optimum_and_latest_ones_do_not():
+    """Oracle: GTSAM. On the first stretch both agree with it; in the end only one does."""
+    graph = datasets.read_landmark_graph(need("victoria_park") / "victoria_park_graph.txt.gz")
+    steps = victoria.make_steps(graph)
+    squared, apart = {}, {}
+    for length in (300, len(steps)):
+        for linearisation in victoria.LINEARISATIONS:
+            history = victoria.run_drive(steps[:length], linearisation)
+            if linearisation == "latest":
+                best = batch_trees(steps[:length], history)
+            errors = history.belief.landmarks - best
+            covs = victoria._tree_covs(history, 0.0)
+            values = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covs), errors)
+            squared[length, linearisation] = np.median(values)
+            apart[length, linearisation] = np.sqrt(np.mean(np.sum(errors**2, axis=1)))
+    for linearisation in victoria.LINEARISATIONS:
+        assert apart[300, linearisation] < 0.1  # m; the trees' deviations are 0.9 m
+    assert apart[len(steps), "first"] < 1.0  # m; the deviations are 2 m
+    assert squared[len(steps), "first"] < 0.5
+    assert apart[len(steps), "latest"] > 10.0
+    assert squared[len(steps), "latest"] > 50.0  # χ² with two degrees of freedom
+
+
+def test_filter_on_the_park_is_nearer_to_the_satellites_than_the_wheels():
+    folder = need("victoria_park")
+    found = victoria.study(folder)
+    assert (found["landmarks"], found["steps"], found["sightings"]) == (151, 6968, 3640)
+    assert (found["ate"] < found["ate_dead"] / 10).all()
+    assert (found["ate_laser"] < found["ate"]).all()
+    assert (np.abs(found["nis"] - 1) < 0.15).all()  # neither filter's innovations show anything
+    assert found["apart"] > 10
+
+
+@pytest.mark.slow
+def test_robots_are_as_stored(stored):
+    live = mrclam.study(need("utias_mrclam_6"))
+    assert recordings.robot_table(live) == recordings.robot_table(stored["anchored-utias"])
+
+
+@pytest.mark.slow
+def test_building_is_as_stored(stored):
+    live = intel.study(need("carmen_intel"))
+    for name in ("odometry", "calibrated", "corrected", "told"):
+        np.testing.assert_allclose(live[name], stored["anchored-intel"][name], rtol=0.02, atol=1e-3)
+
+
+def test_two_anchors_bring_the_real_robots_near_the_truth(stored):
+    """Of the stored study: every robot, with its own interval of luck left out."""
+    ate = stored["anchored-utias"]["ate"][:, 1]
+    assert (ate[:, 2] < 0.25).all()
+    assert (ate[:, 2] < ate[:, 0]).all()
+    assert (stored["anchored-utias"]["dead"] > 0.8).all()
+
+
+def test_moving_the_world_moves_the_told_names_not(stored):
+    """Names come from the poses given, wherever their frame lies."""
+    rng = np.random.default_rng(1)
+    poses = np.cumsum(rng.normal(size=(6, 3)), axis=0)
+    spots = rng.uniform(-5, 5, (8, 2))
+    seen = []
+    for pose in poses:
+        back = np.array([0, 0, -pose[2]])
+        seen.append(marks(transform(back, spots - pose[:2])))
+    shift = np.array([3.0, -2.0, 0.7])
+    moved = np.column_stack([transform(shift, poses[:, :2]), poses[:, 2] + shift[2]])
+    for one, other in zip(intel.tell(poses, seen), intel.tell(moved, seen), strict=True):
+        np.testing.assert_array_equal(one, other)
