@@ -129,16 +129,18 @@ def nees_along(
     low, high
         95 % band of χ² of such an average.
     """
-    band(ax, along, np.full_like(along, low), np.full_like(along, high), MUTED)
+    # logarithms on a plain axis: a logarithmic one takes twice as long to draw
+    ends = np.log10([low, high])
+    band(ax, along[[0, -1]], ends[[0, 0]], ends[[1, 1]], MUTED)
     for name, values in nees.items():
-        ax.plot(along, values, color=tint(name))
+        ax.plot(along, np.log10(values), color=tint(name))
     top = max(max(v.max() for v in nees.values()), 2 * high)
-    ax.set_yscale("log")
-    ax.set(xlim=(0, along[-1]), ylim=(0.5, 1.4 * top), xlabel="way (m)", ylabel="average NEES")
-    ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000) if t < 1.4 * top]
-    ax.set_yticks(ticks, [str(t) for t in ticks])
-    ax.minorticks_off()
-    _names(ax, {name: values[-1] for name, values in nees.items()}, logarithmic=True)
+    ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
+    ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
+    ax.set(xlabel="way (m)", ylabel="average NEES")
+    ax.set_yticks(np.log10(ticks), [str(t) for t in ticks])
+    ax.locator_params(axis="x", nbins=4)
+    _names(ax, {name: np.log10(values[-1]) for name, values in nees.items()})
     return ax
 
 
@@ -158,17 +160,17 @@ def errors_along(ax: Axes, along: np.ndarray, error: Mapping[str, np.ndarray]) -
         ax.plot(along, values, color=tint(name))
     top = 1.1 * max(values.max() for values in error.values())
     ax.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="position error (m)")
+    ax.locator_params(nbins=4)
     return ax
 
 
-def _names(ax: Axes, ends: Mapping[str, float], *, logarithmic: bool = False) -> None:
+def _names(ax: Axes, ends: Mapping[str, float]) -> None:
     """Write each name at the right end of its line, apart from the next."""
-    low, high = (np.log(ax.get_ylim()) if logarithmic else np.array(ax.get_ylim())).tolist()
+    low, high = ax.get_ylim()
     place = low
     for name, value in sorted(ends.items(), key=lambda item: item[1]):
-        place = max(np.log(value) if logarithmic else value, place + 0.075 * (high - low))
-        at = np.exp(place) if logarithmic else place
-        label(ax, 1.02 * ax.get_xlim()[1], at, name, tint(name), fontsize=9)
+        place = max(value, place + 0.085 * (high - low))
+        label(ax, 1.02 * ax.get_xlim()[1], place, name, tint(name), fontsize=9)
 
 
 def growth(axes: AxesRow, curves: Any) -> AxesRow:
@@ -192,20 +194,19 @@ def end_errors(
     studies : mapping of str to mapping of str to (estimate, low, high)
         By noise and by filter, m.
     """
+    values = np.array([row for rows in studies.values() for row in rows.values()])
+    low, high = 0.7 * values.min(), 1.4 * values.max()
+    ticks = [t for t in (0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
     for ax, (noise, rows) in zip(axes, studies.items(), strict=True):
-        for k, (name, (mean, low, high)) in enumerate(rows.items()):
-            ax.plot([low, high], [k, k], color=tint(name), linewidth=2.4)
+        for k, (name, (mean, least, most)) in enumerate(rows.items()):
+            ax.plot([least, most], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(mean, k, "o", color=tint(name), markersize=7)
         ax.set_yticks(range(len(rows)), list(rows))
         ax.set_xscale("log")
-        ax.set(ylim=(len(rows) - 0.5, -0.5), xlabel="error at the loop end (m)")
-        ax.set_title(noise)
-        values = np.array(list(rows.values()))
-        low, high = 0.7 * values.min(), 1.4 * values.max()
-        ticks = [t for t in (0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
-        ax.set_xlim(low, high)
+        ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5), xlabel="error at the loop end (m)")
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
+        ax.set_title(noise)
     for ax in axes[1:]:
         ax.tick_params(labelleft=False)
     return axes
@@ -227,6 +228,7 @@ def nailed(axes: AxesRow, state: Any) -> AxesRow:
     there.plot(state.along, state.heading / 10, color=PURPLE)
     top = 1.8
     there.set(xlim=(0, state.along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
+    there.locator_params(nbins=4)
     label(there, 0.97 * state.along[-1], 0.93 * top, "position (m)", BLUE, ha="right")
     label(there, 0.97 * state.along[-1], 0.83 * top, "heading (10°)", PURPLE, ha="right")
     return axes
