@@ -217,17 +217,17 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
     """Return the mean calibration of all robots but one; biases are a robot's own and stay out."""
     others = [calibration for number, calibration in calibrations.items() if number != robot]
 
-    def mean(name: str) -> np.ndarray:
+    def mean(name: str) -> np.ndarray | float:
         return np.mean([getattr(calibration, name) for calibration in others], axis=0)
 
     return Calibration(
-        delay=float(mean("delay")),
+        delay=mean("delay"),
         scale=mean("scale"),
         density=mean("density"),
         bias=np.zeros(2),
         sigma=np.sqrt(np.mean([calibration.sigma**2 for calibration in others], axis=0)),
         persistence=mean("persistence"),
-        interval=float(mean("interval")),
+        interval=mean("interval"),
         misread=sum(calibration.misread for calibration in others),
     )
 
