@@ -99,7 +99,7 @@ def run_scans(
     start: Float[np.ndarray, "3"],
     wheels: Wheels,
     seen: Sequence[ScanLandmarks],
-    ids: Sequence[Int[np.ndarray, " m"]],
+    ids: Sequence[Int[np.ndarray, " _"]],
     settings: Settings,
     factor: float,
 ) -> Float[np.ndarray, "scans 3"]:
@@ -117,7 +117,7 @@ def run_scans(
 
 def tell(
     poses: Float[np.ndarray, "scans 3"], seen: Sequence[ScanLandmarks]
-) -> list[Int[np.ndarray, " m"]]:
+) -> list[Int[np.ndarray, " _"]]:
     """Name landmarks by where they are in the frame of given poses; a scan sees each name once."""
     places, counts = np.empty((0, 2)), np.empty(0)
     names = []
@@ -136,7 +136,7 @@ def tell(
     return names
 
 
-def blind(seen: Sequence[ScanLandmarks]) -> list[Int[np.ndarray, " m"]]:
+def blind(seen: Sequence[ScanLandmarks]) -> list[Int[np.ndarray, " _"]]:
     """Leave all landmarks without names."""
     return [np.full(len(marks), -1) for marks in seen]
 
