@@ -278,10 +278,8 @@ def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: n
             K[:, j] = 0.0
     for p in range(m):
         add_row(mean, innovation[p // d, p % d], K[p])  # eq. (6)
-        for q in range(m):
-            add_row(B[p], -0.5 * S[p, q], K[q])
     mean[2] = wrapped(mean[2])
-    return K, B, S, squared
+    return K, B - 0.5 * np.dot(S, K), S, squared
 
 
 @njit(cache=True)
