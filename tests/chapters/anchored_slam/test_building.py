@@ -319,3 +319,49 @@ def test_ellipses_hold_the_points_of_two_deviations():
 def test_every_variant_has_its_own_colour():
     assert len(set(draw.TINTS.values())) == len(draw.TINTS)
     assert set(posts.JACOBIANS) == set(draw.TINTS)
+
+
+def test_words_say_what_the_pictures_show():
+    state = posts.growth(0.3, 30.0)
+    assert f"external: at most {state.error['external'].max():.2f} m" in posts.describe_growth(
+        0.3, 30.0
+    )
+    assert f"{posts.nailed(2, 15).error[-1]:.2f} m at the end" in posts.describe_nailed(2, 15)
+    last = posts.FRAMES - 1
+    assert f"{len(posts.moment('plain', last).posts)} landmarks" in posts.describe_moment(
+        "plain", last
+    )
+
+
+# Exercises
+
+
+def test_drift_of_the_exercise_is_what_the_wheels_do():
+    poses = np.stack([np.linspace(0, 88.3, 442), np.zeros(442), np.zeros(442)], axis=-1)
+    slip = loops.Slip(along=0.0, across=0.0, bend=np.deg2rad(0.5), turn=0.0)
+    ends = []
+    for own in RNG(0).spawn(1000):
+        ahead, _, turned = roll(poses, slip, rng=own).increments.T
+        heading = np.r_[0.0, np.cumsum(turned)[:-1]]
+        ends.append(ahead @ np.sin(heading))
+    answer = building.EXERCISES["anchored-drift"].answer
+    low, high = np.sqrt(stats.chi2.ppf([1e-4, 1 - 1e-4], 1000) / 1000)
+    assert low < np.std(ends) / answer < high
+
+
+def test_exercise_of_the_frozen_landmark_is_the_nees_of_many_looks():
+    rng = RNG(1)
+    error = 0.10 * rng.standard_normal(20_000) + 0.03 * rng.standard_normal(20_000)
+    answer = building.EXERCISES["anchored-frozen"].answer
+    assert np.mean(error**2) / 0.03**2 == pytest.approx(answer, rel=0.05)
+
+
+@pytest.mark.parametrize("key", ["anchored-drift", "anchored-frozen"])
+def test_exercises_judge_right_and_wrong(key):
+    exercise = building.EXERCISES[key]
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        outcome, said = exercise.judge(wrong)
+        assert outcome == "wrong"
+        assert words in said

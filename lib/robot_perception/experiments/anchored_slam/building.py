@@ -40,6 +40,7 @@ from robot_perception.experiments.anchored_slam.posts import (
 )
 from robot_perception.geometry import transform
 from robot_perception.teaching.claims import Accepted, Claim, Condition, Finding, Interval, Size
+from robot_perception.teaching.exercises import Exercise
 from robot_perception.walls.corners import LandmarkRules, find_landmarks
 from robot_perception.walls.segments import to_points
 
@@ -519,4 +520,33 @@ CLAIMS: tuple[Claim, ...] = (
         seed=9,
     ),
 )
-RECORDINGS = ()
+
+_BEND, _WAY, _FROZEN, _LOOK = np.deg2rad(0.5), 88.3, 0.10, 0.03
+
+EXERCISES = {
+    "anchored-drift": Exercise(
+        _BEND * np.sqrt(_WAY**3 / 3),
+        mistakes=(
+            (_BEND * np.sqrt(_WAY) * _WAY, "that is the last heading error held all the way."),
+            (0.5 * np.sqrt(_WAY**3 / 3), "degrees: the heading must be in radians."),
+            (
+                _BEND * np.sqrt(_WAY),
+                "that is the heading at the end, in radians, not the position.",
+            ),
+        ),
+        hint="Each metre driven adds its own error of the heading, and it moves all that follows: "
+        "add up σ² (L − s)² over the way s.",
+        rtol=0.02,
+    ),
+    "anchored-frozen": Exercise(
+        (_FROZEN**2 + _LOOK**2) / _LOOK**2,
+        mistakes=(
+            (_FROZEN**2 / _LOOK**2, "the look has an error, too."),
+            (_LOOK**2 / (_FROZEN**2 + _LOOK**2), "upside down: real over claimed."),
+            (1.0, "that it would be if the frozen place were right."),
+        ),
+        hint="The filter claims the variance of the look alone. What is the real one?",
+        rtol=1e-3,
+    ),
+}
+"""Exercises of this part, by name."""

@@ -238,6 +238,17 @@ def _grow(noise: float, length: float) -> Curves:
     return curves(config, run_posts(config, GROWTH_FILTERS, rng=np.random.default_rng(5), jobs=1))
 
 
+def describe_growth(noise: float, length: float) -> str:
+    """Return what a state of the explorer of noise and loop length shows, in words."""
+    state = growth(noise, length)
+    parts = [
+        f"{name}: at most {state.error[name].max():.2f} m, {state.error[name][-1]:.2f} m at the "
+        f"end, NEES {state.nees[name].mean():.1f}"
+        for name in GROWTH_FILTERS
+    ]
+    return f"Errors and NEES along a loop of {length:g} m. " + "; ".join(parts) + "."
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Nailed:
     """What a few known posts do.
@@ -310,6 +321,15 @@ def _nail(count: int, place: float) -> Nailed:
     )
 
 
+def describe_nailed(count: int, place: float) -> str:
+    """Return what a state of the explorer of anchors shows, in words."""
+    state = nailed(count, place)
+    return (
+        f"Loop with {count} known posts; the position error is at most {state.error.max():.2f} m "
+        f"and {state.error[-1]:.2f} m at the end, that of the heading {state.heading[-1]:.1f}°."
+    )
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Moment:
     """What a filter believes at one moment of a drive.
@@ -367,3 +387,14 @@ def _moments(variant: str) -> list[Moment]:
             )
         )
     return moments
+
+
+def describe_moment(variant: str, frame: int) -> str:
+    """Return what a state of the explorer of the ellipses shows, in words."""
+    state = moment(variant, frame)
+    off = np.hypot(*(state.path[-1, :2] - state.truth[-1, :2]))
+    stated = 2 * np.sqrt(np.linalg.eigvalsh(state.pose_cov)[-1])
+    return (
+        f"The {variant} filter after {state.along:.0f} m, with {len(state.landmarks)} landmarks in "
+        f"the map: {off:.2f} m off; the 2σ ellipse of the robot reaches {stated:.2f} m."
+    )
