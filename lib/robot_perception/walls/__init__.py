@@ -6,6 +6,15 @@ from robot_perception.walls.chains import (
     simplify,
     simplify_recursive,
 )
+from robot_perception.walls.corners import (
+    LandmarkReport,
+    LandmarkRules,
+    ScanLandmarks,
+    find_corners,
+    find_landmarks,
+    find_poles,
+    fit_pole,
+)
 from robot_perception.walls.path_hulls import count_hull_steps, simplify_path_hull
 from robot_perception.walls.scores import (
     MapScore,
@@ -39,8 +48,11 @@ from robot_perception.walls.wall_map import (
 __all__ = [
     "Extraction",
     "Gate",
+    "LandmarkReport",
+    "LandmarkRules",
     "MapScore",
     "RangeNoise",
+    "ScanLandmarks",
     "ScanReport",
     "Segments",
     "WallMap",
@@ -51,9 +63,13 @@ __all__ = [
     "explained",
     "extract_segments",
     "find_breaks",
+    "find_corners",
     "find_crossings",
+    "find_landmarks",
+    "find_poles",
     "find_split",
     "fit_line",
+    "fit_pole",
     "is_simple",
     "merge",
     "project",

@@ -230,6 +230,7 @@ def test_recorded_ends_are_the_evidence(entries):
 def test_tables_have_a_line_for_each_case(study, linear):
     table = building.loop_table(study).split("\n")
     assert len(table) == 1 + len(FEW)
+    assert len(building.loop_table(study, ("known",)).split("\n")) == 2
     assert len({len(line) for line in table}) == 1
     end = loops.mean_of(study.runs[FEW[1]].distance())
     assert f"{end.estimate:.3f} [{end.low:.3f}" in table[2]

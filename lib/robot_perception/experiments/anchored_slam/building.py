@@ -202,7 +202,9 @@ def building_study(seeds: int = 6) -> Result:
     return run(Config(seeds=seeds), rng=np.random.default_rng(7), cases=cases)
 
 
-def loop_table(result: Result, *, start: str = "exact") -> str:
+def loop_table(
+    result: Result, association: Sequence[str] = ("gated", "known"), start: str = "exact"
+) -> str:
     """Return the errors of a study of the building as text, one line for each case.
 
     Means over the seeds with 95 % bootstrap intervals: position before the first landmarks come
@@ -212,7 +214,7 @@ def loop_table(result: Result, *, start: str = "exact") -> str:
     head = f"{'wheels':7s}{'names':7s}{'filter':22s}{'before / m':>22s}{'end / m':>22s}"
     lines = [head + f"{'NEES':>9s}{'wrong':>7s}{'twice':>7s}"]
     for case, runs in result.runs.items():
-        if case.start == start:
+        if case.start == start and case.association in association:
             before, end = mean_of(runs.distance(result.before)), mean_of(runs.distance())
             lines.append(
                 f"{case.noise:7s}{case.association:7s}{case.variant:22s}"
