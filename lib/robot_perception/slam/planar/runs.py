@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
+from robot_perception.beliefs import check_finite
 from robot_perception.slam.planar.association import (
     IGNORED,
     NEW,
@@ -16,7 +17,7 @@ from robot_perception.slam.planar.association import (
 )
 from robot_perception.slam.planar.belief import MapBelief
 from robot_perception.slam.planar.filtering import checked_anchors
-from robot_perception.slam.planar.motions import Motion
+from robot_perception.slam.planar.motions import Motion, checked_vector
 from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
 from robot_perception.slam.planar.workspace import Workspace
 
@@ -57,10 +58,27 @@ class Truth:
         True pose at the start and after each step, m, m, rad.
     landmarks : identifier -> (2,)
         True places, m.
+
+    Raises
+    ------
+    ValueError
+        If ``poses`` is not (k + 1, 3) or a number is not finite.
     """
 
     poses: Float[np.ndarray, "poses 3"]
     landmarks: Mapping[int, np.ndarray]
+
+    def __post_init__(self) -> None:
+        poses = np.array(self.poses, dtype=float)
+        if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses):
+            raise ValueError(f"poses must be (k + 1, 3), got {poses.shape}")
+        check_finite("poses", poses)
+        places = {
+            int(name): checked_vector(f"landmark {name}", place, 2)
+            for name, place in self.landmarks.items()
+        }
+        object.__setattr__(self, "poses", poses)
+        object.__setattr__(self, "landmarks", places)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -188,7 +206,8 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
     """Run the filter over a drive.
 
     Each step predicts, corrects with the fixes, associates and updates with the scan, and puts new
-    landmarks into the map, in this order.
+    landmarks into the map, in this order. Names that the filter gives to unnamed landmarks are
+    above all names seen so far; a scan that later uses such a name means that landmark.
 
     Parameters
     ----------
@@ -393,7 +412,7 @@ class _Run:
         missing = [name for name in names if name not in self.truth.landmarks]
         if missing:
             raise ValueError(f"the truth has no landmarks {missing}")
-        return np.array([self.truth.landmarks[name] for name in names], dtype=float).ravel()
+        return np.array([self.truth.landmarks[name] for name in names]).ravel()
 
 
 def _some(noises: np.ndarray, rows: Sequence[int] | np.ndarray) -> np.ndarray:
