@@ -525,8 +525,8 @@ def _map(
     return points, covs
 
 
-def summary(found: Mapping[str, np.ndarray | float]) -> dict[str, float]:
-    """Return the numbers about the five robots that the chapter tells; means unless it says total.
+def summary(found: Mapping[str, np.ndarray | float], *names: str) -> dict[str, float]:
+    """Return those numbers about the five robots that are named; means, but counts are totals.
 
     Errors in m, shares in %, by anchors ``none``, ``one``, ``two``; ``fresh_*`` where errors are
     taken as white, ``nearest_none``, ``joint_none`` where barcodes are unknown, ``unbiased_two``
@@ -550,7 +550,7 @@ def summary(found: Mapping[str, np.ndarray | float]) -> dict[str, float]:
     numbers["persistence"] = found["persistence"][:, 0].mean()
     numbers["bias_low"], numbers["bias_high"] = found["bias"][:, 0].min(), found["bias"][:, 0].max()
     numbers["slow"] = 100 * (1 - found["scale"][:, 0].mean())
-    return {name: float(value) for name, value in numbers.items()}
+    return {name: float(numbers[name]) for name in names}
 
 
 def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:
