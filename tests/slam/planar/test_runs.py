@@ -277,6 +277,24 @@ def test_considered_landmarks_stand_still_and_still_count():
     assert np.trace(frozen.pose_covs[-1]) < 0.9 * np.trace(considered.pose_covs[-1])
 
 
+def test_freezing_makes_overconfident_and_considering_does_not():
+    """The rule of the paper forgets an error that is still there; Schmidt's filter remembers it."""
+    runs, nees = 30, {}
+    low, high = average_bounds(3, runs, 0.999)
+    settings = Settings(CartesianSensor(0.01**2 * R), revision_limit=10)
+    for retirement in ("freeze", "consider"):
+        values = np.empty(runs)
+        for run, rng in enumerate(np.random.default_rng(8).spawn(runs)):
+            world = drive(rng, noise=0.01)
+            history = run_filter(world.start, world.steps, replace(settings, retirement=retirement))
+            error = history.poses[-1] - world.poses[-1]
+            error[2] = wrapped(error[2])
+            values[run] = normalised_squared(error, history.pose_covs[-1])
+        nees[retirement] = values.mean()
+    assert low < nees["consider"] < high
+    assert nees["freeze"] > 2 * high
+
+
 def test_bookkeeping():
     world = drive(np.random.default_rng(0), steps=30)
     steps = list(world.steps)
