@@ -15,6 +15,7 @@ from robot_perception.experiments.anchored_slam.building import CLAIMS
 from robot_perception.experiments.anchored_slam.loops import Case
 from robot_perception.experiments.anchored_slam.posts import LINEAR, TURNED
 from robot_perception.teaching.claims import Interval
+from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.anchored_slam import building as draw
 
@@ -282,9 +283,9 @@ def test_explorer_of_noise_and_length():
     quiet, loud = (posts.growth(noise, 90.0) for noise in (0.3, 6.0))
     for name in posts.GROWTH_FILTERS:
         assert loud.error[name].max() > quiet.error[name].max()
-    short, long = (posts.growth(3.0, length) for length in (30.0, 150.0))
+    short, long = (posts.growth(3.0, length) for length in (30.0, 120.0))
     assert long.error["plain"].max() > short.error["plain"].max()
-    assert long.along[-1] > 4 * short.along[-1]
+    assert long.along[-1] > 3 * short.along[-1]
 
 
 def test_explorer_of_anchors():
@@ -297,6 +298,12 @@ def test_explorer_of_anchors():
     none, one, two = (posts.nailed(count, 0) for count in (0, 1, 2))
     assert none.error.mean() > one.error.mean() > two.error.mean()
     assert two.heading[-1] < 0.7 * none.heading[-1]
+
+
+def test_controls_are_names_that_an_explorer_can_have():
+    for controls in (posts.GROWTH_CONTROLS, posts.ANCHOR_CONTROLS, posts.PLAY_CONTROLS):
+        assert not [name for name in controls if hasattr(Explorer, name)]
+        assert np.prod([len(c.values) for c in controls.values()]) <= MOST_STATES
 
 
 def test_explorer_of_the_ellipses():

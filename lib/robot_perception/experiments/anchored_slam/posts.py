@@ -172,7 +172,7 @@ RULE_VARIANTS = ("plain", "rule at 50", "considered at 50")
 GROWTH_FILTERS = ("plain", "anchored", "first estimates", "external")
 GROWTH_CONTROLS = {
     "noise": slider("Noise", (0.3, 1.0, 3.0, 6.0), 3.0, "× small"),
-    "length": slider("Loop", (30.0, 60.0, 90.0, 150.0), 90.0, "m"),
+    "length": slider("Loop", (30.0, 60.0, 90.0, 120.0), 90.0, "m"),
 }
 ANCHOR_CONTROLS = {
     "count": slider("Anchors", (0, 1, 2), 1),
@@ -181,9 +181,9 @@ ANCHOR_CONTROLS = {
 FRAMES = 40
 PLAY_CONTROLS = {
     "variant": choice("Filter", ("plain", "anchored", "external"), "plain"),
-    "frame": timeline("Time", range(FRAMES), 24, fps=6),
+    "time": timeline("Time", range(FRAMES), 24, fps=6),
 }
-_RUNS = 10
+_RUNS = 8
 _COARSE = {"step": 0.5, "start": "uncertain"}
 
 
@@ -357,9 +357,9 @@ class Moment:
     along: float
 
 
-def moment(variant: str, frame: int) -> Moment:
+def moment(variant: str, time: int) -> Moment:
     """Return a state of the explorer of the ellipses; a whole drive is computed at the first."""
-    return _moments(variant)[frame]
+    return _moments(variant)[time]
 
 
 @cache
@@ -389,9 +389,9 @@ def _moments(variant: str) -> list[Moment]:
     return moments
 
 
-def describe_moment(variant: str, frame: int) -> str:
+def describe_moment(variant: str, time: int) -> str:
     """Return what a state of the explorer of the ellipses shows, in words."""
-    state = moment(variant, frame)
+    state = moment(variant, time)
     off = np.hypot(*(state.path[-1, :2] - state.truth[-1, :2]))
     stated = 2 * np.sqrt(np.linalg.eigvalsh(state.pose_cov)[-1])
     return (
