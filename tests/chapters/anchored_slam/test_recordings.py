@@ -53,12 +53,12 @@ def test_joined_arcs_are_what_the_filter_makes_of_them_one_by_one(seed):
     )
     _, cuts = np.unique(held.cuts, return_inverse=True)
     held = HeldCommands(held.velocities, held.durations, cuts + 1)
-    scale, density = np.array([0.9, 1.1]), np.array([2e-3, 1e-3])
+    density = np.array([2e-3, 1e-3])
     root = rng.normal(size=(3, 3))
     one = many = MapBelief.start(rng.normal(size=3), 0.01 * root @ root.T)
-    for increment, cov in zip(*mrclam.compound(held, scale, density), strict=True):
+    for increment, cov in zip(*mrclam.compound(held, density), strict=True):
         one = predict(one, Odometry(increment, cov))
-    for (speed, rate), duration in zip(held.velocities * scale, held.durations, strict=True):
+    for (speed, rate), duration in zip(held.velocities, held.durations, strict=True):
         noise = np.diag(density) / duration
         many = predict(many, Velocity(float(speed), float(rate), float(duration), noise))
     np.testing.assert_allclose(one.mean[:2], many.mean[:2], atol=1e-9)
@@ -71,7 +71,8 @@ LANDMARKS = SurveyedLandmarks(
     np.array([[4.0, 0], [0, 4], [-4, 0], [0, -4.0]]),
     np.full((4, 2), 1e-4),
 )
-DELAY, SCALE, BIAS, SIGMA = 0.2, np.array([0.9, 0.95]), np.array([0.05, -0.01]), (0.1, 0.02)
+DELAY, SCALE, DRAG = 0.2, np.array([0.9, 0.95]), 0.05
+BIAS, SIGMA = np.array([0.05, -0.01]), (0.1, 0.02)
 
 
 def make_robot(rng, *, seconds=400.0, persistence=0.0, bias=BIAS, wander=(0.0, 0.0)):
@@ -81,7 +82,9 @@ def make_robot(rng, *, seconds=400.0, persistence=0.0, bias=BIAS, wander=(0.0, 0
     switches = rng.integers(0, 2, size=(len(times) // 40 + 1, 2))
     velocities = np.repeat(switches, 40, axis=0)[: len(times)] * [0.12, 0.8] + [0.03, -0.4]
     late = np.vstack([np.zeros((round(DELAY / dt), 2)), velocities])[: len(times)]
-    moved = late * SCALE * dt + rng.normal(size=late.shape) * np.array(wander) * np.sqrt(dt)
+    true = late * SCALE
+    true[:, 0] -= DRAG * np.abs(late[:, 1])
+    moved = true * dt + rng.normal(size=late.shape) * np.array(wander) * np.sqrt(dt)
     pose, poses = np.zeros(3), [np.zeros(3)]
     for step in moved[:-1]:
         middle = pose[2] + step[1] / 2
@@ -112,6 +115,7 @@ def test_calibration_finds_the_delay_scale_and_errors_that_were_put_in():
     found = mrclam.calibrate(robot, LANDMARKS)
     assert found.delay == pytest.approx(DELAY)
     np.testing.assert_allclose(found.scale, SCALE, rtol=0.01)
+    assert found.drag == pytest.approx(DRAG, rel=0.05)
     np.testing.assert_allclose(found.bias, BIAS, atol=0.02)
     np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
     np.testing.assert_allclose(found.persistence, 0.5, atol=0.12)
@@ -135,7 +139,7 @@ def test_inflation_is_the_variance_of_a_mean_of_lasting_errors():
     """Oracle: the exact variance of the mean of an autoregressive sequence."""
     interval, n = 0.3, 4000
     sensors = mrclam.Calibration(
-        0.0, np.ones(2), np.ones(2), np.zeros(2), np.ones(2), np.array([0.6, 0.3]), interval, 0
+        0.0, np.ones(2), 0.0, np.ones(2), np.zeros(2), np.ones(2), np.array([0.6, 0.3]), interval, 0
     )
     for persistence, inflation in zip(sensors.persistence, sensors.inflation, strict=True):
         step = persistence ** (interval / mrclam.WINDOW)
@@ -151,14 +155,14 @@ def test_a_robots_own_truth_does_not_enter_its_sensors():
     before = mrclam.of_others(every, 2)
     changed = every | {2: mrclam.calibrate(make_robot(rng, persistence=0.7), LANDMARKS)}
     after = mrclam.of_others(changed, 2)
-    for name in ("scale", "density", "sigma", "persistence", "bias"):
+    for name in ("scale", "drag", "density", "sigma", "persistence", "bias"):
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
     assert before.scale[0] == pytest.approx((every[1].scale[0] + every[3].scale[0]) / 2)
 
 
 def known_sensors(persistence):
     return mrclam.Calibration(
-        DELAY, SCALE, np.array([4e-4, 1e-3]), np.zeros(2), np.array(SIGMA),
+        DELAY, SCALE, DRAG, np.array([4e-4, 1e-3]), np.zeros(2), np.array(SIGMA),
         np.full(2, persistence), 0.4, 0,
     )  # fmt: skip
 

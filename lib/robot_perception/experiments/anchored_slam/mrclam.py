@@ -6,7 +6,7 @@ it.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +59,8 @@ class Calibration:
         Time from a logged command to the motion, s: of `DELAYS` the one that explains turns best.
     scale : (2,)
         True over logged motion, forward and turning.
+    drag
+        Way that is lost for each radian logged, m/rad: who turns goes slower than the log says.
     density : (2,)
         Variance of the rest per second: m²/s, rad²/s.
     bias : (2,)
@@ -75,12 +77,18 @@ class Calibration:
 
     delay: float
     scale: Float[np.ndarray, "2"]
+    drag: float
     density: Float[np.ndarray, "2"]
     bias: Float[np.ndarray, "2"]
     sigma: Float[np.ndarray, "2"]
     persistence: Float[np.ndarray, "2"]
     interval: float
     misread: int
+
+    def correct(self, velocities: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k 2"]:
+        """Return the velocities that are driven where these (m/s, rad/s) are logged."""
+        lost = self.drag * np.abs(velocities[:, 1])
+        return velocities * self.scale - np.stack([lost, np.zeros(len(lost))], axis=1)
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
@@ -154,7 +162,7 @@ class Judged:
 
 def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     """Compare the wheels and the camera of a robot with motion capture."""
-    delay, scale, density = min((_wheels(robot, delay) for delay in DELAYS), key=_turn_density)
+    wheels = min((_wheels(robot, delay) for delay in DELAYS), key=lambda wheels: wheels[-1][1])
     seen = robot.landmarks
     poses, covered = robot.truth.at(seen.times, longest_gap=GAP)
     places = landmarks.positions[np.searchsorted(landmarks.ids, seen.subjects)]
@@ -168,9 +176,7 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     rest = np.where(right[:, None], errors - errors[right].mean(axis=0), np.nan)
     pauses = np.diff(np.unique(seen.times))
     return Calibration(
-        delay,
-        scale,
-        density,
+        *wheels,
         bias,
         sigma,
         _persistence(seen.times, seen.subjects, rest) / sigma**2,
@@ -179,26 +185,25 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     )
 
 
-def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return delay and scale of logged motions, and the variance of the rest per second."""
+def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, float, np.ndarray]:
+    """Return delay, scale and drag of the wheels, and the variance of the rest per second."""
     first = max(robot.commands.times[0], robot.truth.times[0])
     last = min(robot.commands.times[-1], robot.truth.times[-1] - delay)
     cuts = np.arange(first, last, WINDOW)
     held = robot.commands.hold(cuts)
     parts = held.velocities * held.durations[:, None]
-    logged = np.stack([np.bincount(held.cuts, part)[1:] for part in parts.T], axis=1)
+    parts = np.column_stack([parts, np.abs(parts[:, 1])])
+    way, turn, bends = (np.bincount(held.cuts, part)[1:] for part in parts.T)
     poses, covered = robot.truth.at(cuts + delay, longest_gap=GAP)
-    turn = wrap_angle(np.diff(poses[:, 2]))
+    true_turn = wrap_angle(np.diff(poses[:, 2]))
     chord = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    moved = np.stack([chord / np.sinc(turn / (2 * np.pi)), turn], axis=1)  # arc, not chord
+    true_way = chord / np.sinc(true_turn / (2 * np.pi))  # along the arc
     both = covered[1:] & covered[:-1]
-    logged, moved = logged[both], moved[both]
-    scale = (logged * moved).sum(axis=0) / (logged**2).sum(axis=0)
-    return delay, scale, (moved - scale * logged).var(axis=0) / WINDOW
-
-
-def _turn_density(wheels: tuple[float, np.ndarray, np.ndarray]) -> float:
-    return float(wheels[2][1])
+    rows = np.stack([way, -bends], axis=1)[both]
+    (ahead, drag), *_ = np.linalg.lstsq(rows, true_way[both])
+    around = turn[both] @ true_turn[both] / (turn[both] @ turn[both])
+    rest = np.stack([true_way[both] - rows @ [ahead, drag], (true_turn - around * turn)[both]])
+    return delay, np.array([ahead, around]), float(drag), rest.var(axis=1) / WINDOW
 
 
 def _persistence(times: np.ndarray, subjects: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -223,6 +228,7 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
     return Calibration(
         delay=mean("delay"),
         scale=mean("scale"),
+        drag=mean("drag"),
         density=mean("density"),
         bias=np.zeros(2),
         sigma=np.sqrt(np.mean([calibration.sigma**2 for calibration in others], axis=0)),
@@ -236,7 +242,7 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
 
 
 def compound(
-    held: HeldCommands, scale: Float[np.ndarray, "2"], density: Float[np.ndarray, "2"]
+    held: HeldCommands, density: Float[np.ndarray, "2"]
 ) -> tuple[Float[np.ndarray, "intervals 3"], Float[np.ndarray, "intervals 3 3"]]:
     r"""Return the motion over each interval and its covariance.
 
@@ -255,8 +261,6 @@ def compound(
     ----------
     held
         Pieces of constant velocity.
-    scale : (2,)
-        Factors of speed and turn rate.
     density : (2,)
         Variance per second of distance (m²/s) and of turn (rad²/s).
 
@@ -265,7 +269,7 @@ def compound(
     increments : (intervals, 3)
     covs : (intervals, 3, 3)
     """
-    speed, rate = (held.velocities * scale).T
+    speed, rate = held.velocities.T
     duration = held.durations
     turn = rate * duration
     chord = (duration * np.sinc(turn / (2 * np.pi)))[:, None]
@@ -314,7 +318,9 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     times = np.array([begin, *_apart(images, pause)])
     # subtracting may round out of the log by a hair
     commanded = np.maximum(times - sensors.delay, robot.commands.times[0])
-    increments, covs = compound(robot.commands.hold(commanded), sensors.scale, sensors.density)
+    held = robot.commands.hold(commanded)
+    driven = replace(held, velocities=sensors.correct(held.velocities))
+    increments, covs = compound(driven, sensors.density)
     low, high = (np.searchsorted(seen.times, times[1:], side=side) for side in ("left", "right"))
     steps = tuple(
         Step(Odometry(increment, cov), Scan(seen.subjects[i:j], seen.values[i:j]), time=float(time))
@@ -428,9 +434,10 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     Returns
     -------
     dict
-        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``wander`` (root of the density),
-        ``bias``, ``sigma``, ``persistence``, ``inflation``, ``misread``, ``unknown``; ``images``,
-        ``minutes``, ``uncovered``; ``dead`` (error of the wheels alone, m). By robot, method and
+        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``drag``, ``wander`` (root of
+        the density), ``bias``, ``sigma``, ``persistence``, ``inflation``, ``misread``, ``unknown``;
+        ``images``, ``minutes``, ``uncovered``; ``dead`` (error of the wheels alone, m). By robot,
+        method and
         anchors: the numbers of `Judged` and what became of the sightings (`Counts`). Of the runs
         with lasting errors, by robot, anchors and time: ``paths``, ``errors`` (m and rad),
         ``sigmas`` (likewise), ``nees``, beside ``times`` (s), ``truth``, ``dead_path``; and
@@ -442,7 +449,17 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
         run_robot(robot, data.landmarks, of_others(calibrations, n), calibrations[n].bias[0])
         for n, robot in data.robots.items()
     ]
-    names = ("delay", "scale", "density", "bias", "sigma", "persistence", "inflation", "misread")
+    names = (
+        "delay",
+        "scale",
+        "drag",
+        "density",
+        "bias",
+        "sigma",
+        "persistence",
+        "inflation",
+        "misread",
+    )
     sensors = {
         name: np.array([getattr(calibration, name) for calibration in calibrations.values()])
         for name in names
@@ -549,24 +566,24 @@ def summary(found: Mapping[str, np.ndarray | float], *names: str) -> dict[str, f
     numbers["inflation"] = found["inflation"][:, 0].mean()
     numbers["persistence"] = found["persistence"][:, 0].mean()
     numbers["bias_low"], numbers["bias_high"] = found["bias"][:, 0].min(), found["bias"][:, 0].max()
-    numbers["slow"] = 100 * (1 - found["scale"][:, 0].mean())
+    numbers["drag"] = found["drag"].mean()
     return {name: float(numbers[name]) for name in names}
 
 
 def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:
     """Return what motion capture says of each robot's wheels and camera."""
     head = (
-        "       delay  speed   turn  range bias     sd  after 2 s  bearing    sd  misread  other\n"
-        "robot      s      ×      ×           m      m          ρ        °     °"
+        "       delay  speed   turn   drag  range bias    sd  ρ(2 s)  bearing    sd  wrong  other\n"
+        "robot      s      ×      ×  m/rad           m     m               °     °"
     )
     rows = []
     for row, robot in enumerate(found["robots"]):
         speed, turn = found["scale"][row]
         (far, bearing), (far_sd, bearing_sd) = found["bias"][row], found["sigma"][row]
         rows.append(
-            f"{robot:5d}{found['delay'][row]:7.2f}{speed:7.2f}{turn:7.2f}{far:12.3f}{far_sd:7.3f}"
-            f"{found['persistence'][row, 0]:11.2f}{np.rad2deg(bearing):9.2f}"
-            f"{np.rad2deg(bearing_sd):6.2f}{found['misread'][row]:9d}{found['unknown'][row]:7d}"
+            f"{robot:5d}{found['delay'][row]:7.2f}{speed:7.2f}{turn:7.2f}{found['drag'][row]:7.3f}{far:12.3f}{far_sd:6.2f}"
+            f"{found['persistence'][row, 0]:8.2f}{np.rad2deg(bearing):9.2f}"
+            f"{np.rad2deg(bearing_sd):6.2f}{found['misread'][row]:7d}{found['unknown'][row]:7d}"
         )
     return "\n".join([head, *rows])
 
