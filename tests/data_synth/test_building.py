@@ -59,6 +59,16 @@ def test_headings_point_along_the_way(seed):
     )  # a step may begin on a leg, end on an arc
 
 
+def test_corners_are_taken_on_circles():
+    building = make_building(rng=np.random.default_rng(0))
+    poses = drive(building, step=0.2, radius=0.9)
+    turning = np.abs(np.angle(np.exp(4j * poses[:, 2]))) > 1e-6
+    assert turning.sum() > 20
+    centres = building.loop + 0.9 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    away = np.linalg.norm(poses[turning, None, :2] - centres, axis=-1).min(axis=1)
+    np.testing.assert_allclose(away, 0.9)
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_landmarks_are_the_corners_and_the_columns(seed):
     building = make_building(rng=np.random.default_rng(seed))

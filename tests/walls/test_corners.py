@@ -76,6 +76,15 @@ def test_a_wall_that_ends_in_front_of_another_is_no_corner():
     assert report.apart == 1
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_both_walls_must_be_seen_up_to_the_corner(side):
+    """The wall behind is seen almost to the corner, the one before it ends 30 cm away."""
+    ranges = look([[1.0, -1.0], [3.0, -1.0]], [[3.3, -2.0], [3.3, 3.0]])
+    landmarks, report = find_landmarks(ranges[:: int(side)], ANGLES, RULES)
+    assert len(landmarks) == 0
+    assert report.apart == 1
+
+
 def test_a_bend_too_flat_is_no_corner():
     landmarks, report = find_landmarks(look([[3, -2], [2.6, 0], [3, 2]]), ANGLES, RULES)
     assert len(landmarks) == 0
@@ -87,6 +96,9 @@ def test_a_board_as_wide_as_a_pole_is_no_pole():
     landmarks, report = find_landmarks(board, ANGLES, RULES)
     assert len(landmarks) == 0
     assert report.not_round == 1
+    wall = look([[5, -6], [5, 6]], [[2.0, 0.1], [2.0, 0.9]])
+    landmarks, report = find_landmarks(wall, ANGLES, RULES)
+    assert len(landmarks) == report.not_round == 0  # too wide to be asked whether it is round
 
 
 @given(st.floats(-0.6, 0.6), st.floats(0.06, 0.2))
