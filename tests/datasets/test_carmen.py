@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from robot_perception.datasets import CorruptLog, read_carmen_log
@@ -285,6 +285,7 @@ def test_junk_lines_never_hurt_a_good_log(insertions):
     lines = [*GOOD.lines]
     for place, junk in insertions:
         lines.insert(place, junk.replace(b"\n", b"?"))
+    assume(not lines[0].startswith(reasons.GZIP_MAGIC))  # that is no junk line: it is a gzip file
     log = read_bytes(b"\n".join(lines) + b"\n")
     assert accounted(log.report) == log.report.lines == len(lines)
     assert log.report.kept == {"FLASER": 4}

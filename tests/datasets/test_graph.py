@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from robot_perception.datasets import CorruptLog, graph, read_graph_log
@@ -244,6 +244,7 @@ def test_junk_lines_cost_at_most_the_scan_they_part_from_its_vertex(insertions):
         lines.insert(place, junk.replace(b"\n", b"?"))
     # an unparted pair at the end, so that one scan at least can be read
     lines += [vertex(99, POSES[0]), scan(0)]
+    assume(not lines[0].startswith(reasons.GZIP_MAGIC))  # that is no junk line: it is a gzip file
     log = read_bytes(b"\n".join(lines) + b"\n")
     assert accounted(log.report) == log.report.lines == len(lines)
     owners = {reading: {number} for reading, number in zip(RANGES[:, 0], IDS, strict=True)}
