@@ -98,7 +98,7 @@ def error_bands(upper: Axes, lower: Axes, found: Found, robot: int, anchors: int
     band(lower, minutes, -2 * degrees * sigmas[1], 2 * degrees * sigmas[1], colour)
     lower.plot(minutes, degrees * errors[1], color=colour, linewidth=1.3)
     lower.axhline(0, color=INK, linewidth=0.8)
-    lower.set(ylim=(-25, 25), ylabel="heading error (°)", xlabel="time (min)")
+    lower.set(ylim=(-40, 40), ylabel="heading error (°)", xlabel="time (min)")
 
 
 def nees_over_time(ax: Axes, found: Found, robot: int) -> Axes:
