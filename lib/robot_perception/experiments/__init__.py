@@ -1,4 +1,4 @@
-"""The experiments, one module or package per chapter: configuration, run, result, claims, exercises."""
+"""The experiments of the chapters: configuration, run, result, claims, exercises."""
 
 from collections.abc import Iterator
 from importlib import import_module

@@ -59,6 +59,10 @@ class Recording:
         if folder is not None:
             note = f"Computed on this machine from the recording `{self.dataset}`."
             return Read(self.compute(folder), True, note)
+        return self.stored()
+
+    def stored(self) -> Read:
+        """Return the stored result."""
         stored = json.loads(self._file().read_text(encoding="utf-8"))
         result = {key: _unpack(value) for key, value in stored["result"].items()}
         note = (
