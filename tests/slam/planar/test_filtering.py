@@ -177,7 +177,8 @@ def test_joseph_holds_for_any_gain(seed):
     np.testing.assert_allclose(K.T, best, atol=1e-9)
     work.revise(by_pose, by_point, slots, innovation, TILTED[None])
     rest = np.eye(n) - best @ H
-    np.testing.assert_allclose(work.cov, rest @ P @ rest.T + best @ noise @ best.T, atol=1e-9)
+    wanted = rest @ P @ rest.T + best @ noise @ best.T
+    np.testing.assert_allclose(work.release().cov, wanted, atol=1e-9)
     np.testing.assert_allclose(work.mean[3:], (belief.mean + best @ innovation.ravel())[3:])
 
 

@@ -1,6 +1,8 @@
 """Compiled inner loops of the planar filter; :mod:`.textbook` is the version to read.
 
-Inner loops run along contiguous rows; a covariance is symmetric, so a row serves for a column.
+A covariance is symmetric: during a run only its lower triangle is kept, as copying each update to
+the other one would cost a third of a step. Whoever reads it goes through :func:`rows` or takes the
+larger index first. Inner loops run along contiguous rows.
 """
 
 from typing import no_type_check
@@ -8,7 +10,7 @@ from typing import no_type_check
 import numpy as np
 from numba import njit
 
-TILE = 64  # a tile of the covariance and its two strips stay in the first-level cache
+STRIP = 64  # so many rows at a time: of these one column after the other stays in the cache
 
 
 @njit(cache=True)
@@ -58,21 +60,54 @@ def is_covariance(blocks, tolerance):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def count_asymmetric(cov, tolerance):  # pragma: no cover - compiled
-    """Return how many pairs of entries differ, by more than a share of the largest variance."""
+def fill_lower(copy, cov, tolerance):  # pragma: no cover - compiled
+    """Fill in the lower triangle of a copy and return how many pairs of entries differ.
+
+    They may differ by a share of the largest variance.
+    """
     n = cov.shape[0]
     limit = 0.0
     for i in range(n):
         limit = max(limit, tolerance * abs(cov[i, i]))
     count = 0
-    for i0 in range(0, n, TILE):
-        for j0 in range(0, i0 + 1, TILE):
-            for i in range(i0, min(i0 + TILE, n)):
-                j1 = min(j0 + TILE, i + 1)
-                below, above = cov[i, j0:j1], cov[j0:j1, i]
-                for j in range(below.size):  # written so that NaN counts
-                    count += not abs(below[j] - above[j]) <= limit
+    for i0 in range(0, n, STRIP):
+        i1 = min(i0 + STRIP, n)
+        for j in range(i1):
+            below, above = cov[max(i0, j) : i1, j], cov[j, max(i0, j) : i1]
+            out = copy[max(i0, j) : i1, j]
+            for i in range(below.size):  # written so that NaN counts
+                count += not abs(below[i] - above[i]) <= limit
+                out[i] = below[i]
     return count
+
+
+@njit(cache=True)
+@no_type_check
+def mirror(cov):  # pragma: no cover - compiled
+    """Copy the triangle below the diagonal to the one above, in place."""
+    n = cov.shape[0]
+    for i0 in range(0, n, STRIP):
+        i1 = min(i0 + STRIP, n)
+        for j in range(i1):
+            below, above = cov[max(i0, j) : i1, j], cov[j, max(i0, j) : i1]
+            for i in range(below.size):
+                above[i] = below[i]
+
+
+@njit(cache=True)
+@no_type_check
+def rows(cov, first, count):  # pragma: no cover - compiled
+    """Return neighbouring rows, (count, n), of a covariance of which the lower triangle is kept."""
+    n, last = cov.shape[0], first + count
+    out = np.empty((count, n))
+    for q in range(count):
+        out[q, :last] = cov[first + q, :last]
+        for p in range(q):
+            out[p, first + q] = out[q, first + p]
+    for j in range(last, n):
+        for q in range(count):
+            out[q, j] = cov[j, first + q]
+    return out
 
 
 @njit(cache=True)
@@ -92,26 +127,24 @@ def predict_cov(cov, noise, at, after):  # pragma: no cover - compiled
 
     ``at`` and ``after`` are the poses before and after the motion at which it is linearised.
     """
-    n = cov.shape[0]
     fx, fy = at[1] - after[1], after[0] - at[0]  # J (t' - t), third column of F
-    for j in range(n):
-        cov[0, j] += fx * cov[2, j]
-        cov[1, j] += fy * cov[2, j]
-    for i in range(3, n):
-        cov[i, 0], cov[i, 1] = cov[0, i], cov[1, i]
-    for i in range(3):
-        cov[i, 0] += fx * cov[i, 2]
-        cov[i, 1] += fy * cov[i, 2]
+    for j in range(3, cov.shape[0]):
+        cov[j, 0] += fx * cov[j, 2]
+        cov[j, 1] += fy * cov[j, 2]
     c, s = np.cos(at[2]), np.sin(at[2])
+    F = np.array([[1.0, 0.0, fx], [0.0, 1.0, fy], [0.0, 0.0, 1.0]])
     G = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    old = np.empty((3, 3))
     for i in range(3):
         for j in range(i + 1):
-            total = cov[i, j]
+            old[i, j] = old[j, i] = cov[i, j]
+    for i in range(3):
+        for j in range(i + 1):
+            total = 0.0
             for p in range(3):
                 for q in range(3):
-                    total += G[i, p] * noise[p, q] * G[j, q]
+                    total += F[i, p] * old[p, q] * F[j, q] + G[i, p] * noise[p, q] * G[j, q]
             cov[i, j] = total
-            cov[j, i] = total
 
 
 @njit(cache=True)
@@ -178,17 +211,20 @@ def gather(mean, slots, points):  # pragma: no cover - compiled
 def cross_rows(cov, Hr, Hp, slots):  # pragma: no cover - compiled
     """Return (P Hᵀ)ᵀ: each row of H touches the pose and at most one landmark."""
     k, d, n = Hr.shape[0], Hr.shape[1], cov.shape[0]
-    B = np.empty((k * d, n))
-    x, y, heading = cov[0], cov[1], cov[2]
+    B, pose = np.empty((k * d, n)), rows(cov, 0, 3)
+    x, y, heading = pose[0], pose[1], pose[2]
     for i in range(k):
         for row in range(d):
             out = B[i * d + row]
             a, b, c = Hr[i, row, 0], Hr[i, row, 1], Hr[i, row, 2]
             for j in range(n):
                 out[j] = a * x[j] + b * y[j] + c * heading[j]
-            if slots[i] >= 0:
+        if slots[i] >= 0:
+            point = rows(cov, slots[i], 2)
+            u, v = point[0], point[1]
+            for row in range(d):
+                out = B[i * d + row]
                 e, f = Hp[i, row, 0], Hp[i, row, 1]
-                u, v = cov[slots[i]], cov[slots[i] + 1]
                 for j in range(n):
                     out[j] += e * u[j] + f * v[j]
     return B
@@ -238,10 +274,17 @@ def cholesky(S):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def add_row(row, factor, other):  # pragma: no cover - compiled
-    """Add a multiple of one row to another, in place."""
-    for j in range(row.size):
-        row[j] += factor * other[j]
+def inverse_factor(L):  # pragma: no cover - compiled
+    """Return the inverse of a lower triangular matrix."""
+    m = L.shape[0]
+    inverse = np.eye(m)
+    for i in range(m):
+        for q in range(i):
+            for j in range(q + 1):
+                inverse[i, j] -= L[i, q] * inverse[q, j]
+        for j in range(i + 1):
+            inverse[i, j] /= L[i, i]
+    return inverse
 
 
 @njit(cache=True)
@@ -250,50 +293,27 @@ def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: n
     """Revise the mean in place, eqs (6) to (8); return Kᵀ, (P Hᵀ - K S / 2)ᵀ, S and ε.
 
     States marked in ``considered`` keep their estimate: their rows of the gain are zero. A negative
-    ε says that S is singular; then nothing was changed.
+    ε says that S is singular; then nothing was changed. The factor of S is inverted, as it is small
+    and its products with the wide B are then BLAS's.
     """
-    k, d = innovation.shape
-    m = k * d
     B = cross_rows(cov, Hr, Hp, slots)
     S = innovation_cov(B, Hr, Hp, slots, noises)
     L, regular = cholesky(S)
-    K = B.copy()
     if not regular:
-        return K, B, S, -1.0
-    white = innovation.copy().reshape(m)
-    squared = 0.0
-    for p in range(m):  # S K = B by the factor of S, eq. (7)
-        for q in range(p):
-            white[p] -= L[p, q] * white[q]
-            add_row(K[p], -L[p, q], K[q])
-        white[p] /= L[p, p]
-        K[p] /= L[p, p]
-        squared += white[p] ** 2
-    for p in range(m - 1, -1, -1):
-        for q in range(p + 1, m):
-            add_row(K[p], -L[q, p], K[q])
-        K[p] /= L[p, p]
+        return B, B, S, -1.0
+    whitener, seen = inverse_factor(L), innovation.copy().reshape(S.shape[0])
+    white = np.dot(whitener, seen)
+    K = np.dot(np.dot(whitener.T, whitener), B)  # S Kᵀ = B, eq. (7)
     for j in range(mean.size):
         if considered[j]:
             K[:, j] = 0.0
-    for p in range(m):
-        add_row(mean, innovation[p // d, p % d], K[p])  # eq. (6)
+    mean += np.dot(seen, K)  # eq. (6)
     mean[2] = wrapped(mean[2])
-    return K, B - 0.5 * np.dot(S, K), S, squared
-
-
-@njit(cache=True)
-@no_type_check
-def mirror(cov):  # pragma: no cover - compiled
-    """Copy the triangle below the diagonal to the one above, in place."""
-    n = cov.shape[0]
-    for i0 in range(0, n, TILE):
-        for j0 in range(0, i0 + 1, TILE):
-            for i in range(i0, min(i0 + TILE, n)):
-                j1 = min(j0 + TILE, i)
-                below, above = cov[i, j0:j1], cov[j0:j1, i]
-                for j in range(below.size):
-                    above[j] = below[j]
+    half = np.dot(S, K)
+    for i in range(half.shape[0]):
+        for j in range(half.shape[1]):
+            half[i, j] = B[i, j] - 0.5 * half[i, j]
+    return K, half, S, np.dot(white, white)
 
 
 @njit(cache=True)
@@ -307,10 +327,8 @@ def append(cov, n, Gr, Gz, noises):  # pragma: no cover - compiled
             for j in range(a):
                 total = 0.0
                 for q in range(3):
-                    total += Gr[i, row, q] * cov[q, j]
+                    total += Gr[i, row, q] * cov[max(q, j), min(q, j)]
                 cov[a + row, j] = total
-        for j in range(a):
-            cov[j, a], cov[j, a + 1] = cov[a, j], cov[a + 1, j]
         for row in range(2):
             for other in range(row + 1):
                 total = 0.0
@@ -320,7 +338,6 @@ def append(cov, n, Gr, Gz, noises):  # pragma: no cover - compiled
                     for q in range(2):
                         total += Gz[i, row, p] * R[p, q] * Gz[i, other, q]
                 cov[a + row, a + other] = total
-                cov[a + other, a + row] = total
 
 
 @njit(cache=True)
@@ -363,7 +380,7 @@ def own_covs(cov, Hr, Hp, slots):  # pragma: no cover - compiled
                 total = 0.0
                 for p in range(involved):
                     for q in range(involved):
-                        total += h[row, p] * cov[states[p], states[q]] * h[col, q]
+                        total += h[row, p] * cov[states[max(p, q)], states[min(p, q)]] * h[col, q]
                 covs[i, row, col] = total
                 covs[i, col, row] = total
     return covs

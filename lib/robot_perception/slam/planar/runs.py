@@ -277,7 +277,7 @@ class _Run:
             used, squared, size = self._see(step.scan)
             nis, dof = nis + squared, dof + size
         self.poses.append(work.mean[:3].copy())
-        self.pose_covs.append(work.cov[:3, :3].copy())
+        self.pose_covs.append(work.pose_cov())
         self.nis.append(nis)
         self.dof.append(dof)
         self.sizes.append(len(work.ids))

@@ -14,7 +14,9 @@ SYMMETRY = 1e-9  # relative; as in beliefs.check_covariance
 
 
 class Workspace:
-    """State and covariance, and where each landmark stands in them.
+    """State, lower triangle of the covariance, and where each landmark stands in them.
+
+    The other triangle is not set; the beliefs that come out are whole.
 
     Raises
     ------
@@ -23,21 +25,31 @@ class Workspace:
     """
 
     def __init__(self, belief: MapBelief) -> None:
-        wrong = kernels.count_asymmetric(belief.cov, SYMMETRY)
+        self.cov = np.empty_like(belief.cov)
+        wrong = kernels.fill_lower(self.cov, belief.cov, SYMMETRY)
         if wrong:
             raise ValueError(f"cov must be finite and symmetric, {wrong} pairs of entries are not")
-        self.mean, self.cov = belief.mean.copy(), belief.cov.copy()
+        self.mean = belief.mean.copy()
         self.ids = belief.ids.tolist()
         self.slots = {name: 3 + 2 * i for i, name in enumerate(self.ids)}
         self.considered = np.zeros(self.mean.size, dtype=bool)
 
     def snapshot(self) -> MapBelief:
         """Return the state as it is now."""
-        return trusted(self.mean.copy(), self.cov.copy(), np.array(self.ids, dtype=np.int64))
+        cov = self.cov.copy()
+        kernels.mirror(cov)
+        return trusted(self.mean.copy(), cov, np.array(self.ids, dtype=np.int64))
 
     def release(self) -> MapBelief:
         """Return the state without a copy; the workspace is not to be used afterwards."""
+        kernels.mirror(self.cov)
         return trusted(self.mean, self.cov, np.array(self.ids, dtype=np.int64))
+
+    def pose_cov(self) -> np.ndarray:
+        """Return the covariance of the pose."""
+        cov = self.cov[:3, :3].copy()
+        kernels.mirror(cov)
+        return cov
 
     def predict(
         self, motion: Motion, at: np.ndarray | None = None, after: np.ndarray | None = None
@@ -92,7 +104,6 @@ class Workspace:
             raise ValueError("innovation covariance is singular: observations without noise?")
         # eq. (9); BLAS sees the transpose and writes what is for us the lower triangle
         self.cov = dsyr2k(-1.0, half.T, K.T, 1.0, self.cov.T, overwrite_c=1).T
-        kernels.mirror(self.cov)
         return S, squared
 
     def innovation_cov(

@@ -1,0 +1,79 @@
+"""The covariance under way: one triangle is kept, and nothing reads the other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robot_perception.slam.planar import (
+    CartesianSensor,
+    Compass,
+    Gated,
+    Joint,
+    Known,
+    PositionFix,
+    RangeBearing,
+    Settings,
+    run_filter,
+    runs,
+)
+from robot_perception.slam.planar.workspace import Workspace
+from tests.slam.planar.drives import R_POLAR, R, drive
+
+
+class Poisoned(Workspace):
+    """A workspace whose upper triangle is NaN whenever somebody may look at it."""
+
+    def __init__(self, belief):
+        super().__init__(belief)
+        self.poison()
+
+    def poison(self):
+        self.cov[np.triu_indices(len(self.cov), 1)] = np.nan
+
+
+def then_poisoned(name):
+    def method(self, *args, **kwargs):
+        result = getattr(Workspace, name)(self, *args, **kwargs)
+        self.poison()
+        return result
+
+    return method
+
+
+for change in ("predict", "revise", "add", "remove"):
+    setattr(Poisoned, change, then_poisoned(change))
+
+
+@pytest.mark.parametrize("association", [Known(), Known(0.9), Gated(), Joint()], ids=repr)
+@pytest.mark.parametrize("retirement", ["freeze", "consider"])
+@pytest.mark.parametrize("polar", [False, True])
+def test_the_upper_triangle_is_never_read(polar, retirement, association, monkeypatch):
+    world = drive(np.random.default_rng(7), noise=0.3, polar=polar)
+    steps = [
+        replace(s, fixes=(PositionFix(p[:2], 0.1 * np.eye(2)), Compass(p[2], 0.01)) * (k % 7 == 3))
+        for k, (s, p) in enumerate(zip(world.steps, world.poses[1:], strict=True))
+    ]
+    if not isinstance(association, Known):
+        steps = [replace(s, scan=s.scan.anonymous()) for s in steps]
+    settings = Settings(
+        RangeBearing(0.09 * R_POLAR) if polar else CartesianSensor(0.09 * R),
+        {2: world.landmarks[2]},
+        association,
+        revision_limit=8,
+        retirement=retirement,
+        keep=[20],
+    )
+    plain = run_filter(world.start, steps, settings)
+    monkeypatch.setattr(runs, "Workspace", Poisoned)
+    poisoned = run_filter(world.start, steps, settings)
+    assert plain.counts == poisoned.counts
+    assert plain.counts.retired > 0
+    assert plain.counts.new > 5
+    for name in ("poses", "pose_covs", "nis", "dof", "sizes"):
+        np.testing.assert_array_equal(getattr(poisoned, name), getattr(plain, name))
+    for ours, theirs in ((poisoned.belief, plain.belief), (poisoned.kept[20], plain.kept[20])):
+        np.testing.assert_array_equal(ours.mean, theirs.mean)
+        np.testing.assert_array_equal(ours.cov, theirs.cov)
+        assert (ours.cov == ours.cov.T).all()  # exactly, and no NaN
+    assert (plain.pose_covs == plain.pose_covs.transpose(0, 2, 1)).all()
