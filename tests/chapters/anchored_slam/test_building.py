@@ -228,6 +228,18 @@ def test_recorded_ends_are_the_evidence(entries):
     assert [t.get_text() for t in axes[0].get_yticklabels()] == list(ends["large"])
 
 
+def test_recorded_table_prints_the_evidence(entries):
+    evidence = entries["planar-loop"].evidence
+    head, *rows = building.recorded_table(evidence).split("\n")
+    assert len(rows) == len(building.recorded_ends(evidence)["large"])
+    assert {len(row) for row in rows} == {len(head)}
+    where = "plain; large noise, gated, exact start"
+    row = next(row for row in rows if row.split()[1] == "plain")
+    for name in ("before", "end", "map", "map, aligned"):
+        assert f"{evidence[f'{name}: {where}']['estimate']:.2f}" in row
+    assert row.endswith(f"{evidence[f'median NEES: {where}']['estimate']:.1f}")
+
+
 def test_tables_have_a_line_for_each_case(study, linear):
     table = building.loop_table(study).split("\n")
     assert len(table) == 1 + len(FEW)
