@@ -1,5 +1,8 @@
 """The exercises judge right and wrong answers, each wrong one with words of its own."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -49,3 +52,9 @@ def test_typical_mistakes_have_hints_of_their_own():
     assert len(words) == 4
     turned = EXERCISES["anchored-2"].judge(lambda *given: -heading_column(*given))[1]
     assert "sign" in turned
+
+
+def test_chapter_asks_each_exercise_once():
+    notebook = Path(__file__).parents[3] / "book" / "anchored_slam.ipynb"
+    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
+    assert sorted(asked) == sorted(EXERCISES)
