@@ -14,7 +14,16 @@ from tqdm import tqdm
 from tests.benchmarks.harness import Timing, measure
 
 FOLDER = Path(__file__).parent
-PEERS = ("filterpy", "fastrdp", "shapely", "simplification", "numpy", "scipy", "numba")
+PEERS = (
+    "filterpy",
+    "roboticstoolbox-python",
+    "fastrdp",
+    "shapely",
+    "simplification",
+    "numpy",
+    "scipy",
+    "numba",
+)
 
 
 def machine() -> str:

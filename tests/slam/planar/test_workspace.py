@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from robot_perception.slam.planar import (
     Gated,
     Joint,
     Known,
+    MapBelief,
     PositionFix,
     RangeBearing,
     Settings,
@@ -77,3 +79,26 @@ def test_the_upper_triangle_is_never_read(polar, retirement, association, monkey
         np.testing.assert_array_equal(ours.cov, theirs.cov)
         assert (ours.cov == ours.cov.T).all()  # exactly, and no NaN
     assert (plain.pose_covs == plain.pose_covs.transpose(0, 2, 1)).all()
+
+
+def test_the_update_keeps_its_digits_where_the_observations_almost_repeat():
+    """Against 60 digits: a prior over ten decades, noise of 1e-10, two looks 1e-7 apart."""
+    rng = np.random.default_rng(0)
+    n, k = 7, 2
+    turn = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    cov = (turn * np.logspace(0, -10, n)) @ turn.T
+    belief = MapBelief(np.zeros(n), (cov + cov.T) / 2, np.arange(2))
+    by_pose, by_point = rng.standard_normal((1, 2, 3)), rng.standard_normal((1, 2, 2))
+    by_pose = by_pose + 1e-7 * rng.standard_normal((k, 2, 3))
+    by_point = by_point + 1e-7 * rng.standard_normal((k, 2, 2))
+    innovation, noises = 1e-3 * rng.standard_normal((k, 2)), 1e-10 * np.eye(2)[None]
+    work = Workspace(belief)
+    work.revise(by_pose, by_point, np.array([3, 3]), innovation, noises)
+    H = np.zeros((2 * k, n))
+    H[:, :3], H[:, 3:5] = by_pose.reshape(-1, 3), by_point.reshape(-1, 2)
+    with mpmath.workdps(60):
+        P, H = mpmath.matrix(belief.cov.tolist()), mpmath.matrix(H.tolist())
+        S = H * P * H.T + mpmath.mpf(1e-10) * mpmath.eye(2 * k)
+        K = P * H.T * mpmath.inverse(S)
+        exact = np.array((P - K * H * P).tolist(), dtype=float)
+    np.testing.assert_allclose(work.release().cov, exact, rtol=0, atol=1e-14)

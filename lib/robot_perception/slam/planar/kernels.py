@@ -294,7 +294,8 @@ def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: n
 
     States marked in ``considered`` keep their estimate: their rows of the gain are zero. A negative
     ε says that S is singular; then nothing was changed. The factor of S is inverted, as it is small
-    and its products with the wide B are then BLAS's.
+    and its products with the wide B are then BLAS's; two products are as exact as two solutions by
+    substitution, one product with the inverse of S is not.
     """
     B = cross_rows(cov, Hr, Hp, slots)
     S = innovation_cov(B, Hr, Hp, slots, noises)
@@ -303,7 +304,7 @@ def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: n
         return B, B, S, -1.0
     whitener, seen = inverse_factor(L), innovation.copy().reshape(S.shape[0])
     white = np.dot(whitener, seen)
-    K = np.dot(np.dot(whitener.T, whitener), B)  # S Kᵀ = B, eq. (7)
+    K = np.dot(whitener.T, np.dot(whitener, B))  # S K = B, eq. (7)
     for j in range(mean.size):
         if considered[j]:
             K[:, j] = 0.0
