@@ -4,6 +4,9 @@ BIN := .venv/bin
 SITE := build/_build/html
 JOBS ?= 2
 export OMP_NUM_THREADS ?= 1
+ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
+export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
+endif
 
 .DEFAULT_GOAL := help
 .PHONY: help setup book test lint lab serve reproduce bench clean

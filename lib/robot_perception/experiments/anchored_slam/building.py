@@ -265,9 +265,9 @@ def recorded_table(
 ) -> str:
     """Return the recorded study as text, one line for each level of noise and filter.
 
-    Means over the seeds with 95 % bootstrap intervals: position before the first landmarks come
-    into reach again and at the end, and the map as it stands; the map after the best rigid motion;
-    median of the runs' average NEES (3 if the filter is right).
+    Mean errors over the seeds, m: position before the first landmarks come into reach again; at
+    the end and of the map as it stands, with 95 % bootstrap intervals; of the map after the best
+    rigid motion. Then the median of the runs' average NEES (3 if the filter is right).
 
     Parameters
     ----------
@@ -276,20 +276,21 @@ def recorded_table(
     association, start
         Which cases.
     """
-    head = f"{'wheels':7s}{'filter':21s}{'before / m':>19s}{'end / m':>19s}{'map / m':>19s}"
-    lines = [head + f"{'aligned':>9s}{'NEES':>8s}"]
+    lines = []
     for noise, rows in recorded_ends(evidence, association, start).items():
+        head = f"{'before':>7s}{'end (m)':>20s}{'map (m)':>20s}{'aligned':>8s}{'NEES':>8s}"
+        lines.append(f"{f'{noise} noise':21s}{head}")
         for name in rows:
             where = f"{name}; {noise} noise, {association}, {start} start"
-            before, end, walls = (evidence[f"{k}: {where}"] for k in ("before", "end", "map"))
-            cells = [
-                f"{v['estimate']:.2f} [{v['low']:.2f}, {v['high']:.2f}]"
-                for v in (before, end, walls)
-            ]
-            shape = evidence[f"map, aligned: {where}"]["estimate"]
-            nees = evidence[f"median NEES: {where}"]["estimate"]
-            numbers = "".join(f"{cell:>19s}" for cell in cells)
-            lines.append(f"{noise:7s}{name:21s}{numbers}{shape:9.2f}{nees:8.1f}")
+            before, shape, nees = (
+                evidence[f"{k}: {where}"]["estimate"]
+                for k in ("before", "map, aligned", "median NEES")
+            )
+            end, walls = (
+                "{estimate:.2f} [{low:.2f}, {high:.2f}]".format(**evidence[f"{k}: {where}"])
+                for k in ("end", "map")
+            )
+            lines.append(f"{name:21s}{before:7.2f}{end:>20s}{walls:>20s}{shape:8.2f}{nees:8.1f}")
     return "\n".join(lines)
 
 

@@ -42,16 +42,16 @@ def plan(ax: Axes, points: np.ndarray, *, margin: float = 0.4) -> Axes:
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("x / m")
-    ax.set_ylabel("y / m")
+    ax.set_xlabel("x (m)")
+    ax.set_ylabel("y (m)")
     return ax
 
 
 def raw_scan(ax: Axes, angles: np.ndarray, ranges: np.ndarray) -> Axes:
     """Draw the readings of a scan as the scanner gives them: range against direction."""
     ax.plot(np.rad2deg(angles), ranges, ".", color=BLUE, markersize=2.5)
-    ax.set_xlabel("direction of the beam / °")
-    ax.set_ylabel("range / m")
+    ax.set_xlabel("direction of the beam (°)")
+    ax.set_ylabel("range (m)")
     ax.set_xlim(-92, 92)
     ax.set_xticks([-90, -45, 0, 45, 90])
     ax.set_ylim(0, None)
@@ -204,8 +204,8 @@ def search_range(ax: Axes, found: object, *, reach: float = 0.35) -> Axes:
     ax.plot(along, across, ".", color=BLUE, markersize=5)
     ax.set_xlim(found.along[0], found.along[-1])
     ax.set_ylim(-100 * reach, 100 * reach)
-    ax.set_xlabel("along the wall / m")
-    ax.set_ylabel("across the wall / cm")
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("across the wall (cm)")
     far, near = 100 * found.half_width[0], 100 * found.half_width.min()
     ax.set_title(f"99 % band: ±{far:.1f} cm at 3 m, ±{near:.1f} cm at best")
     return ax
@@ -221,11 +221,11 @@ def gate_study(left: Axes, right: Axes, study: object) -> tuple[Axes, Axes]:
     right.plot(place, 100 * study.missed, "s-", color=RED)
     label(right, 0.1, 84, "precision", GREEN, ha="left")
     label(right, 0.1, 22, "length missed", RED, ha="left")
-    right.set_ylabel("share of length / %")
+    right.set_ylabel("share of length (%)")
     right.set_ylim(0, 104)
     for ax in (left, right):
         ax.set_xticks(place, [f"{100 * r:g}" for r in study.roughness])
-        ax.set_xlabel("roughness of the gate / cm")
+        ax.set_xlabel("roughness of the gate (cm)")
     return left, right
 
 
@@ -264,8 +264,8 @@ def directions(ax: Axes, centres: np.ndarray, share: np.ndarray, colour: str = G
     """Draw the share of wall length by direction, modulo a right angle."""
     ax.bar(centres, 100 * share, width=4.4, color=colour, alpha=0.8)
     ax.axhline(100 / len(centres), color=MUTED, linewidth=1.2, linestyle="--")
-    ax.set_xlabel("direction of the wall modulo 90° / °")
-    ax.set_ylabel("share of length / %")
+    ax.set_xlabel("direction of the wall modulo 90° (°)")
+    ax.set_ylabel("share of length (%)")
     ax.set_xlim(0, 90)
     ax.set_xticks([0, 15, 30, 45, 60, 75, 90])
     return ax

@@ -229,8 +229,8 @@ def nailed(axes: AxesRow, state: Any) -> AxesRow:
     top = 1.8
     there.set(xlim=(0, state.along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
     there.locator_params(nbins=4)
-    label(there, 0.97 * state.along[-1], 0.93 * top, "position (m)", BLUE, ha="right")
-    label(there, 0.97 * state.along[-1], 0.83 * top, "heading (10°)", PURPLE, ha="right")
+    label(there, 0.02 * state.along[-1], 0.93 * top, "position (m)", BLUE)
+    label(there, 0.02 * state.along[-1], 0.83 * top, "heading (10°)", PURPLE)
     return axes
 
 
