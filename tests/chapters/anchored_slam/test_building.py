@@ -241,13 +241,7 @@ def test_recorded_table_prints_the_evidence(entries):
     assert row.endswith(f"{evidence[f'median NEES: {where}']['estimate']:.1f}")
 
 
-def test_tables_have_a_line_for_each_case(study, linear):
-    table = building.loop_table(study).split("\n")
-    assert len(table) == 1 + len(FEW)
-    assert len(building.loop_table(study, ("known",)).split("\n")) == 2
-    assert len({len(line) for line in table}) == 1
-    end = loops.mean_of(study.runs[FEW[1]].distance())
-    assert f"{end.estimate:.3f} [{end.low:.3f}" in table[2]
+def test_table_has_a_line_for_each_case(linear):
     lines = posts.nees_table({"linear": linear}).split("\n")
     assert len(lines) == 1 + len(linear)
     nees = Interval.of_mean(linear["plain"].nees.mean(axis=1))

@@ -427,10 +427,13 @@ def test_drawings_are_drawn_again_without_leaving_the_last_ones(stored):
 def test_drawings_show_the_numbers(stored):
     found, park = stored["anchored-utias"], stored["anchored-victoria"]
     _, ax = figure()
-    drawings.robot_errors(ax, found)
-    drawn = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() == "o"])
-    assert found["dead"][2] in drawn
-    assert found["ate"][1, 1, 2] in drawn
+    drawings.nees_over_time(ax, found, 2)
+    np.testing.assert_array_equal(ax.lines[2].get_ydata(), np.maximum(found["nees"][1, 2], 0.05))
+    _, ax = figure()
+    drawings.building_paths(ax, stored["anchored-intel"])
+    np.testing.assert_array_equal(
+        ax.lines[-1].get_xdata(), stored["anchored-intel"]["told_way"].T[0]
+    )
     _, ax = figure()
     drawings.step_times(ax, park)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), park["microseconds"][0])

@@ -24,7 +24,6 @@ from robot_perception.experiments.anchored_slam.loops import (
     draw_chance,
     filter_case,
     first_observed,
-    in_brackets,
     mean_of,
     ratio_of,
     stack,
@@ -193,39 +192,6 @@ def _one_seed(
 # What the chapter shows --------------------------------------------------------------------------
 
 
-@cache
-def building_study(seeds: int = 6) -> Result:
-    """Return the chapter's study of the building, exact start; it is run once.
-
-    The ledger's has 50 seeds and all cases.
-    """
-    cases = [c for c in CASES if c.start == "exact" and c.association != "joint"]
-    return run(Config(seeds=seeds), rng=np.random.default_rng(7), cases=cases)
-
-
-def loop_table(
-    result: Result, association: Sequence[str] = ("gated", "known"), start: str = "exact"
-) -> str:
-    """Return the errors of a study of the building as text, one line for each case.
-
-    Means over the seeds with 95 % bootstrap intervals: position before the first landmarks come
-    into reach again and at the end; median of the runs' average NEES (3 if the filter is right);
-    observations used for a wrong landmark, and landmarks put into the map twice.
-    """
-    head = f"{'wheels':7s}{'names':7s}{'filter':22s}{'before / m':>22s}{'end / m':>22s}"
-    lines = [head + f"{'NEES':>9s}{'wrong':>7s}{'twice':>7s}"]
-    for case, runs in result.runs.items():
-        if case.start == start and case.association in association:
-            before, end = mean_of(runs.distance(result.before)), mean_of(runs.distance())
-            lines.append(
-                f"{case.noise:7s}{case.association:7s}{case.variant:22s}"
-                f"{in_brackets(before):>22s}{in_brackets(end):>22s}"
-                f"{np.median(runs.nees.mean(axis=1)):9.1f}"
-                f"{runs.false.mean():7.1f}{runs.twice.mean():7.1f}"
-            )
-    return "\n".join(lines)
-
-
 Ends = dict[str, dict[str, tuple[float, float, float]]]
 
 
@@ -335,7 +301,7 @@ def two_maps(
     noise
         Level of the odometry noise.
     seed
-        Which drive of :func:`building_study`.
+        Which drive.
     every, beams
         Every how many scans, and beams in them, a reading is drawn.
     """

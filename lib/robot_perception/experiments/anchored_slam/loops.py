@@ -316,10 +316,6 @@ def first_observed(sightings: Sequence[Sighting]) -> int:
     return int(seen.truths[away.argmin()])
 
 
-def in_brackets(value: Interval) -> str:
-    return f"{value.estimate:.3f} [{value.low:.3f}, {value.high:.3f}]"
-
-
 def mean_of(samples: np.ndarray, unit: str = "m") -> Interval:
     """Return a mean over runs with its bootstrap interval, for errors far from normal."""
     picks = np.random.default_rng(0).integers(len(samples), size=(4000, len(samples)))

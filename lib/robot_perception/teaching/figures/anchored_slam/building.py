@@ -190,7 +190,7 @@ def end_errors(
     Parameters
     ----------
     axes
-        One for each level of noise.
+        One for each level of noise, one above the other.
     studies : mapping of str to mapping of str to (estimate, low, high)
         By noise and by filter, m.
     """
@@ -203,12 +203,11 @@ def end_errors(
             ax.plot(mean, k, "o", color=tint(name), markersize=7)
         ax.set_yticks(range(len(rows)), list(rows))
         ax.set_xscale("log")
-        ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5), xlabel="error at the loop end (m)")
+        ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
-        ax.set_title(noise)
-    for ax in axes[1:]:
-        ax.tick_params(labelleft=False)
+        ax.set_title(f"{noise} noise of the wheels")
+    axes[-1].set_xlabel("error at the loop end (m)")
     return axes
 
 

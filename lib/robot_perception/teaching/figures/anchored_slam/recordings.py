@@ -119,37 +119,18 @@ def nees_over_time(ax: Axes, found: Found, robot: int) -> Axes:
     return ax
 
 
-def robot_errors(ax: Axes, found: Found) -> Axes:
-    """Draw the error of all robots by wheels alone and by the filter."""
-    robots, way = found["robots"], 1  # errors that last
-    series = [("wheels alone", found["dead"], MUTED)]
-    series += [
-        (words, found["ate"][:, way, anchors], colour)
-        for anchors, (words, colour) in enumerate(zip(ANCHOR_WORDS, ANCHOR_COLOURS, strict=True))
-    ]
-    for step, (words, values, colour) in enumerate(series):
-        ax.semilogy(robots + 0.14 * (step - 1.5), values, "o", color=colour, markersize=8)
-        ax.semilogy(robots[-1] + 0.95, np.exp(np.log(values).mean()), "_", color=colour, ms=14)
-        label(ax, 0.02 + 0.25 * step, 1.05, words, colour, transform=ax.transAxes)
-    ax.set(xlim=(0.5, 6.4), ylim=(0.08, 5), xlabel="robot", ylabel="error against truth (m)")
-    ax.set_xticks([*robots, robots[-1] + 0.95], [*map(str, robots), "mean"])
-    ax.set_yticks([0.1, 0.2, 0.5, 1, 2, 5], ["0.1", "0.2", "0.5", "1", "2", "5"])
-    ax.minorticks_off()
-    return ax
-
-
 def park_map(ax: Axes, found: Found) -> Axes:
     """Draw the drive through the park: satellite fixes, and the filter with two linearisations."""
     for i, (words, colour) in enumerate((("latest estimates", RED), ("first estimates", BLUE))):
         ax.plot(*found["paths"][i].T, color=colour, linewidth=1.1)
         ellipses(ax, found["trees"][i], found["tree_covs"][i], colour)
-        label(ax, 0.42, 0.96 - 0.05 * i, f"Jacobians at the {words}", colour, fontsize=9,
-              transform=ax.transAxes)  # fmt: skip
+        label(ax, 0.98, 0.11 - 0.05 * i, f"slopes at the {words}", colour, fontsize=9,
+              transform=ax.transAxes, ha="right")  # fmt: skip
     dots(ax, found["fixes"], INK, 1.8)
     label(ax, 0.02, 0.96, "dots: satellite fixes", INK, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.91, "ellipses: trees, 95 %", INK, fontsize=9, transform=ax.transAxes)
     low, high = found["fixes"].min(axis=0), found["fixes"].max(axis=0)
-    ax.set(xlim=(low[0] - 30, high[0] + 30), ylim=(low[1] - 25, high[1] + 70))
+    ax.set(xlim=(low[0] - 60, high[0] + 30), ylim=(low[1] - 45, high[1] + 70))
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
     return ax
 
