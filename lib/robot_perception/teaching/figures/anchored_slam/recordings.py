@@ -124,7 +124,7 @@ def park_map(ax: Axes, found: Found) -> Axes:
     for i, (words, colour) in enumerate((("latest estimates", RED), ("first estimates", BLUE))):
         ax.plot(*found["paths"][i].T, color=colour, linewidth=1.1)
         ellipses(ax, found["trees"][i], found["tree_covs"][i], colour)
-        label(ax, 0.98, 0.11 - 0.05 * i, f"slopes at the {words}", colour, fontsize=9,
+        label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {words}", colour, fontsize=9,
               transform=ax.transAxes, ha="right")  # fmt: skip
     dots(ax, found["fixes"], INK, 1.8)
     label(ax, 0.02, 0.96, "dots: satellite fixes", INK, fontsize=9, transform=ax.transAxes)
