@@ -29,7 +29,6 @@ def test_record_says_what_the_experiment_declares(claim):
 def test_quick_verdict_is_the_recorded_one(claim):
     entry = claim.run("quick")
     assert entry.verdict == RECORDED[claim.id].verdict, f"{entry.interval}: {entry.note}"
-    assert entry.evidence
     assert set(entry.evidence) <= set(RECORDED[claim.id].evidence), "full size shows all of quick"
 
 

@@ -4,9 +4,9 @@ The paper is Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2,
 (27).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -318,11 +318,20 @@ def first_observed(sightings: Sequence[Sighting]) -> int:
 
 def mean_of(samples: np.ndarray, unit: str = "m") -> Interval:
     """Return a mean over runs with its bootstrap interval, for errors far from normal."""
+    return _bootstrapped(samples, np.mean, unit)
+
+
+def median_of(samples: np.ndarray, unit: str = "") -> Interval:
+    """Return a median over runs with its bootstrap interval."""
+    return _bootstrapped(samples, np.median, unit)
+
+
+def _bootstrapped(samples: np.ndarray, statistic: Callable[..., Any], unit: str) -> Interval:
     picks = np.random.default_rng(0).integers(len(samples), size=(4000, len(samples)))
-    low, high = np.quantile(samples[picks].mean(axis=1), [0.025, 0.975])
-    mean = float(samples.mean())
-    about = f"mean, 95 % bootstrap over {len(samples)} runs"
-    return Interval(mean, min(float(low), mean), max(float(high), mean), unit, about)
+    low, high = np.quantile(statistic(samples[picks], axis=1), [0.025, 0.975])
+    value = float(statistic(samples))
+    about = f"{statistic.__name__}, 95 % bootstrap over {len(samples)} runs"
+    return Interval(value, min(float(low), value), max(float(high), value), unit, about)
 
 
 def ratio_of(
