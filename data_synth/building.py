@@ -111,11 +111,19 @@ def drive(
         How far it drives past its start at the end of the loop, m; at most the first leg.
     radius
         Of the arcs, m.
+
+    Raises
+    ------
+    ValueError
+        If ``beyond`` is negative or longer than the first leg.
     """
+    first = first_leg(building, radius=radius)
+    if not 0 <= beyond <= first:
+        raise ValueError(f"beyond must lie in the first leg, 0 to {first:g} m, got {beyond}")
     sides = np.linalg.norm(np.roll(building.loop, -1, axis=0) - building.loop, axis=1) - 2 * radius
     before = np.hypot(*building.loop[0]) - radius  # of the first leg, behind the start
     quarter = np.pi / 2 * radius
-    legs = [sides[0] - before, *sides[1:], before, beyond]
+    legs = [first, *sides[1:], before, beyond]
     lengths = np.array([legs[0], quarter, legs[1], quarter, legs[2], quarter, legs[3], quarter])
     lengths = np.r_[lengths, legs[4:]]
     bends = np.array([0, 1, 0, 1, 0, 1, 0, 1, 0, 0]) / radius
@@ -133,6 +141,12 @@ def drive(
     y = np.r_[0.0, np.cumsum(chord * np.sin(middle))]
     poses = np.stack([x, y, (heading + np.pi) % (2 * np.pi) - np.pi], axis=-1)
     return poses[np.isin(cuts, grid)]
+
+
+def first_leg(building: Building, *, radius: float = 1.0) -> float:
+    """Return how far it is from the start to where the first arc begins, m."""
+    long = np.hypot(*(building.loop[1] - building.loop[0])) - 2 * radius
+    return float(long - (np.hypot(*building.loop[0]) - radius))
 
 
 def _slots(start: np.ndarray, end: np.ndarray, count: int) -> np.ndarray:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from data_synth.building import drive, make_building
+from data_synth.building import drive, first_leg, make_building
 from data_synth.laser import Scanner, measure, scan, sight
+from data_synth.posts import make_posts
 
 SEEDS = range(5)
 
@@ -67,6 +68,19 @@ def test_corners_are_taken_on_circles():
     centres = building.loop + 0.9 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
     away = np.linalg.norm(poses[turning, None, :2] - centres, axis=-1).min(axis=1)
     np.testing.assert_allclose(away, 0.9)
+
+
+@pytest.mark.parametrize("length", [30.0, 90.0])
+def test_the_drive_ends_before_it_would_leave_the_loop(length):
+    posts = make_posts(length, rng=np.random.default_rng(0))
+    first = first_leg(posts)
+    assert first == pytest.approx(posts.loop[1, 0] - 1)
+    poses = drive(posts, beyond=first)
+    assert (poses[:, :2] <= posts.loop.max(axis=0) + 1e-9).all()
+    assert poses[-1, 2] == pytest.approx(0, abs=1e-9)  # still straight ahead
+    for beyond in (first + 0.01, -0.5, np.nan):
+        with pytest.raises(ValueError, match=f"0 to {first:g} m, got {beyond}"):
+            drive(posts, beyond=beyond)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from joblib import Parallel, delayed
 
-from data_synth.building import drive
+from data_synth.building import drive, first_leg
 from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import SMALL, Slip
 from robot_perception.evaluation.consistency import (
@@ -45,7 +45,8 @@ class PostsConfig:
     runs
         Runs, each with its own noise.
     length, step, beyond
-        Length of the loop, between observations, and driven on after the loop is closed, m.
+        Length of the loop, between observations, and driven on after the loop is closed, m; no
+        farther than to the first bend.
     apart
         Distance between posts along the loop, m.
     noise
@@ -82,7 +83,8 @@ class PostsConfig:
     def world(self) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "steps 3"]]:
         """The places of the posts and the true path."""
         posts = make_posts(self.length, rng=np.random.default_rng(1), apart=self.apart)
-        return posts.landmarks, drive(posts, step=self.step, beyond=self.beyond)
+        beyond = min(self.beyond, first_leg(posts))
+        return posts.landmarks, drive(posts, step=self.step, beyond=beyond)
 
 
 LINEAR = PostsConfig(noise=0.3)
