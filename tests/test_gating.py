@@ -90,6 +90,7 @@ def test_common_errors_are_forgiven_together_and_not_one_by_one():
 
 
 ONE = np.array([[0, 0]])
+TWO = np.array([[0, 0], [1, 1]])
 BAD = [
     (lambda: gate(1.0, 2), "between 0 and 1, got 1.0"),
     (lambda: gate(0.9, 0), "at least 1, got 0"),
@@ -100,6 +101,14 @@ BAD = [
     (lambda: joint_compatibility(ONE, np.zeros((1, 2)), np.eye(3), np.ones(1)), "must be"),
     (lambda: joint_compatibility(ONE, np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1)), "singular"),
     (lambda: joint_compatibility(ONE, np.array([[np.inf]]), np.eye(1), np.ones(1)), "finite"),
+    (
+        lambda: joint_compatibility(ONE, np.zeros((1, 1)), np.eye(1), np.array([np.nan])),
+        r"do not fall, got \[nan\]",
+    ),
+    (
+        lambda: joint_compatibility(TWO, np.zeros((2, 1)), np.eye(2), np.array([2.0, 1.0])),
+        r"do not fall, got \[2.0, 1.0\]",
+    ),
     (
         lambda: joint_compatibility(
             np.array([[1, 0], [0, 0]]), np.zeros((2, 1)), np.eye(2), np.ones(2)

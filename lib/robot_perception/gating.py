@@ -120,7 +120,7 @@ def joint_compatibility(
         Joint covariance S of all innovations. Entries between two pairs of one measurement are
         never used.
     limits : (p,)
-        Largest :math:`D_H^2` of a set of 1, 2, … p pairs.
+        Largest :math:`D_H^2` of a set of 1, 2, … p pairs; must not fall.
 
     Returns
     -------
@@ -130,7 +130,8 @@ def joint_compatibility(
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite, the pairs are not sorted, or S is singular.
+        If shapes disagree, a number is not finite, the pairs are not sorted, a limit is not a
+        number or below the one before it, or S is singular.
 
     References
     ----------
@@ -150,6 +151,8 @@ def joint_compatibility(
         return np.empty(0, dtype=np.int64)
     if (np.diff(pairs[:, 0]) < 0).any():
         raise ValueError(f"pairs must be sorted by measurement, got {pairs[:, 0].tolist()}")
+    if np.isnan(limits).any() or (limits[1:] < limits[:-1]).any():
+        raise ValueError(f"limits must be numbers that do not fall, got {limits.tolist()}")
     check_finite("innovations", innovations)
     check_covariance("cov", cov)
     return branch_and_bound(pairs, innovations, cov, limits)

@@ -155,6 +155,15 @@ def test_the_gate_of_known_names_has_its_level():
         assert run.counts.rejected == (used == IGNORED)
 
 
+@pytest.mark.parametrize("association", [Gated(), Joint()])
+def test_a_singular_covariance_is_no_reason_for_a_new_landmark(association):
+    exact = MapBelief(two_posts().mean, np.zeros((7, 7)), np.array([0, 1]))
+    step = Step(None, Scan(np.array([-1]), np.array([[3.0, 1.0]])))
+    settings = Settings(CartesianSensor(0 * R), association=association)
+    with pytest.raises(ValueError, match="step 0: innovation covariance is singular"):
+        run_filter(exact, [step], settings)
+
+
 @pytest.mark.parametrize("kind", [Gated, Joint])
 def test_bad_levels_are_named(kind):
     for level, outer in ((0.99, 0.9), (0.0, 0.5), (0.5, 1.0)):

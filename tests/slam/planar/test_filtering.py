@@ -42,7 +42,7 @@ def case(seed, sensor):
     ids = np.append(seen, 77)
     places = np.array([anchors[i] if i in anchors else belief.landmark(i).mean for i in ids])
     values = sensor.look(belief.pose, places)[0] + 0.1 * rng.standard_normal((ids.size, 2))
-    values[:, 0] = np.abs(values[:, 0])
+    values[:, 0] = 0.06 + np.abs(values[:, 0])  # farther than the bias
     noises = rng.standard_normal((ids.size, 2, 2))
     noises = noises @ noises.mT if seed % 2 else None
     at = belief.mean + 0.1 * rng.standard_normal(belief.mean.size)
@@ -255,6 +255,11 @@ BAD = [
     (lambda: update(EXACT, Scan(np.array([-1]), np.ones((1, 2))), CART), r"\[-1\]"),
     (lambda: update(EXACT, ONE, CART, {8: np.ones(3)}), r"anchor 8 must be \(2,\)"),
     (lambda: update(EXACT, ONE, CART, {8: np.array([np.nan, 0])}), "anchor 8 must be finite"),
+    (lambda: update(EXACT, ONE, CART, {-1: np.ones(2)}), "anchor needs .* at least 0 .* got -1"),
+    (lambda: update(EXACT, ONE, CART, {1.7: np.ones(2)}), "anchor needs an integer .* got 1.7"),
+    (lambda: update(EXACT, ONE, CART, {True: np.ones(2)}), "anchor needs an integer .* got True"),
+    (lambda: update(EXACT, ONE, RangeBearing(R, 1.5), {8: np.ones(2)}), "1.5 m, got 1.0"),
+    (lambda: add_landmarks(EXACT, ONE, RangeBearing(R, 1.0)), "the bias, 1.0 m, got 1.0"),
     (lambda: update(EXACT, ONE, CART, {8: np.ones(2)}, np.zeros(5)), r"at must be \(3,\)"),
     (lambda: update(EXACT, ONE, CartesianSensor(0 * R), {8: np.ones(2)}), "is singular"),
     (lambda: update(EXACT, ONE, RangeBearing(R), {8: np.zeros(2)}), "exactly at the robot"),

@@ -369,7 +369,16 @@ BAD = [
     (lambda: Settings(CART, association="nearest"), "'nearest'"),
     (lambda: Settings(CART, linearisation="last"), "'last'"),
     (lambda: Settings(CART, retirement="forget"), "'forget'"),
+    (lambda: Truth(np.zeros((2, 3)), {-1: np.zeros(2)}), "landmark needs .* got -1"),
+    (lambda: Truth(np.zeros((2, 3)), {1.7: np.zeros(2)}), "landmark needs an integer .* got 1.7"),
     (lambda: Settings(CART, revision_limit=0), "at least 1, got 0"),
+    (lambda: Settings(CART, revision_limit=np.nan), "integer of at least 1, got nan"),
+    (lambda: Settings(CART, revision_limit=2.5), "integer of at least 1, got 2.5"),
+    (
+        lambda: run_filter(START, [one_step()] * 2, Settings(CART, keep=[1, 2, -1])),
+        r"a drive of 2 has not: \[2, -1\]",
+    ),
+    (lambda: run_filter(START, [one_step()], Settings(CART, {-1: np.zeros(2)})), "got -1"),
     (lambda: Known(0.0), "between 0 and 1, got 0.0"),
 ]
 

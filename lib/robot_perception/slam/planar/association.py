@@ -8,7 +8,7 @@ import numpy as np
 from robot_perception.gating import branch_and_bound, gate, nearest_neighbours
 from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.sensors import LandmarkSensor, Scan
-from robot_perception.slam.planar.workspace import Workspace
+from robot_perception.slam.planar.workspace import SINGULAR, Workspace
 
 IGNORED, NEW = -1, -2  # in place of an identifier
 
@@ -102,7 +102,13 @@ def associate(
     anchors: Mapping[int, tuple[float, float]],
     association: Gated | Joint,
 ) -> np.ndarray:
-    """Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs."""
+    """Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs.
+
+    Raises
+    ------
+    ValueError
+        If the covariance of an innovation is singular.
+    """
     found = scan.ids.copy()
     unnamed = np.flatnonzero(found == -1)
     taken = set(found.tolist())
@@ -121,6 +127,8 @@ def associate(
     noises = noises if len(noises) == 1 else noises[unnamed]
     own = kernels.own_covs(work.cov, by_pose, by_point, slots)
     distances = kernels.pair_distances(innovations, own, noises)
+    if np.isnan(distances).any():
+        raise ValueError(SINGULAR)
     if isinstance(association, Gated):
         assignment = nearest_neighbours(distances, association.limit)
     else:

@@ -1,11 +1,13 @@
 """What the planar filter knows: one Gaussian over the robot's pose and all landmarks."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.beliefs import Gaussian, check_covariance, check_finite
+from robot_perception.slam.planar.motions import checked_vector
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -24,8 +26,8 @@ class MapBelief:
     Raises
     ------
     ValueError
-        If the shapes disagree, an entry is not finite, an identifier is negative or there twice,
-        or ``cov`` is not symmetric positive semi-definite.
+        If the shapes disagree, an entry is not finite, an identifier is no integer, negative or
+        there twice, or ``cov`` is not symmetric positive semi-definite.
     """
 
     mean: Float[np.ndarray, "states"]
@@ -34,7 +36,9 @@ class MapBelief:
 
     def __post_init__(self) -> None:
         mean, cov = np.array(self.mean, dtype=float), np.array(self.cov, dtype=float)
-        ids = np.array(self.ids, dtype=np.int64)
+        ids = np.array(self.ids)
+        if ids.size and not np.issubdtype(ids.dtype, np.integer):
+            raise ValueError(f"ids must be integers, got {ids.tolist()}")
         if ids.ndim != 1 or mean.shape != (3 + 2 * ids.size,):
             raise ValueError(f"mean must be (3 + 2n,) for ids (n,), got {mean.shape}, {ids.shape}")
         if cov.shape != (mean.size, mean.size):
@@ -47,7 +51,7 @@ class MapBelief:
         check_covariance("cov", cov)
         object.__setattr__(self, "mean", mean)
         object.__setattr__(self, "cov", cov)
-        object.__setattr__(self, "ids", ids)
+        object.__setattr__(self, "ids", ids.astype(np.int64))
 
     @classmethod
     def start(cls, pose: Float[np.ndarray, "3"], cov: Float[np.ndarray, "3 3"]) -> "MapBelief":
@@ -92,6 +96,20 @@ class MapBelief:
         """
         place = slice(self.slot(landmark_id), self.slot(landmark_id) + 2)
         return Gaussian(self.mean[place], self.cov[place, place])
+
+
+def checked_places(kind: str, places: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
+    """Return places in the plane by identifier as (2,) arrays, or raise ``ValueError``.
+
+    An identifier is an integer and at least 0: -1 stands for an observation without a name.
+    """
+    checked = {}
+    for name, place in places.items():
+        whole = isinstance(name, int | np.integer) and not isinstance(name, bool)
+        if not whole or name < 0:
+            raise ValueError(f"{kind} needs an integer of at least 0 as identifier, got {name!r}")
+        checked[int(name)] = checked_vector(f"{kind} {name}", place, 2)
+    return checked
 
 
 def trusted(mean: np.ndarray, cov: np.ndarray, ids: np.ndarray) -> MapBelief:

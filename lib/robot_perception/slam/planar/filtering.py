@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.slam.planar.belief import MapBelief
+from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.motions import Motion, checked_vector
 from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
 from robot_perception.slam.planar.workspace import Workspace
@@ -122,9 +122,9 @@ def update(
     Raises
     ------
     ValueError
-        If the scan holds an identifier that is neither in the map nor an anchor, an anchor is also
-        in the map, the covariance is not symmetric, a landmark lies exactly at the robot, or S is
-        singular.
+        If the scan holds an identifier that is neither in the map nor an anchor, that of an anchor
+        is in the map too or no integer of at least 0, a range is too short for the sensor, the
+        covariance is not symmetric, a landmark lies exactly at the robot, or S is singular.
 
     References
     ----------
@@ -208,7 +208,8 @@ def add_landmarks(
     Raises
     ------
     ValueError
-        If an identifier is unknown (-1) or already in the map, or the covariance not symmetric.
+        If an identifier is unknown (-1) or already in the map, a range is too short for the sensor,
+        or the covariance is not symmetric.
     """
     work = Workspace(belief)
     sensor.check(scan.values)
@@ -225,13 +226,11 @@ def add_landmarks(
 
 def checked_anchors(anchors: Anchors, belief: MapBelief) -> dict[int, tuple[float, float]]:
     """Return anchors as pairs of numbers, or raise ``ValueError``; none may be in the map."""
-    both = sorted(set(anchors) & set(belief.ids.tolist()))
+    places = checked_places("anchor", anchors)
+    both = sorted(set(places) & set(belief.ids.tolist()))
     if both:
         raise ValueError(f"in the map and an anchor: {both}")
-    return {
-        int(name): tuple(checked_vector(f"anchor {name}", place, 2).tolist())
-        for name, place in anchors.items()
-    }
+    return {name: tuple(place.tolist()) for name, place in places.items()}
 
 
 def _pose_of(name: str, state: np.ndarray | None) -> np.ndarray | None:

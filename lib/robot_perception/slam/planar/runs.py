@@ -15,9 +15,9 @@ from robot_perception.slam.planar.association import (
     Known,
     associate,
 )
-from robot_perception.slam.planar.belief import MapBelief
+from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.filtering import checked_anchors
-from robot_perception.slam.planar.motions import Motion, checked_vector
+from robot_perception.slam.planar.motions import Motion
 from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
 from robot_perception.slam.planar.workspace import Workspace
 
@@ -62,7 +62,8 @@ class Truth:
     Raises
     ------
     ValueError
-        If ``poses`` is not (k + 1, 3) or a number is not finite.
+        If ``poses`` is not (k + 1, 3), a number is not finite, or an identifier is no integer of
+        at least 0.
     """
 
     poses: Float[np.ndarray, "poses 3"]
@@ -73,12 +74,8 @@ class Truth:
         if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses):
             raise ValueError(f"poses must be (k + 1, 3), got {poses.shape}")
         check_finite("poses", poses)
-        places = {
-            int(name): checked_vector(f"landmark {name}", place, 2)
-            for name, place in self.landmarks.items()
-        }
         object.__setattr__(self, "poses", poses)
-        object.__setattr__(self, "landmarks", places)
+        object.__setattr__(self, "landmarks", checked_places("landmark", self.landmarks))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,12 +101,12 @@ class Settings:
         forgotten. ``"consider"``: the estimate stands, its uncertainty and correlations still
         count (Schmidt's filter).
     keep
-        Numbers of the steps after which the whole belief is kept.
+        Numbers of the steps after which the whole belief is kept; each must occur in the drive.
 
     Raises
     ------
     ValueError
-        If a word is none of these, or the limit is below 1.
+        If a word is none of these, or the limit is no integer of at least 1.
     """
 
     sensor: LandmarkSensor
@@ -129,8 +126,10 @@ class Settings:
             raise ValueError(f"linearisation must be 'latest' or 'first': {self.linearisation!r}")
         if self.retirement not in {"freeze", "consider"}:
             raise ValueError(f"retirement must be 'freeze' or 'consider': {self.retirement!r}")
-        if self.revision_limit is not None and self.revision_limit < 1:
-            raise ValueError(f"revision_limit must be at least 1, got {self.revision_limit}")
+        limit = self.revision_limit
+        whole = isinstance(limit, int | np.integer) and not isinstance(limit, bool)
+        if limit is not None and not (whole and limit >= 1):
+            raise ValueError(f"revision_limit must be an integer of at least 1, got {limit}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,8 +224,9 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
     Raises
     ------
     ValueError
-        If there is no step, time goes backwards, an anchor is also in the map, the covariance of
-        the start is not symmetric, or an update is impossible; the message names the step.
+        If there is no step, a step to keep does not occur, time goes backwards, an anchor is also
+        in the map, the covariance of the start is not symmetric, or an update is impossible; the
+        message names the step.
     """
     run = _Run(start, settings)
     clock = -np.inf
@@ -241,6 +241,9 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
             raise ValueError(f"step {k}: {error}") from error
     if not run.poses:
         raise ValueError("a drive needs at least one step, got none")
+    missing = [k for k in settings.keep if k not in run.kept]
+    if missing:
+        raise ValueError(f"keep names steps that a drive of {len(run.poses)} has not: {missing}")
     return run.history()
 
 

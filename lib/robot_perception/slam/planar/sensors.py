@@ -96,8 +96,9 @@ class RangeBearing:
     Raises
     ------
     ValueError
-        If ``noise`` is no covariance or the bias is not finite; when used, if a landmark lies
-        exactly at the robot, where its bearing has no derivative.
+        If ``noise`` is no covariance or the bias is not finite; when used, if a measured range does
+        not exceed the bias, or a landmark lies exactly at the robot, where its bearing has no
+        derivative.
     """
 
     noise: Float[np.ndarray, "2 2"]
@@ -136,10 +137,12 @@ class RangeBearing:
         return _by_pose(pose, points), by_value
 
     def check(self, values: np.ndarray) -> None:
-        """Raise ``ValueError`` if a range is negative."""
-        shortest = values[:, 0].min(initial=0.0)
+        """Raise ``ValueError`` if a range is negative or, less the bias, not ahead of the robot."""
+        shortest = values[:, 0].min(initial=np.inf)
         if shortest < 0:
             raise ValueError(f"ranges must not be negative, got {shortest}")
+        if shortest <= self.range_bias:
+            raise ValueError(f"ranges must exceed the bias, {self.range_bias} m, got {shortest}")
 
 
 def _by_pose(pose: np.ndarray, points: np.ndarray) -> np.ndarray:

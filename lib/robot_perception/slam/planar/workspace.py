@@ -11,6 +11,7 @@ from robot_perception.slam.planar.motions import Motion
 from robot_perception.slam.planar.sensors import Fix, LandmarkSensor
 
 SYMMETRY = 1e-9  # relative; as in beliefs.check_covariance
+SINGULAR = "innovation covariance is singular: observations without noise?"
 
 
 class Workspace:
@@ -101,7 +102,7 @@ class Workspace:
             self.mean, self.cov, by_pose, by_point, slots, innovation, noises, self.considered
         )
         if squared < 0:
-            raise ValueError("innovation covariance is singular: observations without noise?")
+            raise ValueError(SINGULAR)
         # eq. (9); BLAS sees the transpose and writes what is for us the lower triangle
         self.cov = dsyr2k(-1.0, half.T, K.T, 1.0, self.cov.T, overwrite_c=1).T
         return S, squared
