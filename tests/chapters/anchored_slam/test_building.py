@@ -14,7 +14,6 @@ from robot_perception.experiments.anchored_slam import building, loops, posts
 from robot_perception.experiments.anchored_slam.building import CLAIMS
 from robot_perception.experiments.anchored_slam.loops import Case
 from robot_perception.experiments.anchored_slam.posts import LINEAR, TURNED
-from robot_perception.teaching.claims import Interval
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.anchored_slam import building as draw
@@ -244,8 +243,8 @@ def test_recorded_table_prints_the_evidence(entries):
 def test_table_has_a_line_for_each_case(linear):
     lines = posts.nees_table({"linear": linear}).split("\n")
     assert len(lines) == 1 + len(linear)
-    nees = Interval.of_mean(linear["plain"].nees.mean(axis=1))
-    assert f"{nees.estimate:.2f} ±" in lines[1]
+    nees = loops.mean_of(linear["plain"].nees.mean(axis=1), "")
+    assert f"{nees.estimate:.1f} [{nees.low:.1f}, {nees.high:.1f}]" in lines[1]
 
 
 # Pictures

@@ -153,7 +153,7 @@ def test_verdicts(entries):
     assert {key: entry.verdict for key, entry in entries.items()} == {
         "anchor-full-rank": "reproduced",
         "anchor-unbiased": "reproduced",
-        "external-sensor": "reproduced",
+        "external-sensor": "conditional",  # on a sensor that is good enough
     }
 
 
