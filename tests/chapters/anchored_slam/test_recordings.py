@@ -451,7 +451,7 @@ def test_ellipses_hold_their_share(seed):
     root = rng.normal(size=(3, 2, 2))
     covs, centres = root @ root.mT + 0.1 * np.eye(2), rng.normal(size=(3, 2))
     _, ax = figure()
-    drawings.ellipses(ax, centres, covs, drawings.RED, level=0.9)
+    drawings.ellipses(ax, centres, covs, drawings.RED, deviations=np.sqrt(stats.chi2.ppf(0.9, 2)))
     rings = np.stack(ax.lines[0].get_data(), axis=-1).reshape(3, -1, 2)[:, :-1]
     offsets = rings - centres[:, None]
     squared = np.einsum("nki,nij,nkj->nk", offsets, np.linalg.inv(covs), offsets)

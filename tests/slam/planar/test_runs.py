@@ -205,6 +205,8 @@ def test_nees_over_fifty_runs_lies_in_its_bounds():
             poses[run] = normalised_squared(error[times], history.pose_covs[times])
             first = history.belief.ids[0]
             landmark = history.belief.landmark(int(first))
+            row = history.belief.ids.tolist().index(int(first))
+            np.testing.assert_array_equal(history.belief.landmark_covs[row], landmark.cov)
             maps[run] = normalised_squared(landmark.mean - world.landmarks[first], landmark.cov)
         assert ((low < poses.mean(axis=0)) & (poses.mean(axis=0) < high)).all()
         bounds = average_bounds(2, runs, level)

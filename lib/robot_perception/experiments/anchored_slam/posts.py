@@ -379,8 +379,6 @@ def _moments(variant: str) -> list[Moment]:
     moments = []
     for k in frames.tolist():
         belief = history.kept[k]
-        slots = 3 + 2 * np.arange(belief.ids.size)
-        rows = slots[:, None] + np.arange(2)
         moments.append(
             Moment(
                 posts,
@@ -388,7 +386,7 @@ def _moments(variant: str) -> list[Moment]:
                 history.poses[: k + 1],
                 belief.pose_cov[:2, :2],
                 belief.landmarks,
-                belief.cov[rows[:, :, None], rows[:, None, :]],
+                belief.landmark_covs,
                 k * config.step,
             )
         )

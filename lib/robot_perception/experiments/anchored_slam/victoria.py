@@ -192,10 +192,8 @@ def _laser(poses: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
 
 def _tree_covs(history: History, angle: float) -> Float[np.ndarray, "n 2 2"]:
     """Return the covariances of the landmarks, turned by an angle."""
-    belief = history.belief
-    slots = 3 + 2 * np.arange(len(belief.ids))[:, None] + np.arange(2)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return turn @ belief.cov[slots[:, :, None], slots[:, None, :]] @ turn.T
+    return turn @ history.belief.landmark_covs @ turn.T
 
 
 def _times_by_size(steps: list[Step], history: History) -> tuple[np.ndarray, np.ndarray]:

@@ -73,6 +73,12 @@ class MapBelief:
         """Estimated positions of the landmarks, m, in the order of ``ids``."""
         return self.mean[3:].reshape(-1, 2)
 
+    @property
+    def landmark_covs(self) -> Float[np.ndarray, "n 2 2"]:
+        """Covariance of each landmark by itself, m², in the order of ``ids``."""
+        slots = 3 + 2 * np.arange(self.ids.size)[:, None] + np.arange(2)
+        return self.cov[slots[:, :, None], slots[:, None, :]]
+
     def slot(self, landmark_id: int | np.integer) -> int:
         """Return where a landmark's first coordinate stands in the state.
 

@@ -200,3 +200,34 @@ def band(
     """
     options: dict[str, Any] = {"alpha": 0.18, "linewidth": 0} | kwargs
     return ax.fill_between(x, low, high, color=colour, **options)
+
+
+def ellipses(
+    ax: Axes,
+    means: np.ndarray,
+    covs: np.ndarray,
+    colour: str,
+    *,
+    deviations: float = 2.0,
+    width: float = 1.4,
+) -> None:
+    """Draw the ellipses of covariances as one path.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    means, covs : ndarray, shape (m, 2), (m, 2, 2)
+        Centres and covariances, in data coordinates.
+    colour, width
+        Colour and width of the line.
+    deviations
+        Reach of each ellipse in standard deviations.
+    """
+    turn = np.linspace(0, 2 * np.pi, 25)
+    circle = np.stack([np.cos(turn), np.sin(turn)])
+    values, vectors = np.linalg.eigh(covs)
+    axes = vectors * (deviations * np.sqrt(np.maximum(values, 0)))[..., None, :]
+    rims = np.full((len(means), len(turn) + 1, 2), np.nan)
+    rims[:, :-1] = np.asarray(means)[:, None] + (axes @ circle).mT
+    ax.plot(*rims.reshape(-1, 2).T, color=colour, linewidth=width)

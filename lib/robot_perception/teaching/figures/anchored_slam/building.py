@@ -17,6 +17,7 @@ from robot_perception.teaching.figures.style import (
     RED,
     TEAL,
     band,
+    ellipses,
     label,
 )
 from robot_perception.teaching.figures.walls import dots, lines, plan
@@ -37,29 +38,6 @@ TINTS = {
 def tint(variant: str) -> str:
     """Return the colour of a filter; variants of the rule share the ink's."""
     return TINTS.get(variant, INK)
-
-
-def ellipses(
-    ax: Axes, means: np.ndarray, covs: np.ndarray, colour: str, *, width: float = 1.4
-) -> None:
-    """Draw 2σ ellipses as one path.
-
-    Parameters
-    ----------
-    ax
-        Where to draw.
-    means, covs : ndarray, shape (m, 2), (m, 2, 2)
-        Centres and covariances, m and m².
-    colour, width
-        Colour and width of the line.
-    """
-    turn = np.linspace(0, 2 * np.pi, 25)
-    circle = np.stack([np.cos(turn), np.sin(turn)])
-    values, vectors = np.linalg.eigh(covs)
-    axes = vectors * (2 * np.sqrt(np.maximum(values, 0)))[..., None, :]
-    rims = np.full((len(means), len(turn) + 1, 2), np.nan)
-    rims[:, :-1] = means[:, None] + (axes @ circle).mT
-    ax.plot(*rims.reshape(-1, 2).T, color=colour, linewidth=width)
 
 
 def map_of(

@@ -19,6 +19,7 @@ from robot_perception.teaching.figures.style import (
     ORANGE,
     RED,
     band,
+    ellipses,
     label,
 )
 from robot_perception.teaching.figures.walls import dots
@@ -27,21 +28,8 @@ Found = Mapping[str, np.ndarray | float]
 
 ANCHOR_COLOURS = (RED, ORANGE, GREEN)
 ANCHOR_WORDS = ("no anchor", "one anchor", "two anchors")
-CIRCLE = np.stack(
-    [np.cos(np.linspace(0, 2 * np.pi, 25)), np.sin(np.linspace(0, 2 * np.pi, 25))], axis=1
-)
-
-
-def ellipses(
-    ax: Axes, points: np.ndarray, covs: np.ndarray, colour: str, *, level: float = 0.95
-) -> Axes:
-    """Draw the regions that hold points (n, 2) of covariances (n, 2, 2) at a level, as one path."""
-    values, vectors = np.linalg.eigh(covs)
-    axes = vectors * np.sqrt(stats.chi2.ppf(level, 2) * np.maximum(values, 0.0))[:, None, :]
-    rings = points[:, None] + CIRCLE @ axes.mT
-    pen = np.concatenate([rings, np.full((len(rings), 1, 2), np.nan)], axis=1).reshape(-1, 2)
-    ax.plot(*pen.T, color=colour, linewidth=1.2)
-    return ax
+REACH = float(np.sqrt(stats.chi2.ppf(0.95, 2)))
+"""Of an ellipse that holds a point of the plane with 95 %, in deviations."""
 
 
 def robot_path(ax: Axes, found: Found, robot: int, anchors: int) -> Axes:
@@ -65,7 +53,7 @@ def robot_path(ax: Axes, found: Found, robot: int, anchors: int) -> Axes:
     ax.plot(*found["dead_path"][row].T, ":", color=MUTED, linewidth=1.2)
     ax.plot(*true.T, color=FAINT, linewidth=4.5)
     ax.plot(*found["paths"][row, anchors].T, color=colour, linewidth=1.4)
-    ellipses(ax, marks, found["mark_covs"][row, anchors] / 1e4, colour)
+    ellipses(ax, marks, found["mark_covs"][row, anchors] / 1e4, colour, deviations=REACH)
     ax.plot(*found["landmarks"].T, "+", color=INK, markersize=8, markeredgewidth=1.6)
     known = found["landmarks"][found["anchors"][row][:anchors] - 6]  # subjects count from 6
     ax.plot(*known.T, "s", color=INK, markersize=9)
@@ -123,7 +111,7 @@ def park_map(ax: Axes, found: Found) -> Axes:
     """Draw the drive through the park: satellite fixes, and the filter with two linearisations."""
     for i, (words, colour) in enumerate((("latest estimates", RED), ("first estimates", BLUE))):
         ax.plot(*found["paths"][i].T, color=colour, linewidth=1.1)
-        ellipses(ax, found["trees"][i], found["tree_covs"][i], colour)
+        ellipses(ax, found["trees"][i], found["tree_covs"][i], colour, deviations=REACH)
         label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {words}", colour, fontsize=9,
               transform=ax.transAxes, ha="right")  # fmt: skip
     dots(ax, found["fixes"], INK, 1.8)
