@@ -5,7 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from robot_perception import experiments
+from robot_perception import chapters
 from robot_perception.cli import main
 from robot_perception.teaching.records import records
 
@@ -33,7 +33,7 @@ def run():
 def test_table_has_a_line_per_claim(run):
     result = run("claims")
     assert result.exit_code == 0
-    for claim in experiments.claims():
+    for claim in chapters.claims():
         assert any(line.startswith(f"{claim.id} ") for line in result.output.splitlines())
 
 
@@ -46,8 +46,8 @@ def test_json_is_valid_and_has_the_fields_of_the_ledger(run):
 
 
 def test_one_chapter_is_recomputed_and_written(run, tmp_path, monkeypatch):
-    claims = [c for c in experiments.claims(("monobot",)) if c.id == "fisher-one-landmark"]
-    monkeypatch.setattr(experiments, "claims", lambda chapters: tuple(claims))
+    claims = [c for c in chapters.claims(("monobot",)) if c.id == "fisher-one-landmark"]
+    monkeypatch.setattr(chapters, "claims", lambda chapters: tuple(claims))
     file = tmp_path / "claims.json"
     result = run("claims", "--run", "quick", "--chapter", "monobot", "--write", str(file))
     assert result.exit_code == 0, result.output

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from robot_perception import __version__, experiments
+from robot_perception import __version__, chapters
 from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.commands import datasets
 from robot_perception.teaching.badges import as_text
@@ -37,17 +37,17 @@ main.add_command(datasets)
     help="Recompute the claims (quick if no size is given) instead of printing the record.",
 )
 @click.option(
-    "--chapter", "chapters", multiple=True, help="Only this chapter (may be given several times)."
+    "--chapter", "stems", multiple=True, help="Only this chapter (may be given several times)."
 )
 @click.option(
     "--write",
     type=click.Path(dir_okay=False, path_type=Path),
     help="Also write the ledger to this file.",
 )
-def claims(as_json: bool, size: str | None, chapters: tuple[str, ...], write: Path | None) -> None:
+def claims(as_json: bool, size: str | None, stems: tuple[str, ...], write: Path | None) -> None:
     """Print the claim ledger: what each paper says, what we find, and the verdict."""
     try:
-        ledger = _ledger(size, chapters)
+        ledger = _ledger(size, stems)
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
     if write is not None:
@@ -55,16 +55,16 @@ def claims(as_json: bool, size: str | None, chapters: tuple[str, ...], write: Pa
     click.echo(ledger.to_json() if as_json else as_text(ledger))
 
 
-def _ledger(size: str | None, chapters: tuple[str, ...]) -> Ledger:
+def _ledger(size: str | None, stems: tuple[str, ...]) -> Ledger:
     """Return the recorded ledger, or compute it at a size."""
-    chapters = chapters or experiments.CHAPTERS
-    for stem in chapters:
-        experiments.experiment(stem)  # an unknown chapter is an error, not an empty table
+    stems = stems or chapters.CHAPTERS
+    for stem in stems:
+        chapters.chapter(stem)  # an unknown chapter is an error, not an empty table
     if size is None:
         ledger = Ledger.read(records() / "claims.json")
-        kept = tuple(e for e in ledger.entries if e.chapter in chapters)
+        kept = tuple(e for e in ledger.entries if e.chapter in stems)
         return Ledger(kept, ledger.versions, ledger.date)
-    bar = tqdm(experiments.claims(chapters), desc="claims", unit="claim")
+    bar = tqdm(chapters.claims(stems), desc="claims", unit="claim")
     return Ledger(tuple(_run(claim, size, bar) for claim in bar), _versions(), str(date.today()))
 
 
@@ -79,14 +79,14 @@ def _versions() -> dict[str, str]:
 
 
 @main.command()
-@click.option("--chapter", "chapters", multiple=True, help="Only this chapter.")
-def store(chapters: tuple[str, ...]) -> None:
+@click.option("--chapter", "stems", multiple=True, help="Only this chapter.")
+def store(stems: tuple[str, ...]) -> None:
     """Recompute the stored results of the real recordings and write them beside the ledger."""
     try:
         recordings = [
             recording
-            for stem in chapters or experiments.CHAPTERS
-            for recording in experiments.experiment(stem).RECORDINGS
+            for stem in stems or chapters.CHAPTERS
+            for recording in chapters.chapter(stem).RECORDINGS
         ]
         for recording in tqdm(recordings, desc="recordings", unit="recording"):
             click.echo(_store(recording))

@@ -4,11 +4,11 @@ from dataclasses import asdict
 
 import pytest
 
-from robot_perception import experiments
+from robot_perception import chapters
 from robot_perception.teaching.claims import Ledger, Verdict
 from robot_perception.teaching.records import records
 
-CLAIMS = experiments.claims()
+CLAIMS = chapters.claims()
 RECORDED = Ledger.read(records() / "claims.json")
 DECLARED = ("id", "chapter", "paper", "place", "statement", "paper_value", "method", "seed")
 

@@ -10,13 +10,13 @@ from scipy import stats
 
 from robot_perception import datasets
 from robot_perception.beliefs import Gaussian
+from robot_perception.chapters import monobot
+from robot_perception.chapters.monobot import CLAIMS, EXERCISES, FIG3, FIG4, GOLDEN
+from robot_perception.chapters.monobot import figures as draw
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
-from robot_perception.experiments import monobot
-from robot_perception.experiments.monobot import CLAIMS, EXERCISES, FIG3, FIG4, GOLDEN
 from robot_perception.kalman import scale_free_rank
 from robot_perception.slam.monobot import run_filter, settled
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures import monobot as draw
 
 RUNS = 400
 RNG = np.random.default_rng

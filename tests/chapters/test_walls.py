@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_perception.experiments import walls
+from robot_perception.chapters import walls
 from robot_perception.walls import (
     count_distances,
     find_split,

@@ -9,14 +9,14 @@ from scipy import stats
 
 from data_synth.posts import glimpse
 from data_synth.wheels import roll
+from robot_perception.chapters.anchored_slam import building, loops, posts
+from robot_perception.chapters.anchored_slam.building import CLAIMS
+from robot_perception.chapters.anchored_slam.figures import building as draw
+from robot_perception.chapters.anchored_slam.loops import Case
+from robot_perception.chapters.anchored_slam.posts import LINEAR, TURNED
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.experiments.anchored_slam import building, loops, posts
-from robot_perception.experiments.anchored_slam.building import CLAIMS
-from robot_perception.experiments.anchored_slam.loops import Case
-from robot_perception.experiments.anchored_slam.posts import LINEAR, TURNED
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.anchored_slam import building as draw
 
 RNG = np.random.default_rng
 VERDICTS = {

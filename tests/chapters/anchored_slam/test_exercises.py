@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robot_perception.experiments.anchored_slam import EXERCISES
+from robot_perception.chapters.anchored_slam import EXERCISES
 
 
 def seen(pose, point):

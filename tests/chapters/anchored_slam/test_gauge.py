@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
 from data_synth.wheels import Slip
-from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.experiments.anchored_slam import gauge
-from robot_perception.experiments.anchored_slam.gauge import (
+from robot_perception.chapters.anchored_slam import gauge
+from robot_perception.chapters.anchored_slam.figures import gauge as draw
+from robot_perception.chapters.anchored_slam.gauge import (
     AT_REST,
     CLAIMS,
     CONTROLS,
@@ -25,6 +25,7 @@ from robot_perception.experiments.anchored_slam.gauge import (
     SETS,
     Config,
 )
+from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.observability import (
     analyse,
     fixed_point_matrix,
@@ -36,7 +37,6 @@ from robot_perception.slam.observability.symbolic import Reading
 from robot_perception.teaching.claims import Size
 from robot_perception.teaching.explore import explore
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.anchored_slam import gauge as draw
 
 RUNS = 15
 

@@ -7,13 +7,13 @@ import pytest
 import sympy
 from scipy import stats
 
+from robot_perception.chapters import monobot
+from robot_perception.chapters.anchored_slam import rails
+from robot_perception.chapters.anchored_slam.figures import rails as draw
+from robot_perception.chapters.anchored_slam.rails import CLAIMS, FIG5, FIG6, Config
+from robot_perception.chapters.monobot import FIG3, FIG4
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
-from robot_perception.experiments import monobot
-from robot_perception.experiments.anchored_slam import rails
-from robot_perception.experiments.anchored_slam.rails import CLAIMS, FIG5, FIG6, Config
-from robot_perception.experiments.monobot import FIG3, FIG4
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.anchored_slam import rails as draw
 
 RNG = np.random.default_rng
 RUNS = 400

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from robot_perception import datasets
+from robot_perception.chapters.anchored_slam import intel, mrclam, recordings, victoria
+from robot_perception.chapters.anchored_slam.figures import recordings as drawings
 from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
     Commands,
@@ -20,7 +22,6 @@ from robot_perception.datasets.mrclam import (
 )
 from robot_perception.datasets.victoria import Fixes, VehicleLog
 from robot_perception.evaluation.trajectories import RelativeErrors
-from robot_perception.experiments.anchored_slam import intel, mrclam, recordings, victoria
 from robot_perception.geometry import transform, wrap_angle
 from robot_perception.slam.planar import (
     MapBelief,
@@ -33,7 +34,6 @@ from robot_perception.slam.planar import (
     run_filter,
 )
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.anchored_slam import recordings as drawings
 from robot_perception.teaching.records import records
 from robot_perception.walls.corners import ScanLandmarks
 

@@ -3,8 +3,8 @@
 No claim of the paper rests on them, for its own recording is not to be had.
 """
 
-from robot_perception.experiments.anchored_slam.intel import INTEL, relation_table
-from robot_perception.experiments.anchored_slam.mrclam import (
+from robot_perception.chapters.anchored_slam.intel import INTEL, relation_table
+from robot_perception.chapters.anchored_slam.mrclam import (
     ANCHORS,
     METHODS,
     UTIAS,
@@ -13,7 +13,7 @@ from robot_perception.experiments.anchored_slam.mrclam import (
     sensor_table,
     summary,
 )
-from robot_perception.experiments.anchored_slam.victoria import VICTORIA
+from robot_perception.chapters.anchored_slam.victoria import VICTORIA
 
 __all__ = [
     "ANCHORS",

@@ -16,10 +16,7 @@ from joblib import Parallel, delayed
 from data_synth.building import drive, first_leg
 from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import SMALL, Slip
-from robot_perception.evaluation.consistency import (
-    average_bounds,
-)
-from robot_perception.experiments.anchored_slam.loops import (
+from robot_perception.chapters.anchored_slam.loops import (
     Case,
     Chance,
     Runs,
@@ -29,6 +26,9 @@ from robot_perception.experiments.anchored_slam.loops import (
     filter_case,
     mean_of,
     stack,
+)
+from robot_perception.evaluation.consistency import (
+    average_bounds,
 )
 from robot_perception.geometry import wrap_angle
 from robot_perception.teaching.explore import choice, slider, timeline

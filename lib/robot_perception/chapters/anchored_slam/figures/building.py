@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from robot_perception.chapters.walls.figures import dots, lines, plan
 from robot_perception.teaching.figures.style import (
     BLUE,
     FAINT,
@@ -20,7 +21,6 @@ from robot_perception.teaching.figures.style import (
     ellipses,
     label,
 )
-from robot_perception.teaching.figures.walls import dots, lines, plan
 
 AxesRow = Sequence[Axes] | np.ndarray
 

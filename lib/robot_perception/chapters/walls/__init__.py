@@ -379,7 +379,7 @@ def time_exponent(work: Callable[[np.ndarray, float], object], sizes: tuple[int,
 def shapely_ends_with(n: int) -> int:
     """Return the exit code of a process that simplifies a worst-case chain with shapely."""
     program = (
-        "import shapely; from robot_perception.experiments.walls import worst_case;"
+        "import shapely; from robot_perception.chapters.walls import worst_case;"
         f"shapely.LineString(worst_case({n})).simplify(0.1, preserve_topology=False)"
     )
     return subprocess.run([sys.executable, "-c", program], capture_output=True).returncode

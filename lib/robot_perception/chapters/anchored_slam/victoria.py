@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
+from robot_perception.chapters.anchored_slam.mrclam import dead_reckoning
 from robot_perception.datasets import LandmarkGraph, read_fixes, read_landmark_graph, read_vehicle
 from robot_perception.datasets.victoria import Fixes, VehicleLog
 from robot_perception.evaluation.trajectories import absolute_error, align
-from robot_perception.experiments.anchored_slam.mrclam import dead_reckoning
 from robot_perception.geometry import transform
 from robot_perception.slam.planar import (
     CartesianSensor,

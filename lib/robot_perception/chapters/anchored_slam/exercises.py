@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from robot_perception.experiments.anchored_slam import building, gauge
+from robot_perception.chapters.anchored_slam import building, gauge
 from robot_perception.slam.planar import CartesianSensor
 from robot_perception.teaching.exercises import Exercise, Sheet
 

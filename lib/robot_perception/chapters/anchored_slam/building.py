@@ -15,7 +15,7 @@ from joblib import Parallel, delayed
 
 from data_synth.building import Building, drive, make_building
 from data_synth.laser import Scanner, measure, sight
-from robot_perception.experiments.anchored_slam.loops import (
+from robot_perception.chapters.anchored_slam.loops import (
     SLIPS,
     Case,
     Runs,
@@ -29,8 +29,8 @@ from robot_perception.experiments.anchored_slam.loops import (
     ratio_of,
     stack,
 )
-from robot_perception.experiments.anchored_slam.mrclam import METHODS, UTIAS
-from robot_perception.experiments.anchored_slam.posts import (
+from robot_perception.chapters.anchored_slam.mrclam import METHODS, UTIAS
+from robot_perception.chapters.anchored_slam.posts import (
     JACOBIANS,
     POSTS_SEED,
     RULE,

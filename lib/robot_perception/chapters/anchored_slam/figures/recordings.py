@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 from scipy import stats
 
+from robot_perception.chapters.walls.figures import dots
 from robot_perception.teaching.figures.style import (
     BLUE,
     FAINT,
@@ -22,7 +23,6 @@ from robot_perception.teaching.figures.style import (
     ellipses,
     label,
 )
-from robot_perception.teaching.figures.walls import dots
 
 Found = Mapping[str, np.ndarray | float]
 

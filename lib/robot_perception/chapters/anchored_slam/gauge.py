@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 
 from data_synth.posts import glimpse
 from data_synth.wheels import SMALL, Slip, roll
-from robot_perception.experiments.monobot import PAPER
+from robot_perception.chapters.monobot import PAPER
 from robot_perception.geometry import wrap_angle
 from robot_perception.slam.observability import (
     Anchor,

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
+from robot_perception.chapters.anchored_slam.mrclam import dead_reckoning
 from robot_perception.datasets import LaserLog, Relations, read_carmen_log, read_relations
 from robot_perception.evaluation.trajectories import (
     RelativeErrors,
@@ -20,7 +21,6 @@ from robot_perception.evaluation.trajectories import (
     motion_errors,
     relative_poses,
 )
-from robot_perception.experiments.anchored_slam.mrclam import dead_reckoning
 from robot_perception.geometry import transform, wrap_angle
 from robot_perception.slam.planar import (
     CartesianSensor,

@@ -16,8 +16,8 @@ from scipy import stats
 
 from data_synth.monobot import RailRuns, measure_anchor, simulate_rail, watch_vehicle
 from robot_perception.beliefs import Gaussian
-from robot_perception.experiments import monobot
-from robot_perception.experiments.monobot import FIG4, PAPER, Result, exponent
+from robot_perception.chapters import monobot
+from robot_perception.chapters.monobot import FIG4, PAPER, Result, exponent
 from robot_perception.kalman import (
     Sensor,
     fisher_information,

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
+from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.geometry import transform
-from robot_perception.teaching.figures.monobot import AxesRow
 from robot_perception.teaching.figures.style import (
     BLUE,
     COLOURS,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.teaching.figures.monobot import (
+from robot_perception.chapters.monobot.figures import (
     LOOKS,
     AxesRow,
     error_band,

@@ -1,4 +1,4 @@
-"""The experiments of the chapters: configuration, run, result, claims, exercises."""
+"""The chapters: studies, figures, claims, exercises."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -10,8 +10,8 @@ CHAPTERS = ("walls", "monobot", "anchored_slam")
 """Stems of the chapters, in the order of the book."""
 
 
-def experiment(stem: str) -> ModuleType:
-    """Return the experiment module of a chapter.
+def chapter(stem: str) -> ModuleType:
+    """Return the package of a chapter.
 
     Raises
     ------
@@ -25,4 +25,4 @@ def experiment(stem: str) -> ModuleType:
 
 def claims(chapters: Iterator[str] | tuple[str, ...] = CHAPTERS) -> tuple[Claim, ...]:
     """Return the claims of the chapters in the order of the book, each identifier once."""
-    return unique(claim for stem in chapters for claim in experiment(stem).CLAIMS)
+    return unique(claim for stem in chapters for claim in chapter(stem).CLAIMS)
