@@ -1,0 +1,266 @@
+"""A measured number with its uncertainty: one way for each kind of measurement, SciPy underneath.
+
+Every interval of the book is made here, so that the same kind of number always carries the same
+kind of interval. Bootstrap intervals take percentiles of 4 000 resamples by runs.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+RESAMPLES = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value with its uncertainty.
+
+    Parameters
+    ----------
+    estimate, low, high
+        The value and the ends of its interval, ``low <= estimate <= high``; equal for a number
+        that is exact or deterministic.
+    unit
+        Unit as printed, empty for a pure number.
+    about
+        What the interval is, for instance ``"95 % over 100 runs"``.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or the order is broken.
+    """
+
+    estimate: float
+    low: float
+    high: float
+    unit: str = ""
+    about: str = "exact"
+
+    def __post_init__(self) -> None:
+        values = (self.estimate, self.low, self.high)
+        if not all(math.isfinite(v) for v in values):
+            raise ValueError(f"interval must be finite, got {values}")
+        if not self.low <= self.estimate <= self.high:
+            raise ValueError(f"interval must satisfy low <= estimate <= high, got {values}")
+
+    def __str__(self) -> str:
+        return f"{self.shown()}{f' {self.unit}' if self.unit else ''}"
+
+    def shown(self, digits: int = 4) -> str:
+        """Return the numbers without the unit, with so many significant digits."""
+        if self.low == self.high:
+            return f"{self.estimate:.{digits}g}"
+        return f"{self.estimate:.{digits}g} [{self.low:.{digits}g}, {self.high:.{digits}g}]"
+
+
+def exact(value: float, unit: str = "", about: str = "exact") -> Interval:
+    """Return the interval of a deterministic number: both ends are the number."""
+    value = float(value)
+    return Interval(value, value, value, unit, about)
+
+
+def mean(samples: Float[np.ndarray, "..."], unit: str = "", level: float = 0.95) -> Interval:
+    r"""Return the mean of independent samples with its Student interval.
+
+    .. math:: \bar x \pm t_{(1+\ell)/2,\,n-1}\, s / \sqrt n
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples or one of them is not finite.
+    """
+    samples = _samples("samples", samples, least=2)
+    ends = stats.ttest_1samp(samples, 0.0).confidence_interval(level)
+    return _between(
+        samples.mean(), *ends, unit, f"{level:.0%} of the mean over {samples.size} runs"
+    )
+
+
+def proportion(successes: int, trials: int, level: float = 0.95) -> Interval:
+    """Return a proportion with its Wilson interval.
+
+    Raises
+    ------
+    ValueError
+        Unless 0 <= successes <= trials and there is a trial.
+    """
+    if not 0 <= successes <= trials or trials < 1:
+        raise ValueError(f"need 0 <= successes <= trials, got {successes} of {trials}")
+    ends = stats.binomtest(int(successes), int(trials)).proportion_ci(level, method="wilson")
+    return _between(
+        successes / trials, *ends, about=f"{level:.0%} of the rate over {trials} trials"
+    )
+
+
+def spread(
+    samples: Float[np.ndarray, "..."], unit: str = "", level: float = 0.95, about: str = ""
+) -> Interval:
+    """Return the median of samples with the central range that holds ``level`` of them.
+
+    Raises
+    ------
+    ValueError
+        If there is no sample or one of them is not finite.
+    """
+    samples = _samples("samples", samples, least=1)
+    low, mid, high = np.quantile(samples, [(1 - level) / 2, 0.5, (1 + level) / 2])
+    return _between(
+        mid, low, high, unit, about or f"median and central {level:.0%} of {samples.size} runs"
+    )
+
+
+def bootstrap_mean(samples: Float[np.ndarray, "..."], unit: str = "") -> Interval:
+    """Return a mean over runs with its 95 % bootstrap interval, for values far from normal."""
+    return _bootstrap(np.mean, (samples,), unit, "mean")
+
+
+def bootstrap_median(samples: Float[np.ndarray, "..."], unit: str = "") -> Interval:
+    """Return a median over runs with its 95 % bootstrap interval."""
+    return _bootstrap(np.median, (samples,), unit, "median")
+
+
+def bootstrap_ratio(
+    above: Float[np.ndarray, "..."], below: Float[np.ndarray, "..."], about: str = "ratio"
+) -> Interval:
+    """Return the ratio of two means over the same runs with its 95 % bootstrap interval.
+
+    Raises
+    ------
+    ValueError
+        If the lengths differ, there are fewer than two runs, or a value is not finite.
+    """
+    return _bootstrap(_ratio, (above, below), "", about)
+
+
+def correlation(first: Float[np.ndarray, "..."], last: Float[np.ndarray, "..."]) -> Interval:
+    """Return Pearson's correlation over runs with its 95 % interval by Fisher's transformation.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than four runs, a value is not finite, or one of the two is constant.
+    """
+    first, last = _samples("first", first, least=4), _samples("last", last, least=4)
+    for name, values in (("first", first), ("last", last)):
+        if np.ptp(values) == 0:
+            raise ValueError(f"{name} is constant at {values[0]:g}: it correlates with nothing")
+    found = stats.pearsonr(first, last)
+    about = f"95 % over {first.size} runs"
+    return _between(found.statistic, *found.confidence_interval(0.95), about=about)
+
+
+def explained(first: Float[np.ndarray, "..."], last: Float[np.ndarray, "..."]) -> Interval:
+    """Return the share of the variance of ``last`` that ``first`` explains, r².
+
+    A correlation whose interval holds zero explains a share from zero upwards.
+    """
+    r = correlation(first, last)
+    ends = sorted((r.low**2, r.high**2))
+    return Interval(r.estimate**2, 0.0 if r.low < 0 < r.high else ends[0], ends[1], "", r.about)
+
+
+def slope(x: Float[np.ndarray, "..."], y: Float[np.ndarray, "..."], unit: str = "") -> Interval:
+    """Return the slope of a straight line fitted to y over x with its 95 % interval.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than three points or a value is not finite.
+    """
+    x, y = _samples("x", x, least=3), _samples("y", y, least=3)
+    fit = stats.linregress(x, y)
+    half = stats.t.ppf(0.975, x.size - 2) * fit.stderr
+    about = f"95 % of the slope over {x.size} points"
+    return _between(fit.slope, fit.slope - half, fit.slope + half, unit, about)
+
+
+def exponent(sizes: Float[np.ndarray, "..."], values: Float[np.ndarray, "..."]) -> Interval:
+    """Return the exponent of a power law fitted to values over sizes, with its 95 % interval.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than three points, or one of the numbers is not positive and finite.
+    """
+    sizes, values = _samples("sizes", sizes, least=3), _samples("values", values, least=3)
+    if not (sizes > 0).all() or not (values > 0).all():
+        raise ValueError(f"a power law needs positive numbers, got {sizes} and {values}")
+    fit = slope(np.log(sizes), np.log(values))
+    about = f"95 % of the slope of log cost over log n, n = {sizes[0]:g} to {sizes[-1]:g}"
+    return Interval(fit.estimate, fit.low, fit.high, "", about)
+
+
+def variance_ratio(above: Float[np.ndarray, "..."], below: Float[np.ndarray, "..."]) -> Interval:
+    r"""Return the ratio of the variances of two normal samples with its 95 % interval by F.
+
+    Raises
+    ------
+    ValueError
+        If one has fewer than two samples, is not finite, or the lower one does not vary.
+    """
+    above, below = _samples("above", above, least=2), _samples("below", below, least=2)
+    if np.ptp(below) == 0:
+        raise ValueError("below does not vary: no ratio")
+    ratio = above.var(ddof=1) / below.var(ddof=1)
+    low, high = ratio / stats.f.ppf([0.975, 0.025], above.size - 1, below.size - 1)
+    about = f"variance ratio, 95 % over {above.size} and {below.size} runs"
+    return _between(ratio, low, high, "", about)
+
+
+def root_mean_square(samples: Float[np.ndarray, "..."], unit: str = "") -> Interval:
+    """Return the root mean square of normal samples about zero with its 95 % interval by χ².
+
+    Raises
+    ------
+    ValueError
+        If there is no sample or one of them is not finite.
+    """
+    samples = _samples("samples", samples, least=1)
+    value, n = np.sqrt(np.mean(samples**2)), samples.size
+    low, high = value * np.sqrt(n / stats.chi2.ppf([0.975, 0.025], n))
+    return _between(value, low, high, unit, f"95 % over {n} runs")
+
+
+def _ratio(above: np.ndarray, below: np.ndarray, axis: int) -> float | np.ndarray:
+    return above.mean(axis=axis) / below.mean(axis=axis)
+
+
+def _bootstrap(statistic: Callable, data: tuple[np.ndarray, ...], unit: str, name: str) -> Interval:
+    data = tuple(_samples("samples", samples, least=2) for samples in data)
+    sizes = {samples.size for samples in data}
+    if len(sizes) > 1:
+        raise ValueError(f"the runs must be the same, got {sorted(sizes)} of them")
+    found = stats.bootstrap(
+        data,
+        statistic,
+        paired=len(data) > 1,
+        vectorized=True,
+        n_resamples=RESAMPLES,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    )
+    about = f"{name}, 95 % bootstrap over {data[0].size} runs"
+    return _between(statistic(*data, axis=-1), *found.confidence_interval, unit, about)
+
+
+def _between(estimate: float, low: float, high: float, unit: str = "", about: str = "") -> Interval:
+    """Return an interval whose ends give way to the estimate by rounding."""
+    estimate = float(estimate)
+    return Interval(estimate, min(float(low), estimate), max(float(high), estimate), unit, about)
+
+
+def _samples(name: str, samples: np.ndarray, least: int) -> np.ndarray:
+    samples = np.asarray(samples, dtype=float).ravel()
+    if samples.size < least:
+        raise ValueError(f"need at least {least} {name}, got {samples.size}")
+    if not np.isfinite(samples).all():
+        raise ValueError(
+            f"{name} must be finite, got {np.count_nonzero(~np.isfinite(samples))} of "
+            f"{samples.size} that are not"
+        )
+    return samples
