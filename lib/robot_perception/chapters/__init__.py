@@ -1,17 +1,23 @@
-"""The chapters: studies, figures, claims, exercises."""
+"""The chapters: a package each, with a module a study, its claims beside the computation.
 
-from collections.abc import Iterator
+A chapter's package names its modules in ``STUDIES``; claims are found in them in the order of their
+declarations, recordings and exercises in the modules ``recordings`` and ``exercises``.
+"""
+
+from collections.abc import Iterable
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
-from robot_perception.teaching.claims import Claim, unique
+from robot_perception.teaching.claims import Claim, claims_in
+from robot_perception.teaching.recordings import Recording
 
 CHAPTERS = ("walls", "monobot", "anchored_slam")
 """Stems of the chapters, in the order of the book."""
 
 
-def chapter(stem: str) -> ModuleType:
-    """Return the package of a chapter.
+def studies(stem: str) -> tuple[ModuleType, ...]:
+    """Return the modules of a chapter that declare claims, in the order of the chapter.
 
     Raises
     ------
@@ -20,9 +26,33 @@ def chapter(stem: str) -> ModuleType:
     """
     if stem not in CHAPTERS:
         raise ValueError(f"no chapter {stem!r}; the book has {', '.join(CHAPTERS)}")
-    return import_module(f"{__name__}.{stem}")
+    package = import_module(f"{__name__}.{stem}")
+    return tuple(import_module(f"{package.__name__}.{name}") for name in package.STUDIES)
 
 
-def claims(chapters: Iterator[str] | tuple[str, ...] = CHAPTERS) -> tuple[Claim, ...]:
-    """Return the claims of the chapters in the order of the book, each identifier once."""
-    return unique(claim for stem in chapters for claim in chapter(stem).CLAIMS)
+def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
+    """Return the claims of chapters in the order of the book.
+
+    Raises
+    ------
+    ValueError
+        If two claims share an identifier, or the book has no such chapter.
+    """
+    found = tuple(c for stem in stems for study in studies(stem) for c in claims_in(study))
+    ids = [claim.id for claim in found]
+    twice = sorted({i for i in ids if ids.count(i) > 1})
+    if twice:
+        raise ValueError(f"claims declared twice: {', '.join(twice)}")
+    return found
+
+
+def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:
+    """Return the real recordings of chapters: what their modules `recordings` hold."""
+    found: list[Recording] = []
+    for stem in stems:
+        studies(stem)  # an unknown chapter is an error, not an empty answer
+        name = f"{__name__}.{stem}.recordings"
+        if find_spec(name) is not None:
+            values = vars(import_module(name)).values()
+            found += [value for value in values if isinstance(value, Recording)]
+    return tuple(found)

@@ -1,19 +1,31 @@
 """Badges beside figures, the claim table of a chapter, and the scorecard: views of the ledger."""
 
-from collections import Counter
+import math
 from functools import lru_cache
 from html import escape
 
-from robot_perception.teaching.claims import Entry, Interval, Ledger, Verdict
+from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
+from robot_perception.teaching.verdicts import Accepted, Basis, Origin, Verdict
 
 EXPLAINED = {
-    Verdict.REPRODUCED: "our number or shape lies inside the stated range",
-    Verdict.CONDITIONAL: "holds only under the conditions named",
-    Verdict.REFUTED: "the opposite holds, with evidence",
+    Verdict.REPRODUCED: "the whole interval of our number lies inside the stated range",
+    Verdict.CONDITIONAL: "holds in the part of the domain that is named, and was seen to fail "
+    "outside it",
+    Verdict.REFUTED: "our number lies outside, by mathematics or on the paper's own terms",
+    Verdict.NOT_REPRODUCED: "our number lies outside the range, but something stands in for the "
+    "paper's own",
+    Verdict.INCONCLUSIVE: "our interval lies partly inside the range and partly outside",
     Verdict.ILLUSTRATED: "the paper gives no number; ours stands beside its words",
     Verdict.UNTESTABLE: "needs what nobody has",
+}
+"""What each verdict means, for a reader."""
+
+STANDS_ON = {
+    Basis.MATHEMATICS: "mathematics",
+    Basis.PAPER: "the paper's own terms",
+    Basis.SUBSTITUTE: "a substitute for the paper's world",
 }
 
 
@@ -33,14 +45,14 @@ def badges(*claim_ids: str) -> Shown:
     """
     entries = [recorded()[claim_id] for claim_id in claim_ids]
     html = "\n".join(_badge(entry) for entry in entries)
-    text = "\n".join(f"{e.id}: {e.verdict} ({e.place}; ours {e.interval})" for e in entries)
+    text = "\n".join(f"{e.id}: {e.verdict} ({e.place}; ours {_value(e)})" for e in entries)
     return Shown({"text/html": f'<p class="rp-badges">{html}</p>', "text/plain": text})
 
 
 def _badge(entry: Entry) -> str:
     title = f"{entry.statement} {entry.note}".strip()
     return (
-        f'<a class="rp-badge rp-badge--{entry.verdict}" href="scorecard.html#{entry.id}" '
+        f'<a class="{_style(entry.verdict)}" href="scorecard.html#{entry.id}" '
         f'title="{escape(title)}"><span class="rp-badge-verdict">{entry.verdict}</span> '
         f'<span class="rp-badge-id">{escape(entry.id)}</span> '
         f'<span class="rp-badge-place">{escape(entry.place)}</span></a>'
@@ -49,14 +61,13 @@ def _badge(entry: Entry) -> str:
 
 def score() -> Shown:
     """Return how many claims have which verdict, as one line of badges."""
-    counts = Counter(entry.verdict for entry in recorded().entries)
-    shown = [v for v in Verdict if counts[v]]
+    counts = verdicts(recorded())
     html = " ".join(
-        f'<span class="rp-badge rp-badge--{v}" title="{EXPLAINED[v]}">'
-        f'<span class="rp-badge-verdict">{counts[v]}</span> {v}</span>'
-        for v in shown
+        f'<span class="{_style(v)}" title="{EXPLAINED[v]}">'
+        f'<span class="rp-badge-verdict">{count}</span> {v}</span>'
+        for v, count in counts.items()
     )
-    text = ", ".join(f"{counts[v]} {v}" for v in shown)
+    text = ", ".join(f"{count} {v}" for v, count in counts.items())
     return Shown({"text/html": f'<p class="rp-badges">{html}</p>', "text/plain": text})
 
 
@@ -92,30 +103,58 @@ def _row(entry: Entry, *, anchor: bool) -> str:
         f"<p>{escape(entry.statement)}{paper}</p>"
         f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
         f"</summary>{_details(entry)}</details></th>"
-        f"<td>{escape(str(entry.interval))}<br><small>{escape(entry.interval.about)}</small></td>"
-        f'<td><span class="rp-badge rp-badge--{entry.verdict}">{entry.verdict}</span>'
+        f"<td>{escape(_value(entry))}<br><small>{escape(_about(entry))}</small></td>"
+        f'<td><span class="{_style(entry.verdict)}">{entry.verdict}</span>'
         f"{conditions}</td></tr>"
     )
 
 
 def _details(entry: Entry) -> str:
     """Return how a claim was measured, what range counts as holding and why, and what else."""
-    items = [("Measured", entry.method)]
+    items = [("Stands on", STANDS_ON[Basis(entry.basis)]), ("Measured", entry.method)]
     if entry.accepted is not None:
-        items.append((f"Holds {_range(entry.accepted)}", entry.accepted_why))
-    items += [(key, str(Interval(**value))) for key, value in entry.evidence.items()]
+        items += [(f"Holds {_range(entry.accepted)}", f"{_origin(entry)} {entry.accepted.why}")]
+    items += [(key, str(value)) for key, value in entry.evidence.items()]
     if entry.note:
         items.append(("Note", entry.note))
-    return "<dl>{}</dl>".format(
-        "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
+    listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
+    tables = "".join(
+        f"<p>{escape(name.capitalize())}</p>{table.show().bundle['text/html']}"
+        for name, table in entry.tables.items()
     )
+    return f"<dl>{listed}</dl>{tables}"
 
 
-def _range(ends: list[float | None]) -> str:
-    low, high = ends
-    if low is None or high is None:
-        return f"up to {high:.4g}" if low is None else f"from {low:.4g}"
-    return f"at {low:.4g}" if low == high else f"from {low:.4g} to {high:.4g}"
+def _style(verdict: str) -> str:
+    return f"rp-badge rp-badge--{verdict.replace(' ', '-')}"
+
+
+def _value(entry: Entry) -> str:
+    return "–" if entry.value is None else str(entry.value)
+
+
+def _about(entry: Entry) -> str:
+    return "" if entry.value is None else entry.value.about
+
+
+def _range(accepted: Accepted) -> str:
+    low, high = accepted.low, accepted.high
+    if low == high:
+        return f"at {low:.4g}"
+    if math.isinf(low):
+        return f"up to {high:.4g}"
+    return f"from {low:.4g}" if math.isinf(high) else f"from {low:.4g} to {high:.4g}"
+
+
+def _origin(entry: Entry) -> str:
+    """Return who set the accepted range; for our choice, how far from another verdict it is."""
+    if entry.accepted.origin is not Origin.CHOICE:
+        return f"Set by {'theory' if entry.accepted.origin is Origin.THEORY else 'the paper'}:"
+    if entry.turn is None:
+        return "Our choice:"
+    ends = "both ends" if entry.turn.end == "both" else f"the {entry.turn.end} end"
+    way = "further out" if entry.turn.by > 0 else "further in"
+    return f"Our choice (another verdict with {ends} {abs(entry.turn.by):.2g} {way}):"
 
 
 def as_text(ledger: Ledger) -> str:
@@ -123,9 +162,7 @@ def as_text(ledger: Ledger) -> str:
     rows = [("claim", "verdict", "paper", "ours", "conditions")]
     for entry in ledger.entries:
         conditions = "; ".join(entry.conditions) or "–"
-        rows.append(
-            (entry.id, entry.verdict, entry.paper_value or "–", str(entry.interval), conditions)
-        )
+        rows.append((entry.id, entry.verdict, entry.paper_value or "–", _value(entry), conditions))
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     lines = [
         "  ".join([*(c.ljust(w) for c, w in zip(row[:4], widths, strict=True)), row[4]])

@@ -1,42 +1,46 @@
-"""Real recordings in a chapter: computed where the recording is, drawn from storage where not."""
+"""Real recordings in a chapter: computed where the recording is, drawn from storage where not.
+
+A result is a frozen dataclass of arrays, numbers, texts, and mappings or nested dataclasses of
+them. It is stored in full precision as ``.npz`` beside a summary in JSON, which a diff can be read
+of; reading it makes the same type again.
+"""
 
 import json
-from collections.abc import Callable, Mapping
+import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Generic, TypeVar
 
 from robot_perception import datasets
+from robot_perception.teaching import storage
 from robot_perception.teaching.records import records
 
-DECIMALS = 4
-"""Decimals that are kept in storage: a tenth of a millimetre where the unit is a metre."""
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Read:
+class Read(Generic[Result]):
     """What a chapter shows of a recording.
 
     Parameters
     ----------
     result
-        Arrays and numbers by name.
+        What was computed.
     live
-        Whether they were computed from the recording just now, rather than read from storage.
+        Whether it was computed from the recording just now, rather than read from storage.
     note
         One sentence of Markdown that says which.
     """
 
-    result: Mapping[str, Any]
+    result: Result
     live: bool
     note: str
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Recording:
+class Recording(Generic[Result]):
     """A computation on a real recording, with a stored result for readers without the recording.
 
     Parameters
@@ -44,16 +48,19 @@ class Recording:
     dataset
         Name in the registry of data sets.
     compute
-        Function of the folder of the data set that returns arrays and numbers by name.
+        Function of the folder of the data set that returns a result.
+    result
+        Type of the result, a dataclass.
     store
         Name of the stored result, unique in the book.
     """
 
     dataset: str
-    compute: Callable[[Path], Mapping[str, Any]]
+    compute: Callable[[Path], Result]
+    result: type[Result]
     store: str
 
-    def read(self) -> Read:
+    def read(self) -> Read[Result]:
         """Compute the result where the recording is present, else return the stored one."""
         folder = datasets.find(self.dataset)
         if folder is not None:
@@ -61,49 +68,51 @@ class Recording:
             return Read(self.compute(folder), True, note)
         return self.stored()
 
-    def stored(self) -> Read:
-        """Return the stored result."""
-        stored = json.loads(self._file().read_text(encoding="utf-8"))
-        result = {key: _unpack(value) for key, value in stored["result"].items()}
+    def stored(self) -> Read[Result]:
+        """Return the stored result.
+
+        Raises
+        ------
+        ValueError
+            If what is stored is not a result of this type.
+        """
+        file = self._file()
+        summary = json.loads(file.with_suffix(".json").read_text(encoding="utf-8"))
         note = (
             f"The recording `{self.dataset}` is not on this machine: what follows is the stored "
-            f"result of {stored['date']}. `robot-perception datasets info {self.dataset}` says "
+            f"result of {summary['date']}. `robot-perception datasets info {self.dataset}` says "
             "how to get the recording."
         )
-        return Read(result, False, note)
+        try:
+            return Read(storage.load(file, self.result), False, note)
+        except (ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"{file.name} holds no {self.result.__name__} ({error}); store it anew with "
+                f"`robot-perception store --only {self.store}`"
+            ) from error
 
     def write(self) -> Path:
-        """Compute the result and store it.
+        """Compute the result and store it; return the file.
 
         Raises
         ------
         robot_perception.datasets.DatasetMissing
             If the recording is not on this machine.
+        ValueError
+            If a number is not finite.
         """
         result = self.compute(datasets.path(self.dataset))
-        document = {
-            "dataset": self.dataset,
-            "date": date.today().isoformat(),
-            "result": {key: _pack(value) for key, value in result.items()},
-        }
+        summary = {"dataset": self.dataset, "date": date.today().isoformat()}
         file = self._file()
-        file.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
+        summary["result"] = storage.save(file, result)
+        lines = ",\n".join(
+            f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}"
+            for name, value in summary.pop("result").items()
+        )
+        head = json.dumps(summary)[1:-1]
+        text = f'{{{head},\n "result": {{\n{lines}\n}}}}\n'
+        file.with_suffix(".json").write_text(text, encoding="utf-8")
         return file
 
     def _file(self) -> Path:
-        return records() / f"{self.store}.json"
-
-
-def _pack(value: Any) -> Any:
-    array = np.asarray(value)
-    if array.dtype.kind in "US":
-        return value
-    return (
-        np.round(array.astype(float), DECIMALS).tolist()
-        if array.dtype.kind == "f"
-        else array.tolist()
-    )
-
-
-def _unpack(value: Any) -> Any:
-    return np.asarray(value) if isinstance(value, list) else value
+        return records() / f"{self.store}.npz"

@@ -1,0 +1,22 @@
+"""The command line: the claim ledger, the stored results and the data sets.
+
+Only what a command needs is imported, when it runs, so that ``--help`` answers at once.
+"""
+
+import click
+
+from robot_perception import __version__
+from robot_perception.cli.claims import claims
+from robot_perception.cli.store import store
+from robot_perception.datasets.commands import datasets
+
+
+@click.group()
+@click.version_option(__version__, prog_name="robot-perception")
+def main() -> None:
+    """An executable book on how mobile robots perceive: its claims and its recordings."""
+
+
+main.add_command(claims)
+main.add_command(datasets)
+main.add_command(store)

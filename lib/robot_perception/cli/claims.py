@@ -1,0 +1,132 @@
+"""``robot-perception claims``: print the recorded ledger, or compute and record claims."""
+
+import platform
+import traceback
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robot_perception.cli.workers import with_workers, working
+
+if TYPE_CHECKING:
+    from robot_perception.teaching.claims import Claim
+    from robot_perception.teaching.ledger import Entry, Ledger
+
+SIZES = ("quick", "full")
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option(
+    "--run",
+    "size",
+    type=click.Choice(SIZES),
+    is_flag=False,
+    flag_value="quick",
+    help="Compute the claims (quick if no size is given) instead of printing the record.",
+)
+@click.option("--chapter", "stems", multiple=True, help="Only this chapter; may be repeated.")
+@click.option("--claim", "ids", multiple=True, help="Only this claim; may be repeated.")
+@click.option(
+    "--write",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Record what was computed in this file; entries of other claims stay as they are.",
+)
+@with_workers
+def claims(
+    as_json: bool,
+    size: str | None,
+    stems: tuple[str, ...],
+    ids: tuple[str, ...],
+    write: Path | None,
+    workers: int | None,
+    dask: str | None,
+    ray: str | None,
+) -> None:
+    """Print the claim ledger: what each paper says, what we find, and the verdict."""
+    from robot_perception.teaching.badges import as_text
+
+    if write is not None and size != "full":
+        raise click.UsageError("--write records the full size: say --run full")
+    if write is not None and not write.parent.is_dir():
+        raise click.UsageError(f"--write: there is no folder {write.parent}")
+    try:
+        chosen = _chosen(stems, ids)
+        before = _recorded(write)
+    except (ValueError, OSError) as error:
+        raise click.ClickException(str(error)) from error
+    failed: list[str] = []
+    if size is None:
+        names = {claim.id for claim in chosen}
+        ledger = type(before)(tuple(e for e in before.entries if e.id in names))
+    else:
+        with working(workers, dask, ray):
+            ledger, failed = _computed(chosen, size, before, write)
+    click.echo(ledger.to_json() if as_json else as_text(ledger))
+    if failed:
+        raise click.ClickException(
+            f"{len(failed)} claims could not be computed: {', '.join(failed)}"
+        )
+
+
+def _chosen(stems: tuple[str, ...], ids: tuple[str, ...]) -> tuple["Claim", ...]:
+    """Return the claims of some chapters, or those of some identifiers."""
+    from robot_perception import chapters
+
+    declared = chapters.claims(stems or chapters.CHAPTERS)
+    unknown = sorted(set(ids) - {claim.id for claim in declared})
+    if unknown:
+        raise ValueError(
+            f"no claim {', '.join(map(repr, unknown))}; there are "
+            f"{', '.join(claim.id for claim in declared)}"
+        )
+    return tuple(claim for claim in declared if not ids or claim.id in ids)
+
+
+def _recorded(file: Path | None) -> "Ledger":
+    """Return the ledger of a file that is to be written, an empty one if it is new."""
+    from robot_perception.teaching.ledger import Ledger
+    from robot_perception.teaching.records import records
+
+    if file is None:
+        return Ledger.read(records() / "claims.json")
+    return Ledger.read(file) if file.exists() else Ledger(())
+
+
+def _computed(
+    chosen: tuple["Claim", ...], size: str, before: "Ledger", write: Path | None
+) -> tuple["Ledger", list[str]]:
+    """Compute claims, one after the other; each is written as soon as it is there."""
+    from tqdm import tqdm
+
+    from robot_perception import chapters
+    from robot_perception.teaching.ledger import Ledger, entry, record
+
+    order = [claim.id for claim in chapters.claims()]
+    made: list[Entry] = []
+    failed: list[str] = []
+    bar = tqdm(chosen, desc="claims", unit="claim", disable=None)
+    for claim in bar:
+        bar.set_postfix_str(claim.id)
+        try:
+            if write is None:
+                made.append(entry(claim, claim.find(size)))
+            else:
+                made.append(record(claim, versions=_versions()))
+                before.merged(made, order).write(write)
+        except Exception as error:  # one claim that fails must not lose the others
+            click.echo("".join(traceback.format_exception(error)), err=True)
+            failed.append(claim.id)
+    return Ledger(tuple(made)), failed
+
+
+def _versions() -> str:
+    """Return what computes the numbers, the BLAS kernel included, which picks their last digits."""
+    from threadpoolctl import threadpool_info
+
+    names = ("robot-perception", "numpy", "scipy", "numba", "opencv-python-headless")
+    blas = {f"{i['internal_api']} {i.get('architecture', '')}".strip() for i in threadpool_info()}
+    parts = [f"python {platform.python_version()}", *(f"{name} {version(name)}" for name in names)]
+    return ", ".join([*parts, *sorted(blas)])

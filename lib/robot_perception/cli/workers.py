@@ -1,0 +1,64 @@
+"""Where the work is done: processes of this machine, Dask or Ray."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+_OPTIONS = (
+    click.option("--workers", type=int, metavar="N", help="Work in N processes (-1: every core)."),
+    click.option("--dask", metavar="ADDRESS", help="Work on the Dask cluster of this scheduler."),
+    click.option(
+        "--ray", metavar="ADDRESS", help="Work on this Ray cluster ('local' starts one here)."
+    ),
+)
+
+
+def with_workers(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that say where the work is done; see :func:`working`."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+@contextmanager
+def working(workers: int | None, dask: str | None, ray: str | None) -> Iterator[None]:
+    """Let every sweep inside work on so many processes, on a Dask cluster or on Ray.
+
+    Raises
+    ------
+    click.UsageError
+        If more than one of Dask and Ray is named, the number is 0, or the cluster's package is not
+        installed.
+    """
+    from joblib import parallel_config
+
+    if workers == 0:
+        raise click.UsageError("--workers must not be 0")
+    if dask and ray:
+        raise click.UsageError("--dask and --ray exclude each other")
+    try:
+        if dask:
+            from dask.distributed import Client
+
+            with Client(dask), parallel_config("dask", n_jobs=workers or -1):
+                yield
+        elif ray:
+            from ray import init, shutdown
+            from ray.util.joblib import register_ray
+
+            init(address=ray, log_to_driver=False)
+            register_ray()
+            with parallel_config("ray", n_jobs=workers or -1):
+                yield
+            shutdown()
+        elif workers:
+            with parallel_config("loky", n_jobs=workers):
+                yield
+        else:
+            yield
+    except ImportError as error:
+        raise click.UsageError(
+            f"{error.name} is not installed: pip install 'robot-perception[cluster]'"
+        ) from error

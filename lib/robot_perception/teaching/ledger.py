@@ -1,0 +1,254 @@
+"""The recorded claims: entries of the ledger, in JSON that a diff can be read of."""
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
+
+DIGITS = 10
+"""Significant digits that are recorded: processors differ in the eleventh."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One row of the ledger: a claim with what was computed at full size.
+
+    Parameters
+    ----------
+    id, chapter, paper, place, basis, statement, paper_value, method, accepted, seed
+        As in :class:`Claim`.
+    verdict
+        What follows.
+    value
+        Our value, ``None`` if nothing can be measured.
+    evidence, tables, note
+        As in :class:`Finding`.
+    conditions
+        Words of the conditions that are needed.
+    quick
+        Every number of the quick size by name, as (estimate, low, high), for the tests.
+    date, versions
+        When it was recorded, and with what.
+    """
+
+    id: str
+    chapter: str
+    paper: str
+    place: str
+    basis: str
+    statement: str
+    paper_value: str
+    method: str
+    accepted: Accepted | None
+    seed: int
+    verdict: str
+    value: Interval | None
+    evidence: Mapping[str, Interval]
+    tables: Mapping[str, Table]
+    conditions: Sequence[str]
+    note: str
+    quick: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    date: str = ""
+    versions: str = ""
+
+    @property
+    def turn(self) -> Turn | None:
+        """How far the accepted range must move to turn the verdict, ``None`` if it cannot."""
+        if self.accepted is None or self.value is None:
+            return None
+        return turn(self.accepted, self.value)
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the entry in plain types that JSON can hold, numbers to ten digits."""
+        plain = {name: getattr(self, name) for name in self.__slots__}
+        if self.accepted is not None:
+            ends = (self.accepted.low, self.accepted.high)
+            plain["accepted"] = asdict(self.accepted) | {
+                name: end if math.isfinite(end) else None
+                for name, end in zip(("low", "high"), ends, strict=True)
+            }
+        plain["value"] = self.value and asdict(self.value)
+        plain["evidence"] = {name: asdict(value) for name, value in self.evidence.items()}
+        plain["tables"] = {name: table.to_plain() for name, table in self.tables.items()}
+        return _rounded(plain)
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> "Entry":
+        """Return the entry of :meth:`to_plain`."""
+        row = dict(plain)
+        if row["accepted"] is not None:
+            ends = dict(row["accepted"])
+            ends["low"] = -math.inf if ends["low"] is None else ends["low"]
+            ends["high"] = math.inf if ends["high"] is None else ends["high"]
+            row["accepted"] = Accepted(**ends)
+        row["value"] = row["value"] and Interval(**row["value"])
+        row["evidence"] = {name: Interval(**value) for name, value in row["evidence"].items()}
+        row["tables"] = {name: Table.from_plain(value) for name, value in row["tables"].items()}
+        return cls(**row)
+
+
+def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> Entry:
+    """Return the ledger entry of a claim that was computed.
+
+    Parameters
+    ----------
+    claim
+        What was tested.
+    finding
+        What it gave.
+    quick
+        What the quick size gave, whose numbers the tests compare.
+    """
+    return Entry(
+        id=claim.id,
+        chapter=claim.chapter,
+        paper=claim.paper,
+        place=claim.place,
+        basis=str(claim.basis),
+        statement=claim.statement,
+        paper_value=claim.paper_value,
+        method=claim.method,
+        accepted=claim.accepted,
+        seed=claim.seed,
+        verdict=str(claim.verdict(finding)),
+        value=finding.value,
+        evidence=dict(finding.evidence),
+        tables=dict(finding.tables),
+        conditions=[c.text for c in finding.conditions if c.needed],
+        note=finding.note,
+        quick={} if quick is None else numbers(quick),
+    )
+
+
+def record(claim: Claim, *, versions: str) -> Entry:
+    """Compute a claim at both sizes and return its entry, dated today."""
+    made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
+    plain = made.to_plain() | {"date": date.today().isoformat(), "versions": versions}
+    return Entry.from_plain(plain)
+
+
+def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:
+    """Return every number of a finding by name as (estimate, low, high), to ten digits."""
+    found = {} if finding.value is None else {"value": finding.value}
+    found |= {f"evidence: {name}": value for name, value in finding.evidence.items()}
+    flat = {name: (v.estimate, v.low, v.high) for name, v in found.items()}
+    for name, table in finding.tables.items():
+        flat |= {f"{name}: {row}: {column}": ends for row, column, ends in table.numbers()}
+    return {name: tuple(_rounded(list(ends))) for name, ends in flat.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Ledger:
+    """The recorded claims in the order of the book."""
+
+    entries: tuple[Entry, ...]
+
+    def __getitem__(self, claim_id: str) -> Entry:
+        for found in self.entries:
+            if found.id == claim_id:
+                return found
+        known = ", ".join(e.id for e in self.entries)
+        raise KeyError(f"no claim {claim_id!r} in the ledger; it has {known}")
+
+    def chapter(self, stem: str) -> "Ledger":
+        """Return the part of the ledger that one chapter computes."""
+        return Ledger(tuple(e for e in self.entries if e.chapter == stem))
+
+    def merged(self, entries: Iterable[Entry], order: Sequence[str]) -> "Ledger":
+        """Return the ledger with some entries new or anew, and all in an order.
+
+        Parameters
+        ----------
+        entries
+            They take the place of those of the same identifier.
+        order
+            Identifiers of all declared claims; entries of others are dropped.
+        """
+        by_id = {e.id: e for e in (*self.entries, *entries)}
+        return Ledger(tuple(by_id[name] for name in order if name in by_id))
+
+    def to_json(self) -> str:
+        """Return the ledger as JSON text, a list of numbers on one line."""
+        rows = [_text(e.to_plain()) for e in self.entries]
+        return '{\n"claims": [\n' + ",\n".join(rows) + "\n]\n}\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> "Ledger":
+        """Return the ledger written by :meth:`to_json`.
+
+        Raises
+        ------
+        ValueError
+            If the text is no ledger.
+        """
+        try:
+            return cls(tuple(Entry.from_plain(row) for row in json.loads(text)["claims"]))
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            raise ValueError(f"not a claim ledger: {error}") from error
+
+    @classmethod
+    def read(cls, path: Path | str) -> "Ledger":
+        """Return the ledger stored in a file."""
+        return cls.from_json(Path(path).read_text(encoding="utf-8"))
+
+    def write(self, path: Path | str) -> None:
+        """Store the ledger in a file, at once or not at all."""
+        path = Path(path)
+        beside = path.with_suffix(".new")
+        beside.write_text(self.to_json(), encoding="utf-8")
+        os.replace(beside, path)
+
+
+def different(
+    found: Mapping[str, Sequence[float]], recorded: Mapping[str, Sequence[float]], rtol: float
+) -> list[str]:
+    """Return what differs between two sets of named numbers, a line each.
+
+    Numbers of one triple are compared on the scale of its largest, so that an end of an interval
+    near zero is not asked for digits that it does not have.
+    """
+    lines = [f"{name}: no longer computed" for name in recorded.keys() - found.keys()]
+    for name, ours in found.items():
+        if name not in recorded:
+            lines.append(f"{name}: not recorded")
+            continue
+        theirs = recorded[name]
+        scale = max(map(abs, (*ours, *theirs)))
+        if any(abs(a - b) > rtol * scale for a, b in zip(ours, theirs, strict=True)):
+            lines.append(f"{name}: {list(ours)} instead of {list(theirs)}")
+    return lines
+
+
+def verdicts(ledger: Ledger) -> dict[Verdict, int]:
+    """Return how many claims have which verdict, in the order of :class:`Verdict`."""
+    found = [e.verdict for e in ledger.entries]
+    return {v: found.count(v) for v in Verdict if v in found}
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _text(value: Any, indent: int = 0) -> str:
+    """Return JSON with a line a key; lists and mappings without mappings in them on one line."""
+    pad = " " * (indent + 1)
+    if isinstance(value, Mapping) and any(isinstance(v, Mapping | list) for v in value.values()):
+        lines = (
+            f"{pad}{json.dumps(k, ensure_ascii=False)}: {_text(v, indent + 1)}"
+            for k, v in value.items()
+        )
+        return "{\n" + ",\n".join(lines) + "\n" + " " * indent + "}"
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
