@@ -1,0 +1,79 @@
+"""What every claim must pass; each chapter's ``test_claims.py`` takes these tests for its stem.
+
+.. code-block:: python
+
+    from tests.chapters.ledger import LedgerTests, quick
+
+    class TestLedger(LedgerTests):
+        stem = "walls"
+
+    def test_something_more():
+        assert quick("dp-quadratic").evidence[...]
+
+All tests that need a claim's finding stand in that one file, so that it is computed once in a run.
+"""
+
+from functools import cache
+
+import pytest
+
+from robot_perception import chapters
+from robot_perception.teaching.claims import Claim, Finding
+from robot_perception.teaching.ledger import Ledger, different, numbers
+from robot_perception.teaching.records import records
+
+MEND = "robot-perception claims --run full --claim {} --write book/_data/claims.json"
+"""The command that records a claim anew."""
+DECLARED = ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method")
+RTOL = 1e-6
+"""Processors differ in the eleventh digit; iterated filters make some orders more of it."""
+
+
+@cache
+def recorded() -> Ledger:
+    """Return the ledger as it is stored."""
+    return Ledger.read(records() / "claims.json")
+
+
+@cache
+def quick(claim_id: str) -> Finding:
+    """Return what a claim gives at the quick size; it is computed once."""
+    return next(c for c in chapters.claims() if c.id == claim_id).find("quick")
+
+
+class LedgerTests:
+    """The record of one chapter is what the library declares and computes."""
+
+    stem: str
+
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Make one test a claim."""
+        if "claim" in metafunc.fixturenames:
+            claims = chapters.claims([self.stem])
+            metafunc.parametrize("claim", claims, ids=[c.id for c in claims])
+
+    def test_the_record_has_every_claim_in_the_order_of_the_chapter(self):
+        declared = [claim.id for claim in chapters.claims([self.stem])]
+        recorded_ids = [e.id for e in recorded().chapter(self.stem).entries]
+        missing = [i for i in declared if i not in recorded_ids]
+        assert not missing, f"record them: {MEND.format(' --claim '.join(missing))}"
+        assert recorded_ids == declared
+
+    def test_record_says_what_is_declared(self, claim: Claim):
+        entry = recorded()[claim.id]
+        for name in (*DECLARED, "accepted", "seed"):
+            assert getattr(entry, name) == getattr(claim, name), MEND.format(claim.id)
+
+    def test_quick_verdict_and_numbers_are_the_recorded_ones(self, claim: Claim):
+        entry, finding = recorded()[claim.id], quick(claim.id)
+        assert claim.verdict(finding) == entry.verdict, f"{finding.value}: {finding.note}"
+        lines = different(numbers(finding), entry.quick, RTOL)
+        assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
+
+    @pytest.mark.slow
+    def test_full_numbers_are_the_recorded_ones(self, claim: Claim):
+        entry, finding = recorded()[claim.id], claim.find("full")
+        assert claim.verdict(finding) == entry.verdict
+        stored = Finding(entry.value, entry.evidence, entry.tables, (), entry.note or "–")
+        lines = different(numbers(finding), numbers(stored), RTOL)
+        assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
