@@ -137,9 +137,16 @@ def record(claim: Claim, *, versions: str) -> Entry:
 
 
 def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:
-    """Return every number of a finding by name as (estimate, low, high), to ten digits."""
+    """Return every number of a finding by name as (estimate, low, high), to ten digits.
+
+    Evidence whose name ends in "(time)" is left out: it belongs to a machine, not to the claim.
+    """
     found = {} if finding.value is None else {"value": finding.value}
-    found |= {f"evidence: {name}": value for name, value in finding.evidence.items()}
+    found |= {
+        f"evidence: {name}": value
+        for name, value in finding.evidence.items()
+        if not name.endswith("(time)")
+    }
     flat = {name: (v.estimate, v.low, v.high) for name, v in found.items()}
     for name, table in finding.tables.items():
         flat |= {f"{name}: {row}: {column}": ends for row, column, ends in table.numbers()}
