@@ -7,8 +7,10 @@ import math
 from collections.abc import Iterable
 from hashlib import sha256
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from robot_perception.teaching.figures.output import (
     check_alt,
@@ -18,12 +20,15 @@ from robot_perception.teaching.figures.output import (
     on_page,
     style_element,
 )
-from robot_perception.teaching.figures.style import GROUND
+from robot_perception.teaching.figures.style import GROUND, STYLE
 from robot_perception.teaching.figures.webp import check_image, to_animated_webp, to_webp
 from robot_perception.teaching.media import Shown
 
 KEY_FRAMES = 5
 """Frames that stand for a film on paper; the first of them where no script runs."""
+
+KEY_WIDTH = 400
+"""Pixels of the longer side of the key frames that only paper shows."""
 
 MOST_BYTES = 3_000_000
 """Largest film; a page of the book weighs at most 5 MB, and as text a film grows by a third."""
@@ -96,7 +101,8 @@ def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
 
 def _pixels(fig: Figure) -> np.ndarray:
     stream = io.BytesIO()
-    fig.savefig(stream, format="rgba", dpi="figure", facecolor=GROUND)
+    with mpl.rc_context(STYLE):
+        fig.savefig(stream, format="rgba", dpi="figure", facecolor=GROUND)
     width, height = (math.floor(length * fig.dpi) for length in fig.get_size_inches())
     return np.frombuffer(stream.getvalue(), np.uint8).reshape(height, width, 4)[..., :3]
 
@@ -110,18 +116,9 @@ def _markup(
 ) -> str:
     count = len(images)
     places = np.unique(np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)).tolist()
-    keys = "".join(
-        f'<span class="rp-key"{" hidden" if place else ""}>'
-        + image_element(
-            to_webp(images[place]),
-            "image/webp",
-            images[place].shape[1::-1],
-            f"Frame {place + 1} of {count} of the same film." if place else alt,
-        )
-        + f"<small hidden>{place + 1} of {count}</small></span>"
-        for place in places
-    )
+    keys = "".join(_key(images[place], place, count, alt) for place in places)
     height, width = images[0].shape[:2]
+    columns = KEY_FRAMES if width < 1.6 * height else 3  # on paper
     spec = json.dumps(
         {"count": count, "duration": duration, "width": width, "height": height, "alt": alt}
     ).replace("</", "<\\/")
@@ -131,8 +128,20 @@ def _markup(
     return (
         f"{style_element('figure.css', 'explorer.css', 'film.css')}"
         f'<div class="rp-film" id="film-{name}"><figure class="rp-figure">'
-        f'<div class="rp-canvas">{keys}</div>{figcaption(caption)}</figure>'
+        f'<div class="rp-canvas">{keys}</div>'
+        f"{figcaption(caption)}</figure>"
         f'<script type="application/json" class="rp-spec">{spec}</script>'
         f'<script type="application/json" class="rp-states">"{states}"</script>'
         f"{script}</div>"
     )
+
+
+def _key(image: np.ndarray, place: int, count: int, alt: str) -> str:
+    small = Image.fromarray(image)
+    if place:  # only the first is seen on screens
+        small.thumbnail((KEY_WIDTH, KEY_WIDTH))
+        alt = f"Frame {place + 1} of {count} of the same film."
+    element = image_element(to_webp(np.asarray(small)), "image/webp", small.size, alt)
+    hidden = " hidden" if place else ""
+    number = f"<small hidden>{place + 1} of {count}</small>"
+    return f'<span class="rp-key"{hidden}>{element}{number}</span>'
