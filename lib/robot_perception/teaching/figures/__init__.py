@@ -1,6 +1,6 @@
 """Figures in one style, coloured by the page's theme, with alternative text that must be there."""
 
-from robot_perception.teaching.figures.film import film
+from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.output import picture, show
 from robot_perception.teaching.figures.style import (
     BLUE,

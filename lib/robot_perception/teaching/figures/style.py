@@ -132,9 +132,7 @@ class ImageAxes(BookAxes):
         super().clear()
         if self._picture is None:  # called by the constructor
             return
-        self.imshow(
-            self._picture, cmap="gray", vmin=0, vmax=255, aspect="auto", gid=self._gid or None
-        )
+        self.imshow(self._picture, aspect="auto", gid=self._gid)
         self.set_axis_off()
         self.autoscale(False)
 
@@ -183,7 +181,8 @@ def image_axes(
     with mpl.rc_context(STYLE):
         fig = Figure((cols * scale, rows * scale), dpi=100, facecolor="none", layout="none")
         ax = fig.add_axes((0, 0, 1, 1), axes_class=ImageAxes)
-    ax.hold(array, " ".join([LOSSLESS] * lossless + [PIXELATED] * pixelated))
+    coloured = array if array.ndim == 3 else np.repeat(array[..., None], 3, axis=2)
+    ax.hold(coloured, " ".join([LOSSLESS] * lossless + [PIXELATED] * pixelated))
     return fig, ax
 
 

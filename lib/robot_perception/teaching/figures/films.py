@@ -3,7 +3,6 @@
 import base64
 import io
 import json
-import math
 from collections.abc import Iterable
 from hashlib import sha256
 
@@ -102,9 +101,14 @@ def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
 def _pixels(fig: Figure) -> np.ndarray:
     stream = io.BytesIO()
     with mpl.rc_context(STYLE):
-        fig.savefig(stream, format="rgba", dpi="figure", facecolor=GROUND)
-    width, height = (math.floor(length * fig.dpi) for length in fig.get_size_inches())
-    return np.frombuffer(stream.getvalue(), np.uint8).reshape(height, width, 4)[..., :3]
+        fig.savefig(
+            stream,
+            format="png",
+            dpi="figure",
+            facecolor=GROUND,
+            pil_kwargs={"compress_level": 1},
+        )
+    return np.asarray(Image.open(stream).convert("RGB"))
 
 
 def _size(image: np.ndarray) -> str:
@@ -128,7 +132,7 @@ def _markup(
     return (
         f"{style_element('figure.css', 'explorer.css', 'film.css')}"
         f'<div class="rp-film" id="film-{name}"><figure class="rp-figure">'
-        f'<div class="rp-canvas">{keys}</div>'
+        f'<div class="rp-canvas" style="--rp-columns: {columns}">{keys}</div>'
         f"{figcaption(caption)}</figure>"
         f'<script type="application/json" class="rp-spec">{spec}</script>'
         f'<script type="application/json" class="rp-states">"{states}"</script>'
