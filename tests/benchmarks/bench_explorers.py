@@ -21,6 +21,7 @@ from pathlib import Path
 from playwright.sync_api import Page, sync_playwright
 
 from tests.benchmarks.harness import Timing
+from tests.site import pictures
 from tests.site.browser import launch
 
 ROOT = Path(__file__).parents[2]
@@ -90,25 +91,27 @@ async ([explorer, moves]) => {
 
 
 def rows() -> list[Timing]:
-    """Measure every explorer of every chapter in both media."""
+    """Measure every explorer of every chapter, and of the page of pictures, in both media."""
     chapters = [path for path in sorted(BOOK.glob("*.ipynb")) if "explore(" in path.read_text()]
     site = Path(os.environ.get("ROBOT_PERCEPTION_SITE", ROOT / "build/_build/html")).resolve()
-    with sync_playwright() as playwright:
+    built = {chapter: site / f"{chapter.stem}.html" for chapter in chapters}
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        built[pictures.NOTEBOOK] = pictures.build(Path(folder))
         browser = launch(playwright)
         if browser is None:
             return []
         page = browser.new_page()
         found: list[Timing] = []
-        with jupyterlab(chapters) as address:
-            for chapter in chapters:
-                open_in_lab(page, address, chapter.name)
+        with jupyterlab(list(built)) as address:
+            for notebook in built:
+                open_in_lab(page, address, notebook.name)
                 for label, moves in moves_on(page):
-                    found.append(_timing(f"{chapter.stem}, {label}, in JupyterLab", moves, 0.1))
-        for chapter in chapters:
-            page.goto((site / f"{chapter.stem}.html").as_uri())
+                    found.append(_timing(f"{notebook.stem}, {label}, in JupyterLab", moves, 0.1))
+        for notebook, html in built.items():
+            page.goto(html.as_uri())
             page.wait_for_load_state("load")
             for label, moves in moves_on(page):
-                found.append(_timing(f"{chapter.stem}, {label}, built page", moves, 0.05))
+                found.append(_timing(f"{notebook.stem}, {label}, built page", moves, 0.05))
         browser.close()
     return found
 

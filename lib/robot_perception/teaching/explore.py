@@ -21,7 +21,7 @@ import traitlets
 
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import check_alt, figcaption, front_end, on_page
-from robot_perception.teaching.states import Frame, pack, render
+from robot_perception.teaching.states import WEBP, Frame, pack, render
 
 __all__ = ["Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
 
@@ -37,6 +37,8 @@ def explore(
     alt: Alt,
     caption: str | None = None,
     presets: Mapping[str, Mapping[str, Any]] | None = None,
+    pixelated: bool = False,
+    lossless: bool = False,
     **controls: Control,
 ) -> "Explorer":
     """Let the reader move the parameters of a drawing.
@@ -53,6 +55,10 @@ def explore(
     presets
         Settings worth visiting: name of the button, and the values it sets. A control that a preset
         does not name goes to its default.
+    pixelated
+        Enlarge images without smoothing, for masks and label images.
+    lossless
+        Keep every value of the images.
     **controls
         The controls by the name of the parameter they set.
 
@@ -66,7 +72,8 @@ def explore(
         If the controls do not fit the drawing, a preset does not fit the controls, the grid has too
         many states, or the alternative text does not serve.
     TypeError
-        If a control is no control, or `draw` returns something else than a picture.
+        If a control is no control, `draw` returns something else than a picture, or a figure
+        where `pixelated` or `lossless` ask for an image.
 
     Examples
     --------
@@ -82,7 +89,7 @@ def explore(
     >>> explorer.gain
     1.0
     """
-    return Explorer(draw, alt, caption, presets or {}, controls)
+    return Explorer(draw, alt, caption, presets or {}, controls, pixelated, lossless)
 
 
 class Explorer(anywidget.AnyWidget):
@@ -106,9 +113,13 @@ class Explorer(anywidget.AnyWidget):
         caption: str | None,
         presets: Mapping[str, Mapping[str, Any]],
         controls: Mapping[str, Control],
+        pixelated: bool,
+        lossless: bool,
     ) -> None:
         _check(draw, controls)
         super().__init__()
+        self._pixelated = pixelated
+        self._lossless = lossless
         self._draw = draw
         self._alt = alt
         self._controls = dict(controls)
@@ -156,7 +167,10 @@ class Explorer(anywidget.AnyWidget):
         """
         values = self._complete(parameters, "frame")
         alt = self._alt(**values) if callable(self._alt) else self._alt
-        return render(self._draw(**values), check_alt(alt), effort=effort)
+        frame = render(self._draw(**values), check_alt(alt), effort=effort, lossless=self._lossless)
+        if (self._pixelated or self._lossless) and frame.mime != WEBP:
+            raise TypeError("pixelated and lossless are for a draw that returns uint8 arrays")
+        return frame
 
     def grid(self) -> Iterator[dict[str, Any]]:
         """Yield the parameters of every state, the last control fastest."""
@@ -214,12 +228,14 @@ class Explorer(anywidget.AnyWidget):
             ],
             "caption": figcaption(self._caption),
             "spoken": callable(self._alt),
+            "figure": "rp-figure rp-pixelated" if self._pixelated else "rp-figure",
         }
 
     def _still(self) -> str:
         self._default = self.frame()
         picture = self._default.element(inline=False)
-        figure = f'<figure class="rp-figure">{picture}{figcaption(self._caption)}</figure>'
+        kind = self.spec["figure"]
+        figure = f'<figure class="{kind}">{picture}{figcaption(self._caption)}</figure>'
         return f'<div class="explorer">{figure}</div>'
 
     def _page(self) -> str:
@@ -231,7 +247,7 @@ class Explorer(anywidget.AnyWidget):
         states = pack(frames).replace("</", "<\\/")
         name = sha256((spec + states).encode()).hexdigest()[:12]
         return (
-            f'<div class="explorer" id="explorer-{name}"><figure class="rp-figure">'
+            f'<div class="explorer" id="explorer-{name}"><figure class="{self.spec["figure"]}">'
             f'<div class="rp-canvas">{self._default.element(inline=True)}</div>'
             f"{figcaption(self._caption)}</figure>"
             f'<script type="application/json" class="rp-spec">{spec}</script>'

@@ -2,8 +2,8 @@
 
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 cache of executed notebooks only as long as the code under them is the same, copies MathJax from its
-package into the site, moves the states of explorers into files beside the page, and drops every
-script that would ask another host for something.
+package into the site, moves the states of explorers and films into files beside the page, and drops
+every script that would ask another host for something.
 """
 
 import base64
@@ -28,8 +28,8 @@ IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts and st
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
-_EXPLORER = re.compile(
-    r'<div class="explorer" id="explorer-(?P<name>\w+)">(?P<inside>.*?)'
+_STATES = re.compile(
+    r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
     re.S,
 )
@@ -43,8 +43,9 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
-    app.add_js_file("explorer.js")
-    for sheet in ("figure.css", "explorer.css"):
+    for script in ("explorer.js", "film.js"):
+        app.add_js_file(script)
+    for sheet in ("figure.css", "explorer.css", "film.css"):
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -117,28 +118,28 @@ def _finish_page(
     body = body.replace(COMPARED, "")
 
     def store(match: re.Match[str]) -> str:
-        name = match["name"]
-        _store(Path(app.outdir) / STORED, name, json.loads(match["states"]))
+        kind, identifier, name = match["kind"], match["id"], match["name"]
+        _store(Path(app.outdir) / STORED, identifier, name, json.loads(match["states"]))
         place = context["pathto"](f"{STORED}/{name}.js", 1)
-        opening = f'<div class="explorer" id="explorer-{name}" data-states="{place}">'
+        opening = f'<div class="{kind}" id="{identifier}" data-states="{place}">'
         return f"{opening}{match['inside']}</div>"
 
-    context["body"] = _EXPLORER.sub(store, body)
+    context["body"] = _STATES.sub(store, body)
 
 
-def _store(folder: Path, name: str, states: str | list[list[Any]]) -> None:
-    """Write the states of one explorer as a classic script, and its pictures as files."""
+def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:
+    """Write the states of an explorer or a film as a classic script, pictures as files."""
     folder.mkdir(parents=True, exist_ok=True)
     if isinstance(states, list):
         for number, state in enumerate(states):
             data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
             (folder / state[0]).write_bytes(data)
-    script = f'robotPerception.register("explorer-{name}", {json.dumps(states)});\n'
+    script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
     (folder / f"{name}.js").write_text(script, "utf-8")
 
 
 def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:
-    """Remove states of explorers that no page shows any more."""
+    """Remove states of explorers and films that no page shows any more."""
     stored = Path(app.outdir) / STORED
     if exception is not None or not stored.is_dir():
         return

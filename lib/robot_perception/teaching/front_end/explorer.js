@@ -326,7 +326,7 @@ globalThis.robotPerception ??= (() => {
 
   function render({ model, el }) {
     const canvas = element("div", { class: "rp-canvas" });
-    const figure = element("figure", { class: "rp-figure" }, canvas);
+    const figure = element("figure", { class: model.get("spec").figure }, canvas);
     const root = element("div", { class: "explorer" }, figure);
     const waiting = new Map(); // request -> [resolve, reject, timer]
     let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
@@ -383,7 +383,7 @@ globalThis.robotPerception ??= (() => {
     };
   }
 
-  return { register, render, hydrateAll };
+  return { register, fetchStates, render, hydrateAll };
 })();
 
 if (globalThis.document?.currentScript) {
