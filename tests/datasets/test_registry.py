@@ -1,6 +1,8 @@
 """The registry: every set says whose it is, every file can be checked, and mistakes are named."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -59,6 +61,7 @@ MISTAKES = {
     "no table": ({}, [LINE], "mine must stand in both"),
     "no hash": ({"mine": ABOUT}, ["mine/a.txt abc"], r"registry\.txt: mine/a\.txt is not FOLDER"),
     "no folder": ({"mine": ABOUT}, [LINE[5:]], r"registry\.txt: a\.txt is not FOLDER"),
+    "outside": ({"mine": ABOUT}, [f"mine/../a {sha(b'a')}"], r"mine/\.\./a is not FOLDER/FILE"),
     "no archive": ({"mine": ABOUT | {"members": 9}}, [LINE], "mine has members, so it must be one"),
     "half a line": ({"mine": ABOUT}, ["mine/a.txt"], "expected 2 or 3 elements"),
 }
@@ -88,3 +91,21 @@ def test_a_changed_registry_is_read_again(mine):
     assert len(registry()["mine"].files) == 1
     write_registry(mine, {"mine": ABOUT}, [LINE, LINE.replace("/a", "/bcd")])
     assert len(registry()["mine"].files) == 2
+
+
+ALONE = """
+import sys
+for name in ("pooch", "requests", "tqdm", "urllib3", "click"):
+    sys.modules[name] = None
+from robot_perception.datasets import read_relations, registry
+print(len(read_relations(sys.argv[1]).times))
+registry()
+"""
+
+
+def test_readers_need_numpy_alone_and_the_registry_says_what_it_needs(tmp_path):
+    (tmp_path / "a.relations").write_text("1 2 0 0 0 0 0 0")
+    command = [sys.executable, "-c", ALONE, str(tmp_path / "a.relations")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout == "1\n"
+    assert done.stderr.strip().endswith('pip install "robot-perception[data]"')

@@ -9,8 +9,8 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
-from types import MappingProxyType
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType, ModuleType
 from typing import Any, final
 from urllib.parse import quote
 
@@ -102,6 +102,16 @@ def some(names: list[str], most: int = 20) -> str:
     return f"{', '.join(names[:3])}, … ({len(names)} files)"
 
 
+def load_pooch() -> ModuleType:
+    """Return pooch; the readers do without it."""
+    try:
+        import pooch
+    except ModuleNotFoundError as error:
+        wanted = 'the registry of recordings needs pooch: pip install "robot-perception[data]"'
+        raise ModuleNotFoundError(wanted) from error
+    return pooch
+
+
 def data_directory() -> Path | None:
     """Return the directory named by ``ROBOT_PERCEPTION_DATA``, if that is set.
 
@@ -184,9 +194,7 @@ def add_dataset(
         If title, licence or origin is missing, the name is taken or no name for a data set, the
         folder is empty or not in the reader's own directory, or there is no registry to add to.
     """
-    import pooch
-
-    folder = folder.resolve()
+    folder = Path(os.path.abspath(folder))
     told = {"title": title, "licence": licence, "origin": origin}
     for word, text in told.items():
         if not text.strip():
@@ -194,7 +202,7 @@ def add_dataset(
     directory = data_directory() if to is None else to
     if directory is None:
         raise ValueError(f"no registry to add to: set {DATA_VARIABLE}, or name its directory")
-    if to is None and folder.parent != directory.resolve():
+    if to is None and not folder.parent.samefile(directory):
         raise ValueError(f"{folder} is not in {directory}: it would not be found")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", folder.name):
         raise ValueError(
@@ -211,7 +219,7 @@ def add_dataset(
         raise ValueError(f"{folder} holds no files")
     lines, size = [], 0
     for place, name in files:
-        words = [f"{folder.name}/{name.as_posix()}", pooch.file_hash(str(place))]
+        words = [f"{folder.name}/{name.as_posix()}", load_pooch().file_hash(str(place))]
         words += [f"{url.rstrip('/')}/{quote(name.as_posix())}"] if url else []
         lines.append(shlex.join(words))
         size += place.stat().st_size
@@ -240,14 +248,13 @@ def _load(directory: Path) -> Mapping[str, Dataset]:
 
 @lru_cache(maxsize=8)
 def _parse(directory: Path, *_stamps: tuple[int, int]) -> Mapping[str, Dataset]:
-    import pooch
-
-    shelf = pooch.create(path=directory, base_url="")
+    shelf = load_pooch().create(path=directory, base_url="")
     shelf.load_registry(directory / REGISTRY)
     files: dict[str, list[DataFile]] = {}
     for place, sha256 in shelf.registry.items():
         folder, _, name = place.partition("/")
-        if not re.fullmatch(r"[0-9a-f]{64}", sha256) or not name:
+        inside = name and ".." not in PurePosixPath(place).parts
+        if not inside or not re.fullmatch(r"[0-9a-f]{64}", sha256):
             raise ValueError(f"{directory / REGISTRY}: {place} is not FOLDER/FILE with its sha256")
         files.setdefault(folder, []).append(DataFile(name, sha256, shelf.urls.get(place)))
     sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8"))

@@ -14,8 +14,6 @@ from tarfile import TarError
 from typing import Literal, final
 from zipfile import BadZipFile
 
-from tqdm.auto import tqdm
-
 from robot_perception.datasets.entries import (
     DATA_VARIABLE,
     DataFile,
@@ -23,6 +21,7 @@ from robot_perception.datasets.entries import (
     UnknownDataset,
     data_directory,
     dataset,
+    load_pooch,
     registry,
     some,
 )
@@ -61,10 +60,8 @@ class FileStatus:
 
 def cache_directory() -> Path:
     """Return the directory of downloads: ``ROBOT_PERCEPTION_CACHE`` or the platform's own."""
-    import pooch
-
     named = os.environ.get(CACHE_VARIABLE, "")
-    return Path(named).expanduser() if named else Path(pooch.os_cache("robot-perception"))
+    return Path(named).expanduser() if named else Path(load_pooch().os_cache("robot-perception"))
 
 
 def find(name: str, file: str | None = None) -> Path | None:
@@ -189,6 +186,8 @@ def fetch(
     UnknownDataset
         If the registry does not know the name.
     """
+    from tqdm.auto import tqdm
+
     known = dataset(name)
     places: list[Path] = []
     missing: list[DataFile] = []
@@ -318,8 +317,7 @@ def _are(names: list[str]) -> str:
 
 
 def _download(known: Dataset, file: DataFile, url: str, timeout: float) -> Path:
-    import pooch
-
+    pooch = load_pooch()
     place = f"{known.name}/{file.name}"
     cache = cache_directory()
     shelf = pooch.create(cache, base_url="", registry={place: file.sha256}, urls={place: url})

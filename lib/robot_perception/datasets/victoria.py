@@ -114,41 +114,53 @@ def read_landmark_graph(path: str | Path) -> LandmarkGraph:
     """
     lines = Lines(path)
     poses: dict[int, int] = {}  # id -> row, in the order of the chain
-    steps: list[Float[np.ndarray, 9]] = []
-    seen: dict[tuple[int, int], tuple[int, Float[np.ndarray, 5]]] = {}
+    steps: list[tuple[int, Float[np.ndarray, " 9"]]] = []  # with their line numbers
+    seen: dict[tuple[int, int], tuple[int, Float[np.ndarray, " 5"]]] = {}
     for words in lines.of(MOTION, SIGHTING):
-        n = 3 if words[0] == MOTION else 2
-        lines.expect(words, 3 + n + n * (n + 1) // 2)
+        lines.expect(words, 12 if words[0] == MOTION else 8)
         first, second = lines.integer(words, 1), lines.integer(words, 2)
         values = lines.numbers(words[3:])
-        if np.linalg.eigvalsh(_square(values[None, n:], n))[0, 0] <= 0:
-            raise lines.error("its matrix is not positive definite")
         if words[0] == SIGHTING:
             if (first, second) in seen:
-                raise lines.error("repeats a pose, or a sighting of one landmark from one pose")
+                raise lines.error("repeats a sighting of one landmark from one pose")
             seen[first, second] = lines.number, values
             continue
         poses = poses or {first: 0}
         if poses.get(first) != len(poses) - 1:
             raise lines.error("does not begin at the pose where the motion before it ended")
         if second in poses:
-            raise lines.error("repeats a pose, or a sighting of one landmark from one pose")
+            raise lines.error("repeats a pose")
         poses[second] = len(poses)
-        steps.append(values)
+        steps.append((lines.number, values))
     for (pose, _), (number, _) in seen.items():
         if pose not in poses:  # only now: sightings may stand before their poses
             raise lines.error("its pose is not among those the motions lead to", number)
     order = sorted(seen, key=lambda key: poses[key[0]])  # stable: one pose's keep their order
-    motions, values = np.array(steps), np.array([seen[key][1] for key in order]).reshape(-1, 5)
+    motions, motion_covs = _split(lines, steps, 3)
+    values, value_covs = _split(lines, [seen[key] for key in order], 2)
     return LandmarkGraph(
-        motions[:, :3],
-        _square(motions[:, 3:], 3),
+        motions,
+        motion_covs,
         np.array([poses[pose] for pose, _ in order], dtype=int),
         np.array([landmark for _, landmark in order], dtype=int),
-        values[:, :2],
-        _square(values[:, 2:], 2),
+        values,
+        value_covs,
         lines.report(),
     )
+
+
+def _split(
+    lines: Lines, numbered: list[tuple[int, np.ndarray]], n: int
+) -> tuple[Float[np.ndarray, "m n"], Float[np.ndarray, "m n n"]]:
+    """Return vectors, and covariances from their upper triangles, row by row."""
+    rows, cols = np.triu_indices(n)
+    table = np.array([values for _, values in numbered]).reshape(-1, n + len(rows))
+    covs = np.zeros((len(table), n, n))
+    covs[:, rows, cols] = covs[:, cols, rows] = table[:, n:]
+    bad = np.linalg.eigvalsh(covs)[:, 0] <= 0
+    if bad.any():
+        raise lines.error("its matrix is not positive definite", numbered[int(np.argmax(bad))][0])
+    return table[:, :n], covs
 
 
 def read_vehicle(path: str | Path) -> VehicleLog:
@@ -227,11 +239,3 @@ def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
     if falls.size:
         raise CorruptLog(f"{path}: {names[0]} does not rise after row {falls[0] + 1}")
     return columns
-
-
-def _square(triangles: Float[np.ndarray, "m t"], n: int) -> Float[np.ndarray, "m n n"]:
-    """Return symmetric matrices from their upper triangles, row by row."""
-    full = np.zeros((len(triangles), n, n))
-    rows, cols = np.triu_indices(n)
-    full[:, rows, cols] = full[:, cols, rows] = triangles
-    return full
