@@ -1,6 +1,7 @@
 """Downloads from a real server: whole and right, or nothing and a clear error."""
 
 import errno
+import logging
 import os
 
 import pooch
@@ -247,8 +248,11 @@ def test_interruption_by_the_user_leaves_nothing(room, monkeypatch):
     assert leftovers(room) == []
 
 
-def test_progress_is_shown_on_request_only(room, capsys):
-    fetch("hall", "scans.log.gz")
+def test_progress_is_shown_on_request_only(room, capsys, caplog):
+    with caplog.at_level("INFO", logger="pooch"):
+        fetch("hall", "scans.log.gz")
+        assert pooch.get_logger().level == logging.INFO  # as it was before
+    assert caplog.records == []
     assert capsys.readouterr() == ("", "")
     fetch("hall", "graph.log", progress=True)
     out, err = capsys.readouterr()
