@@ -1,7 +1,6 @@
 """Downloads from a real server: whole and right, or nothing and a clear error."""
 
 import errno
-import logging
 import os
 
 import pooch
@@ -249,9 +248,14 @@ def test_interruption_by_the_user_leaves_nothing(room, monkeypatch):
 
 
 def test_progress_is_shown_on_request_only(room, capsys, caplog):
-    with caplog.at_level("INFO", logger="pooch"):
+    logger = pooch.get_logger()  # which stands outside the tree of loggers
+    level = logger.level
+    logger.addHandler(caplog.handler)
+    try:
         fetch("hall", "scans.log.gz")
-        assert pooch.get_logger().level == logging.INFO  # as it was before
+    finally:
+        logger.removeHandler(caplog.handler)
+    assert logger.level == level
     assert caplog.records == []
     assert capsys.readouterr() == ("", "")
     fetch("hall", "graph.log", progress=True)
