@@ -291,6 +291,8 @@ def ellipses(
     *,
     deviations: float = 2.0,
     width: float = 1.4,
+    fill: float = 0.0,
+    corners: int = 24,
 ) -> None:
     """Draw the ellipses of covariances as one path.
 
@@ -304,11 +306,17 @@ def ellipses(
         Colour and width of the line.
     deviations
         Reach of each ellipse in standard deviations.
+    fill
+        Opacity of the inside.
+    corners
+        Of the polygon that stands for an ellipse; a large one needs more to look round.
     """
-    turn = np.linspace(0, 2 * np.pi, 25)
+    turn = np.linspace(0, 2 * np.pi, corners + 1)
     circle = np.stack([np.cos(turn), np.sin(turn)])
     values, vectors = np.linalg.eigh(covs)
     axes = vectors * (deviations * np.sqrt(np.maximum(values, 0)))[..., None, :]
     rims = np.full((len(means), len(turn) + 1, 2), np.nan)
     rims[:, :-1] = np.asarray(means)[:, None] + (axes @ circle).mT
     ax.plot(*rims.reshape(-1, 2).T, color=colour, linewidth=width)
+    for rim in rims[:, :-1] if fill else ():
+        ax.fill(*rim.T, color=colour, alpha=fill, linewidth=0)

@@ -1,0 +1,213 @@
+"""What the looks tell: the Fisher information of Fig. 3 and the direction that it is blind to."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from robot_perception import kalman
+from robot_perception.beliefs import Gaussian
+from robot_perception.chapters.monobot import rail
+from robot_perception.chapters.monobot.rail import COUNTS, DECIMALS, FIG3, FIG4, PAPER, Config
+from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.kalman import Sensor
+from robot_perception.slam import monobot as slam
+from robot_perception.teaching.claims import Accepted, Finding, Size, claim
+from robot_perception.teaching.tables import Table
+
+
+def first_entries(counts: tuple[int, ...] = COUNTS, base: Config = FIG3) -> dict[int, np.ndarray]:
+    """Return the curves of Fig. 3: first entry of eq. (14) by number of landmarks."""
+    return {n: rail.total_information(replace(base, landmarks=n))[:, 0, 0] for n in counts}
+
+
+def information_on_start(config: Config) -> Float[np.ndarray, "steps states states"]:
+    """Return the information of the looks after the first one about the state at the start."""
+    n = config.landmarks
+    moves = [slam.motion(0.0, float(s) ** 2, n) for s in config.motion_deviations]
+    sensors = [Sensor(slam.sensor_matrix(n), np.diag(s**2)) for s in config.look_deviations[1:]]
+    return kalman.start_information(moves, sensors)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ridge:
+    """How likely one run makes each pair of start and landmark, m, relative to the best."""
+
+    vehicle: Float[np.ndarray, "vehicle"]
+    landmark: Float[np.ndarray, "landmark"]
+    log_likelihood: Float[np.ndarray, "landmark vehicle"]
+
+
+def likelihood_of_shift(
+    config: Config, vehicle: np.ndarray, landmark: np.ndarray, *, rng: np.random.Generator
+) -> Ridge:
+    """Try start positions and landmarks, m, on the first run of a study with one landmark.
+
+    The filter starts from the pair itself, known exactly, and adds up the log-likelihoods of its
+    innovations; nothing of the closed forms is used.
+    """
+    world = rail.simulate(replace(config, runs=1), rng=rng)
+    pairs = np.stack(np.meshgrid(vehicle, landmark), axis=-1)
+    belief, total = Gaussian(pairs, np.zeros((2, 2))), 0.0
+    for k in range(config.steps + 1):
+        if k > 0:
+            move = slam.motion(world.commands[k - 1], config.motion_deviations[k - 1] ** 2, 1)
+            belief = kalman.predict(belief, move)
+        sensor = Sensor(slam.sensor_matrix(1), config.look_deviations[k][None] ** 2)
+        belief, info = kalman.update(belief, world.looks[0, k], sensor)
+        total = total + info.log_likelihood
+    return Ridge(vehicle, landmark, total - np.max(total))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plane:
+    """What is known of vehicle and landmark in one run: truth, belief (m), information (1/m²)."""
+
+    truth: Float[np.ndarray, "2"]
+    belief: Gaussian
+    information: Float[np.ndarray, "2 2"]
+
+
+def plane_after(looks: int, *, known_landmark: bool, rng: np.random.Generator) -> Plane:
+    """Return what is known after some looks, after the first, at one landmark.
+
+    Parameters
+    ----------
+    looks
+        Number of looks after the first, 100 at most.
+    known_landmark
+        Whether the robot also measures its distance to a post at the origin, as in eq. (20).
+    rng
+        Generator of the run.
+    """
+    config = replace(FIG3, runs=1)
+    world = rail.simulate(config, rng=rng)
+    run, matrix = rail.refilter(config, world), slam.sensor_matrix(1)
+    if known_landmark:
+        posts = rng.standard_normal(config.steps + 1) - world.positions
+        post = slam.Reference(-1, posts[:, 1:], 1.0)
+        run = slam.run_referenced(
+            config.belief, world.commands, world.looks, post, motion_variance=1.0, look_variance=1.0
+        )
+        matrix = post.matrix(1)
+    truth = np.array([world.positions[0, looks], config.landmarks_at])
+    belief = Gaussian(run.means[0, looks], run.covs[0, looks])
+    total = kalman.fisher_information(matrix, run.innovation_covs[0])
+    return Plane(truth, belief, np.insert(total, 0, 0.0, axis=0)[looks])
+
+
+@claim(
+    "fisher-growth",
+    paper=PAPER,
+    place="§2.2, Fig. 3",
+    basis="mathematics",
+    statement="The first entry of the total Fisher information grows with the number of steps "
+    "and with the number of landmarks.",
+    paper_value="Fig. 3: rising curves for various sizes of the measurement vector",
+    method="Eq. 14 at P0 = V = W = 1 m², n = 1, 2, 5, 10, 20, 50, 100 steps, landmarks from "
+    "the first look, predict before update: least relative increase from step to step and "
+    "from n to n.",
+    accepted=Accepted(
+        1e-6,
+        1,
+        "growing means that every increase, as a share of the new value, is positive; 1e-6 is "
+        "far above rounding",
+        "our choice",
+    ),
+)
+def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
+    """Compare each curve of Fig. 3 with itself a step before, and with the one below."""
+    table = np.stack(list(first_entries().values()))
+    least = min(
+        (np.diff(table, axis=1) / table[:, 1:]).min(), (np.diff(table, axis=0) / table[1:]).min()
+    )
+    start = information_on_start(replace(FIG3, steps=60))[-1, 0, 0]
+    slopes = Table(
+        {
+            f"n = {n}": [slope, rail.limit(n).information_rate]
+            for n, slope in zip(COUNTS, table[:, -1] - table[:, -2], strict=True)
+        },
+        {"last step (1/m²)": "", "closed form (1/m²)": "n / (a + W)"},
+        "growth of the first entry of eq. 14 per step",
+        "landmarks",
+    )
+    return Finding(
+        exact(least, about="least relative increase over 100 steps and six n"),
+        {"information on the start itself, n = 1": exact(start, "1/m²")},
+        {"slopes": slopes},
+        note=f"The sum of eq. 14 grows without end, by at most 1/V per step; it counts each "
+        f"innovation as a fresh look at one state. The information that all later looks together "
+        f"hold on the start stays at {start:.3f} per m².",
+    )
+
+
+@claim(
+    "fisher-singular",
+    paper=PAPER,
+    place="§2.2, eqs 15–18",
+    basis="mathematics",
+    statement="The first row of the information is minus the sum of the others: it is singular "
+    "with the null vector (1, …, 1), and the Cramér–Rao bound does not exist.",
+    paper_value="one zero eigenvalue",
+    method="Number of states minus scale-free rank, at every step, for six n, with the noise "
+    "of Fig. 3 and of Fig. 4.",
+    accepted=Accepted(1, 1, "exactly one direction, by the form of the measurement matrix"),
+)
+def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the null directions, and compare the last one with a shift of the world."""
+    nullity, row_sum, angle = [], [], []
+    for base in (FIG3, FIG4):
+        for n in COUNTS:
+            J = rail.total_information(replace(base, landmarks=n))
+            nullity.append(n + 1 - kalman.scale_free_rank(J))
+            row_sum.append(np.abs(J.sum(axis=-1)).max() / np.abs(J).max())
+            kernel = np.linalg.eigh(J[-1])[1][:, 0]
+            angle.append(np.arcsin(np.linalg.norm(kernel - kernel.mean())))
+    nullity = np.concatenate(nullity)
+    return Finding(
+        Interval(
+            float(np.median(nullity)),
+            float(nullity.min()),
+            float(nullity.max()),
+            about=f"null directions, all of {nullity.size} matrices",
+        ),
+        {
+            f"largest row sum over largest entry, to {DECIMALS} decimals": exact(
+                max(row_sum).round(DECIMALS)
+            ),
+            f"largest angle between kernel and (1, …, 1), to {DECIMALS} decimals": exact(
+                max(angle).round(DECIMALS), "rad"
+            ),
+        },
+        note="Rank n for n + 1 unknowns, with constant noise and with that of Fig. 4: moving the "
+        "whole world changes no measurement, so the bound of eq. 16 does not exist. As eq. 15 "
+        "shows, the first row is minus the sum of the others; the text leaves the sign out.",
+    )
+
+
+@claim(
+    "fisher-one-landmark",
+    paper=PAPER,
+    place="§2.2, eq. 17",
+    basis="mathematics",
+    statement="For one landmark the information is the sum of 1/s times [[1, −1], [−1, 1]], "
+    "with s written out in deviations and correlation.",
+    paper_value="eq. 17",
+    method="Largest relative difference from the general sum of eq. 14 over 100 steps, with "
+    "the noise of Fig. 3 and of Fig. 4.",
+    accepted=Accepted(0, 1e-10, "an identity: equal up to the rounding of 100 additions"),
+)
+def fisher_one_landmark(size: Size, rng: np.random.Generator) -> Finding:
+    """Sum eq. (17) by the predicted deviations, beside the sum of eq. (14)."""
+    worst = 0.0
+    for base in (FIG3, FIG4):
+        before = rail.covariances(base).covs[0, :-1].copy()
+        before[:, 0, 0] += base.motion_deviations**2
+        deviations = np.sqrt(np.diagonal(before, axis1=1, axis2=2))
+        correlation = before[:, 0, 1] / deviations.prod(axis=1)
+        terms = slam.one_landmark_term(*deviations.T, correlation, base.look_deviations[1:, 0])
+        general = rail.total_information(base)
+        gap = np.abs(np.cumsum(terms, axis=0) - general).max(axis=(1, 2))
+        worst = max(worst, (gap / general[:, 0, 0]).max())
+    about = f"largest relative difference of 200 matrices, to {DECIMALS} decimals"
+    return Finding(exact(worst.round(DECIMALS), about=about))
