@@ -190,7 +190,7 @@ def _row(landmarks: int, name: str, peer_of: type, ratio: float, steps: int) -> 
 
 def _floor(landmarks: int) -> Row:
     """Return our steps beside as many bare symmetric updates of rank 2 × 10 by BLAS."""
-    steps, (belief, step) = 20, world(landmarks)
+    steps, (belief, step) = 100, world(landmarks)
     cov = np.asfortranarray(belief.cov)
     strip = np.asfortranarray(1e-9 * np.random.default_rng(0).standard_normal((len(cov), 2 * SEEN)))
 
@@ -203,7 +203,7 @@ def _floor(landmarks: int) -> Row:
         ours=lambda: _ours(belief, step, steps),
         peer=floor,
         peer_name="rank-20 update of BLAS (the floor)",
-        ratio=0.25,
+        ratio=1 / 1.6,
     )
 
 

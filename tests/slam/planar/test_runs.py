@@ -116,9 +116,9 @@ class Recorder:
 
     def __init__(self, monkeypatch):
         self.blocks, self.landmarks = [], 0
-        self.originals = (kernels.predict_cov, kernels.gain, kernels.append)
+        self.originals = (kernels.predict_cov, kernels.whiten, kernels.append)
         monkeypatch.setattr(kernels, "predict_cov", self.predict_cov)
-        monkeypatch.setattr(kernels, "gain", self.gain)
+        monkeypatch.setattr(kernels, "whiten", self.whiten)
         monkeypatch.setattr(kernels, "append", self.append)
 
     def begin(self, gauge):
@@ -131,13 +131,13 @@ class Recorder:
         )
         return self.originals[0](cov, noise, at, after)
 
-    def gain(self, mean, cov, by_pose, by_point, slots, *rest):
+    def whiten(self, cov, by_pose, by_point, slots, *rest):
         for i, slot in enumerate(slots):
             row = by_pose[i] @ self.moved[:3]
             if slot >= 0:
                 row = row + by_point[i] @ self.moved[slot : slot + 2]
             self.blocks.append(row)
-        return self.originals[1](mean, cov, by_pose, by_point, slots, *rest)
+        return self.originals[1](cov, by_pose, by_point, slots, *rest)
 
     def append(self, cov, n, by_pose, by_value, noises):
         for block in by_pose:

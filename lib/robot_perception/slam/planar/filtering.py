@@ -92,13 +92,14 @@ def update(
     r"""Return the belief after a scan of known landmarks and anchors, and what the scan showed.
 
     .. math::
-        B = P H^\top, \quad S = H B + R, \quad K = B S^{-1}, \qquad
-        P^+ = P - \big(B - \tfrac12 K S\big) K^\top - K \big(B - \tfrac12 K S\big)^\top
+        B = P H^\top, \quad S = H B + R = L L^\top, \quad W = L^{-1} B^\top, \qquad
+        \hat x^+ = \hat x + W^\top L^{-1} \tilde z, \quad P^+ = P - W^\top W
 
     Each row of H touches three entries of the pose and at most two of a landmark, so B costs
-    O(n m). Multiplied out, the Joseph form (9) is :math:`P - K B^\top - B K^\top + K S K^\top` for
-    *every* K, and that is the symmetric update of rank 2m above: a wrong K costs accuracy,
-    to second order, but never makes the covariance too small. One triangle is computed and
+    O(n m), and what remains is one symmetric update of rank m. With the best gain
+    :math:`K = B S^{-1}` that is the Joseph form (9). A landmark that is *considered* has zeros for
+    its rows of K; multiplied out, the Joseph form is then the same but for the covariance of the
+    considered states among themselves, which stays as it was. One triangle is computed and
     mirrored, so the result is exactly symmetric.
 
     Parameters
