@@ -22,7 +22,7 @@ from data_synth.laser import Scanner, Scans, scan, scan_moving
 from data_synth.office import Office, drive, make_office
 from robot_perception.datasets import LaserLog, read_graph_log
 from robot_perception.evaluation.consistency import normalised_squared
-from robot_perception.geometry import transform
+from robot_perception.geometry import act, compose, inverse, rotation
 from robot_perception.teaching.claims import Accepted, Claim, Finding, Interval, Size
 from robot_perception.teaching.exercises import Exercise, Sheet
 from robot_perception.teaching.recordings import Recording
@@ -162,7 +162,7 @@ def office_run(seed: int = 1) -> Result:
 
 def _world_points(ranges: np.ndarray, angles: np.ndarray, poses: np.ndarray) -> np.ndarray:
     valid = np.isfinite(ranges)
-    points = transform(poses, to_points(np.where(valid, ranges, 0.0), angles))
+    points = act(poses, to_points(np.where(valid, ranges, 0.0), angles))
     return points[valid]
 
 
@@ -170,7 +170,7 @@ def _reached(office: Office, poses: np.ndarray, scans: Scans, scanner: Scanner) 
     """Samples of the faces with at least ten beams on the face within 10 cm."""
     true = np.where(np.isfinite(scans.ranges), scans.true_ranges, np.inf)
     valid = np.isfinite(true)
-    hits = transform(poses, to_points(np.where(valid, true, 0.0), scanner.angles))[valid]
+    hits = act(poses, to_points(np.where(valid, true, 0.0), scanner.angles))[valid]
     face = scans.faces[valid]
     samples, owner = sample_faces(office.faces)
     seen = np.zeros(len(samples), dtype=bool)
@@ -234,7 +234,7 @@ def one_scan(tolerance: float = 0.08, sigma: float = 0.015, *, pose: int = 72) -
     points = to_points(ranges[valid], scanner.angles[valid])
     noise = RangeNoise(float(np.hypot(max(sigma, 1e-3), 0.01 / np.sqrt(12))))
     segments, _ = extract_segments(ranges, scanner.angles, Extraction(noise, tolerance))
-    truth = _in_robot_frame(office.faces, where[0])
+    truth = act(inverse(where[0]), office.faces)
     kept = simplify(points, tolerance)
     return OneScan(scanner.angles, ranges, points, truth, kept, segments)
 
@@ -243,11 +243,6 @@ def one_scan(tolerance: float = 0.08, sigma: float = 0.015, *, pose: int = 72) -
 def _place(pose: int) -> tuple[Office, np.ndarray]:
     office = make_office(rng=np.random.default_rng(1))
     return office, drive(office)[pose, None]
-
-
-def _in_robot_frame(faces: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    return (faces - pose[:2]) @ np.array([[cos, -sin], [sin, cos]])
 
 
 TOLERANCES, SIGMAS = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8), (0.0, 0.005, 0.015, 0.03, 0.06)
@@ -589,7 +584,7 @@ def scan_simplicity(rng: np.random.Generator, scans: int) -> dict[str, tuple[int
         here = _world_points(still[None], scanner.angles, pose[None])
         crossing["still"] += not is_simple(here)
         crossing["slow"] += not is_simple(moving_chain(office, pose, scanner, rng))
-        after = pose + 0.3 * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
+        after = compose(pose, np.array([0.3, 0.0, 0.0]))
         again = scan(office.faces, after[None], scanner, rng=rng).ranges[0]
         there = _world_points(again[None], scanner.angles, after[None])
         crossing["joined"] += not is_simple(np.concatenate([here, there]))
@@ -603,9 +598,9 @@ def moving_chain(
     speed, duration = 0.3, 3.0
     ranges = scan_moving(office.faces, pose, (speed, 0.0), duration, scanner, rng=rng).ranges[0]
     time_ = np.linspace(0.0, duration, scanner.beams)
-    way = np.stack([np.cos(pose[2]) * time_, np.sin(pose[2]) * time_], axis=-1) * speed
+    way = speed * time_[:, None] * rotation(pose[2])[:, 0]
     valid = np.isfinite(ranges)
-    points = transform(pose, to_points(np.where(valid, ranges, 0.0), scanner.angles)) + way
+    points = act(pose, to_points(np.where(valid, ranges, 0.0), scanner.angles)) + way
     return points[valid]
 
 

@@ -19,7 +19,8 @@ def wrapped(angle):  # pragma: no cover - compiled
     """Return the angle in [-π, π); one already there is returned as it is, to the last bit."""
     if -np.pi <= angle < np.pi:
         return angle
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+    turned = (angle + np.pi) % (2 * np.pi) - np.pi
+    return turned if turned < np.pi else -np.pi  # just below -π rounding gives π
 
 
 @njit(cache=True)
