@@ -162,8 +162,8 @@ def test_what_a_run_saw_is_the_worlds_glimpse_with_its_covariance():
     streams = RNG(5).spawn(4)
     seen = glimpse(places, poses, sigma=0.06, reach=6.0, rng=streams[0])
     for sighting, (ids, at) in zip(sightings, seen, strict=True):
-        np.testing.assert_array_equal(sighting.truths, ids)
-        np.testing.assert_array_equal(sighting.points, at)
+        np.testing.assert_array_equal(sighting.ids, ids)
+        np.testing.assert_array_equal(sighting.values, at)
         np.testing.assert_allclose(
             sighting.covs, np.broadcast_to(0.06**2 * np.eye(2), (len(ids), 2, 2))
         )

@@ -185,8 +185,8 @@ def _one_seed(
     for case in cases:
         history = filter_case(config, case, building.landmarks, poses, sightings, chance)
         rows.append(account(history, poses, sightings, building.landmarks))
-    found = sum(len(s.truths) for s in sightings)
-    return rows, (found, sum(int((s.truths < 0).sum()) for s in sightings))
+    found = sum(len(s) for s in sightings)
+    return rows, (found, sum(int((s.ids < 0).sum()) for s in sightings))
 
 
 # What the chapter shows --------------------------------------------------------------------------
