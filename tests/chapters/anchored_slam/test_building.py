@@ -15,6 +15,7 @@ from robot_perception.chapters.anchored_slam.figures import building as draw
 from robot_perception.chapters.anchored_slam.loops import Case
 from robot_perception.chapters.anchored_slam.posts import LINEAR, TURNED
 from robot_perception.evaluation.consistency import average_bounds
+from robot_perception.observations import Observations
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
 
@@ -69,8 +70,8 @@ def test_closing_the_loop_with_known_names_makes_the_error_small(study):
 
 def test_the_anchor_is_the_nearest_of_the_first_landmarks():
     sightings = [
-        loops.Sighting(np.array([], int), np.empty((0, 2)), np.empty((0, 2, 2))),
-        loops.Sighting(
+        Observations(np.array([], int), np.empty((0, 2)), np.empty((0, 2, 2))),
+        Observations(
             np.array([-1, 7, 4]), np.array([[1.0, 0], [5, 0], [2, 1]]), np.zeros((3, 2, 2))
         ),
     ]
@@ -85,6 +86,8 @@ def test_wrong_associations_are_counted_against_who_a_landmark_was_at_first():
         np.r_[0, 0, 0, landmarks[3], landmarks[5], landmarks[3]], np.eye(9), np.array([0, 1, 2])
     )
     history = loops.History(
+        start=np.zeros(3),
+        times=np.full(3, np.nan),
         poses=np.zeros((3, 3)),
         pose_covs=np.broadcast_to(np.eye(3), (3, 3, 3)),
         nis=np.zeros(3),
@@ -100,7 +103,7 @@ def test_wrong_associations_are_counted_against_who_a_landmark_was_at_first():
         ).counts,
         kept={},
     )
-    seen = [loops.Sighting(n, np.zeros((2, 2)), np.zeros((2, 2, 2))) for n in names]
+    seen = [Observations(n, np.zeros((2, 2)), np.zeros((2, 2, 2))) for n in names]
     runs = loops.stack([loops.account(history, np.zeros((3, 3)), seen, landmarks)])
     assert runs.false.tolist() == [1]  # landmark 0 was the third, then the fifth is taken for it
     assert runs.twice.tolist() == [1]  # the third came into the map again, as 2
@@ -159,8 +162,8 @@ def test_what_a_run_saw_is_the_worlds_glimpse_with_its_covariance():
     streams = RNG(5).spawn(4)
     seen = glimpse(places, poses, sigma=0.06, reach=6.0, rng=streams[0])
     for sighting, (ids, at) in zip(sightings, seen, strict=True):
-        np.testing.assert_array_equal(sighting.truths, ids)
-        np.testing.assert_array_equal(sighting.points, at)
+        np.testing.assert_array_equal(sighting.ids, ids)
+        np.testing.assert_array_equal(sighting.values, at)
         np.testing.assert_allclose(
             sighting.covs, np.broadcast_to(0.06**2 * np.eye(2), (len(ids), 2, 2))
         )

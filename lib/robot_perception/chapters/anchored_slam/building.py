@@ -19,7 +19,6 @@ from robot_perception.chapters.anchored_slam.loops import (
     SLIPS,
     Case,
     Runs,
-    Sighting,
     account,
     draw_chance,
     filter_case,
@@ -38,7 +37,8 @@ from robot_perception.chapters.anchored_slam.posts import (
     STUDIES,
     run_posts,
 )
-from robot_perception.geometry import transform
+from robot_perception.geometry import act
+from robot_perception.observations import Observations
 from robot_perception.teaching.claims import Accepted, Claim, Condition, Finding, Interval, Size
 from robot_perception.teaching.exercises import Exercise
 from robot_perception.walls.corners import LandmarkRules, find_landmarks
@@ -156,17 +156,17 @@ def _world(plan: int, step: float, beyond: float, scanner: Scanner) -> tuple:
 
 def look(
     config: Config, building: Building, poses: np.ndarray, seen: object, *, rng: np.random.Generator
-) -> list[Sighting]:
+) -> list[Observations]:
     """Return the landmarks found in the scans of one run."""
     ranges = measure(seen, config.scanner, rng=rng).ranges
     sightings = []
     for pose, row in zip(poses, ranges, strict=True):
         found, _ = find_landmarks(row, config.scanner.angles, config.rules)
-        gaps = transform(pose, found.points)[:, None] - building.landmarks
+        gaps = act(pose, found.values)[:, None] - building.landmarks
         away = np.hypot(gaps[..., 0], gaps[..., 1])
         nearest = away.argmin(axis=1)
         truths = np.where(away.min(axis=1) < 0.2, nearest, -1)
-        sightings.append(Sighting(truths, found.points, found.covs))
+        sightings.append(found.named(truths))
     return sightings
 
 
@@ -185,8 +185,8 @@ def _one_seed(
     for case in cases:
         history = filter_case(config, case, building.landmarks, poses, sightings, chance)
         rows.append(account(history, poses, sightings, building.landmarks))
-    found = sum(len(s.truths) for s in sightings)
-    return rows, (found, sum(int((s.truths < 0).sum()) for s in sightings))
+    found = sum(len(s) for s in sightings)
+    return rows, (found, sum(int((s.ids < 0).sum()) for s in sightings))
 
 
 # What the chapter shows --------------------------------------------------------------------------
@@ -319,7 +319,7 @@ def two_maps(
         case = Case(name, noise)
         history = filter_case(config, case, building.landmarks, poses, sightings, chance)
         paths[name] = history.poses
-        readings[name] = transform(history.poses[::every], local)[valid]
+        readings[name] = act(history.poses[::every], local)[valid]
     anchor = building.landmarks[first_observed(sightings)]
     return Maps(building.faces, poses, readings, paths, anchor)
 

@@ -44,8 +44,8 @@ from robot_perception.slam.planar import (
     CartesianSensor,
     History,
     MapBelief,
+    Observations,
     Odometry,
-    Scan,
     Settings,
     Step,
     Truth,
@@ -341,7 +341,7 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     deviations = np.array([config.start_deviation] * 2 + [config.heading_deviation])
     believed = path[0] + deviations * rng.standard_normal(3)
     steps = tuple(
-        Step(Odometry(increment, np.diag(deviation**2)), Scan(*look))
+        Step(Odometry(increment, np.diag(deviation**2)), Observations(*look))
         for increment, deviation, look in zip(
             wheels.increments, wheels.deviations, looks[1:], strict=True
         )

@@ -22,14 +22,11 @@ from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import wrap_angle
 from robot_perception.slam.planar import (
     CartesianSensor,
-    Gated,
     History,
-    Joint,
-    Known,
     MapBelief,
+    Observations,
     Odometry,
     PositionFix,
-    Scan,
     Settings,
     Step,
     Truth,
@@ -106,23 +103,6 @@ class Case:
     noise: str = "large"
     association: Literal["gated", "joint", "known"] = "gated"
     start: Literal["exact", "uncertain"] = "exact"
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Sighting:
-    """What was found in one scan.
-
-    Parameters
-    ----------
-    truths : (m,)
-        Index of the true landmark within 20 cm, -1 for none.
-    points, covs : (m, 2), (m, 2, 2)
-        Places in the frame of the robot and their covariances, m and m².
-    """
-
-    truths: Int[np.ndarray, " m"]
-    points: Float[np.ndarray, "m 2"]
-    covs: Float[np.ndarray, "m 2 2"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -218,7 +198,7 @@ def filter_case(
     case: Case,
     landmarks: Float[np.ndarray, "n 2"],
     poses: Float[np.ndarray, "steps 3"],
-    sightings: Sequence[Sighting],
+    sightings: Sequence[Observations],
     chance: Chance,
     anchors: Sequence[int] | None = None,
     keep: Sequence[int] = (),
@@ -236,7 +216,7 @@ def filter_case(
     poses
         The true path.
     sightings
-        What was found in each scan.
+        What was found in each scan, and of which true landmark it is.
     chance
         The chance of this run.
     anchors
@@ -254,7 +234,7 @@ def filter_case(
     settings = Settings(
         CartesianSensor(np.eye(2)),
         anchors=known,
-        association={"gated": Gated(), "joint": Joint(), "known": Known()}[case.association],
+        association=case.association,
         linearisation=linearisation,
         revision_limit=variant.limit,
         retirement=variant.retirement,
@@ -264,7 +244,7 @@ def filter_case(
     wheels = chance.wheels[case.noise]
     steps = []
     for k, seen in enumerate(sightings):
-        names = seen.truths
+        names = seen.ids
         if case.association != "known":  # only the anchor is shown, once
             names = np.where((k == 0) & np.isin(names, list(known)), names, -1)
         motion, fixes = None, ()
@@ -273,19 +253,19 @@ def filter_case(
         if variant.external and k % outside.fix_every == 0:
             place = poses[k, :2] + chance.fixes[k]
             fixes = (PositionFix(place, outside.fix_sigma**2 * np.eye(2)),)
-        steps.append(Step(motion, Scan(names, seen.points, seen.covs), fixes))
+        steps.append(Step(motion, seen.named(names), fixes))
     return run_filter(start, steps, settings)
 
 
 def account(
-    history: History, poses: np.ndarray, sightings: Sequence[Sighting], landmarks: np.ndarray
+    history: History, poses: np.ndarray, sightings: Sequence[Observations], landmarks: np.ndarray
 ) -> tuple:
     """Compare a run with the truth; the order is that of the fields of :class:`Runs`."""
     errors = history.poses - poses
     errors[:, 2] = wrap_angle(errors[:, 2])
     owner, false = {}, 0
     for seen, used in zip(sightings, history.used, strict=True):
-        for truth, name in zip(seen.truths.tolist(), used.tolist(), strict=True):
+        for truth, name in zip(seen.ids.tolist(), used.tolist(), strict=True):
             if name >= 0 and truth >= 0:
                 false += owner.setdefault(name, truth) != truth
     places = dict(zip(history.belief.ids.tolist(), history.belief.landmarks, strict=True))
@@ -309,11 +289,11 @@ def stack(rows: Sequence[tuple]) -> Runs:
     return Runs(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def first_observed(sightings: Sequence[Sighting]) -> int:
+def first_observed(sightings: Sequence[Observations]) -> int:
     """Return the first landmark that was seen; of several at once, the nearest."""
-    seen = next(s for s in sightings if (s.truths >= 0).any())
-    away = np.where(seen.truths >= 0, np.hypot(seen.points[:, 0], seen.points[:, 1]), np.inf)
-    return int(seen.truths[away.argmin()])
+    seen = next(s for s in sightings if (s.ids >= 0).any())
+    away = np.where(seen.ids >= 0, np.hypot(*seen.values.T), np.inf)
+    return int(seen.ids[away.argmin()])
 
 
 def mean_of(samples: np.ndarray, unit: str = "m") -> Interval:

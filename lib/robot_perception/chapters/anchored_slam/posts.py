@@ -20,7 +20,6 @@ from robot_perception.chapters.anchored_slam.loops import (
     Case,
     Chance,
     Runs,
-    Sighting,
     account,
     draw_chance,
     filter_case,
@@ -31,6 +30,7 @@ from robot_perception.evaluation.consistency import (
     average_bounds,
 )
 from robot_perception.geometry import wrap_angle
+from robot_perception.observations import Observations
 from robot_perception.teaching.explore import choice, slider, timeline
 
 # Posts: linearisation alone ----------------------------------------------------------------------
@@ -104,14 +104,14 @@ def run_posts(
     return {name: stack([rows[i] for rows in done]) for i, name in enumerate(variants)}
 
 
-def observe(config: PostsConfig, *, rng: np.random.Generator) -> tuple[list[Sighting], Chance]:
+def observe(config: PostsConfig, *, rng: np.random.Generator) -> tuple[list[Observations], Chance]:
     """Return what one run round the posts saw, and its chance."""
     landmarks, poses = config.world
     looks, *streams = rng.spawn(4)
     sigma = config.noise * config.look_sigma
     seen = glimpse(landmarks, poses, sigma=sigma, reach=config.reach, rng=looks)
     cov = sigma**2 * np.eye(2)
-    sightings = [Sighting(ids, at, np.broadcast_to(cov, (len(ids), 2, 2))) for ids, at in seen]
+    sightings = [Observations(ids, at, np.tile(cov, (len(ids), 1, 1))) for ids, at in seen]
     return sightings, draw_chance(poses, {"own": config.slip}, config.fix_sigma, streams)
 
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
 from robot_perception.chapters.monobot.figures import AxesRow
-from robot_perception.geometry import transform
+from robot_perception.geometry import act
 from robot_perception.teaching.figures.style import (
     BLUE,
     COLOURS,
@@ -71,7 +71,7 @@ def moved_world(
         ends = np.broadcast_to(where[:, None, :2], points.shape)
         ax.plot(*_strokes(ends.reshape(-1, 2), points.reshape(-1, 2)), color=colour, lw=width)
     for where, points, colour in ((poses, landmarks, MUTED), (moved_poses, moved_landmarks, BLUE)):
-        outline = transform(where, np.tile(_ROBOT, (len(where), 1, 1)))
+        outline = act(where, np.tile(_ROBOT, (len(where), 1, 1)))
         outline = np.concatenate([outline, np.full((len(where), 1, 2), np.nan)], axis=1)
         ax.plot(*outline.reshape(-1, 2).T, color=colour, lw=1.6)
         ax.plot(*points.T, "o", color=colour, markersize=6)
