@@ -20,9 +20,9 @@ def main() -> None:
 
 
 def _extra(name: str) -> str:
-    """Return the extra that brings a package, the book's where none is named after it."""
+    """Return the extra that brings a package; the book's holds the others and what is in none."""
     found = (re.match(rf"{name}\W.*extra == .(\w+)", line) for line in requires("robot-perception"))
-    return next((match[1] for match in found if match), "book")
+    return min({match[1] for match in found if match} - {"book"}, default="book")
 
 
 if __name__ == "__main__":
