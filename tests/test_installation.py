@@ -17,8 +17,9 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = {
     "robot_perception.chapters": "book",
-    "robot_perception.cli": "book",
+    "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",
+    "robot_perception.cli": "data",
     "robot_perception.datasets": "data",
     "robot_perception.slam.observability.symbolic": "symbolic",
 }
