@@ -7,7 +7,7 @@ import nbformat
 import pytest
 
 from robot_perception.teaching import dependencies
-from robot_perception.teaching.dependencies import Dependencies, code
+from robot_perception.teaching.dependencies import ROOT, Dependencies, code
 
 HOUSE = {
     "house/__init__.py": "",
@@ -144,8 +144,7 @@ def test_bytecode_expires_nothing_and_a_page_without_code_has_no_key(house: Path
 
 
 def test_the_monobot_stands_on_no_walls_and_the_scorecard_on_every_chapter():
-    book = Path(__file__).parents[2] / "book"
-    found = Dependencies(book.parent)
+    book, found = ROOT / "book", Dependencies(ROOT)
     monobot = found.modules(code(book / "monobot.ipynb"))
     scorecard = found.modules(code(book / "scorecard.ipynb"))
     assert {"robot_perception.slam.monobot", "data_synth.monobot"} <= monobot & scorecard

@@ -18,6 +18,7 @@ from myst_nb.core.read import is_myst_markdown_notebook, read_myst_markdown_note
 
 from robot_perception.datasets import find, registry
 
+ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records are these
 PACKAGES = ("robot_perception", "data_synth")
 LEDGER = "claims.json"
 BY_NAME = frozenset({"importlib", "pkgutil"})

@@ -21,7 +21,7 @@ from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
 
-from robot_perception.teaching.dependencies import Dependencies
+from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
 STORED = "_static/explorers"
@@ -63,7 +63,7 @@ def _expire(
     app: Sphinx, env: BuildEnvironment, added: set[str], changed: set[str], removed: set[str]
 ) -> list[str]:
     """Drop the results that no longer follow from the code, and have their pages read again."""
-    before, dependencies = getattr(env, "page_keys", {}), Dependencies(Path(app.srcdir).parent)
+    before, dependencies = getattr(env, "page_keys", {}), Dependencies(ROOT)
     keys = {name: dependencies.key(Path(env.doc2path(name))) for name in env.found_docs}
     env.page_keys = {name: key for name, key in keys.items() if key is not None}
     kept = {_cache(app, name) for name in env.page_keys}
