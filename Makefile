@@ -48,7 +48,7 @@ test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, an
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
 
 lab: .venv/.lab ## open the notebooks in JupyterLab
-	$(BIN)/jupyter lab $(if $(filter 0,$(shell id -u)),--allow-root) book
+	$(BIN)/jupyter lab book $(if $(filter 0,$(shell id -u)),--allow-root)
 
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
