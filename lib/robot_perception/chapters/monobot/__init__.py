@@ -1,3 +1,3 @@
-"""Chapter "The unobservable monobot": Andrade-Cetto, "Perception Issues", section 2.2."""
+"""The unobservable monobot: Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2."""
 
-STUDIES = ("information",)
+STUDIES = ("information", "steady", "many")

@@ -14,12 +14,14 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.kalman import fisher_information
-from robot_perception.slam.monobot import MonobotRun, run_filter, sensor_matrix
+from robot_perception.slam.monobot import MonobotRun, Settled, run_filter, sensor_matrix, settled
 
 PAPER = "perception-issues"
 COUNTS = (1, 2, 5, 10, 20, 50)
 """Numbers of landmarks of Fig. 3; the caption says "various sizes", these are ours."""
 GOLDEN = (1 + 5**0.5) / 2
+DECIMALS = 12
+"""What is recorded of numbers near zero: further ones are rounding and differ by processor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +174,11 @@ def total_information(config: Config) -> Float[np.ndarray, "steps states states"
     """Return the total Fisher information of eq. (14) after each step, 1/m²."""
     innovation_covs = covariances(config).innovation_covs[0]
     return fisher_information(sensor_matrix(config.landmarks), innovation_covs)
+
+
+def limit(landmarks: int) -> Settled:
+    """Return where the filter of Fig. 3 settles, in closed form at P0 = V = W = 1 m²."""
+    return settled(landmarks, start_variance=1, motion_variance=1, look_variance=1)
 
 
 def _filtered(config: Config, commands: np.ndarray, looks: np.ndarray) -> MonobotRun:

@@ -210,6 +210,7 @@ def ellipses(
     *,
     deviations: float = 2.0,
     width: float = 1.4,
+    fill: float = 0.0,
 ) -> None:
     """Draw the ellipses of covariances as one path.
 
@@ -223,6 +224,8 @@ def ellipses(
         Colour and width of the line.
     deviations
         Reach of each ellipse in standard deviations.
+    fill
+        Opacity of the inside.
     """
     turn = np.linspace(0, 2 * np.pi, 25)
     circle = np.stack([np.cos(turn), np.sin(turn)])
@@ -231,3 +234,5 @@ def ellipses(
     rims = np.full((len(means), len(turn) + 1, 2), np.nan)
     rims[:, :-1] = np.asarray(means)[:, None] + (axes @ circle).mT
     ax.plot(*rims.reshape(-1, 2).T, color=colour, linewidth=width)
+    for rim in rims[:, :-1] if fill else ():
+        ax.fill(*rim.T, color=colour, alpha=fill, linewidth=0)
