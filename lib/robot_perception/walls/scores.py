@@ -33,6 +33,16 @@ class MapScore:
     offsets: Float[np.ndarray, " matched"]
     angles: Float[np.ndarray, " matched"]
 
+    @property
+    def rms_offset(self) -> float:
+        """Root mean square of the offsets, m."""
+        return float(np.sqrt(np.mean(self.offsets**2)))
+
+    @property
+    def rms_angle(self) -> float:
+        """Root mean square of the differences of direction, rad."""
+        return float(np.sqrt(np.mean(self.angles**2)))
+
 
 def score_map(
     walls: WallMap,

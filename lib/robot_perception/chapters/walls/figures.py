@@ -3,269 +3,206 @@
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float, Int
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    TEAL,
-    band,
-    label,
-)
+from robot_perception.chapters.walls.crossings import Crossing
+from robot_perception.chapters.walls.growth import Growth, Hulls
+from robot_perception.chapters.walls.office import GateStudy, Growing, SearchRange
+from robot_perception.chapters.walls.recordings import RecordedMap
+from robot_perception.chapters.walls.splitting import KeptByScale, OneScan, Step
+from robot_perception.teaching import figures as f
+from robot_perception.teaching.figures.maps import dots, lines, plan
 
 
-def lines(ax: Axes, ends: np.ndarray, colour: str, width: float = 2.0, **kwargs: object) -> None:
-    """Draw segments given by their ends (segments, 2, 2)."""
-    ax.add_collection(LineCollection(ends, colors=colour, linewidths=width, **kwargs))
-
-
-def dots(ax: Axes, points: np.ndarray, colour: str = BLUE, size: float = 1.3) -> None:
-    """Draw many points as one path: small as SVG, and the same in every renderer."""
-    pen = np.full((len(points), 3, 2), np.nan)
-    pen[:, 0] = points
-    pen[:, 1] = points + np.array([1e-3, 0.0])
-    (drawn,) = ax.plot(*pen.reshape(-1, 2).T, color=colour, linewidth=size)
-    drawn.set_solid_capstyle("round")
-    drawn.get_path().should_simplify = False
-
-
-def plan(ax: Axes, points: np.ndarray, *, margin: float = 0.4) -> Axes:
-    """Make axes a map in metres that holds all points, without distortion."""
-    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("x (m)")
-    ax.set_ylabel("y (m)")
-    return ax
-
-
-def raw_scan(ax: Axes, angles: np.ndarray, ranges: np.ndarray) -> Axes:
+def raw_scan(ax: Axes, look: OneScan) -> Axes:
     """Draw the readings of a scan as the scanner gives them: range against direction."""
-    ax.plot(np.rad2deg(angles), ranges, ".", color=BLUE, markersize=2.5)
-    ax.set_xlabel("direction of the beam (°)")
-    ax.set_ylabel("range (m)")
-    ax.set_xlim(-92, 92)
-    ax.set_xticks([-90, -45, 0, 45, 90])
-    ax.set_ylim(0, None)
+    ax.plot(np.rad2deg(look.angles), look.ranges, ".", color=f.BLUE, markersize=2.5)
+    ax.set(xlabel="direction of the beam (°)", ylabel="range (m)", ylim=(0, None))
+    ax.set(xlim=(-92, 92), xticks=[-90, -45, 0, 45, 90])
     return ax
 
 
-def scan_chain(
-    ax: Axes,
-    points: np.ndarray,
-    *,
-    kept: np.ndarray | None = None,
-    walls: np.ndarray | None = None,
-    truth: np.ndarray | None = None,
-) -> Axes:
-    """Draw the readings of one scan, the chain kept of them, its walls, and the true faces."""
-    if truth is not None:
-        lines(ax, truth, FAINT, 5.0, zorder=0)
-    dots(ax, points, BLUE, 1.8)
-    if kept is not None:
-        ax.plot(*points[kept].T, "-", color=ORANGE, linewidth=1.4)
-        ax.plot(*points[kept].T, "o", color=ORANGE, markersize=4.5)
-    if walls is not None:
-        lines(ax, walls, GREEN, 3.0)
-    ax.plot(0, 0, marker=(3, 0, -90), color=RED, markersize=9)
-    return plan(ax, np.vstack([points, [[0, 0]]]))
-
-
-def one_split(ax: Axes, chain: np.ndarray, step: object, *, done: np.ndarray | None = None) -> Axes:
-    """Draw one call of the recursion: chord, farthest vertex and its distance."""
-    i, j, f = step.i, step.j, step.f
-    inner = chain[i : j + 1]
-    for part, colour, width in ((chain, FAINT, 0.8), (inner, BLUE, 1.0)):
-        ax.plot(*part.T, "-", color=colour, linewidth=width)
-        dots(ax, part, colour, 2 * width)
-    if done is not None:
-        ax.plot(*chain[done].T, "o", color=ORANGE, markersize=5)
-    chord = chain[[i, j]]
-    ax.plot(*chord.T, "-", color=ORANGE, linewidth=1.8)
-    along = chord[1] - chord[0]
-    squared = along @ along
-    if f != i and squared > 0:
-        foot = chord[0] + along * ((chain[f] - chord[0]) @ along) / squared
-        colour = RED if step.split else GREEN
-        ax.plot(*np.stack([chain[f], foot]).T, "--", color=colour, linewidth=1.6)
-        ax.plot(*chain[f], "o", color=colour, markersize=7)
-    return plan(ax, chain)
-
-
-def stretched(ax: Axes) -> Axes:
-    """Let a map fill its axes: for zigzags, which are far longer than high."""
-    ax.set_aspect("auto")
+def scan_walls(ax: Axes, look: OneScan) -> Axes:
+    """Draw the readings of one scan in the plane and the walls that are found."""
+    _readings(ax, look)
+    lines(ax, look.segments.ends, f.GREEN, 3.0)
     return ax
 
 
-def recursion_state(
-    ax: Axes, chain: np.ndarray, calls: Sequence[object], *, stretch: bool = False
-) -> Axes:
-    """Draw the latest call of the recursion, what all calls kept, and what they have cost."""
-    last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
-    done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
-    one_split(ax, chain, last, done=done)
-    verdict = "split" if last.split else "near enough"
-    ax.set_title(f"farthest {last.d:.2f} m: {verdict}; {cost} distances so far")
-    return stretched(ax) if stretch else ax
+def scan_chain(ax: Axes, look: OneScan, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
+    """Draw the readings of one scan and the chain of the vertices kept of it."""
+    _readings(ax, look)
+    ax.plot(*look.points[kept].T, "o-", color=f.ORANGE, linewidth=1.4, markersize=4.5)
+    return ax
 
 
-def scan_state(ax: Axes, look: object) -> Axes:
+def scan_state(ax: Axes, look: OneScan) -> Axes:
     """Draw one scan with the chain kept of it and the true faces behind."""
-    scan_chain(ax, look.points, kept=look.kept, truth=look.truth)
+    lines(ax, look.truth, f.FAINT, 5.0, zorder=0)
+    scan_chain(ax, look, look.kept)
     ax.set_title(f"{len(look.kept)} vertices, {len(look.segments)} walls")
     return ax
 
 
-def map_state(ax: Axes, state: object, least: int, extent: np.ndarray) -> Axes:
-    """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
-    found = state.walls.seen_in(least)
-    wall_map(ax, state.points, found.ends, state.way)
-    plan(ax, extent, margin=0.6)
-    ax.set_title(f"{state.scans} scans, {len(found)} walls")
-    return ax
+def _readings(ax: Axes, look: OneScan) -> None:
+    dots(ax, look.points, f.BLUE, 1.8)
+    ax.plot(0, 0, marker=(3, 0, -90), color=f.RED, markersize=9)
+    plan(ax, np.vstack([look.points, [[0, 0]]]))
 
 
-def growth(ax: Axes, curves: dict[str, tuple[np.ndarray, np.ndarray, str]]) -> Axes:
-    """Draw steps against vertices on logarithmic axes, each curve labelled at its end."""
-    for name, (sizes, counts, colour) in curves.items():
-        ax.loglog(sizes, counts, "o-", color=colour, markersize=4.5)
-        label(ax, sizes[-1] * 1.25, counts[-1], name, colour)
-    ax.set_xlabel("vertices n")
-    ax.set_ylabel("elementary steps")
-    ax.set_xlim(right=max(s[-1] for s, _, _ in curves.values()) * 40)
-    return ax
-
-
-def guide(ax: Axes, sizes: np.ndarray, values: np.ndarray) -> Axes:
-    """Draw a theoretical curve as a thin dashed line."""
-    ax.loglog(sizes, values, "--", color=MUTED, linewidth=1.0)
-    return ax
-
-
-def two_hulls(ax: Axes, chain: np.ndarray, tag: int, hulls: Sequence[np.ndarray], f: int) -> Axes:
-    """Draw a chain with the hulls of its two halves, its chord and the vertex farthest from it."""
-    for hull, colour in zip(hulls, (PURPLE, TEAL), strict=True):
-        ring = np.append(hull, hull[0])
-        ax.fill(*chain[ring].T, color=colour, alpha=0.12, linewidth=0)
-        ax.plot(*chain[ring].T, "-", color=colour, linewidth=1.4)
-        ax.plot(*chain[hull].T, "o", color=colour, markersize=4)
-    ax.plot(*chain.T, ".-", color=BLUE, markersize=3, linewidth=0.9)
-    ax.plot(*chain[[0, -1]].T, "-", color=ORANGE, linewidth=1.8)
-    ax.plot(*chain[f], "o", color=RED, markersize=8)
-    ax.plot(*chain[tag], "s", color=INK, markersize=7)
+def one_split(ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step) -> Axes:
+    """Draw one call of the recursion: chord, farthest vertex and its distance."""
+    for part, colour, width in (
+        (chain, f.FAINT, 0.8),
+        (chain[step.i : step.j + 1], f.BLUE, 1.0),
+    ):
+        ax.plot(*part.T, "-", color=colour, linewidth=width)
+        dots(ax, part, colour, 2 * width)
+    chord = chain[[step.i, step.j]]
+    ax.plot(*chord.T, "-", color=f.ORANGE, linewidth=1.8)
+    along = chord[1] - chord[0]
+    if step.f != step.i and along.any():
+        arm = chain[step.f] - chord[0]
+        foot = chord[0] + along * (arm @ along) / (along @ along)
+        colour = f.RED if step.split else f.GREEN
+        ax.plot(*np.stack([chain[step.f], foot]).T, "--", color=colour, linewidth=1.6)
+        ax.plot(*chain[step.f], "o", color=colour, markersize=7)
     return plan(ax, chain)
 
 
-def crossing(ax: Axes, example: object, kept: np.ndarray) -> Axes:
-    """Draw a chain that crosses itself, its crossing edges, and the vertices kept of it."""
-    chain = example.chain
-    ax.plot(*chain.T, "-", color=BLUE, linewidth=1.0)
-    for edge in np.unique(example.edges):
-        ax.plot(*chain[edge : edge + 2].T, "-", color=RED, linewidth=2.6)
-    ax.plot(*chain[kept].T, "o", color=ORANGE, markersize=5)
-    lost = np.setdiff1d(example.plain, kept)
-    ax.plot(*chain[lost].T, "x", color=INK, markersize=9, markeredgewidth=2.2)
-    return plan(ax, chain)
+def recursion_state(
+    ax: Axes, chain: Float[np.ndarray, "n 2"], calls: Sequence[Step], *, stretch: bool = False
+) -> Axes:
+    """Draw the latest call of the recursion, what all calls kept, and what they have cost.
+
+    A zigzag, which is far longer than high, is stretched to fill its axes.
+    """
+    last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
+    done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
+    ax.plot(*chain[done].T, "o", color=f.ORANGE, markersize=5)
+    one_split(ax, chain, last).set_aspect("auto" if stretch else "equal")
+    verdict = "split" if last.split else "near enough"
+    ax.set_title(f"farthest {last.d:.2f} m: {verdict}; {cost} distances so far")
+    return ax
 
 
-def kept_by_scale(ax: Axes, counts: dict[str, np.ndarray]) -> Axes:
+def kept_by_scale(ax: Axes, counts: KeptByScale) -> Axes:
     """Draw the vertices kept of one scan against its scale, by the right and the printed rule."""
-    scale = counts["scale"]
-    ax.semilogx(scale, counts["distance"], "o-", color=BLUE)
-    ax.semilogx(scale, counts["printed"], "s-", color=RED)
-    label(ax, scale[1], counts["printed"][0] + 14, "as printed", RED, ha="left")
-    label(ax, scale[-2] * 0.8, counts["distance"][-2], "as a distance", BLUE, ha="right")
+    scales = counts.scales
+    ax.semilogx(scales, counts.distance, "o-", color=f.BLUE)
+    ax.semilogx(scales, counts.printed, "s-", color=f.RED)
+    f.label(ax, scales[1], counts.printed[0] + 14, "as printed", f.RED, ha="left")
+    f.label(ax, scales[-2] * 0.8, counts.distance[-2], "as a distance", f.BLUE, ha="right")
     ax.set_xticks([0.1, 1, 10], ["0.1", "1", "10"])
     ax.minorticks_off()
-    ax.set_xlabel("enlargement of the scan")
-    ax.set_ylabel("vertices kept")
-    ax.set_ylim(0, None)
+    ax.set(xlabel="enlargement of the scan", ylabel="vertices kept", ylim=(0, None))
     return ax
 
 
-def search_range(ax: Axes, found: object, *, reach: float = 0.35) -> Axes:
+def costs(ax: Axes, plain: Growth, hulls: Growth) -> Axes:
+    """Draw steps against vertices on logarithmic axes; dashed: proportional to the vertices."""
+    ax.loglog(plain.sizes, plain.sizes * 10.0, "--", color=f.MUTED, linewidth=1.0)
+    for found, name, colour in ((plain, "every vertex", f.RED), (hulls, "path hulls", f.PURPLE)):
+        ax.loglog(found.sizes, found.costs, "o-", color=colour, markersize=4.5)
+        f.label(ax, found.sizes[-1] * 1.25, found.costs[-1], name, colour)
+    ax.set(xlabel="vertices n", ylabel="elementary steps")
+    ax.set_xlim(right=max(plain.sizes[-1], hulls.sizes[-1]) * 40)
+    return ax
+
+
+def two_hulls(ax: Axes, found: Hulls) -> Axes:
+    """Draw a chain with the hulls of its two halves, its chord and the vertex farthest from it."""
+    chain = found.chain
+    for hull, colour in zip(found.corners, (f.PURPLE, f.TEAL), strict=True):
+        ring = chain[np.append(hull, hull[0])]
+        ax.fill(*ring.T, color=colour, alpha=0.12, linewidth=0)
+        ax.plot(*ring.T, "o-", color=colour, linewidth=1.4, markersize=4)
+    ax.plot(*chain.T, ".-", color=f.BLUE, markersize=3, linewidth=0.9)
+    ax.plot(*chain[[0, -1]].T, "-", color=f.ORANGE, linewidth=1.8)
+    ax.plot(*chain[found.farthest], "o", color=f.RED, markersize=8)
+    ax.plot(*chain[found.tag], "s", color=f.INK, markersize=7)
+    return plan(ax, chain)
+
+
+def crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axes:
+    """Draw a chain that crosses itself, its crossing edges, and the vertices kept of it."""
+    chain, lost = example.chain, np.setdiff1d(example.plain, kept)
+    ax.plot(*chain.T, "-", color=f.BLUE, linewidth=1.0)
+    for edge in np.unique(example.edges):
+        ax.plot(*chain[edge : edge + 2].T, "-", color=f.RED, linewidth=2.6)
+    ax.plot(*chain[kept].T, "o", color=f.ORANGE, markersize=5)
+    ax.plot(*chain[lost].T, "x", color=f.INK, markersize=9, markeredgewidth=2.2)
+    return plan(ax, chain)
+
+
+def search_range(ax: Axes, found: SearchRange) -> Axes:
     """Draw a wall hypothesis with the band in which another look at the same wall may lie.
 
     The scale across the wall is enlarged.
     """
-    centred = found.points - found.middle
-    along, across = centred @ found.direction, (centred @ found.normal) * 100
-    band(ax, found.along, -100 * found.half_width, 100 * found.half_width, GREEN)
-    ax.axhline(0, color=GREEN, linewidth=1.8)
-    ax.plot(along, across, ".", color=BLUE, markersize=5)
-    ax.set_xlim(found.along[0], found.along[-1])
-    ax.set_ylim(-100 * reach, 100 * reach)
-    ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel("across the wall (cm)")
-    far, near = 100 * found.half_width[0], 100 * found.half_width.min()
-    ax.set_title(f"99 % band: ±{far:.1f} cm at 3 m, ±{near:.1f} cm at best")
+    along, half = found.along, 100 * found.half_width
+    f.band(ax, along, -half, half, f.GREEN)
+    ax.axhline(0, color=f.GREEN, linewidth=1.8)
+    ax.plot(*(found.readings * [1, 100]).T, ".", color=f.BLUE, markersize=5)
+    ax.set(xlim=along[[0, -1]], xlabel="along the wall (m)")
+    ax.set(ylim=(-40, 40), ylabel="across the wall (cm)")
+    ax.set_title(f"99 % band: ±{half[0]:.1f} cm at 3 m, ±{half.min():.1f} cm at best")
     return ax
 
 
-def gate_study(left: Axes, right: Axes, study: object) -> tuple[Axes, Axes]:
+def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
+    """Draw the distribution of normalised squared errors beside χ² with two degrees of freedom."""
+    ax.hist(values, np.linspace(0, 12, 37), density=True, color=f.GREEN, alpha=0.35)
+    x = np.linspace(0, 12, 200)
+    ax.plot(x, np.exp(-x / 2) / 2, color=f.INK, linewidth=1.4)
+    f.label(ax, 3.2, 0.16, "χ², two degrees", f.INK)
+    f.label(ax, 3.2, 0.26, "fitted lines", f.GREEN)
+    ax.set(xlabel="normalised squared error", ylabel="density", xlim=(0, 12))
+    return ax
+
+
+def gate_study(left: Axes, right: Axes, study: GateStudy) -> tuple[Axes, Axes]:
     """Draw walls, precision and missed length of maps against the roughness of their gate."""
     place = np.arange(len(study.roughness))
-    left.plot(place, study.walls, "o-", color=PURPLE)
-    left.set_ylabel("walls in the map")
-    left.set_ylim(0, None)
-    right.plot(place, 100 * study.precision, "o-", color=GREEN)
-    right.plot(place, 100 * study.missed, "s-", color=RED)
-    label(right, 0.1, 84, "precision", GREEN, ha="left")
-    label(right, 0.1, 22, "length missed", RED, ha="left")
-    right.set_ylabel("share of length (%)")
-    right.set_ylim(0, 104)
+    left.plot(place, study.walls, "o-", color=f.PURPLE)
+    left.set(ylabel="walls in the map", ylim=(0, None))
+    right.plot(place, 100 * study.precision, "o-", color=f.GREEN)
+    right.plot(place, 100 * study.missed, "s-", color=f.RED)
+    f.label(right, 0.1, 84, "precision", f.GREEN, ha="left")
+    f.label(right, 0.1, 22, "length missed", f.RED, ha="left")
+    right.set(ylabel="share of length (%)", ylim=(0, 104))
     for ax in (left, right):
         ax.set_xticks(place, [f"{100 * r:g}" for r in study.roughness])
         ax.set_xlabel("roughness of the gate (cm)")
     return left, right
 
 
-def chi_square(ax: Axes, values: np.ndarray) -> Axes:
-    """Draw the distribution of normalised squared errors beside χ² with two degrees of freedom."""
-    edges = np.linspace(0, 12, 37)
-    ax.hist(values, edges, density=True, color=GREEN, alpha=0.35)
-    x = np.linspace(0, 12, 200)
-    ax.plot(x, np.exp(-x / 2) / 2, color=INK, linewidth=1.4)
-    label(ax, 3.2, 0.16, "χ², two degrees", INK)
-    label(ax, 3.2, 0.26, "fitted lines", GREEN)
-    ax.set_xlabel("normalised squared error")
-    ax.set_ylabel("density")
-    ax.set_xlim(0, 12)
-    return ax
+def map_state(ax: Axes, state: Growing, least: int, extent: Float[np.ndarray, "n 2"]) -> Axes:
+    """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
+    found = state.found.seen_in(least)
+    _wall_map(ax, state.points, found.ends, state.way)
+    ax.set_title(f"{state.scans} scans, {len(found)} walls")
+    return plan(ax, extent, margin=0.6)
 
 
-def wall_map(
-    ax: Axes,
-    points: np.ndarray,
-    walls: np.ndarray,
-    way: np.ndarray,
-    *,
-    truth: np.ndarray | None = None,
-) -> Axes:
-    """Draw a map in the colours of the paper's Fig. 1b: readings blue, walls green, way red."""
+def recorded_map(ax: Axes, found: RecordedMap) -> Axes:
+    """Draw the map of a recording in the colours of the paper's Fig. 1b."""
+    _wall_map(ax, found.points, found.ends, found.way)
+    return plan(ax, found.points, margin=0.6)
+
+
+def _wall_map(ax: Axes, points: np.ndarray, ends: np.ndarray, way: np.ndarray) -> None:
+    """Draw readings blue, walls green and the way red, as in the paper's Fig. 1b."""
     dots(ax, points)
-    if truth is not None:
-        lines(ax, truth, INK, 0.7)
-    lines(ax, walls, GREEN, 1.6)
-    ax.plot(*way.T, "-", color=RED, linewidth=1.0)
-    return plan(ax, points, margin=0.6)
+    lines(ax, ends, f.GREEN, 1.6)
+    ax.plot(*way.T, "-", color=f.RED, linewidth=1.0)
 
 
-def directions(ax: Axes, centres: np.ndarray, share: np.ndarray, colour: str = GREEN) -> Axes:
+def directions(ax: Axes, found: RecordedMap) -> Axes:
     """Draw the share of wall length by direction, modulo a right angle."""
-    ax.bar(centres, 100 * share, width=4.4, color=colour, alpha=0.8)
-    ax.axhline(100 / len(centres), color=MUTED, linewidth=1.2, linestyle="--")
-    ax.set_xlabel("direction of the wall modulo 90° (°)")
-    ax.set_ylabel("share of length (%)")
-    ax.set_xlim(0, 90)
-    ax.set_xticks([0, 15, 30, 45, 60, 75, 90])
+    ax.bar(found.directions, 100 * found.direction_share, width=4.4, color=f.GREEN, alpha=0.8)
+    ax.axhline(100 / len(found.directions), color=f.MUTED, linewidth=1.2, linestyle="--")
+    ax.set(xlabel="direction of the wall modulo 90° (°)", ylabel="share of length (%)")
+    ax.set(xlim=(0, 90), xticks=[0, 15, 30, 45, 60, 75, 90])
     return ax

@@ -1,0 +1,125 @@
+"""Chains that cross themselves: what path hulls do then, and whether scans ever are such chains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from data_synth.laser import Scanner, scan_moving
+from data_synth.office import Office, drive, make_office
+from robot_perception import walls
+from robot_perception.chapters.walls.growth import simple_chain
+from robot_perception.chapters.walls.splitting import to_chain
+from robot_perception.evaluation.intervals import exact, proportion
+from robot_perception.evaluation.sweep import sweep
+from robot_perception.geometry import transform
+from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.verdicts import Accepted
+
+
+def crossing_chain(rng: np.random.Generator, n: int = 60) -> Float[np.ndarray, "n 2"]:
+    """Return a random closed curve that crosses itself, as a robot's path does, with noise."""
+    t = np.linspace(0.0, 1.9 * np.pi, n)
+    a, b = rng.integers(1, 4), rng.integers(2, 5)
+    curve = np.stack([np.sin(a * t + rng.uniform(0, 3)), np.sin(b * t)], axis=-1)
+    return 4 * curve + rng.normal(0, 0.05, (n, 2))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Crossing:
+    """A chain that crosses itself: vertices by both algorithms, and the edges that cross."""
+
+    chain: Float[np.ndarray, "n 2"]
+    plain: Int[np.ndarray, " kept"]
+    hulls: Int[np.ndarray, " found"]
+    edges: Int[np.ndarray, "crossings 2"]
+
+    @property
+    def differ(self) -> bool:
+        """Whether unchecked path hulls keep other vertices than the plain algorithm."""
+        return not np.array_equal(self.hulls, self.plain)
+
+
+def simplified(chain: Float[np.ndarray, "n 2"], tolerance: float = 0.3) -> Crossing:
+    """Simplify a chain by both algorithms, path hulls unchecked, and find where it crosses."""
+    hulls = walls.simplify_path_hull(chain, tolerance, assume_simple=True)
+    return Crossing(chain, walls.simplify(chain, tolerance), hulls, walls.find_crossings(chain))
+
+
+def crossing_example() -> Crossing:
+    """Return the first random chain with few crossings on which unchecked path hulls go wrong."""
+    tried = (simplified(crossing_chain(child)) for child in np.random.default_rng(5).spawn(1000))
+    return next(found for found in tried if len(found.edges) <= 4 and found.differ)
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """How many of some scans cross themselves: at rest, swept on the move, two joined."""
+
+    scans: int
+    still: int
+    slow: int
+    joined: int
+
+
+def scan_simplicity(rng: np.random.Generator, scans: int) -> Rates:
+    """Count the scans of an office whose chain, in the frame of the world, crosses itself."""
+    office = make_office(rng=rng)
+    poses = drive(office)
+    crossing = np.zeros(3, dtype=int)
+    for pose in poses[rng.choice(len(poses) - 8, scans, replace=False)]:
+        after = np.r_[transform(pose, np.array([[0.3, 0.0]]))[0], pose[2]]
+        takes = ((pose, 0.0), (pose, 0.3), (after, 0.0))
+        still, slow, again = (_chain(office, place, speed, rng) for place, speed in takes)
+        joined = np.concatenate([still, again])
+        crossing += [not walls.is_simple(chain) for chain in (still, slow, joined)]
+    return Rates(scans, *crossing.tolist())
+
+
+def _chain(office: Office, pose: np.ndarray, speed: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a scan of 3 s in the world, its readings placed where the robot was at each beam."""
+    scanner, duration = Scanner(), 3.0
+    ranges = scan_moving(office.faces, pose, (speed, 0.0), duration, scanner, rng=rng).ranges[0]
+    points = to_chain(ranges, scanner)
+    points[:, 0] += speed * np.linspace(0.0, duration, scanner.beams)[np.isfinite(ranges)]
+    return transform(pose, points)
+
+
+def _tried(_: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
+    """Whether a curve crosses itself, path hulls err on it, and the check cries at a simple one."""
+    found = simplified(crossing_chain(rng))
+    return len(found.edges) > 0, found.differ, not walls.is_simple(simple_chain(rng))
+
+
+@claim(
+    "dp-simple-chain",
+    paper="perception-issues",
+    place="§2.1",
+    basis="mathematics",  # a counterexample decides, and vertices are compared exactly
+    statement="The chain is assumed to be simple.",
+    method="share of self-crossing curves on which unchecked path hulls keep other vertices "
+    "than the plain algorithm",
+    accepted=Accepted(
+        0.01,
+        1.0,
+        "the assumption is needed if path hulls err on some chains that break it",
+        "our choice",
+    ),
+)
+def dp_simple_chain(size: Size, rng: np.random.Generator) -> Finding:
+    """Run path hulls unchecked on chains with and without crossings, and the check on both."""
+    trials, scans = (400, 60) if size is Size.QUICK else (5000, 300)
+    crossing, wrong, alarm = np.array(sweep(_tried, range(trials), rng=rng, desc="curves")).T
+    rates = scan_simplicity(rng.spawn(1)[0], scans)
+    crossed = int(crossing.sum())
+    evidence = {
+        "wrong vertices on chains that pass the check": exact(
+            (wrong & ~crossing).sum(), about=f"of {trials - crossed} curves without a crossing"
+        ),
+        "false alarms": exact(alarm.sum(), about=f"of {trials} simple chains"),
+        "single scans that cross themselves": proportion(rates.still, scans),
+        "scans of 3 s on the move that cross themselves": proportion(rates.slow, scans),
+        "two scans in one chain that cross themselves": proportion(rates.joined, scans),
+    }
+    value = proportion(int((wrong & crossing).sum()), crossed)
+    return Finding(value, evidence, note="Share of crossing chains on which path hulls err.")

@@ -1,0 +1,199 @@
+"""One scan, split at its farthest vertex again and again: Tables 1 and 2 of the paper."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from data_synth.laser import Scanner, scan
+from data_synth.office import Office, drive, make_office
+from robot_perception import walls
+from robot_perception.evaluation.intervals import exact, spread
+from robot_perception.evaluation.sweep import sweep
+from robot_perception.geometry import transform
+from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.verdicts import Accepted
+
+TOLERANCES = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8)
+"""Tolerances ε of the explorer, m."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OneScan:
+    """One scan in its own frame, m and rad; ``kept`` are the vertices kept of the whole chain."""
+
+    angles: Float[np.ndarray, " beams"]
+    ranges: Float[np.ndarray, " beams"]
+    points: Float[np.ndarray, "readings 2"]
+    truth: Float[np.ndarray, "faces 2 2"]
+    kept: Int[np.ndarray, " kept"]
+    segments: walls.Segments
+
+
+def one_scan(tolerance: float = 0.08, sigma: float = 0.015) -> OneScan:
+    """Take one scan of the chapter's office and extract its walls; tolerance ε and noise σ in m."""
+    office, pose = _place()
+    scanner = Scanner(range_sigma=sigma)
+    ranges = scan(office.faces, pose[None], scanner, rng=np.random.default_rng(7)).ranges[0]
+    points = to_chain(ranges, scanner)
+    noise = walls.RangeNoise(float(np.hypot(max(sigma, 1e-3), 0.01 / np.sqrt(12))))
+    extraction = walls.Extraction(noise, tolerance)
+    segments, _ = walls.extract_segments(ranges, scanner.angles, extraction)
+    truth = transform(np.array([0.0, 0.0, -pose[2]]), office.faces - pose[:2])
+    kept = walls.simplify(points, tolerance)
+    return OneScan(scanner.angles, ranges, points, truth, kept, segments)
+
+
+@cache
+def _place() -> tuple[Office, np.ndarray]:
+    office = make_office(rng=np.random.default_rng(1))
+    return office, drive(office)[72]
+
+
+def to_chain(ranges: Float[np.ndarray, " beams"], scanner: Scanner) -> Float[np.ndarray, "n 2"]:
+    """Return the readings of a scan that came back, as points in its frame, m."""
+    valid = np.isfinite(ranges)
+    return walls.to_points(ranges[valid], scanner.angles[valid])
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One call of the recursion of Table 1: sub-chain, farthest vertex, and whether it split."""
+
+    i: int
+    j: int
+    f: int
+    d: float
+    split: bool
+
+
+def recursion(chain: Float[np.ndarray, "n 2"], tolerance: float) -> list[Step]:
+    """Return the calls of Table 1 in the order in which they are made."""
+    steps, waiting = [], [(0, len(chain) - 1)]
+    while waiting:
+        i, j = waiting.pop()
+        f, d = walls.find_split(chain, i, j)
+        steps.append(Step(i, j, f, d, d > tolerance))
+        if d > tolerance:
+            waiting += [(f, j), (i, f)]
+    return steps
+
+
+def _split(
+    chain: np.ndarray, tolerance: float, measure: Callable[[np.ndarray, int, int], np.ndarray]
+) -> list[int]:
+    """Return the vertices kept if ``measure`` says how far those between two others are."""
+    kept, todo = {0, len(chain) - 1}, [(0, len(chain) - 1)]
+    while todo:
+        i, j = todo.pop()
+        far = measure(chain, i, j)
+        if far.max(initial=0.0) > tolerance:
+            f = i + 1 + int(far.argmax())
+            kept.add(f)
+            todo += [(i, f), (f, j)]
+    return sorted(kept)
+
+
+def reference_vertices(chain: Float[np.ndarray, "n 2"], tolerance: float) -> list[int]:
+    """Simplify by turning each sub-chain until its chord is level: no formula of the library's."""
+    return _split(chain, tolerance, _heights)
+
+
+def _heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+    z = chain[:, 0] + 1j * chain[:, 1]
+    level = (z[i + 1 : j] - z[i]) * np.exp(-1j * np.angle(z[j] - z[i]))
+    return np.abs(level.imag) if z[i] != z[j] else np.abs(level)
+
+
+@claim(
+    "dp-recursive",
+    paper="perception-issues",
+    place="§2.1, Tables 1 and 2",
+    basis="substitute",  # scans of our own office
+    statement="Splitting a chain at the vertex farthest from its chord, again and again, "
+    "extracts its straight parts.",
+    method="share of synthetic scans on which our vertices are those of a brute-force "
+    "simplification that shares no formula with ours",
+    accepted=Accepted(1.0, 1.0, "the vertices are defined without freedom, so all must agree"),
+)
+def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
+    """Simplify the scans of drives and compare the vertices with the brute-force ones."""
+    drives = 1 if size is Size.QUICK else 5
+    scans = np.concatenate(sweep(_compared, [0.08] * drives, rng=rng, desc="drives"))
+    agree, kept, readings = scans.T.astype(float)
+    evidence = {
+        "vertices kept of a scan": spread(kept),
+        "readings per vertex kept": exact(readings.sum() / kept.sum()),
+    }
+    return Finding(exact(agree.mean(), "", f"all {agree.size} scans of {drives} drives"), evidence)
+
+
+def _compared(tolerance: float, *, rng: np.random.Generator) -> np.ndarray:
+    """Return of each scan of a drive whether the vertices agree, how many, of how many readings."""
+    office, scanner = make_office(rng=rng), Scanner(resolution=0.0)
+    rows = []
+    for ranges in scan(office.faces, drive(office, step=0.5), scanner, rng=rng).ranges:
+        chain = to_chain(ranges, scanner)
+        kept = walls.simplify(chain, tolerance).tolist()
+        rows.append((kept == reference_vertices(chain, tolerance), len(kept), len(chain)))
+    return np.array(rows)
+
+
+def printed_measure(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> Float[np.ndarray, " inner"]:
+    r"""Return what Table 2 prints for the vertices between two: |det| / ‖v_i − v_j‖²."""
+    chord, arms = chain[j] - chain[i], chain[i + 1 : j] - chain[i]
+    squared = chord @ chord or np.inf  # no line through one point: nothing to split
+    return np.abs(chord[0] * arms[:, 1] - chord[1] * arms[:, 0]) / squared
+
+
+def simplify_as_printed(chain: Float[np.ndarray, "n 2"], epsilon: float) -> list[int]:
+    """Simplify with the measure that Table 2 prints. Wrong on purpose: see erratum-table2."""
+    return _split(chain, epsilon, printed_measure)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KeptByScale:
+    """How many vertices of an enlarged scan are kept, by a distance and by the printed measure."""
+
+    scales: Float[np.ndarray, " scales"]
+    distance: Int[np.ndarray, " scales"]
+    printed: Int[np.ndarray, " scales"]
+
+
+def kept_by_scale(epsilon: float = 0.08) -> KeptByScale:
+    """Count the vertices kept of one scan at several scales, by the right and the printed rule."""
+    scales = np.array([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+    chains = [one_scan().points * scale for scale in scales]
+    right = [len(walls.simplify(chain, epsilon)) for chain in chains]
+    printed = [len(simplify_as_printed(chain, epsilon)) for chain in chains]
+    return KeptByScale(scales, np.array(right), np.array(printed))
+
+
+@claim(
+    "erratum-table2",
+    paper="perception-issues",
+    place="Table 2",
+    basis="mathematics",  # the power is exact: the determinant grows as the square of the length
+    statement="|det| / length² is the squared distance from the line.",
+    method="power of the scale with which the printed measure grows when a chain is enlarged",
+    accepted=Accepted(2.0, 2.0, "a squared distance grows with the square of the scale"),
+)
+def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
+    """Find how the printed measure grows with the size of the chain."""
+    triples, scales = rng.normal(size=(1000, 3, 2)), np.array([1.0, 2.0, 4.0, 8.0])
+    measure = np.array([[printed_measure(s * t, 0, 2)[0] for t in triples] for s in scales])
+    slopes = np.polyfit(np.log(scales), np.log(measure), 1)[0]
+    distance = np.array([walls.find_split(t, 0, 2)[1] for t in triples])
+    squared, plain = (np.isclose(measure[0], d, rtol=0.01).mean() for d in (distance**2, distance))
+    kept = one_scan().points
+    evidence = {
+        "triples where it is the squared distance within 1 %": exact(squared),
+        "triples where it is the distance within 1 %": exact(plain),
+        "vertices of one scan, right rule": exact(len(walls.simplify(kept, 0.08))),
+        "vertices of one scan, printed rule": exact(len(simplify_as_printed(kept, 0.08))),
+    }
+    value = exact(np.round(slopes.mean(), 9) + 0.0, about="power of the chain's scale")
+    note = "A number without unit: the distance in units of the chord, so ε is a slope."
+    return Finding(value, evidence, note=note)
