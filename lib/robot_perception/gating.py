@@ -10,9 +10,16 @@ from typing import no_type_check
 import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from robot_perception.beliefs import check_covariance, check_finite
+
+
+def chi_squared_quantile(
+    level: float, dimension: int | np.integer | Int[np.ndarray, "..."]
+) -> float | Float[np.ndarray, "..."]:
+    r"""Return the quantile :math:`\chi^2_d(\ell)` for one or many degrees of freedom."""
+    return 2 * gammaincinv(np.asarray(dimension) / 2, level)
 
 
 @cache
@@ -37,7 +44,7 @@ def gate(level: float, dimension: int) -> float:
         raise ValueError(f"level must be between 0 and 1, got {level}")
     if dimension < 1:
         raise ValueError(f"dimension must be at least 1, got {dimension}")
-    return float(chi2.ppf(level, dimension))
+    return float(chi_squared_quantile(level, dimension))
 
 
 def nearest_neighbours(

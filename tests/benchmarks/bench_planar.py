@@ -13,8 +13,8 @@ from scipy.linalg.blas import dsyrk
 from robot_perception.slam.planar import (
     CartesianSensor,
     MapBelief,
+    Observations,
     Odometry,
-    Scan,
     Settings,
     Step,
     run_filter,
@@ -38,7 +38,7 @@ def world(landmarks: int) -> tuple[MapBelief, Step]:
     ids = rng.permutation(landmarks)[:SEEN]
     motion = Odometry(np.array([0.1, 0.0, 0.02]), Q)
     values = CART.look(motion.move(belief.pose), belief.landmarks[ids])[0]
-    return belief, Step(motion, Scan(ids, values + 0.05 * rng.standard_normal((SEEN, 2))))
+    return belief, Step(motion, Observations(ids, values + 0.05 * rng.standard_normal((SEEN, 2))))
 
 
 def matrices(belief: MapBelief, step: Step) -> tuple[np.ndarray, ...]:
@@ -48,8 +48,8 @@ def matrices(belief: MapBelief, step: Step) -> tuple[np.ndarray, ...]:
     _, G = step.motion.jacobians(belief.pose)
     noise = np.zeros_like(F)
     noise[:3, :3] = G @ Q @ G.T
-    slots = [belief.slot(name) for name in step.scan.ids]
-    places = belief.landmarks[step.scan.ids]
+    slots = [belief.slot(name) for name in step.observations.ids]
+    places = belief.landmarks[step.observations.ids]
     H = textbook.measurement_matrix(moved.mean, slots, places, CART)
     return F, noise, H, CART.look(moved.pose, places)[0].ravel(), moved.mean
 
@@ -66,7 +66,7 @@ class Filterpy:
         self.filter.F, self.filter.Q = self.F, noise
         self.filter.R = np.kron(np.eye(SEEN), R)
         self.filter.predict_x = self._move
-        self.values = step.scan.values.reshape(-1, 1)
+        self.values = step.observations.values.reshape(-1, 1)
 
     def _move(self, u: object = 0) -> None:
         self.filter.x = self.moved[:, None].copy()
@@ -101,7 +101,7 @@ class Toolbox:
         self.belief, self.step, self.turn = belief, step, 0
         F, _, H, expected, self.moved = matrices(belief, step)
         _, G = step.motion.jacobians(belief.pose)
-        ids, values = step.scan.ids.tolist(), step.scan.values
+        ids, values = step.observations.ids.tolist(), step.observations.values
         slots = [belief.slot(name) for name in ids]
         expected, H = expected.reshape(-1, 2), H.reshape(SEEN, 2, -1)
         by_point = [H[i, :, slot : slot + 2] for i, slot in enumerate(slots)]
@@ -190,7 +190,7 @@ def _row(landmarks: int, name: str, peer_of: type, ratio: float, steps: int) -> 
 
 def _floor(landmarks: int) -> Row:
     """Return our steps beside as many bare symmetric updates of rank 2 × 10 by BLAS."""
-    steps, (belief, step) = 20, world(landmarks)
+    steps, (belief, step) = 100, world(landmarks)
     cov = np.asfortranarray(belief.cov)
     strip = np.asfortranarray(1e-9 * np.random.default_rng(0).standard_normal((len(cov), 2 * SEEN)))
 
@@ -203,7 +203,7 @@ def _floor(landmarks: int) -> Row:
         ours=lambda: _ours(belief, step, steps),
         peer=floor,
         peer_name="rank-20 update of BLAS (the floor)",
-        ratio=0.25,
+        ratio=1 / 1.6,
     )
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
-from robot_perception.datasets.mrclam import Commands, Track
+from robot_perception.datasets.mrclam import Track
 from robot_perception.geometry import wrap_angle
 from tests.datasets.writing import write
 from tests.unchecked import unchecked
@@ -174,51 +174,12 @@ def test_track_of_one_pose_covers_its_own_time():
     np.testing.assert_allclose(poses[1], [1, 2, 3])
 
 
-# ---- commands held between samples ---------------------------------------------------------------
-
-
-@given(st.integers(0, 2**31))
-def test_held_commands_cover_the_time_and_change_where_the_log_does(seed):
-    """Oracle: the velocity that holds in the middle of each piece, and at every cut an edge."""
-    rng = np.random.default_rng(seed)
-    times = np.cumsum(rng.integers(0, 3, 30)) / 4  # some lines share a time
-    commands = Commands(times, rng.integers(0, 2, (30, 2)).astype(float))
-    cuts = np.unique(rng.uniform(times[0], times[-1], 6))
-    cuts = np.unique(np.append(cuts, times[[0, -1]]))
-    if len(cuts) < 2:
-        return
-    held = commands.hold(cuts)
-    assert (held.durations > 0).all()
-    for cut in range(1, len(cuts)):
-        span = held.durations[held.cuts == cut].sum()
-        assert span == pytest.approx(cuts[cut] - cuts[cut - 1])
-    edges = cuts[0] + np.cumsum(held.durations)
-    for middle, velocity in zip(edges - held.durations / 2, held.velocities, strict=True):
-        row = max(i for i, time in enumerate(times) if time <= middle)
-        np.testing.assert_array_equal(velocity, commands.velocities[row])
-    assert len(held.durations) <= len(cuts) + len(times)
-
-
-def test_equal_commands_are_joined_but_never_across_a_cut():
-    commands = Commands(np.arange(5.0), np.array([[1.0, 0], [1, 0], [1, 0], [2, 0], [2, 0]]))
-    held = commands.hold(np.array([0.0, 1.5, 4.0]))
-    np.testing.assert_array_equal(held.durations, [1.5, 1.5, 1.0])
-    np.testing.assert_array_equal(held.velocities[:, 0], [1, 1, 2])
-    np.testing.assert_array_equal(held.cuts, [1, 2, 2])
-
-
-COMMANDS = Commands(np.array([0.0, 1.0]), np.zeros((2, 2)))
 TRACK = Track(np.array([0.0, 1.0]), np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: COMMANDS.hold(np.array([0.5])), "two or more rising times"),
-        (lambda: COMMANDS.hold(np.array([0.5, 0.5])), "two or more rising times"),
-        (lambda: COMMANDS.hold(np.array([0.5, np.nan])), "two or more rising times"),
-        (lambda: COMMANDS.hold(np.array([-1.0, 0.5])), "logged from 0.000 to 1.000 s, not from -1"),
-        (lambda: COMMANDS.hold(np.array([0.0, 2.0])), "not from 0.000 to 2.000 s"),
         (lambda: TRACK.at(np.array([np.inf]), longest_gap=1.0), "times must be finite"),
         (lambda: TRACK.at(np.array([0.5]), longest_gap=0.0), "longest_gap must be positive, got 0"),
     ],

@@ -16,7 +16,7 @@ from robot_perception.evaluation.trajectories import (
     relative_error_over,
     relative_poses,
 )
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, wrap_angle
 from tests.unchecked import unchecked
 
 SEEDS = st.integers(0, 2**31)
@@ -31,7 +31,7 @@ def paths(seed, k=30, noise=0.3):
 
 def moved(motion, poses):
     """Move a whole path as a rigid body."""
-    return np.column_stack([transform(motion, poses[:, :2]), poses[:, 2] + motion[2]])
+    return np.column_stack([act(motion, poses[:, :2]), poses[:, 2] + motion[2]])
 
 
 def matrix(pose):

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from data_synth.building import drive, make_building
 from data_synth.laser import Scanner, cast, scan
-from robot_perception.geometry import transform
+from robot_perception.geometry import act
 from robot_perception.walls.corners import LandmarkRules, find_landmarks, fit_pole
 from robot_perception.walls.segments import Extraction, RangeNoise
 from tests.unchecked import unchecked
@@ -48,14 +48,12 @@ POLE = look([[5, -6], [5, 6]], circle([2.0, 0.4]))
     ids=["juts out", "recess", "pole"],
 )
 def test_exact_scans_give_exact_landmarks_with_the_spread_of_many_noisy_ones(ranges, place, kind):
-    exact, _ = find_landmarks(ranges, ANGLES, RULES)
-    assert exact.kinds.tolist() == [kind]
-    np.testing.assert_allclose(exact.points[0], place, atol=2e-4)
+    exact, report = find_landmarks(ranges, ANGLES, RULES)
+    assert report.kinds == (kind,)
+    np.testing.assert_allclose(exact.values[0], place, atol=2e-4)
     rng = np.random.default_rng(0)
-    noisy = [
-        find_landmarks(ranges + rng.normal(0, 0.01, 361), ANGLES, RULES)[0] for _ in range(400)
-    ]
-    found = np.concatenate([n.points[n.kinds == kind] for n in noisy])
+    noisy = [find_landmarks(ranges + rng.normal(0, 0.01, 361), ANGLES, RULES) for _ in range(400)]
+    found = np.concatenate([seen.values[np.isin(told.kinds, kind)] for seen, told in noisy])
     assert len(found) > 380  # noise splits a wall now and then
     error = found - place
     nees = (error * np.linalg.solve(exact.covs[0], error.T).T).sum(axis=1)
@@ -105,9 +103,9 @@ def test_a_board_as_wide_as_a_pole_is_no_pole():
 def test_thin_poles_of_any_place_and_size(bearing, radius):
     centre = 2.5 * np.array([np.cos(bearing), np.sin(bearing)])
     ranges = look([[5, -9], [5, 9]], circle(centre, radius))
-    landmarks, _ = find_landmarks(ranges, ANGLES, replace(RULES, pole_radius=radius))
-    assert landmarks.kinds.tolist() == ["pole"]
-    np.testing.assert_allclose(landmarks.points[0], centre, atol=1e-3)
+    landmarks, report = find_landmarks(ranges, ANGLES, replace(RULES, pole_radius=radius))
+    assert report.kinds == ("pole",)
+    np.testing.assert_allclose(landmarks.values[0], centre, atol=1e-3)
 
 
 @given(st.floats(-0.5, 0.5))
@@ -116,7 +114,7 @@ def test_turning_the_scanner_turns_the_landmarks(turn):
     R = np.array([[cos, -sin], [sin, cos]])
     turned, _ = find_landmarks(look(np.array([[3, -2], [2, 0.3], [4, 1.5]]) @ R.T), ANGLES, RULES)
     still, _ = find_landmarks(JUTS, ANGLES, RULES)
-    np.testing.assert_allclose(turned.points, still.points @ R.T, atol=1e-9)
+    np.testing.assert_allclose(turned.values, still.values @ R.T, atol=1e-9)
     # other beams meet the walls, so the spread is the same only nearly
     np.testing.assert_allclose(turned.covs[0], R @ still.covs[0] @ R.T, rtol=0.35, atol=3e-6)
 
@@ -144,13 +142,13 @@ def found(building):
     ranges = scan(building.faces, poses, scanner, rng=np.random.default_rng(0)).ranges
     rows = []
     for pose, row in zip(poses, ranges, strict=True):
-        landmarks, _ = find_landmarks(row, scanner.angles, LandmarkRules())
+        landmarks, report = find_landmarks(row, scanner.angles, LandmarkRules())
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
         for place, at, cov, kind in zip(
-            transform(pose, landmarks.points),
-            landmarks.points,
+            act(pose, landmarks.values),
+            landmarks.values,
             landmarks.covs,
-            landmarks.kinds,
+            report.kinds,
             strict=True,
         ):
             gaps = building.landmarks - place
@@ -188,8 +186,8 @@ def test_errors_in_the_building_are_as_large_as_stated(found):
 )
 def test_scans_without_landmarks_give_none(ranges):
     landmarks, report = find_landmarks(ranges, ANGLES, LandmarkRules())
-    assert len(landmarks) == report.corners + report.poles == 0
-    assert landmarks.points.shape == (0, 2)
+    assert len(landmarks) == len(report.kinds) == 0
+    assert landmarks.values.shape == (0, 2)
     assert landmarks.covs.shape == (0, 2, 2)
     assert report.readings.readings == 361
 
@@ -204,7 +202,7 @@ def test_empty_scan_and_unfit_shapes():
 def test_any_scan_gives_finite_landmarks_with_proper_covariances(values):
     ranges = np.array(values)
     landmarks, _ = find_landmarks(ranges, np.linspace(-1.5, 1.5, ranges.size), LandmarkRules())
-    assert np.isfinite(landmarks.points).all()
+    assert np.isfinite(landmarks.values).all()
     assert (np.linalg.eigvalsh(landmarks.covs) > 0).all()
 
 

@@ -6,7 +6,7 @@ from scipy import stats
 
 from data_synth.laser import Scanner, scan
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, wrap_angle
 from robot_perception.walls import (
     Extraction,
     Gate,
@@ -202,7 +202,7 @@ def test_samples_stand_in_the_middle_of_equal_steps():
 def test_readings_near_a_wall_are_explained():
     scans = scan(FACES, POSES, FLAT, rng=np.random.default_rng(0))
     walls, report = build_map(scans.ranges, FLAT.angles, POSES, CAREFUL, Gate())
-    points = transform(
+    points = act(
         POSES,
         np.stack([scans.ranges * np.cos(FLAT.angles), scans.ranges * np.sin(FLAT.angles)], -1),
     )

@@ -47,25 +47,6 @@ class SurveyedLandmarks:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class HeldCommands:
-    """Pieces of constant velocity between given times.
-
-    Parameters
-    ----------
-    velocities : (pieces, 2)
-        Forward speed in m/s and turn rate in rad/s.
-    durations : (pieces,)
-        s, all positive.
-    cuts : (pieces,)
-        Which of the given times the interval of a piece ends at: 1 for the first interval.
-    """
-
-    velocities: Float[np.ndarray, "pieces 2"]
-    durations: Float[np.ndarray, " pieces"]
-    cuts: Int[np.ndarray, " pieces"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class Commands:
     """Velocities a robot logged, each held until the next.
 
@@ -79,39 +60,6 @@ class Commands:
 
     times: Float[np.ndarray, " k"]
     velocities: Float[np.ndarray, "k 2"]
-
-    def hold(self, cuts: Float[np.ndarray, " m"]) -> HeldCommands:
-        """Return the velocities between given times, equal neighbours joined.
-
-        No piece reaches across one of the times, so that a measurement can be used at its own.
-
-        Parameters
-        ----------
-        cuts : (m,)
-            Rising times in s, from the first logged one to the last.
-
-        Raises
-        ------
-        ValueError
-            If the times do not rise or nothing is logged there.
-        """
-        cuts = np.asarray(cuts, dtype=float)
-        if cuts.ndim != 1 or len(cuts) < 2 or not (np.diff(cuts) > 0).all():
-            raise ValueError(f"cuts must be two or more rising times, got {cuts.shape}: {cuts[:3]}")
-        if cuts[0] < self.times[0] or cuts[-1] > self.times[-1]:
-            raise ValueError(
-                f"velocities are logged from {self.times[0]:.3f} to {self.times[-1]:.3f} s, "
-                f"not from {cuts[0]:.3f} to {cuts[-1]:.3f} s"
-            )
-        changes = np.any(np.diff(self.velocities, axis=0) != 0, axis=1)
-        changed = self.times[1:][changes]
-        inside = changed[(changed > cuts[0]) & (changed < cuts[-1])]
-        edges = np.union1d(inside, cuts)
-        # of several lines with one time, the last is what holds
-        row = np.searchsorted(self.times, edges[:-1], side="right") - 1
-        return HeldCommands(
-            self.velocities[row], np.diff(edges), np.searchsorted(cuts, edges[1:], side="left")
-        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy import stats
+from scipy.special import betaincinv
 
 from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.gating import chi_squared_quantile
 
 
 def normalised_squared(
@@ -163,7 +164,7 @@ def coverage(
         raise ValueError(f"independent must be from 1 to {values.size}, got {count}")
     low, high = (np.broadcast_to(bound, steps) for bound in _bounds(dimension, runs, level))
     averages = values.mean(axis=0)
-    share = float(np.mean(values <= stats.chi2.ppf(level, dimension)))
+    share = float(np.mean(values <= chi_squared_quantile(level, dimension)))
     return Coverage(
         averages,
         low,
@@ -183,12 +184,14 @@ def _bounds(
     if not 0 < level < 1:
         raise ValueError(f"level must be between 0 and 1, got {level}")
     freedom = np.asarray(dimension) * runs
-    return tuple(stats.chi2.ppf(p, freedom) / runs for p in ((1 - level) / 2, (1 + level) / 2))
+    return tuple(
+        chi_squared_quantile(p, freedom) / runs for p in ((1 - level) / 2, (1 + level) / 2)
+    )
 
 
 def _share_interval(share: float, count: int) -> tuple[float, float]:
     """Return the Clopper-Pearson 95 % interval of a share of a count, which may be no integer."""
     hits = share * count
-    low = stats.beta.ppf(0.025, hits, count - hits + 1) if hits > 0 else 0.0
-    high = stats.beta.ppf(0.975, hits + 1, count - hits) if hits < count else 1.0
+    low = betaincinv(hits, count - hits + 1, 0.025) if hits > 0 else 0.0
+    high = betaincinv(hits + 1, count - hits, 0.975) if hits < count else 1.0
     return float(low), float(high)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.beliefs import check_finite
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, between, rotation, wrap_angle
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def align(
     Returns
     -------
     (3,)
-        The motion as a pose (x, y, φ), m and rad: `geometry.transform` applies it.
+        The motion as a pose (x, y, φ), m and rad: `geometry.act` applies it.
 
     Raises
     ------
@@ -99,8 +99,7 @@ def align(
             f"common part {np.hypot(cos, sin):.3g} m²"
         )
     angle = np.arctan2(sin, cos)  # eq 40
-    turned = transform(np.array([0.0, 0.0, angle]), p_mean[None])[0]
-    return np.array([*(q_mean - turned), angle])  # eq 41
+    return np.array([*(q_mean - rotation(angle) @ p_mean), angle])  # eq 41
 
 
 def absolute_error(
@@ -138,7 +137,7 @@ def absolute_error(
     """
     p, q = _positions(estimate, truth)
     if aligned:
-        p = transform(align(p, q), p)
+        p = act(align(p, q), p)
     return float(np.sqrt(np.mean(np.sum((p - q) ** 2, axis=1))))
 
 
@@ -262,10 +261,7 @@ def relative_poses(
         raise ValueError(f"need poses (k, 3) and pairs (n, 2), got {poses.shape}, {pairs.shape}")
     if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
         raise ValueError(f"pairs name poses {pairs.min()} to {pairs.max()} of {len(poses)}")
-    first, second = poses[pairs[:, 0]], poses[pairs[:, 1]]
-    x, y, turn = (second - first).T
-    cos, sin = np.cos(first[:, 2]), np.sin(first[:, 2])
-    return np.stack([cos * x + sin * y, cos * y - sin * x, wrap_angle(turn)], axis=1)
+    return between(poses[pairs[:, 0]], poses[pairs[:, 1]])
 
 
 def motion_errors(

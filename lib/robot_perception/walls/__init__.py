@@ -9,7 +9,6 @@ from robot_perception.walls.chains import (
 from robot_perception.walls.corners import (
     LandmarkReport,
     LandmarkRules,
-    ScanLandmarks,
     find_corners,
     find_landmarks,
     find_poles,
@@ -52,7 +51,6 @@ __all__ = [
     "LandmarkRules",
     "MapScore",
     "RangeNoise",
-    "ScanLandmarks",
     "ScanReport",
     "Segments",
     "WallMap",

@@ -5,8 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
-from scipy import stats
 
+from robot_perception.gating import gate
+from robot_perception.observations import Observations, unnamed
 from robot_perception.walls.segments import (
     Extraction,
     RangeNoise,
@@ -66,35 +67,6 @@ class LandmarkRules:
             raise ValueError(f"least_on_pole must be at least 3, got {self.least_on_pole}")
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ScanLandmarks:
-    """Landmarks in the frame of the scanner.
-
-    Parameters
-    ----------
-    points
-        Positions, m.
-    covs
-        Their covariances, m².
-    kinds
-        ``"concave"`` (a recess), ``"convex"`` (a wall that juts out) or ``"pole"``.
-    """
-
-    points: Float[np.ndarray, "m 2"]
-    covs: Float[np.ndarray, "m 2 2"]
-    kinds: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def __add__(self, other: "ScanLandmarks") -> "ScanLandmarks":
-        return ScanLandmarks(
-            np.concatenate([self.points, other.points]),
-            np.concatenate([self.covs, other.covs]),
-            np.concatenate([self.kinds, other.kinds]),
-        )
-
-
 @dataclass(frozen=True, slots=True)
 class LandmarkReport:
     """Account of what was looked at in one scan.
@@ -103,8 +75,9 @@ class LandmarkReport:
     ----------
     readings
         What became of the readings.
-    corners, poles
-        Landmarks found.
+    kinds
+        What each landmark is: ``"concave"`` (a recess), ``"convex"`` (a wall that juts out) or
+        ``"pole"``.
     apart
         Neighbouring walls that do not meet: one ends in front of the other.
     flat
@@ -114,8 +87,7 @@ class LandmarkReport:
     """
 
     readings: ScanReport
-    corners: int
-    poles: int
+    kinds: tuple[str, ...]
     apart: int
     flat: int
     not_round: int
@@ -123,7 +95,7 @@ class LandmarkReport:
 
 def find_landmarks(
     ranges: Float[np.ndarray, " n"], angles: Float[np.ndarray, " n"], rules: LandmarkRules
-) -> tuple[ScanLandmarks, LandmarkReport]:
+) -> tuple[Observations, LandmarkReport]:
     """Find the corners and poles of one scan.
 
     Parameters
@@ -139,7 +111,8 @@ def find_landmarks(
     Returns
     -------
     landmarks, report
-        Corners in order of angle, then poles; and what was passed over.
+        Corners in order of angle, then poles, without names: positions in the frame of the scanner,
+        m, with covariances, m²; what they are, and what was passed over.
 
     Raises
     ------
@@ -148,15 +121,17 @@ def find_landmarks(
         most one turn.
     """
     segments, readings = extract_segments(ranges, angles, rules.extraction)
-    corners, apart, flat = find_corners(segments, angles, rules)
+    corners, kinds, apart, flat = find_corners(segments, angles, rules)
     poles, not_round = find_poles(ranges, angles, rules)
-    report = LandmarkReport(readings, len(corners), len(poles), apart, flat, not_round)
-    return corners + poles, report
+    points = np.concatenate([corners.values, poles.values])
+    found = unnamed(points, np.concatenate([corners.covs, poles.covs]))
+    kinds += ("pole",) * len(poles)
+    return found, LandmarkReport(readings, kinds, apart, flat, not_round)
 
 
 def find_corners(
     segments: Segments, angles: Float[np.ndarray, " n"], rules: LandmarkRules
-) -> tuple[ScanLandmarks, int, int]:
+) -> tuple[Observations, tuple[str, ...], int, int]:
     r"""Intersect neighbouring walls of one scan that really meet.
 
     The corner solves both line equations,
@@ -183,8 +158,9 @@ def find_corners(
 
     Returns
     -------
-    corners, apart, flat
-        And how many neighbours do not meet, or meet under too flat an angle.
+    corners, kinds, apart, flat
+        Where the corners are, what each is, and how many neighbours do not meet, or meet under too
+        flat an angle.
     """
     rho, theta = segments.lines[:, 0], segments.lines[:, 1]
     turn = np.sin(theta[1:] - theta[:-1])
@@ -206,8 +182,8 @@ def find_corners(
     jacobian = np.stack([np.ones_like(lever), -lever], axis=-1)  # of A p by (ρ, θ) of each line
     spread = (jacobian[..., None, :] @ segments.covs[pairs] @ jacobian[..., None])[..., 0]
     covs = (inverse * spread.mT) @ inverse.mT + rules.edge**2 * np.eye(2)
-    kinds = np.where(turn[first][meet] > 0, "concave", "convex")
-    return ScanLandmarks(points, covs, kinds), int((~meet).sum()), int(flat.sum())
+    kinds = tuple("concave" if inwards else "convex" for inwards in turn[first][meet] > 0)
+    return unnamed(points, covs), kinds, int((~meet).sum()), int(flat.sum())
 
 
 def _spacing(rho: np.ndarray, points: np.ndarray, beams: np.ndarray) -> np.ndarray:
@@ -217,7 +193,7 @@ def _spacing(rho: np.ndarray, points: np.ndarray, beams: np.ndarray) -> np.ndarr
 
 def find_poles(
     ranges: Float[np.ndarray, " n"], angles: Float[np.ndarray, " n"], rules: LandmarkRules
-) -> tuple[ScanLandmarks, int]:
+) -> tuple[Observations, int]:
     """Find small round things that stand free in front of whatever is behind.
 
     Parameters
@@ -251,10 +227,7 @@ def find_poles(
             continue
         centres.append(fit[0])
         covs.append(fit[1])
-    found = ScanLandmarks(
-        np.reshape(centres, (-1, 2)), np.reshape(covs, (-1, 2, 2)), np.full(len(centres), "pole")
-    )
-    return found, not_round
+    return unnamed(np.reshape(centres, (-1, 2)), np.reshape(covs, (-1, 2, 2))), not_round
 
 
 def fit_pole(
@@ -296,7 +269,7 @@ def fit_pole(
         centre = centre + np.linalg.solve(information, normals.T @ error)
     beams = points / np.hypot(*points.T)[:, None]
     seen = normals * (normals * beams).sum(axis=-1, keepdims=True)
-    if (error**2).sum() > sigma**2 * stats.chi2.ppf(0.999, len(points) - 2):
+    if (error**2).sum() > sigma**2 * gate(0.999, len(points) - 2):
         return None
     inverse = np.linalg.inv(information)
     return centre, sigma**2 * inverse @ (seen.T @ seen) @ inverse

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, wrap_angle
 from robot_perception.walls.segments import (
     Extraction,
     ScanReport,
@@ -141,7 +141,7 @@ def to_world(
         J_pose[:, 0, 0], J_pose[:, 0, 1], J_pose[:, 0, 2] = cos, sin, lever
         J_pose[:, 1, 2] = 1.0
         covs = covs + J_pose @ pose_cov @ J_pose.mT
-    ends = transform(pose, segments.ends)
+    ends = act(pose, segments.ends)
     return Segments(np.stack([rho, theta], axis=-1), covs, ends, segments.spans)
 
 

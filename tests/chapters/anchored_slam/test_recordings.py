@@ -14,7 +14,6 @@ from robot_perception.chapters.anchored_slam.figures import recordings as drawin
 from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
     Commands,
-    HeldCommands,
     MrclamRobot,
     Sightings,
     SurveyedLandmarks,
@@ -22,20 +21,23 @@ from robot_perception.datasets.mrclam import (
 )
 from robot_perception.datasets.victoria import Fixes, VehicleLog
 from robot_perception.evaluation.trajectories import RelativeErrors
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, wrap_angle
+from robot_perception.observations import unnamed
 from robot_perception.slam.planar import (
     MapBelief,
     Odometry,
     RangeBearing,
     Settings,
-    Step,
     Velocity,
+    compound,
+    dead_reckoning,
     predict,
     run_filter,
 )
+from robot_perception.streams import Held
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.records import records
-from robot_perception.walls.corners import ScanLandmarks
+from robot_perception.walls import LandmarkReport, ScanReport
 
 # ---- five robots ---------------------------------------------------------------------------------
 
@@ -46,19 +48,19 @@ def test_joined_arcs_are_what_the_filter_makes_of_them_one_by_one(seed):
     """Law: one motion of many pieces gives the belief that its pieces give one after the other."""
     rng = np.random.default_rng(seed)
     pieces = int(rng.integers(1, 9))
-    held = HeldCommands(
+    held = Held(
         np.stack([rng.normal(0.2, 0.2, pieces), rng.choice([0, 1e-5, 0.5, -1.3], pieces)], axis=1),
         rng.uniform(0.01, 1.5, pieces),
         np.sort(np.append(rng.integers(1, 4, pieces - 1), 1)),
     )
-    _, cuts = np.unique(held.cuts, return_inverse=True)
-    held = HeldCommands(held.velocities, held.durations, cuts + 1)
+    _, intervals = np.unique(held.intervals, return_inverse=True)
+    held = Held(held.commands, held.durations, intervals)
     density = np.array([2e-3, 1e-3])
     root = rng.normal(size=(3, 3))
     one = many = MapBelief.start(rng.normal(size=3), 0.01 * root @ root.T)
-    for increment, cov in zip(*mrclam.compound(held, density), strict=True):
+    for increment, cov in zip(*compound(held, density), strict=True):
         one = predict(one, Odometry(increment, cov))
-    for (speed, rate), duration in zip(held.velocities, held.durations, strict=True):
+    for (speed, rate), duration in zip(held.commands, held.durations, strict=True):
         noise = np.diag(density) / duration
         many = predict(many, Velocity(float(speed), float(rate), float(duration), noise))
     np.testing.assert_allclose(one.mean[:2], many.mean[:2], atol=1e-9)
@@ -231,7 +233,7 @@ def test_images_are_a_pause_apart_and_each_is_used_at_its_own_time():
     assert drive.times[0] == pytest.approx(robot.commands.times[0] + DELAY)
     for step, time in zip(drive.steps, drive.times[1:], strict=True):
         np.testing.assert_array_equal(
-            step.scan.values, robot.landmarks.values[robot.landmarks.times == time]
+            step.observations.values, robot.landmarks.values[robot.landmarks.times == time]
         )
         assert step.time == pytest.approx(time - drive.times[0])
 
@@ -276,7 +278,7 @@ def circle_graph(steps=100, radius=20.0):
 
 def test_the_way_travelled_tells_the_time_of_a_pose():
     graph, car, fixes = circle_graph()
-    dead = mrclam.dead_reckoning(np.zeros(3), victoria.make_steps(graph))
+    dead = dead_reckoning(np.zeros(3), (step.motion for step in victoria.make_steps(graph)))
     there, covered = victoria.positions_at_fixes(dead, graph, car, fixes)
     assert covered.sum() > 0.95 * len(covered)
     # chords of 2 m on a radius of 20 m lie up to 2.5 cm inside the circle, and 200 m of way are
@@ -297,7 +299,7 @@ def test_jumps_of_the_receiver_are_told_from_driving():
 def test_each_sighting_belongs_to_the_step_that_leads_to_its_pose():
     graph, *_ = circle_graph(steps=5)
     steps = victoria.make_steps(graph)
-    assert [step.scan.ids.tolist() for step in steps] == [[5], [], [5], [], []]
+    assert [step.observations.ids.tolist() for step in steps] == [[5], [], [5], [], []]
     early = LandmarkGraph(
         graph.motions, graph.motion_covs, np.array([0, 3]), graph.landmarks, graph.values,
         graph.value_covs, graph.report,
@@ -316,10 +318,9 @@ def test_a_step_is_timed_from_one_request_to_the_next():
 # ---- the building --------------------------------------------------------------------------------
 
 
-def marks(points, kinds=None):
+def marks(points):
     points = np.asarray(points, dtype=float).reshape(-1, 2)
-    kinds = np.full(len(points), "concave") if kinds is None else np.array(kinds)
-    return ScanLandmarks(points, np.tile(1e-4 * np.eye(2), (len(points), 1, 1)), kinds)
+    return unnamed(points, np.tile(1e-4 * np.eye(2), (len(points), 1, 1)))
 
 
 def test_corners_are_told_by_where_they_are_in_the_corrected_frame():
@@ -334,8 +335,9 @@ def test_a_scan_sees_a_name_once_though_two_corners_are_near_one_another():
 
 
 def test_kinds_are_chosen_with_their_covariances():
-    both = marks([[1, 0], [2, 0]], ["pole", "convex"])
-    assert intel.only(both, ("pole",)).points.tolist() == [[1, 0]]
+    both = marks([[1, 0], [2, 0]])
+    report = LandmarkReport(ScanReport(*[0] * 7), ("pole", "convex"), 0, 0, 0)
+    assert intel.only(both, report, ("pole",)).values.tolist() == [[1, 0]]
     assert [names.tolist() for names in intel.blind([both])] == [[-1, -1]]
 
 
@@ -343,7 +345,7 @@ def test_calibrated_wheels_lose_a_drift_per_metre_and_an_offset():
     rng = np.random.default_rng(0)
     true = np.column_stack([rng.uniform(0.3, 1, 500), np.zeros(500), rng.normal(0, 0.3, 500)])
     raw = true - np.column_stack([np.full((500, 2), [0.02, -0.01]), 0.05 * true[:, 0]])
-    paths = [mrclam.dead_reckoning(np.zeros(3), (Step(Odometry(i, np.zeros((3, 3)))) for i in each))
+    paths = [dead_reckoning(np.zeros(3), (Odometry(i, np.zeros((3, 3))) for i in each))
              for each in (true, raw)]  # fmt: skip
     empty = np.empty((501, 0))
     report = ReadReport(records(), 0, {}, {}, (), False)
@@ -483,7 +485,10 @@ def batch_trees(steps, history):
         motion = gtsam.Pose2(*step.motion.increment)
         factors.add(gtsam.BetweenFactorPose2(k, k + 1, motion, noise))
         for name, (x, y), cov in zip(
-            step.scan.ids.tolist(), step.scan.values, step.scan.noises, strict=True
+            step.observations.ids.tolist(),
+            step.observations.values,
+            step.observations.covs,
+            strict=True,
         ):
             far, sigma = np.hypot(x, y), np.sqrt(cov[0, 0])  # the same along and across
             spread = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma / far, sigma]))
@@ -580,8 +585,8 @@ def test_moving_the_world_moves_the_told_names_not(stored):
     seen = []
     for pose in poses:
         back = np.array([0, 0, -pose[2]])
-        seen.append(marks(transform(back, spots - pose[:2])))
+        seen.append(marks(act(back, spots - pose[:2])))
     shift = np.array([3.0, -2.0, 0.7])
-    moved = np.column_stack([transform(shift, poses[:, :2]), poses[:, 2] + shift[2]])
+    moved = np.column_stack([act(shift, poses[:, :2]), poses[:, 2] + shift[2]])
     for one, other in zip(intel.tell(poses, seen), intel.tell(moved, seen), strict=True):
         np.testing.assert_array_equal(one, other)

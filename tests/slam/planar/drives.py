@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_perception.slam.planar import MapBelief, Odometry, Scan, Step
+from robot_perception.slam.planar import MapBelief, Observations, Odometry, Step
 
 Q = np.diag([0.02**2, 0.02**2, 0.01**2])
 R = np.diag([0.05**2, 0.05**2])
@@ -54,8 +54,8 @@ def drive(rng, *, steps=60, landmarks=12, noise=1.0, polar=False, seen=4, look=T
         values = values + noise * deviations * rng.standard_normal(values.shape)
         if polar:
             values[:, 1] = wrapped(values[:, 1])
-        scan = Scan(ids, values) if look else None
-        taken.append(Step(Odometry(increment, noise**2 * Q), scan))
+        observed = Observations(ids, values) if look else None
+        taken.append(Step(Odometry(increment, noise**2 * Q), observed))
     poses = np.stack([place.real, place.imag, heading], axis=-1)
     return Drive(poses, np.stack([posts.real, posts.imag], axis=-1), taken)
 

@@ -9,13 +9,11 @@ from hypothesis import strategies as st
 
 from robot_perception.gating import gate, joint_compatibility
 from robot_perception.slam.planar import (
+    Association,
     CartesianSensor,
-    Gated,
-    Joint,
-    Known,
     MapBelief,
+    Observations,
     RangeBearing,
-    Scan,
     Settings,
     Step,
     run_filter,
@@ -30,18 +28,20 @@ from tests.unchecked import unchecked
 CART = CartesianSensor(R)
 
 
-@pytest.mark.parametrize("association", [Gated(), Joint()], ids=["nearest", "joint"])
+@pytest.mark.parametrize(
+    "association", [Association("gated"), Association("joint")], ids=["nearest", "joint"]
+)
 @pytest.mark.parametrize("polar", [False, True])
 def test_without_names_the_run_finds_the_same_landmarks(association, polar):
     """Landmarks far apart, noise small: the same map as with names, up to the order of numbers."""
     sensor = RangeBearing(0.01 * R_POLAR) if polar else CartesianSensor(0.01 * R)
     world = drive(np.random.default_rng(3), noise=0.1, polar=polar)
     named = run_filter(world.start, world.steps, Settings(sensor))
-    steps = [replace(s, scan=s.scan.anonymous()) for s in world.steps]
+    steps = [replace(s, observations=s.observations.anonymous()) for s in world.steps]
     blind = run_filter(world.start, steps, Settings(sensor, association=association))
     meant = {}
     for ours, step in zip(blind.used, world.steps, strict=True):
-        for name, true in zip(ours.tolist(), step.scan.ids.tolist(), strict=True):
+        for name, true in zip(ours.tolist(), step.observations.ids.tolist(), strict=True):
             if name != IGNORED:
                 assert meant.setdefault(name, true) == true
     assert len(set(meant.values())) == len(meant) == named.belief.ids.size
@@ -60,15 +60,15 @@ def test_pairs_are_chosen_by_the_textbooks_covariances(seed, jointly):
     places = np.vstack([belief.landmarks, anchors[80]])
     seen = rng.permutation(6)[:3]
     values = CART.look(belief.pose, places[seen])[0] + 0.3 * rng.standard_normal((3, 2))
-    scan = Scan(np.full(3, -1), values)
-    chosen = Joint(0.9, 0.95) if jointly else Gated(0.9, 0.95)
+    observed = Observations(np.full(3, -1), values)
+    chosen = Association("joint", 0.9, 0.95) if jointly else Association("gated", 0.9, 0.95)
     anchor_pairs = {80: tuple(anchors[80].tolist())}
-    found = associate(Workspace(belief), scan, R[None], CART, anchor_pairs, chosen)
+    found = associate(Workspace(belief), observed, R[None], CART, anchor_pairs, chosen)
     # the same with one update for each pair, and whole matrices for all of them
     distances = np.empty((3, 6))
     for i in range(3):
         for j, name in enumerate(names):
-            one = Scan(np.array([name]), values[i : i + 1])
+            one = Observations(np.array([name]), values[i : i + 1])
             distances[i, j] = update(belief, one, CART, anchors)[1].nis
     if jointly:
         pairs = np.argwhere(distances <= gate(0.9, 2))
@@ -100,10 +100,10 @@ def test_joint_compatibility_sees_the_common_error_that_the_nearest_misses():
     """The robot is 0.7 m ahead of where it believes: each post looks like the one before it."""
     belief = two_posts()
     values = np.array([[3.0 - 0.7, 1.0], [4.0 - 0.7, 1.0]])
-    scan = Scan(np.array([-1, -1]), values)
-    start = Step(None, scan)
-    joint = run_filter(belief, [start], Settings(CART, association=Joint()))
-    nearest = run_filter(belief, [start], Settings(CART, association=Gated()))
+    observed = Observations(np.array([-1, -1]), values)
+    start = Step(None, observed)
+    joint = run_filter(belief, [start], Settings(CART, association=Association("joint")))
+    nearest = run_filter(belief, [start], Settings(CART, association=Association("gated")))
     assert joint.used[0].tolist() == [0, 1]
     assert nearest.used[0].tolist() != [0, 1]
     assert abs(joint.poses[0, 0] - 0.7) < 0.05
@@ -113,12 +113,13 @@ def test_between_the_gates_is_ignored_beyond_is_new():
     belief = two_posts()
     sigma = np.sqrt(0.25 + 1e-4 + R[0, 0])
     near, between, beyond = (
-        Scan(np.array([-1]), np.array([[4.0 + shift * sigma, 1.0]])) for shift in (2.0, 3.8, 6.0)
+        Observations(np.array([-1]), np.array([[4.0 + shift * sigma, 1.0]]))
+        for shift in (2.0, 3.8, 6.0)
     )
-    for association in (Gated(0.99, 0.9999), Joint(0.99, 0.9999)):
+    for association in (Association("gated", 0.99, 0.9999), Association("joint", 0.99, 0.9999)):
         run = run_filter(
             belief,
-            [Step(None, scan) for scan in (between, beyond)],
+            [Step(None, observed) for observed in (between, beyond)],
             Settings(CART, association=association),
         )
         assert [used.tolist() for used in run.used] == [[IGNORED], [2]]
@@ -129,17 +130,19 @@ def test_between_the_gates_is_ignored_beyond_is_new():
 
 def test_new_numbers_avoid_those_in_use():
     anchors = {12: np.array([100.0, 100.0])}
-    scan = Scan(np.array([-1, 20, -1]), np.array([[50.0, 0], [60.0, 0], [70.0, 0]]))
-    run = run_filter(two_posts(), [Step(None, scan)], Settings(CART, anchors, Gated()))
+    observed = Observations(np.array([-1, 20, -1]), np.array([[50.0, 0], [60.0, 0], [70.0, 0]]))
+    run = run_filter(
+        two_posts(), [Step(None, observed)], Settings(CART, anchors, Association("gated"))
+    )
     assert run.used[0].tolist() == [21, 20, 22]
     np.testing.assert_array_equal(run.belief.ids, [0, 1, 21, 20, 22])
 
 
 def test_anchors_are_found_too():
     anchors = {5: np.array([3.0, -2.0])}
-    scan = Scan(np.array([-1]), np.array([[3.1, -2.0]]))
-    for association in (Gated(), Joint()):
-        run = run_filter(two_posts(), [Step(None, scan)], Settings(CART, anchors, association))
+    observed = Observations(np.array([-1]), np.array([[3.1, -2.0]]))
+    for association in (Association("gated"), Association("joint")):
+        run = run_filter(two_posts(), [Step(None, observed)], Settings(CART, anchors, association))
         assert run.used[0].tolist() == [5]
         assert run.counts.anchored == 1
 
@@ -149,23 +152,48 @@ def test_the_gate_of_known_names_has_its_level():
     belief = two_posts()
     limit = np.sqrt(gate(0.99, 2) * (0.25 + 1e-4 + R[0, 0] + 1e-6))
     for shift, used in ((0.999 * limit, 0), (1.002 * limit, IGNORED)):
-        scan = Scan(np.array([0]), np.array([[3.0 + shift, 1.0]]))
-        run = run_filter(belief, [Step(None, scan)], Settings(CART, association=Known(0.99)))
+        observed = Observations(np.array([0]), np.array([[3.0 + shift, 1.0]]))
+        run = run_filter(
+            belief, [Step(None, observed)], Settings(CART, association=Association("known", 0.99))
+        )
         assert run.used[0].tolist() == [used]
         assert run.counts.rejected == (used == IGNORED)
 
 
-@pytest.mark.parametrize("association", [Gated(), Joint()])
+@pytest.mark.parametrize("association", [Association("gated"), Association("joint")])
 def test_a_singular_covariance_is_no_reason_for_a_new_landmark(association):
     exact = MapBelief(two_posts().mean, np.zeros((7, 7)), np.array([0, 1]))
-    step = Step(None, Scan(np.array([-1]), np.array([[3.0, 1.0]])))
+    step = Step(None, Observations(np.array([-1]), np.array([[3.0, 1.0]])))
     settings = Settings(CartesianSensor(0 * R), association=association)
     with pytest.raises(ValueError, match="step 0: innovation covariance is singular"):
         run_filter(exact, [step], settings)
 
 
-@pytest.mark.parametrize("kind", [Gated, Joint])
+@pytest.mark.parametrize("kind", ["gated", "joint"])
 def test_bad_levels_are_named(kind):
     for level, outer in ((0.99, 0.9), (0.0, 0.5), (0.5, 1.0)):
         with unchecked(), pytest.raises(ValueError, match=f"got {level}, {outer}"):
-            kind(level, outer)
+            Association(kind, level, outer)
+
+
+def test_a_word_is_short_for_the_defaults():
+    for word in ("known", "gated", "joint"):
+        assert Settings(CART, association=word).association == Association(word)
+    gated = Association("gated")
+    assert (gated.limit, gated.outer_limit) == (gate(0.99, 2), gate(0.9999, 2))
+    assert Association().limit == np.inf
+    assert Association("known", 0.9).limit == gate(0.9, 2)
+
+
+@pytest.mark.parametrize("word", ["nearest", None, 0, [], True, Association])
+def test_unknown_words_are_told_what_is_allowed(word):
+    message = "association must be one of known, gated, joint, got "
+    with unchecked(), pytest.raises(ValueError, match=message):
+        Settings(CART, association=word)
+
+
+def test_known_names_have_one_gate():
+    with pytest.raises(ValueError, match=r"no outer gate, got 0\.9"):
+        Association("known", outer=0.9)
+    with pytest.raises(ValueError, match=r"between 0 and 1, got 0\.0"):
+        Association("known", 0.0)

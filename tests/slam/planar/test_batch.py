@@ -21,10 +21,10 @@ def residuals(world, x, polar, noise):
     moved = np.array([step.motion.increment for step in world.steps])
     moved = moved - np.stack([shift.real, shift.imag, np.diff(heading)], axis=-1)
     moved[:, 2] = wrapped(moved[:, 2])
-    names = np.array([step.scan.ids for step in world.steps])
+    names = np.array([step.observations.ids for step in world.steps])
     seen = (posts[names] - place[1:, None]) * np.exp(-1j * heading[1:, None])
     parts = (np.abs(seen), np.angle(seen)) if polar else (seen.real, seen.imag)
-    error = np.array([step.scan.values for step in world.steps]) - np.stack(parts, axis=-1)
+    error = np.array([step.observations.values for step in world.steps]) - np.stack(parts, axis=-1)
     if polar:
         error[..., 1] = wrapped(error[..., 1])
     look = np.sqrt(np.diag(R_POLAR if polar else R))
@@ -52,7 +52,9 @@ def smoothed(world, noise):
     for k, step in enumerate(world.steps):
         moved = gtsam.Pose2(*step.motion.increment)
         graph.add(gtsam.BetweenFactorPose2(X(k), X(k + 1), moved, odometry))
-        for name, (reach, bearing) in zip(step.scan.ids.tolist(), step.scan.values, strict=True):
+        for name, (reach, bearing) in zip(
+            step.observations.ids.tolist(), step.observations.values, strict=True
+        ):
             direction = gtsam.Rot2(bearing)
             graph.add(gtsam.BearingRangeFactor2D(X(k + 1), L(name), direction, reach, look))
     parameters = gtsam.LevenbergMarquardtParams()

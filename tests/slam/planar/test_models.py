@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import solve_ivp
 
+from robot_perception.geometry import between, compose
 from robot_perception.slam.planar import (
     CartesianSensor,
     Compass,
@@ -14,9 +15,11 @@ from robot_perception.slam.planar import (
     Odometry,
     PositionFix,
     RangeBearing,
-    Scan,
     Velocity,
+    compound,
+    dead_reckoning,
 )
+from robot_perception.streams import Held
 from tests.slam.planar.drives import Q, R, wrapped
 from tests.unchecked import unchecked
 
@@ -162,6 +165,7 @@ def test_bearing_residuals_are_wrapped():
     np.testing.assert_allclose(sensor.residual(values, expected)[:, 1], [-short, short])
 
 
+ONE_ARC = Held(np.ones((1, 2)), np.ones(1), np.zeros(1, dtype=int))
 NAN, TILTED = np.nan, np.array([[1.0, 0.5], [0.0, 1.0]])
 BAD = [
     (lambda: Odometry(np.array([NAN, 0, 0]), Q), "increment must be finite"),
@@ -178,13 +182,9 @@ BAD = [
     (lambda: RangeBearing(R).check(np.array([[-0.5, 0.0]])), "not be negative, got -0.5"),
     (lambda: RangeBearing(R, 0.5).check(np.array([[0.2, 0.0]])), "exceed the bias, 0.5 m, got 0.2"),
     (lambda: RangeBearing(R, -0.5).check(np.array([[-0.1, 0.0]])), "not be negative, got -0.1"),
-    (lambda: Scan(np.array([3, 5, 3]), np.zeros((3, 2))), r"got twice: \[3\]"),
-    (lambda: Scan(np.array([-2]), np.zeros((1, 2))), "at least -1, got -2"),
-    (lambda: Scan(np.array([0.5]), np.zeros((1, 2))), "ids must be integers"),
-    (lambda: Scan(np.array([1]), np.zeros((2, 2))), r"need ids \(m,\)"),
-    (lambda: Scan(np.array([1]), np.array([[NAN, 0.0]])), "values must be finite"),
-    (lambda: Scan(np.array([1]), np.zeros((1, 2)), R), r"noises must be \(1, 2, 2\)"),
-    (lambda: Scan(np.array([1]), np.zeros((1, 2)), TILTED[None]), "each of noises"),
+    (lambda: dead_reckoning(np.zeros(2), []), r"start must be \(3,\)"),
+    (lambda: compound(ONE_ARC, np.array([-1.0, 0])), "density must not be negative, got"),
+    (lambda: compound(Held(np.ones((1, 3)), np.ones(1), np.zeros(1, int)), np.ones(2)), "commands"),
     (lambda: PositionFix(np.array([NAN, 0.0]), R), "value must be finite"),
     (lambda: Compass(0.0, -1.0), "variance must not be negative, got -1.0"),
     (lambda: Compass(NAN, 1.0), "must be finite"),
@@ -222,10 +222,20 @@ def test_the_compiled_covariance_check_agrees_with_eigenvalues(seed, d):
 
 
 def test_inputs_are_copied():
-    ids, values, cov = np.array([4]), np.ones((1, 2)), np.eye(3)
-    scan, belief = Scan(ids, values), MapBelief.start(np.zeros(3), cov)
-    ids[0], values[0, 0], cov[0, 0] = 9, 9.0, 9.0
-    assert scan.ids[0] == 4
-    assert scan.values[0, 0] == 1.0
+    cov = np.eye(3)
+    belief = MapBelief.start(np.zeros(3), cov)
+    cov[0, 0] = 9.0
     assert belief.pose_cov[0, 0] == 1.0
-    assert scan.anonymous().ids[0] == -1
+
+
+@given(st.integers(0, 10**6))
+def test_dead_reckoning_composes_the_motions(seed):
+    rng = np.random.default_rng(seed)
+    start, increments = rng.standard_normal(3), rng.standard_normal((6, 3))
+    motions = [Odometry(increment, Q) for increment in increments]
+    poses = dead_reckoning(start, iter([*motions[:3], None, *motions[3:]]))
+    expected = [start]
+    for increment in [*increments[:3], np.zeros(3), *increments[3:]]:
+        expected.append(compose(expected[-1], increment))
+    np.testing.assert_allclose(between(np.array(expected), poses), 0, atol=1e-12)
+    np.testing.assert_array_equal(dead_reckoning(start, []), [start])

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.slam.planar import (
+    Association,
     CartesianSensor,
     Compass,
-    Known,
     MapBelief,
+    Observations,
     Odometry,
     PositionFix,
     RangeBearing,
-    Scan,
     Settings,
     Step,
     Truth,
@@ -50,16 +51,16 @@ def plain_run(start, steps, sensor, anchors, linearisation):
             point[:3] = after
         for fix in step.fixes:
             belief, _ = textbook.correct(belief, fix)
-        old = [i for i, name in enumerate(step.scan.ids) if name in {*belief.ids, *anchors}]
-        new = [i for i in range(step.scan.ids.size) if i not in old]
+        old = [i for i, name in enumerate(step.observations.ids) if name in {*belief.ids, *anchors}]
+        new = [i for i in range(step.observations.ids.size) if i not in old]
         at = None if linearisation == "latest" else point
         if old:
-            scan = Scan(step.scan.ids[old], step.scan.values[old])
-            belief, _ = textbook.update(belief, scan, sensor, anchors, at)
+            observed = Observations(step.observations.ids[old], step.observations.values[old])
+            belief, _ = textbook.update(belief, observed, sensor, anchors, at)
         if new and not isinstance(linearisation, Truth):
-            scan = Scan(step.scan.ids[new], step.scan.values[new])
+            observed = Observations(step.observations.ids[new], step.observations.values[new])
             size = belief.mean.size
-            belief = textbook.add_landmarks(belief, scan, sensor, at)
+            belief = textbook.add_landmarks(belief, observed, sensor, at)
             point = np.append(point, belief.mean[size:])
         assert not (new and isinstance(linearisation, Truth))
         beliefs.append(belief)
@@ -105,7 +106,7 @@ def test_the_ideal_run_linearises_at_the_truth(polar):
             MapBelief(mean, P, start.ids), step.motion, world.poses[k], world.poses[k + 1]
         )
         at = np.concatenate([world.poses[k + 1], world.landmarks.ravel()])
-        belief, _ = textbook.update(belief, step.scan, SENSORS[polar], None, at)
+        belief, _ = textbook.update(belief, step.observations, SENSORS[polar], None, at)
         mean, P = belief.mean, belief.cov
     np.testing.assert_allclose(run.belief.mean, mean, rtol=0, atol=1e-9)
     np.testing.assert_allclose(run.belief.cov, P, rtol=0, atol=1e-9)
@@ -116,9 +117,9 @@ class Recorder:
 
     def __init__(self, monkeypatch):
         self.blocks, self.landmarks = [], 0
-        self.originals = (kernels.predict_cov, kernels.gain, kernels.append)
+        self.originals = (kernels.predict_cov, kernels.whiten, kernels.append)
         monkeypatch.setattr(kernels, "predict_cov", self.predict_cov)
-        monkeypatch.setattr(kernels, "gain", self.gain)
+        monkeypatch.setattr(kernels, "whiten", self.whiten)
         monkeypatch.setattr(kernels, "append", self.append)
 
     def begin(self, gauge):
@@ -131,13 +132,13 @@ class Recorder:
         )
         return self.originals[0](cov, noise, at, after)
 
-    def gain(self, mean, cov, by_pose, by_point, slots, *rest):
+    def whiten(self, cov, by_pose, by_point, slots, *rest):
         for i, slot in enumerate(slots):
             row = by_pose[i] @ self.moved[:3]
             if slot >= 0:
                 row = row + by_point[i] @ self.moved[slot : slot + 2]
             self.blocks.append(row)
-        return self.originals[1](mean, cov, by_pose, by_point, slots, *rest)
+        return self.originals[1](cov, by_pose, by_point, slots, *rest)
 
     def append(self, cov, n, by_pose, by_value, noises):
         for block in by_pose:
@@ -243,9 +244,9 @@ def test_one_of_many_retired_leaves_the_others_alone():
     world = drive(np.random.default_rng(2), steps=12, landmarks=5, seen=5)
     shorter = []
     for k, step in enumerate(world.steps):
-        rows = np.flatnonzero(step.scan.ids < (5 if k < 8 else 2))
-        scan = Scan(step.scan.ids[rows], step.scan.values[rows])
-        shorter.append(replace(step, scan=scan))
+        rows = np.flatnonzero(step.observations.ids < (5 if k < 8 else 2))
+        observed = Observations(step.observations.ids[rows], step.observations.values[rows])
+        shorter.append(replace(step, observations=observed))
     plain = run_filter(world.start, shorter, Settings(CART)).belief
     for linearisation in ("latest", "first"):
         settings = Settings(CART, revision_limit=10, linearisation=linearisation)
@@ -300,12 +301,14 @@ def test_freezing_makes_overconfident_and_considering_does_not():
 def test_bookkeeping():
     world = drive(np.random.default_rng(0), steps=30)
     steps = list(world.steps)
-    far = Scan(steps[20].scan.ids, steps[20].scan.values + 3.0)
-    steps[20] = replace(steps[20], scan=far)  # named, but far off
-    steps[21] = replace(steps[21], scan=steps[21].scan.anonymous())
-    steps[22] = replace(steps[22], scan=None)
+    far = Observations(steps[20].observations.ids, steps[20].observations.values + 3.0)
+    steps[20] = replace(steps[20], observations=far)  # named, but far off
+    steps[21] = replace(steps[21], observations=steps[21].observations.anonymous())
+    steps[22] = replace(steps[22], observations=None)
     steps[23] = replace(steps[23], motion=None)
-    run = run_filter(world.start, steps, Settings(CART, {3: world.landmarks[3]}, Known(0.9999)))
+    run = run_filter(
+        world.start, steps, Settings(CART, {3: world.landmarks[3]}, Association("known", 0.9999))
+    )
     counts = run.counts
     assert counts.observed == 29 * 4
     parts = (counts.matched, counts.anchored, counts.new, counts.rejected, counts.ignored)
@@ -317,14 +320,14 @@ def test_bookkeeping():
     assert run.dof[22] == 0
     assert run.nis[22] == 0
     np.testing.assert_array_equal(run.used[21], -1)
-    np.testing.assert_array_equal(run.used[0], steps[0].scan.ids)
+    np.testing.assert_array_equal(run.used[0], steps[0].observations.ids)
     assert run.used[22].size == 0
     assert counts.anchored == sum((u == 3).sum() for u in run.used)
 
 
 def one_step(**changes):
-    scan = Scan(np.array([1]), np.ones((1, 2)))
-    return replace(Step(Odometry(np.zeros(3), Q), scan), **changes)
+    observed = Observations(np.array([1]), np.ones((1, 2)))
+    return replace(Step(Odometry(np.zeros(3), Q), observed), **changes)
 
 
 START = MapBelief.start(np.zeros(3), np.zeros((3, 3)))
@@ -360,7 +363,7 @@ BAD = [
     (
         lambda: run_filter(
             START,
-            [one_step(scan=Scan(np.array([1]), np.array([[-1.0, 0.0]])))],
+            [one_step(observations=Observations(np.array([1]), np.array([[-1.0, 0.0]])))],
             Settings(RangeBearing(R)),
         ),
         "step 0: ranges must not be negative",
@@ -368,8 +371,26 @@ BAD = [
     (lambda: Truth(np.zeros((2, 2)), {}), r"poses must be \(k \+ 1, 3\), got \(2, 2\)"),
     (lambda: Truth(np.full((2, 3), np.inf), {}), "poses must be finite"),
     (lambda: Truth(np.zeros((2, 3)), {4: np.array([0, np.nan])}), "landmark 4 must be finite"),
-    (lambda: Settings(CART, association="nearest"), "'nearest'"),
-    (lambda: Settings(CART, linearisation="last"), "'last'"),
+    *(
+        (
+            lambda wrong=wrong: Settings(CART, linearisation=wrong),
+            "'latest' or 'first' or a Truth, got",
+        )
+        for wrong in ("last", None, 0, [], True, Truth)
+    ),
+    *(
+        (lambda wrong=wrong: Settings(wrong), "sensor must be a sensor such as .*, got")
+        for wrong in ("polar", None, 0, [], True, RangeBearing)
+    ),
+    *(
+        (lambda wrong=wrong: Settings(CART, retirement=wrong), "'freeze' or 'consider', got")
+        for wrong in (None, 0, [], True)
+    ),
+    (lambda: Settings(CART, [np.zeros(2)]), "anchors must map identifiers to places"),
+    (lambda: Settings(CART, None), "anchors must map identifiers to places, got None"),
+    (lambda: Settings(CART, keep=3), "keep must be numbers of steps, got 3"),
+    (lambda: Settings(CART, keep=[1.0]), r"keep must be numbers of steps, got \[1.0\]"),
+    (lambda: Settings(CART, revision_limit=True), "integer of at least 1, got True"),
     (lambda: Settings(CART, retirement="forget"), "'forget'"),
     (lambda: Truth(np.zeros((2, 3)), {-1: np.zeros(2)}), "landmark needs .* got -1"),
     (lambda: Truth(np.zeros((2, 3)), {1.7: np.zeros(2)}), "landmark needs an integer .* got 1.7"),
@@ -381,7 +402,6 @@ BAD = [
         r"a drive of 2 has not: \[2, -1\]",
     ),
     (lambda: run_filter(START, [one_step()], Settings(CART, {-1: np.zeros(2)})), "got -1"),
-    (lambda: Known(0.0), "between 0 and 1, got 0.0"),
 ]
 
 
@@ -408,3 +428,47 @@ def test_velocity_drives_the_run():
     expected = np.stack([4 * np.sin(heading), 4 * (1 - np.cos(heading))], axis=-1)
     np.testing.assert_allclose(run.poses[:, :2], expected, atol=1e-12)
     np.testing.assert_allclose(run.poses[:, 2], heading, atol=1e-12)
+
+
+def timed(count=40):
+    world = drive(np.random.default_rng(2), steps=count)
+    steps = [replace(step, time=0.5 * k + 1e9) for k, step in enumerate(world.steps)]
+    return world, steps
+
+
+def test_a_trajectory_is_written_as_it_is(tmp_path):
+    """Oracle: SciPy's rotations; the covariances to the digits that are written."""
+    world, steps = timed()
+    run = run_filter(world.start, steps, Settings(CART))
+    np.testing.assert_array_equal(run.start, world.start.pose)
+    np.testing.assert_array_equal(run.path[1:], run.poses)
+    np.testing.assert_array_equal(run.path[0], run.start)
+    np.testing.assert_array_equal(run.times, [step.time for step in steps])
+    run.to_tum(tmp_path / "run.txt")
+    table = np.loadtxt(tmp_path / "run.txt")
+    np.testing.assert_allclose(table[:, 0], run.times, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(table[:, 1:3], run.poses[:, :2], rtol=0, atol=1e-9)
+    assert not table[:, 3].any()
+    found = Rotation.from_quat(table[:, 4:])
+    about_z = Rotation.from_euler("z", run.poses[:, 2:])
+    np.testing.assert_allclose((found * about_z.inv()).magnitude(), 0, atol=1e-7)
+    run.to_csv(tmp_path / "run.csv")
+    rows = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True)
+    for i, name in enumerate(("x_m", "y_m", "heading_rad")):
+        np.testing.assert_allclose(rows[name], run.poses[:, i], rtol=0, atol=1e-9)
+    for i, j, name in ((0, 0, "xx"), (0, 1, "xy"), (1, 2, "yh"), (2, 2, "hh")):
+        np.testing.assert_allclose(rows[f"cov_{name}"], run.pose_covs[:, i, j], rtol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["to_tum", "to_csv"])
+def test_what_cannot_be_written_is_named(tmp_path, name):
+    world, steps = timed(5)
+    run = run_filter(world.start, steps, Settings(CART))
+    with pytest.raises(FileNotFoundError, match=r"nowhere is no folder: cannot write run\.txt"):
+        getattr(run, name)(tmp_path / "nowhere" / "run.txt")
+    steps[3] = replace(steps[3], time=None)
+    run = run_filter(world.start, steps, Settings(CART))
+    assert np.isnan(run.times).tolist() == [False, False, False, True, False]
+    with pytest.raises(ValueError, match="1 of 5 steps have none, the first is step 3"):
+        getattr(run, name)(tmp_path / "run.txt")
+    assert not list(tmp_path.iterdir())

@@ -25,8 +25,8 @@ from robot_perception.evaluation.intervals import (
     bootstrap_ratio,
 )
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import transform
-from robot_perception.slam.planar import History, Scan
+from robot_perception.geometry import act
+from robot_perception.slam.planar import History
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
@@ -165,7 +165,7 @@ def _accounts(
 ) -> tuple[list[tuple], np.ndarray]:
     one, _ = simulate(config, rng=rng)
     accounts = [loops.account(loops.filter_drive(case, one), one) for case in cases]
-    return accounts, np.concatenate([scan.ids for scan in one.scans])
+    return accounts, np.concatenate([seen.ids for seen in one.seen])
 
 
 def simulate(
@@ -178,14 +178,14 @@ def simulate(
     building, poses, seen = config.world
     noise, *streams = rng.spawn(4)
     ranges = measure(seen, config.scanner, rng=noise).ranges
-    scans = []
+    found_in = []
     for pose, row in zip(poses, ranges, strict=True):
         found, _ = find_landmarks(row, config.scanner.angles, config.rules)
-        gaps = transform(pose, found.points)[:, None] - building.landmarks
+        gaps = act(pose, found.values)[:, None] - building.landmarks
         away = np.hypot(gaps[..., 0], gaps[..., 1])
         ids = np.where(away.min(axis=1) < 0.2, away.argmin(axis=1), -1)
-        scans.append(Scan(ids, found.points, found.covs))
-    one = loops.draw_drive(building.landmarks, poses, scans, SLIPS, config.fixes, streams)
+        found_in.append(found.named(ids))
+    one = loops.draw_drive(building.landmarks, poses, found_in, SLIPS, config.fixes, streams)
     return one, ranges
 
 
@@ -231,7 +231,7 @@ def two_maps(
     local = to_points(np.where(valid, ranges, 0.0), config.scanner.angles[::beams])
     histories = {name: loops.filter_drive(Case(name), one) for name in variants}
     readings = {
-        name: transform(history.poses[::every], local)[valid] for name, history in histories.items()
+        name: act(history.poses[::every], local)[valid] for name, history in histories.items()
     }
     return Maps(config.world[0].faces, one, histories, readings)
 

@@ -79,8 +79,8 @@ EXERCISES = Sheet(
                     "that is the heading at the end, in radians, not the position.",
                 ),
             ),
-            hint="Each metre driven adds its own error of the heading, and it moves all that follows: "
-            "add up σ² (L − s)² over the way s.",
+            hint="Each metre driven adds its own error of the heading, and it moves all that "
+            "follows: add up σ² (L − s)² over the way s.",
             rtol=0.02,
         ),
         "anchored-frozen": Exercise(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.chapters.anchored_slam.mrclam import Found, dead_reckoning
+from robot_perception.chapters.anchored_slam.mrclam import Found
 from robot_perception.datasets import LaserLog, Relations, read_carmen_log, read_relations
 from robot_perception.evaluation.trajectories import (
     RelativeErrors,
@@ -21,21 +21,20 @@ from robot_perception.evaluation.trajectories import (
     motion_errors,
     relative_poses,
 )
-from robot_perception.geometry import transform, wrap_angle
+from robot_perception.geometry import act, wrap_angle
 from robot_perception.slam.planar import (
+    Association,
     CartesianSensor,
-    Gated,
-    Joint,
-    Known,
     MapBelief,
+    Observations,
     Odometry,
-    Scan,
     Settings,
     Step,
+    dead_reckoning,
     run_filter,
 )
 from robot_perception.teaching.recordings import Recording
-from robot_perception.walls.corners import LandmarkRules, ScanLandmarks, find_landmarks
+from robot_perception.walls.corners import LandmarkReport, LandmarkRules, find_landmarks
 from robot_perception.walls.segments import Extraction, RangeNoise
 
 RULES = (
@@ -46,7 +45,7 @@ RULES = (
 KINDS = (("concave", "convex", "pole"), ("concave", "convex"))
 FACTORS = (1.0, 4.0)
 """On the covariances of corners and poles."""
-ASSOCIATIONS = (Gated(), Joint())
+ASSOCIATIONS = ("gated", "joint")
 FLOOR = 0.01**2 * np.eye(2)
 """Added to the covariances, m²: readings are in steps of a centimetre."""
 SAME = 0.3
@@ -98,7 +97,7 @@ def _pairs(rows: Int[np.ndarray, " k"]) -> Int[np.ndarray, "pairs 2"]:
 def run_scans(
     start: Float[np.ndarray, "3"],
     wheels: Wheels,
-    seen: Sequence[ScanLandmarks],
+    seen: Sequence[Observations],
     ids: Sequence[Int[np.ndarray, " _"]],
     settings: Settings,
     factor: float,
@@ -107,23 +106,22 @@ def run_scans(
     steps = [
         Step(
             Odometry(increment, wheels.noise),
-            Scan(names, marks.points, factor * marks.covs + FLOOR),
+            Observations(names, marks.values, factor * marks.covs + FLOOR),
         )
         for increment, marks, names in zip(wheels.increments, seen[1:], ids[1:], strict=True)
     ]
-    history = run_filter(MapBelief.start(start, np.zeros((3, 3))), steps, settings)
-    return np.concatenate([start[None], history.poses])
+    return run_filter(MapBelief.start(start, np.zeros((3, 3))), steps, settings).path
 
 
 def tell(
-    poses: Float[np.ndarray, "scans 3"], seen: Sequence[ScanLandmarks]
+    poses: Float[np.ndarray, "scans 3"], seen: Sequence[Observations]
 ) -> list[Int[np.ndarray, " _"]]:
     """Name landmarks by where they are in the frame of given poses; a scan sees each name once."""
     places, counts = np.empty((0, 2)), np.empty(0)
     names = []
     for pose, marks in zip(poses, seen, strict=True):
         mine = np.empty(0, dtype=int)
-        for point in transform(pose, marks.points):
+        for point in act(pose, marks.values):
             apart = np.hypot(*(places - point).T)
             apart[mine] = np.inf
             near = int(apart.argmin()) if apart.size and apart.min() <= SAME else len(places)
@@ -136,15 +134,14 @@ def tell(
     return names
 
 
-def blind(seen: Sequence[ScanLandmarks]) -> list[Int[np.ndarray, " _"]]:
+def blind(seen: Sequence[Observations]) -> list[Int[np.ndarray, " _"]]:
     """Leave all landmarks without names."""
     return [np.full(len(marks), -1) for marks in seen]
 
 
-def only(marks: ScanLandmarks, kinds: Sequence[str]) -> ScanLandmarks:
+def only(marks: Observations, report: LandmarkReport, kinds: Sequence[str]) -> Observations:
     """Return the landmarks of some kinds."""
-    chosen = np.isin(marks.kinds, kinds)
-    return ScanLandmarks(marks.points[chosen], marks.covs[chosen], marks.kinds[chosen])
+    return marks[np.isin(report.kinds, kinds)]
 
 
 def study(folder: Path) -> dict[str, np.ndarray | float]:
@@ -165,20 +162,20 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     log = read_carmen_log(folder / "intel_odom_and_corrected.log.gz")
     relations = read_relations(folder / "intel.relations.gz")
     wheels, start = calibrate(log), log.poses[0]
-    dead = dead_reckoning(start, (Step(Odometry(i, wheels.noise)) for i in wheels.increments))
+    dead = dead_reckoning(start, (Odometry(i, wheels.noise) for i in wheels.increments))
     score = _scorer(log, relations)
-    found = [[find_landmarks(r, log.angles, rules)[0] for r in log.ranges] for rules in RULES]
+    found = [[find_landmarks(r, log.angles, rules) for r in log.ranges] for rules in RULES]
     runs = {"blind": [], "told": []}
     for seen, kinds in product(found, KINDS):
-        chosen = [only(marks, kinds) for marks in seen]
+        chosen = [only(*marks, kinds) for marks in seen]
         ways = [("blind", blind(chosen), association) for association in ASSOCIATIONS]
-        ways.append(("told", tell(log.poses, chosen), Known(0.9999)))
+        ways.append(("told", tell(log.poses, chosen), Association("known", 0.9999)))
         for factor, (name, names, association) in product(FACTORS, ways):
             settings = Settings(CartesianSensor(np.eye(2)), association=association)
             runs[name].append(run_scans(start, wheels, chosen, names, settings, factor))
     near = np.abs(np.diff(relations.match(log.times)[1], axis=1))[:, 0] < NEAR
     thin = slice(None, None, len(log.times) // DRAWN)
-    spots = [transform(p, m.points) for p, m in zip(log.poses, found[0], strict=True)]
+    spots = [act(p, m.values) for p, (m, _) in zip(log.poses, found[0], strict=True)]
     singles = {"odometry": log.odometry, "calibrated": dead, "corrected": log.poses}
     return {
         **_with_intervals({name: score(poses) for name, poses in singles.items()}),
@@ -189,8 +186,8 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
         },
         "relations": np.array([near.sum(), (~near).sum()]),
         "scans": len(log.times),
-        "marks": np.array([np.mean([len(m) for m in seen]) for seen in found]),
-        "empty": np.array([np.mean([len(m) == 0 for m in seen]) for seen in found]),
+        "marks": np.array([np.mean([len(m) for m, _ in seen]) for seen in found]),
+        "empty": np.array([np.mean([len(m) == 0 for m, _ in seen]) for seen in found]),
         "drift": float(np.rad2deg(wheels.drift)),
         "offset": wheels.offset,
         "noise": np.sqrt(np.diag(wheels.noise)) * [1, 1, np.rad2deg(1)],

@@ -154,7 +154,7 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     deviations = np.array([config.start_deviation] * 2 + [config.heading_deviation])
     believed = path[0] + deviations * rng.standard_normal(3)
     steps = tuple(
-        Step(planar.Odometry(increment, np.diag(deviation**2)), planar.Scan(*look))
+        Step(planar.Odometry(increment, np.diag(deviation**2)), planar.Observations(*look))
         for increment, deviation, look in zip(
             wheels.increments, wheels.deviations, looks[1:], strict=True
         )

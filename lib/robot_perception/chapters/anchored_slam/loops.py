@@ -16,11 +16,11 @@ from data_synth.wheels import LARGE, SMALL, Slip
 from robot_perception.evaluation.consistency import Coverage, coverage, normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import wrap_angle
+from robot_perception.observations import Observations
 from robot_perception.slam import planar
-from robot_perception.slam.planar import History, PositionFix, Scan
+from robot_perception.slam.planar import History, PositionFix
 
 SLIPS: Mapping[str, Slip] = {"small": SMALL, "large": LARGE}
-ASSOCIATIONS = {"gated": planar.Gated(), "joint": planar.Joint(), "known": planar.Known()}
 STARTS = {"exact": (0.0, 0.0, 0.0), "uncertain": (0.1, 0.1, np.deg2rad(3.0))}
 """Deviations of the true start about the believed one, m, m, rad; both are ours."""
 
@@ -112,8 +112,8 @@ class Drive:
     ----------
     landmarks, poses
         True places, m, and true path, m, m, rad.
-    scans
-        What was seen, by true landmark (-1 for none), in the frame of the robot, m.
+    seen
+        What was seen after each step, by true landmark (-1 for none), in the robot's frame, m.
     start
         Error of the believed start in deviations.
     wheels
@@ -124,7 +124,7 @@ class Drive:
 
     landmarks: Float[np.ndarray, "n 2"]
     poses: Float[np.ndarray, "steps 3"]
-    scans: Sequence[Scan]
+    seen: Sequence[Observations]
     start: Float[np.ndarray, "3"]
     wheels: Mapping[str, wheels.Odometry]
     fixes: Mapping[int, PositionFix]
@@ -133,7 +133,7 @@ class Drive:
 def draw_drive(
     landmarks: Float[np.ndarray, "n 2"],
     poses: Float[np.ndarray, "steps 3"],
-    scans: Sequence[Scan],
+    seen: Sequence[Observations],
     slips: Mapping[str, Slip],
     fixes: Fixes,
     streams: Sequence[np.random.Generator],
@@ -148,7 +148,7 @@ def draw_drive(
     places = poses[:, :2] + fixes.sigma * outside.standard_normal((len(poses), 2))
     cov = fixes.sigma**2 * np.eye(2)
     at = {k: PositionFix(places[k], cov) for k in range(0, len(poses), fixes.every)}
-    return Drive(landmarks, poses, scans, start.standard_normal(3), reports, at)
+    return Drive(landmarks, poses, seen, start.standard_normal(3), reports, at)
 
 
 def filter_drive(
@@ -170,7 +170,7 @@ def filter_drive(
     variant, deviation = VARIANTS[case.variant], np.array(STARTS[case.start])
     known, poses = {}, drive.poses
     if variant.anchored:
-        anchors = [first_observed(drive.scans)] if anchors is None else anchors
+        anchors = [first_observed(drive.seen)] if anchors is None else anchors
         known = {i: drive.landmarks[i] for i in anchors}
     linearisation = variant.linearisation
     if linearisation == "true":
@@ -179,7 +179,7 @@ def filter_drive(
     settings = planar.Settings(
         planar.CartesianSensor(np.eye(2)),
         anchors=known,
-        association=ASSOCIATIONS[case.association],
+        association=case.association,
         linearisation=linearisation,
         revision_limit=variant.limit,
         retirement=variant.retirement,
@@ -187,22 +187,22 @@ def filter_drive(
     )
     start = planar.MapBelief.start(poses[0] + deviation * drive.start, np.diag(deviation**2))
     report, motion, steps = drive.wheels[case.noise], None, []
-    for k, scan in enumerate(drive.scans):
+    for k, seen in enumerate(drive.seen):
         if case.association != "known":  # only the anchor is shown, once
-            names = np.where((k == 0) & np.isin(scan.ids, list(known)), scan.ids, -1)
-            scan = Scan(names, scan.values, scan.noises)
+            names = np.where((k == 0) & np.isin(seen.ids, list(known)), seen.ids, -1)
+            seen = seen.named(names)
         if k > 0:
             motion = planar.Odometry(
                 report.increments[k - 1], np.diag(report.deviations[k - 1] ** 2)
             )
         fixes = (drive.fixes[k],) if variant.external and k in drive.fixes else ()
-        steps.append(planar.Step(motion, scan, fixes))
+        steps.append(planar.Step(motion, seen, fixes))
     return planar.run_filter(start, steps, settings)
 
 
-def first_observed(scans: Sequence[Scan]) -> int:
+def first_observed(seen: Sequence[Observations]) -> int:
     """Return the first landmark that was seen; of several at once, the nearest."""
-    first = next(scan for scan in scans if (scan.ids >= 0).any())
+    first = next(one for one in seen if (one.ids >= 0).any())
     away = np.where(first.ids >= 0, np.hypot(first.values[:, 0], first.values[:, 1]), np.inf)
     return int(first.ids[away.argmin()])
 
@@ -275,8 +275,8 @@ def account(history: History, drive: Drive) -> tuple:
     errors = history.poses - drive.poses
     errors[:, 2] = wrap_angle(errors[:, 2])
     owner, false = {}, 0
-    for scan, used in zip(drive.scans, history.used, strict=True):
-        for truth, name in zip(scan.ids.tolist(), used.tolist(), strict=True):
+    for seen, used in zip(drive.seen, history.used, strict=True):
+        for truth, name in zip(seen.ids.tolist(), used.tolist(), strict=True):
             if name >= 0 and truth >= 0:
                 false += owner.setdefault(name, truth) != truth
     places = dict(zip(history.belief.ids.tolist(), history.belief.landmarks, strict=True))

@@ -5,7 +5,7 @@ whom motion capture is taken to be known; the robot's own motion capture only st
 it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,23 +14,24 @@ from jaxtyping import Bool, Float
 from scipy import stats
 
 from robot_perception.datasets import read_mrclam
-from robot_perception.datasets.mrclam import HeldCommands, MrclamRobot, SurveyedLandmarks
+from robot_perception.datasets.mrclam import MrclamRobot, SurveyedLandmarks
 from robot_perception.evaluation.consistency import normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error, end_error
 from robot_perception.geometry import wrap_angle
 from robot_perception.slam.planar import (
-    Gated,
+    Association,
     History,
-    Joint,
-    Known,
     MapBelief,
+    Observations,
     Odometry,
     RangeBearing,
-    Scan,
     Settings,
     Step,
+    compound,
+    dead_reckoning,
     run_filter,
 )
+from robot_perception.streams import hold, merge
 from robot_perception.teaching.recordings import Recording
 
 GAP = 0.5
@@ -200,10 +201,10 @@ def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, float,
     first = max(robot.commands.times[0], robot.truth.times[0])
     last = min(robot.commands.times[-1], robot.truth.times[-1] - delay)
     cuts = np.arange(first, last, WINDOW)
-    held = robot.commands.hold(cuts)
-    parts = held.velocities * held.durations[:, None]
+    held = hold(robot.commands.times, robot.commands.velocities, cuts)
+    parts = held.commands * held.durations[:, None]
     parts = np.column_stack([parts, np.abs(parts[:, 1])])
-    way, turn, bends = (np.bincount(held.cuts, part)[1:] for part in parts.T)
+    way, turn, bends = (np.bincount(held.intervals, part) for part in parts.T)
     poses, covered = robot.truth.at(cuts + delay, longest_gap=GAP)
     true_turn = wrap_angle(np.diff(poses[:, 2]))
     chord = np.hypot(*np.diff(poses[:, :2], axis=0).T)
@@ -251,117 +252,31 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
 # ---- steps ---------------------------------------------------------------------------------------
 
 
-def compound(
-    held: HeldCommands, density: Float[np.ndarray, "2"]
-) -> tuple[Float[np.ndarray, "intervals 3"], Float[np.ndarray, "intervals 3 3"]]:
-    r"""Return the motion over each interval and its covariance.
-
-    Arcs are joined one to the other in the frame in which the interval began. The noise of (v, ω)
-    is white: over a piece of length T its variance is the density over T. What piece j does to the
-    end of the interval is
-
-    .. math::
-        \frac{\partial t_e}{\partial v_j} = R_j \frac{\partial d_j}{\partial v}, \qquad
-        \frac{\partial t_e}{\partial \omega_j} = R_j \frac{\partial d_j}{\partial \omega}
-        + T_j J (t_e - t_{j+1})
-
-    so that the filter's result is the same as if it had taken the pieces one by one.
-
-    Parameters
-    ----------
-    held
-        Pieces of constant velocity.
-    density : (2,)
-        Variance per second of distance (m²/s) and of turn (rad²/s).
-
-    Returns
-    -------
-    increments : (intervals, 3)
-    covs : (intervals, 3, 3)
-    """
-    speed, rate = held.velocities.T
-    duration = held.durations
-    turn = rate * duration
-    chord = (duration * np.sinc(turn / (2 * np.pi)))[:, None]
-    by_speed = chord * np.stack([np.cos(turn / 2), np.sin(turn / 2)], axis=1)
-    by_rate = (speed * duration**2)[:, None] * _arc_slope(turn)
-    first = np.flatnonzero(np.diff(held.cuts, prepend=0))
-    interval = held.cuts - 1
-    heading = _before(turn, first, interval)
-    cos, sin = np.cos(heading), np.sin(heading)
-    R = np.stack([cos, -sin, sin, cos], axis=1).reshape(-1, 2, 2)
-    part = (R @ (speed[:, None] * by_speed)[..., None])[..., 0]
-    end = np.add.reduceat(part, first, axis=0)
-    x, y = (end[interval] - _before(part, first, interval) - part).T  # t_e - t_{j+1}
-    by_noise = np.zeros((len(turn), 3, 2))
-    by_noise[:, :2, 0] = (R @ by_speed[..., None])[..., 0]
-    by_noise[:, :2, 1] = (R @ by_rate[..., None])[..., 0] + duration[:, None] * np.stack([-y, x], 1)
-    by_noise[:, 2, 1] = duration
-    root = by_noise * np.sqrt(density / duration[:, None])[:, None, :]
-    covs = np.add.reduceat(root @ root.mT, first, axis=0)
-    return np.column_stack([end, np.add.reduceat(turn, first)]), (covs + covs.mT) / 2
-
-
-def _arc_slope(turn: np.ndarray) -> np.ndarray:
-    """Return the derivative of (sin a, 1 - cos a) / a; by its series where a is small."""
-    small = np.abs(turn) < 1e-3
-    a = np.where(small, 1.0, turn)
-    x = (a * np.cos(a) - np.sin(a)) / a**2
-    y = (a * np.sin(a) + np.cos(a) - 1) / a**2
-    return np.stack([np.where(small, -turn / 3, x), np.where(small, 0.5 - turn**2 / 8, y)], axis=1)
-
-
-def _before(values: np.ndarray, first: np.ndarray, interval: np.ndarray) -> np.ndarray:
-    """Return for each piece the sum over the pieces of its interval that come before it."""
-    so_far = np.cumsum(values, axis=0) - values
-    return so_far - so_far[first][interval]
-
-
 def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
     """Return the steps of a robot, one for each image at least ``pause`` seconds after the last.
 
     The drive lasts from the first command to the last, each moved by the delay of the wheels.
     """
-    seen, begin = robot.landmarks, robot.commands.times[0] + sensors.delay
-    images = np.unique(seen.times)
-    images = images[(images > begin) & (images <= robot.commands.times[-1] + sensors.delay)]
-    times = np.array([begin, *_apart(images, pause)])
-    # subtracting may round out of the log by a hair
-    commanded = np.maximum(times - sensors.delay, robot.commands.times[0])
-    held = robot.commands.hold(commanded)
-    driven = replace(held, velocities=sensors.correct(held.velocities))
-    increments, covs = compound(driven, sensors.density)
-    low, high = (np.searchsorted(seen.times, times[1:], side=side) for side in ("left", "right"))
+    seen, logged = robot.landmarks, robot.commands
+    merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
+    driven = replace(merged.held, commands=sensors.correct(merged.held.commands))
+    times = merged.times
     steps = tuple(
-        Step(Odometry(increment, cov), Scan(seen.subjects[i:j], seen.values[i:j]), time=float(time))
-        for increment, cov, i, j, time in zip(
-            increments, covs, low, high, times[1:] - times[0], strict=True
+        Step(Odometry(*motion), Observations(seen.subjects[rows], seen.values[rows]), time=time)
+        for motion, rows, time in zip(
+            zip(*compound(driven, sensors.density), strict=True),
+            merged.rows,
+            (times[1:] - times[0]).tolist(),
+            strict=True,
         )
     )
     return Drive(steps, times, *robot.truth.at(times, longest_gap=GAP))
 
 
-def _apart(times: np.ndarray, pause: float) -> list[float]:
-    """Return the times that follow the last one returned by at least a pause."""
-    kept: list[float] = []
-    for time in times.tolist():
-        if not kept or time - kept[-1] >= pause:
-            kept.append(time)
-    return kept
-
-
-def dead_reckoning(start: Float[np.ndarray, "3"], steps: Iterable[Step]) -> np.ndarray:
-    """Return the poses by the motions alone, (k + 1, 3) with the start."""
-    poses = [start]
-    for step in steps:
-        poses.append(step.motion.move(poses[-1]))
-    return np.array(poses)
-
-
 def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int, np.ndarray]]:
     """Return no anchor; the landmark seen first, as in the paper; and that and the one farthest."""
     places = dict(zip(landmarks.ids.tolist(), landmarks.positions, strict=True))
-    first = int(drive.steps[0].scan.ids[0])
+    first = int(drive.steps[0].observations.ids[0])
     far = max(places, key=lambda name: float(np.hypot(*(places[name] - places[first]))))
     return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
 
@@ -410,16 +325,16 @@ def run_robot(
     (0.9999), for the camera takes one landmark for another now and then.
     """
     drive, sparse = make_drive(robot, sensors), make_drive(robot, sensors, pause=1.0)
-    nameless = tuple(Step(s.motion, s.scan.anonymous(), time=s.time) for s in sparse.steps)
+    nameless = tuple(replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
     one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
-    known = Known(0.9999)
+    known = Association("known", 0.9999)
     ways = (
         (drive, drive.steps, RangeBearing(one), known, "latest"),
         (drive, drive.steps, RangeBearing(many), known, "latest"),
         (drive, drive.steps, RangeBearing(many), known, "first"),
         (drive, drive.steps, RangeBearing(many, range_bias), known, "latest"),
-        (sparse, nameless, RangeBearing(one), Gated(), "latest"),
-        (sparse, nameless, RangeBearing(one), Joint(), "latest"),
+        (sparse, nameless, RangeBearing(one), "gated", "latest"),
+        (sparse, nameless, RangeBearing(one), "joint", "latest"),
     )
     found: dict[str, list[Judged]] = {}
     start = MapBelief.start(drive.truth[0], START)
@@ -498,7 +413,7 @@ def _numbers(drive: Drive, found: Mapping[str, list[Judged]]) -> dict[str, np.nd
             [[getattr(run.history.counts, name) for run in found[m]] for m in METHODS]
         )
     seen = drive.covered
-    dead = dead_reckoning(drive.truth[0], drive.steps)
+    dead = dead_reckoning(drive.truth[0], (s.motion for s in drive.steps))
     return numbers | {
         "dead": absolute_error(dead[seen], drive.truth[seen], aligned=False),
         "images": len(drive.steps),
@@ -525,7 +440,9 @@ def _series(
     return {
         "times": np.round(drive.times[1:][rows] - drive.times[0], 1),
         "truth": np.round(truth[:, :2], 2),
-        "dead_path": np.round(dead_reckoning(drive.truth[0], drive.steps)[1:][rows, :2], 2),
+        "dead_path": np.round(
+            dead_reckoning(drive.truth[0], (s.motion for s in drive.steps))[1:][rows, :2], 2
+        ),
         "paths": np.round(poses[..., :2], 2),
         "errors": np.round(
             np.stack([np.hypot(*apart[..., :2].T).T, wrap_angle(apart[..., 2])], axis=-1), 3

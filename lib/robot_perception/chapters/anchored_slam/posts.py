@@ -20,7 +20,7 @@ from robot_perception.chapters.anchored_slam.loops import Case, Drive, Fixes, Ru
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import bootstrap_mean, bootstrap_ratio, exact
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.slam.planar import Scan
+from robot_perception.observations import Observations
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
@@ -71,9 +71,13 @@ class Config:
     @property
     def world(self) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "steps 3"]]:
         """The places of the posts and the true path."""
-        posts = make_posts(self.length, rng=np.random.default_rng(1), apart=self.apart)
-        beyond = min(self.beyond, first_leg(posts))
-        return posts.landmarks, drive(posts, step=self.step, beyond=beyond)
+        return _world(self.length, self.step, self.beyond, self.apart)
+
+
+@cache
+def _world(length: float, step: float, beyond: float, apart: float) -> tuple:
+    posts = make_posts(length, rng=np.random.default_rng(1), apart=apart)
+    return posts.landmarks, drive(posts, step=step, beyond=min(beyond, first_leg(posts)))
 
 
 LINEAR = Config(noise=0.3)
@@ -125,8 +129,8 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     sigma = config.noise * config.look_sigma
     seen = glimpse(landmarks, poses, sigma=sigma, reach=config.reach, rng=looks)
     cov = sigma**2 * np.eye(2)
-    scans = [Scan(ids, at, np.broadcast_to(cov, (len(ids), 2, 2))) for ids, at in seen]
-    return loops.draw_drive(landmarks, poses, scans, {"own": config.slip}, config.fixes, streams)
+    seen = [Observations(ids, at, np.tile(cov, (len(ids), 1, 1))) for ids, at in seen]
+    return loops.draw_drive(landmarks, poses, seen, {"own": config.slip}, config.fixes, streams)
 
 
 def case(config: Config, variant: str) -> Case:

@@ -21,14 +21,8 @@ from robot_perception.chapters.monobot import rail
 from robot_perception.chapters.monobot.rail import FIG4, PAPER, Result
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.slam.monobot import (
-    MonobotRun,
-    Reference,
-    motion,
-    run_filter,
-    run_referenced,
-    sensor_matrix,
-)
+from robot_perception.slam import monobot
+from robot_perception.slam.monobot import MonobotRun, Reference
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
@@ -82,17 +76,8 @@ FIGURES = {"Fig. 4: no reference": Config(), "Fig. 5: anchor": FIG5, "Fig. 6: ca
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Simulate a study and filter it; the same generator makes the same world for every reference.
 
-    Parameters
-    ----------
-    config
-        The study.
-    rng
-        Generator of the world; the reference has one of its own, spawned after it.
-
-    Returns
-    -------
-    Result
-        That of the monobot; with a reference, its innovation is the first of each step.
+    The reference has a generator of its own, spawned after the world's; its innovation is the first
+    of each step.
     """
     world = rail.simulate(config.base, rng=rng)
     return Result(config.base, world, refilter(config, world, rng=rng.spawn(1)[0]))
@@ -111,8 +96,8 @@ def covariances(config: Config) -> MonobotRun:
     """Return the covariances and gains of a study, which need no data (all of it is zero)."""
     if config.reference == "none":
         return rail.covariances(config.base)
-    steps, n = config.base.steps, config.base.landmarks
-    looks = np.zeros((1, steps + 1, n))
+    steps = config.base.steps
+    looks = np.zeros((1, steps + 1, config.base.landmarks))
     return _filtered(config, np.zeros(steps), looks, np.zeros((1, steps)))
 
 
@@ -121,7 +106,7 @@ def _filtered(
 ) -> MonobotRun:
     believed = config.position + config.misplaced
     reference = Reference(SIGNS[config.reference], values, config.deviations**2, believed)
-    return run_referenced(
+    return monobot.run_referenced(
         config.base.belief,
         commands,
         looks,
@@ -175,7 +160,7 @@ def information_on_start(config: Config) -> Float[np.ndarray, "steps states stat
     Eq. (14) counts each innovation as a fresh look at one state; this does not.
     """
     base, matrix = config.base, _matrix(config)
-    moves = [motion(0.0, float(s) ** 2, base.landmarks) for s in base.motion_deviations]
+    moves = [monobot.motion(0.0, float(s) ** 2, base.landmarks) for s in base.motion_deviations]
     noises = base.look_deviations[1:] ** 2
     if config.reference != "none":
         noises = np.insert(noises, 0, config.deviations**2, axis=1)
@@ -183,11 +168,10 @@ def information_on_start(config: Config) -> Float[np.ndarray, "steps states stat
 
 
 def _matrix(config: Config) -> np.ndarray:
-    n = config.base.landmarks
     if config.reference == "none":
-        return sensor_matrix(n)
-    nothing = np.zeros((1, config.base.steps))
-    return Reference(SIGNS[config.reference], nothing, 1.0).matrix(n)
+        return monobot.sensor_matrix(config.base.landmarks)
+    values = np.zeros((1, config.base.steps))
+    return Reference(SIGNS[config.reference], values, 1.0).matrix(config.base.landmarks)
 
 
 def symbolic_information(
@@ -197,27 +181,15 @@ def symbolic_information(
 
     .. math:: J_k = H^\top S_k^{-1} H
 
-    Parameters
-    ----------
-    landmarks
-        n, at least 1.
-    reference
-        ``"none"`` gives eq. (15), ``"anchor"`` eq. (22), ``"external sensor"`` its twin.
-
-    Returns
-    -------
-    information : Matrix, (n + 1, n + 1)
-    weights : Matrix
-        The entries :math:`\varsigma_{ij}` of the inverse innovation covariance, any symmetric
-        matrix; numbered from 0 with a reference and from 1 without.
+    ``"none"`` gives eq. (15), ``"anchor"`` eq. (22), ``"external sensor"`` its twin. The entries
+    :math:`\varsigma_{ij}` of the inverse innovation covariance, any symmetric matrix, are numbered
+    from 0 with a reference and from 1 without.
     """
     matrix = _matrix(Config(base=replace(FIG4, landmarks=landmarks), reference=reference))
     first = landmarks + 1 - len(matrix)
     H = sympy.Matrix(matrix.astype(int).tolist())
     weights = sympy.Matrix(
-        len(matrix),
-        len(matrix),
-        lambda i, j: sympy.Symbol(f"s_{min(i, j) + first}{max(i, j) + first}"),
+        H.rows, H.rows, lambda i, j: sympy.Symbol(f"s_{min(i, j) + first}{max(i, j) + first}")
     )
     return (H.T * weights * H).applyfunc(sympy.expand), weights
 
@@ -230,20 +202,9 @@ def anchored_and_relative(
 ) -> tuple[Float[np.ndarray, "runs looks"], Float[np.ndarray, "runs looks"]]:
     """Return the landmark by a filter with an anchor, and landmark minus anchor by one without.
 
-    The first filter learns where it starts from its first look at the anchor, and from nothing
-    else. The second takes the anchor for a landmark like any other and believes in its own start.
-
-    Parameters
-    ----------
-    runs
-        Number of worlds with the noise of Figs 4 and 5.
-    rng
-        Generator of the worlds.
-
-    Returns
-    -------
-    anchored, relative : (runs, looks)
-        Estimates of the same distance, m.
+    Both estimate the same distance, m, in worlds with the noise of Figs 4 and 5. The first filter
+    learns where it starts from its first look at the anchor, and from nothing else. The second
+    takes the anchor for a landmark like any other and believes in its own start.
     """
     base, plan = replace(FIG4, runs=runs), FIG4.plan
     posts = np.array([FIG5.position, base.landmarks_at])
@@ -259,8 +220,10 @@ def anchored_and_relative(
         rng=rng,
     )
     V, W, looks = base.motion_deviations**2, deviations**2, world.looks
-    plain = run_filter(base.belief, world.commands, looks, motion_variance=V, look_variance=W)
-    tied = run_referenced(
+    plain = monobot.run_filter(
+        base.belief, world.commands, looks, motion_variance=V, look_variance=W
+    )
+    tied = monobot.run_referenced(
         Gaussian(FIG5.position - looks[:, 0, :1], W[:1, :1]),
         world.commands,
         looks[..., 1:],

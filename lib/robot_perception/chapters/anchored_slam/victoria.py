@@ -14,19 +14,20 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from robot_perception.chapters.anchored_slam.mrclam import Found, dead_reckoning
+from robot_perception.chapters.anchored_slam.mrclam import Found
 from robot_perception.datasets import LandmarkGraph, read_fixes, read_landmark_graph, read_vehicle
 from robot_perception.datasets.victoria import Fixes, VehicleLog
 from robot_perception.evaluation.trajectories import absolute_error, align
-from robot_perception.geometry import transform
+from robot_perception.geometry import act, compose, rotation
 from robot_perception.slam.planar import (
     CartesianSensor,
     History,
     MapBelief,
+    Observations,
     Odometry,
-    Scan,
     Settings,
     Step,
+    dead_reckoning,
     run_filter,
 )
 from robot_perception.teaching.recordings import Recording
@@ -59,7 +60,7 @@ def make_steps(graph: LandmarkGraph) -> list[Step]:
     return [
         Step(
             Odometry(motion, cov),
-            Scan(graph.landmarks[i:j], graph.values[i:j], graph.value_covs[i:j]),
+            Observations(graph.landmarks[i:j], graph.values[i:j], graph.value_covs[i:j]),
         )
         for motion, cov, i, j in zip(graph.motions, graph.motion_covs, low, high, strict=True)
     ]
@@ -146,9 +147,8 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     car, fixes = read_vehicle(folder / "aa3_dr.mat"), read_fixes(folder / "aa3_gpsx.mat")
     steps = make_steps(graph)
     runs = [run_drive(steps, linearisation) for linearisation in LINEARISATIONS]
-    start = np.zeros((1, 3))
-    paths = [np.concatenate([start, run.poses]) for run in runs]
-    paths.append(dead_reckoning(np.zeros(3), steps))
+    paths = [run.path for run in runs]
+    paths.append(dead_reckoning(np.zeros(3), (step.motion for step in steps)))
     jumped = jumps(fixes)
     covered = positions_at_fixes(paths[0], graph, car, fixes)[1]
     good = covered & ~jumped
@@ -159,10 +159,10 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
     sizes, microseconds = _times_by_size(steps, runs[0])
     thin = slice(None, None, len(paths[0]) // DRAWN)
     return {
-        "paths": np.round([transform(frame, path[thin, :2]) for path in paths[:2]], 1),
-        "dead": np.round(transform(frame, paths[2][thin, :2]), 1),
+        "paths": np.round([act(frame, path[thin, :2]) for path in paths[:2]], 1),
+        "dead": np.round(act(frame, paths[2][thin, :2]), 1),
         "fixes": np.round(truth[:: len(truth) // DRAWN], 1),
-        "trees": np.round([transform(frame, latest), transform(frame, first)], 2),
+        "trees": np.round([act(frame, latest), act(frame, first)], 2),
         "tree_covs": np.array([_tree_covs(run, frame[2]) for run in runs]),
         "ate": np.array([absolute_error(path, truth, aligned=True) for path in there[:2]]),
         "ate_laser": np.array(
@@ -186,19 +186,17 @@ def study(folder: Path) -> dict[str, np.ndarray | float]:
 
 def _laser(poses: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
     """Return where the laser is."""
-    ahead = np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
-    return poses[:, :2] + BUMPER * ahead
+    return compose(poses, np.array([BUMPER, 0.0, 0.0]))[:, :2]
 
 
 def _tree_covs(history: History, angle: float) -> Float[np.ndarray, "n 2 2"]:
     """Return the covariances of the landmarks, turned by an angle."""
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return turn @ history.belief.landmark_covs @ turn.T
+    return rotation(angle) @ history.belief.landmark_covs @ rotation(angle).T
 
 
 def _times_by_size(steps: list[Step], history: History) -> tuple[np.ndarray, np.ndarray]:
     """Return mean map sizes, and median times in µs of steps that saw a tree and that saw none."""
-    times, saw = 1e6 * step_times(steps), np.array([step.scan.ids.size > 0 for step in steps])
+    times, saw = 1e6 * step_times(steps), np.array([len(step.observations) > 0 for step in steps])
     place = np.digitize(history.sizes, SIZES)
     bins = np.unique(place)
     sizes = np.array([history.sizes[place == i].mean() for i in bins])

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.beliefs import check_covariance, check_finite
-from robot_perception.geometry import transform
+from robot_perception.geometry import act
 
 SHIFT_X, SHIFT_Y, TURN = "shift in x", "shift in y", "turn"
 
@@ -45,7 +45,7 @@ def rotate(
     """
     about, pose = _pair("about", about), np.array([0.0, 0.0, angle])
     check_finite("angle", pose)
-    pose[:2] = about - transform(pose, about[None])[0]
+    pose[:2] = about - act(pose, about[None])[0]
     return _moved(state, pose)
 
 
@@ -136,4 +136,4 @@ def _state(heading: float, points: np.ndarray) -> np.ndarray:
 
 def _moved(state: np.ndarray, pose: np.ndarray) -> np.ndarray:
     state = np.asarray(state, dtype=float)
-    return _state(state[2] + pose[2], transform(pose, _points(state)))
+    return _state(state[2] + pose[2], act(pose, _points(state)))

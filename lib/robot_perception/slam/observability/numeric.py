@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.beliefs import check_finite
+from robot_perception.geometry import rotation
 from robot_perception.slam.observability.sensors import Sensor, see
-from robot_perception.slam.planar.motions import turn
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,7 +120,7 @@ def fixed_point_matrix(
     if increment.shape != (3,) or steps < 1:
         raise ValueError(f"need an increment (3,) and a step, got {increment.shape}, {steps}")
     check_finite("increment", increment)
-    F = _transition(H.shape[1], turn(state[2]) @ increment[:2])
+    F = _transition(H.shape[1], rotation(state[2]) @ increment[:2])
     return np.vstack([H @ np.linalg.matrix_power(F, k) for k in range(steps)])
 
 

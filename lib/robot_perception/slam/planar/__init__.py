@@ -1,6 +1,7 @@
 """Extended Kalman filter SLAM for a vehicle in the plane."""
 
-from robot_perception.slam.planar.association import Gated, Joint, Known
+from robot_perception.observations import Observations
+from robot_perception.slam.planar.association import Association
 from robot_perception.slam.planar.belief import MapBelief
 from robot_perception.slam.planar.filtering import (
     Innovation,
@@ -9,36 +10,35 @@ from robot_perception.slam.planar.filtering import (
     predict,
     update,
 )
-from robot_perception.slam.planar.motions import Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, Velocity, compound, dead_reckoning
 from robot_perception.slam.planar.runs import Counts, History, Settings, Step, Truth, run_filter
 from robot_perception.slam.planar.sensors import (
     CartesianSensor,
     Compass,
     PositionFix,
     RangeBearing,
-    Scan,
 )
 
 __all__ = [
+    "Association",
     "CartesianSensor",
     "Compass",
     "Counts",
-    "Gated",
     "History",
     "Innovation",
-    "Joint",
-    "Known",
     "MapBelief",
+    "Observations",
     "Odometry",
     "PositionFix",
     "RangeBearing",
-    "Scan",
     "Settings",
     "Step",
     "Truth",
     "Velocity",
     "add_landmarks",
+    "compound",
     "correct",
+    "dead_reckoning",
     "predict",
     "run_filter",
     "update",

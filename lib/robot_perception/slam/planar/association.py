@@ -2,105 +2,77 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
 from robot_perception.gating import branch_and_bound, gate, nearest_neighbours
+from robot_perception.observations import Observations
 from robot_perception.slam.planar import kernels
-from robot_perception.slam.planar.sensors import LandmarkSensor, Scan
+from robot_perception.slam.planar.sensors import LandmarkSensor
 from robot_perception.slam.planar.workspace import SINGULAR, Workspace
 
 IGNORED, NEW = -1, -2  # in place of an identifier
 
 
-@dataclass(frozen=True, slots=True)
-class Known:
-    """The scan says which landmark it saw; what it does not say is ignored.
-
-    Parameters
-    ----------
-    level
-        Probability that a right observation passes the gate; 1 means that there is no gate.
-    """
-
-    level: float = 1.0
-    limit: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        limit = np.inf if self.level == 1 else gate(self.level, 2)
-        object.__setattr__(self, "limit", limit)
+KINDS = ("known", "gated", "joint")
 
 
 @dataclass(frozen=True, slots=True)
-class Gated:
-    """Each observation belongs to the nearest landmark inside a gate.
+class Association:
+    """How observations find their landmarks.
 
     Parameters
     ----------
+    kind
+        ``"known"``: each observation says which landmark it is of; one that does not is ignored.
+        ``"gated"``: each without a name belongs to the nearest landmark inside a gate.
+        ``"joint"``: to those without a name belongs the largest set of landmarks that fits all
+        together; see :func:`~robot_perception.gating.joint_compatibility`.
     level
-        Probability that a right pair passes the inner gate.
+        Probability that a right pair passes its gate, and a right set the joint one; 1, no gate,
+        only where names are known. If left out, 1 for ``"known"`` and otherwise 0.99.
     outer
-        The same for the outer gate. An observation outside the outer gates of all landmarks is of a
-        new one; one between the gates is ignored.
+        The same for the outer gate, 0.9999 if left out. An observation without a name that is
+        outside the outer gates of all landmarks is of a new one; one between the gates is ignored.
+        Known names have none.
 
     Raises
     ------
     ValueError
-        Unless 0 < level <= outer < 1.
+        If the kind is none of these, unless 0 < level <= outer < 1, or 0 < level <= 1 where names
+        are known.
     """
 
-    level: float = 0.99
-    outer: float = 0.9999
+    kind: Literal["known", "gated", "joint"] = "known"
+    level: float | None = None
+    outer: float | None = None
     limit: float = field(init=False)
     outer_limit: float = field(init=False)
 
     def __post_init__(self) -> None:
-        _set_gates(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """The largest set of pairs that fit together; see :func:`gating.joint_compatibility`.
-
-    Parameters
-    ----------
-    level
-        Probability that a right pair passes its own gate, and a right set the joint one.
-    outer
-        As in :class:`Gated`.
-
-    Raises
-    ------
-    ValueError
-        Unless 0 < level <= outer < 1.
-    """
-
-    level: float = 0.99
-    outer: float = 0.9999
-    limit: float = field(init=False)
-    outer_limit: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        _set_gates(self)
-
-
-def _set_gates(gates: Gated | Joint) -> None:
-    if not 0 < gates.level <= gates.outer < 1:
-        raise ValueError(f"need 0 < level <= outer < 1, got {gates.level}, {gates.outer}")
-    object.__setattr__(gates, "limit", gate(gates.level, 2))
-    object.__setattr__(gates, "outer_limit", gate(gates.outer, 2))
-
-
-Association = Known | Gated | Joint
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
+            raise ValueError(f"association must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        known = self.kind == "known"
+        level = (1.0 if known else 0.99) if self.level is None else self.level
+        if known and self.outer is not None:
+            raise ValueError(f"known names have no outer gate, got {self.outer}")
+        outer = 0.9999 if self.outer is None else self.outer
+        if not known and not 0 < level <= outer < 1:
+            raise ValueError(f"need 0 < level <= outer < 1, got {level}, {outer}")
+        object.__setattr__(self, "level", level)
+        object.__setattr__(self, "outer", None if known else outer)
+        object.__setattr__(self, "limit", np.inf if level == 1 else gate(level, 2))
+        object.__setattr__(self, "outer_limit", np.inf if known else gate(outer, 2))
 
 
 def associate(
     work: Workspace,
-    scan: Scan,
+    observations: Observations,
     noises: np.ndarray,
     sensor: LandmarkSensor,
     anchors: Mapping[int, tuple[float, float]],
-    association: Gated | Joint,
+    association: Association,
 ) -> np.ndarray:
     """Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs.
 
@@ -109,7 +81,7 @@ def associate(
     ValueError
         If the covariance of an innovation is singular.
     """
-    found = scan.ids.copy()
+    found = observations.ids.copy()
     unnamed = np.flatnonzero(found == -1)
     taken = set(found.tolist())
     names = [name for name in (*work.ids, *anchors) if name not in taken]
@@ -122,14 +94,14 @@ def associate(
     expected, by_pose, by_point = sensor.look(work.mean[:3], points)
     m, n = unnamed.size, len(names)
     innovations = sensor.residual(
-        np.repeat(scan.values[unnamed], n, axis=0), np.tile(expected, (m, 1))
+        np.repeat(observations.values[unnamed], n, axis=0), np.tile(expected, (m, 1))
     ).reshape(m, n, 2)
     noises = noises if len(noises) == 1 else noises[unnamed]
     own = kernels.own_covs(work.cov, by_pose, by_point, slots)
     distances = kernels.pair_distances(innovations, own, noises)
     if np.isnan(distances).any():
         raise ValueError(SINGULAR)
-    if isinstance(association, Gated):
+    if association.kind == "gated":
         assignment = nearest_neighbours(distances, association.limit)
     else:
         i, j = pairs = np.nonzero(distances <= association.limit)

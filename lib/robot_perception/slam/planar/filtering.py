@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.motions import Motion, checked_vector
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
+from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
 from robot_perception.slam.planar.workspace import Workspace
 
 Anchors = Mapping[int, np.ndarray]
@@ -84,29 +85,30 @@ def predict(
 
 def update(
     belief: MapBelief,
-    scan: Scan,
+    observations: Observations,
     sensor: LandmarkSensor,
     anchors: Anchors | None = None,
     at: Float[np.ndarray, "states"] | None = None,
 ) -> tuple[MapBelief, Innovation]:
-    r"""Return the belief after a scan of known landmarks and anchors, and what the scan showed.
+    r"""Return the belief after observing known landmarks and anchors, and what that showed.
 
     .. math::
-        B = P H^\top, \quad S = H B + R, \quad K = B S^{-1}, \qquad
-        P^+ = P - \big(B - \tfrac12 K S\big) K^\top - K \big(B - \tfrac12 K S\big)^\top
+        B = P H^\top, \quad S = H B + R = L L^\top, \quad W = L^{-1} B^\top, \qquad
+        \hat x^+ = \hat x + W^\top L^{-1} \tilde z, \quad P^+ = P - W^\top W
 
     Each row of H touches three entries of the pose and at most two of a landmark, so B costs
-    O(n m). Multiplied out, the Joseph form (9) is :math:`P - K B^\top - B K^\top + K S K^\top` for
-    *every* K, and that is the symmetric update of rank 2m above: a wrong K costs accuracy,
-    to second order, but never makes the covariance too small. One triangle is computed and
+    O(n m), and what remains is one symmetric update of rank m. With the best gain
+    :math:`K = B S^{-1}` that is the Joseph form (9). A landmark that is *considered* has zeros for
+    its rows of K; multiplied out, the Joseph form is then the same but for the covariance of the
+    considered states among themselves, which stays as it was. One triangle is computed and
     mirrored, so the result is exactly symmetric.
 
     Parameters
     ----------
     belief
-        Belief before the scan.
-    scan
-        Observations; each of a landmark of the map or of an anchor.
+        Belief before the observations.
+    observations
+        Each of a landmark of the map or of an anchor.
     sensor
         :class:`CartesianSensor` or :class:`RangeBearing`.
     anchors : identifier -> (2,), optional
@@ -122,8 +124,8 @@ def update(
     Raises
     ------
     ValueError
-        If the scan holds an identifier that is neither in the map nor an anchor, that of an anchor
-        is in the map too or no integer of at least 0, a range is too short for the sensor, the
+        If an identifier is neither in the map nor that of an anchor, that of an anchor is in the
+        map too or no integer of at least 0, a range is too short for the sensor, the
         covariance is not symmetric, a landmark lies exactly at the robot, or S is singular.
 
     References
@@ -131,8 +133,7 @@ def update(
     Andrade-Cetto, eqs (6) to (9), (24) and (25).
     """
     work, anchors = Workspace(belief), checked_anchors(anchors or {}, belief)
-    sensor.check(scan.values)
-    ids = scan.ids.tolist()
+    noises, ids = checked_noises(observations, sensor), observations.ids.tolist()
     unknown = [name for name in ids if name not in work.slots and name not in anchors]
     if unknown:
         raise ValueError(f"no landmark of the map and no anchor: {unknown}")
@@ -140,8 +141,9 @@ def update(
         return work.release(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
     point = None if at is None else checked_vector("at", at, belief.mean.size)
     slots, points = work.targets(ids, anchors)
-    noises = sensor.noise[None] if scan.noises is None else scan.noises
-    innovation, by_pose, by_point = work.linearise(slots, points, scan.values, sensor, point)
+    innovation, by_pose, by_point = work.linearise(
+        slots, points, observations.values, sensor, point
+    )
     S, squared = work.revise(by_pose, by_point, slots, innovation, noises)
     return work.release(), Innovation(innovation.ravel(), S, squared)
 
@@ -177,11 +179,11 @@ def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
 
 def add_landmarks(
     belief: MapBelief,
-    scan: Scan,
+    observations: Observations,
     sensor: LandmarkSensor,
     at: Float[np.ndarray, "..."] | None = None,
 ) -> MapBelief:
-    r"""Return the belief with every landmark of a scan put into the map.
+    r"""Return the belief with every observed landmark put into the map.
 
     .. math::
         p = g(x_r, z), \qquad P_{pp} = G_r P_{rr} G_r^\top + G_z R G_z^\top, \qquad
@@ -194,8 +196,8 @@ def add_landmarks(
     ----------
     belief
         Belief before.
-    scan
-        Observations of landmarks that are not in the map.
+    observations
+        Of landmarks that are not in the map.
     sensor
         The sensor they are from.
     at : (3 + 2n,) or (3,), optional
@@ -212,15 +214,13 @@ def add_landmarks(
         or the covariance is not symmetric.
     """
     work = Workspace(belief)
-    sensor.check(scan.values)
-    ids = scan.ids.tolist()
+    noises, ids = checked_noises(observations, sensor), observations.ids.tolist()
     if -1 in ids:
         raise ValueError("a new landmark needs an identifier, got -1")
     known = [name for name in ids if name in work.slots]
     if known:
         raise ValueError(f"already in the map: {known}")
-    noises = sensor.noise[None] if scan.noises is None else scan.noises
-    work.add(ids, scan.values, noises, sensor, _pose_of("at", at))
+    work.add(ids, observations.values, noises, sensor, _pose_of("at", at))
     return work.release()
 
 

@@ -19,7 +19,8 @@ def wrapped(angle):  # pragma: no cover - compiled
     """Return the angle in [-π, π); one already there is returned as it is, to the last bit."""
     if -np.pi <= angle < np.pi:
         return angle
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+    turned = (angle + np.pi) % (2 * np.pi) - np.pi
+    return turned if turned < np.pi else -np.pi  # just below -π rounding gives π
 
 
 @njit(cache=True)
@@ -289,32 +290,20 @@ def inverse_factor(L):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def gain(mean, cov, Hr, Hp, slots, innovation, noises, considered):  # pragma: no cover - compiled
-    """Revise the mean in place, eqs (6) to (8); return Kᵀ, (P Hᵀ - K S / 2)ᵀ, S and ε.
+def whiten(cov, Hr, Hp, slots, innovation, noises):  # pragma: no cover - compiled
+    """Return W = L⁻¹ (P Hᵀ)ᵀ, L⁻¹ z̃, S = L Lᵀ, and whether S is regular; eq. (8).
 
-    States marked in ``considered`` keep their estimate: their rows of the gain are zero. A negative
-    ε says that S is singular; then nothing was changed. The factor of S is inverted, as it is small
-    and its products with the wide B are then BLAS's; two products are as exact as two solutions by
-    substitution, one product with the inverse of S is not.
+    The factor of S is inverted, as it is small and its product with the wide (P Hᵀ)ᵀ is then
+    BLAS's; the inverse of the factor is as exact as substitution, that of S would not be.
     """
     B = cross_rows(cov, Hr, Hp, slots)
     S = innovation_cov(B, Hr, Hp, slots, noises)
     L, regular = cholesky(S)
+    seen = innovation.copy().reshape(S.shape[0])
     if not regular:
-        return B, B, S, -1.0
-    whitener, seen = inverse_factor(L), innovation.copy().reshape(S.shape[0])
-    white = np.dot(whitener, seen)
-    K = np.dot(whitener.T, np.dot(whitener, B))  # S K = B, eq. (7)
-    for j in range(mean.size):
-        if considered[j]:
-            K[:, j] = 0.0
-    mean += np.dot(seen, K)  # eq. (6)
-    mean[2] = wrapped(mean[2])
-    half = np.dot(S, K)
-    for i in range(half.shape[0]):
-        for j in range(half.shape[1]):
-            half[i, j] = B[i, j] - 0.5 * half[i, j]
-    return K, half, S, np.dot(white, white)
+        return B, seen, S, False
+    whitener = inverse_factor(L)
+    return np.dot(whitener, B), np.dot(whitener, seen), S, True
 
 
 @njit(cache=True)

@@ -2,36 +2,32 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.beliefs import check_finite
-from robot_perception.slam.planar.association import (
-    IGNORED,
-    NEW,
-    Association,
-    Known,
-    associate,
-)
+from robot_perception.observations import Observations
+from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.filtering import checked_anchors
 from robot_perception.slam.planar.motions import Motion
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
+from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
 from robot_perception.slam.planar.workspace import Workspace
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Step:
-    """One step of a drive: move, then take the fixes, then the scan.
+    """One step of a drive: move, then take the fixes, then the observations.
 
     Parameters
     ----------
     motion
         The motion since the step before; ``None`` if there was none.
-    scan
-        What was seen after the motion, if anything.
+    observations
+        Landmarks seen after the motion, if any.
     fixes
         Measured positions and headings after the motion.
     time
@@ -39,7 +35,7 @@ class Step:
     """
 
     motion: Motion | None
-    scan: Scan | None = None
+    observations: Observations | None = None
     fixes: tuple[Fix, ...] = ()
     time: float | None = None
 
@@ -85,11 +81,11 @@ class Settings:
     Parameters
     ----------
     sensor
-        Sensor of the scans.
+        Sensor of the landmarks.
     anchors : identifier -> (2,)
         Landmarks whose place in the world is known, m.
     association
-        ``"known"`` (short for ``Known()``), :class:`Known`, :class:`Gated` or :class:`Joint`.
+        :class:`Association`, or one of ``"known"``, ``"gated"`` and ``"joint"`` for its defaults.
     linearisation
         ``"latest"``: Jacobians at the latest estimate, the standard filter. ``"first"``: at the
         first estimate of each quantity, so that all Jacobians of a run agree on what cannot be
@@ -106,30 +102,47 @@ class Settings:
     Raises
     ------
     ValueError
-        If a word is none of these, or the limit is no integer of at least 1.
+        If a word is none of these, the sensor is none (a class is none), an anchor is no place in
+        the plane or has no integer of at least 0, the limit is no integer of at least 1, or a
+        number of a step is no integer.
     """
 
     sensor: LandmarkSensor
     anchors: Mapping[int, np.ndarray] = field(default_factory=dict)
-    association: Association | Literal["known"] = "known"
+    association: Association | Literal["known", "gated", "joint"] = "known"
     linearisation: Literal["latest", "first"] | Truth = "latest"
     revision_limit: int | None = None
     retirement: Literal["freeze", "consider"] = "freeze"
     keep: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.association, str):
-            if self.association != "known":
-                raise ValueError(f"association must be 'known' or an object: {self.association!r}")
-            object.__setattr__(self, "association", Known())
-        if isinstance(self.linearisation, str) and self.linearisation not in {"latest", "first"}:
-            raise ValueError(f"linearisation must be 'latest' or 'first': {self.linearisation!r}")
-        if self.retirement not in {"freeze", "consider"}:
-            raise ValueError(f"retirement must be 'freeze' or 'consider': {self.retirement!r}")
+        if isinstance(self.sensor, type) or not isinstance(self.sensor, LandmarkSensor):
+            raise ValueError(
+                f"sensor must be a sensor such as RangeBearing(…), got {self.sensor!r}"
+            )
+        if not isinstance(self.anchors, Mapping):
+            raise ValueError(f"anchors must map identifiers to places, got {self.anchors!r}")
+        object.__setattr__(self, "anchors", checked_places("anchor", self.anchors))
+        if not isinstance(self.association, Association):
+            object.__setattr__(self, "association", Association(self.association))
+        if not isinstance(self.linearisation, Truth):
+            _one_of("linearisation", self.linearisation, ("latest", "first"), " or a Truth")
+        _one_of("retirement", self.retirement, ("freeze", "consider"))
         limit = self.revision_limit
-        whole = isinstance(limit, int | np.integer) and not isinstance(limit, bool)
-        if limit is not None and not (whole and limit >= 1):
-            raise ValueError(f"revision_limit must be an integer of at least 1, got {limit}")
+        if limit is not None and not (_whole(limit) and limit >= 1):
+            raise ValueError(f"revision_limit must be an integer of at least 1, got {limit!r}")
+        if not isinstance(self.keep, Sequence) or not all(map(_whole, self.keep)):
+            raise ValueError(f"keep must be numbers of steps, got {self.keep!r}")
+
+
+def _one_of(name: str, value: object, words: tuple[str, ...], more: str = "") -> None:
+    if not isinstance(value, str) or value not in words:
+        allowed = " or ".join(map(repr, words)) + more
+        raise ValueError(f"{name} must be {allowed}, got {value!r}")
+
+
+def _whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +182,10 @@ class History:
 
     Parameters
     ----------
+    start : (3,)
+        Estimated pose before the first step, m, m, rad.
+    times : (k,)
+        When each step was taken, s; NaN where it does not say.
     poses : (k, 3)
         Estimated pose after each step, m, m, rad.
     pose_covs : (k, 3, 3)
@@ -179,7 +196,7 @@ class History:
     sizes : (k,)
         Landmarks in the state after each step.
     used : (k) of (m,)
-        For each scan the identifier each observation was used for (new ones included), -1 if for
+        For each step the identifier each observation was used for (new ones included), -1 if for
         none.
     belief
         After the last step.
@@ -189,6 +206,8 @@ class History:
     kept : number of step -> belief
     """
 
+    start: Float[np.ndarray, "3"]
+    times: Float[np.ndarray, "k"]
     poses: Float[np.ndarray, "k 3"]
     pose_covs: Float[np.ndarray, "k 3 3"]
     nis: Float[np.ndarray, "k"]
@@ -200,13 +219,82 @@ class History:
     counts: Counts
     kept: dict[int, MapBelief]
 
+    @property
+    def path(self) -> Float[np.ndarray, "poses 3"]:
+        """The start and all poses, (k + 1, 3), m, m, rad."""
+        return np.vstack([self.start, self.poses])
+
+    def to_tum(self, path: str | Path) -> None:
+        """Write the trajectory as ``timestamp tx ty tz qx qy qz qw``, a line for each step.
+
+        That is what trajectory tools read: s and m, the heading as a quaternion about z. The start
+        has no time of its own and is left out.
+
+        Parameters
+        ----------
+        path
+            File to write, in a folder that exists.
+
+        Raises
+        ------
+        ValueError
+            If a step has no time.
+        FileNotFoundError
+            If there is no such folder.
+        """
+        x, y, heading = self.poses.T
+        none = np.zeros(len(x))
+        quaternion = none, none, np.sin(heading / 2), np.cos(heading / 2)
+        columns = np.column_stack([self._known_times(), x, y, none, *quaternion])
+        np.savetxt(_in_a_folder(path), columns, fmt="%.9f")
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the trajectory with its covariances as CSV, a line for each step.
+
+        The first line names the columns and their units; covariances are those of x, y and heading.
+
+        Parameters
+        ----------
+        path
+            File to write, in a folder that exists.
+
+        Raises
+        ------
+        ValueError
+            If a step has no time.
+        FileNotFoundError
+            If there is no such folder.
+        """
+        rows, cols = np.triu_indices(3)
+        columns = np.column_stack([self._known_times(), self.poses, self.pose_covs[:, rows, cols]])
+        names = "time_s,x_m,y_m,heading_rad,cov_xx,cov_xy,cov_xh,cov_yy,cov_yh,cov_hh"
+        formats = ["%.9f"] * 4 + ["%.12g"] * 6
+        file = _in_a_folder(path)
+        np.savetxt(file, columns, fmt=formats, delimiter=",", header=names, comments="")
+
+    def _known_times(self) -> np.ndarray:
+        without = np.flatnonzero(np.isnan(self.times))
+        if without.size:
+            raise ValueError(
+                f"a trajectory needs times: {without.size} of {self.times.size} steps have none, "
+                f"the first is step {without[0]}"
+            )
+        return self.times
+
+
+def _in_a_folder(path: str | Path) -> Path:
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
+    return path
+
 
 def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> History:
     """Run the filter over a drive.
 
-    Each step predicts, corrects with the fixes, associates and updates with the scan, and puts new
-    landmarks into the map, in this order. Names that the filter gives to unnamed landmarks are
-    above all names seen so far; a scan that later uses such a name means that landmark.
+    Each step predicts, corrects with the fixes, associates and updates with the observations, and
+    puts new landmarks into the map, in this order. Names that the filter gives to unnamed landmarks
+    are above all names seen so far; an observation that later has such a name is of that landmark.
 
     Parameters
     ----------
@@ -257,6 +345,7 @@ class _Run:
         self.revisions: dict[int, int] = {}
         self.next_id = max((-1, *self.work.ids, *self.anchors)) + 1
         self.tally = dict.fromkeys(Counts.__dataclass_fields__, 0)
+        self.start, self.times = start.pose.copy(), []
         self.poses, self.pose_covs, self.nis, self.dof = [], [], [], []
         self.sizes, self.used, self.kept = [], [], {}
         self.truth = settings.linearisation if isinstance(settings.linearisation, Truth) else None
@@ -276,9 +365,10 @@ class _Run:
             innovation, _, squared = work.correct(fix)
             nis, dof = nis + squared, dof + innovation.size
         used = np.empty(0, dtype=np.int64)
-        if step.scan is not None and step.scan.ids.size:
-            used, squared, size = self._see(step.scan)
+        if step.observations is not None and len(step.observations):
+            used, squared, size = self._see(step.observations)
             nis, dof = nis + squared, dof + size
+        self.times.append(np.nan if step.time is None else step.time)
         self.poses.append(work.mean[:3].copy())
         self.pose_covs.append(work.pose_cov())
         self.nis.append(nis)
@@ -291,6 +381,8 @@ class _Run:
     def history(self) -> History:
         """Return what was recorded."""
         return History(
+            start=self.start,
+            times=np.array(self.times, dtype=float),
             poses=np.array(self.poses),
             pose_covs=np.array(self.pose_covs),
             nis=np.array(self.nis),
@@ -315,30 +407,29 @@ class _Run:
             self.work.predict(motion, at=self.truth.poses[k], after=self.truth.poses[k + 1])
             self.point[:3] = self.truth.poses[k + 1]
 
-    def _see(self, scan: Scan) -> tuple[np.ndarray, float, int]:
-        """Use a scan; return what each observation was used for, its NIS and degrees of freedom."""
-        sensor, work, tally = self.settings.sensor, self.work, self.tally
-        sensor.check(scan.values)
-        noises = sensor.noise[None] if scan.noises is None else scan.noises
-        used = self._associated(scan, noises)
+    def _see(self, observed: Observations) -> tuple[np.ndarray, float, int]:
+        """Return what each observation was used for, their NIS and degrees of freedom."""
+        work, tally, values = self.work, self.tally, observed.values
+        noises = checked_noises(observed, self.settings.sensor)
+        used = self._associated(observed, noises)
         names = used.tolist()
         seen = [i for i, n in enumerate(names) if n in work.slots or n in self.anchors]
         new = [i for i, n in enumerate(names) if n not in work.slots and n not in self.anchors]
         new = [i for i in new if names[i] != IGNORED]
         tally["observed"] += len(names)
         tally["ignored"] += len(names) - len(seen) - len(new)
-        squared, seen = self._revise(names, seen, scan.values, noises, used) if seen else (0.0, [])
+        squared, seen = self._revise(names, seen, values, noises, used) if seen else (0.0, [])
         if new:
-            self._add(new, scan.values, noises, used)
+            self._add(new, values, noises, used)
         return used, squared, 2 * len(seen)
 
-    def _associated(self, scan: Scan, noises: np.ndarray) -> np.ndarray:
+    def _associated(self, observed: Observations, noises: np.ndarray) -> np.ndarray:
         """Return an identifier, ``IGNORED`` or ``NEW`` for each observation."""
         settings = self.settings
-        if isinstance(settings.association, Known):
-            return scan.ids.copy()
+        if settings.association.kind == "known":
+            return observed.ids.copy()
         return associate(
-            self.work, scan, noises, settings.sensor, self.anchors, settings.association
+            self.work, observed, noises, settings.sensor, self.anchors, settings.association
         )
 
     def _revise(
@@ -356,7 +447,7 @@ class _Run:
         innovation, by_pose, by_point = work.linearise(
             slots, points, values, self.settings.sensor, self.point
         )
-        if isinstance(association, Known) and np.isfinite(association.limit):
+        if association.kind == "known" and np.isfinite(association.limit):
             distances = work.distances(by_pose, by_point, slots, innovation, noises)
             inside = np.flatnonzero(distances <= association.limit)
             used[[seen[i] for i in np.flatnonzero(distances > association.limit)]] = IGNORED

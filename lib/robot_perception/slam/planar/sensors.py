@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
+from robot_perception.geometry import act, rotation
+from robot_perception.observations import Observations
 from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.motions import checked_noise, checked_vector
 
@@ -47,7 +49,7 @@ class CartesianSensor:
     Parameters
     ----------
     noise : (2, 2)
-        Covariance of one observation, m², unless the scan brings its own.
+        Covariance of one observation, m², unless the observations bring their own.
     """
 
     noise: Float[np.ndarray, "2 2"]
@@ -65,16 +67,13 @@ class CartesianSensor:
 
     def locate(self, pose: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the points seen, in the frame of the world: :math:`p = t + R z`."""
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        return pose[:2] + values @ np.array([[c, s], [-s, c]])
+        return act(pose, values)
 
     def locate_jacobians(
         self, pose: np.ndarray, points: np.ndarray, values: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of the points by the pose (k, 2, 3), by the values (k, 2, 2)."""
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        R = np.array([[c, -s], [s, c]])
-        return _by_pose(pose, points), np.broadcast_to(R, (len(points), 2, 2)).copy()
+        return _by_pose(pose, points), np.tile(rotation(pose[2]), (len(points), 1, 1))
 
     def check(self, values: np.ndarray) -> None:
         """Accept every point."""
@@ -89,7 +88,7 @@ class RangeBearing:
     Parameters
     ----------
     noise : (2, 2)
-        Covariance of (range, bearing), m and rad, unless the scan brings its own.
+        Covariance of (range, bearing), m and rad, unless they bring their own.
     range_bias
         b, m: how much too long the sensor measures.
 
@@ -154,58 +153,18 @@ def _by_pose(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     return by_pose
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Scan:
-    """What a sensor of landmarks saw at one time.
-
-    Parameters
-    ----------
-    ids : (m,)
-        Which landmark each observation is of; -1 if that is not known.
-    values : (m, 2)
-        Observations in the units of the sensor.
-    noises : (m, 2, 2), optional
-        Covariance of each observation, in place of the sensor's.
+def checked_noises(seen: Observations, sensor: LandmarkSensor) -> np.ndarray:
+    """Return the noises of observations, (m, 2, 2) or (1, 2, 2) where one holds for all.
 
     Raises
     ------
     ValueError
-        If the shapes disagree, a value is not finite, an identifier is below -1 or there twice,
-        or a noise is no covariance.
+        If the observations are not of two numbers each, or outside the sensor's range.
     """
-
-    ids: Int[np.ndarray, "m"]
-    values: Float[np.ndarray, "m 2"]
-    noises: Float[np.ndarray, "m 2 2"] | None = None
-
-    def __post_init__(self) -> None:
-        ids, values = np.array(self.ids), np.array(self.values, dtype=float)
-        if ids.size and not np.issubdtype(ids.dtype, np.integer):
-            raise ValueError(f"ids must be integers, got {ids.dtype}")
-        if ids.ndim != 1 or values.shape != (ids.size, 2):
-            raise ValueError(f"need ids (m,) and values (m, 2), got {ids.shape}, {values.shape}")
-        if not np.isfinite(values).all():
-            raise ValueError(f"values must be finite, got {values.tolist()}")
-        named = [i for i in ids.tolist() if i != -1]
-        if named and min(named) < 0:
-            raise ValueError(f"ids must be at least -1, got {min(named)}")
-        if len(set(named)) < len(named):
-            twice = sorted({i for i in named if named.count(i) > 1})
-            raise ValueError(f"a scan sees each landmark once, got twice: {twice}")
-        object.__setattr__(self, "ids", ids.astype(np.int64))
-        object.__setattr__(self, "values", values)
-        if self.noises is None:
-            return
-        noises = np.array(self.noises, dtype=float)
-        if noises.shape != (ids.size, 2, 2):
-            raise ValueError(f"noises must be ({ids.size}, 2, 2), got {noises.shape}")
-        if not kernels.is_covariance(noises, 1e-9):
-            raise ValueError("each of noises must be finite, symmetric, positive semi-definite")
-        object.__setattr__(self, "noises", noises)
-
-    def anonymous(self) -> "Scan":
-        """Return the same scan without identifiers."""
-        return Scan(np.full(self.ids.size, -1), self.values, self.noises)
+    if seen.values.shape[1] != 2:
+        raise ValueError(f"values of observations must be (m, 2), got {seen.values.shape}")
+    sensor.check(seen.values)
+    return sensor.noise[None] if seen.covs is None else seen.covs
 
 
 @dataclass(frozen=True, eq=False, slots=True)

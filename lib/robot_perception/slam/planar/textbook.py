@@ -7,10 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag
 
+from robot_perception.geometry import rotation, wrap_angle
+from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief
 from robot_perception.slam.planar.filtering import Anchors, Innovation
-from robot_perception.slam.planar.motions import Motion, turn
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, Scan
+from robot_perception.slam.planar.motions import Motion
+from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
 
 
 def motion_matrix(
@@ -71,34 +73,34 @@ def predict(
     pose = motion.move(belief.pose)
     F = motion_matrix(at, pose if after is None else after)
     G = np.zeros((len(at), 3))
-    G[:3] = block_diag(turn(at[2]), 1.0)
+    G[:3] = block_diag(rotation(at[2]), 1.0)
     cov = F @ belief.cov @ F.T + G @ motion.increment_cov @ G.T
     return MapBelief(np.r_[pose, belief.mean[3:]], _symmetric(cov), belief.ids)
 
 
 def update(
     belief: MapBelief,
-    scan: Scan,
+    observations: Observations,
     sensor: LandmarkSensor,
     anchors: Anchors | None = None,
     at: np.ndarray | None = None,
 ) -> tuple[MapBelief, Innovation]:
-    r"""Return the belief after a scan, eqs (6) to (9).
+    r"""Return the belief after observing known landmarks and anchors, eqs (6) to (9).
 
     .. math::
         K = P H^\top S^{-1}, \qquad P^+ = (I - K H) P (I - K H)^\top + K R K^\top
     """
     anchors, at = anchors or {}, belief.mean if at is None else at
-    slots = [None if i in anchors else belief.slot(i) for i in scan.ids.tolist()]
+    slots = [None if i in anchors else belief.slot(i) for i in observations.ids.tolist()]
 
     def points(state: np.ndarray) -> np.ndarray:
-        pairs = zip(scan.ids.tolist(), slots, strict=True)
+        pairs = zip(observations.ids.tolist(), slots, strict=True)
         return np.array([anchors[i] if s is None else state[s : s + 2] for i, s in pairs])
 
     expected, _, _ = sensor.look(belief.pose, points(belief.mean))
     H = measurement_matrix(at, slots, points(at), sensor)
-    innovation = sensor.residual(scan.values, expected).ravel()
-    return _joseph(belief, H, block_diag(*_noises(scan, sensor)), innovation)
+    innovation = sensor.residual(observations.values, expected).ravel()
+    return _joseph(belief, H, block_diag(*_noises(observations, sensor)), innovation)
 
 
 def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
@@ -108,24 +110,27 @@ def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
 
 
 def add_landmarks(
-    belief: MapBelief, scan: Scan, sensor: LandmarkSensor, at: np.ndarray | None = None
+    belief: MapBelief,
+    observations: Observations,
+    sensor: LandmarkSensor,
+    at: np.ndarray | None = None,
 ) -> MapBelief:
-    r"""Return the belief with all landmarks of a scan put into the map.
+    r"""Return the belief with all observed landmarks put into the map.
 
     .. math::
         P' = Y \begin{bmatrix} P & 0 \\ 0 & R \end{bmatrix} Y^\top, \qquad
         Y = \begin{bmatrix} I & 0 \\ [G_r \; 0] & G_z \end{bmatrix}
     """
-    points = sensor.locate(belief.pose, scan.values)
+    points = sensor.locate(belief.pose, observations.values)
     at = belief.pose if at is None else at[:3]
-    by_pose, by_value = sensor.locate_jacobians(at, points, scan.values)
+    by_pose, by_value = sensor.locate_jacobians(at, points, observations.values)
     known, new = belief.mean.size, 2 * len(points)
     Y = np.eye(known + new)
     Y[known:, :3] = by_pose.reshape(-1, 3)
     Y[known:, known:] = block_diag(*by_value)
-    cov = Y @ block_diag(belief.cov, *_noises(scan, sensor)) @ Y.T
+    cov = Y @ block_diag(belief.cov, *_noises(observations, sensor)) @ Y.T
     mean = np.concatenate([belief.mean, points.ravel()])
-    return MapBelief(mean, _symmetric(cov), np.concatenate([belief.ids, scan.ids]))
+    return MapBelief(mean, _symmetric(cov), np.concatenate([belief.ids, observations.ids]))
 
 
 def _joseph(
@@ -135,15 +140,15 @@ def _joseph(
     S = H @ P @ H.T + R  # eq. (8)
     K = np.linalg.solve(S, H @ P).T  # eq. (7)
     mean = belief.mean + K @ innovation  # eq. (6)
-    mean[2] = (mean[2] + np.pi) % (2 * np.pi) - np.pi
+    mean[2] = wrap_angle(mean[2])
     rest = np.eye(len(mean)) - K @ H
     cov = rest @ P @ rest.T + K @ R @ K.T  # eq. (9)
     nis = innovation @ np.linalg.solve(S, innovation)
     return MapBelief(mean, _symmetric(cov), belief.ids), Innovation(innovation, S, float(nis))
 
 
-def _noises(scan: Scan, sensor: LandmarkSensor) -> np.ndarray:
-    return np.tile(sensor.noise, (scan.ids.size, 1, 1)) if scan.noises is None else scan.noises
+def _noises(observations: Observations, sensor: LandmarkSensor) -> np.ndarray:
+    return np.broadcast_to(checked_noises(observations, sensor), (len(observations), 2, 2))
 
 
 def _symmetric(cov: np.ndarray) -> np.ndarray:

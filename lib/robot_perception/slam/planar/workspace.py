@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.linalg.blas import dsyr2k
+from scipy.linalg.blas import dsyrk
 
 from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.belief import MapBelief, trusted
@@ -98,14 +98,24 @@ class Workspace:
         noises: np.ndarray,
     ) -> tuple[np.ndarray, float]:
         """Update in place with k linearised observations; return S and ε, or raise."""
-        K, half, S, squared = kernels.gain(
-            self.mean, self.cov, by_pose, by_point, slots, innovation, noises, self.considered
+        W, white, S, regular = kernels.whiten(
+            self.cov, by_pose, by_point, slots, innovation, noises
         )
-        if squared < 0:
+        if not regular:
             raise ValueError(SINGULAR)
+        change = white @ W  # K z̃, eqs (6) and (7)
+        fixed = np.flatnonzero(self.considered)
+        if fixed.size:
+            change[fixed] = 0.0
+            block = np.ix_(fixed, fixed)
+            kept = self.cov[block]
+        self.mean += change
+        self.mean[2] = kernels.wrapped(self.mean[2])
         # eq. (9); BLAS sees the transpose and writes what is for us the lower triangle
-        self.cov = dsyr2k(-1.0, half.T, K.T, 1.0, self.cov.T, overwrite_c=1).T
-        return S, squared
+        self.cov = dsyrk(-1.0, W.T, 1.0, self.cov.T, overwrite_c=1).T
+        if fixed.size:
+            self.cov[block] = kept
+        return S, float(white @ white)
 
     def innovation_cov(
         self, by_pose: np.ndarray, by_point: np.ndarray, slots: np.ndarray, noises: np.ndarray

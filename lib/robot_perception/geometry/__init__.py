@@ -1,0 +1,6 @@
+"""Angles and planar rigid motions."""
+
+from robot_perception.geometry.angles import wrap_angle
+from robot_perception.geometry.se2 import act, between, compose, inverse, rotation
+
+__all__ = ["act", "between", "compose", "inverse", "rotation", "wrap_angle"]

@@ -1,0 +1,14 @@
+"""Angles."""
+
+import numpy as np
+
+
+def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
+    """Return angles brought into the range from -π (included) to π, rad.
+
+    An angle already there is returned as it is, to the last bit.
+    """
+    angle = np.asarray(angle, dtype=float)
+    wrapped = (angle + np.pi) % (2 * np.pi) - np.pi
+    wrapped = np.where(wrapped < np.pi, wrapped, -np.pi)  # just below -π rounding gives π
+    return np.where((angle >= -np.pi) & (angle < np.pi), angle, wrapped)[()]

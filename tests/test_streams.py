@@ -1,0 +1,139 @@
+"""Merging by time stamp: nothing is lost, time adds up, and cuts do not change the motion."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot_perception.geometry import between
+from robot_perception.slam.planar import Odometry, compound, dead_reckoning
+from robot_perception.streams import hold, merge
+from tests.unchecked import unchecked
+
+SEEDS = st.integers(0, 2**31)
+DENSITY = np.array([2e-3, 1e-3])
+
+
+def streams(seed):
+    """Return commands and observations on a coarse clock, so that many times are the same."""
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.integers(0, 3, 30)) / 4
+    commands = rng.integers(0, 2, (30, 2)) * [0.4, -0.7]
+    return times, commands, np.sort(rng.integers(-8, 100, 25)) / 8
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.25, -0.5]), st.sampled_from([0.0, 0.3, 1.0]))
+def test_every_observation_is_used_in_order_or_counted(seed, delay, pause):
+    times, commands, observed = streams(seed)
+    merged = merge(times, commands, observed, delay=delay, pause=pause)
+    begin, end = times[0] + delay, times[-1] + delay
+    assert merged.early == (observed <= begin).sum()
+    assert merged.late == (observed > end).sum()
+    used = np.concatenate([np.arange(observed.size)[rows] for rows in merged.rows])
+    assert (np.diff(used) > 0).all()
+    assert used.size + merged.early + merged.late + merged.skipped == observed.size
+    for rows, moment in zip(merged.rows, merged.times[1:], strict=True):
+        np.testing.assert_array_equal(np.flatnonzero(observed == moment), np.r_[rows])
+    assert (np.diff(merged.times[1:]) >= pause).all()
+    if pause == 0:
+        assert merged.skipped == 0
+        assert set(merged.times[1:]) == set(observed[(observed > begin) & (observed <= end)])
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.25, -0.5]))
+def test_time_adds_up(seed, delay):
+    times, commands, observed = streams(seed)
+    merged = merge(times, commands, observed, delay=delay)
+    assert (merged.held.durations > 0).all()
+    spans = np.bincount(merged.held.intervals, merged.held.durations)
+    np.testing.assert_allclose(spans, np.diff(merged.times), rtol=1e-12, atol=1e-12)
+
+
+@given(SEEDS)
+def test_held_commands_are_those_of_the_middle_of_each_piece(seed):
+    times, commands, _ = streams(seed)
+    cuts = np.random.default_rng(seed).uniform(times[0], times[-1], 6)
+    cuts = np.unique(np.append(cuts, times[[0, -1]]))
+    held = hold(times, commands, cuts)
+    edges = cuts[0] + np.cumsum(held.durations)
+    for middle, command in zip(edges - held.durations / 2, held.commands, strict=True):
+        row = max(i for i, time in enumerate(times) if time <= middle)
+        np.testing.assert_array_equal(command, commands[row])
+    assert np.unique(held.intervals).tolist() == list(range(len(cuts) - 1))
+    assert len(held.durations) <= len(cuts) + len(times)
+
+
+def test_equal_commands_are_joined_but_never_across_a_cut():
+    commands = np.array([[1.0, 0], [1, 0], [1, 0], [2, 0], [2, 0]])
+    held = hold(np.arange(5.0), commands, np.array([0.0, 1.5, 4.0]))
+    np.testing.assert_array_equal(held.durations, [1.5, 1.5, 1.0])
+    np.testing.assert_array_equal(held.commands[:, 0], [1, 1, 2])
+    np.testing.assert_array_equal(held.intervals, [0, 1, 1])
+
+
+def moved(times, commands, observed):
+    """Return the path at the moments of observation, and the covariance of each motion."""
+    merged = merge(times, commands, observed)
+    increments, covs = compound(merged.held, DENSITY)
+    motions = [Odometry(*motion) for motion in zip(increments, covs, strict=True)]
+    return dead_reckoning(np.array([1.0, -2.0, 0.5]), motions), covs
+
+
+@given(SEEDS, st.integers(0, 28), st.floats(0.05, 0.95))
+def test_a_command_given_twice_moves_as_if_given_once(seed, row, share):
+    times, commands, observed = streams(seed)
+    middle = times[row] + share * (times[row + 1] - times[row])
+    twice = np.insert(times, row + 1, middle), np.insert(commands, row + 1, commands[row], axis=0)
+    for one, other in zip(moved(times, commands, observed), moved(*twice, observed), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@given(SEEDS)
+def test_a_motion_does_not_depend_on_where_it_is_cut(seed):
+    """One observation more splits a motion in two, which together are the same motion."""
+    times, commands, observed = streams(seed)
+    more = np.sort(np.append(observed, (times[0] + times[-1]) / np.pi))
+    path, _ = moved(times, commands, observed)
+    finer, _ = moved(times, commands, more)
+    new = np.searchsorted(
+        merge(times, commands, more).times, merge(times, commands, observed).times
+    )
+    np.testing.assert_allclose(between(finer[new], path), 0, atol=1e-9)
+
+
+def test_ties():
+    """At 1 s: the observation is made before the command acts; of two commands the last acts."""
+    times, commands = np.array([0.0, 1, 1, 2]), np.array([[1.0], [5], [2], [7]])
+    merged = merge(times, commands, np.array([0.0, 1, 1, 2, 2.1]))
+    np.testing.assert_array_equal(merged.times, [0, 1, 2])
+    np.testing.assert_array_equal(merged.held.commands, [[1.0], [2.0]])
+    assert merged.rows == (slice(1, 3), slice(3, 4))
+    assert (merged.early, merged.late, merged.skipped) == (1, 1, 0)
+
+
+T, C = np.array([0.0, 1.0]), np.zeros((2, 2))
+BAD = [
+    (lambda: hold(T, C, np.array([0.5])), "two or more rising times"),
+    (lambda: hold(T, C, np.array([0.5, 0.5])), "two or more rising times"),
+    (lambda: hold(T, C, np.array([0.5, np.nan])), "two or more rising times"),
+    (lambda: hold(T, C, np.array([-1.0, 0.5])), "known from 0.000 to 1.000 s, not from -1"),
+    (lambda: hold(T, C, np.array([0.0, 2.0])), "not from 0.000 to 2.000 s"),
+    (lambda: hold(T[:0], C[:0], T), "known nowhere"),
+    (lambda: hold(T, C[:1], T), r"commands must be \(2, d\), got \(1, 2\)"),
+    (lambda: hold(T, C + np.inf, T), "commands must be finite"),
+    (lambda: hold(T[::-1], C, T), "times must not fall, got 1.0 before 0.0"),
+    (lambda: merge(T[None], C, T), r"times must be \(n,\), got \(1, 2\)"),
+    (lambda: merge(T[:0], C[:0], T), "times must hold a command"),
+    (lambda: merge(T, C, np.array([0.5, np.nan])), "observed must be finite"),
+    (lambda: merge(T, C, np.array([0.5, 0.25])), "observed must not fall, got 0.5 before 0.25"),
+    (lambda: merge(T, C, T, pause=-1.0), "pause must not be negative, got -1.0"),
+    (lambda: merge(T, C, T, delay=np.nan), "delay, pause must be finite"),
+    (lambda: merge(T, C, np.array([-1.0, 0, 3])), "0.000 and 1.000 s: of 3 2 are early, 1 late"),
+    (lambda: merge(T, C, np.empty(0)), "of 0 0 are early, 0 late"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=range(len(BAD)))
+def test_bad_input_is_named(call, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        call()
