@@ -67,10 +67,10 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
 
 def landmark_error(ax: Axes, result: Result, run: int) -> Axes:
     """Draw the landmark errors of one run inside the stated ±2σ; a dot is after the first look."""
-    errors = result.landmark_errors[run]
+    errors, style = result.landmark_errors[run], {"color": ORANGE, "linewidth": 1.3}
+    _errors(ax, errors, result.deviations[:, 1], ORANGE, "landmark error (m)", **style)
     ax.plot(np.zeros(errors.shape[1]), errors[0], "o", color=INK, markersize=4, clip_on=False)
-    style = {"color": ORANGE, "linewidth": 1.3}
-    return _errors(ax, errors, result.deviations[:, 1], ORANGE, "landmark error (m)", **style)
+    return ax
 
 
 def vehicle_error(ax: Axes, result: Result, run: int) -> Axes:
@@ -238,16 +238,16 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.0) -> Axes:
     ax.clear()
     mean, cov = known.belief.mean, known.belief.cov
     values, vectors = np.linalg.eigh(known.information)
+    style = {"width": 1.8, "fill": 0.18, "corners": 72}
     if values[0] > 1e-9 * values[1]:
-        inverse = np.linalg.inv(known.information)
-        ellipses(ax, mean[None], inverse[None], ORANGE, width=1.8, fill=0.18)
+        ellipses(ax, mean[None], np.linalg.inv(known.information)[None], ORANGE, **style)
     elif values[1] > 0:
         along, across = 4 * reach * vectors[:, 0], 2 / np.sqrt(values[1]) * vectors[:, 1]
         edges = [np.stack([mean + side - along, mean + side + along]) for side in (across, -across)]
         ax.fill(*np.vstack([edges[0], edges[1][::-1]]).T, color=ORANGE, alpha=0.18, linewidth=0)
         for edge in edges:
             ax.plot(*edge.T, color=ORANGE, linewidth=1.6)
-    ellipses(ax, mean[None], cov[None], BLUE, width=1.8, fill=0.18)
+    ellipses(ax, mean[None], cov[None], BLUE, **style)
     ax.plot(*mean, "o", color=BLUE, markersize=5)
     ax.plot(*known.truth, "P", color=INK, markersize=9)
     (left, right), (low, high) = (known.truth[:, None] + [-reach, reach]).tolist()

@@ -110,7 +110,7 @@ def statement_proportional(size: Size, rng: np.random.Generator) -> Finding:
     counts = (10, 20, 50, 100, 200) if size is Size.FULL else (10, 20, 50, 100)
     ends = [rail.covariances(replace(FIG3, landmarks=n)).covs[0, -1] for n in counts]
     total, single, whole = (
-        intervals.exponent(np.array(counts), np.array(values)).estimate
+        intervals.exponent(np.array(counts, float), np.array(values)).estimate
         for values in (
             [np.trace(cov) for cov in ends],
             [np.sqrt(cov[1, 1]) for cov in ends],

@@ -52,14 +52,12 @@ def gain_curves(counts: tuple[int, ...], base: Config) -> dict[int, Gains]:
 )
 def gain_vanishes(size: Size, rng: np.random.Generator) -> Finding:
     """Fit the rate of the gain for one landmark, and the power of its own part for two."""
-    steps = np.arange(5, 16)
     gain = rail.covariances(FIG3).gains[0, :, 1, 0]
-    rate = np.exp(intervals.slope(steps, np.log(gain[steps - 1])).estimate)
+    rate = np.exp(intervals.slope(np.arange(5.0, 16.0), np.log(gain[4:15])).estimate)
     state = steady_state(*relative_system(1, motion_variance=1.0, look_variance=1.0))
     pole = abs(state.poles[0])
     own = gain_curves((2,), replace(FIG3, steps=1000))[2].own
-    late = np.arange(500, 1001)
-    slow = intervals.exponent(late, own[late - 1]).estimate
+    slow = intervals.exponent(np.arange(500.0, 1001.0), own[499:]).estimate
     swinging = rail.covariances(FIG4).gains[0, -1, 1, 0]
     return Finding(
         exact(rate, about="factor per step, fitted over steps 5 to 15"),

@@ -211,6 +211,7 @@ def ellipses(
     deviations: float = 2.0,
     width: float = 1.4,
     fill: float = 0.0,
+    corners: int = 24,
 ) -> None:
     """Draw the ellipses of covariances as one path.
 
@@ -226,8 +227,10 @@ def ellipses(
         Reach of each ellipse in standard deviations.
     fill
         Opacity of the inside.
+    corners
+        Of the polygon that stands for an ellipse; a large one needs more to look round.
     """
-    turn = np.linspace(0, 2 * np.pi, 25)
+    turn = np.linspace(0, 2 * np.pi, corners + 1)
     circle = np.stack([np.cos(turn), np.sin(turn)])
     values, vectors = np.linalg.eigh(covs)
     axes = vectors * (deviations * np.sqrt(np.maximum(values, 0)))[..., None, :]

@@ -1,0 +1,79 @@
+"""The drawings hold what the results say, at every corner of the explorers."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.monobot import broken, information, rail
+from robot_perception.chapters.monobot import figures as draw
+from robot_perception.chapters.monobot.rail import FIG3, FIG4
+from robot_perception.teaching.figures import figure
+
+RNG = np.random.default_rng
+
+
+def corners():
+    values = {name: (c.values[0], c.values[-1]) for name, c in draw.CONTROLS.items()}
+    for chosen in product(*values.values()):
+        yield dict(zip(values, chosen, strict=True))
+
+
+@pytest.mark.parametrize("values", list(corners()), ids=lambda v: " ".join(map(str, v.values())))
+def test_every_corner_of_the_study_can_be_drawn(values):
+    _, axes = figure(1, 2)
+    result = rail.run(replace(FIG4, runs=3, **values), rng=RNG(1))
+    assert np.isfinite(result.filtered.means).all()
+    draw.study(axes, result)
+    for ax in axes:
+        for line in ax.lines:
+            assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).all()
+
+
+def ordinates(ax):
+    return [np.asarray(line.get_ydata(), dtype=float) for line in ax.lines]
+
+
+@pytest.mark.parametrize("landmarks", [1, 3])
+def test_one_run_is_drawn_from_its_own_truth_estimates_and_gains(landmarks):
+    result = rail.run(replace(FIG4, runs=3, landmarks=landmarks), rng=RNG(2))
+    _, axes = figure(4, 1, height=9)
+    draw.one_run(axes, result, 1)
+    path, errors, vehicle, gains = (ordinates(ax) for ax in axes)
+    np.testing.assert_array_equal(path[1], result.world.positions[1])
+    np.testing.assert_array_equal(path[2:4], result.filtered.means[1, :, :2].T)
+    own = [line for line in errors if len(line) == 101]
+    np.testing.assert_array_equal(own, result.filtered.means[1, :, 1:].T - 1.0)
+    np.testing.assert_array_equal(vehicle[0], path[2] - path[1])
+    np.testing.assert_array_equal(gains[:2], result.filtered.gains[0, :, :2, 0].T)
+
+
+def test_a_known_landmark_closes_the_strip_to_an_ellipse():
+    _, ax = figure()
+    for known, edges in ((False, 2), (True, 0)):
+        draw.plane(ax, information.plane_after(5, known_landmark=known, rng=RNG(3)))
+        straight = [line for line in ax.lines if len(line.get_xdata()) == 2]
+        assert len(straight) == edges
+        assert len(ax.patches) == 2  # the inside of the strip or ellipse, and of the belief
+
+
+def test_first_against_last_has_the_slope_of_least_squares():
+    result = rail.run(replace(FIG3, runs=40), rng=RNG(4))
+    _, ax = figure()
+    draw.first_against_last(ax, result)
+    line = ax.lines[1]
+    slope = np.ptp(line.get_ydata()) / np.ptp(line.get_xdata())
+    first, last = result.first_errors, result.last_errors[:, 0]
+    assert slope == pytest.approx(np.linalg.lstsq(first, last, rcond=None)[0][0])
+
+
+def test_honesty_names_every_variant_in_its_own_colour():
+    variants = broken.run(replace(FIG4, runs=4, steps=9), rng=RNG(1))
+    _, ax = figure()
+    draw.honesty(ax, variants)
+    named = {line.get_label(): line for line in ax.lines}
+    assert list(named) == [v.name for v in variants]
+    assert len({line.get_color() for line in ax.lines}) == len(variants)
+    for v in variants:
+        np.testing.assert_array_equal(named[v.name].get_ydata(), v.nees)

@@ -1,0 +1,29 @@
+"""What is known, and the direction in which nothing is."""
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.monobot import information
+from robot_perception.chapters.monobot.rail import FIG3, GOLDEN
+from robot_perception.kalman import scale_free_rank
+
+RNG = np.random.default_rng
+
+
+def test_likelihood_is_level_along_a_shift_and_curved_across():
+    places = np.linspace(-3, 3, 25)
+    values = information.likelihood_of_shift(FIG3, places, places, rng=RNG(1)).log_likelihood
+    for offset in (-5, 0, 9):
+        assert np.ptp(np.diagonal(values, offset)) < 1e-9
+    # across: the information on the distance at the start, with the first look's own 1/W
+    row = values[12]
+    curvature = np.diff(row, 2) / np.diff(places)[0] ** 2
+    np.testing.assert_allclose(curvature, -GOLDEN, rtol=1e-6)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_plane_is_dark_in_one_direction_unless_a_landmark_is_known(known):
+    for looks in (1, 5, 30):
+        now = information.plane_after(looks, known_landmark=known, rng=RNG(3))
+        assert scale_free_rank(now.information) == (2 if known else 1)
+    assert (np.sqrt(now.belief.cov[1, 1]) < 0.3) == known
