@@ -49,7 +49,7 @@ class Growth:
     exponent: Interval
 
 
-def growth(cost: Callable[[np.ndarray, float], float], sizes: Int[np.ndarray, " sizes"]) -> Growth:
+def fit(cost: Callable[[np.ndarray, float], float], sizes: Int[np.ndarray, " sizes"]) -> Growth:
     """Fit a power of the size to the cost of worst-case chains, a function of chain and ε."""
     costs = np.array([cost(worst_case(n), 0.1) for n in sizes.tolist()], dtype=float)
     return Growth(sizes, costs, exponent(sizes.astype(float), costs))
@@ -98,7 +98,7 @@ def hull_example(n: int = 60) -> Hulls:
 )
 def dp_quadratic(size: Size, rng: np.random.Generator) -> Finding:
     """Count the distances of the plain algorithm on the worst case; at full size, time peers."""
-    plain = growth(walls.count_distances, SIZES[size])
+    plain = fit(walls.count_distances, SIZES[size])
     note = f"{int(plain.costs[-1]):,} distances for {plain.sizes[-1]:,} vertices."
     if size is Size.QUICK:
         return Finding(plain.exponent, note=note)
@@ -112,7 +112,7 @@ def dp_quadratic(size: Size, rng: np.random.Generator) -> Finding:
 def _peers() -> dict[str, Interval]:
     """Time the peers that are installed on the worst case, and fit the exponents."""
     return {
-        f"exponent of {name} (time)": growth(
+        f"exponent of {name} (time)": fit(
             partial(_best_time, name, program), least * 2 ** np.arange(4)
         ).exponent
         for name, (program, least) in PEERS.items()
@@ -151,7 +151,7 @@ def _shapely_ends_with(n: int) -> int:
 )
 def dp_path_hull(size: Size, rng: np.random.Generator) -> Finding:
     """Count the steps of path hulls on the worst case; compare vertices on many simple chains."""
-    hulls = growth(walls.count_hull_steps, HULL_SIZES[size])
+    hulls = fit(walls.count_hull_steps, HULL_SIZES[size])
     trials = 300 if size is Size.QUICK else 3000
     different = sum(sweep(_errs, range(trials), rng=rng, desc="simple chains"))
     if different:  # the cost of a wrong answer is no finding

@@ -1,0 +1,28 @@
+"""The worst case and what is fitted to its costs."""
+
+import numpy as np
+import pytest
+
+from robot_perception import walls
+from robot_perception.chapters.walls import growth, splitting
+
+
+def test_worst_case_cuts_off_one_vertex_at_each_split_and_is_simple():
+    chain = growth.worst_case(200)
+    splits = [(s.i, s.f) for s in splitting.recursion(chain, 0.1) if s.split]
+    assert splits == [(i, i + 1) for i in range(198)]
+    assert walls.is_simple(chain)
+    assert walls.count_distances(chain, 0.1) == 199 * 198 // 2
+    np.testing.assert_array_equal(walls.simplify_path_hull(chain, 0.1), np.arange(200))
+
+
+def test_exponent_of_a_cost_that_is_a_power_is_that_power():
+    found = growth.fit(lambda chain, tolerance: 3.0 * len(chain) ** 1.7, np.array([10, 20, 40, 80]))
+    assert (found.exponent.low, found.exponent.high) == pytest.approx((1.7, 1.7))
+
+
+def test_farthest_vertex_of_the_example_is_a_corner_of_one_of_the_hulls():
+    found = growth.hull_example()
+    left, right = found.corners
+    assert found.farthest in {*left, *right}
+    assert found.tag == left.max() == right.min()

@@ -1,0 +1,72 @@
+"""The drive through an office, its map, its gates, and the search range of a wall."""
+
+import numpy as np
+import pytest
+
+from robot_perception import walls
+from robot_perception.chapters.walls import office
+
+SMALL = office.Config(rooms=2, step=0.8)
+
+
+def test_same_seed_gives_the_same_map():
+    one, two = (office.run(SMALL, rng=np.random.default_rng(4)) for _ in range(2))
+    np.testing.assert_array_equal(one.found.lines, two.found.lines)
+    assert one.score.precision == two.score.precision > 0.8
+
+
+def test_samples_are_seen_if_ten_beams_meet_their_face_within_ten_centimetres():
+    result = office.run(SMALL, rng=np.random.default_rng(4))
+    samples, owner = walls.sample_faces(result.office.faces)
+    valid = np.isfinite(result.scans.ranges)
+    hits = office.world_points(
+        np.where(valid, result.scans.true_ranges, np.inf), SMALL.scanner.angles, result.poses
+    )
+    faces = result.scans.faces[valid]
+    assert set(owner[result.seen]) <= set(np.unique(faces))
+    assert len(samples) == len(result.seen)
+    assert 0.3 < result.seen.mean() < 1.0
+    for k in range(0, len(samples), 50):
+        near = np.linalg.norm(hits[faces == owner[k]] - samples[k], axis=-1) <= 0.1
+        assert result.seen[k] == (near.sum() >= 10)
+
+
+def test_search_range_widens_away_from_the_readings_and_with_noise_and_shrinks_with_readings():
+    band = office.search_range()
+    assert band.half_width.argmin() in range(25, 36)
+    assert (office.search_range(sigma=0.05).half_width > band.half_width).all()
+    assert (office.search_range(readings=60).half_width < band.half_width).all()
+
+
+def test_readings_of_the_search_range_lie_along_its_wall():
+    found = office.search_range(sigma=0.001).readings
+    assert np.ptp(found[:, 0]) > 0.4
+    assert np.abs(found[:, 1]).max() < 0.005
+
+
+def test_line_covariance_is_consistent():
+    nees = office.line_nees(4000, np.random.default_rng(0))
+    assert nees.mean() == pytest.approx(2.0, abs=0.15)
+
+
+def test_growing_map_ends_as_the_map_of_the_drive():
+    frames, result = office.growing_map(), office.office_run()
+    assert frames[-1].scans == len(result.poses)
+    last = frames[-1].found.seen_in(result.config.least_scans)
+    np.testing.assert_allclose(last.lines, result.found.lines)
+    assert all(len(f.points) <= 3000 for f in frames)
+
+
+def test_gate_without_roughness_founds_new_walls_and_a_wide_one_loses_them():
+    study = office.gate_study((0.0, 0.02, 0.6))
+    assert study.walls[0] > 1.5 * study.walls[1] > 3 * study.walls[2]
+    assert study.precision[1] > 0.9
+    assert study.missed[1] < 0.1 < study.missed[2]
+    assert study.believed[0] < 0.005
+
+
+def test_three_looks_weed_out_what_is_not_there():
+    looks = office.looks_study()
+    assert looks.gone > 0
+    assert looks.after > looks.before
+    assert looks.cost < 0.02
