@@ -12,7 +12,7 @@ from robot_perception.chapters.walls.growth import simple_chain
 from robot_perception.chapters.walls.splitting import to_chain
 from robot_perception.evaluation.intervals import exact, proportion
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import transform
+from robot_perception.geometry import act, compose
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.verdicts import Accepted
 
@@ -68,7 +68,7 @@ def scan_simplicity(rng: np.random.Generator, scans: int) -> Rates:
     poses = drive(office)
     crossing = np.zeros(3, dtype=int)
     for pose in poses[rng.choice(len(poses) - 8, scans, replace=False)]:
-        after = np.r_[transform(pose, np.array([[0.3, 0.0]]))[0], pose[2]]
+        after = compose(pose, np.array([0.3, 0.0, 0.0]))
         takes = ((pose, 0.0), (pose, 0.3), (after, 0.0))
         still, slow, again = (_chain(office, place, speed, rng) for place, speed in takes)
         joined = np.concatenate([still, again])
@@ -82,7 +82,7 @@ def _chain(office: Office, pose: np.ndarray, speed: float, rng: np.random.Genera
     ranges = scan_moving(office.faces, pose, (speed, 0.0), duration, scanner, rng=rng).ranges[0]
     points = to_chain(ranges, scanner)
     points[:, 0] += speed * np.linspace(0.0, duration, scanner.beams)[np.isfinite(ranges)]
-    return transform(pose, points)
+    return act(pose, points)
 
 
 def _tried(_: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:

@@ -14,7 +14,7 @@ from robot_perception import walls
 from robot_perception.evaluation.consistency import normalised_squared
 from robot_perception.evaluation.intervals import mean, spread
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import transform
+from robot_perception.geometry import act
 from robot_perception.teaching.claims import Finding, Size, claim
 
 
@@ -89,7 +89,7 @@ def world_points(
 ) -> Float[np.ndarray, "readings 2"]:
     """Return the readings that came back, in the frame of the world, m."""
     valid = np.isfinite(ranges)
-    return transform(poses, walls.to_points(np.where(valid, ranges, 0.0), angles))[valid]
+    return act(poses, walls.to_points(np.where(valid, ranges, 0.0), angles))[valid]
 
 
 def _reached(office: Office, poses: np.ndarray, scans: Scans, scanner: Scanner) -> np.ndarray:

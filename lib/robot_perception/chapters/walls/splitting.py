@@ -12,7 +12,7 @@ from data_synth.office import Office, drive, make_office
 from robot_perception import walls
 from robot_perception.evaluation.intervals import exact, spread
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import transform
+from robot_perception.geometry import act, inverse
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.verdicts import Accepted
 
@@ -41,7 +41,7 @@ def one_scan(tolerance: float = 0.08, sigma: float = 0.015) -> OneScan:
     noise = walls.RangeNoise(float(np.hypot(max(sigma, 1e-3), 0.01 / np.sqrt(12))))
     extraction = walls.Extraction(noise, tolerance)
     segments, _ = walls.extract_segments(ranges, scanner.angles, extraction)
-    truth = transform(np.array([0.0, 0.0, -pose[2]]), office.faces - pose[:2])
+    truth = act(inverse(pose), office.faces)
     kept = walls.simplify(points, tolerance)
     return OneScan(scanner.angles, ranges, points, truth, kept, segments)
 
