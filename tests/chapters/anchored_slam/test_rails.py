@@ -1,4 +1,4 @@
-"""Figs 5 and 6: worlds against filters, closed forms, claims, and the pictures."""
+"""Figs 5 and 6: worlds against filters, closed forms, and the pictures."""
 
 from dataclasses import replace
 
@@ -7,11 +7,11 @@ import pytest
 import sympy
 from scipy import stats
 
-from robot_perception.chapters import monobot
 from robot_perception.chapters.anchored_slam import rails
 from robot_perception.chapters.anchored_slam.figures import rails as draw
-from robot_perception.chapters.anchored_slam.rails import CLAIMS, FIG5, FIG6, Config
-from robot_perception.chapters.monobot import FIG3, FIG4
+from robot_perception.chapters.anchored_slam.rails import FIG5, FIG6, Config
+from robot_perception.chapters.monobot import rail
+from robot_perception.chapters.monobot.rail import FIG3, FIG4
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.teaching.figures import figure
 
@@ -40,18 +40,17 @@ def test_errors_and_innovations_are_as_large_as_the_filter_says(config, landmark
 
 def test_figures_share_their_worlds_and_their_first_look():
     four, five, six = rails.figures(rng=RNG(3)).values()
-    alone = monobot.run(FIG4, rng=RNG(3))
+    alone = rail.run(FIG4, rng=RNG(3))
     np.testing.assert_array_equal(four.filtered.means, alone.filtered.means)
     np.testing.assert_array_equal(five.first_errors, four.first_errors)
     np.testing.assert_array_equal(six.world.positions, four.world.positions)
-    assert rails.panel(five, 0)["gains"].shape == rails.panel(four, 0)["gains"].shape
+    assert five.gains.shape == four.gains.shape
 
 
 def test_gain_drawn_is_that_of_the_landmarks_own_innovation():
     result = rails.figures(rng=RNG(3))["Fig. 5: anchor"]
-    gains = rails.panel(result, 0)["gains"]
-    np.testing.assert_array_equal(gains[:, 1], result.filtered.gains[0, :, 1, 1])
-    assert np.all(gains[:, 1] > 0)
+    np.testing.assert_array_equal(result.gains[:, 1], result.filtered.gains[0, :, 1, 1])
+    assert np.all(result.gains[:, 1] > 0)
 
 
 def test_configurations_hold_what_the_captions_print():
@@ -69,21 +68,8 @@ def test_share_left_is_how_much_of_the_first_error_is_still_there(config):
     share = rails.remaining_shares(config)[-1]
     fit = stats.linregress(first, last)
     assert abs(fit.slope - share) < 4 * fit.stderr
-    r = rails.correlation(first, last)
-    assert r.estimate == pytest.approx(fit.rvalue)
     z = abs(np.arctanh(fit.rvalue) - np.arctanh(np.sqrt(share))) * np.sqrt(3997)
     assert z < 4
-
-
-def test_interval_of_a_correlation_covers_as_often_as_it_says():
-    rng, rho, n = RNG(0), 0.6, 50
-    x = rng.standard_normal((2000, n))
-    y = rho * x + np.sqrt(1 - rho**2) * rng.standard_normal((2000, n))
-    inside = sum(
-        i.low < rho < i.high for i in (rails.correlation(a, b) for a, b in zip(x, y, strict=True))
-    )
-    low, high = stats.binom.ppf([1e-4, 1 - 1e-4], 2000, 0.95)
-    assert low - 10 <= inside <= high + 10  # Fisher's z is normal only up to 1/n
 
 
 def test_anchored_map_is_the_relative_map():
@@ -141,57 +127,21 @@ def test_a_misplaced_anchor_moves_the_map_and_the_innovations_fall_silent():
     assert low < nis.mean() < high
 
 
-# Claims
-
-
-@pytest.fixture(scope="module")
-def entries():
-    return {claim.id: claim.run("quick") for claim in CLAIMS}
-
-
-def test_verdicts(entries):
-    assert {key: entry.verdict for key, entry in entries.items()} == {
-        "anchor-full-rank": "reproduced",
-        "anchor-unbiased": "reproduced",
-        "external-sensor": "conditional",  # on a sensor that is good enough
-    }
-
-
-def test_the_filter_without_a_reference_would_fail_the_claim(entries):
-    claim = next(c for c in CLAIMS if c.id == "anchor-unbiased")
-    plain = entries[claim.id].evidence["the same without a reference"]
-    assert plain["low"] > claim.accepted.high
-
-
-def test_without_the_anchor_a_rank_is_missing(entries):
-    evidence = entries["anchor-full-rank"].evidence
-    assert evidence["missing ranks without the anchor, n = 1"]["estimate"] == 1
-    hundred, twice = (
-        evidence[f"information on the start: landmark, {k} looks"]["estimate"] for k in (100, 200)
-    )
-    assert twice / hundred == pytest.approx(2, rel=0.01)
-
-
-def test_dependence_falls_like_one_over_the_looks(entries):
-    for key in ("anchor-unbiased", "external-sensor"):
-        name = "exponent of the explained share against the looks, by the covariances"
-        assert entries[key].evidence[name]["estimate"] == pytest.approx(-1, abs=0.01)
-
-
 # Pictures
 
 
 def test_side_by_side_draws_the_same_scales_and_stays_finite():
     _, axes = figure(4, 3, width=7.2, height=7.2)
-    panels = {n: rails.panel(r, 0) for n, r in rails.figures(rng=RNG(1)).items()}
-    draw.side_by_side(axes, panels)
+    results = rails.figures(rng=RNG(1))
+    draw.side_by_side(axes, results, 0)
     for row in axes:
         assert len({ax.get_ylim() for ax in row}) == 1
         for ax in row:
             for line in ax.lines:
                 assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).all()
-    error = axes[2, 1].lines[0].get_ydata()
-    np.testing.assert_allclose(error, panels["Fig. 5: anchor"]["means"][:, 1] - 1.0)
+    (error,) = (line.get_ydata() for line in axes[2, 1].lines if len(line.get_ydata()) == 101)
+    anchored = results["Fig. 5: anchor"]
+    np.testing.assert_allclose(error, anchored.filtered.means[0, :, 1] - 1.0)
 
 
 def test_every_setting_of_the_explorer_fits_its_axes():
@@ -199,9 +149,9 @@ def test_every_setting_of_the_explorer_fits_its_axes():
     results = rails.studies(rng=RNG(7))
     assert len(results) == 27
     for result in results.values():
-        draw.fan_and_gains(axes, **(picked := rails.fan(result)), reach=0.6)
-        assert np.abs(picked["errors"]).max() < 0.6
-        assert -0.5 < picked["gains"].min() <= picked["gains"].max() < 1
+        draw.fan_and_gains(axes, result, reach=0.6)
+        assert np.abs(result.landmark_errors).max() < 0.6
+        assert -0.5 < result.gains.min() <= result.gains.max() < 1
     exact = results["anchor", 0.1, 0.0], results["external sensor", 0.1, 0.0]
     np.testing.assert_array_equal(exact[0].filtered.covs, exact[1].filtered.covs)
     assert not np.allclose(exact[0].last_errors, exact[1].last_errors)

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from robot_perception.chapters.anchored_slam import building, gauge
+from robot_perception.slam.observability import Anchor, Landmarks, see
 from robot_perception.slam.planar import CartesianSensor
 from robot_perception.teaching.exercises import Exercise, Sheet
 
@@ -24,6 +24,17 @@ def _is_heading_column(answer: object, sign: float = 1.0) -> bool:
             return False
     return True
 
+
+def _is_unseen(answer: object, of_it: tuple[float, ...] = (1, 1, 1, 1, 1)) -> bool:
+    """Return whether looks at anchor and landmark stay the same along a direction."""
+    direction = np.asarray(answer, dtype=float)
+    if direction.shape != (5,) or not direction.any():
+        return False
+    _, H = see([Landmarks(), Anchor(1.0, 0.0)], np.array([3.0, 2.0, 0.0, 1.0, 4.0]))
+    return bool(np.abs(H @ (of_it * direction)).max() < 1e-9 * np.abs(direction).max())
+
+
+_BEND, _WAY, _FROZEN, _LOOK = np.deg2rad(0.5), 88.3, 0.10, 0.03
 
 EXERCISES = Sheet(
     {
@@ -45,8 +56,43 @@ EXERCISES = Sheet(
             hint="It must return two numbers: turn the robot a little to the left, and a point "
             "seen straight ahead moves to the right.",
         ),
+        "anchored-turn": Exercise(
+            _is_unseen,
+            mistakes=(
+                (partial(_is_unseen, of_it=(1, 1, -1, 1, 1)), "the heading: to which side?"),
+                (
+                    (0, 0, 1, -2, -2),
+                    "that turns the world about the robot, and the anchor with it.",
+                ),
+                ((1, 0, 0, 1, 0), "a shift: the anchor cannot follow, so it is seen elsewhere."),
+                ((0, 1, 0, 0, 1), "a shift: the anchor cannot follow, so it is seen elsewhere."),
+            ),
+            hint="Five numbers: J (t - a), then 1, then J (p - a), where J turns by a quarter.",
+        ),
+        "anchored-drift": Exercise(
+            _BEND * np.sqrt(_WAY**3 / 3),
+            mistakes=(
+                (_BEND * np.sqrt(_WAY) * _WAY, "that is the last heading error held all the way."),
+                (0.5 * np.sqrt(_WAY**3 / 3), "degrees: the heading must be in radians."),
+                (
+                    _BEND * np.sqrt(_WAY),
+                    "that is the heading at the end, in radians, not the position.",
+                ),
+            ),
+            hint="Each metre driven adds its own error of the heading, and it moves all that "
+            "follows: add up σ² (L − s)² over the way s.",
+            rtol=0.02,
+        ),
+        "anchored-frozen": Exercise(
+            (_FROZEN**2 + _LOOK**2) / _LOOK**2,
+            mistakes=(
+                (_FROZEN**2 / _LOOK**2, "the look has an error, too."),
+                (_LOOK**2 / (_FROZEN**2 + _LOOK**2), "upside down: real over claimed."),
+                (1.0, "that it would be if the frozen place were right."),
+            ),
+            hint="The filter claims the variance of the look alone. What is the real one?",
+            rtol=1e-3,
+        ),
     }
-    | gauge.EXERCISES
-    | building.EXERCISES
 )
 check = EXERCISES.check

@@ -4,35 +4,21 @@ The paper is Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2,
 (27).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from data_synth.wheels import LARGE, SMALL, Slip, roll
-from data_synth.wheels import Odometry as WheelReport
-from robot_perception.evaluation.consistency import (
-    Coverage,
-    coverage,
-    normalised_squared,
-)
+from data_synth import wheels
+from data_synth.wheels import LARGE, SMALL, Slip
+from robot_perception.evaluation.consistency import Coverage, coverage, normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import wrap_angle
-from robot_perception.slam.planar import (
-    CartesianSensor,
-    History,
-    MapBelief,
-    Observations,
-    Odometry,
-    PositionFix,
-    Settings,
-    Step,
-    Truth,
-    run_filter,
-)
-from robot_perception.teaching.claims import Interval
+from robot_perception.observations import Observations
+from robot_perception.slam import planar
+from robot_perception.slam.planar import History, PositionFix
 
 SLIPS: Mapping[str, Slip] = {"small": SMALL, "large": LARGE}
 STARTS = {"exact": (0.0, 0.0, 0.0), "uncertain": (0.1, 0.1, np.deg2rad(3.0))}
@@ -104,135 +90,94 @@ class Case:
     association: Literal["gated", "joint", "known"] = "gated"
     start: Literal["exact", "uncertain"] = "exact"
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Runs:
-    """What came out of one case, over all seeds.
-
-    Parameters
-    ----------
-    errors : (seeds, steps, 3)
-        Estimated minus true pose, m, m, rad.
-    nees : (seeds, steps - 1)
-        Normalised squared error of the pose; not of the first, which may be exact.
-    false, twice : (seeds,)
-        Observations used for a wrong landmark, and landmarks put into the map again.
-    map_error, map_shape : (seeds,)
-        Root mean square error of the landmarks, m: as they stand, and after the best rigid motion.
-    states : (seeds,)
-        Mean square of the size of the state, which is what a step costs.
-    retired : (seeds,)
-        Landmarks taken out of the state.
-    """
-
-    errors: Float[np.ndarray, "seeds steps 3"]
-    nees: Float[np.ndarray, "seeds later"]
-    false: Int[np.ndarray, " seeds"]
-    twice: Int[np.ndarray, " seeds"]
-    map_error: Float[np.ndarray, " seeds"]
-    map_shape: Float[np.ndarray, " seeds"]
-    states: Float[np.ndarray, " seeds"]
-    retired: Int[np.ndarray, " seeds"]
-
-    def distance(self, step: int = -1) -> Float[np.ndarray, " seeds"]:
-        """Return the errors of the position at a step, m."""
-        return np.hypot(self.errors[:, step, 0], self.errors[:, step, 1])
-
-    def heading(self, step: int = -1) -> Float[np.ndarray, " seeds"]:
-        """Return the sizes of the errors of the heading at a step, °."""
-        return np.rad2deg(np.abs(self.errors[:, step, 2]))
-
     @property
-    def coverage(self) -> Coverage:
-        """The NEES beside what chance allows."""
-        return coverage(self.nees, 3, independent=len(self.nees))
+    def circumstances(self) -> str:
+        """All but the variant, in words."""
+        return f"{self.noise} noise, {self.association}, {self.start} start"
+
+
+@dataclass(frozen=True, slots=True)
+class Fixes:
+    """A sensor that watches from outside: steps between its fixes, and their deviation, m."""
+
+    every: int
+    sigma: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Chance:
-    """The chance of one run, beside that of its scans.
+class Drive:
+    """One run as all cases share it: what was so, what was seen, and the noise drawn.
 
     Parameters
     ----------
-    start : (3,)
-        Error of the start in deviations.
+    landmarks, poses
+        True places, m, and true path, m, m, rad.
+    seen
+        What was seen after each step, by true landmark (-1 for none), in the robot's frame, m.
+    start
+        Error of the believed start in deviations.
     wheels
-        What the wheels report, by level of noise.
-    fixes : (steps, 2)
-        Errors of the measured positions, m.
+        What they report, by level of noise.
+    fixes
+        Positions measured from outside, by step.
     """
 
+    landmarks: Float[np.ndarray, "n 2"]
+    poses: Float[np.ndarray, "steps 3"]
+    seen: Sequence[Observations]
     start: Float[np.ndarray, "3"]
-    wheels: Mapping[str, WheelReport]
-    fixes: Float[np.ndarray, "steps 2"]
+    wheels: Mapping[str, wheels.Odometry]
+    fixes: Mapping[int, PositionFix]
 
 
-def draw_chance(
-    poses: np.ndarray,
-    slips: Mapping[str, Slip],
-    fix_sigma: float,
-    streams: Sequence[np.random.Generator],
-) -> Chance:
-    start, wheels, fixes = streams
-    seed = wheels.integers(2**63)  # the same chance at every level of noise
-    reports = {name: roll(poses, s, rng=np.random.default_rng(seed)) for name, s in slips.items()}
-    errors = fix_sigma * fixes.standard_normal((len(poses), 2))
-    return Chance(start.standard_normal(3), reports, errors)
-
-
-@runtime_checkable
-class Outside(Protocol):
-    """What a study says of the sensor that watches from outside: steps between fixes, and m."""
-
-    @property
-    def fix_every(self) -> int:
-        """Steps between measured positions."""
-
-    @property
-    def fix_sigma(self) -> float:
-        """Their deviation in each coordinate, m."""
-
-
-def filter_case(
-    outside: Outside,
-    case: Case,
+def draw_drive(
     landmarks: Float[np.ndarray, "n 2"],
     poses: Float[np.ndarray, "steps 3"],
-    sightings: Sequence[Observations],
-    chance: Chance,
-    anchors: Sequence[int] | None = None,
-    keep: Sequence[int] = (),
+    seen: Sequence[Observations],
+    slips: Mapping[str, Slip],
+    fixes: Fixes,
+    streams: Sequence[np.random.Generator],
+) -> Drive:
+    """Draw the noise of start, wheels and fixes, each by a stream; the rest is given."""
+    start, seeds, outside = streams
+    seed = seeds.integers(2**63)  # the same chance at every level of noise
+    reports = {
+        name: wheels.roll(poses, slip, rng=np.random.default_rng(seed))
+        for name, slip in slips.items()
+    }
+    places = poses[:, :2] + fixes.sigma * outside.standard_normal((len(poses), 2))
+    cov = fixes.sigma**2 * np.eye(2)
+    at = {k: PositionFix(places[k], cov) for k in range(0, len(poses), fixes.every)}
+    return Drive(landmarks, poses, seen, start.standard_normal(3), reports, at)
+
+
+def filter_drive(
+    case: Case, drive: Drive, *, anchors: Sequence[int] | None = None, keep: Sequence[int] = ()
 ) -> History:
-    """Run the filter of one case on what one run saw.
+    """Run the filter of one case over one run.
 
     Parameters
     ----------
-    outside
-        The study: how often and how well the position is measured from outside.
     case
         The case.
-    landmarks
-        True places, m: for the anchor, and for the ideal filter.
-    poses
-        The true path.
-    sightings
-        What was found in each scan, and of which true landmark it is.
-    chance
-        The chance of this run.
+    drive
+        The run.
     anchors
         Which landmarks an anchored variant knows; the first observed one if not given.
     keep
         Steps after which the whole belief is kept.
     """
     variant, deviation = VARIANTS[case.variant], np.array(STARTS[case.start])
-    if anchors is None:
-        anchors = [first_observed(sightings)]
-    known = {i: landmarks[i] for i in anchors} if variant.anchored else {}
+    known, poses = {}, drive.poses
+    if variant.anchored:
+        anchors = [first_observed(drive.seen)] if anchors is None else anchors
+        known = {i: drive.landmarks[i] for i in anchors}
     linearisation = variant.linearisation
     if linearisation == "true":
-        linearisation = Truth(np.vstack([poses[:1], poses]), dict(enumerate(landmarks)))
-    settings = Settings(
-        CartesianSensor(np.eye(2)),
+        truth = dict(enumerate(drive.landmarks))
+        linearisation = planar.Truth(np.vstack([poses[:1], poses]), truth)
+    settings = planar.Settings(
+        planar.CartesianSensor(np.eye(2)),
         anchors=known,
         association=case.association,
         linearisation=linearisation,
@@ -240,31 +185,97 @@ def filter_case(
         retirement=variant.retirement,
         keep=keep,
     )
-    start = MapBelief.start(poses[0] + deviation * chance.start, np.diag(deviation**2))
-    wheels = chance.wheels[case.noise]
-    steps = []
-    for k, seen in enumerate(sightings):
-        names = seen.ids
+    start = planar.MapBelief.start(poses[0] + deviation * drive.start, np.diag(deviation**2))
+    report, motion, steps = drive.wheels[case.noise], None, []
+    for k, seen in enumerate(drive.seen):
         if case.association != "known":  # only the anchor is shown, once
-            names = np.where((k == 0) & np.isin(names, list(known)), names, -1)
-        motion, fixes = None, ()
+            names = np.where((k == 0) & np.isin(seen.ids, list(known)), seen.ids, -1)
+            seen = seen.named(names)
         if k > 0:
-            motion = Odometry(wheels.increments[k - 1], np.diag(wheels.deviations[k - 1] ** 2))
-        if variant.external and k % outside.fix_every == 0:
-            place = poses[k, :2] + chance.fixes[k]
-            fixes = (PositionFix(place, outside.fix_sigma**2 * np.eye(2)),)
-        steps.append(Step(motion, seen.named(names), fixes))
-    return run_filter(start, steps, settings)
+            motion = planar.Odometry(
+                report.increments[k - 1], np.diag(report.deviations[k - 1] ** 2)
+            )
+        fixes = (drive.fixes[k],) if variant.external and k in drive.fixes else ()
+        steps.append(planar.Step(motion, seen, fixes))
+    return planar.run_filter(start, steps, settings)
 
 
-def account(
-    history: History, poses: np.ndarray, sightings: Sequence[Observations], landmarks: np.ndarray
-) -> tuple:
+def first_observed(seen: Sequence[Observations]) -> int:
+    """Return the first landmark that was seen; of several at once, the nearest."""
+    first = next(one for one in seen if (one.ids >= 0).any())
+    away = np.where(first.ids >= 0, np.hypot(first.values[:, 0], first.values[:, 1]), np.inf)
+    return int(first.ids[away.argmin()])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Runs:
+    """What came out of one case, over all runs.
+
+    Parameters
+    ----------
+    errors
+        Estimated minus true pose, m, m, rad.
+    nees
+        Normalised squared error of the pose; not of the first, which may be exact.
+    false, twice
+        Observations used for a wrong landmark, and landmarks put into the map again.
+    map_error, map_shape
+        Root mean square error of the landmarks, m: as they stand, and after the best rigid motion.
+    states
+        Mean square of the size of the state, which is what a step costs.
+    retired
+        Landmarks taken out of the state.
+    """
+
+    errors: Float[np.ndarray, "runs steps 3"]
+    nees: Float[np.ndarray, "runs later"]
+    false: Int[np.ndarray, " runs"]
+    twice: Int[np.ndarray, " runs"]
+    map_error: Float[np.ndarray, " runs"]
+    map_shape: Float[np.ndarray, " runs"]
+    states: Float[np.ndarray, " runs"]
+    retired: Int[np.ndarray, " runs"]
+
+    def distance(self, step: int = -1) -> Float[np.ndarray, " runs"]:
+        """Return the errors of the position at a step, m."""
+        return np.hypot(self.errors[:, step, 0], self.errors[:, step, 1])
+
+    def heading(self, step: int = -1) -> Float[np.ndarray, " runs"]:
+        """Return the sizes of the errors of the heading at a step, °."""
+        return np.rad2deg(np.abs(self.errors[:, step, 2]))
+
+    @property
+    def rms(self) -> Float[np.ndarray, " steps"]:
+        """Root mean square error of the position over the runs, m."""
+        return np.sqrt((self.errors[..., :2] ** 2).sum(axis=-1).mean(axis=0))
+
+    @property
+    def rms_heading(self) -> Float[np.ndarray, " steps"]:
+        """Root mean square error of the heading over the runs, °."""
+        return np.rad2deg(np.sqrt((self.errors[..., 2] ** 2).mean(axis=0)))
+
+    @property
+    def path_error(self) -> Float[np.ndarray, " runs"]:
+        """Root mean square error of the position along the path, by run, m."""
+        return np.sqrt((self.errors[..., :2] ** 2).sum(axis=-1).mean(axis=1))
+
+    @property
+    def mean_nees(self) -> Float[np.ndarray, " runs"]:
+        """NEES averaged along the path, by run."""
+        return self.nees.mean(axis=1)
+
+    @property
+    def coverage(self) -> Coverage:
+        """The NEES beside what chance allows."""
+        return coverage(self.nees, 3, independent=len(self.nees))
+
+
+def account(history: History, drive: Drive) -> tuple:
     """Compare a run with the truth; the order is that of the fields of :class:`Runs`."""
-    errors = history.poses - poses
+    errors = history.poses - drive.poses
     errors[:, 2] = wrap_angle(errors[:, 2])
     owner, false = {}, 0
-    for seen, used in zip(sightings, history.used, strict=True):
+    for seen, used in zip(drive.seen, history.used, strict=True):
         for truth, name in zip(seen.ids.tolist(), used.tolist(), strict=True):
             if name >= 0 and truth >= 0:
                 false += owner.setdefault(name, truth) != truth
@@ -272,7 +283,7 @@ def account(
     places |= history.frozen
     names = [name for name in places if name in owner]
     estimate = np.array([places[name] for name in names])
-    truth = landmarks[[owner[name] for name in names]]
+    truth = drive.landmarks[[owner[name] for name in names]]
     return (
         errors,
         normalised_squared(errors[1:], history.pose_covs[1:]),
@@ -286,41 +297,5 @@ def account(
 
 
 def stack(rows: Sequence[tuple]) -> Runs:
+    """Return what came out of several runs from their accounts."""
     return Runs(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def first_observed(sightings: Sequence[Observations]) -> int:
-    """Return the first landmark that was seen; of several at once, the nearest."""
-    seen = next(s for s in sightings if (s.ids >= 0).any())
-    away = np.where(seen.ids >= 0, np.hypot(*seen.values.T), np.inf)
-    return int(seen.ids[away.argmin()])
-
-
-def mean_of(samples: np.ndarray, unit: str = "m") -> Interval:
-    """Return a mean over runs with its bootstrap interval, for errors far from normal."""
-    return _bootstrapped(samples, np.mean, unit)
-
-
-def median_of(samples: np.ndarray, unit: str = "") -> Interval:
-    """Return a median over runs with its bootstrap interval."""
-    return _bootstrapped(samples, np.median, unit)
-
-
-def _bootstrapped(samples: np.ndarray, statistic: Callable[..., Any], unit: str) -> Interval:
-    picks = np.random.default_rng(0).integers(len(samples), size=(4000, len(samples)))
-    low, high = np.quantile(statistic(samples[picks], axis=1), [0.025, 0.975])
-    value = float(statistic(samples))
-    about = f"{statistic.__name__}, 95 % bootstrap over {len(samples)} runs"
-    return Interval(value, min(float(low), value), max(float(high), value), unit, about)
-
-
-def ratio_of(
-    above: np.ndarray, below: np.ndarray, rng: np.random.Generator, about: str
-) -> Interval:
-    """Return the ratio of two means over the same runs, with its bootstrap interval."""
-    picks = rng.integers(len(above), size=(4000, len(above)))
-    ratios = above[picks].mean(axis=1) / below[picks].mean(axis=1)
-    value = float(above.mean() / below.mean())
-    low, high = np.quantile(ratios, [0.025, 0.975])
-    about = f"{about}, 95 % bootstrap over {len(above)} runs"
-    return Interval(value, min(float(low), value), max(float(high), value), "", about)

@@ -51,6 +51,16 @@ SAMPLES = 170
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Found:
+    """What was computed from a recording, by name."""
+
+    parts: Mapping[str, np.ndarray]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.parts[name]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
     """What motion capture says of the sensors of one robot, or of several together.
 
@@ -550,4 +560,4 @@ def method_table(found: Mapping[str, np.ndarray | float]) -> str:
     return "\n".join([head, *rows])
 
 
-UTIAS = Recording("utias_mrclam_6", study, store="anchored-utias")
+UTIAS = Recording("utias_mrclam_6", lambda at: Found(study(at)), Found, store="anchored-utias")

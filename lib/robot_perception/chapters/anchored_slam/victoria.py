@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
+from robot_perception.chapters.anchored_slam.mrclam import Found
 from robot_perception.datasets import LandmarkGraph, read_fixes, read_landmark_graph, read_vehicle
 from robot_perception.datasets.victoria import Fixes, VehicleLog
 from robot_perception.evaluation.trajectories import absolute_error, align
@@ -203,4 +204,4 @@ def _times_by_size(steps: list[Step], history: History) -> tuple[np.ndarray, np.
     return np.round(sizes, 1), np.round(medians, 1)
 
 
-VICTORIA = Recording("victoria_park", study, store="anchored-victoria")
+VICTORIA = Recording("victoria_park", lambda at: Found(study(at)), Found, store="anchored-victoria")

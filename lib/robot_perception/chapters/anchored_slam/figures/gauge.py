@@ -6,6 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
+from robot_perception.chapters.anchored_slam.gauge import MovedWorld
+from robot_perception.chapters.anchored_slam.invented import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.geometry import act
 from robot_perception.teaching.figures.style import (
@@ -24,69 +26,40 @@ WINDOW = (-2.6, 8.1), (-3.7, 6.4)
 _ROBOT = np.array([[0.35, 0.0], [-0.2, 0.2], [-0.2, -0.2], [0.35, 0.0]])
 
 
-def moved_world(
-    ax: Axes,
-    poses: np.ndarray,
-    landmarks: np.ndarray,
-    moved_poses: np.ndarray,
-    moved_landmarks: np.ndarray,
-    anchors: np.ndarray,
-    misses: np.ndarray,
-    fixes: np.ndarray,
-    metres: float,
-    radians: float,
-) -> Axes:
+def moved_world(ax: Axes, world: MovedWorld) -> Axes:
     """Draw a world before (grey) and after (blue) it was moved, on axes cleared first.
 
     A measurement that no longer fits is a red line: from where it asks a known thing to be, to
     where that is.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where to draw.
-    poses, moved_poses : ndarray, shape (k, 3)
-        Robot, m, m, rad.
-    landmarks, moved_landmarks : ndarray, shape (n, 2)
-        m.
-    anchors, misses : ndarray, shape (a, 2) and (k, a, 2)
-        Known places, and where the measurements ask them to be, m.
-    fixes : ndarray, shape (k or 0, 2)
-        Where a position sensor saw the robot, m.
-    metres, radians : float
-        Largest change of all measurements.
     """
     ax.clear()
     ax.grid(visible=False)
-    known = np.broadcast_to(anchors, misses.shape)
-    for where, points, colour, width in (
-        (poses, np.concatenate([np.tile(landmarks, (len(poses), 1, 1)), known], 1), FAINT, 0.9),
-        (
-            moved_poses,
-            np.concatenate([np.tile(moved_landmarks, (len(poses), 1, 1)), misses], 1),
-            BLUE,
-            0.5,
-        ),
-    ):
-        ends = np.broadcast_to(where[:, None, :2], points.shape)
+    known = np.broadcast_to(world.anchors, world.misses.shape)
+    before, after = (
+        (world.poses, world.landmarks, known, FAINT, 0.9, MUTED),
+        (world.moved_poses, world.moved_landmarks, world.misses, BLUE, 0.5, BLUE),
+    )
+    for poses, landmarks, seen, colour, width, _ in (before, after):
+        points = np.concatenate([np.tile(landmarks, (len(poses), 1, 1)), seen], axis=1)
+        ends = np.broadcast_to(poses[:, None, :2], points.shape)
         ax.plot(*_strokes(ends.reshape(-1, 2), points.reshape(-1, 2)), color=colour, lw=width)
-    for where, points, colour in ((poses, landmarks, MUTED), (moved_poses, moved_landmarks, BLUE)):
-        outline = act(where, np.tile(_ROBOT, (len(where), 1, 1)))
-        outline = np.concatenate([outline, np.full((len(where), 1, 2), np.nan)], axis=1)
+    for poses, landmarks, *_, colour in (before, after):
+        outline = act(poses, np.tile(_ROBOT, (len(poses), 1, 1)))
+        outline = np.concatenate([outline, np.full((len(poses), 1, 2), np.nan)], axis=1)
         ax.plot(*outline.reshape(-1, 2).T, color=colour, lw=1.6)
-        ax.plot(*points.T, "o", color=colour, markersize=6)
-    gaps = [misses.reshape(-1, 2), moved_poses[: len(fixes), :2]]
-    places = [known.reshape(-1, 2), fixes]
+        ax.plot(*landmarks.T, "o", color=colour, markersize=6)
+    gaps = [world.misses.reshape(-1, 2), world.moved_poses[: len(world.fixes), :2]]
+    places = [known.reshape(-1, 2), world.fixes]
     ax.plot(*_strokes(np.vstack(gaps), np.vstack(places)), color=RED, lw=2.0)
-    ax.plot(*anchors.T, "s", color=INK, markersize=9)
-    ax.plot(*fixes.T, "+", color=INK, markersize=10, markeredgewidth=2)
-    unseen = max(metres, radians) < 1e-9
-    heading = f" and {np.degrees(radians):.0f}° of heading" if radians > 1e-9 else ""
-    words = f"largest residual {metres:.2f} m{heading}"
+    ax.plot(*world.anchors.T, "s", color=INK, markersize=9)
+    ax.plot(*world.fixes.T, "+", color=INK, markersize=10, markeredgewidth=2)
+    unseen = max(world.metres, world.radians) < 1e-9
+    heading = f" and {np.degrees(world.radians):.0f}° of heading" if world.radians > 1e-9 else ""
+    words = f"largest residual {world.metres:.2f} m{heading}"
     label(ax, 0.02, 0.96, words, GREEN if unseen else RED, transform=ax.transAxes, fontsize=11)
     legend = [("● landmark", MUTED), ("● moved", BLUE)]
-    legend += [("■ anchor", INK)] if len(anchors) else []
-    legend += [("+ position sensor", INK)] if len(fixes) else []
+    legend += [("■ anchor", INK)] if len(world.anchors) else []
+    legend += [("+ position sensor", INK)] if len(world.fixes) else []
     for i, (text, colour) in enumerate(legend):
         label(ax, 0.98, 0.05 + 0.06 * i, text, colour, transform=ax.transAxes, ha="right")
     ax.set(xlim=WINDOW[0], ylim=WINDOW[1], xlabel="x (m)", ylabel="y (m)", aspect="equal")
@@ -94,23 +67,22 @@ def moved_world(
     return ax
 
 
-def claimed_information(ax: Axes, gains: Mapping[str, np.ndarray]) -> Axes:
+def claimed_information(ax: Axes, study: Mapping[str, Result]) -> Axes:
     """Draw the information that filters claim about the turn of the world, over that at the start.
 
     Parameters
     ----------
-    ax : Axes
+    ax
         Where to draw.
-    gains : mapping of str to ndarray, shape (runs, looks)
-        By name of the filter, the three of the study in their order; lines are medians, bands the
-        central 80 % of the runs.
+    study
+        The three filters in their order; lines are medians, bands the central 80 % of the runs.
     """
     ax.axhline(1, color=INK, linewidth=0.8)
-    top = max(np.quantile(gain, 0.9, axis=0).max() for gain in gains.values())
+    top = max(np.quantile(result.gains, 0.9, axis=0).max() for result in study.values())
     styles = zip(COLOURS, ("-", "-", "--"), (1.6 * top, 0.55, 1.6), strict=False)
-    for (name, gain), (colour, line, place) in zip(gains.items(), styles, strict=True):
-        k = np.arange(gain.shape[1])
-        low, middle, high = np.quantile(gain, [0.1, 0.5, 0.9], axis=0)
+    for (name, result), (colour, line, place) in zip(study.items(), styles, strict=True):
+        k = np.arange(result.gains.shape[1])
+        low, middle, high = np.quantile(result.gains, [0.1, 0.5, 0.9], axis=0)
         band(ax, k, low, high, colour)
         ax.semilogy(k, middle, color=colour, linestyle=line)
         label(ax, 0.97 * k[-1], place, name, colour, ha="right")
@@ -121,22 +93,18 @@ def claimed_information(ax: Axes, gains: Mapping[str, np.ndarray]) -> Axes:
     return ax
 
 
-def heading_honesty(
-    axes: AxesRow, deviations: Mapping[str, np.ndarray], rms: Mapping[str, np.ndarray]
-) -> AxesRow:
+def heading_honesty(axes: AxesRow, study: Mapping[str, Result]) -> AxesRow:
     """Draw for each filter the stated deviation of the heading and the error really made.
 
     Parameters
     ----------
-    axes : sequence of Axes
+    axes
         One for each filter.
-    deviations : mapping of str to ndarray, shape (runs, steps)
-        Stated, rad, by filter; their root mean square over the runs is drawn.
-    rms : mapping of str to ndarray, shape (steps,)
-        Root mean square error over the runs, rad.
+    study
+        By filter; root mean squares over the runs are drawn.
     """
-    stated = {n: np.degrees(np.sqrt((d**2).mean(axis=0))) for n, d in deviations.items()}
-    errors = {name: np.degrees(values) for name, values in rms.items()}
+    stated = {name: np.degrees(result.stated) for name, result in study.items()}
+    errors = {name: np.degrees(result.rms) for name, result in study.items()}
     top = 1.25 * max(values.max() for values in (*stated.values(), *errors.values()))
     for ax, (name, typical), colour in zip(axes, stated.items(), COLOURS, strict=False):
         k = np.arange(1, typical.size + 1)

@@ -5,38 +5,31 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.monobot.figures import (
-    LOOKS,
-    AxesRow,
-    error_band,
-    error_fan,
-    gains_of,
-    trajectory,
-)
-from robot_perception.teaching.figures.style import BLUE, COLOURS, MUTED, ORANGE, label
+from robot_perception.chapters.monobot import figures
+from robot_perception.chapters.monobot.figures import LOOKS, AxesRow
+from robot_perception.chapters.monobot.rail import Result
+from robot_perception.teaching.figures.style import COLOURS, MUTED, label
 
 ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
 
 
-def side_by_side(axes: np.ndarray, panels: Mapping[str, Mapping[str, np.ndarray]]) -> np.ndarray:
+def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> np.ndarray:
     """Draw one run of several studies, a column for each, with common scales in each row.
 
     Parameters
     ----------
     axes : ndarray of Axes, shape (4, studies)
         Rows: path and landmark, vehicle error, landmark error, gains; all bands are ±2σ.
-    panels : mapping of str to mapping
-        By title: ``position`` (looks,), ``means`` and ``deviations`` (looks, 2), ``landmark``,
-        ``looks`` (looks, 1) and ``gains`` (steps, 2) of vehicle and landmark.
+    results
+        Studies with one landmark, by title.
+    run
+        Number of the run.
     """
-    for column, (name, one) in zip(axes.T, panels.items(), strict=True):
-        position, means, deviations = one["position"], one["means"], one["deviations"]
-        landmark, sightings = one["landmark"], one["position"] + one["looks"][:, 0]
-        path, place = (means[:, 0], deviations[:, 0]), (means[:, 1], deviations[:, 1])
-        trajectory(column[0], position, *path, landmark, *place, sightings)
-        error_band(column[1], (means[:, 0] - position)[:, None], deviations[:, 0], BLUE, ROWS[1])
-        error_band(column[2], means[:, 1:2] - landmark, deviations[:, 1], ORANGE, ROWS[2])
-        gains_of(column[3], *one["gains"].T)
+    for column, (name, result) in zip(axes.T, results.items(), strict=True):
+        figures.trajectory(column[0], result, run)
+        figures.vehicle_error(column[1], result, run)
+        figures.landmark_error(column[2], result, run)
+        figures.gains(column[3], result)
         column[0].set_title(name)
     for row, what in zip(axes, ROWS, strict=True):
         limits = np.array([ax.get_ylim() for ax in row])
@@ -58,9 +51,9 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
 
     Parameters
     ----------
-    ax : Axes
+    ax
         Where to draw.
-    shares : mapping of str to ndarray, shape (looks,)
+    shares
         By name of the study, from the first look (share 1) on.
     """
     for (name, share), colour in zip(shares.items(), COLOURS, strict=False):
@@ -74,33 +67,22 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
     return ax
 
 
-def fan_and_gains(
-    axes: AxesRow,
-    errors: np.ndarray,
-    deviations: np.ndarray,
-    gains: np.ndarray,
-    *,
-    reach: float,
-) -> AxesRow:
+def fan_and_gains(axes: AxesRow, result: Result, *, reach: float) -> AxesRow:
     """Draw the landmark errors of many runs and the gains, on two axes that are cleared first.
 
     Parameters
     ----------
-    axes : sequence of Axes
+    axes
         Two.
-    errors : ndarray, shape (runs, looks)
-        Estimate minus truth, m.
-    deviations : ndarray, shape (looks,)
-        Stated deviation, m.
-    gains : ndarray, shape (steps, 2)
-        Gains of vehicle and landmark on the landmark's innovation.
-    reach : float
+    result
+        The study.
+    reach
         Half the height of the error axis, m: the same for all settings, so that they compare.
     """
     for ax in axes:
         ax.clear()
-    error_fan(axes[0], errors, deviations)
-    gains_of(axes[1], *gains.T)
+    figures.error_fan(axes[0], result)
+    figures.gains(axes[1], result)
     axes[0].set_ylim(-reach, reach)
     axes[1].set_ylim(-0.5, 1.0)
     for ax in axes:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 from scipy import stats
 
-from robot_perception.chapters.walls.figures import dots
+from robot_perception.teaching.figures.maps import dots
 from robot_perception.teaching.figures.style import (
     BLUE,
     FAINT,

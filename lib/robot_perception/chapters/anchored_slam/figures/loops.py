@@ -1,0 +1,196 @@
+"""Drawings of the loop: maps of the building, errors, consistency, and the states of explorers."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from robot_perception.chapters.anchored_slam.building import Maps
+from robot_perception.chapters.anchored_slam.explorers import Nailed, Played
+from robot_perception.chapters.anchored_slam.loops import first_observed
+from robot_perception.chapters.anchored_slam.posts import Result
+from robot_perception.chapters.monobot.figures import AxesRow
+from robot_perception.evaluation.consistency import average_bounds
+from robot_perception.teaching.figures.maps import dots, lines, plan
+from robot_perception.teaching.figures.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RED,
+    TEAL,
+    band,
+    ellipses,
+    label,
+)
+from robot_perception.teaching.tables import Table
+
+TINTS = {
+    "plain": RED,
+    "anchored": ORANGE,
+    "external": GREEN,
+    "first estimates": BLUE,
+    "anchored, first estimates": TEAL,
+    "true Jacobians": PURPLE,
+}
+"""The colour of each filter; the same in all pictures."""
+
+
+def tint(variant: str) -> str:
+    """Return the colour of a filter; variants of the rule share the ink's."""
+    return TINTS.get(variant, INK)
+
+
+# The building ------------------------------------------------------------------------------------
+
+
+def two_maps(axes: AxesRow, maps: Maps) -> AxesRow:
+    """Draw Fig. 7 again: for each filter its readings over the true plan, path and end error."""
+    truth = maps.drive.poses
+    for ax, (name, history) in zip(axes, maps.histories.items(), strict=True):
+        path, readings = history.poses, maps.readings[name]
+        lines(ax, maps.faces, FAINT, 3.0, zorder=0)
+        dots(ax, readings, BLUE, 1.1)
+        ax.plot(*truth[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
+        ax.plot(*path[:, :2].T, color=ORANGE, linewidth=1.6)
+        ends = np.stack([truth[-1, :2], path[-1, :2]])
+        ax.plot(*ends.T, color=RED, linewidth=2.2)
+        ax.plot(*ends[1], "o", color=RED, markersize=5)
+        if name.startswith("anchored"):
+            anchor = maps.drive.landmarks[first_observed(maps.drive.seen)]
+            ax.plot(*anchor, "P", color=INK, markersize=9)
+        ax.set_title(f"{name}: {np.hypot(*(ends[1] - ends[0])):.2f} m off at the end")
+        plan(ax, np.vstack([maps.faces.reshape(-1, 2), readings]))
+        ax.locator_params(nbins=5)
+    return axes
+
+
+def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) -> AxesRow:
+    """Draw the column "end (m)" of tables as dots with intervals, a panel for each level of noise.
+
+    Parameters
+    ----------
+    axes
+        One for each level of noise, one above the other.
+    studies
+        Recorded errors by noise.
+    """
+    ends = {
+        noise: {name: table[name, "end (m)"] for name in table.rows}
+        for noise, table in studies.items()
+    }
+    values = [end for rows in ends.values() for end in rows.values()]
+    low, high = 0.7 * min(v.low for v in values), 1.4 * max(v.high for v in values)
+    ticks = [t for t in (0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
+    for ax, (noise, rows) in zip(axes, ends.items(), strict=True):
+        for k, (name, end) in enumerate(rows.items()):
+            ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
+            ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
+        ax.set_yticks(range(len(rows)), list(rows))
+        ax.set_xscale("log")
+        ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
+        ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+        ax.minorticks_off()
+        ax.set_title(f"{noise} noise of the wheels")
+    axes[-1].set_xlabel("error at the loop end (m)")
+    return axes
+
+
+# The posts ---------------------------------------------------------------------------------------
+
+
+def _places(steps: int) -> np.ndarray:
+    """Return the steps of a drive at which curves are drawn."""
+    return np.linspace(1, steps - 1, 60).astype(int)
+
+
+def nees_along(ax: Axes, result: Result) -> Axes:
+    """Draw the average NEES of the pose along the way, and the 95 % band of χ² of such averages."""
+    # logarithms on a plain axis: a logarithmic one takes twice as long to draw
+    low, high = average_bounds(3, result.config.runs)
+    nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
+    at = _places(1 + len(next(iter(nees.values()))))
+    along, nees = result.config.step * at, {name: v[at - 1] for name, v in nees.items()}
+    band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MUTED)
+    for name, values in nees.items():
+        ax.plot(along, np.log10(values), color=tint(name))
+    top = max(max(v.max() for v in nees.values()), 2 * high)
+    ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
+    ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
+    ax.set(xlabel="way (m)", ylabel="average NEES")
+    ax.set_yticks(np.log10(ticks), [str(t) for t in ticks])
+    ax.locator_params(axis="x", nbins=4)
+    _names(ax, {name: np.log10(values[-1]) for name, values in nees.items()})
+    return ax
+
+
+def _names(ax: Axes, ends: Mapping[str, float]) -> None:
+    """Write each name at the right end of its line, apart from the next."""
+    low, high = ax.get_ylim()
+    place = low
+    for name, value in sorted(ends.items(), key=lambda item: item[1]):
+        place = max(value, place + 0.085 * (high - low))
+        label(ax, 1.02 * ax.get_xlim()[1], place, name, tint(name), fontsize=9)
+
+
+def growth(axes: AxesRow, result: Result) -> AxesRow:
+    """Draw errors above and NEES below along the way, on two axes cleared first."""
+    for ax in axes:
+        ax.clear()
+    errors = {name: runs.rms for name, runs in result.runs.items()}
+    at = _places(len(next(iter(errors.values()))))
+    for name, values in errors.items():
+        axes[0].plot(result.config.step * at, values[at], color=tint(name))
+    top = 1.1 * max(values[at].max() for values in errors.values())
+    axes[0].set(xlim=(0, result.config.step * at[-1]), ylim=(0, top))
+    axes[0].set(xlabel="way (m)", ylabel="position error (m)")
+    axes[0].locator_params(nbins=4)
+    nees_along(axes[1], result)
+    return axes
+
+
+def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
+    """Draw a state of the explorer of anchors: map with ellipses, and errors along the way."""
+    for ax in axes:
+        ax.clear()
+    here, there = axes
+    posts, poses = state.config.world
+    at, shown = _places(len(poses)), np.linspace(1, len(poses) - 1, 14).astype(int)
+    here.plot(*poses[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
+    here.plot(*posts.T, "o", color=MUTED, markersize=3)
+    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], BLUE)
+    if state.anchors:
+        here.plot(*posts[list(state.anchors)].T, "P", color=ORANGE, markersize=10)
+    plan(here, posts, margin=3.0)
+    along, top = state.config.step * at, 1.8
+    there.plot(along, state.runs.rms[at], color=BLUE)
+    there.plot(along, state.runs.rms_heading[at] / 10, color=PURPLE)
+    there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
+    for ax in axes:
+        ax.locator_params(nbins=4)
+    label(there, 0.02 * along[-1], 0.93 * top, "position (m)", BLUE)
+    label(there, 0.02 * along[-1], 0.83 * top, "heading (10°)", PURPLE)
+    return axes
+
+
+def moment(ax: Axes, played: Played, time: int) -> Axes:
+    """Draw what a filter believes at one moment, with 2σ ellipses, on axes cleared first."""
+    ax.clear()
+    step, colour = played.steps[time], tint(played.case.variant)
+    belief, path = played.history.kept[step], played.history.poses[: step + 1]
+    ax.plot(*played.drive.landmarks.T, "o", color=MUTED, markersize=3)
+    ax.plot(*played.drive.poses[: step + 1, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=colour, linewidth=1.6)
+    ellipses(ax, belief.landmarks, belief.landmark_covs, BLUE, width=1.1)
+    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], colour, width=2.2)
+    heading = np.degrees(path[-1, 2]) - 90
+    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=colour, markersize=9)
+    along = step * played.config.step
+    ax.set_title(f"{played.case.variant}: {along:.0f} m driven, {played.off(time):.2f} m off")
+    ax.set(xlim=(-11, 30), ylim=(-7, 22), xlabel="x (m)", ylabel="y (m)")
+    ax.set_aspect("equal", adjustable="box")
+    ax.locator_params(nbins=5)
+    return ax
