@@ -17,7 +17,6 @@ from robot_perception.datasets.graph import GraphLog, read_graph_log
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
     Commands,
-    HeldCommands,
     Mrclam,
     MrclamRobot,
     Sightings,
@@ -54,7 +53,6 @@ __all__ = [
     "FileStatus",
     "Fixes",
     "GraphLog",
-    "HeldCommands",
     "LandmarkGraph",
     "LaserLog",
     "Mrclam",
