@@ -45,7 +45,7 @@ test: lint book ## lint, unit and property tests, quick claims, notebooks, site 
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
 
 lab: .venv/.lab ## open the notebooks in JupyterLab
-	$(BIN)/jupyter lab book
+	$(BIN)/jupyter lab book $(if $(filter 0,$(shell id -u)),--allow-root)
 
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
