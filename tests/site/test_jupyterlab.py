@@ -120,6 +120,7 @@ def test_a_busy_kernel_answers_when_it_is_free(lab: Lab, visit: Visit) -> None:
     page = visit.page
     (lab.folder / "go").unlink(missing_ok=True)
     lab.open(page, "small.ipynb")
+    page.evaluate("() => { jupyterapp.serviceManager.kernels.commsOverSubshells = 'disabled'; }")
     page.evaluate("() => { jupyterapp.commands.execute('notebook:run-all-cells'); }")
     expect(page.locator(".rp-controls")).to_have_count(2)
     expect(page.locator(".rp-canvas img")).to_be_visible()

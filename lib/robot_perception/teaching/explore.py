@@ -238,9 +238,8 @@ class Explorer(anywidget.AnyWidget):
         self.picture = _described(self._default) | {"data": self._default.data}
         self.still = f"explorer-{self.model_id}"
         picture = self._default.element(inline=False)
-        paper = "background-color: white; color: black"  # the ink of a picture is black
-        caption = figcaption(self._caption)
-        figure = f'<figure class="rp-figure" style="{paper}">{picture}{caption}</figure>'
+        paper = f'<div style="background-color: white">{picture}</div>'  # its ink is black
+        figure = f'<figure class="rp-figure">{paper}{figcaption(self._caption)}</figure>'
         style = STILL_STYLE.format(still=self.still)
         return f'<div class="explorer-still" id="{self.still}">{figure}</div>{style}'
 
