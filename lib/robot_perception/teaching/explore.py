@@ -31,12 +31,11 @@ MOST_STATES = 120
 
 Alt = str | Callable[..., str]
 
-STILL_STYLE = """<style>
-body:has([data-still="{still}"]) #{still} {{ display: none; }}
-.jp-OutputArea-child:has(#{still}) + .jp-OutputArea-child:not(:has(.jp-OutputArea-output *))
-  {{ display: none; }}
-</style>"""
-"""Hides the still picture beside the live view, and JupyterLab's word that a view is not alive."""
+STILL_STYLE = (
+    "<style>.jp-OutputArea-child:has(#{still}) + .jp-OutputArea-child > .jupyter-widgets"
+    " {{ display: none; }}</style>"
+)
+"""Hides, below a still picture, JupyterLab's word that the view has lost its model."""
 
 
 def explore(

@@ -342,7 +342,7 @@ globalThis.robotPerception ??= (() => {
     const spec = model.get("spec");
     const canvas = element("div", { class: "rp-canvas" });
     const figure = element("figure", { class: "rp-figure" }, canvas);
-    const root = element("div", { class: "explorer", "data-still": model.get("still") }, figure);
+    const root = element("div", { class: "explorer" }, figure);
     const text = new TextDecoder();
     let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
     let pending = null; // the request in flight: { number, settle }
@@ -398,10 +398,16 @@ globalThis.robotPerception ??= (() => {
       "beforeend", spec.caption.replace(/\\\((.*?)\\\)/g, (_, tex) => `<i>${readable(tex)}</i>`));
     model.on("msg:custom", receive);
     el.append(root);
+    const observer = new ResizeObserver(() => { // the view is in the document: it replaces the still picture
+      const outputs = root.closest(".jp-OutputArea") ?? document;
+      outputs.querySelector(`#${model.get("still")}`)?.setAttribute("hidden", "");
+    });
+    observer.observe(root);
     const indices = model.get("indices"); // another view, or Python, may have moved it
     if (spec.controls.some((control) => indices[control.name] !== control.default)) handle.go(indices);
     return () => {
       model.off("msg:custom", receive);
+      observer.disconnect();
       pending?.settle(null);
       if (url) URL.revokeObjectURL(url);
     };
