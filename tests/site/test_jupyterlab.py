@@ -57,6 +57,8 @@ def _explorers(notebook: Path) -> int:
 CHAPTERS = [name for name in NOTEBOOKS if _explorers(BOOK / f"{name}.ipynb")]
 assert CHAPTERS
 
+expect.set_options(timeout=120_000)  # a kernel may start slowly; no test asserts a time
+
 
 @pytest.fixture(scope="module")
 def lab(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
