@@ -28,7 +28,7 @@ from robot_perception.teaching.verdicts import Accepted, Condition
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Posts along a loop, each observation with its name and its true covariance. All is ours, in m.
+    """Posts along a loop, each observation with name and true covariance; all is ours, in m.
 
     There is a post every ``apart`` along the loop and an observation every ``step``; the robot
     drives on ``beyond`` the closing of the loop, no farther than to the first bend, and sees as far
