@@ -90,8 +90,8 @@ class Result:
                 bootstrap_mean(runs.map_error, "m"),
                 bootstrap_mean(runs.map_shape, "m"),
                 bootstrap_median(runs.mean_nees),
-                bootstrap_mean(runs.false),
-                bootstrap_mean(runs.twice),
+                bootstrap_mean(runs.false.astype(float)),
+                bootstrap_mean(runs.twice.astype(float)),
             )
             for case, runs in self.runs.items()
             if case.circumstances == circumstances

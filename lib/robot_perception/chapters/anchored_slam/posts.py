@@ -209,7 +209,7 @@ def controllability_rule(size: Size, rng: np.random.Generator) -> Finding:
             "cost (entries of the covariance), with over without": exact(
                 rule.states.mean() / plain.states.mean(), about="ratio of means, runs alike"
             ),
-            "landmarks retired": bootstrap_mean(rule.retired),
+            "landmarks retired": bootstrap_mean(rule.retired.astype(float)),
         },
         {
             "with and without the rule": Table(
