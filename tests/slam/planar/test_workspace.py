@@ -18,7 +18,7 @@ from robot_perception.slam.planar import (
     runs,
 )
 from robot_perception.slam.planar.workspace import Workspace
-from tests.slam.planar.drives import R_POLAR, R, drive
+from tests.slam.planar.drives import R_POLAR, R, belief_of, drive
 
 
 class Poisoned(Workspace):
@@ -81,6 +81,28 @@ def test_the_upper_triangle_is_never_read(polar, retirement, association, monkey
         np.testing.assert_array_equal(ours.cov, theirs.cov)
         assert (ours.cov == ours.cov.T).all()  # exactly, and no NaN
     assert (plain.pose_covs == plain.pose_covs.transpose(0, 2, 1)).all()
+
+
+def test_a_considered_landmark_stays_one_while_others_come_and_go():
+    rng = np.random.default_rng(5)
+    belief, sensor = belief_of(rng, 4), CartesianSensor(R)
+    first, gone, still, last = belief.ids.tolist()
+    work = Workspace(belief)
+    work.consider(still)
+    work.remove(gone)
+    work.add([90, 91], rng.uniform(-3, 3, (2, 2)), R[None], sensor)
+    work.remove(first)
+    before = work.snapshot()
+    slots, points = work.targets([last, 91, still], {})
+    seen = sensor.look(before.pose, points)[0] + 0.1
+    innovation, by_pose, by_point = work.linearise(slots, points, seen, sensor, None)
+    work.revise(by_pose, by_point, slots, innovation, R[None])
+    after = work.snapshot()
+    np.testing.assert_array_equal(after.landmark(still).mean, before.landmark(still).mean)
+    np.testing.assert_array_equal(after.landmark(still).cov, before.landmark(still).cov)
+    for name in (last, 90, 91):
+        assert (after.landmark(name).mean != before.landmark(name).mean).all()
+        assert np.trace(after.landmark(name).cov) < np.trace(before.landmark(name).cov)
 
 
 def test_the_update_keeps_its_digits_where_the_observations_almost_repeat():
