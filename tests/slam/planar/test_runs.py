@@ -55,12 +55,10 @@ def plain_run(start, steps, sensor, anchors, linearisation):
         new = [i for i in range(step.observations.ids.size) if i not in old]
         at = None if linearisation == "latest" else point
         if old:
-            observed = Observations(step.observations.ids[old], step.observations.values[old])
-            belief, _ = textbook.update(belief, observed, sensor, anchors, at)
+            belief, _ = textbook.update(belief, step.observations[old], sensor, anchors, at)
         if new and not isinstance(linearisation, Truth):
-            observed = Observations(step.observations.ids[new], step.observations.values[new])
             size = belief.mean.size
-            belief = textbook.add_landmarks(belief, observed, sensor, at)
+            belief = textbook.add_landmarks(belief, step.observations[new], sensor, at)
             point = np.append(point, belief.mean[size:])
         assert not (new and isinstance(linearisation, Truth))
         beliefs.append(belief)
@@ -71,12 +69,14 @@ def plain_run(start, steps, sensor, anchors, linearisation):
 @pytest.mark.parametrize("linearisation", ["latest", "first"])
 @pytest.mark.parametrize("names", [(), (2, 5)])
 def test_a_run_is_its_steps(polar, linearisation, names):
+    """With a noise for each observation, or the sensor's for all, in turn."""
     rng = np.random.default_rng(4)
-    world = drive(rng, polar=polar)
-    steps = [
-        replace(s, fixes=(PositionFix(p[:2], 0.1 * np.eye(2)), Compass(p[2], 0.01)) * (k % 7 == 3))
-        for k, (s, p) in enumerate(zip(world.steps, world.poses[1:], strict=True))
-    ]
+    world, steps = drive(rng, polar=polar), []
+    for k, (step, pose) in enumerate(zip(world.steps, world.poses[1:], strict=True)):
+        fixes = (PositionFix(pose[:2], 0.1 * np.eye(2)), Compass(pose[2], 0.01)) * (k % 7 == 3)
+        seen, noises = step.observations, rng.uniform(0.3, 3.0, (4, 1, 1)) * SENSORS[polar].noise
+        seen = Observations(seen.ids, seen.values, noises) if k % 2 else seen
+        steps.append(replace(step, observations=seen, fixes=fixes))
     anchors = anchored(world, names)
     settings = Settings(SENSORS[polar], anchors, linearisation=linearisation, keep=[20])
     run = run_filter(world.start, iter(steps), settings)
