@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 from robot_perception.gating import gate, joint_compatibility
 from robot_perception.slam.planar import (
@@ -59,22 +60,24 @@ def test_pairs_are_chosen_by_the_textbooks_covariances(seed, jointly):
     names = [*belief.ids.tolist(), 80]
     places = np.vstack([belief.landmarks, anchors[80]])
     seen = rng.permutation(6)[:3]
-    values = CART.look(belief.pose, places[seen])[0] + 0.3 * rng.standard_normal((3, 2))
-    observed = Observations(np.full(3, -1), values)
+    spread = rng.choice([0.3, 1.0])
+    values = CART.look(belief.pose, places[seen])[0] + spread * rng.standard_normal((3, 2))
+    noises = rng.choice([1.0, 200.0], (3, 1, 1)) * R
+    observed = Observations(np.full(3, -1), values, noises)
     chosen = Association("joint", 0.9, 0.95) if jointly else Association("gated", 0.9, 0.95)
     anchor_pairs = {80: tuple(anchors[80].tolist())}
-    found = associate(Workspace(belief), observed, R[None], CART, anchor_pairs, chosen)
+    found = associate(Workspace(belief), observed, noises, CART, anchor_pairs, chosen)
     # the same with one update for each pair, and whole matrices for all of them
     distances = np.empty((3, 6))
     for i in range(3):
         for j, name in enumerate(names):
-            one = Observations(np.array([name]), values[i : i + 1])
+            one = observed[[i]].named(np.array([name]))
             distances[i, j] = update(belief, one, CART, anchors)[1].nis
     if jointly:
         pairs = np.argwhere(distances <= gate(0.9, 2))
         slots = [None if names[j] == 80 else belief.slot(names[j]) for j in pairs[:, 1]]
         H = textbook.measurement_matrix(belief.mean, slots, places[pairs[:, 1]], CART)
-        S = H @ belief.cov @ H.T + np.kron(np.eye(len(pairs)), R)
+        S = H @ belief.cov @ H.T + block_diag(*noises[pairs[:, 0]])
         expected = values[pairs[:, 0]] - CART.look(belief.pose, places[pairs[:, 1]])[0]
         limits = np.array([gate(0.9, 2 * k + 2) for k in range(len(pairs))])
         best = pairs[joint_compatibility(pairs, expected, S, limits)]
@@ -128,14 +131,17 @@ def test_between_the_gates_is_ignored_beyond_is_new():
         assert one.used[0].tolist() == [1]
 
 
-def test_new_numbers_avoid_those_in_use():
+@pytest.mark.parametrize("names", [[-1, 20, -1], [-1, -1, -1]])
+def test_new_numbers_avoid_those_in_use(names):
     anchors = {12: np.array([100.0, 100.0])}
-    observed = Observations(np.array([-1, 20, -1]), np.array([[50.0, 0], [60.0, 0], [70.0, 0]]))
+    observed = Observations(np.array(names), np.array([[50.0, 0], [60.0, 0], [70.0, 0]]))
     run = run_filter(
         two_posts(), [Step(None, observed)], Settings(CART, anchors, Association("gated"))
     )
-    assert run.used[0].tolist() == [21, 20, 22]
-    np.testing.assert_array_equal(run.belief.ids, [0, 1, 21, 20, 22])
+    above = iter(range(max(12, *names) + 1, 100))
+    given = [next(above) if name == -1 else name for name in names]
+    assert run.used[0].tolist() == given
+    np.testing.assert_array_equal(run.belief.ids, [0, 1, *given])
 
 
 def test_anchors_are_found_too():
