@@ -80,6 +80,15 @@ def test_noise_has_the_stated_spread_and_readings_their_resolution():
     assert scans.ranges[seen].max() <= 5.0
 
 
+def test_the_stated_share_of_readings_is_lost():
+    wall = np.array([[[2.0, -500.0], [2.0, 500.0]]])
+    scanner = Scanner(beams=181, dropout=0.1, max_range=np.inf)
+    scans = scan(wall, np.zeros((200, 3)), scanner, rng=np.random.default_rng(0))
+    there = np.isfinite(scans.true_ranges)
+    lost = np.isinf(scans.ranges[there])
+    assert lost.mean() == pytest.approx(0.1, abs=4 * np.sqrt(0.1 * 0.9 / lost.size))
+
+
 def test_mixed_pixels_lie_between_the_two_surfaces_at_an_edge():
     faces = np.array([[[2.0, -9.0], [2.0, 0.0]], [[4.0, 9.0], [4.0, -9.0]]])
     scanner = Scanner(range_sigma=1e-6, resolution=0.0, dropout=0.0, spot=np.deg2rad(0.25))
@@ -107,3 +116,16 @@ def test_same_seed_same_scan_and_standing_still_is_the_limit_of_moving():
         office.faces, pose, (1.0, 0.5), 0.1, Scanner(), rng=np.random.default_rng(3)
     )
     assert not np.array_equal(moving.ranges, both[0])
+
+
+def test_each_beam_of_a_sweep_looks_from_the_arc_on_which_the_robot_is():
+    corners = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
+    room = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    pose, speed, rate, scanner = np.array([-1.0, 0.5, 0.4]), 0.6, 0.5, Scanner()
+    turn = np.linspace(0.0, 3.0, scanner.beams) * rate
+    ahead, left = speed / rate * np.sin(turn), speed / rate * (1 - np.cos(turn))
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    places = pose[:2] + np.stack([cos * ahead - sin * left, sin * ahead + cos * left], axis=-1)
+    distances, _ = cast(places, pose[2] + turn + scanner.angles, room)
+    swept = scan_moving(room, pose, (speed, rate), 3.0, scanner, rng=np.random.default_rng(0))
+    np.testing.assert_allclose(swept.true_ranges[0], distances, atol=speed * 3.0 / 360)  # a step
