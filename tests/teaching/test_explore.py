@@ -157,8 +157,9 @@ def test_the_largest_grid_is_allowed():
 
 def shown(explorer):
     """Return the outputs of a cell that ends with an explorer."""
+    shell = InteractiveShell.instance()  # before the capture, which takes its publisher
     with capture_output(stdout=False, stderr=False) as captured:
-        InteractiveShell.instance().display_formatter.format(explorer)
+        shell.display_formatter.format(explorer)
     return [output.data for output in captured.outputs]
 
 
@@ -216,6 +217,18 @@ def test_a_page_holds_the_default_state_and_no_widget(monkeypatch):
     spec = json.loads(re.search(r'class="rp-spec">(.*?)</script>', html, re.S)[1])
     assert [c["name"] for c in spec["controls"]] == ["gain", "falling"]
     assert spec["controls"][0]["default"] == 1
+
+
+@pytest.mark.parametrize("falling", [False, True])
+@pytest.mark.parametrize("gain", [0.5, 1.0, 2.0])
+def test_the_picture_on_a_page_is_that_of_the_defaults(monkeypatch, gain, falling):
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    explorer = made(
+        alt=lambda gain, falling: f"A line of slope {gain}, {'down' if falling else 'up'}.",
+        gain=slider("Gain", [0.5, 1.0, 2.0], gain),
+        falling=toggle("Falling", falling),
+    )
+    assert explorer._repr_mimebundle_()["text/plain"] == explorer.frame().alt
 
 
 def test_the_same_explorer_gives_the_same_page(monkeypatch):
