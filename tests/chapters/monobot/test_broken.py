@@ -30,6 +30,8 @@ def test_right_variant_is_the_library(variants):
 def test_too_small_a_start_changes_no_estimate_and_is_dishonest(variants):
     right, small = variants[0], variants[1]
     np.testing.assert_allclose(small.errors, right.errors, atol=1e-12)
+    lost = right.deviations**2 - small.deviations**2
+    np.testing.assert_allclose(lost, 0.99 * FIG4.start_deviation**2, rtol=1e-9)
     assert small.nees[-1] > average_bounds(1, RUNS, 1 - 1e-6)[1]
 
 
