@@ -41,6 +41,7 @@ SAME = 0.3
 """Corners are told to be the same within this distance in the frame of the corrected poses, m."""
 NEAR = 10
 """Relations between scans that are fewer apart than this are steps, the others loops."""
+SINGLES = ("odometry", "calibrated", "corrected")
 DRAWN = 450
 
 
@@ -60,24 +61,14 @@ class Wheels:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Building:
-    """Root mean square errors of relative poses and paths, by name.
+    """What the filter makes of the building, by path or group of paths.
 
-    The names of errors are ``odometry``, ``calibrated`` and ``corrected`` (one path each),
-    ``blind`` and ``told`` (a path for each choice of rules, kinds, factor and association); of the
-    ways ``calibrated``, ``corrected``, ``blind`` and ``told`` (of the first choice).
-
-    Parameters
-    ----------
-    errors
-        By path, kind of relation (steps, loops) and unit (m, °).
-    ends
-        Ends of the 95 % intervals of single paths, by end, kind of relation and unit.
-    empty
-        Share of the scans without a landmark, by rules.
-    ways
-        Places of some scans, m.
-    spots
-        Landmarks seen, by the corrected poses, m.
+    ``errors`` of relative poses (root mean square) are by path, kind of relation (steps, loops) and
+    unit (m, °): of ``odometry``, ``calibrated`` and ``corrected`` (one path each), ``blind`` and
+    ``told`` (a path for each choice of rules, kinds, factor and association). ``ends`` of the 95 %
+    intervals are of single paths. ``empty`` is the share of the scans without a landmark, by rules.
+    ``ways`` are places of some scans, the first of a group, and ``spots`` the landmarks seen, by
+    the corrected poses (m).
     """
 
     errors: Mapping[str, Float[np.ndarray, "paths 2 2"]]
@@ -88,19 +79,18 @@ class Building:
 
     def relation_table(self) -> Table:
         """Return the errors of relative poses, of steps and of loops."""
-        rows = {}
-        for name, errors in self.errors.items():
-            kinds = {"best": np.min, "median": np.median, "worst": np.max}
-            kinds = {f"filter, {name}, {kind}": part for kind, part in kinds.items()}
-            for row, part in kinds.items() if len(errors) > 1 else [(name, np.median)]:
-                rows[row] = part(errors, axis=0).ravel().tolist()
+        rows = {name: errors[0] for name, errors in self.errors.items() if name in self.ends}
+        for name, kind in product(("blind", "told"), ("best", "median", "worst")):
+            part = {"best": np.min, "median": np.median, "worst": np.max}[kind]
+            rows[f"filter, {name}, {kind}"] = part(self.errors[name], axis=0)
         columns = {
             "step (m)": "between neighbouring scans",
             "step (°)": "",
             "loop (m)": "between scans on both sides of a loop",
             "loop (°)": "",
         }
-        return Table(rows, columns, "root mean square errors of relative poses", "estimate")
+        cells = {name: errors.ravel().tolist() for name, errors in rows.items()}
+        return Table(cells, columns, "root mean square errors of relative poses", "estimate")
 
 
 def calibrate(log: LaserLog) -> Wheels:
@@ -176,24 +166,18 @@ def study(folder: Path) -> Building:
         items.append((told, planar.Association("known", 0.9999), factor))
         names += ["blind"] * len(ASSOCIATIONS) + ["told"]
     task, rng = partial(run_scans, start=start, wheels=wheels), np.random.default_rng(0)
-    paths = {
-        "odometry": [log.odometry],
-        "calibrated": [planar.dead_reckoning(start, motions)],
-        "corrected": [log.poses],
-        "blind": [],
-        "told": [],
-    }
+    singles = (log.odometry, planar.dead_reckoning(start, motions), log.poses)
+    paths = {name: [path] for name, path in zip(SINGLES, singles, strict=True)}
+    paths |= {"blind": [], "told": []}
     for name, path in zip(names, sweep(task, items, rng=rng, desc="building"), strict=True):
         paths[name].append(path)
-    scores = {
-        name: np.array([score(path, relations, log.times) for path in each])
-        for name, each in paths.items()
-    }
+    scores = {name: np.array([score(p, relations, log.times) for p in each])
+              for name, each in paths.items()}  # fmt: skip
     thin = slice(None, None, len(log.times) // DRAWN)
     spots = [act(p, m.values) for p, (m, _) in zip(log.poses, found[0], strict=True)]
     return Building(
         {name: values[:, 0] for name, values in scores.items()},
-        {name: values[0, 1:] for name, values in scores.items() if len(values) == 1},
+        {name: scores[name][0, 1:] for name in SINGLES},
         np.array([np.mean([len(m) == 0 for m, _ in seen]) for seen in found]),
         {name: each[0][thin, :2] for name, each in paths.items() if name != "odometry"},
         np.concatenate(spots),

@@ -46,15 +46,13 @@ METHODS = {
     "joint": "joint compatibility",
 }
 COLUMNS = {
-    "no (m)": "error with no, one and two anchors, root mean square over the drive",
-    "one (m)": "",
-    "two (m)": "",
-    "no, aligned (m)": "the same after the best rigid motion",
-    "one, aligned (m)": "",
-    "two, aligned (m)": "",
-    "no, inside": "share of the poses in their 95 % region",
-    "one, inside": "",
-    "two, inside": "",
+    f"{anchors}{kind}": words if anchors == "no" else ""
+    for kind, words in (
+        (" (m)", "error with no, one and two anchors, root mean square over the drive"),
+        (", aligned (m)", "the same after the best rigid motion"),
+        (", inside", "share of the poses in their 95 % region"),
+    )
+    for anchors in ("no", "one", "two")
 }
 SAMPLES = 170
 """Times of each drive at which paths and errors are kept."""
@@ -64,26 +62,14 @@ SAMPLES = 170
 class Calibration:
     """What motion capture says of the sensors of one robot, or of several together.
 
-    Pairs are of way and turn, or of range (m) and bearing (rad).
-
-    Parameters
-    ----------
-    delay
-        Time from a logged command to the motion, s: of `DELAYS` the one that explains turns best.
-    scale
-        True over logged motion.
-    drag
-        Way that is lost for each radian logged, m/rad: who turns goes slower than the log says.
-    density
-        Variance of the rest per second: m²/s, rad²/s.
-    bias, sigma
-        Median error, and standard deviation without the misread barcodes.
-    persistence
-        Correlation of two errors on one landmark, `WINDOW` seconds apart.
-    interval
-        Mean time between images while there are any, s.
-    misread
-        Sightings left out of all this, because the barcode cannot be the one that was read.
+    Pairs are of way and turn, or of range (m) and bearing (rad). A motion follows its command by
+    ``delay`` (s), of `DELAYS` the one that explains turns best. It is ``scale`` times the logged
+    one less ``drag`` for each radian logged (m/rad: who turns goes slower than the log says), and
+    the rest has the variance ``density`` per second (m²/s, rad²/s). The camera errs by ``bias`` in
+    the median and by ``sigma`` (standard deviation) without the sightings that are ``misread``:
+    their barcode cannot be the one that was read. Two errors on one landmark, `WINDOW` seconds
+    apart, correlate by ``persistence``; ``interval`` is the mean time between images while there
+    are any, s.
     """
 
     delay: float
@@ -128,18 +114,18 @@ class Drive:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Judged:
-    """A run beside motion capture: errors in m, NEES of the covered poses, NIS over its degrees."""
+    """A run beside motion capture, over the covered poses.
+
+    Error as it stands and after alignment (m), share ``inside`` the 95 % region of the covariance,
+    NIS over its degrees of freedom, and the NEES of each pose.
+    """
 
     history: History
     ate: float
     ate_aligned: float
-    nees: Float[np.ndarray, " covered"]
+    inside: float
     nis: float
-
-    @property
-    def inside(self) -> float:
-        """Share of the poses inside the 95 % region of their covariance."""
-        return float(np.mean(self.nees <= chi_squared_quantile(0.95, 3)))
+    nees: Float[np.ndarray, " covered"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -313,21 +299,20 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     seen, logged = robot.landmarks, robot.commands
     merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
     driven = replace(merged.held, commands=sensors.correct(merged.held.commands))
-    times = merged.times
     steps = tuple(
         planar.Step(
-            planar.Odometry(*motion),
+            planar.Odometry(increment, cov),
             planar.Observations(seen.subjects[rows], seen.values[rows]),
             time=time,
         )
-        for motion, rows, time in zip(
-            zip(*planar.compound(driven, sensors.density), strict=True),
+        for increment, cov, rows, time in zip(
+            *planar.compound(driven, sensors.density),
             merged.rows,
-            (times[1:] - times[0]).tolist(),
+            (merged.times[1:] - merged.times[0]).tolist(),
             strict=True,
         )
     )
-    return Drive(steps, times, *robot.truth.at(times, longest_gap=GAP))
+    return Drive(steps, merged.times, *robot.truth.at(merged.times, longest_gap=GAP))
 
 
 def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int, np.ndarray]]:
@@ -347,12 +332,14 @@ def judge(history: History, drive: Drive) -> Judged:
     poses, truth = history.poses[seen], drive.truth[1:][seen]
     errors = poses - truth
     errors[:, 2] = wrap_angle(errors[:, 2])
+    nees = normalised_squared(errors, history.pose_covs[seen])
     return Judged(
         history,
         absolute_error(poses, truth, aligned=False),
         absolute_error(poses, truth, aligned=True),
-        normalised_squared(errors, history.pose_covs[seen]),
+        float(np.mean(nees <= chi_squared_quantile(0.95, 3))),
         float(history.nis.sum() / history.dof.sum()),
+        nees,
     )
 
 
@@ -368,7 +355,7 @@ def run_robot(
     (0.9999), for the camera takes one landmark for another now and then.
     """
     drive, sparse = make_drive(robot, sensors), make_drive(robot, sensors, pause=1.0)
-    nameless = [replace(s, observations=s.observations.anonymous()) for s in sparse.steps]
+    nameless = (replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
     sparse = replace(sparse, steps=tuple(nameless))
     one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
     known = Association("known", 0.9999)
@@ -383,11 +370,8 @@ def run_robot(
     start, chosen = MapBelief.start(drive.truth[0], START), choose_anchors(drive, landmarks)
     found = {}
     for method, (way, sensor, *how) in ways.items():
-        runs = (
-            planar.run_filter(start, way.steps, planar.Settings(sensor, anchors, *how))
-            for anchors in chosen
-        )
-        found[method] = [judge(run, way) for run in runs]
+        settings = [planar.Settings(sensor, anchors, *how) for anchors in chosen]
+        found[method] = [judge(planar.run_filter(start, way.steps, s), way) for s in settings]
     return drive, found
 
 
@@ -401,10 +385,7 @@ def study(folder: Path) -> Robots:
     one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
     runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
     robots, dead, judged = zip(*runs, strict=True)
-    errors = {
-        method: Errors(*np.moveaxis([numbers[method] for numbers in judged], -1, 0))
-        for method in METHODS
-    }
+    errors = {m: Errors(*np.moveaxis([one[m] for one in judged], -1, 0)) for m in METHODS}
     robots = dict(zip(data.robots, robots, strict=True))
     return Robots(data.landmarks.positions, robots, np.array(dead), errors)
 
