@@ -84,8 +84,7 @@ class Calibration:
 
     def correct(self, velocities: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k 2"]:
         """Return the velocities that are driven where these (m/s, rad/s) are logged."""
-        lost = self.drag * np.abs(velocities[:, 1])
-        return velocities * self.scale - np.stack([lost, np.zeros(len(lost))], axis=1)
+        return velocities * self.scale - np.outer(np.abs(velocities[:, 1]), [self.drag, 0.0])
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
@@ -217,9 +216,6 @@ class Robots:
         return Table(rows, columns, "mean of the robots", "method")
 
 
-# ---- sensors -------------------------------------------------------------------------------------
-
-
 def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     """Compare the wheels and the camera of a robot with motion capture."""
     wheels = min((_wheels(robot, delay) for delay in DELAYS), key=lambda wheels: wheels[-1][1])
@@ -288,9 +284,6 @@ def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibratio
     return Calibration(**found)
 
 
-# ---- steps ---------------------------------------------------------------------------------------
-
-
 def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
     """Return the steps of a robot, one for each image at least ``pause`` seconds after the last.
 
@@ -321,9 +314,6 @@ def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int,
     first = int(drive.steps[0].observations.ids[0])
     far = max(places, key=lambda name: float(np.hypot(*(places[name] - places[first]))))
     return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
-
-
-# ---- runs ----------------------------------------------------------------------------------------
 
 
 def judge(history: History, drive: Drive) -> Judged:
@@ -373,9 +363,6 @@ def run_robot(
         settings = [planar.Settings(sensor, anchors, *how) for anchors in chosen]
         found[method] = [judge(planar.run_filter(start, way.steps, s), way) for s in settings]
     return drive, found
-
-
-# ---- the recording -------------------------------------------------------------------------------
 
 
 def study(folder: Path) -> Robots:
