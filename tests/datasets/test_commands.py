@@ -3,8 +3,8 @@
 import pytest
 from click.testing import CliRunner
 
+from robot_perception.cli.datasets import datasets
 from robot_perception.datasets import find, registry, status
-from robot_perception.datasets.commands import datasets
 from tests.datasets.conftest import TEXT, answer_404, put, sha
 
 

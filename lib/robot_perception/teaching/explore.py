@@ -1,9 +1,9 @@
 """Explorers: a drawing with controls, alive in Jupyter, on a built page, and still in print.
 
-In Jupyter an explorer is an ipywidgets widget: moving a control calls `draw` in the kernel. While
-the book is built the whole grid of states is drawn and stored with the page, which then needs
-neither a kernel nor a network. Without scripts and on paper the default state remains, with its
-alternative text.
+In Jupyter an explorer is an ipywidgets widget that holds its default picture; moving a control
+calls `draw` in the kernel. While the book is built the whole grid of states is drawn and stored
+with the page, which then needs neither a kernel nor a network. Without scripts, on paper, and in a
+notebook that was saved or exported the default state remains, with its alternative text.
 """
 
 import inspect
@@ -18,6 +18,7 @@ from typing import Any
 
 import anywidget
 import traitlets
+from IPython.display import display
 
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import check_alt, figcaption, front_end, on_page
@@ -29,6 +30,12 @@ MOST_STATES = 120
 """Most states of one explorer; each of them is drawn and stored when the book is built."""
 
 Alt = str | Callable[..., str]
+
+STILL_STYLE = (
+    "<style>.jp-OutputArea-child:has(#{still}) + .jp-OutputArea-child > .jupyter-widgets"
+    " {{ display: none; }}</style>"
+)
+"""Hides, below a still picture, JupyterLab's word that the view has lost its model."""
 
 
 def explore(
@@ -104,6 +111,8 @@ class Explorer(anywidget.AnyWidget):
 
     spec = traitlets.Dict().tag(sync=True)
     indices = traitlets.Dict().tag(sync=True)
+    picture = traitlets.Dict().tag(sync=True)
+    still = traitlets.Unicode().tag(sync=True)
     parameters = traitlets.Dict()
 
     def __init__(
@@ -188,13 +197,20 @@ class Explorer(anywidget.AnyWidget):
                 yield self.defaults | {name: value}
         yield from self.presets.values()
 
-    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        if on_page():
-            return {"text/html": self._markup, "text/plain": self._default.alt}
-        bundle = super()._repr_mimebundle_(**kwargs)
-        data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
-        still = {"text/html": self._markup, "text/plain": self._default.alt}
-        return data | still, metadata
+    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, str]:
+        """Return the page, or the default picture."""
+        return {"text/html": self._markup, "text/plain": self._default.alt}
+
+    def _ipython_display_(self) -> None:
+        """Show the page; or the picture, which outlives the kernel, and the view that replaces it.
+
+        Two outputs: JupyterLab prefers the view to a picture in the same output, also where nothing
+        can bring the view to life.
+        """
+        display(self._repr_mimebundle_(), raw=True)
+        if not on_page():
+            view, _ = super()._repr_mimebundle_()
+            display(view | {"text/plain": ""}, raw=True)
 
     def _complete(self, values: Mapping[str, Any], where: str) -> dict[str, Any]:
         unknown = values.keys() - self._controls.keys()
@@ -233,10 +249,14 @@ class Explorer(anywidget.AnyWidget):
 
     def _still(self) -> str:
         self._default = self.frame()
+        self.picture = _described(self._default) | {"data": self._default.data}
+        self.still = f"explorer-{self.model_id}"
         picture = self._default.element(inline=False)
+        paper = f'<div style="background-color: white">{picture}</div>'  # its ink is black
         kind = self.spec["figure"]
-        figure = f'<figure class="{kind}">{picture}{figcaption(self._caption)}</figure>'
-        return f'<div class="explorer">{figure}</div>'
+        figure = f'<figure class="{kind}">{paper}{figcaption(self._caption)}</figure>'
+        style = STILL_STYLE.format(still=self.still)
+        return f'<div class="explorer-still" id="{self.still}">{figure}</div>{style}'
 
     def _page(self) -> str:
         frames = [self.frame(**parameters) for parameters in self.grid()]
@@ -299,7 +319,7 @@ class Explorer(anywidget.AnyWidget):
             text = "".join(traceback.format_exception_only(error)).strip()
             self.send({"type": "error", "text": text, **about})
             return
-        self.send({"type": "frame", "mime": frame.mime, "alt": frame.alt, **about}, [frame.data])
+        self.send({"type": "frame", **_described(frame), **about}, [frame.data])
 
 
 class _Value(traitlets.TraitType):
@@ -355,6 +375,11 @@ def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
         inspect.signature(draw).bind(**dict.fromkeys(controls))
     except TypeError as error:
         raise ValueError(f"draw does not take {', '.join(controls)}: {error}") from error
+
+
+def _described(frame: Frame) -> dict[str, Any]:
+    """Return what a view must know of a frame beside its bytes."""
+    return {"mime": frame.mime, "alt": frame.alt}
 
 
 def _ravel(places: Any, sizes: tuple[int, ...]) -> int:

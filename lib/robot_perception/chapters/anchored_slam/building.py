@@ -38,20 +38,9 @@ from robot_perception.walls.segments import to_points
 class Config:
     """The drive round the building. Size and loop are the paper's; all other values are ours.
 
-    Parameters
-    ----------
-    seeds
-        Runs, each with its own noise of scanner, wheels and fixes.
-    plan
-        Seed of the building.
-    step, beyond
-        Distance between scans, and how far the robot drives on after the loop is closed, m.
-    scanner
-        The scanner.
-    rules
-        What is taken for a landmark.
-    fixes
-        The sensor that watches from outside.
+    Each of the seeds has its own noise of scanner, wheels and fixes; ``plan`` is the seed of the
+    building. Scans are a ``step`` apart, and the robot drives on ``beyond`` the closing of the
+    loop, m. The rules say what is taken for a landmark.
     """
 
     seeds: int = 50
@@ -83,16 +72,9 @@ def _world(plan: int, step: float, beyond: float, scanner: Scanner) -> tuple:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """A study of the building.
+    """What came out of a study, by case.
 
-    Parameters
-    ----------
-    config
-        What was run.
-    runs
-        What came out, by case.
-    sightings
-        Landmarks found in a scan on average, and share of them that are none.
+    The sightings are the landmarks found in a scan on average, and the share of them that are none.
     """
 
     config: Config
@@ -108,8 +90,8 @@ class Result:
                 bootstrap_mean(runs.map_error, "m"),
                 bootstrap_mean(runs.map_shape, "m"),
                 bootstrap_median(runs.mean_nees),
-                bootstrap_mean(runs.false),
-                bootstrap_mean(runs.twice),
+                bootstrap_mean(runs.false.astype(float)),
+                bootstrap_mean(runs.twice.astype(float)),
             )
             for case, runs in self.runs.items()
             if case.circumstances == circumstances
@@ -191,18 +173,9 @@ def simulate(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Maps:
-    """One drive as several filters saw it.
+    """One drive and what filters made of it, by variant; faces of the true plan in m.
 
-    Parameters
-    ----------
-    faces
-        The true plan, m.
-    drive
-        The run.
-    histories
-        What the filters made of it, by variant.
-    readings
-        Some readings of the scanner, put where each filter believed the robot to be, m.
+    The readings of the scanner, m, are put where each filter believed the robot to be.
     """
 
     faces: Float[np.ndarray, "faces 2 2"]

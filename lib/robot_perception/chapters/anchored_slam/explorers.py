@@ -69,19 +69,7 @@ def describe_growth(noise: float, length: float) -> str:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Nailed:
-    """What a few known posts do.
-
-    Parameters
-    ----------
-    config
-        The world.
-    anchors
-        Posts whose place is known.
-    runs
-        What came out.
-    first
-        The filter's first run.
-    """
+    """What a few posts at known places do: over all runs, and the first run by itself."""
 
     config: posts.Config
     anchors: tuple[int, ...]
@@ -132,17 +120,7 @@ def describe_nailed(count: int, place: float) -> str:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Played:
-    """One drive and what a filter believed at some of its steps.
-
-    Parameters
-    ----------
-    config, drive
-        The world and the run.
-    case, history
-        The filter, and what it made of the run.
-    steps
-        Those whose whole belief is kept.
-    """
+    """One drive, what a filter made of it, and the steps after which its whole belief is kept."""
 
     config: posts.Config
     drive: Drive

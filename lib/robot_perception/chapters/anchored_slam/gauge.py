@@ -62,15 +62,10 @@ def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[Sensor
 
 
 @cache
-def ranks(landmarks: int = 1, *, moving: bool = True) -> Mapping[tuple[str, str], Reading]:
+def ranks(*, moving: bool) -> Mapping[tuple[str, str], Reading]:
     """Return what each analysis says about each set of sensors, in exact arithmetic.
 
-    Parameters
-    ----------
-    landmarks
-        Number of landmarks in the state.
-    moving
-        Whether the robot drives, or only turns on the spot.
+    There is one landmark; the robot drives, or only turns on the spot.
     """
     table = {}
     start, turned = pose(0), pose(1)
@@ -80,18 +75,18 @@ def ranks(landmarks: int = 1, *, moving: bool = True) -> Mapping[tuple[str, str]
     for name in SETS:
         used = sensors(name)
         matrices = (
-            symbolic.fixed_point_matrix(used, landmarks, **motion),
-            symbolic.trajectory_matrix(used, landmarks, **drive),
-            symbolic.lie_matrix(used, landmarks, **speed),
+            symbolic.fixed_point_matrix(used, 1, **motion),
+            symbolic.trajectory_matrix(used, 1, **drive),
+            symbolic.lie_matrix(used, 1, **speed),
         )
         for reading, matrix in zip(READINGS, matrices, strict=True):
             table[name, reading] = symbolic.read(matrix, used)
     return MappingProxyType(table)
 
 
-def rank_table(landmarks: int = 1, *, moving: bool = True) -> Table:
+def rank_table(*, moving: bool = True) -> Table:
     """Return the ranks as a table, with what the analysis along the true path misses."""
-    found = ranks(landmarks, moving=moving)
+    found = ranks(moving=moving)
     rows = {
         name: (
             *(found[name, reading].rank for reading in READINGS),
@@ -123,14 +118,9 @@ LANDMARKS = np.array([[0.4, 4.0], [2.6, 3.9], [5.8, 2.4], [3.4, 0.4]])
 class MovedWorld:
     """A world before and after it was moved, in m and rad, and what the sensors notice.
 
-    Parameters
-    ----------
-    misses
-        Where the measurements from each moved pose ask the anchors, which cannot move, to be.
-    fixes
-        Where the position sensor saw the robot; none if there is none.
-    metres, radians
-        Largest change of all measurements of lengths and of all of the heading.
+    The misses are where the measurements from each moved pose ask the anchors, which cannot move,
+    to be; the fixes are where a position sensor saw the robot. Metres and radians are the largest
+    change of all measurements of lengths and of all of the heading.
     """
 
     poses: Float[np.ndarray, "k 3"]
@@ -145,16 +135,9 @@ class MovedWorld:
 
 
 def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
-    """Move a small world along a direction and take all measurements again.
+    """Move a small world along a direction, by m or steps of 15°, and take all measurements again.
 
-    Parameters
-    ----------
-    sensing
-        One of :data:`SETS`, or :data:`AT_REST`.
-    direction
-        One of :data:`DIRECTIONS`; about the robot means where it is first.
-    amount
-        m of a shift, steps of 15° of a turn.
+    About the robot means where it is first.
 
     Raises
     ------
@@ -251,7 +234,7 @@ RUNS = {Size.QUICK: 10, Size.FULL: 50}
 )
 def planar_observability(size: Size, rng: np.random.Generator) -> Finding:
     """Count the unseen directions, and ask filters what they claim about the turn."""
-    moving, standing = ranks(), ranks(moving=False)
+    moving, standing = ranks(moving=True), ranks(moving=False)
     hidden = {key: r.dimension - r.rank for key, r in moving.items()}
     cured = ("two anchors", "anchor + compass", "position sensor")
     alone = max(hidden["one anchor", reading] for reading in READINGS[1:])

@@ -28,24 +28,9 @@ ANCHOR = 0
 class Config:
     """A robot that circles among posts, one or more of which stand at known places; all ours.
 
-    Parameters
-    ----------
-    runs, steps
-        Independent runs, and moves in each.
-    rounds, radius
-        How often it circles, and how far from the middle, m.
-    posts
-        Posts at unknown places.
-    anchors
-        Posts at known places, 1 or 2.
-    start_deviation, heading_deviation
-        Of the start: each coordinate, m, and the heading, rad.
-    look_deviation
-        Of each coordinate of a post in the frame of the robot, m.
-    reach
-        Posts ahead and no farther away are seen, m.
-    slip
-        Errors of the wheels.
+    Lengths are in m, angles in rad. The anchors, 1 or 2, are there besides the posts. The start
+    errs in each coordinate and in the heading, a look in each coordinate of a post in the frame of
+    the robot; posts ahead and within reach are seen.
     """
 
     runs: int = 50
@@ -78,13 +63,8 @@ class Drive:
 class Result:
     """What one filter claimed in all runs, and how wrong it was.
 
-    Parameters
-    ----------
-    gains
-        Information about the turn of the world over that of the start; a filter that invents
-        nothing stays at or below 1.
-    deviations, errors
-        Of the heading after each step: what the filter states, and estimate minus truth, rad.
+    The gains are the information about the turn of the world over that of the start: a filter that
+    invents nothing stays at or below 1. Deviations (as stated) and errors are of the heading, rad.
     """
 
     gains: Float[np.ndarray, "runs looks"]

@@ -71,18 +71,10 @@ of 15 is there what 50 is between scans every 6 cm, one each fifth of a second a
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A variant under one set of circumstances.
+    """A variant, by name, under one set of circumstances.
 
-    Parameters
-    ----------
-    variant
-        Name of the variant.
-    noise
-        How wrong the wheels are: ``"small"`` or ``"large"``.
-    association
-        How observations find their landmarks: nearest within a gate, jointly, or by the truth.
-    start
-        Whether the start is known exactly.
+    The noise says how wrong the wheels are, the association how observations find their landmarks
+    (nearest within a gate, jointly, or by the truth), the start whether it is known exactly.
     """
 
     variant: str = "plain"
@@ -106,20 +98,16 @@ class Fixes:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drive:
-    """One run as all cases share it: what was so, what was seen, and the noise drawn.
+    """One run as all cases share it: true places and path, what was seen, and the noise drawn.
 
     Parameters
     ----------
-    landmarks, poses
-        True places, m, and true path, m, m, rad.
     seen
-        What was seen after each step, by true landmark (-1 for none), in the robot's frame, m.
+        After each step, by true landmark (-1 for none), in the robot's frame, m.
     start
         Error of the believed start in deviations.
-    wheels
-        What they report, by level of noise.
-    fixes
-        Positions measured from outside, by step.
+    wheels, fixes
+        What they report, by level of noise, and positions measured from outside, by step.
     """
 
     landmarks: Float[np.ndarray, "n 2"]
@@ -154,18 +142,10 @@ def draw_drive(
 def filter_drive(
     case: Case, drive: Drive, *, anchors: Sequence[int] | None = None, keep: Sequence[int] = ()
 ) -> History:
-    """Run the filter of one case over one run.
+    """Run the filter of one case over one run; an anchored one knows the landmarks named.
 
-    Parameters
-    ----------
-    case
-        The case.
-    drive
-        The run.
-    anchors
-        Which landmarks an anchored variant knows; the first observed one if not given.
-    keep
-        Steps after which the whole belief is kept.
+    If none are named, it knows the first observed one. The whole belief is kept after the steps
+    ``keep``.
     """
     variant, deviation = VARIANTS[case.variant], np.array(STARTS[case.start])
     known, poses = {}, drive.poses
@@ -213,18 +193,14 @@ class Runs:
 
     Parameters
     ----------
-    errors
-        Estimated minus true pose, m, m, rad.
-    nees
-        Normalised squared error of the pose; not of the first, which may be exact.
+    errors, nees
+        Estimated minus true pose, m, m, rad, and its normalised square after the first step.
     false, twice
         Observations used for a wrong landmark, and landmarks put into the map again.
     map_error, map_shape
         Root mean square error of the landmarks, m: as they stand, and after the best rigid motion.
-    states
-        Mean square of the size of the state, which is what a step costs.
-    retired
-        Landmarks taken out of the state.
+    states, retired
+        Mean square size of the state, which is what a step costs, and landmarks taken out of it.
     """
 
     errors: Float[np.ndarray, "runs steps 3"]

@@ -28,27 +28,12 @@ from robot_perception.teaching.verdicts import Accepted, Condition
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Posts along a loop, each observation with its name and its true covariance. All is ours.
+    """Posts along a loop, each observation with name and true covariance; all is ours, in m.
 
-    Parameters
-    ----------
-    runs
-        Runs, each with its own noise.
-    length, step, beyond
-        Length of the loop, between observations, and driven on after the loop is closed, m; no
-        farther than to the first bend.
-    apart
-        Distance between posts along the loop, m.
-    noise
-        Noise of wheels and looks, as a multiple of the small slip and of ``look_sigma``.
-    look_sigma
-        Deviation of each coordinate of an observed place, m.
-    reach
-        How far the robot sees, m.
-    start
-        Whether the start is known exactly.
-    fixes
-        The sensor that watches from outside.
+    There is a post every ``apart`` along the loop and an observation every ``step``; the robot
+    drives on ``beyond`` the closing of the loop, no farther than to the first bend, and sees as far
+    as it can ``reach``. The noise is a multiple of the small slip of the wheels and of
+    ``look_sigma``, the deviation of each coordinate of an observed place.
     """
 
     runs: int = 50
@@ -163,8 +148,7 @@ def consistency(result: Result) -> Table:
         name: (
             bootstrap_mean(runs.mean_nees),
             runs.coverage.averaged_share,
-            bootstrap_mean(runs.distance()),
-            bootstrap_mean(runs.heading()),
+            *(bootstrap_mean(end) for end in (runs.distance(), runs.heading())),
         )
         for name, runs in result.runs.items()
     }
@@ -225,7 +209,7 @@ def controllability_rule(size: Size, rng: np.random.Generator) -> Finding:
             "cost (entries of the covariance), with over without": exact(
                 rule.states.mean() / plain.states.mean(), about="ratio of means, runs alike"
             ),
-            "landmarks retired": bootstrap_mean(rule.retired),
+            "landmarks retired": bootstrap_mean(rule.retired.astype(float)),
         },
         {
             "with and without the rule": Table(

@@ -2,25 +2,12 @@
 
 import textwrap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from robot_perception.datasets.entries import (
-    UnknownDataset,
-    add_dataset,
-    dataset,
-    registry,
-    some,
-)
-from robot_perception.datasets.store import (
-    DatasetMissing,
-    DownloadError,
-    FileStatus,
-    fetch,
-    size_text,
-    status,
-)
+if TYPE_CHECKING:
+    from robot_perception.datasets.store import FileStatus
 
 SHOWN = 20
 STATES = {
@@ -35,6 +22,9 @@ class _Group(click.Group):
     """Commands whose expected errors are one line, without traceback."""
 
     def invoke(self, ctx: click.Context) -> Any:
+        from robot_perception.datasets.entries import UnknownDataset
+        from robot_perception.datasets.store import DatasetMissing, DownloadError
+
         try:
             return super().invoke(ctx)
         except (DatasetMissing, DownloadError, NotADirectoryError, UnknownDataset) as error:
@@ -51,6 +41,9 @@ def datasets() -> None:
 @datasets.command("list")
 def list_command() -> None:
     """List the data sets: state, files, size, licence."""
+    from robot_perception.datasets.entries import registry
+    from robot_perception.datasets.store import size_text, status
+
     rows = [("name", "state", "files", "size", "licence")]
     for entry in registry().values():
         count = str(entry.members or len(entry.files))
@@ -63,6 +56,9 @@ def list_command() -> None:
 @click.argument("name")
 def info(name: str) -> None:
     """Show the files, hashes, origin and terms of data set NAME."""
+    from robot_perception.datasets.entries import dataset, some
+    from robot_perception.datasets.store import size_text, status
+
     entry = dataset(name)
     click.echo(f"{entry.name}: {entry.title}")
     for label in ("origin", "licence", "note"):
@@ -90,6 +86,9 @@ def info(name: str) -> None:
 )
 def fetch_command(names: tuple[str, ...], everything: bool, timeout: float) -> None:
     """Download what is missing of the data sets NAME... into the cache."""
+    from robot_perception.datasets.entries import registry
+    from robot_perception.datasets.store import DatasetMissing, fetch, status
+
     if everything == bool(names):
         raise click.UsageError("give the names of data sets, or --all")
     for name in names or registry():
@@ -115,11 +114,14 @@ def fetch_command(names: tuple[str, ...], everything: bool, timeout: float) -> N
 )
 def add_command(folder: Path, **fields: Any) -> None:
     """Add FOLDER to a registry: the hash of each file, and whose they are."""
+    from robot_perception.datasets.entries import add_dataset
+    from robot_perception.datasets.store import size_text
+
     entry = add_dataset(folder, **fields)
     click.echo(f"{entry.name}: {len(entry.files)} files, {size_text(entry.bytes)}")
 
 
-def _state(items: tuple[FileStatus, ...]) -> str:
+def _state(items: tuple["FileStatus", ...]) -> str:
     """Return the state of a data set in a few words."""
     missing = [item for item in items if item.path is None]
     changed = sum(item.state == "differs" for item in items)
