@@ -12,7 +12,7 @@ from robot_perception.streams import merge
 DELAY = 0.0  # from a command to its effect, s
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
 MOVES = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
-NAMED = {"time_s": np.inf, "landmark": 1e9}
+NAMED = {"time_s": np.inf, "landmark": 1e9}  # a landmark is optional
 SENSORS = {  # what else is in an observation, and its noise
     "polar": ({"range_m": 200, "bearing_rad": 7}, planar.RangeBearing(np.diag([0.1, 0.03]) ** 2)),
     "points": ({"x_m": 200, "y_m": 200}, planar.CartesianSensor(np.diag([0.1, 0.1]) ** 2)),
@@ -38,8 +38,7 @@ def main(kind: str, commands: str, observations: str, out: str) -> None:
     run.to_tum(f"{out}.tum")
     places = np.column_stack([run.belief.ids, run.belief.landmarks])
     np.savetxt(f"{out}_map.csv", places, "%.6g", ",", header="landmark,x_m,y_m", comments="")
-    outside = merged.early + merged.late
-    print(f"steps: {len(looks)}, observations outside the commands: {outside}\n{run.counts}")
+    print(f"steps: {len(looks)}, not between commands: {merged.early + merged.late}\n{run.counts}")
 
 
 if __name__ == "__main__":

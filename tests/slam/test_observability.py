@@ -343,10 +343,9 @@ class Bearings:
 
 
 def test_a_sensor_of_ones_own_is_read_as_differences_say():
-    """Bearings alone also leave the scale of the world open where the motion is not measured…
+    """The motion is known, so bearings alone leave the shifts and the turn, and not the scale.
 
-    … but the motion is known here: exactly the shifts and the turn stay unseen. The oracle is the
-    rank of finite differences along a drive.
+    The oracle is the rank of finite differences along a drive.
     """
     rng = np.random.default_rng(3)
     states = a_drive(rng, n=2)
