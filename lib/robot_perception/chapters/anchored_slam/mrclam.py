@@ -59,6 +59,9 @@ class Found:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.parts[name]
 
+    def __contains__(self, name: str) -> bool:
+        return name in self.parts
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
