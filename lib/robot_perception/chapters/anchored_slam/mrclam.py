@@ -5,7 +5,7 @@ whom motion capture is taken to be known; the robot's own motion capture only st
 it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -51,7 +51,7 @@ SAMPLES = 170
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Found:
+class Found(Mapping[str, np.ndarray]):
     """What was computed from a recording, by name."""
 
     parts: Mapping[str, np.ndarray]
@@ -59,8 +59,11 @@ class Found:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.parts[name]
 
-    def __contains__(self, name: str) -> bool:
-        return name in self.parts
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parts)
+
+    def __len__(self) -> int:
+        return len(self.parts)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
