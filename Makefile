@@ -9,10 +9,10 @@ export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test lint lab serve reproduce bench clean
+.PHONY: help setup book test test-portable lint lab serve reproduce bench clean
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
 
 setup: .venv/.book ## install the book and its tests into .venv
 
@@ -44,8 +44,11 @@ test: lint book ## lint, unit and property tests, quick claims, notebooks, site 
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
 
+test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without NumPy's fast paths
+	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
+
 lab: .venv/.lab ## open the notebooks in JupyterLab
-	$(BIN)/jupyter lab book
+	$(BIN)/jupyter lab book $(if $(filter 0,$(shell id -u)),--allow-root)
 
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)

@@ -10,6 +10,7 @@ import numpy as np
 
 _THICKNESS = 0.12  # of the walls, m
 _CLEAR = 0.75  # what the robot needs free on each side of its way, m
+_SLACK = 1e-9  # rounding decides neither the number of poses nor which way to turn round
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,11 +122,11 @@ def drive(office: Office, *, step: float = 0.25, turn: float = np.deg2rad(20.0))
             continue
         direction = np.arctan2(leg[1], leg[0])
         if heading is not None:
-            change = (direction - heading + np.pi) % (2 * np.pi) - np.pi
-            for k in range(1, int(np.ceil(abs(change) / turn))):
+            change = (direction - heading + np.pi - _SLACK) % (2 * np.pi) - np.pi + _SLACK
+            for k in range(1, int(np.ceil(abs(change) / turn - _SLACK))):
                 poses.append([*start, heading + np.sign(change) * k * turn])
         heading = direction
-        count = int(np.ceil(distance / step))
+        count = int(np.ceil(distance / step - _SLACK))
         poses += [[*(start + leg * k / count), heading] for k in range(count)]
     poses.append([*office.waypoints[-1], heading])
     return np.array(poses)

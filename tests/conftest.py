@@ -1,7 +1,11 @@
-"""What holds for all tests: no deadlines for examples; the summary of the site over all workers."""
+"""What holds for all tests: no deadlines for examples; no claim of the book is computed twice."""
 
+import sys
 from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
+import pytest
 from hypothesis import settings
 
 from tests.site.counts import COUNTS
@@ -9,19 +13,73 @@ from tests.site.counts import COUNTS
 settings.register_profile("book", settings(), deadline=None)  # no test asserts a time
 settings.load_profile("book")
 
+COMPUTED: list[str] = []
+"""Claims of the book that the running test has computed."""
 
-def pytest_terminal_summary(terminalreporter: object) -> None:
-    """Print what was seen of the site, over all workers."""
-    totals: Counter[str] = Counter()
-    seen = False
+
+def pytest_collection_finish() -> None:
+    """Take note of each claim of the book that is computed from now on."""
+    claims = sys.modules.get("robot_perception.teaching.claims")  # never imported before its checks
+    if claims is None:
+        return
+    find = claims.Claim.find
+
+    def noted(claim: Any, size: str = "quick") -> Any:
+        if claim.compute.__module__.startswith("robot_perception.chapters"):
+            COMPUTED.append(f"{claim.id} ({size})")
+        return find(claim, size)
+
+    claims.Claim.find = noted
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
+    """Say in the last report of a test which claims it computed."""
+    if call.when == "teardown":
+        item.user_properties += [("claim", name) for name in COMPUTED]
+        COMPUTED.clear()
+    return (yield)
+
+
+def _noted(terminalreporter: Any, when: str) -> Iterator[tuple[str, Any]]:
+    """Yield what tests on all workers noted of themselves."""
     for reports in terminalreporter.stats.values():
         for report in reports:
-            for name, value in getattr(report, "user_properties", ()):
-                if name.startswith("site: ") and getattr(report, "when", "") == "call":
-                    totals[name.removeprefix("site: ")] += value
-                    seen = True
+            if getattr(report, "when", "") == when:
+                yield from getattr(report, "user_properties", ())
+
+
+def _twice(terminalreporter: Any) -> list[str]:
+    """Return the claims that were computed more than once."""
+    names = Counter(
+        value for name, value in _noted(terminalreporter, "teardown") if name == "claim"
+    )
+    return sorted(name for name, count in names.items() if count > 1)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Let the run fail if a claim was computed twice."""
+    terminalreporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if session.exitstatus == 0 and terminalreporter is not None and _twice(terminalreporter):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Print which claims were computed twice, and what was seen of the site, over all workers."""
+    if twice := _twice(terminalreporter):
+        terminalreporter.section("claims computed more than once: let their tests share a finding")
+        for name in twice:
+            terminalreporter.write_line(name)
+    seen = [
+        (name.removeprefix("site: "), value)
+        for name, value in _noted(terminalreporter, "call")
+        if name.startswith("site: ")
+    ]
     if not seen:
         return
+    totals: Counter[str] = Counter()
+    for name, value in seen:
+        totals[name] += value
     terminalreporter.section("the built site in Chromium")
     for name in COUNTS:
         terminalreporter.write_line(f"{totals[name]:6d}  {name}")

@@ -3,50 +3,22 @@
 Measured inside the page, from the input event to the frame after the new picture is in place.
 """
 
-import json
 import os
-import secrets
-import shutil
-import socket
 import statistics
-import subprocess
-import sys
 import tempfile
-import time
-import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
 from tests.benchmarks.harness import Timing
+from tests.site import pictures
 from tests.site.browser import launch
+from tests.site.lab import jupyterlab
 
 ROOT = Path(__file__).parents[2]
 BOOK = ROOT / "book"
 MOVES = 16
 LONGEST_S = 0.5
-SETTINGS = {
-    "notebook-extension/tracker": {"windowingMode": "none"},  # every cell in the page, seen or not
-    "apputils-extension/notification": {"fetchNews": "false", "checkForUpdates": False},
-}
-IDLE = ".jp-Notebook-ExecutionIndicator[data-status=idle]"
-TOKEN = secrets.token_hex(16)
-DATA = "ROBOT_PERCEPTION_DATA"
-
-FINISHED = """
-() => {
-  const texts = (selector) => [...document.querySelectorAll(selector)].map((e) => e.innerText);
-  const kind = "data-mime-type='application/vnd.jupyter";
-  const failed = texts(`[${kind}.error'], [${kind}.stderr']`)
-    .filter((text) => /Traceback|^ *\\w*Error:/m.test(text));
-  if (failed.length) return failed.join("\\n\\n");
-  if (texts(".jp-InputPrompt").some((text) => text.includes("*"))) return false;
-  const all = [...document.querySelectorAll(".explorer:has(.rp-controls) figure")];
-  return all.length > 0 && all.every((figure) => figure.dataset.ready);
-}
-"""
 
 MOVE = """
 async ([explorer, moves]) => {
@@ -90,25 +62,28 @@ async ([explorer, moves]) => {
 
 
 def rows() -> list[Timing]:
-    """Measure every explorer of every chapter in both media."""
+    """Measure every explorer of every chapter, and of the page of pictures, in both media."""
     chapters = [path for path in sorted(BOOK.glob("*.ipynb")) if "explore(" in path.read_text()]
     site = Path(os.environ.get("ROBOT_PERCEPTION_SITE", ROOT / "build/_build/html")).resolve()
-    with sync_playwright() as playwright:
+    built = {chapter: site / f"{chapter.stem}.html" for chapter in chapters}
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        built[pictures.NOTEBOOK] = pictures.build(Path(folder))
         browser = launch(playwright)
         if browser is None:
             return []
         page = browser.new_page()
         found: list[Timing] = []
-        with jupyterlab(chapters) as address:
-            for chapter in chapters:
-                open_in_lab(page, address, chapter.name)
+        with jupyterlab(list(built)) as lab:
+            for notebook in built:
+                lab.open(page, notebook.name)
+                lab.run_all(page, notebook.name)
                 for label, moves in moves_on(page):
-                    found.append(_timing(f"{chapter.stem}, {label}, in JupyterLab", moves, 0.1))
-        for chapter in chapters:
-            page.goto((site / f"{chapter.stem}.html").as_uri())
+                    found.append(_timing(f"{notebook.stem}, {label}, in JupyterLab", moves, 0.1))
+        for notebook, html in built.items():
+            page.goto(html.as_uri())
             page.wait_for_load_state("load")
             for label, moves in moves_on(page):
-                found.append(_timing(f"{chapter.stem}, {label}, built page", moves, 0.05))
+                found.append(_timing(f"{notebook.stem}, {label}, built page", moves, 0.05))
         browser.close()
     return found
 
@@ -129,85 +104,6 @@ def moves_on(page: Page) -> list[tuple[str, list[float]]]:
             raise RuntimeError(f"{label!r} on {page.url}: {complaint or 'no picture moved'}")
         found.append((label, [duration / 1e3 for duration in milliseconds]))
     return found
-
-
-def open_in_lab(page: Page, address: str, notebook: str) -> None:
-    """Open a notebook in JupyterLab, run all of it, and wait for its explorers.
-
-    Raises
-    ------
-    RuntimeError
-        If a cell or a drawing fails; the message holds what the notebook shows.
-    """
-    page.goto(f"{address}/lab/tree/{notebook}?reset&token={TOKEN}")
-    page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=120_000)
-    dialog = page.locator(".jp-Dialog")  # which kernel? the preferred one
-    page.add_locator_handler(dialog, lambda: page.click(".jp-Dialog .jp-mod-accept"))
-    page.wait_for_timeout(3000)
-    page.click(".lm-MenuBar-itemLabel:text-is('Run')")
-    page.click(".lm-Menu-itemLabel:text-is('Run All Cells')")
-    finished = page.wait_for_function(FINISHED, timeout=600_000).json_value()
-    if finished is not True:
-        raise RuntimeError(f"{notebook} fails in JupyterLab:\n{finished}")
-    page.wait_for_selector(IDLE, timeout=600_000)
-    page.wait_for_timeout(1000)
-
-
-@contextmanager
-def jupyterlab(notebooks: list[Path]) -> Iterator[str]:
-    """Serve copies of notebooks by JupyterLab with fresh settings; yield its address."""
-    with tempfile.TemporaryDirectory() as folder, socket.socket() as probe:
-        root = Path(folder)
-        (root / "work").mkdir()
-        for notebook in notebooks:
-            shutil.copy(notebook, root / "work")
-        for name, values in SETTINGS.items():
-            file = root / "settings" / "@jupyterlab" / name
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.with_suffix(".jupyterlab-settings").write_text(json.dumps(values))
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-        probe.close()
-        environment = os.environ | {
-            "JUPYTER_CONFIG_DIR": str(root / "config"),
-            "JUPYTER_RUNTIME_DIR": str(root / "runtime"),
-            "JUPYTERLAB_SETTINGS_DIR": str(root / "settings"),
-            "JUPYTERLAB_WORKSPACES_DIR": str(root / "workspaces"),
-            "JUPYTER_TOKEN": TOKEN,
-        }
-        if os.environ.get(DATA):  # the notebooks run in another folder
-            environment[DATA] = str(Path(os.environ[DATA]).resolve())
-        server = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "jupyter",
-                "lab",
-                "--no-browser",
-                "--allow-root",
-                f"--port={port}",
-                "--ServerApp.ip=127.0.0.1",
-            ],
-            cwd=root / "work",
-            env=environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        try:
-            yield _when_up(f"http://127.0.0.1:{port}")
-        finally:
-            server.terminate()
-            server.wait(30)
-
-
-def _when_up(address: str) -> str:
-    for _ in range(240):
-        try:
-            urllib.request.urlopen(f"{address}/api/status?token={TOKEN}", timeout=2).close()
-            return address
-        except OSError:
-            time.sleep(0.5)
-    raise RuntimeError("JupyterLab did not start within two minutes")
 
 
 def _timing(work: str, moves: list[float], median_s: float) -> Timing:

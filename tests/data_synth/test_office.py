@@ -1,5 +1,7 @@
 """The office world and its scanner against shapely and against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -32,6 +34,18 @@ def test_poses_move_and_turn_in_small_steps():
     turns = (np.diff(poses[:, 2]) + np.pi) % (2 * np.pi) - np.pi
     assert steps.max() <= 0.25 + 1e-9
     assert np.abs(turns).max() <= 0.3 + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_turned_office_is_driven_by_the_same_poses(seed):
+    office = make_office(rng=np.random.default_rng(seed))
+    poses = drive(office)
+    for tilt in np.linspace(-3, 3, 12):
+        turn = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]])
+        turned = drive(replace(office, waypoints=office.waypoints @ turn.T))
+        np.testing.assert_allclose(turned[:, :2], poses[:, :2] @ turn.T, atol=1e-9)
+        headings = np.exp(1j * (turned[:, 2] - poses[:, 2] - tilt))
+        np.testing.assert_allclose(headings, 1, atol=1e-9)
 
 
 def test_rays_end_where_shapely_says():

@@ -2,61 +2,106 @@
 
 import gzip
 import hashlib
+import io
+import json
 import socket
+import tarfile
 import threading
 import time
+import zipfile
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from types import MappingProxyType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 
-from robot_perception.datasets import commands, entries, store
-from robot_perception.datasets.entries import DataFile, Dataset, Origin
+from robot_perception.datasets import entries, store
 
 TEXT = b"".join(b"VERTEX2 %d 0 0 0\n" % number for number in range(20_000))
-PACKED = gzip.compress(b"FLASER\n" * 5000)
-STORED = gzip.compress(TEXT)
-COMMIT = "0123456789" * 4
+PACKED = gzip.compress(b"FLASER\n" * 5000, mtime=0)
+PICTURES = {f"img/{number:04}.png": b"picture %d" % number for number in range(300)}
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    with zipfile.ZipFile(file := io.BytesIO(), "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return file.getvalue()
+
+
+def tarred(files: dict[str, bytes]) -> bytes:
+    with tarfile.open(fileobj=(file := io.BytesIO()), mode="w:gz") as archive:
+        for name, content in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            archive.addfile(entry, io.BytesIO(content))
+    return file.getvalue()
+
+
+ALBUM, SLIDES = zipped(PICTURES), tarred(PICTURES)
 
 
 def sha(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+def write_registry(folder, sets: dict[str, dict], lines: list[str]) -> None:
+    """Write a registry: tables by name, and lines of pooch's format."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "sets.toml").write_text(
+        "".join(
+            f"[{name}]\n" + "".join(f"{key} = {json.dumps(table[key])}\n" for key in table)
+            for name, table in sets.items()
+        )
+    )
+    (folder / "registry.txt").write_text("\n".join(["# a comment", *lines, ""]))
+
+
 @pytest.fixture
-def room(tmp_path, monkeypatch):
-    """Return the small registry's names, with neither data directory nor cached files."""
-    graph = DataFile(
-        name="graph.log.gz",
-        sha256=sha(STORED),
-        bytes=len(STORED),
-        copy="gzip",
-        origin=Origin("some/where", COMMIT, "data/a graph.log"),
-        content_sha256=sha(TEXT),
-        content_bytes=len(TEXT),
-    )
-    packed = DataFile(
-        name="scans.log.gz",
-        sha256=sha(PACKED),
-        bytes=len(PACKED),
-        copy="as is",
-        origin=Origin("some/where", COMMIT, "data/scans.log.gz"),
-    )
-    lost = DataFile("lost.log", sha(b"lost"), 4, "converted", made_from="made from a rawlog")
-    sets = (
-        Dataset("hall", "A hall", "MIT", "MIT", "Somebody 2003", (graph, packed)),
-        Dataset("attic", "An attic", "BSD", "BSD", "Somebody else", (lost, packed)),
-        Dataset("cellar", "A cellar", "BSD", "BSD", "Nobody", (lost,)),
-    )
-    known = MappingProxyType({entry.name: entry for entry in sets})
-    for module in (commands, entries, store):
-        monkeypatch.setattr(module, "registry", lambda: known)
+def room(tmp_path, monkeypatch, server):
+    """Return a small registry's folders, with neither data directory nor cached files."""
+    about = {"licence": "MIT", "origin": "Somebody 2003", "bytes": 440_000}
+    sets = {
+        "hall": {"title": "A hall"} | about,
+        "attic": {"title": "An attic", "note": "lost.log was made from a rawlog."} | about,
+        "cellar": {"title": "A cellar", "note": "lost.log was made from a rawlog."} | about,
+        "album": {"title": "Pictures", "members": 300} | about,
+        "slides": {"title": "The same", "members": 300} | about,
+    }
+    base = f"{server.address}/some/where"
+    lines = [
+        f"hall/graph.log {sha(TEXT)} '{base}/a%20graph.log'",
+        f"hall/scans.log.gz {sha(PACKED)} {base}/scans.log.gz",
+        f"attic/lost.log {sha(b'lost')}",
+        f"attic/scans.log.gz {sha(PACKED)} {base}/scans.log.gz",
+        f"cellar/lost.log {sha(b'lost')}",
+        f"album/pictures.zip {sha(ALBUM)} {base}/pictures.zip",
+        f"slides/pictures.tar.gz {sha(SLIDES)} {base}/pictures.tar.gz",
+    ]
+    write_registry(tmp_path / "book", sets, lines)
+    monkeypatch.setattr(entries, "BOOK", tmp_path / "book")
     monkeypatch.setenv(store.CACHE_VARIABLE, str(tmp_path / "cache"))
-    monkeypatch.delenv(store.DATA_VARIABLE, raising=False)
+    monkeypatch.delenv(entries.DATA_VARIABLE, raising=False)
     for name in ("http_proxy", "HTTP_PROXY", "all_proxy", "ALL_PROXY"):
         monkeypatch.delenv(name, raising=False)
-    return SimpleNamespace(cache=tmp_path / "cache", data=tmp_path / "data", text=TEXT)
+    return SimpleNamespace(
+        book=tmp_path / "book", cache=tmp_path / "cache", data=tmp_path / "data", url=base
+    )
+
+
+@pytest.fixture
+def mine(room, monkeypatch):
+    """Return the user's directory."""
+    room.data.mkdir()
+    monkeypatch.setenv(entries.DATA_VARIABLE, str(room.data))
+    return room.data
+
+
+def put(folder, name, content=b"x"):
+    """Write a file, with the folders above it, and return its path."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(content)
+    return folder / name
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -80,8 +125,12 @@ class Handler(BaseHTTPRequestHandler):
         self.close_connection = True
 
 
+CONTENT = {"a%20graph.log": TEXT, "scans.log.gz": PACKED, "pictures.zip": ALBUM,
+           "pictures.tar.gz": SLIDES}  # fmt: skip
+
+
 def whole(handler: Handler) -> None:
-    handler.send(PACKED if handler.path.endswith(".gz") else TEXT)
+    handler.send(CONTENT[handler.path.rpartition("/")[2]])
 
 
 @pytest.fixture
@@ -135,14 +184,6 @@ def silent_from(sent: int) -> Callable[[Handler], None]:
         handler.close_connection = True
 
     return answer
-
-
-@pytest.fixture
-def closed_port() -> int:
-    """Return a port nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def answer_404(handler: Handler) -> None:

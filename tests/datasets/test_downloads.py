@@ -1,10 +1,9 @@
 """Downloads from a real server: whole and right, or nothing and a clear error."""
 
 import errno
-import gzip
 import os
-from pathlib import Path
 
+import pooch
 import pytest
 
 from robot_perception.datasets import (
@@ -14,10 +13,9 @@ from robot_perception.datasets import (
     find,
     path,
     status,
-    store,
 )
 from tests.datasets import conftest
-from tests.datasets.conftest import COMMIT, PACKED, TEXT
+from tests.datasets.conftest import ALBUM, PACKED, PICTURES, TEXT, put, sha
 
 
 def leftovers(room) -> list[str]:
@@ -25,76 +23,128 @@ def leftovers(room) -> list[str]:
 
 
 def test_fetched_files_are_whole_under_their_names(room, server):
-    graph, scans = fetch("hall", address=server.address)
-    assert graph == room.cache / "hall" / "graph.log.gz"
-    assert gzip.decompress(graph.read_bytes()) == TEXT
+    graph, scans = fetch("hall")
+    assert graph == room.cache / "hall" / "graph.log"
+    assert graph.read_bytes() == TEXT
     assert scans.read_bytes() == PACKED
-    assert leftovers(room) == ["graph.log.gz", "scans.log.gz"]
-    assert server.asked == [
-        f"/some/where/{COMMIT}/data/a%20graph.log",
-        f"/some/where/{COMMIT}/data/scans.log.gz",
-    ]
+    assert leftovers(room) == ["graph.log", "scans.log.gz"]
+    assert server.asked == ["/some/where/a%20graph.log", "/some/where/scans.log.gz"]
     assert find("hall") == room.cache / "hall"
     assert [item.state for item in status("hall")] == ["present", "present"]
 
 
 def test_what_is_there_is_not_asked_for_again(room, server):
-    first = fetch("hall", address=server.address)
-    assert fetch("hall", address=server.address) == first
+    first = fetch("hall")
+    assert fetch("hall") == first
     assert len(server.asked) == 2
 
 
-def test_one_file_alone(room, server):
-    (scans,) = fetch("hall", "scans.log", address=server.address)
+def test_one_file_alone(room):
+    (scans,) = fetch("hall", "scans.log")
     assert scans.read_bytes() == PACKED
     assert find("hall") is None
     assert find("hall", "scans.log.gz") == scans
-    assert find("hall", "graph.log.gz") is None
+    assert find("hall", "graph.log") is None
 
 
-def test_changed_cached_file_is_replaced(room, server):
-    (graph,) = fetch("hall", "graph.log.gz", address=server.address)
+def test_changed_cached_file_is_replaced(room):
+    (graph,) = fetch("hall", "graph.log")
     graph.write_bytes(b"garbage")
     assert status("hall")[0].state == "differs"
-    assert fetch("hall", "graph.log.gz", address=server.address) == (graph,)
+    assert fetch("hall", "graph.log") == (graph,)
     assert status("hall")[0].state == "present"
 
 
 def test_changed_cached_file_stays_until_the_new_one_is_whole(room, server):
-    (graph,) = fetch("hall", "graph.log.gz", address=server.address)
+    (graph,) = fetch("hall", "graph.log")
     graph.write_bytes(b"garbage")
     server.answer = conftest.in_chunks
     with pytest.raises(DownloadError):
-        fetch("hall", "graph.log.gz", address=server.address)
+        fetch("hall", "graph.log")
     assert graph.read_bytes() == b"garbage"
-    assert leftovers(room) == ["graph.log.gz"]
+    assert leftovers(room) == ["graph.log"]
 
 
-def test_file_of_the_users_is_taken_as_it_is(room, server, monkeypatch):
-    (room.data / "hall").mkdir(parents=True)
-    (room.data / "hall" / "graph.log").write_bytes(b"my own")
-    monkeypatch.setenv(store.DATA_VARIABLE, str(room.data))
-    graph, scans = fetch("hall", address=server.address)
-    assert graph == room.data / "hall" / "graph.log"
+def test_file_of_the_users_is_taken_as_it_is(room, server, mine):
+    own = put(mine, "hall/graph.log.gz", b"my own")
+    graph, scans = fetch("hall")
+    assert graph == own
     assert scans.parent == room.cache / "hall"
     assert len(server.asked) == 1
     with pytest.raises(DatasetMissing, match=r"partly in .* ask for them one by one"):
         path("hall")
 
 
-def test_path_downloads_only_when_told(room, monkeypatch, server):
-    monkeypatch.setattr(store, "fetch", lambda *a, **k: fetch(*a, address=server.address, **k))
+def test_path_downloads_only_when_told(room, server):
     with pytest.raises(DatasetMissing):
-        path("hall", "graph.log.gz")
+        path("hall", "graph.log")
     assert server.asked == []
-    assert path("hall", "graph.log.gz", download=True) == room.cache / "hall" / "graph.log.gz"
+    assert path("hall", "graph.log", download=True) == room.cache / "hall" / "graph.log"
     assert path("hall", download=True) == room.cache / "hall"
 
 
-def test_what_cannot_be_downloaded_is_named_after_the_rest_was_fetched(room, server):
-    with pytest.raises(DatasetMissing, match=r"lost\.log has no pinned address .* a rawlog"):
-        fetch("attic", address=server.address)
+def test_what_cannot_be_downloaded_is_named_after_the_rest_was_fetched(room):
+    with pytest.raises(DatasetMissing, match=r"lost\.log is not downloadable: .* a rawlog"):
+        fetch("attic")
     assert leftovers(room) == ["scans.log.gz"]
+
+
+# ---- archives ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "archive"), [("album", "zip"), ("slides", "tar.gz")])
+def test_archive_is_unpacked_into_its_hundreds_of_files(room, server, name, archive):
+    assert find(name) is None
+    assert status(name)[0].state == "missing"
+    files = fetch(name)
+    assert {place.relative_to(room.cache / name).as_posix(): place.read_bytes() for place in files}\
+        == PICTURES  # fmt: skip
+    assert find(name) == room.cache / name
+    assert find(name, "img/0299.png") == files[-1]
+    assert find(name, "img/0300.png") is None
+    (item,) = status(name)
+    assert (item.state, item.path) == ("present", room.cache / name / f"pictures.{archive}")
+    assert fetch(name) == files
+    assert len(server.asked) == 1
+
+
+def test_archive_with_a_file_lost_is_unpacked_again_without_asking(room, server):
+    files = fetch("album")
+    files[7].unlink()
+    assert find("album") is None
+    assert fetch("album") == files
+    assert len(server.asked) == 1
+
+
+def test_unpacked_folder_of_the_users_is_taken_as_it_is(room, server, mine):
+    for name, content in PICTURES.items():
+        put(mine / "album", name, content)
+    assert find("album") == mine / "album"
+    assert len(fetch("album")) == 300
+    assert status("album")[0].state == "unchecked"
+    assert server.asked == []
+    with pytest.raises(DatasetMissing, match=r"pictures\.zip of album holds no img/0300\.png"):
+        path("album", "img/0300.png")
+
+
+def test_archive_with_another_number_of_files_is_refused(room, server):
+    smaller = conftest.zipped({"a.png": b"a"})
+    registry = room.book / "registry.txt"
+    registry.write_text(registry.read_text().replace(sha(ALBUM), sha(smaller)))
+    server.answer = lambda handler: handler.send(smaller)
+    with pytest.raises(DownloadError, match="it holds 1 files, registered are 300"):
+        fetch("album")
+
+
+def test_archive_that_is_none_is_named(room, server):
+    registry = room.book / "registry.txt"
+    registry.write_text(registry.read_text().replace(sha(ALBUM), sha(b"no archive")))
+    server.answer = lambda handler: handler.send(b"no archive")
+    with pytest.raises(DownloadError, match=r"album/pictures\.zip: .* failed: File is not a zip"):
+        fetch("album")
+
+
+# ---- failures ------------------------------------------------------------------------------------
 
 
 def answered(content, **options):
@@ -112,9 +162,9 @@ FAILURES = {
     ),
     "chunks end early": (conftest.in_chunks, "the transfer was interrupted before the end"),
     "connection reset": (conftest.reset, "the transfer was interrupted before the end"),
-    "wrong content": (answered(TEXT[:-1] + b"x"), "what came has sha256"),
-    "short content, short length": (answered(TEXT[:70_000]), "what came has sha256"),
-    "empty content": (answered(b""), "what came has sha256"),
+    "wrong content": (answered(TEXT[:-1] + b"x"), "does not match the known hash"),
+    "short content, short length": (answered(TEXT[:70_000]), "does not match the known hash"),
+    "empty content": (answered(b""), "does not match the known hash"),
     "404": (answered(b"Not Found", status=404), "the server answered 404 Not Found"),
     "500": (answered(b"", status=500), "the server answered 500 Internal Server Error"),
     "429": (answered(b"", status=429), "the server answered 429 Too Many Requests"),
@@ -127,97 +177,89 @@ FAILURES = {
 def test_failure_is_named_and_leaves_nothing_and_a_retry_succeeds(room, server, answer, cause):
     server.answer = answer
     with pytest.raises(DownloadError) as failure:
-        fetch("hall", "graph.log.gz", address=server.address, timeout=0.3)
-    error, address = failure.value, f"{server.address}/some/where/{COMMIT}/data/a%20graph.log"
-    assert (error.dataset, error.file, error.address) == ("hall", "graph.log.gz", address)
-    assert cause in error.cause
-    assert str(error) == f"hall/graph.log.gz: download from {address} failed: {error.cause}"
-    assert "\n" not in str(error)
+        fetch("hall", "graph.log", timeout=0.3)
+    told = str(failure.value)
+    assert told.startswith(f"hall/graph.log: download from {room.url}/a%20graph.log failed: ")
+    assert cause in told
+    assert "\n" not in told
     assert leftovers(room) == []
-    assert find("hall", "graph.log.gz") is None
+    assert find("hall", "graph.log") is None
     server.answer = conftest.whole
-    (graph,) = fetch("hall", "graph.log.gz", address=server.address)
-    assert gzip.decompress(graph.read_bytes()) == TEXT
+    (graph,) = fetch("hall", "graph.log")
+    assert graph.read_bytes() == TEXT
 
 
-def test_no_network(room, closed_port):
+def with_address(room, address):
+    registry = room.book / "registry.txt"
+    registry.write_text(registry.read_text().replace(room.url, address))
+
+
+def test_no_network(room):
+    with conftest.socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        closed = probe.getsockname()[1]
+    with_address(room, f"http://127.0.0.1:{closed}")
     with pytest.raises(DownloadError, match=r"no connection to the server \(is there a network"):
-        fetch("hall", address=f"http://127.0.0.1:{closed_port}")
+        fetch("hall")
     assert leftovers(room) == []
 
 
 def test_nonsensical_address(room):
+    with_address(room, "gopher://127.0.0.1")
     with pytest.raises(DownloadError, match="the request failed"):
-        fetch("hall", address="gopher://127.0.0.1")
+        fetch("hall")
     assert leftovers(room) == []
 
 
-class Filling:
-    """A file on a disk that is full after so many bytes."""
+def interrupting(error):
+    """Return a downloader's way to write half of the file and fail."""
 
-    def __init__(self, stream, room):
-        self.stream, self.room = stream, room
+    def download(_self, _url, output_file, _pooch, **_options):
+        with open(output_file, "wb") as stream:
+            stream.write(TEXT[:70_000])
+        raise error
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_error):
-        self.stream.close()
-
-    def write(self, content):
-        self.room -= self.stream.write(content[: self.room])
-        if self.room <= 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def flush(self):
-        self.stream.flush()
+    return download
 
 
-def test_no_space_left(room, server, monkeypatch):
-    opened = Path.open
+def test_no_space_left(room, monkeypatch):
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "open", lambda self, mode: Filling(opened(self, mode), 100_000))
+        patch.setattr(pooch.HTTPDownloader, "__call__", interrupting(full))
         with pytest.raises(DownloadError, match=r"no space left in .*cache"):
-            fetch("hall", "graph.log.gz", address=server.address)
+            fetch("hall", "graph.log")
     assert leftovers(room) == []
-    fetch("hall", "graph.log.gz", address=server.address)
-    assert leftovers(room) == ["graph.log.gz"]
-
-
-def test_no_space_left_when_compressing(room, server, monkeypatch):
-    def full(self, content):
-        with self.open("wb") as stream:
-            stream.write(content[:100])
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(Path, "write_bytes", full)
-    with pytest.raises(DownloadError, match="no space left"):
-        fetch("hall", "graph.log.gz", address=server.address)
-    assert leftovers(room) == []
+    fetch("hall", "graph.log")
+    assert leftovers(room) == ["graph.log"]
 
 
 def test_cache_that_cannot_be_written(room, server):
     room.cache.write_text("a file where the folder should be")
     with pytest.raises(DownloadError, match="cannot be written"):
-        fetch("hall", address=server.address)
+        fetch("hall")
     assert server.asked == []
 
 
-def test_interruption_by_the_user_leaves_nothing(room, server, monkeypatch):
-    def interrupted(*_args):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(store.pooch, "file_hash", interrupted)
+def test_interruption_by_the_user_leaves_nothing(room, monkeypatch):
+    monkeypatch.setattr(pooch.HTTPDownloader, "__call__", interrupting(KeyboardInterrupt()))
     with pytest.raises(KeyboardInterrupt):
-        fetch("hall", "graph.log.gz", address=server.address)
+        fetch("hall", "graph.log")
     assert leftovers(room) == []
 
 
-def test_progress_is_shown_on_request_only(room, server, capsys):
-    fetch("hall", "scans.log.gz", address=server.address)
+def test_progress_is_shown_on_request_only(room, capsys, caplog):
+    logger = pooch.get_logger()  # which stands outside the tree of loggers
+    level = logger.level
+    logger.addHandler(caplog.handler)
+    try:
+        fetch("hall", "scans.log.gz")
+    finally:
+        logger.removeHandler(caplog.handler)
+    assert logger.level == level
+    assert caplog.records == []
     assert capsys.readouterr() == ("", "")
-    fetch("hall", "graph.log.gz", address=server.address, progress=True)
+    fetch("hall", "graph.log", progress=True)
     out, err = capsys.readouterr()
     assert out == ""
-    assert "hall/graph.log.gz" in err
+    assert "hall" in err
     assert "100%" in err

@@ -5,6 +5,7 @@ COUNTS = (
     "explorers driven",
     "controls driven to both ends",
     "states shown",
+    "explorers alive after Run All Cells",
     "requests to other hosts",
     "console errors and page errors",
     "serious or critical violations, light",

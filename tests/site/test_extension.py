@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from jupyter_client import KernelManager
+from myst_nb.core.config import NbParserConfig
 
 from robot_perception.teaching import sphinx_extension
 from robot_perception.teaching.explore import explore, slider
@@ -16,39 +18,55 @@ from tests.unchecked import unchecked
 ALT = "A line whose slope is the gain that was chosen."
 
 
-@pytest.fixture
-def repository(tmp_path: Path) -> Path:
-    """A small repository."""
-    for name in ("lib/package/module.py", "data_synth/world.py", "constraints.txt"):
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(name)
-    return tmp_path
+def expire(folder: Path, keys: dict[str, str | None], env: SimpleNamespace) -> list[str]:
+    """Let a build begin with these keys of pages; return which pages are read again."""
+    env.found_docs, env.doc2path = keys, str
+    app = SimpleNamespace(outdir=folder / "html", env=env)
+    found = SimpleNamespace(key=lambda page: keys[page.name])
+    with pytest.MonkeyPatch.context() as patch, unchecked():
+        patch.setattr(sphinx_extension, "Dependencies", lambda root: found)
+        outdated = sphinx_extension._expire(app, env, set(), set(), set())
+        for name in keys:
+            env.mystnb_config = NbParserConfig()
+            sphinx_extension._choose_cache(app, name, [""])
+            if path := env.mystnb_config.execution_cache_path:
+                Path(path).mkdir(parents=True, exist_ok=True)
+    return sorted(outdated)
 
 
-@pytest.mark.parametrize("name", ["lib/package/module.py", "data_synth/world.py"])
-def test_results_expire_when_the_code_changes(repository: Path, name: str):
-    before = sphinx_extension.cache_key(repository)
-    (repository / name).write_text("changed")
-    assert sphinx_extension.cache_key(repository) != before
+def test_pages_whose_key_changed_are_read_again_and_lose_their_results(tmp_path: Path):
+    env, caches = SimpleNamespace(), tmp_path / ".jupyter_cache"
+    keys = {"walls": "1", "monobot": "1", "notes": None}
+    assert expire(tmp_path, keys, env) == ["monobot", "walls"]
+    assert {path.name for path in caches.iterdir()} == {"walls-1", "monobot-1"}
+    (caches / "walls-1" / "results").touch()
+    (caches / "monobot-1" / "results").touch()
+    assert expire(tmp_path, keys, env) == []
+    assert expire(tmp_path, keys | {"walls": "2"}, env) == ["walls"]
+    assert {path.name for path in caches.iterdir()} == {"walls-2", "monobot-1"}
+    assert not list((caches / "walls-2").iterdir())
+    assert (caches / "monobot-1" / "results").exists()
 
 
-def test_results_expire_when_versions_or_recorded_data_change(repository: Path):
-    keys = [sphinx_extension.cache_key(repository)]
-    (repository / "constraints.txt").write_text("numpy==99")
-    keys.append(sphinx_extension.cache_key(repository))
-    (repository / "book" / "_data").mkdir(parents=True)
-    (repository / "book" / "_data" / "claims.json").write_text("{}")
-    keys.append(sphinx_extension.cache_key(repository))
-    assert len(set(keys)) == 3
+def test_results_survive_a_lost_environment_and_all_pages_are_read(tmp_path: Path):
+    keys, results = {"walls": "1"}, tmp_path / ".jupyter_cache" / "walls-1" / "results"
+    assert expire(tmp_path, keys, SimpleNamespace()) == ["walls"]
+    results.touch()
+    assert expire(tmp_path, keys, SimpleNamespace()) == ["walls"]
+    assert results.exists()
 
 
-def test_results_do_not_expire_without_reason(repository: Path):
-    before = sphinx_extension.cache_key(repository)
-    for folder in ("lib/package/__pycache__", "lib/package/front_end", "book"):
-        (repository / folder).mkdir(parents=True)
-        (repository / folder / "file").write_text("anything")
-    assert sphinx_extension.cache_key(repository) == before
+def test_kernels_of_the_build_are_encrypted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv(PAGE_VARIABLE, "")
+    trait = KernelManager.transport_encryption
+    monkeypatch.setattr(trait, "default_value", trait.default_value)  # put back afterwards
+    with unchecked():
+        sphinx_extension._configure(None, SimpleNamespace(html_static_path=[]))
+    manager = KernelManager(connection_file=str(tmp_path / "kernel.json"))
+    manager.start_kernel()
+    connection = json.loads((tmp_path / "kernel.json").read_text())
+    manager.shutdown_kernel(now=True)
+    assert connection["curve_secretkey"]
 
 
 def finished(

@@ -8,6 +8,8 @@ import re
 
 import numpy as np
 import pytest
+from IPython.core.interactiveshell import InteractiveShell
+from IPython.utils.capture import capture_output
 from ipywidgets import IntSlider, link
 from PIL import Image
 from traitlets import TraitError
@@ -153,6 +155,13 @@ def test_the_largest_grid_is_allowed():
     assert made(gain=slider("Gain", range(MOST_STATES // 2), 1)).gain == 1
 
 
+def shown(explorer):
+    """Return the outputs of a cell that ends with an explorer."""
+    with capture_output(stdout=False, stderr=False) as captured:
+        InteractiveShell.instance().display_formatter.format(explorer)
+    return [output.data for output in captured.outputs]
+
+
 # ---- on a page ----
 
 
@@ -249,11 +258,35 @@ def test_a_live_explorer_draws_no_grid():
         return line(gain, False)
 
     explorer = explore(watched, alt=ALT, gain=controls()["gain"])
-    data, _ = explorer._repr_mimebundle_()
+    shown(explorer)
     assert calls == [1.0]
-    assert 'src="data:image/svg+xml;base64,' in data["text/html"]
-    assert data["text/plain"] == ALT
-    assert "application/vnd.jupyter.widget-view+json" in data
+
+
+def test_a_live_explorer_holds_its_default_picture():
+    explorer = explore(square, alt=ALT, size=slider("Side", [5, 20], 5))
+    picture = explorer.get_state()["picture"]
+    assert (picture["mime"], picture["alt"]) == (WEBP, ALT)
+    assert Image.open(io.BytesIO(picture["data"])).size == (80, 60)
+    explorer.size = 20
+    assert explorer.get_state()["picture"] == picture
+
+
+def test_a_live_explorer_shows_a_picture_that_lasts_and_a_view():
+    explorer = made(caption="Slope")
+    still, view = shown(explorer)
+    assert set(still) == {"text/html", "text/plain"}
+    data = base64.b64encode(explorer.frame().data).decode()
+    assert f'src="data:image/svg+xml;base64,{data}"' in still["text/html"]
+    assert f'id="{explorer.still}"' in still["text/html"]
+    assert still["text/plain"] == ALT
+    assert view["application/vnd.jupyter.widget-view+json"]["model_id"] == explorer.model_id
+    assert view["text/plain"] == "", "no front end says everything twice"
+
+
+def test_a_page_shows_one_output(monkeypatch):
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    explorer = made()
+    assert shown(explorer) == [explorer._repr_mimebundle_()]
 
 
 def test_a_view_gets_the_picture_it_asked_for():

@@ -7,6 +7,7 @@ import re
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.cbook import get_sample_data
 from PIL import Image
 
 from robot_perception.teaching.figures import (
@@ -18,6 +19,7 @@ from robot_perception.teaching.figures import (
     RED,
     band,
     figure,
+    image_axes,
     label,
     picture,
     show,
@@ -26,6 +28,8 @@ from robot_perception.teaching.figures import (
 )
 from robot_perception.teaching.figures.output import PAGE_VARIABLE, front_end
 from robot_perception.teaching.figures.svg import HEAVY
+from robot_perception.teaching.figures.webp import to_webp
+from robot_perception.teaching.states import pack, render
 from tests.unchecked import unchecked
 
 ALT = "A straight line that rises from the origin to one."
@@ -189,6 +193,140 @@ def test_rasterised_points_lie_where_the_axes_have_them():
         outermost = pixels[pixels[:, 0] > pixels[:, 0].max() - 2]
         assert np.abs(in_vectors - expected).max() < 0.1
         assert np.abs(outermost.mean(axis=0) - expected).max() < 1
+
+
+# ---- images in figures ----
+
+MATRIX = r'transform="matrix\(([^)]*)\)"'
+
+
+def photograph(rows: int = 240, cols: int = 320, corner: int = 0) -> np.ndarray:
+    """Return a piece of the photograph that comes with matplotlib."""
+    with get_sample_data("grace_hopper.jpg") as file:
+        whole = np.asarray(Image.open(file).convert("RGB"))
+    return whole[corner : corner + rows, corner : corner + cols].copy()
+
+
+def coordinates(rows: int, cols: int) -> np.ndarray:
+    """Return a picture in which each pixel tells its column (red) and its row (green)."""
+    row, col = np.indices((rows, cols), dtype=np.uint8)
+    return np.stack([col, row, np.zeros_like(row)], axis=-1)
+
+
+def webp(svg: str) -> np.ndarray:
+    """Return the one WebP image of a figure."""
+    (data,) = re.findall(r'xlink:href="data:image/webp;base64,([^"]*)"', svg)
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(data))))
+
+
+def test_a_photograph_is_stored_at_its_own_resolution():
+    photo = photograph(60, 80)
+    fig, ax = figure()
+    ax.imshow(photo)
+    stored = webp(to_svg(fig))
+    assert stored.shape == photo.shape
+    assert np.abs(stored.astype(int) - photo).mean() < 8
+
+
+@pytest.mark.parametrize("origin", ["upper", "lower"])
+@pytest.mark.parametrize("limits", [(-0.5, 29.5), (10.5, 17.5)])
+def test_every_pixel_lies_where_the_axes_have_it(origin, limits):
+    fig, ax = figure()
+    ax.imshow(coordinates(20, 30), origin=origin, gid=style.LOSSLESS)
+    ax.set_xlim(limits)
+    svg = to_svg(fig)
+    pixels = webp(svg)
+    rows, cols = np.indices(pixels.shape[:2]) + 0.5
+    a, b, c, d, e, f = map(float, re.search(MATRIX, svg)[1].split(","))
+    found = np.stack([a * cols + c * rows + e, b * cols + d * rows + f], axis=-1)
+    expected = ax.transData.transform(pixels[..., :2].reshape(-1, 2)) * 72 / fig.dpi
+    expected[:, 1] = 72 * fig.get_figheight() - expected[:, 1]
+    assert np.abs(found.reshape(-1, 2) - expected).max() < 1e-3
+    assert re.search(r'<g clip-path="url\(#[^>]*>\s*<image ', svg)
+
+
+def test_data_keep_every_value_and_the_edges_of_their_cells():
+    fig, ax = figure()
+    heights = np.random.default_rng(0).uniform(size=(9, 7))
+    ax.imshow(heights, alpha=0.5)
+    svg = to_svg(fig)
+    expected = mpl.colormaps["cividis"](mpl.colors.Normalize()(heights), bytes=True)
+    assert (webp(svg)[..., :3] == expected[..., :3]).all()
+    assert 'class="rp-lossless rp-pixelated"' in svg
+    assert 'style="image-rendering: pixelated"' in svg
+    assert 'opacity="0.5"' in svg
+
+
+def test_a_photograph_is_no_vector_weight():
+    rng = np.random.default_rng(0)
+    fig, ax = image_axes(rng.integers(0, 255, (700, 900, 3), dtype=np.uint8))
+    ax.plot(*rng.uniform(0, 700, (2, 2000)), color=BLUE)
+    svg = to_svg(fig)
+    assert len(svg) > HEAVY
+    assert "data:image/png" not in svg
+    assert "var(--rp-blue" in svg
+
+
+def test_axes_of_a_picture_are_its_pixels_whatever_is_drawn():
+    photo = photograph(60, 80)
+    fig, ax = image_axes(photo)
+    bare = to_svg(fig)
+    assert "<text" not in bare
+    assert fig.get_figwidth() / fig.get_figheight() == pytest.approx(80 / 60)
+    ax.plot([-50, 200], [30, 30])
+    ax.scatter([500], [500])
+    assert (*ax.get_xlim(), *ax.get_ylim()) == (-0.5, 79.5, 59.5, -0.5)
+    assert np.allclose(ax.get_window_extent().extents, fig.bbox.extents)
+    ax.clear()
+    assert to_svg(fig) == bare
+    assert image_axes(photograph(80, 60))[0].get_figheight() == pytest.approx(5.25)
+
+
+def test_a_grey_picture_stays_grey():
+    grey = np.linspace(40, 200, 1200).reshape(30, 40).astype(np.uint8)
+    fig, _ = image_axes(grey, lossless=True)
+    assert (webp(to_svg(fig)) == grey[..., None]).all()
+    assert "image-rendering" not in to_svg(fig)
+
+
+def test_axes_of_what_is_no_picture_are_refused():
+    for array in (np.zeros((4, 4, 4), np.uint8), np.zeros((0, 4), np.uint8), np.zeros((4, 4))):
+        with unchecked(), pytest.raises(ValueError, match="an image must be uint8"):
+            image_axes(array)
+
+
+def overlays(photos: list[np.ndarray]) -> list[object]:
+    """Return 20 frames with 200 marks that move over photographs, in turn."""
+    points = np.random.default_rng(0).uniform(0, 1, (2, 200)) * [[320], [240]]
+    frames = []
+    for number in range(20):
+        fig, ax = image_axes(photos[number % len(photos)])
+        ax.plot(*points + number, "o", color=ORANGE, markersize=5)
+        frames.append(render(fig, ALT))
+    return frames
+
+
+def test_states_of_an_explorer_share_their_photograph():
+    photo = photograph()
+    frames = overlays([photo])
+    assert len({frame.data for frame in frames}) == 20
+    once = 4 / 3 * len(to_webp(photo))  # as text
+    assert len(frames[0].data) < once + 40_000
+    assert len(pack(frames)) < 1.5 * once + 20 * 10_000
+
+
+def test_states_with_photographs_of_their_own_stay_small():
+    frames = overlays([photograph(corner=9 * k) for k in range(20)])
+    assert len(pack(frames)) < 1_000_000
+
+
+def test_masks_are_encoded_without_loss():
+    mask = np.random.default_rng(0).integers(0, 2, (40, 50), dtype=np.uint8) * 255
+    frame = render(mask, ALT, effort=0, lossless=True)
+    assert (np.asarray(Image.open(io.BytesIO(frame.data)).convert("L")) == mask).all()
+    html = picture(mask, alt=ALT, lossless=True)._repr_mimebundle_()["text/html"]
+    data = base64.b64decode(re.search(r'base64,([^"]*)"', html)[1])
+    assert (np.asarray(Image.open(io.BytesIO(data)).convert("L")) == mask).all()
 
 
 def test_panels_that_do_not_fit_are_refused():

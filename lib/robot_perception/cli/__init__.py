@@ -7,8 +7,8 @@ import click
 
 from robot_perception import __version__
 from robot_perception.cli.claims import claims
+from robot_perception.cli.datasets import datasets
 from robot_perception.cli.store import store
-from robot_perception.datasets.commands import datasets
 
 
 @click.group()

@@ -1,20 +1,29 @@
 """Real recordings: where they are, where they come from, and how they are read.
 
-`find` never downloads, `fetch` does; the readers return arrays and an account of every line.
+`find` never downloads, `fetch` does; the readers return arrays and an account of every line, and
+stop at the first that cannot be read.
 """
 
 from robot_perception.datasets.carmen import read_carmen_log
 from robot_perception.datasets.entries import (
     DataFile,
     Dataset,
-    Origin,
     UnknownDataset,
+    add_dataset,
     dataset,
     registry,
 )
 from robot_perception.datasets.graph import GraphLog, read_graph_log
-from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport, SkippedLines
-from robot_perception.datasets.mrclam import Mrclam, read_mrclam
+from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
+from robot_perception.datasets.mrclam import (
+    Commands,
+    Mrclam,
+    MrclamRobot,
+    Sightings,
+    SurveyedLandmarks,
+    Track,
+    read_mrclam,
+)
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.store import (
     DatasetMissing,
@@ -26,28 +35,36 @@ from robot_perception.datasets.store import (
     status,
 )
 from robot_perception.datasets.victoria import (
+    Fixes,
     LandmarkGraph,
+    VehicleLog,
     read_fixes,
     read_landmark_graph,
     read_vehicle,
 )
 
 __all__ = [
+    "Commands",
     "CorruptLog",
     "DataFile",
     "Dataset",
     "DatasetMissing",
     "DownloadError",
     "FileStatus",
+    "Fixes",
     "GraphLog",
     "LandmarkGraph",
     "LaserLog",
     "Mrclam",
-    "Origin",
+    "MrclamRobot",
     "ReadReport",
     "Relations",
-    "SkippedLines",
+    "Sightings",
+    "SurveyedLandmarks",
+    "Track",
     "UnknownDataset",
+    "VehicleLog",
+    "add_dataset",
     "dataset",
     "fetch",
     "find",

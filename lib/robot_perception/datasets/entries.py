@@ -1,50 +1,28 @@
-"""What is known of each recording: files, hashes, where they come from, whose they are."""
+"""What is known of each recording: its files and their hashes, whose they are, where they are."""
 
 import difflib
+import json
+import os
+import re
+import shlex
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
-from types import MappingProxyType
-from typing import Literal, final
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType, ModuleType
+from typing import Any, final
 from urllib.parse import quote
 
-GITHUB = "https://raw.githubusercontent.com"
+DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
+SETS, REGISTRY = "sets.toml", "registry.txt"
+ARCHIVES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz")
+BOOK = Path(__file__).parent
+NEEDED = ("title", "licence", "origin")
 
 
 class UnknownDataset(LookupError):  # noqa: N818 - it names the thing, not the failure
     """A data set, or a file of one, that the registry does not list."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """The original of a file on GitHub, at a fixed commit.
-
-    Parameters
-    ----------
-    repository
-        ``owner/name``.
-    commit
-        Full commit hash.
-    path
-        Path inside the repository.
-    """
-
-    repository: str
-    commit: str
-    path: str
-
-    def address(self, base: str = GITHUB) -> str:
-        """Return the address of the original.
-
-        Parameters
-        ----------
-        base
-            Address of a server laid out like GitHub's for raw files.
-        """
-        return f"{base.rstrip('/')}/{quote(f'{self.repository}/{self.commit}/{self.path}')}"
 
 
 @final
@@ -56,41 +34,15 @@ class DataFile:
     ----------
     name
         Its name in the data set's folder.
-    sha256, bytes
-        Of the file as it is stored in a data directory.
-    copy
-        What it is: the original ``as is``, the original compressed (``gzip``), or ``converted``.
-    origin
-        Where the original is pinned; ``None`` if it is not, and cannot be downloaded.
-    made_from
-        Of a converted file: what it was made from.
-    content_sha256, content_bytes
-        Of a ``.gz``: its uncompressed content.
+    sha256
+        Its hash. A file that is stored as ``name.gz`` has that of its content.
+    url
+        Where it can be downloaded; ``None`` if nowhere with that hash for certain.
     """
 
     name: str
     sha256: str
-    bytes: int
-    copy: Literal["as is", "gzip", "converted"]
-    origin: Origin | None = None
-    made_from: str = ""
-    content_sha256: str | None = None
-    content_bytes: int | None = None
-
-    @property
-    def plain_name(self) -> str:
-        """The name without ``.gz``."""
-        return self.name.removesuffix(".gz")
-
-    @property
-    def downloaded_sha256(self) -> str:
-        """The hash of the original."""
-        return self.content_sha256 if self.copy == "gzip" and self.content_sha256 else self.sha256
-
-    @property
-    def downloaded_bytes(self) -> int:
-        """The size of the original."""
-        return self.content_bytes if self.copy == "gzip" and self.content_bytes else self.bytes
+    url: str | None = None
 
 
 @final
@@ -106,20 +58,26 @@ class Dataset:
         What it is, in a line.
     licence
         In a few words.
-    terms
-        In full, file by file where they differ.
-    citation
-        How to cite it.
+    origin
+        Who recorded it, how to cite it, and where the files were taken from.
     files
-        Its files.
+        Its files, or the one archive that holds them.
+    bytes
+        Size of the registered files, all together.
+    note
+        More on terms, and what was made from what.
+    members
+        Of an archive: how many files it holds; else 0.
     """
 
     name: str
     title: str
     licence: str
-    terms: str
-    citation: str
+    origin: str
     files: tuple[DataFile, ...]
+    bytes: int
+    note: str = ""
+    members: int = 0
 
     def file(self, name: str) -> DataFile:
         """Return the file of that name, with or without ``.gz``.
@@ -129,19 +87,61 @@ class Dataset:
         UnknownDataset
             If the data set has no such file.
         """
+        plain = name.removesuffix(".gz")
         for file in self.files:
-            if name in (file.name, file.plain_name):
+            if file.name.removesuffix(".gz") == plain:
                 return file
-        known = ", ".join(file.name for file in self.files)
-        raise UnknownDataset(f"{self.name} has no file {name!r}; it has {known}")
+        names = [file.name for file in self.files]
+        raise UnknownDataset(f"{self.name} has no file {name!r}; it has {some(names)}")
 
 
-@cache
+def some(names: list[str], most: int = 20) -> str:
+    """Return names in a row, the first of many and their number."""
+    if len(names) <= most:
+        return ", ".join(names)
+    return f"{', '.join(names[:3])}, … ({len(names)} files)"
+
+
+def load_pooch() -> ModuleType:
+    """Return pooch; the readers do without it."""
+    try:
+        import pooch
+    except ModuleNotFoundError as error:
+        wanted = 'the registry of recordings needs pooch: pip install "robot-perception[data]"'
+        raise ModuleNotFoundError(wanted) from error
+    return pooch
+
+
+def data_directory() -> Path | None:
+    """Return the directory named by ``ROBOT_PERCEPTION_DATA``, if that is set.
+
+    Raises
+    ------
+    NotADirectoryError
+        If it is set to something that is no directory.
+    """
+    named = os.environ.get(DATA_VARIABLE, "")
+    if not named:
+        return None
+    directory = Path(named).expanduser()
+    if not directory.is_dir():
+        raise NotADirectoryError(f"{DATA_VARIABLE} is {directory}, which is not a directory")
+    return directory
+
+
 def registry() -> Mapping[str, Dataset]:
-    """Return all known data sets by name."""
-    text = resources.files(__package__).joinpath("registry.toml").read_text(encoding="utf-8")
-    entries = tomllib.loads(text)
-    return MappingProxyType({name: _dataset(name, entry) for name, entry in entries.items()})
+    """Return all known data sets by name: the book's, then those of the reader's own registry.
+
+    Raises
+    ------
+    ValueError
+        If a registry is not as it should be; the message names file and data set.
+    """
+    known = dict(_load(BOOK))
+    own = data_directory()
+    if own is not None:
+        known |= _load(own)
+    return MappingProxyType(known)
 
 
 def dataset(name: str) -> Dataset:
@@ -165,12 +165,116 @@ def dataset(name: str) -> Dataset:
     raise UnknownDataset(f"no data set {name!r}{hint} (known: {', '.join(known)})")
 
 
-def _dataset(name: str, entry: Mapping) -> Dataset:
-    fields = {key: value for key, value in entry.items() if key != "files"}
-    return Dataset(name=name, files=tuple(map(_file, entry["files"])), **fields)
+def add_dataset(
+    folder: Path,
+    *,
+    title: str,
+    licence: str,
+    origin: str,
+    note: str = "",
+    url: str | None = None,
+    to: Path | None = None,
+) -> Dataset:
+    """Add a folder to a registry: a line a file with its hash, and the table that says whose it is.
+
+    Parameters
+    ----------
+    folder
+        The folder; its name becomes the data set's. Hidden files are left out.
+    title, licence, origin, note
+        As of `Dataset`.
+    url
+        Address below which the files can be downloaded under the same names, if they can.
+    to
+        Directory of the registry; without it, the one that ``ROBOT_PERCEPTION_DATA`` names.
+
+    Raises
+    ------
+    ValueError
+        If title, licence or origin is missing, the name is taken or no name for a data set, the
+        folder is empty or not in the reader's own directory, or there is no registry to add to.
+    """
+    folder = Path(os.path.abspath(folder))
+    told = {"title": title, "licence": licence, "origin": origin}
+    for word, text in told.items():
+        if not text.strip():
+            raise ValueError(f"{folder.name} has no {word}: a recording without one is not added")
+    directory = data_directory() if to is None else to
+    if directory is None:
+        raise ValueError(f"no registry to add to: set {DATA_VARIABLE}, or name its directory")
+    if to is None and not folder.parent.samefile(directory):
+        raise ValueError(f"{folder} is not in {directory}: it would not be found")
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", folder.name):
+        raise ValueError(
+            f"{folder.name!r} is no name for a data set: letters, digits, _ and - only"
+        )
+    if folder.name in registry() or folder.name in _load(directory):
+        raise ValueError(f"there is a data set {folder.name!r} already")
+    files = [
+        (place, place.relative_to(folder))
+        for place in sorted(folder.rglob("*"))
+        if place.is_file() and not any(p.startswith(".") for p in place.relative_to(folder).parts)
+    ]
+    if not files:
+        raise ValueError(f"{folder} holds no files")
+    lines, size = [], 0
+    for place, name in files:
+        words = [f"{folder.name}/{name.as_posix()}", load_pooch().file_hash(str(place))]
+        words += [f"{url.rstrip('/')}/{quote(name.as_posix())}"] if url else []
+        lines.append(shlex.join(words))
+        size += place.stat().st_size
+    fields = told | ({"note": note} if note else {}) | {"bytes": size}
+    table = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in fields.items()]
+    _append(directory / REGISTRY, lines)
+    _append(directory / SETS, [f"[{folder.name}]", *table])
+    return _load(directory)[folder.name]
 
 
-def _file(entry: Mapping) -> DataFile:
-    place = {key: entry[key] for key in ("repository", "commit", "path") if key in entry}
-    fields = {key: value for key, value in entry.items() if key not in place}
-    return DataFile(origin=Origin(**place) if place else None, **fields)
+def _append(file: Path, lines: list[str]) -> None:
+    before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if file.exists() else ""
+    file.write_text(before + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _load(directory: Path) -> Mapping[str, Dataset]:
+    """Return the data sets of one registry; none if there is none."""
+    files = directory / SETS, directory / REGISTRY
+    if not any(file.exists() for file in files):
+        return {}
+    try:
+        return _parse(directory, *((f.stat().st_mtime_ns, f.stat().st_size) for f in files))
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"the registry in {directory} cannot be read: {error}") from error
+
+
+@lru_cache(maxsize=8)
+def _parse(directory: Path, *_stamps: tuple[int, int]) -> Mapping[str, Dataset]:
+    shelf = load_pooch().create(path=directory, base_url="")
+    shelf.load_registry(directory / REGISTRY)
+    files: dict[str, list[DataFile]] = {}
+    for place, sha256 in shelf.registry.items():
+        folder, _, name = place.partition("/")
+        inside = name and ".." not in PurePosixPath(place).parts
+        if not inside or not re.fullmatch(r"[0-9a-f]{64}", sha256):
+            raise ValueError(f"{directory / REGISTRY}: {place} is not FOLDER/FILE with its sha256")
+        files.setdefault(folder, []).append(DataFile(name, sha256, shelf.urls.get(place)))
+    sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8"))
+    if sets.keys() != files.keys():
+        apart = ", ".join(sorted(sets.keys() ^ files.keys()))
+        raise ValueError(f"{directory}: {apart} must stand in both {SETS} and {REGISTRY}")
+    return {name: _dataset(directory, name, sets[name], tuple(files[name])) for name in sets}
+
+
+def _dataset(
+    directory: Path, name: str, table: Mapping[str, Any], files: tuple[DataFile, ...]
+) -> Dataset:
+    where = f"{directory / SETS}: {name}"
+    for word in NEEDED:
+        if not str(table.get(word, "")).strip():
+            raise ValueError(f"{where} has no {word}")
+    try:
+        found = Dataset(name=name, files=files, **table)
+    except TypeError as error:
+        raise ValueError(f"{where}: {error}") from error
+    if found.members and (len(files) != 1 or not files[0].name.endswith(ARCHIVES)):
+        raise ValueError(f"{where} has members, so it must be one archive ({', '.join(ARCHIVES)})")
+    return found

@@ -1,6 +1,7 @@
 """The UTIAS multi-robot recordings: wheels, barcodes seen by camera, and motion-capture truth."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -9,22 +10,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception.beliefs import check_finite
-from robot_perception.datasets import logs
-from robot_perception.datasets.logs import CorruptLog, ReadReport, Recording, Tally
+from robot_perception.datasets.logs import Check, CorruptLog, ReadReport, read_table
 from robot_perception.geometry import wrap_angle
 
 ROBOTS = (1, 2, 3, 4, 5)
-
-NOT_A_NUMBER = "a subject or barcode is not a positive integer"
-REPEATED_SUBJECT = "names a subject or barcode a second time"
-BACKWARDS = "its time lies before that of an earlier line"
-SAME_TIME = "has the time of an earlier line"
-SEEN_TWICE = "sees a barcode a second time in one image"
-NO_RANGE = "a range is not positive"
-NO_DEVIATION = "a standard deviation is negative"
-
-Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
-"""Why rows are bad, and which of a table are."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -184,37 +173,7 @@ class Mrclam:
     reports: tuple[ReadReport, ...]
 
 
-@dataclass(slots=True)
-class _Folder:
-    """Reads the tables of a folder and keeps the accounts."""
-
-    path: Path
-    strict: bool
-    allow_truncated: bool
-    reports: list[ReadReport]
-
-    def table(
-        self, name: str, what: str, columns: int, checks: Sequence[Check]
-    ) -> Float[np.ndarray, "rows columns"]:
-        """Return the rows of a file that pass the checks, each of which sees what passed before."""
-        recording = logs.read_recording(self.path / f"{name}.dat.gz")
-        tally = Tally(recording.path, self.strict)
-        numbers, rows = _parse(recording, tally, columns)
-        for reason, is_bad in checks:
-            bad = is_bad(rows)
-            for number in numbers[bad].tolist():
-                tally.skip(number, reason)
-            numbers, rows = numbers[~bad], rows[~bad]
-        tally.kept[what] = len(rows)
-        self.reports.append(
-            logs.close(recording, tally, allow_truncated=self.allow_truncated, what=what)
-        )
-        return rows
-
-
-def read_mrclam(
-    folder: str | Path, *, strict: bool = True, allow_truncated: bool = False
-) -> Mrclam:
+def read_mrclam(folder: str | Path) -> Mrclam:
     """Read a data set of the UTIAS multi-robot collection, its files plain or gzip.
 
     The files are ``Barcodes.dat`` (subject, barcode), ``Landmark_Groundtruth.dat`` (subject x y σx
@@ -226,12 +185,6 @@ def read_mrclam(
     ----------
     folder
         Where the files are.
-    strict
-        Raise at the first line that cannot be read or goes back in time; else such lines are left
-        out, counted and reported. A filter cannot tell a missing line from a pause, so this reader
-        is strict unless told otherwise.
-    allow_truncated
-        Accept damaged gzip files and return what stands complete before the damage.
 
     Returns
     -------
@@ -240,8 +193,8 @@ def read_mrclam(
     Raises
     ------
     CorruptLog
-        If a file is empty, damaged or not what its name says, or (``strict``) a line is bad; the
-        message names file and line.
+        If a file is empty, damaged or not what its name says; at the first line that cannot be
+        read or goes back in time.
     FileNotFoundError
         If a file is missing.
 
@@ -250,60 +203,38 @@ def read_mrclam(
     Leung, Halpern, Barfoot and Liu, "The UTIAS multi-robot cooperative localization and mapping
     dataset", International Journal of Robotics Research 30(8), 2011, doi:10.1177/0278364911398404.
     """
-    files = _Folder(Path(folder), strict, allow_truncated, [])
-    codes = files.table("Barcodes", "barcode", 2, BARCODES)
-    subjects = {int(barcode): int(subject) for subject, barcode in codes}
-    survey = files.table("Landmark_Groundtruth", "landmark", 5, LANDMARKS)
+    reports: list[ReadReport] = []
+
+    def table(name: str, what: str, columns: int, checks: Sequence[Check]) -> np.ndarray:
+        rows, report = read_table(Path(folder) / f"{name}.dat.gz", what, columns, checks)
+        reports.append(report)
+        return rows
+
+    codes = table("Barcodes", "barcode", 2, BARCODES).astype(int)
+    subjects = {barcode: subject for subject, barcode in codes.tolist()}
+    survey = table("Landmark_Groundtruth", "landmark", 5, LANDMARKS)
     survey = survey[np.argsort(survey[:, 0])]
     landmarks = SurveyedLandmarks(survey[:, 0].astype(int), survey[:, 1:3], survey[:, 3:])
     lost = set(subjects.values()) - set(ROBOTS) - set(landmarks.ids.tolist())
     if lost:
-        raise CorruptLog(f"{files.path}: subjects {sorted(lost)} have a barcode and no position")
-    robots = {number: _read_robot(files, number, subjects) for number in ROBOTS}
-    return Mrclam(landmarks, MappingProxyType(robots), tuple(files.reports))
-
-
-def _read_robot(files: _Folder, number: int, subjects: Mapping[int, int]) -> MrclamRobot:
-    """Read the three files of a robot."""
-    wheels = files.table(f"Robot{number}_Odometry", "odometry", 3, COMMANDS)
-    seen = files.table(f"Robot{number}_Measurement", "measurement", 4, MEASUREMENTS)
-    truth = files.table(f"Robot{number}_Groundtruth", "pose", 4, TRUTH)
-    who = np.array([subjects.get(int(barcode), 0) for barcode in seen[:, 1]])
-    is_robot = np.isin(who, ROBOTS)
-    codes, counts = np.unique(seen[who == 0, 1].astype(int), return_counts=True)
-    return MrclamRobot(
-        Commands(wheels[:, 0], wheels[:, 1:]),
-        *(
-            Sightings(seen[chosen, 0], who[chosen], seen[chosen, 2:])
-            for chosen in (~is_robot & (who > 0), is_robot)
-        ),
-        MappingProxyType(dict(zip(codes.tolist(), counts.tolist(), strict=True))),
-        Track(truth[:, 0], truth[:, 1:]),
-    )
-
-
-def _parse(
-    recording: Recording, tally: Tally, columns: int
-) -> tuple[Int[np.ndarray, " rows"], Float[np.ndarray, "rows columns"]]:
-    """Return the lines that are so many numbers, each with its line number."""
-    kept: list[tuple[int, list[bytes]]] = []
-    for number, tokens in logs.text_lines(recording, tally):
-        if len(tokens) == columns:
-            kept.append((number, tokens))
-        else:
-            tally.skip(number, logs.wrong_length(tokens, columns) or "")
-    values = _numbers(kept)
-    if values is None:  # one word of all the lines is no number: find it
-        bad = [number for number, tokens in kept if logs.numbers(tokens) is None]
-        for number in bad:
-            tally.skip(number, logs.NOT_NUMBERS)
-        kept = [(number, tokens) for number, tokens in kept if number not in bad]
-        values = _numbers(kept)
-    return np.array([number for number, _ in kept], dtype=int), values.reshape(-1, columns)
-
-
-def _numbers(lines: list[tuple[int, list[bytes]]]) -> Float[np.ndarray, " words"] | None:
-    return logs.numbers([token for _, tokens in lines for token in tokens])
+        raise CorruptLog(f"{folder}: subjects {sorted(lost)} have a barcode and no position")
+    robots = {}
+    for number in ROBOTS:
+        wheels = table(f"Robot{number}_Odometry", "odometry", 3, COMMANDS)
+        seen = table(f"Robot{number}_Measurement", "measurement", 4, MEASUREMENTS)
+        truth = table(f"Robot{number}_Groundtruth", "pose", 4, TRUTH)
+        who = np.array([subjects.get(int(barcode), 0) for barcode in seen[:, 1]])
+        is_robot = np.isin(who, ROBOTS)
+        robots[number] = MrclamRobot(
+            Commands(wheels[:, 0], wheels[:, 1:]),
+            *(
+                Sightings(seen[chosen, 0], who[chosen], seen[chosen, 2:])
+                for chosen in (~is_robot & (who > 0), is_robot)
+            ),
+            MappingProxyType(dict(sorted(Counter(seen[who == 0, 1].astype(int).tolist()).items()))),
+            Track(truth[:, 0], truth[:, 1:]),
+        )
+    return Mrclam(landmarks, MappingProxyType(robots), tuple(reports))
 
 
 def _repeats(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
@@ -314,28 +245,30 @@ def _repeats(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
 
 
 def _is_no_count(values: np.ndarray) -> Bool[np.ndarray, " rows"]:
-    return ((values < 1) | (values != np.floor(values))).any(axis=1)
+    return ((values < 1) | (values > 1e9) | (values != np.floor(values))).any(axis=1)
 
 
-FINITE = (logs.NOT_FINITE, lambda rows: ~np.isfinite(rows).all(axis=1))
-IN_ORDER = (BACKWARDS, lambda rows: rows[:, 0] < np.maximum.accumulate(rows[:, 0]))
+IN_ORDER = (
+    "its time lies before that of an earlier line",
+    lambda rows: rows[:, 0] < np.maximum.accumulate(rows[:, 0]),
+)
 BARCODES = (
-    FINITE,
-    (NOT_A_NUMBER, _is_no_count),
-    (REPEATED_SUBJECT, lambda rows: _repeats(rows[:, :1]) | _repeats(rows[:, 1:])),
+    ("a subject or barcode is not a positive integer", _is_no_count),
+    (
+        "names a subject or barcode a second time",
+        lambda rows: _repeats(rows[:, :1]) | _repeats(rows[:, 1:]),
+    ),
 )
 LANDMARKS = (
-    FINITE,
-    (NOT_A_NUMBER, lambda rows: _is_no_count(rows[:, :1])),
-    (REPEATED_SUBJECT, lambda rows: _repeats(rows[:, :1])),
-    (NO_DEVIATION, lambda rows: (rows[:, 3:] < 0).any(axis=1)),
+    ("a subject or barcode is not a positive integer", lambda rows: _is_no_count(rows[:, :1])),
+    ("names a subject or barcode a second time", lambda rows: _repeats(rows[:, :1])),
+    ("a standard deviation is negative", lambda rows: (rows[:, 3:] < 0).any(axis=1)),
 )
-COMMANDS = (FINITE, IN_ORDER)
+COMMANDS = (IN_ORDER,)
 MEASUREMENTS = (
-    FINITE,
-    (NOT_A_NUMBER, lambda rows: _is_no_count(rows[:, 1:2])),
-    (NO_RANGE, lambda rows: rows[:, 2] <= 0),
+    ("a subject or barcode is not a positive integer", lambda rows: _is_no_count(rows[:, 1:2])),
+    ("a range is not positive", lambda rows: rows[:, 2] <= 0),
     IN_ORDER,
-    (SEEN_TWICE, lambda rows: _repeats(rows[:, :2])),
+    ("sees a barcode a second time in one image", lambda rows: _repeats(rows[:, :2])),
 )
-TRUTH = (FINITE, IN_ORDER, (SAME_TIME, lambda rows: _repeats(rows[:, :1])))
+TRUTH = (IN_ORDER, ("has the time of an earlier line", lambda rows: _repeats(rows[:, :1])))

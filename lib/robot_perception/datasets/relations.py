@@ -6,10 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.datasets import logs
-from robot_perception.datasets.logs import ReadReport, Tally
-
-COLUMNS = 8
+from robot_perception.datasets.logs import ReadReport, read_table
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,22 +61,15 @@ class Relations:
         return np.flatnonzero(found), first[place[found]]
 
 
-def read_relations(
-    path: str | Path, *, strict: bool = False, allow_truncated: bool = False
-) -> Relations:
+def read_relations(path: str | Path) -> Relations:
     """Read a relations file, plain or gzip.
 
-    A line is ``t1 t2 x y z roll pitch yaw``: the pose at t2 seen from the pose at t1. A line that
-    cannot be read is left out, counted and reported (under the keyword ``relation``).
+    A line is ``t1 t2 x y z roll pitch yaw``: the pose at t2 seen from the pose at t1.
 
     Parameters
     ----------
     path
         The file.
-    strict
-        Raise at the first line that cannot be read.
-    allow_truncated
-        Accept a damaged gzip file and return the complete lines before the damage.
 
     Returns
     -------
@@ -89,8 +79,8 @@ def read_relations(
     Raises
     ------
     CorruptLog
-        If the file is empty, damaged, not what its name says, or holds no relation; with
-        ``strict``, at the first bad line.
+        If the file is empty, damaged, not what its name says, or holds no relation; at the first
+        line that cannot be read.
     FileNotFoundError
         If there is no such file.
 
@@ -100,27 +90,5 @@ def read_relations(
     measuring the accuracy of SLAM algorithms", Autonomous Robots 27, 2009,
     doi:10.1007/s10514-009-9155-6.
     """
-    recording = logs.read_recording(path)
-    tally = Tally(recording.path, strict)
-    rows = []
-    for number, tokens in logs.text_lines(recording, tally):
-        row = _parse(tokens)
-        if isinstance(row, str):
-            tally.skip(number, row)
-            continue
-        tally.kept["relation"] += 1
-        rows.append(row)
-    report = logs.close(recording, tally, allow_truncated=allow_truncated, what="relation")
-    table = np.array(rows)
+    table, report = read_table(path, "relation", 8)
     return Relations(table[:, :2], table[:, 2:], report)
-
-
-def _parse(tokens: list[bytes]) -> Float[np.ndarray, "8"] | str:
-    """Return the values of a line, or the reason why it is no relation."""
-    problem = logs.wrong_length(tokens, COLUMNS)
-    if problem:
-        return problem
-    row = logs.numbers(tokens)
-    if row is None:
-        return logs.NOT_NUMBERS
-    return row if np.isfinite(row).all() else logs.NOT_FINITE

@@ -3,61 +3,38 @@
 import errno
 import gzip
 import hashlib
+import logging
 import os
-import secrets
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from tarfile import TarError
 from typing import Literal, final
-
-import pooch
-import requests
-import tqdm.auto
-from urllib3.exceptions import ReadTimeoutError
+from zipfile import BadZipFile
 
 from robot_perception.datasets.entries import (
-    GITHUB,
+    DATA_VARIABLE,
     DataFile,
     Dataset,
-    Origin,
     UnknownDataset,
+    data_directory,
     dataset,
+    load_pooch,
     registry,
+    some,
 )
 
-DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
 CACHE_VARIABLE = "ROBOT_PERCEPTION_CACHE"
-CHUNK = 65536
 
 
 class DatasetMissing(FileNotFoundError):  # noqa: N818 - it names the thing, not the failure
     """A recording that is not on this computer; the message says how to get it."""
 
 
-@final
 class DownloadError(OSError):
-    """A recording that could not be downloaded.
-
-    Parameters
-    ----------
-    dataset
-        Name of the data set.
-    file
-        Name of the file.
-    address
-        Where it was to come from.
-    cause
-        What went wrong.
-    """
-
-    def __init__(self, dataset: str, file: str, address: str, cause: str) -> None:
-        super().__init__(f"{dataset}/{file}: download from {address} failed: {cause}")
-        self.dataset = dataset
-        self.file = file
-        self.address = address
-        self.cause = cause
+    """A recording that could not be downloaded; the message says whence, and what went wrong."""
 
 
 @final
@@ -70,26 +47,21 @@ class FileStatus:
     file
         The file as registered.
     state
-        ``present`` with the pinned hash, ``differs`` from it, or ``missing``.
+        ``present`` with the pinned hash, ``differs`` from it, ``missing``, or ``unchecked``: it is
+        there unpacked, and the pinned hash is that of the archive.
     path
         Where it is; ``None`` if it is missing.
     """
 
     file: DataFile
-    state: Literal["present", "differs", "missing"]
+    state: Literal["present", "differs", "missing", "unchecked"]
     path: Path | None
-
-
-def data_directory() -> Path | None:
-    """Return the directory named by ``ROBOT_PERCEPTION_DATA``, if that is set."""
-    named = os.environ.get(DATA_VARIABLE, "")
-    return Path(named).expanduser() if named else None
 
 
 def cache_directory() -> Path:
     """Return the directory of downloads: ``ROBOT_PERCEPTION_CACHE`` or the platform's own."""
     named = os.environ.get(CACHE_VARIABLE, "")
-    return Path(named).expanduser() if named else Path(pooch.os_cache("robot-perception"))
+    return Path(named).expanduser() if named else Path(load_pooch().os_cache("robot-perception"))
 
 
 def find(name: str, file: str | None = None) -> Path | None:
@@ -113,12 +85,14 @@ def find(name: str, file: str | None = None) -> Path | None:
 
     Raises
     ------
+    NotADirectoryError
+        If ``ROBOT_PERCEPTION_DATA`` names no directory.
     UnknownDataset
         If neither the registry nor the user's directory knows the name.
     """
-    _check_relative(name)
-    if file is not None:
-        _check_relative(file)
+    for part in (name, file):
+        if part is not None:
+            _check_relative(part)
     directory = data_directory()
     own = directory / name if directory is not None and (directory / name).is_dir() else None
     if name not in registry() and own is not None:
@@ -126,13 +100,8 @@ def find(name: str, file: str | None = None) -> Path | None:
     known = dataset(name)
     folders = [folder for folder in (own, cache_directory() / name) if folder is not None]
     if file is None:
-        complete = (
-            folder
-            for folder in folders
-            if all(_stored(folder, entry.name) for entry in known.files)
-        )
-        return next(complete, None)
-    if own is None or _stored(own, file) is None:
+        return next((folder for folder in folders if _is_complete(folder, known)), None)
+    if not known.members and (own is None or _stored(own, file) is None):
         file = known.file(file).name
     return next((place for folder in folders if (place := _stored(folder, file))), None)
 
@@ -172,8 +141,9 @@ def path(name: str, file: str | None = None, *, download: bool = False) -> Path:
     if name not in registry():
         raise DatasetMissing(f"{name}/{file} is not in {data_directory()}")
     known = dataset(name)
-    wanted = known.files if file is None else (known.file(file),)
-    missing = [entry for entry in wanted if find(name, entry.name) is None]
+    missing = [item.file for item in status(name, file) if item.path is None]
+    if not missing and known.members:
+        raise DatasetMissing(f"{known.files[0].name} of {name} holds no {file}")
     if not missing:
         raise DatasetMissing(
             f"the files of {name} lie partly in {data_directory()} and partly in"
@@ -183,36 +153,29 @@ def path(name: str, file: str | None = None, *, download: bool = False) -> Path:
 
 
 def fetch(
-    name: str,
-    file: str | None = None,
-    *,
-    progress: bool = False,
-    address: str = GITHUB,
-    timeout: float = 30.0,
+    name: str, file: str | None = None, *, progress: bool = False, timeout: float = 30.0
 ) -> tuple[Path, ...]:
     """Download what is missing of a data set, and return where its files are.
 
-    A file appears in the cache whole and with the pinned hash, or not at all. A file in the
-    directory named by ``ROBOT_PERCEPTION_DATA`` is taken as it is; a cached one that has changed is
-    replaced.
+    A file appears in the cache whole and with the pinned hash, or not at all; an archive is
+    unpacked. A file in the directory named by ``ROBOT_PERCEPTION_DATA`` is taken as it is; a cached
+    one that has changed is replaced.
 
     Parameters
     ----------
     name
         Data set.
     file
-        File in it; without it, all of them.
+        File in it; without it, all of them. An archive always comes whole.
     progress
         Whether to show a progress bar.
-    address
-        Server to ask, laid out like GitHub's for raw files.
     timeout
         How long to wait for the server to say anything, in s.
 
     Returns
     -------
     tuple of Path
-        The files, in the order of the registry.
+        The files, in the order of the registry, or of an archive by name.
 
     Raises
     ------
@@ -223,53 +186,47 @@ def fetch(
     UnknownDataset
         If the registry does not know the name.
     """
+    from tqdm.auto import tqdm
+
     known = dataset(name)
-    wanted = known.files if file is None else (known.file(file),)
     places: list[Path] = []
     missing: list[DataFile] = []
-    for entry in wanted:
-        status = file_status(name, entry)
-        if status.path is not None and (status.state == "present" or not _is_cached(status.path)):
-            places.append(status.path)
-        elif entry.origin is None:
-            missing.append(entry)
+    wanted = status(name, file)
+    for item in tqdm(wanted, desc=name, unit="file", disable=not progress):
+        place = item.path
+        if place is not None and (item.state != "differs" or not _is_cached(place)):
+            places.append(place)
+        elif item.file.url is None:
+            missing.append(item.file)
         else:
-            places.append(_download(name, entry, entry.origin, address, timeout, progress=progress))
+            places.append(_download(known, item.file, item.file.url, timeout))
     if missing:
         raise DatasetMissing(_how_to_get(known, missing))
-    return tuple(places)
+    return tuple(_members(path(name), known)) if known.members else tuple(places)
 
 
-def file_status(name: str, file: DataFile) -> FileStatus:
-    """Tell where a file is and whether it has the pinned hash.
-
-    Parameters
-    ----------
-    name
-        Data set.
-    file
-        File of it.
-    """
-    place = find(name, file.name)
-    if place is None:
-        return FileStatus(file, "missing", None)
-    return FileStatus(file, "present" if _is_the_one(place, file) else "differs", place)
-
-
-def status(name: str) -> tuple[FileStatus, ...]:
+def status(name: str, file: str | None = None) -> tuple[FileStatus, ...]:
     """Tell where the files of a data set are and whether they have the pinned hashes.
 
     Parameters
     ----------
     name
         Data set.
+    file
+        File of it; without it, all of them. Of an archive, the archive is meant.
 
     Raises
     ------
     UnknownDataset
         If the registry does not know the name.
     """
-    return tuple(file_status(name, file) for file in dataset(name).files)
+    known = dataset(name)
+    if known.members:
+        (archive,), folder = known.files, find(name)
+        place = folder and (_stored(folder, archive.name) or folder)
+        return (_file_status(archive, place),)
+    files = known.files if file is None else (known.file(file),)
+    return tuple(_file_status(entry, find(name, entry.name)) for entry in files)
 
 
 def size_text(size: int) -> str:
@@ -298,100 +255,106 @@ def _stored(folder: Path, name: str) -> Path | None:
     return None
 
 
+def _members(folder: Path, known: Dataset) -> list[Path]:
+    """Return the unpacked files of an archive."""
+    return sorted(
+        place
+        for place in folder.rglob("*")
+        if place.is_file() and place != folder / known.files[0].name
+    )
+
+
+def _is_complete(folder: Path, known: Dataset) -> bool:
+    if known.members:
+        return len(_members(folder, known)) >= known.members
+    return all(_stored(folder, file.name) for file in known.files)
+
+
 def _is_cached(place: Path) -> bool:
     return place.is_relative_to(cache_directory())
 
 
-def _is_the_one(place: Path, file: DataFile) -> bool:
-    if pooch.file_hash(str(place)) in (file.sha256, file.content_sha256):
-        return True
-    if place.suffix != ".gz" or file.content_sha256 is None:
-        return False
-    content = hashlib.sha256()
+def _file_status(file: DataFile, place: Path | None) -> FileStatus:
+    if place is None:
+        return FileStatus(file, "missing", None)
+    if place.is_dir() or (file.name.endswith(".gz") and place.suffix != ".gz"):
+        return FileStatus(file, "unchecked", place)
+    return FileStatus(file, "present" if _hash(place, file) == file.sha256 else "differs", place)
+
+
+def _hash(place: Path, file: DataFile) -> str:
+    """Return the hash of a file, or of its content where it is only stored as ``.gz``."""
     try:
-        with gzip.open(place) as stream:
-            while chunk := stream.read(CHUNK):
-                content.update(chunk)
-    except (OSError, EOFError, zlib.error):
-        return False
-    return content.hexdigest() == file.content_sha256
+        packed = place.suffix == ".gz" and not file.name.endswith(".gz")
+        with gzip.open(place) if packed else place.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except (gzip.BadGzipFile, EOFError, zlib.error):
+        return ""
 
 
 def _how_to_get(known: Dataset, missing: list[DataFile]) -> str:
     """Say what is missing, and the ways to get it."""
     directory = data_directory()
-    if directory is None:
-        place = f"into {known.name}/ in a directory of yours and set {DATA_VARIABLE} to it"
-    elif directory.is_dir():
+    place = f"into {known.name}/ in a directory of yours and set {DATA_VARIABLE} to it"
+    if directory is not None:
         place = f"into {directory / known.name} ({DATA_VARIABLE} is {directory})"
-    else:
-        place = f"into {directory / known.name} ({DATA_VARIABLE} is {directory}, not a directory)"
-    names = ", ".join(file.name for file in missing)
-    text = f"{known.name}: {names} {'is' if len(missing) == 1 else 'are'} not on this computer. "
-    lost = [file for file in missing if file.origin is None]
+    text = f"{known.name}: {_are([file.name for file in missing])} not on this computer. "
+    lost = [file.name for file in missing if file.url is None]
     if len(lost) == len(missing):
         text += f"Put the recording {place}."
     else:
-        size = size_text(sum(file.downloaded_bytes for file in missing if file.origin is not None))
         text += (
-            f"Either run `robot-perception datasets fetch {known.name}` ({size} to download), or"
-            f" put the recording {place}."
+            f"Either run `robot-perception datasets fetch {known.name}` (all of it:"
+            f" {size_text(known.bytes)}), or put the recording {place}."
         )
-    for file in lost:
-        text += f" {file.name} has no pinned address and cannot be downloaded: it was"
-        text += f" {file.made_from}."
+    if lost:
+        text += f" {_are(lost)} not downloadable: no address is pinned. {known.note}".rstrip()
     return text
 
 
-def _download(
-    name: str, file: DataFile, origin: Origin, base: str, timeout: float, *, progress: bool
-) -> Path:
-    address = origin.address(base)
-    target = cache_directory() / name / file.name
-    bar = tqdm.auto.tqdm(
-        total=file.downloaded_bytes,
-        desc=f"{name}/{file.name}",
-        unit="B",
-        unit_scale=True,
-        disable=not progress,
-    )
-    fetcher = pooch.HTTPDownloader(
-        progressbar=bar,
-        chunk_size=CHUNK,
-        timeout=timeout,
-        headers={"Accept-Encoding": "identity"},  # so that a short transfer is noticed as such
-    )
+def _are(names: list[str]) -> str:
+    return f"{some(names)} {'is' if len(names) == 1 else 'are'}"
+
+
+def _download(known: Dataset, file: DataFile, url: str, timeout: float) -> Path:
+    pooch = load_pooch()
+    place = f"{known.name}/{file.name}"
+    cache = cache_directory()
+    shelf = pooch.create(cache, base_url="", registry={place: file.sha256}, urls={place: url})
+    # not compressed on the way, so that a short transfer is noticed as such
+    downloader = pooch.HTTPDownloader(timeout=timeout, headers={"Accept-Encoding": "identity"})
+    failed = f"{place}: download from {url} failed"
+    unpack = pooch.Unzip if file.name.endswith(".zip") else pooch.Untar
     try:
-        with bar, _whole_or_nothing(target) as part:
-            with part.open("xb") as stream:
-                fetcher(address, stream, None)
-            found = pooch.file_hash(str(part))
-            if found != file.downloaded_sha256:
-                cause = f"what came has sha256 {found}, pinned is {file.downloaded_sha256}"
-                raise DownloadError(name, file.name, address, cause)
-            if file.copy == "gzip":
-                part.write_bytes(gzip.compress(part.read_bytes(), mtime=0))
-    except DownloadError:
-        raise
-    except OSError as error:  # requests' exceptions are OSErrors too
-        raise DownloadError(name, file.name, address, _cause(error, timeout)) from error
-    return target
+        with _quiet(pooch.get_logger()):
+            shelf.fetch(
+                place,
+                downloader=downloader,
+                processor=unpack(extract_dir=".") if known.members else None,
+            )
+    except (OSError, ValueError, BadZipFile, TarError) as error:
+        raise DownloadError(f"{failed}: {_cause(error, timeout)}") from error
+    if known.members and not _is_complete(cache / known.name, known):
+        held = len(_members(cache / known.name, known))
+        raise DownloadError(f"{failed}: it holds {held} files, registered are {known.members}")
+    return cache / place
 
 
 @contextmanager
-def _whole_or_nothing(target: Path) -> Iterator[Path]:
-    """Yield a temporary name beside the target, which takes its place only if nothing fails."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+def _quiet(logger: logging.Logger) -> Iterator[None]:
+    level = logger.level
+    logger.setLevel(logging.WARNING)
     try:
-        yield part
-        part.replace(target)
+        yield
     finally:
-        part.unlink(missing_ok=True)
+        logger.setLevel(level)
 
 
-def _cause(error: OSError, timeout: float) -> str:
+def _cause(error: Exception, timeout: float) -> str:
     """Say in words why a download failed."""
+    import requests  # whose exceptions are OSErrors
+    from urllib3.exceptions import ReadTimeoutError
+
     inner = error.args[0] if error.args else None
     if isinstance(error, requests.Timeout) or isinstance(inner, ReadTimeoutError):
         return f"the server said nothing for {timeout:g} s"
@@ -403,6 +366,8 @@ def _cause(error: OSError, timeout: float) -> str:
         return "no connection to the server (is there a network?)"
     if isinstance(error, requests.RequestException):
         return f"the request failed ({error})"
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f"no space left in {cache_directory()}"
-    return f"the file cannot be written ({error})"
+    if isinstance(error, OSError):
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            return f"no space left in {cache_directory()}"
+        return f"the file cannot be written ({error})"
+    return str(error)

@@ -1,26 +1,18 @@
 """Victoria Park: a car among trees, as a chain of motions and sightings, and satellite fixes."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import subprocess
+import sys
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.io import loadmat
 
-from robot_perception.datasets import logs
-from robot_perception.datasets.logs import CorruptLog, ReadReport, Tally
+from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport
 
 MOTION, SIGHTING = b"ODOMETRY", b"LANDMARK"
-MOTION_LENGTH = 12  # keyword i j dx dy dtheta and the upper triangle xx xy xt yy yt tt
-SIGHTING_LENGTH = 8  # keyword pose landmark dx dy and the upper triangle xx xy yy
-
-BAD_ID = "an id is not an integer"
-BROKEN_CHAIN = "does not begin at the pose where the motion before it ended"
-NO_COVARIANCE = "its matrix is not positive definite"
-REPEATED = "repeats a pose, or a sighting of one landmark from one pose"
-LOST_POSE = "its pose is not among those the motions lead to"
+MATLAB_SECONDS = 60.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,61 +82,7 @@ class Fixes:
     positions: Float[np.ndarray, "k 2"]
 
 
-@dataclass(slots=True)
-class _Builder:
-    """What has been read so far."""
-
-    tally: Tally
-    poses: dict[int, int] = field(default_factory=dict)  # id -> row, in the order of the chain
-    motions: list[Float[np.ndarray, "9"]] = field(default_factory=list)
-    sightings: list[tuple[int, int, int, Float[np.ndarray, "5"]]] = field(default_factory=list)
-
-    def add_motion(self, tokens: list[bytes]) -> str | None:
-        parsed = _parse(tokens, MOTION_LENGTH)
-        if isinstance(parsed, str):
-            return parsed
-        start, end, values = parsed
-        if not self.poses:
-            self.poses[start] = 0
-        if self.poses.get(start) != len(self.poses) - 1:
-            return BROKEN_CHAIN
-        if end in self.poses:
-            return REPEATED
-        if not _positive_definite(values[3:], 3):
-            return NO_COVARIANCE
-        self.poses[end] = len(self.poses)
-        self.motions.append(values)
-        return None
-
-    def add_sighting(self, line: int, tokens: list[bytes]) -> str | None:
-        parsed = _parse(tokens, SIGHTING_LENGTH)
-        if isinstance(parsed, str):
-            return parsed
-        pose, landmark, values = parsed
-        if not _positive_definite(values[2:], 2):
-            return NO_COVARIANCE
-        self.sightings.append((line, pose, landmark, values))
-        return None
-
-    def seen(self) -> list[tuple[int, int, Float[np.ndarray, "5"]]]:
-        """Count the sightings, which may stand before their poses, and return those that hold."""
-        kept: dict[tuple[int, int], np.ndarray] = {}
-        for line, pose, landmark, values in self.sightings:
-            row = self.poses.get(pose)
-            if row is None:
-                self.tally.skip(line, LOST_POSE)
-            elif (row, landmark) in kept:
-                self.tally.skip(line, REPEATED)
-            else:
-                self.tally.kept[SIGHTING.decode()] += 1
-                kept[row, landmark] = values
-        rows = [(row, landmark, values) for (row, landmark), values in kept.items()]
-        return sorted(rows, key=lambda item: item[0])  # stable: one pose's keep their order
-
-
-def read_landmark_graph(
-    path: str | Path, *, strict: bool = True, allow_truncated: bool = False
-) -> LandmarkGraph:
+def read_landmark_graph(path: str | Path) -> LandmarkGraph:
     """Read a chain of motions and sightings of known landmarks, plain or gzip.
 
     Lines are ``ODOMETRY i j dx dy dtheta`` with the upper triangle ``xx xy xt yy yt tt`` of a
@@ -156,10 +94,6 @@ def read_landmark_graph(
     ----------
     path
         The file.
-    strict
-        Raise at the first line that cannot be read; else it is left out, counted and reported.
-    allow_truncated
-        Accept a damaged gzip file and return what stands complete before the damage.
 
     Returns
     -------
@@ -168,8 +102,8 @@ def read_landmark_graph(
     Raises
     ------
     CorruptLog
-        If the file is empty, damaged or holds no motion, or (``strict``) a line is bad, breaks the
-        chain or repeats another; the message names file and line.
+        If the file is empty, damaged or holds no motion; at the first line that is bad, breaks the
+        chain or repeats another.
     FileNotFoundError
         If there is no such file.
 
@@ -178,30 +112,55 @@ def read_landmark_graph(
     Guivant and Nebot, "Optimization of the simultaneous localization and map-building algorithm for
     real-time implementation", IEEE Transactions on Robotics and Automation 17(3), 2001.
     """
-    recording = logs.read_recording(path)
-    tally = Tally(recording.path, strict)
-    builder = _Builder(tally)
-    for number, tokens in logs.keyword_lines(recording, tally, frozenset({MOTION, SIGHTING})):
-        if tokens[0] == MOTION:
-            problem = builder.add_motion(tokens)
-            tally.kept[MOTION.decode()] += problem is None
-        else:
-            problem = builder.add_sighting(number, tokens)
-        if problem is not None:
-            tally.skip(number, problem)
-    seen = builder.seen()
-    report = logs.close(recording, tally, allow_truncated=allow_truncated, what=MOTION.decode())
-    motions = np.array(builder.motions)
-    values = np.array([row[2] for row in seen]).reshape(-1, 5)
+    lines = Lines(path)
+    poses: dict[int, int] = {}  # id -> row, in the order of the chain
+    steps: list[tuple[int, Float[np.ndarray, " 9"]]] = []  # with their line numbers
+    seen: dict[tuple[int, int], tuple[int, Float[np.ndarray, " 5"]]] = {}
+    for words in lines.of(MOTION, SIGHTING):
+        lines.expect(words, 12 if words[0] == MOTION else 8)
+        first, second = lines.integer(words, 1), lines.integer(words, 2)
+        values = lines.numbers(words[3:])
+        if words[0] == SIGHTING:
+            if (first, second) in seen:
+                raise lines.error("repeats a sighting of one landmark from one pose")
+            seen[first, second] = lines.number, values
+            continue
+        poses = poses or {first: 0}
+        if poses.get(first) != len(poses) - 1:
+            raise lines.error("does not begin at the pose where the motion before it ended")
+        if second in poses:
+            raise lines.error("repeats a pose")
+        poses[second] = len(poses)
+        steps.append((lines.number, values))
+    for (pose, _), (number, _) in seen.items():
+        if pose not in poses:  # only now: sightings may stand before their poses
+            raise lines.error("its pose is not among those the motions lead to", number)
+    order = sorted(seen, key=lambda key: poses[key[0]])  # stable: one pose's keep their order
+    motions, motion_covs = _split(lines, steps, 3)
+    values, value_covs = _split(lines, [seen[key] for key in order], 2)
     return LandmarkGraph(
-        motions[:, :3],
-        _square(motions[:, 3:], 3),
-        np.array([row[0] for row in seen], dtype=int),
-        np.array([row[1] for row in seen], dtype=int),
-        values[:, :2],
-        _square(values[:, 2:], 2),
-        report,
+        motions,
+        motion_covs,
+        np.array([poses[pose] for pose, _ in order], dtype=int),
+        np.array([landmark for _, landmark in order], dtype=int),
+        values,
+        value_covs,
+        lines.report(),
     )
+
+
+def _split(
+    lines: Lines, numbered: list[tuple[int, np.ndarray]], n: int
+) -> tuple[Float[np.ndarray, "m n"], Float[np.ndarray, "m n n"]]:
+    """Return vectors, and covariances from their upper triangles, row by row."""
+    rows, cols = np.triu_indices(n)
+    table = np.array([values for _, values in numbered]).reshape(-1, n + len(rows))
+    covs = np.zeros((len(table), n, n))
+    covs[:, rows, cols] = covs[:, cols, rows] = table[:, n:]
+    bad = np.linalg.eigvalsh(covs)[:, 0] <= 0
+    if bad.any():
+        raise lines.error("its matrix is not positive definite", numbered[int(np.argmax(bad))][0])
+    return table[:, :n], covs
 
 
 def read_vehicle(path: str | Path) -> VehicleLog:
@@ -220,7 +179,7 @@ def read_vehicle(path: str | Path) -> VehicleLog:
     FileNotFoundError
         If there is no such file.
     """
-    time, speed, steering = _columns(path, ("time", "speed", "steering"))
+    time, speed, steering = _columns(path, "time", "speed", "steering")
     return VehicleLog(time / 1e3, speed, steering)
 
 
@@ -239,61 +198,44 @@ def read_fixes(path: str | Path) -> Fixes:
     FileNotFoundError
         If there is no such file.
     """
-    time, east, north = _columns(path, ("timeGps", "Lo_m", "La_m"))
+    time, east, north = _columns(path, "timeGps", "Lo_m", "La_m")
     return Fixes(time / 1e3, np.stack([east, north], axis=1))
 
 
-def _columns(path: str | Path, names: Sequence[str]) -> list[Float[np.ndarray, " k"]]:
-    """Return arrays of a MATLAB file, the first of which must rise."""
+READ_MATLAB = """
+import sys, numpy, scipy.io
+content = scipy.io.loadmat(sys.argv[1], variable_names=sys.argv[2:])
+found = {name: numpy.asarray(content[name], dtype=float).ravel() for name in sys.argv[2:]}
+numpy.savez(sys.stdout.buffer, **found)
+"""
+
+
+def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
+    """Return arrays of a MATLAB file, the first of which must rise.
+
+    Another process reads the file, since a damaged one can end the interpreter inside SciPy.
+    """
     path = Path(path)
-    text = BytesIO(path.read_bytes())
+    path.open("rb").close()  # raises if there is none
+    command = [sys.executable, "-c", READ_MATLAB, str(path), *names]
     try:
-        content = loadmat(text)
-    except Exception as error:  # SciPy raises whatever the damage led it to
-        raise CorruptLog(f"{path}: not a MATLAB file that can be read ({error})") from error
-    missing = [name for name in names if name not in content]
-    if missing:
-        raise CorruptLog(f"{path}: it has no {', '.join(missing)}")
-    columns = [np.asarray(content[name], dtype=float).ravel() for name in names]
+        done = subprocess.run(command, capture_output=True, timeout=MATLAB_SECONDS)
+    except subprocess.TimeoutExpired as error:
+        raise CorruptLog(f"{path}: cannot be read in {MATLAB_SECONDS} s") from error
+    if done.returncode:
+        cause = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        cause = cause or f"the reading process ended with {done.returncode}"
+        raise CorruptLog(f"{path}: not a MATLAB file with {', '.join(names)} ({cause})")
+    with np.load(BytesIO(done.stdout)) as found:
+        columns = [found[name] for name in names]
     sizes = {column.size for column in columns}
     if len(sizes) != 1 or not columns[0].size:
         raise CorruptLog(f"{path}: {', '.join(names)} have {sorted(sizes)} values")
     for name, column in zip(names, columns, strict=True):
-        if not np.isfinite(column).all():
-            raise CorruptLog(f"{path}: {name} is NaN or infinite at row {_first(column)}")
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            raise CorruptLog(f"{path}: {name} is NaN or infinite at row {bad[0] + 1}")
     falls = np.flatnonzero(np.diff(columns[0]) <= 0)
     if falls.size:
         raise CorruptLog(f"{path}: {names[0]} does not rise after row {falls[0] + 1}")
     return columns
-
-
-def _first(column: np.ndarray) -> int:
-    """Return the number, from 1, of the first row that is not finite."""
-    return int(np.flatnonzero(~np.isfinite(column))[0]) + 1
-
-
-def _parse(tokens: list[bytes], length: int) -> tuple[int, int, np.ndarray] | str:
-    """Return the two ids and the values of a line, or the reason why it is not read."""
-    problem = logs.wrong_length(tokens, length)
-    if problem:
-        return problem
-    if not (tokens[1].isdigit() and tokens[2].isdigit() and max(map(len, tokens[1:3])) <= 18):
-        return BAD_ID
-    values = logs.numbers(tokens[3:])
-    if values is None:
-        return logs.NOT_NUMBERS
-    if not np.isfinite(values).all():
-        return logs.NOT_FINITE
-    return int(tokens[1]), int(tokens[2]), values
-
-
-def _square(triangles: Float[np.ndarray, "m t"], n: int) -> Float[np.ndarray, "m n n"]:
-    """Return symmetric matrices from their upper triangles, row by row."""
-    full = np.zeros((len(triangles), n, n))
-    rows, cols = np.triu_indices(n)
-    full[:, rows, cols] = full[:, cols, rows] = triangles
-    return full
-
-
-def _positive_definite(triangle: Float[np.ndarray, " t"], n: int) -> bool:
-    return bool(np.linalg.eigvalsh(_square(triangle[None], n))[0, 0] > 0)

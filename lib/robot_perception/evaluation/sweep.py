@@ -43,10 +43,9 @@ def sweep(
     """
     items = list(items)
     work = zip(items, rng.spawn(len(items)), strict=True)
-    done = Parallel(n_jobs=_workers(), return_as="generator")(
-        delayed(task)(item, rng=own) for item, own in work
-    )
-    return list(tqdm(done, desc=desc, total=len(items), disable=None, leave=False))
+    # the bar counts items that are handed out: not every backend can report those that are done
+    bar = tqdm(work, desc=desc, total=len(items), disable=None, leave=False)
+    return Parallel(n_jobs=_workers())(delayed(task)(item, rng=own) for item, own in bar)
 
 
 def _workers() -> int | None:

@@ -1,9 +1,9 @@
 """Explorers: a drawing with controls, alive in Jupyter, on a built page, and still in print.
 
-In Jupyter an explorer is an ipywidgets widget: moving a control calls `draw` in the kernel. While
-the book is built the whole grid of states is drawn and stored with the page, which then needs
-neither a kernel nor a network. Without scripts and on paper the default state remains, with its
-alternative text.
+In Jupyter an explorer is an ipywidgets widget that holds its default picture; moving a control
+calls `draw` in the kernel. While the book is built the whole grid of states is drawn and stored
+with the page, which then needs neither a kernel nor a network. Without scripts, on paper, and in a
+notebook that was saved or exported the default state remains, with its alternative text.
 """
 
 import inspect
@@ -18,10 +18,11 @@ from typing import Any
 
 import anywidget
 import traitlets
+from IPython.display import display
 
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import check_alt, figcaption, front_end, on_page
-from robot_perception.teaching.states import Frame, pack, render
+from robot_perception.teaching.states import WEBP, Frame, pack, render
 
 __all__ = ["Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
 
@@ -30,6 +31,12 @@ MOST_STATES = 120
 
 Alt = str | Callable[..., str]
 
+STILL_STYLE = (
+    "<style>.jp-OutputArea-child:has(#{still}) + .jp-OutputArea-child > .jupyter-widgets"
+    " {{ display: none; }}</style>"
+)
+"""Hides, below a still picture, JupyterLab's word that the view has lost its model."""
+
 
 def explore(
     draw: Callable[..., Any],
@@ -37,6 +44,8 @@ def explore(
     alt: Alt,
     caption: str | None = None,
     presets: Mapping[str, Mapping[str, Any]] | None = None,
+    pixelated: bool = False,
+    lossless: bool = False,
     **controls: Control,
 ) -> "Explorer":
     """Let the reader move the parameters of a drawing.
@@ -53,6 +62,10 @@ def explore(
     presets
         Settings worth visiting: name of the button, and the values it sets. A control that a preset
         does not name goes to its default.
+    pixelated
+        Enlarge images without smoothing, for masks and label images.
+    lossless
+        Keep every value of the images.
     **controls
         The controls by the name of the parameter they set.
 
@@ -66,7 +79,8 @@ def explore(
         If the controls do not fit the drawing, a preset does not fit the controls, the grid has too
         many states, or the alternative text does not serve.
     TypeError
-        If a control is no control, or `draw` returns something else than a picture.
+        If a control is no control, `draw` returns something else than a picture, or a figure
+        where `pixelated` or `lossless` ask for an image.
 
     Examples
     --------
@@ -82,7 +96,7 @@ def explore(
     >>> explorer.gain
     1.0
     """
-    return Explorer(draw, alt, caption, presets or {}, controls)
+    return Explorer(draw, alt, caption, presets or {}, controls, pixelated, lossless)
 
 
 class Explorer(anywidget.AnyWidget):
@@ -97,6 +111,8 @@ class Explorer(anywidget.AnyWidget):
 
     spec = traitlets.Dict().tag(sync=True)
     indices = traitlets.Dict().tag(sync=True)
+    picture = traitlets.Dict().tag(sync=True)
+    still = traitlets.Unicode().tag(sync=True)
     parameters = traitlets.Dict()
 
     def __init__(
@@ -106,9 +122,13 @@ class Explorer(anywidget.AnyWidget):
         caption: str | None,
         presets: Mapping[str, Mapping[str, Any]],
         controls: Mapping[str, Control],
+        pixelated: bool,
+        lossless: bool,
     ) -> None:
         _check(draw, controls)
         super().__init__()
+        self._pixelated = pixelated
+        self._lossless = lossless
         self._draw = draw
         self._alt = alt
         self._controls = dict(controls)
@@ -156,7 +176,10 @@ class Explorer(anywidget.AnyWidget):
         """
         values = self._complete(parameters, "frame")
         alt = self._alt(**values) if callable(self._alt) else self._alt
-        return render(self._draw(**values), check_alt(alt), effort=effort)
+        frame = render(self._draw(**values), check_alt(alt), effort=effort, lossless=self._lossless)
+        if (self._pixelated or self._lossless) and frame.mime != WEBP:
+            raise TypeError("pixelated and lossless are for a draw that returns uint8 arrays")
+        return frame
 
     def grid(self) -> Iterator[dict[str, Any]]:
         """Yield the parameters of every state, the last control fastest."""
@@ -174,13 +197,20 @@ class Explorer(anywidget.AnyWidget):
                 yield self.defaults | {name: value}
         yield from self.presets.values()
 
-    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        if on_page():
-            return {"text/html": self._markup, "text/plain": self._default.alt}
-        bundle = super()._repr_mimebundle_(**kwargs)
-        data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
-        still = {"text/html": self._markup, "text/plain": self._default.alt}
-        return data | still, metadata
+    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, str]:
+        """Return the page, or the default picture."""
+        return {"text/html": self._markup, "text/plain": self._default.alt}
+
+    def _ipython_display_(self) -> None:
+        """Show the page; or the picture, which outlives the kernel, and the view that replaces it.
+
+        Two outputs: JupyterLab prefers the view to a picture in the same output, also where nothing
+        can bring the view to life.
+        """
+        display(self._repr_mimebundle_(), raw=True)
+        if not on_page():
+            view, _ = super()._repr_mimebundle_()
+            display(view | {"text/plain": ""}, raw=True)
 
     def _complete(self, values: Mapping[str, Any], where: str) -> dict[str, Any]:
         unknown = values.keys() - self._controls.keys()
@@ -214,13 +244,19 @@ class Explorer(anywidget.AnyWidget):
             ],
             "caption": figcaption(self._caption),
             "spoken": callable(self._alt),
+            "figure": "rp-figure rp-pixelated" if self._pixelated else "rp-figure",
         }
 
     def _still(self) -> str:
         self._default = self.frame()
+        self.picture = _described(self._default) | {"data": self._default.data}
+        self.still = f"explorer-{self.model_id}"
         picture = self._default.element(inline=False)
-        figure = f'<figure class="rp-figure">{picture}{figcaption(self._caption)}</figure>'
-        return f'<div class="explorer">{figure}</div>'
+        paper = f'<div style="background-color: white">{picture}</div>'  # its ink is black
+        kind = self.spec["figure"]
+        figure = f'<figure class="{kind}">{paper}{figcaption(self._caption)}</figure>'
+        style = STILL_STYLE.format(still=self.still)
+        return f'<div class="explorer-still" id="{self.still}">{figure}</div>{style}'
 
     def _page(self) -> str:
         frames = [self.frame(**parameters) for parameters in self.grid()]
@@ -231,7 +267,7 @@ class Explorer(anywidget.AnyWidget):
         states = pack(frames).replace("</", "<\\/")
         name = sha256((spec + states).encode()).hexdigest()[:12]
         return (
-            f'<div class="explorer" id="explorer-{name}"><figure class="rp-figure">'
+            f'<div class="explorer" id="explorer-{name}"><figure class="{self.spec["figure"]}">'
             f'<div class="rp-canvas">{self._default.element(inline=True)}</div>'
             f"{figcaption(self._caption)}</figure>"
             f'<script type="application/json" class="rp-spec">{spec}</script>'
@@ -283,7 +319,7 @@ class Explorer(anywidget.AnyWidget):
             text = "".join(traceback.format_exception_only(error)).strip()
             self.send({"type": "error", "text": text, **about})
             return
-        self.send({"type": "frame", "mime": frame.mime, "alt": frame.alt, **about}, [frame.data])
+        self.send({"type": "frame", **_described(frame), **about}, [frame.data])
 
 
 class _Value(traitlets.TraitType):
@@ -339,6 +375,11 @@ def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
         inspect.signature(draw).bind(**dict.fromkeys(controls))
     except TypeError as error:
         raise ValueError(f"draw does not take {', '.join(controls)}: {error}") from error
+
+
+def _described(frame: Frame) -> dict[str, Any]:
+    """Return what a view must know of a frame beside its bytes."""
+    return {"mime": frame.mime, "alt": frame.alt}
 
 
 def _ravel(places: Any, sizes: tuple[int, ...]) -> int:

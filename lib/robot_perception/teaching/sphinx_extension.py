@@ -1,13 +1,12 @@
 """The book's own Sphinx extension: explorers on pages, no other host, mended theme.
 
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
-cache of executed notebooks only as long as the code under them is the same, copies MathJax from its
-package into the site, moves the states of explorers into files beside the page, and drops every
-script that would ask another host for something.
+results of a page only as long as all they depend on is the same, copies MathJax from its
+package into the site, moves the states of explorers and films into files beside the page, and drops
+every script that would ask another host for something.
 """
 
 import base64
-import hashlib
 import json
 import os
 import re
@@ -17,19 +16,20 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from jupyter_client import KernelManager
 from sphinx.application import Sphinx
 from sphinx.config import Config
+from sphinx.environment import BuildEnvironment
 
-from robot_perception.datasets import find, registry
+from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
 STORED = "_static/explorers"
-IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts and styles of pages
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
-_EXPLORER = re.compile(
-    r'<div class="explorer" id="explorer-(?P<name>\w+)">(?P<inside>.*?)'
+_STATES = re.compile(
+    r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
     re.S,
 )
@@ -40,48 +40,51 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("config-inited", _configure)
     app.connect("builder-inited", _drop_live_code)
     app.connect("builder-inited", _copy_mathjax)
+    app.connect("env-get-outdated", _expire)
+    app.connect("source-read", _choose_cache)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
-    app.add_js_file("explorer.js")
-    for sheet in ("figure.css", "explorer.css"):
+    for script in ("explorer.js", "film.js"):
+        app.add_js_file(script)
+    for sheet in ("figure.css", "explorer.css", "film.css"):
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def cache_key(root: Path) -> str:
-    """Hash what the results of notebooks depend on besides their own code.
-
-    Parameters
-    ----------
-    root
-        The root of the repository.
-
-    Returns
-    -------
-    str
-    """
-    digest = hashlib.sha256()
-    for name in registry():  # a page differs with its recording there or not
-        digest.update(f"{name} {find(name) is not None}".encode())
-    folders = ("lib", "data_synth", "book/_data")
-    found = (path for folder in folders for path in sorted((root / folder).rglob("*")))
-    for path in (*found, root / "constraints.txt"):
-        if path.is_file() and IRRELEVANT.isdisjoint(path.parts):
-            digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def _configure(app: Sphinx, config: Config) -> None:
     os.environ[PAGE_VARIABLE] = "1"
-    front_end = files("robot_perception.teaching") / "front_end"
-    config.html_static_path.append(str(front_end))
-    caches = Path(app.outdir).parent / ".jupyter_cache"
-    kept = caches / cache_key(Path(app.srcdir).parent)
-    for stale in caches.glob("*"):
-        if stale != kept:
-            shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
-    config.nb_execution_cache_path = str(kept)
+    config.html_static_path.append(str(files("robot_perception.teaching") / "front_end"))
+    # Kernels offer encryption; unasked they warn on every page that their sockets go without.
+    KernelManager.transport_encryption.default_value = "auto"
+
+
+def _expire(
+    app: Sphinx, env: BuildEnvironment, added: set[str], changed: set[str], removed: set[str]
+) -> list[str]:
+    """Drop the results that no longer follow from the code, and have their pages read again."""
+    before, dependencies = getattr(env, "page_keys", {}), Dependencies(ROOT)
+    keys = {name: dependencies.key(Path(env.doc2path(name))) for name in env.found_docs}
+    env.page_keys = {name: key for name, key in keys.items() if key is not None}
+    kept = {_cache(app, name) for name in env.page_keys}
+    for stale in set(_caches(app).glob("*")) - kept:
+        shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
+    return [name for name, key in env.page_keys.items() if before.get(name) != key]
+
+
+def _choose_cache(app: Sphinx, name: str, source: list[str]) -> None:
+    if name in app.env.page_keys:
+        path = str(_cache(app, name))
+        app.env.mystnb_config = app.env.mystnb_config.copy(execution_cache_path=path)
+
+
+def _caches(app: Sphinx) -> Path:
+    return Path(app.outdir).parent / ".jupyter_cache"
+
+
+def _cache(app: Sphinx, name: str) -> Path:
+    """Return the folder of the results of a page: another one for every change below it."""
+    return _caches(app) / f"{name.replace('/', '-')}-{app.env.page_keys[name]}"
 
 
 def _drop_live_code(app: Sphinx) -> None:
@@ -117,28 +120,28 @@ def _finish_page(
     body = body.replace(COMPARED, "")
 
     def store(match: re.Match[str]) -> str:
-        name = match["name"]
-        _store(Path(app.outdir) / STORED, name, json.loads(match["states"]))
+        kind, identifier, name = match["kind"], match["id"], match["name"]
+        _store(Path(app.outdir) / STORED, identifier, name, json.loads(match["states"]))
         place = context["pathto"](f"{STORED}/{name}.js", 1)
-        opening = f'<div class="explorer" id="explorer-{name}" data-states="{place}">'
+        opening = f'<div class="{kind}" id="{identifier}" data-states="{place}">'
         return f"{opening}{match['inside']}</div>"
 
-    context["body"] = _EXPLORER.sub(store, body)
+    context["body"] = _STATES.sub(store, body)
 
 
-def _store(folder: Path, name: str, states: str | list[list[Any]]) -> None:
-    """Write the states of one explorer as a classic script, and its pictures as files."""
+def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:
+    """Write the states of an explorer or a film as a classic script, pictures as files."""
     folder.mkdir(parents=True, exist_ok=True)
     if isinstance(states, list):
         for number, state in enumerate(states):
             data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
             (folder / state[0]).write_bytes(data)
-    script = f'robotPerception.register("explorer-{name}", {json.dumps(states)});\n'
+    script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
     (folder / f"{name}.js").write_text(script, "utf-8")
 
 
 def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:
-    """Remove states of explorers that no page shows any more."""
+    """Remove states of explorers and films that no page shows any more."""
     stored = Path(app.outdir) / STORED
     if exception is not None or not stored.is_dir():
         return

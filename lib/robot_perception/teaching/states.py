@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import html
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from robot_perception.teaching.figures.output import to_webp
+from robot_perception.teaching.figures.output import image_element
 from robot_perception.teaching.figures.svg import to_svg
+from robot_perception.teaching.figures.webp import to_webp
 
 SVG = "image/svg+xml"
 WEBP = "image/webp"
@@ -55,16 +55,10 @@ class Frame:
         """
         if inline and self.mime == SVG:
             return self.data.decode()
-        width, height = self.size
-        size = f' width="{width}" height="{height}"' if width else ""
-        data = base64.b64encode(self.data).decode()
-        return (
-            f'<img class="rp-frame dark-light" alt="{html.escape(self.alt)}"{size}'
-            f' src="data:{self.mime};base64,{data}">'
-        )
+        return image_element(self.data, self.mime, self.size, self.alt)
 
 
-def render(drawing: object, alt: str, *, effort: int = 4) -> Frame:
+def render(drawing: object, alt: str, *, effort: int = 4, lossless: bool = False) -> Frame:
     """Encode what an explorer's `draw` has returned.
 
     Parameters
@@ -75,6 +69,8 @@ def render(drawing: object, alt: str, *, effort: int = 4) -> Frame:
         Alternative text of this picture.
     effort
         Effort of the WebP encoder, 0 (fast) to 6 (small).
+    lossless
+        Keep every value of an image.
 
     Returns
     -------
@@ -88,9 +84,10 @@ def render(drawing: object, alt: str, *, effort: int = 4) -> Frame:
         If the array is no 8-bit image.
     """
     if isinstance(drawing, Figure):
-        return Frame(SVG, to_svg(drawing, alt=alt, prefix="x").encode(), alt)
+        return Frame(SVG, to_svg(drawing, alt=alt, prefix="x", effort=effort).encode(), alt)
     if isinstance(drawing, np.ndarray):
-        return Frame(WEBP, to_webp(drawing, effort=effort), alt, drawing.shape[1::-1])
+        data = to_webp(drawing, effort=effort, lossless=lossless)
+        return Frame(WEBP, data, alt, drawing.shape[1::-1])
     raise TypeError(f"draw must return a Figure or a uint8 array, got {type(drawing).__name__}")
 
 

@@ -269,7 +269,7 @@ def circle_graph(steps=100, radius=20.0):
         np.array([5, 5]),
         np.tile([3.0, 1.0], (2, 1)),
         np.tile(np.eye(2), (2, 1, 1)),
-        ReadReport(records(), 0, {}, {}, (), False),
+        ReadReport(records(), {}, {}),
     )
     angle = speed * times / radius
     place = radius * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
@@ -348,7 +348,7 @@ def test_calibrated_wheels_lose_a_drift_per_metre_and_an_offset():
     paths = [dead_reckoning(np.zeros(3), (Odometry(i, np.zeros((3, 3))) for i in each))
              for each in (true, raw)]  # fmt: skip
     empty = np.empty((501, 0))
-    report = ReadReport(records(), 0, {}, {}, (), False)
+    report = ReadReport(records(), {}, {})
     log = LaserLog(empty, np.empty(0), *paths, np.arange(501.0), 80.0, report)
     wheels = intel.calibrate(log)
     np.testing.assert_allclose(wheels.offset, [0.02, -0.01], atol=1e-9)

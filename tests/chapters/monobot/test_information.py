@@ -5,6 +5,7 @@ import pytest
 
 from robot_perception.chapters.monobot import information
 from robot_perception.chapters.monobot.rail import FIG3, GOLDEN
+from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.kalman import scale_free_rank
 
 RNG = np.random.default_rng
@@ -27,3 +28,10 @@ def test_plane_is_dark_in_one_direction_unless_a_landmark_is_known(known):
         now = information.plane_after(looks, known_landmark=known, rng=RNG(3))
         assert scale_free_rank(now.information) == (2 if known else 1)
     assert (np.sqrt(now.belief.cov[1, 1]) < 0.3) == known
+
+
+def test_plane_is_honest_with_a_known_landmark():
+    planes = [information.plane_after(30, known_landmark=True, rng=own) for own in RNG(4).spawn(60)]
+    errors = np.stack([now.belief.mean - now.truth for now in planes])
+    low, high = average_bounds(2, len(planes), 1 - 1e-4)
+    assert low < normalised_squared(errors, planes[0].belief.cov).mean() < high

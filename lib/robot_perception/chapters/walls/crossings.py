@@ -111,15 +111,16 @@ def dp_simple_chain(size: Size, rng: np.random.Generator) -> Finding:
     trials, scans = (400, 60) if size is Size.QUICK else (5000, 300)
     crossing, wrong, alarm = np.array(sweep(_tried, range(trials), rng=rng, desc="curves")).T
     rates = scan_simplicity(rng.spawn(1)[0], scans)
-    crossed = int(crossing.sum())
+    found = (crossing, crossing & wrong, ~crossing & wrong, alarm)
+    crossed, erred, silent, alarms = (int(chains.sum()) for chains in found)
     evidence = {
         "wrong vertices on chains that pass the check": exact(
-            (wrong & ~crossing).sum(), about=f"of {trials - crossed} curves without a crossing"
+            silent, about=f"of {trials - crossed} curves without a crossing"
         ),
-        "false alarms": exact(alarm.sum(), about=f"of {trials} simple chains"),
+        "false alarms": exact(alarms, about=f"of {trials} simple chains"),
         "single scans that cross themselves": proportion(rates.still, scans),
         "scans of 3 s on the move that cross themselves": proportion(rates.slow, scans),
         "two scans in one chain that cross themselves": proportion(rates.joined, scans),
     }
-    value = proportion(int((wrong & crossing).sum()), crossed)
-    return Finding(value, evidence, note="Share of crossing chains on which path hulls err.")
+    note = "Share of crossing chains on which path hulls err."
+    return Finding(proportion(erred, crossed), evidence, note=note)

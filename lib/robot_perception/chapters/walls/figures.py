@@ -51,14 +51,17 @@ def _readings(ax: Axes, look: OneScan) -> None:
     plan(ax, np.vstack([look.points, [[0, 0]]]))
 
 
-def one_split(ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step) -> Axes:
-    """Draw one call of the recursion: chord, farthest vertex and its distance."""
+def one_split(
+    ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step, kept: Sequence[int] = ()
+) -> Axes:
+    """Draw one call of the recursion: vertices kept, chord, farthest vertex and its distance."""
     for part, colour, width in (
         (chain, f.FAINT, 0.8),
         (chain[step.i : step.j + 1], f.BLUE, 1.0),
     ):
         ax.plot(*part.T, "-", color=colour, linewidth=width)
         dots(ax, part, colour, 2 * width)
+    ax.plot(*chain[list(kept)].T, "o", color=f.ORANGE, markersize=5)
     chord = chain[[step.i, step.j]]
     ax.plot(*chord.T, "-", color=f.ORANGE, linewidth=1.8)
     along = chord[1] - chord[0]
@@ -80,8 +83,7 @@ def recursion_state(
     """
     last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
     done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
-    ax.plot(*chain[done].T, "o", color=f.ORANGE, markersize=5)
-    one_split(ax, chain, last).set_aspect("auto" if stretch else "equal")
+    one_split(ax, chain, last, done).set_aspect("auto" if stretch else "equal")
     verdict = "split" if last.split else "near enough"
     ax.set_title(f"farthest {last.d:.2f} m: {verdict}; {cost} distances so far")
     return ax

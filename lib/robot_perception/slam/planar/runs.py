@@ -131,7 +131,7 @@ class Settings:
         limit = self.revision_limit
         if limit is not None and not (_whole(limit) and limit >= 1):
             raise ValueError(f"revision_limit must be an integer of at least 1, got {limit!r}")
-        if not isinstance(self.keep, Sequence) or not all(map(_whole, self.keep)):
+        if not isinstance(self.keep, Sequence | np.ndarray) or not all(map(_whole, self.keep)):
             raise ValueError(f"keep must be numbers of steps, got {self.keep!r}")
 
 

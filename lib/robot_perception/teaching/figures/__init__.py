@@ -1,5 +1,6 @@
 """Figures in one style, coloured by the page's theme, with alternative text that must be there."""
 
+from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.output import picture, show
 from robot_perception.teaching.figures.style import (
     BLUE,
@@ -15,6 +16,7 @@ from robot_perception.teaching.figures.style import (
     TEAL,
     band,
     figure,
+    image_axes,
     label,
 )
 from robot_perception.teaching.figures.svg import to_svg
@@ -33,6 +35,8 @@ __all__ = [
     "TEAL",
     "band",
     "figure",
+    "film",
+    "image_axes",
     "label",
     "picture",
     "show",

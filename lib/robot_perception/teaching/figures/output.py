@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import io
 import os
 import re
 from functools import cache
@@ -12,9 +11,9 @@ from importlib.resources import files
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
 
 from robot_perception.teaching.figures.svg import to_svg
+from robot_perception.teaching.figures.webp import to_webp
 from robot_perception.teaching.media import Shown
 
 PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
@@ -51,7 +50,12 @@ def show(fig: Figure, *, alt: str, caption: str | None = None) -> Shown:
 
 
 def picture(
-    array: np.ndarray, *, alt: str, caption: str | None = None, pixelated: bool = False
+    array: np.ndarray,
+    *,
+    alt: str,
+    caption: str | None = None,
+    pixelated: bool = False,
+    lossless: bool = False,
 ) -> Shown:
     """Show a raster image, stored as WebP.
 
@@ -65,6 +69,8 @@ def picture(
         May hold mathematics between dollars.
     pixelated
         Enlarge without smoothing, for images whose pixels matter.
+    lossless
+        Keep every value, for masks and label images.
 
     Returns
     -------
@@ -76,48 +82,32 @@ def picture(
     ValueError
         If the array is no 8-bit image or the alternative text does not serve.
     """
-    element = image_element(to_webp(array), array.shape, check_alt(alt), pixelated)
-    return _output(element, alt, caption)
+    data = to_webp(array, lossless=lossless)
+    element = image_element(data, "image/webp", array.shape[1::-1], check_alt(alt))
+    return _output(element, alt, caption, pixelated)
 
 
-def to_webp(array: np.ndarray, *, effort: int = 4) -> bytes:
-    """Encode an 8-bit image as WebP.
+def image_element(data: bytes, mime: str, size: tuple[int, int], alt: str) -> str:
+    """Write the `<img>` element of an encoded picture, its data inside.
 
     Parameters
     ----------
-    array
-        Image of type uint8, shape (height, width) or (height, width, 3 or 4).
-    effort
-        0 (fast) to 6 (small).
+    data, mime
+        The picture and its media type.
+    size
+        Width and height in pixels; zero for SVG, which scales.
+    alt
+        Alternative text.
 
     Returns
     -------
-    bytes
-
-    Raises
-    ------
-    ValueError
-        If the array is no 8-bit image.
+    str
     """
-    shape = array.shape
-    layered = len(shape) == 3 and shape[2] in (3, 4)
-    if array.dtype != np.uint8 or not (len(shape) == 2 or layered):
-        raise ValueError(
-            f"an image must be uint8 of shape (height, width[, 3 or 4]), got {array.dtype} {shape}"
-        )
-    stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(array)).save(stream, "WEBP", quality=88, method=effort)
-    return stream.getvalue()
-
-
-def image_element(data: bytes, shape: tuple[int, ...], alt: str, pixelated: bool = False) -> str:
-    """Write the `<img>` element of a WebP image, its data inside."""
-    style = " rp-pixelated" if pixelated else ""
-    height, width = shape[:2]
+    width, height = size
+    pixels = f' width="{width}" height="{height}"' if width else ""
     return (
-        f'<img class="dark-light{style}" width="{width}" height="{height}"'
-        f' alt="{html.escape(alt)}"'
-        f' src="data:image/webp;base64,{base64.b64encode(data).decode()}">'
+        f'<img class="rp-frame dark-light" alt="{html.escape(alt)}"{pixels}'
+        f' src="data:{mime};base64,{base64.b64encode(data).decode()}">'
     )
 
 
@@ -177,7 +167,12 @@ def front_end(name: str) -> str:
     return files("robot_perception.teaching").joinpath("front_end", name).read_text("utf-8")
 
 
-def _output(element: str, alt: str, caption: str | None) -> Shown:
-    style = "" if on_page() else f"<style>{front_end('figure.css')}</style>"
-    markup = f'{style}<figure class="rp-figure">{element}{figcaption(caption)}</figure>'
-    return Shown({"text/html": markup, "text/plain": alt})
+def style_element(*names: str) -> str:
+    """Write the style sheets that an output needs; a page of the book has them already."""
+    return "" if on_page() else f"<style>{''.join(map(front_end, names))}</style>"
+
+
+def _output(element: str, alt: str, caption: str | None, pixelated: bool = False) -> Shown:
+    kind = "rp-figure rp-pixelated" if pixelated else "rp-figure"
+    figure = f'<figure class="{kind}">{element}{figcaption(caption)}</figure>'
+    return Shown({"text/html": style_element("figure.css") + figure, "text/plain": alt})

@@ -14,8 +14,11 @@ from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
 from matplotlib.text import Text
+
+from robot_perception.teaching.figures.webp import check_image
 
 INK = "#1c1e21"
 MUTED = "#5b6470"
@@ -30,6 +33,12 @@ TEAL = "#0e7780"
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL)
 """The series colours, in the order in which plots use them."""
+
+LOSSLESS = "rp-lossless"
+"""Part of the gid of an image that is stored without loss."""
+
+PIXELATED = "rp-pixelated"
+"""Part of the gid of an image that is enlarged without smoothing."""
 
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
@@ -55,6 +64,7 @@ STYLE: dict[str, Any] = {
     "grid.color": FAINT,
     "grid.linewidth": 0.6,
     "image.cmap": "cividis",
+    "image.interpolation": "none",  # stored at its own resolution
     "legend.borderaxespad": 0.2,
     "legend.fontsize": 9.5,
     "legend.frameon": False,
@@ -84,6 +94,12 @@ class BookAxes(Axes):
         with mpl.rc_context(STYLE):
             super().clear()
 
+    def imshow(self, X: Any, *args: Any, **kwargs: Any) -> AxesImage:
+        """Show an image at its own resolution; data (not 8-bit) without loss, cell by cell."""
+        gid = None if np.asarray(X).dtype == np.uint8 else f"{LOSSLESS} {PIXELATED}"
+        with mpl.rc_context(STYLE):
+            return super().imshow(X, *args, **({"gid": gid} | kwargs))
+
     def set_title(self, *args: Any, **kwargs: Any) -> Text:
         """Write the title, bold and at the left."""
         with mpl.rc_context(STYLE):
@@ -103,6 +119,71 @@ class BookAxes(Axes):
         """Place a legend without a frame."""
         with mpl.rc_context(STYLE):
             return super().legend(*args, **kwargs)
+
+
+class ImageAxes(BookAxes):
+    """Axes that fit a picture, in its pixels; cleared, they show the bare picture again."""
+
+    _picture: np.ndarray | None = None
+    _gid = ""
+
+    def clear(self) -> None:
+        """Take everything off the picture."""
+        super().clear()
+        if self._picture is None:  # called by the constructor
+            return
+        self.imshow(self._picture, aspect="auto", gid=self._gid)
+        self.set_axis_off()
+        self.autoscale(False)
+
+    def hold(self, picture: np.ndarray, gid: str) -> None:
+        """Put a picture under whatever is drawn from now on."""
+        self._picture, self._gid = picture, gid
+        self.clear()
+
+
+def image_axes(
+    array: np.ndarray, *, pixelated: bool = False, lossless: bool = False
+) -> tuple[Figure, ImageAxes]:
+    """Make a figure whose axes are a picture: what is drawn on it is measured in its pixels.
+
+    The centre of the first pixel is the origin, columns are x, rows are y, downwards; there are no
+    ticks, and what leaves the picture is cut off. To draw again, clear the axes: the picture stays.
+
+    Parameters
+    ----------
+    array
+        Image of type uint8, shape (height, width) or (height, width, 3).
+    pixelated
+        Enlarge without smoothing, for images whose pixels matter.
+    lossless
+        Keep every value, for masks and label images.
+
+    Returns
+    -------
+    fig
+        As large as fits into 7 × 5.25 inches.
+    ax
+
+    Raises
+    ------
+    ValueError
+        If the array is no 8-bit image.
+
+    Examples
+    --------
+    >>> fig, ax = image_axes(np.zeros((240, 320, 3), dtype=np.uint8))
+    >>> [float(limit) for limit in (*ax.get_xlim(), *ax.get_ylim())]
+    [-0.5, 319.5, 239.5, -0.5]
+    """
+    rows, cols = check_image(array, channels=(3,)).shape[:2]
+    scale = min(7 / cols, 5.25 / rows)
+    with mpl.rc_context(STYLE):
+        fig = Figure((cols * scale, rows * scale), dpi=100, facecolor="none", layout="none")
+        ax = fig.add_axes((0, 0, 1, 1), axes_class=ImageAxes)
+    coloured = array if array.ndim == 3 else np.repeat(array[..., None], 3, axis=2)
+    ax.hold(coloured, " ".join([LOSSLESS] * lossless + [PIXELATED] * pixelated))
+    return fig, ax
 
 
 def figure(

@@ -4,11 +4,13 @@ Text stays text (formulas become outlines), numbers are rounded, identifiers tha
 are dropped and the others get a prefix. The palette's sentinel colours become CSS variables with
 themselves as fall-back; the ink becomes `currentColor`. A figure whose SVG would be larger than
 `HEAVY` characters is saved again with its heavy artists (many vertices) rasterised: their colours
-then no longer follow the theme, but the page stays light.
+then no longer follow the theme, but the page stays light. An image that matplotlib does not
+interpolate is stored as WebP at its own resolution, and does not count as heavy.
 """
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import html
 import io
@@ -17,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_mixed import MixedModeRenderer
@@ -26,11 +29,13 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.transforms import Affine2D, Transform
 
 from robot_perception.teaching.figures import style
+from robot_perception.teaching.figures.webp import to_webp
 
 HEAVY = 400_000
-"""Characters above which the artists with many vertices are rasterised."""
+"""Characters, images apart, above which the artists with many vertices are rasterised."""
 
 RASTER_DPI = 144
 """Resolution of embedded pictures, in dots per inch."""
@@ -42,6 +47,7 @@ _VARIABLES = {
 _PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIABLES.items()}
 _PAINT |= {style.INK: "currentColor", "#000000": "currentColor"}
 _SENTINEL = re.compile("|".join(map(re.escape, _PAINT)))
+_EMBEDDED = re.compile(r"data:image/\w+;base64,[^\"]*")
 _NUMBER = re.compile(r"-?\d+\.\d+")
 _GEOMETRY = re.compile(r'(?<= d=")[^"]*(?=")|(?<= (?:x|y)=")[^"]*(?=")|translate\([^)]*\)')
 _IDENTIFIER = re.compile(r' id="([^"]*)"')
@@ -55,6 +61,7 @@ _NOTHING = re.compile(
     re.S,
 )
 _SETTINGS = {
+    "image.composite_image": False,  # each image by itself, so that it can keep its resolution
     "svg.hashsalt": "robot-perception",
     "svg.image_inline": True,
     "path.simplify": True,
@@ -62,7 +69,9 @@ _SETTINGS = {
 }
 
 
-def to_svg(fig: Figure, *, alt: str | None = None, prefix: str | None = None) -> str:
+def to_svg(
+    fig: Figure, *, alt: str | None = None, prefix: str | None = None, effort: int = 4
+) -> str:
     """Render a figure as an inline SVG element, the same text for the same figure.
 
     Parameters
@@ -73,21 +82,67 @@ def to_svg(fig: Figure, *, alt: str | None = None, prefix: str | None = None) ->
         Alternative text; it becomes the `aria-label`.
     prefix
         Prefix of identifiers; a hash of the content if not given.
+    effort
+        Effort of the encoder of images, 0 (fast) to 6 (small).
 
     Returns
     -------
     str
         One `<svg>` element without a prologue.
     """
-    raw = _save(fig)
-    if len(raw) > HEAVY:
+    raw = _save(fig, effort)
+    if len(_EMBEDDED.sub("", raw)) > HEAVY:
         with _rasterised(_heavy(fig)):
-            raw = _save(fig)
+            raw = _save(fig, effort)
     return _rewrite(raw, alt, prefix)
 
 
 class _Renderer(RendererSVG):
-    """Writes text as text, but formulas as outlines: their letters are placed one by one."""
+    """Writes text as text, formulas as outlines, and images as they are.
+
+    The letters of formulas are placed one by one. An image with a transformation, which matplotlib
+    has not resampled, becomes WebP of its own size; its gid may ask for `style.LOSSLESS` and
+    `style.PIXELATED`.
+    """
+
+    effort = 4
+
+    def draw_image(
+        self,
+        gc: GraphicsContextBase,
+        x: float,
+        y: float,
+        im: np.ndarray,
+        transform: Transform | None = None,
+    ) -> None:
+        if transform is None:  # drawn by Agg at the resolution of the figure
+            super().draw_image(gc, x, y, im, transform)
+            return
+        height, width = im.shape[:2]
+        gid = gc.get_gid() or ""
+        opaque = im[..., 3].min() == 255
+        data = to_webp(
+            im[..., :3] if opaque else im, effort=self.effort, lossless=style.LOSSLESS in gid
+        )
+        place = (
+            Affine2D().scale(1 / width, 1 / height)
+            + transform
+            + Affine2D().translate(x, y).scale(1, -1).translate(0, self.height)
+        )
+        matrix = ",".join(f"{number:.8g}" for number in place.frozen().to_values())
+        attributes = {
+            "id": gid,
+            "width": str(width),
+            "height": str(height),
+            "transform": f"matrix({matrix})",
+            "style": "image-rendering: pixelated" if style.PIXELATED in gid else "",
+            "opacity": "" if gc.get_alpha() == 1 else f"{gc.get_alpha():.4g}",
+            "xlink:href": f"data:image/webp;base64,{base64.b64encode(data).decode()}",
+        }
+        clip = self._get_clip_attrs(gc)
+        self.writer.start("g", **clip)  # the transformation must not move the clip path
+        self.writer.element("image", attrib=attributes)
+        self.writer.end("g")
 
     def draw_text(
         self,
@@ -107,13 +162,14 @@ class _Renderer(RendererSVG):
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
 
 
-def _save(fig: Figure) -> str:
+def _save(fig: Figure, effort: int) -> str:
     stream = io.StringIO()
     width, height = fig.get_size_inches()
     dpi, ground = fig.dpi, fig.patch.get_visible()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with mpl.rc_context(style.STYLE | _SETTINGS):
         writer = _Renderer(72 * width, 72 * height, stream, None, RASTER_DPI, metadata=nothing)
+        writer.effort = effort
         try:
             fig.dpi = 72
             fig.patch.set_visible(False)

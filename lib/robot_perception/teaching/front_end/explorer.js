@@ -1,13 +1,15 @@
 /* Explorers: one front end for Jupyter (as an anywidget module) and for built pages (as a classic script).
  *
- * A source answers `source(indices)` with a promise of { html } or { mime, data, alt }: in Jupyter it asks the kernel,
- * on a page it looks the state up. One request is in flight at any time; when it returns, only the newest is sent.
+ * A source answers `source(indices, tell)` with a promise of { html } or { src, alt }: in Jupyter it asks the kernel and
+ * tells the reader why a picture is late, on a page it looks the state up. One request is in flight at any time; when it
+ * returns, only the newest is sent. A source that gives up answers null; what still comes is followed.
  */
 globalThis.robotPerception ??= (() => {
   "use strict";
 
   const SILENCE_MS = 700; // before a move is announced to a screen reader
-  const PATIENCE_MS = 8000; // before a kernel counts as absent
+  const PATIENCE_MS = 1000; // before the reader is told that the kernel is busy
+  const ABSENCE_MS = 3000; // of a kernel that is not busy and does not answer: it does not know this explorer
   const STILL_FPS = 1; // at play, for readers who prefer reduced motion
   let serial = 0;
 
@@ -139,17 +141,32 @@ globalThis.robotPerception ??= (() => {
     if (!old) canvas.replaceChildren(image);
   }
 
-  /* Put controls under a canvas. Returns { ask, follow }: ask for the present state; follow a change made elsewhere. */
-  function mount(root, spec, initial, canvas, before, source) {
+  /* Put controls under a canvas that shows the default state. Returns { go, follow }: go to a setting; follow a picture
+   * that was not asked for, or comes after the source has given up. */
+  function mount(root, spec, canvas, before, source) {
     const id = `rp-${++serial}`;
     const defaults = Object.fromEntries(spec.controls.map((control) => [control.name, control.default]));
-    let indices = { ...defaults, ...initial };
+    let indices = defaults;
     let wanted = false;
     let running = null;
     let announcement = null;
 
     const status = element("p", { class: "rp-status", role: "status" });
     const complaint = element("p", { class: "rp-error", role: "alert", hidden: true });
+    const notice = element("p", { class: "rp-notice", role: "status", hidden: true });
+
+    function say(place, text) {
+      place.textContent = text;
+      place.hidden = !text;
+    }
+
+    function take(answer) { // a picture, an error, or null if there is none yet
+      if (!answer) return;
+      const failed = answer instanceof Error;
+      if (!failed) paint(canvas, answer);
+      say(complaint, failed ? answer.message : "");
+      say(notice, "");
+    }
 
     function announce() {
       clearTimeout(announcement);
@@ -165,13 +182,7 @@ globalThis.robotPerception ??= (() => {
       root.toggleAttribute("data-busy", true);
       while (wanted) {
         wanted = false;
-        try {
-          paint(canvas, await source({ ...indices }));
-          complaint.hidden = true;
-        } catch (error) {
-          complaint.textContent = error.message;
-          complaint.hidden = false;
-        }
+        take(await source({ ...indices }, (text) => say(notice, text)).catch((error) => error));
       }
       root.toggleAttribute("data-busy", false);
       running = null;
@@ -184,7 +195,8 @@ globalThis.robotPerception ??= (() => {
       return running;
     }
 
-    function show() {
+    function set(change) {
+      indices = { ...indices, ...change };
       for (const [name, control] of Object.entries(controls)) control.set(indices[name]);
       for (const [preset, node] of presets) {
         const here = Object.entries(preset.indices).every(([name, index]) => indices[name] === index);
@@ -193,8 +205,7 @@ globalThis.robotPerception ??= (() => {
     }
 
     function go(change) {
-      indices = { ...indices, ...change };
-      show();
+      set(change);
       return ask();
     }
 
@@ -224,15 +235,14 @@ globalThis.robotPerception ??= (() => {
         "span", { class: "rp-presets", role: "group", "aria-labelledby": `${id}-try` }, ...presets.map(([, node]) => node)));
     }
     buttons.append(reset);
-    before(element("div", { class: "rp-controls" }, ...rows, buttons, complaint, status));
-    show();
+    before(element("div", { class: "rp-controls" }, ...rows, buttons, complaint, notice, status));
+    set({});
 
     return {
-      ask,
-      follow(change) {
-        if (running && wanted) return;
-        indices = { ...indices, ...change };
-        show();
+      go,
+      follow(change, answer) {
+        set(change);
+        take(answer);
         announce();
       },
     };
@@ -285,7 +295,7 @@ globalThis.robotPerception ??= (() => {
       await image.decode();
       return { ...frame, src: image.src };
     }
-    mount(root, spec, {}, canvas, (controls) => canvas.after(controls), source);
+    mount(root, spec, canvas, (controls) => canvas.after(controls), source);
     root.addEventListener("pointerenter", load, { once: true });
     root.addEventListener("focusin", load, { once: true });
     const original = canvas.innerHTML;
@@ -324,66 +334,86 @@ globalThis.robotPerception ??= (() => {
       .replace(/-/g, "−");
   }
 
-  function render({ model, el }) {
-    const canvas = element("div", { class: "rp-canvas" });
-    const figure = element("figure", { class: "rp-figure" }, canvas);
-    const root = element("div", { class: "explorer" }, figure);
-    const waiting = new Map(); // request -> [resolve, reject, timer]
-    let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
-    let url = null;
-    const text = new TextDecoder();
+  const BUSY = "The kernel is busy; the picture follows.";
+  const ABSENT = "No kernel answers. Run this cell to bring the explorer to life.";
+  const SILENT = "No answer yet. If the kernel is busy, the picture follows; if not, run this cell.";
 
-    function decode(message, buffers) {
-      if (message.type === "error") throw new Error(message.text);
-      if (message.mime === "image/svg+xml") return { html: text.decode(buffers[0]) };
+  function render({ model, el }) {
+    const spec = model.get("spec");
+    const canvas = element("div", { class: "rp-canvas" });
+    const figure = element("figure", { class: model.get("spec").figure }, canvas);
+    const root = element("div", { class: "explorer" }, figure);
+    const text = new TextDecoder();
+    let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
+    let pending = null; // the request in flight: { number, settle }
+    let url = null;
+
+    function decode({ mime, alt }, data) {
+      if (mime === "image/svg+xml") return { html: text.decode(data) };
       if (url) URL.revokeObjectURL(url);
-      url = URL.createObjectURL(new Blob([buffers[0]], { type: message.mime }));
-      return { src: url, alt: message.alt };
+      url = URL.createObjectURL(new Blob([data], { type: mime }));
+      return { src: url, alt };
     }
 
-    function source(indices) {
+    function source(indices, tell) {
       const number = ++request;
-      return new Promise((resolve, reject) => {
-        const timer = setTimeout(() => {
-          waiting.delete(number);
-          reject(new Error("No kernel answers. Run this cell to bring the explorer to life."));
+      return new Promise((resolve) => {
+        function settle(answer) {
+          clearInterval(watch);
+          pending = null;
+          resolve(answer);
+        }
+        function giveUp(reason) {
+          tell(reason);
+          settle(null);
+        }
+        let silence = 0;
+        const watch = setInterval(() => {
+          const kernel = model.widget_manager?.kernel; // undefined if the front end does not say
+          if (kernel?.status === "busy") {
+            silence = 0;
+            tell(BUSY);
+          } else if ((silence += PATIENCE_MS) >= ABSENCE_MS) giveUp(kernel === undefined ? SILENT : ABSENT);
         }, PATIENCE_MS);
-        waiting.set(number, [resolve, reject, timer]);
-        model.send({ type: "draw", request: number, indices });
+        pending = { number, settle };
+        try {
+          model.send({ type: "draw", request: number, indices });
+        } catch { // the comm is closed: another kernel, or none
+          giveUp(ABSENT);
+        }
       });
     }
 
-    function receive(message, buffers) {
-      const pending = waiting.get(message.request);
-      if (pending) {
-        const [resolve, reject, timer] = pending;
-        clearTimeout(timer);
-        waiting.delete(message.request);
-        try {
-          resolve(decode(message, buffers));
-        } catch (error) {
-          reject(error);
-        }
-      } else if (message.request === null && message.type === "frame" && !waiting.size) {
-        handle.follow(message.indices);
-        paint(canvas, decode(message, buffers));
-      }
+    function receive(message, [data]) {
+      if (pending && pending.number !== message.request) return; // the answer to the reader's own move follows
+      const answer = message.type === "error" ? new Error(message.text) : decode(message, data);
+      if (pending) pending.settle(answer);
+      else handle.follow(message.indices, answer);
     }
 
-    const handle = mount(root, model.get("spec"), model.get("indices"), canvas, (c) => figure.append(c), source);
+    const picture = model.get("picture");
+    paint(canvas, decode(picture, picture.data));
+    const handle = mount(root, spec, canvas, (controls) => figure.append(controls), source);
     figure.insertAdjacentHTML(
-      "beforeend", model.get("spec").caption.replace(/\\\((.*?)\\\)/g, (_, tex) => `<i>${readable(tex)}</i>`));
+      "beforeend", spec.caption.replace(/\\\((.*?)\\\)/g, (_, tex) => `<i>${readable(tex)}</i>`));
     model.on("msg:custom", receive);
     el.append(root);
-    handle.ask().then(() => { figure.dataset.ready = "true"; });
+    const observer = new ResizeObserver(() => { // the view is in the document: it replaces the still picture
+      const outputs = root.closest(".jp-OutputArea") ?? document;
+      outputs.querySelector(`#${model.get("still")}`)?.setAttribute("hidden", "");
+    });
+    observer.observe(root);
+    const indices = model.get("indices"); // another view, or Python, may have moved it
+    if (spec.controls.some((control) => indices[control.name] !== control.default)) handle.go(indices);
     return () => {
       model.off("msg:custom", receive);
-      waiting.forEach(([, , timer]) => clearTimeout(timer));
+      observer.disconnect();
+      pending?.settle(null);
       if (url) URL.revokeObjectURL(url);
     };
   }
 
-  return { register, render, hydrateAll };
+  return { register, fetchStates, render, hydrateAll };
 })();
 
 if (globalThis.document?.currentScript) {

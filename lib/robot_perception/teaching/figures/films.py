@@ -1,0 +1,151 @@
+"""Films: many frames in one file, played, paused and stepped through, still on paper."""
+
+import base64
+import io
+import json
+from collections.abc import Iterable
+from hashlib import sha256
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
+
+from robot_perception.teaching.figures.output import (
+    check_alt,
+    figcaption,
+    front_end,
+    image_element,
+    on_page,
+    style_element,
+)
+from robot_perception.teaching.figures.style import GROUND, STYLE
+from robot_perception.teaching.figures.webp import check_image, to_animated_webp, to_webp
+from robot_perception.teaching.media import Shown
+
+KEY_FRAMES = 5
+"""Frames that stand for a film on paper; the first of them where no script runs."""
+
+KEY_WIDTH = 400
+"""Pixels of the longer side of the key frames that only paper shows."""
+
+MOST_BYTES = 3_000_000
+"""Largest film; a page of the book weighs at most 5 MB, and as text a film grows by a third."""
+
+
+def film(
+    frames: Iterable[np.ndarray | Figure], *, fps: float, alt: str, caption: str | None = None
+) -> Shown:
+    """Show a film that the reader starts; nothing moves before.
+
+    The frames are one animated WebP, in which a frame stores what has changed. A script takes it
+    apart, so that the film can be stepped in both directions. Under reduced motion it advances by
+    one frame a second; on paper stands a strip of key frames; without scripts the first of them.
+
+    Parameters
+    ----------
+    frames
+        Images of one size, of type uint8 and shape (height, width) or (height, width, 3); or
+        figures, which become images on light ground. A generator may draw on one figure.
+    fps
+        Frames per second, at most 60.
+    alt
+        What a reader who cannot see the film has to know: what is shown, and what happens.
+    caption
+        May hold mathematics between dollars.
+
+    Returns
+    -------
+    Shown
+        Notebook output.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two frames, a frame is no 8-bit image or of another size than the
+        first, `fps` is out of range, the film is too large, or the alternative text does not serve.
+
+    Examples
+    --------
+    >>> growing = (np.tri(60, 80, k, dtype=np.uint8) * 255 for k in range(-60, 80))
+    >>> film(growing, fps=20, alt="A white triangle grows until it covers the picture.")
+    A white triangle grows until it covers the picture.
+    """
+    text = check_alt(alt)
+    if not 0 < fps <= 60:
+        raise ValueError(f"fps must be positive and at most 60, got {fps}")
+    images = _images(frames)
+    duration = round(1000 / fps)
+    data = to_animated_webp(images, duration_ms=duration)
+    if len(data) > MOST_BYTES:
+        raise ValueError(
+            f"{len(images)} frames of {_size(images[0])} pixels take {len(data) / 1e6:.1f} MB, more"
+            f" than {MOST_BYTES / 1e6:.1f} MB: show fewer or smaller ones"
+        )
+    return Shown({"text/html": _markup(images, data, duration, text, caption), "text/plain": text})
+
+
+def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
+    images = []
+    for number, frame in enumerate(frames):
+        pixels = _pixels(frame) if isinstance(frame, Figure) else frame
+        images.append(check_image(pixels, channels=(3,)).copy())
+        if pixels.shape != images[0].shape:
+            sizes = f"{_size(pixels)}, the first has {_size(images[0])}"
+            raise ValueError(f"frame {number} has {sizes}: the frames must be of one size")
+    if len(images) < 2:
+        raise ValueError(f"a film needs two frames or more, got {len(images)}")
+    return images
+
+
+def _pixels(fig: Figure) -> np.ndarray:
+    stream = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        fig.savefig(
+            stream,
+            format="png",
+            dpi="figure",
+            facecolor=GROUND,
+            pil_kwargs={"compress_level": 1},
+        )
+    return np.asarray(Image.open(stream).convert("RGB"))
+
+
+def _size(image: np.ndarray) -> str:
+    return " × ".join(map(str, [*image.shape[1::-1], *image.shape[2:]]))
+
+
+def _markup(
+    images: list[np.ndarray], data: bytes, duration: int, alt: str, caption: str | None
+) -> str:
+    count = len(images)
+    places = np.unique(np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)).tolist()
+    keys = "".join(_key(images[place], place, count, alt) for place in places)
+    height, width = images[0].shape[:2]
+    columns = KEY_FRAMES if width < 1.6 * height else 3  # on paper
+    spec = json.dumps(
+        {"count": count, "duration": duration, "width": width, "height": height, "alt": alt}
+    ).replace("</", "<\\/")
+    name = sha256(data + alt.encode()).hexdigest()[:12]
+    states = base64.b64encode(data).decode()
+    script = "" if on_page() else f"<script>{front_end('film.js')}</script>"
+    return (
+        f"{style_element('figure.css', 'explorer.css', 'film.css')}"
+        f'<div class="rp-film" id="film-{name}"><figure class="rp-figure">'
+        f'<div class="rp-canvas" style="--rp-columns: {columns}">{keys}</div>'
+        f"{figcaption(caption)}</figure>"
+        f'<script type="application/json" class="rp-spec">{spec}</script>'
+        f'<script type="application/json" class="rp-states">"{states}"</script>'
+        f"{script}</div>"
+    )
+
+
+def _key(image: np.ndarray, place: int, count: int, alt: str) -> str:
+    small = Image.fromarray(image)
+    if place:  # only the first is seen on screens
+        small.thumbnail((KEY_WIDTH, KEY_WIDTH))
+        alt = f"Frame {place + 1} of {count} of the same film."
+    element = image_element(to_webp(np.asarray(small)), "image/webp", small.size, alt)
+    hidden = " hidden" if place else ""
+    number = f"<small hidden>{place + 1} of {count}</small>"
+    return f'<span class="rp-key"{hidden}>{element}{number}</span>'

@@ -1,0 +1,103 @@
+"""8-bit images as WebP: one image, or a film of many."""
+
+import io
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+
+def check_image(array: np.ndarray, *, channels: tuple[int, ...] = (3, 4)) -> np.ndarray:
+    """Return the array, or refuse one that is no 8-bit image.
+
+    Parameters
+    ----------
+    array
+        The image to judge.
+    channels
+        Numbers of channels that an image in colour may have.
+
+    Returns
+    -------
+    ndarray
+        The same array.
+
+    Raises
+    ------
+    ValueError
+        If it is not of type uint8 and shape (height, width) or (height, width, channels).
+    """
+    shape = np.shape(array)
+    grey, coloured = len(shape) == 2, len(shape) == 3 and shape[2] in channels
+    if getattr(array, "dtype", None) != np.uint8 or not (grey or coloured) or 0 in shape:
+        kind = getattr(array, "dtype", type(array).__name__)
+        expected = f"(height, width[, {' or '.join(map(str, channels))}])"
+        raise ValueError(f"an image must be uint8 of shape {expected}, got {kind} {shape}")
+    return array
+
+
+def to_webp(array: np.ndarray, *, effort: int = 4, lossless: bool = False) -> bytes:
+    """Encode an 8-bit image as WebP.
+
+    Parameters
+    ----------
+    array
+        Image of type uint8, shape (height, width) or (height, width, 3 or 4).
+    effort
+        0 (fast) to 6 (small).
+    lossless
+        Keep every value, for masks and label images.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    ValueError
+        If the array is no 8-bit image.
+    """
+    check_image(array)
+    return _encoded(np.ascontiguousarray(array).tobytes(), array.shape, effort, lossless)
+
+
+@lru_cache(maxsize=4)  # the states of an explorer share their photograph
+def _encoded(data: bytes, shape: tuple[int, ...], effort: int, lossless: bool) -> bytes:
+    image = Image.fromarray(np.frombuffer(data, np.uint8).reshape(shape))
+    return _saved(image, quality=88, method=effort, lossless=lossless, exact=lossless)
+
+
+def to_animated_webp(frames: Sequence[np.ndarray], *, duration_ms: int) -> bytes:
+    """Encode 8-bit images of one size as a WebP film in which a frame stores what has changed.
+
+    Parameters
+    ----------
+    frames
+        Images of type uint8, shape (height, width) or (height, width, 3).
+    duration_ms
+        How long each is shown, in milliseconds. Frames that look alike are stored as one that is
+        shown as long as all of them.
+
+    Returns
+    -------
+    bytes
+    """
+    first, *others = (Image.fromarray(np.ascontiguousarray(frame)) for frame in frames)
+    return _saved(
+        first,
+        save_all=True,
+        append_images=others,
+        duration=duration_ms,
+        loop=0,
+        quality=80,
+        method=4,
+        minimize_size=True,
+    )
+
+
+def _saved(image: Image.Image, **options: Any) -> bytes:
+    stream = io.BytesIO()
+    image.save(stream, "WEBP", **options)
+    return stream.getvalue()

@@ -1,0 +1,68 @@
+"""The tests as other processors run them: other BLAS kernels, NumPy without its fast paths.
+
+``python -m tests.portable`` prints a line for each; further words go to pytest. Every kernel gets
+the unit tests with the quick claims, and the notebooks with their compared outputs; the site in its
+browser is the same on every processor and left out.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+
+from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
+
+KERNELS = {"Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
+"""OpenBLAS's kernels, and the instructions that a processor must have for each."""
+
+RUNS = {
+    "tests": ["-m", "not slow", "--ignore", "tests/site", "tests"],
+    "notebooks": ["--nbval-lax", "book"],
+}
+ASK = "import numpy, threadpoolctl as t; print(t.threadpool_info()[0].get('architecture'))"
+
+
+def variants() -> Iterator[tuple[str, dict[str, str]]]:
+    """Yield name and environment of what can be tested here; print what cannot."""
+    seen: dict[str, str] = {}
+    for name, instructions in KERNELS.items():
+        environment = {"OPENBLAS_CORETYPE": name}
+        if not __cpu_features__.get(instructions):
+            print(f"{name:18s}  needs {instructions}, which this processor does not have")
+        elif (taken := python("-c", ASK, **environment).stdout.strip()) in seen:
+            print(f"{name:18s}  is {seen[taken]} to this OpenBLAS")
+        elif taken == name:
+            seen[taken] = name
+            yield name, environment
+        else:
+            print(f"{name:18s}  is not in this BLAS, which takes {taken}")
+    yield "NumPy's baseline", {"NPY_DISABLE_CPU_FEATURES": " ".join(__cpu_dispatch__)}
+
+
+def python(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in an environment."""
+    command = [sys.executable, *words]
+    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
+
+
+def passes(name: str, environment: Mapping[str, str], words: list[str]) -> bool:
+    """Run all tests in an environment, print the line of it, and what failed."""
+    failures = []
+    print(f"{name:18s}", end="", flush=True)
+    for what, chosen in RUNS.items():
+        run = python("-m", "pytest", "-q", *words, *chosen, **environment)
+        (*_, last) = run.stdout.splitlines() or [""]
+        print(
+            f"  {what}: {re.sub(r', [0-9]+ deselected|[(=].*', '', last).strip()}",
+            end="",
+            flush=True,
+        )
+        failures += [run.stdout + run.stderr] if run.returncode else []
+    print(*failures, sep="\n")
+    return not failures
+
+
+if __name__ == "__main__":
+    results = [passes(*variant, sys.argv[1:]) for variant in variants()]
+    sys.exit(not all(results))

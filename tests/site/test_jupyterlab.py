@@ -1,0 +1,173 @@
+"""Explorers in a real JupyterLab: after Run All Cells, under a busy kernel, without one."""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbconvert import HTMLExporter
+from playwright.sync_api import Browser, Page, expect
+
+from tests.site.conftest import Visit
+from tests.site.contents import BOOK, NOTEBOOKS
+from tests.site.driver import drivers
+from tests.site.lab import IDLE, Lab, jupyterlab
+
+DRAWN = """
+import time
+from pathlib import Path
+
+import numpy as np
+
+from robot_perception.teaching.explore import explore, slider
+from robot_perception.teaching.figures import figure
+
+fig, ax = figure()
+
+def line(gain):
+    ax.clear()
+    ax.plot([0, 1], [0, gain])
+    return fig
+
+explore(line, alt=lambda gain: f"A line of slope {gain:g} through 0.", caption="Slope $g$",
+        gain=slider("Gain", [1, 2, 3, 4], 2))
+"""
+IMAGE = """
+def square(side):
+    image = np.zeros((60, 80), np.uint8)
+    image[:side, :side] = 255
+    return image
+
+explore(square, alt=lambda side: f"A white square of {side} pixels.",
+        side=slider("Side", [5, 20], 5))
+"""
+BUSY = """
+while not Path("go").exists():
+    time.sleep(0.05)
+"""
+
+
+def _explorers(notebook: Path) -> int:
+    cells = json.loads(notebook.read_text("utf-8"))["cells"]
+    return sum(bool(re.search(r"^explore\(", "".join(c["source"]), re.MULTILINE)) for c in cells)
+
+
+CHAPTERS = [name for name in NOTEBOOKS if _explorers(BOOK / f"{name}.ipynb")]
+assert CHAPTERS
+
+expect.set_options(timeout=120_000)  # a kernel may start slowly; no test asserts a time
+
+
+@pytest.fixture(scope="module")
+def lab(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """A JupyterLab with copies of the chapters, and a notebook with two explorers."""
+    cells = [nbformat.v4.new_code_cell(source.strip()) for source in (DRAWN, IMAGE, BUSY)]
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    small = nbformat.v4.new_notebook(cells=cells, metadata={"kernelspec": kernel})
+    path = tmp_path_factory.mktemp("notebook") / "small.ipynb"
+    nbformat.write(small, path)
+    with jupyterlab([path, *(BOOK / f"{name}.ipynb" for name in CHAPTERS)]) as running:
+        yield running
+
+
+@pytest.fixture
+def visit(browser: Browser, lab: Lab) -> Iterator[Visit]:
+    """An empty page; kernels end with it."""
+    with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
+        yield Visit(context.new_page(), (lab.address, lab.address.replace("http", "ws")))
+    lab.end_kernels()
+
+
+@pytest.fixture
+def small(visit: Visit, lab: Lab) -> Page:
+    """The notebook with two explorers, run."""
+    (lab.folder / "go").touch()
+    lab.open(visit.page, "small.ipynb")
+    lab.run_all(visit.page, "small.ipynb")
+    expect(visit.page.locator(".rp-controls")).to_have_count(2)
+    return visit.page
+
+
+def move(page: Page, *keys: str) -> None:
+    """Press keys on the slider of every explorer."""
+    for slider in page.locator(".explorer input").all():
+        slider.focus()
+        for key in keys:
+            page.keyboard.press(key)
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_explorers_survive_run_all_cells(
+    name: str, lab: Lab, visit: Visit, count: Callable[[str, int], None]
+) -> None:
+    """Every explorer of a chapter that was run as a whole has its picture, and moves."""
+    lab.open(visit.page, f"{name}.ipynb")
+    lab.run_all(visit.page, name)
+    expected = _explorers(BOOK / f"{name}.ipynb")
+    expect(visit.page.locator(".rp-controls")).to_have_count(expected)
+    assert visit.page.locator(":is(.rp-error, .rp-notice):visible").all_text_contents() == []
+    found = drivers(visit.page)
+    for driver in found:
+        assert len(driver.pictures) == 1
+        driver.drive(driver.controls[0])
+    count("explorers alive after Run All Cells", len(found))
+    count("requests to other hosts", len(visit.strangers))
+    assert not visit.strangers
+
+
+def test_a_busy_kernel_answers_when_it_is_free(lab: Lab, visit: Visit) -> None:
+    """Pictures stand while the kernel is busy; then the newest move is answered."""
+    page = visit.page
+    (lab.folder / "go").unlink(missing_ok=True)
+    lab.open(page, "small.ipynb")
+    page.evaluate("() => { jupyterapp.serviceManager.kernels.commsOverSubshells = 'disabled'; }")
+    page.evaluate("() => { jupyterapp.commands.execute('notebook:run-all-cells'); }")
+    expect(page.locator(".rp-controls")).to_have_count(2)
+    expect(page.locator(".rp-canvas img")).to_be_visible()
+    expect(page.get_by_label("A line of slope 2 through 0.")).to_be_visible()
+    move(page, "Home", "ArrowRight", "End")
+    told = page.locator(".rp-notice")
+    expect(told.first).to_have_text("The kernel is busy; the picture follows.")
+    expect(page.get_by_label("A line of slope 2 through 0.")).to_be_visible()
+    (lab.folder / "go").touch()
+    expect(page.get_by_label("A line of slope 4 through 0.")).to_be_visible()
+    expect(page.get_by_alt_text("A white square of 20 pixels.")).to_be_visible()
+    expect(page.locator(":is(.rp-error, .rp-notice):visible")).to_have_count(0)
+
+
+def test_a_restarted_kernel_is_reported_when_a_control_moves(small: Page) -> None:
+    """The pictures stay, and the reader is told to run the cell."""
+    small.evaluate("() => jupyterapp.shell.currentWidget.sessionContext.restartKernel()")
+    small.wait_for_selector(IDLE)
+    assert small.locator(".rp-notice:visible").count() == 0
+    move(small, "End")
+    for told in small.locator(".rp-notice").all():
+        expect(told).to_have_text(re.compile("No kernel answers. Run this cell"))
+    expect(small.locator(".rp-error:visible")).to_have_count(0)
+    assert [driver.states for driver in drivers(small)] == [1, 1]
+
+
+def test_a_saved_notebook_shows_its_pictures(small: Page, lab: Lab) -> None:
+    """Opened again, trusted or not, and exported, it shows the default state."""
+    move(small, "End")
+    file = lab.folder / "small.ipynb"
+    lab.command(small, "docmanager:save")
+    told = ["A line of slope 2 through 0.", "A white square of 5 pixels."]
+    page, _ = HTMLExporter().from_filename(str(file))
+    assert re.findall(r'<img alt="([^"]*)" class="rp-frame', page) == told
+    for trusted in (True, False):
+        small.goto("about:blank")
+        lab.end_kernels()
+        if not trusted:
+            file.write_text(file.read_text("utf-8").replace("through 0.", "through zero."))
+            told[0] = "A line of slope 2 through zero."
+        lab.open(small, "small.ipynb")
+        if trusted:  # JupyterLab says that it has no model
+            small.wait_for_selector(".jp-OutputArea-output.jupyter-widgets", state="attached")
+        for alt in told:
+            picture = small.get_by_alt_text(alt)
+            expect(picture).to_be_visible()
+            assert picture.bounding_box()["width"] > 50
+        expect(small.locator(".jp-OutputArea-output:visible", has_text="widget")).to_have_count(0)

@@ -1,0 +1,152 @@
+"""What the results on a page depend on, in a small house with three pages."""
+
+import json
+from pathlib import Path
+
+import nbformat
+import pytest
+
+from robot_perception.teaching import dependencies
+from robot_perception.teaching.dependencies import ROOT, Dependencies, code
+
+HOUSE = {
+    "house/__init__.py": "",
+    "house/records.py": 'LEDGER = "claims.json"',
+    "house/front_end/explorer.js": "",
+    "house/rooms/__init__.py": "",
+    "house/rooms/walls.py": "",
+    "house/rooms/slam.py": 'TABLE = "landmarks.toml"',
+    "house/rooms/landmarks.toml": "",
+    "house/rooms/unused.py": "",
+    "house/chapters/__init__.py": "from importlib import import_module",
+    "house/chapters/walls.py": 'from house.rooms import walls\nSTORED = "walls-map"',
+    "house/chapters/slam/__init__.py": "",
+    "house/chapters/slam/study.py": "def run():\n    from ...rooms.slam import TABLE, __name__",
+    "house/chapters/slam/drives.py": 'DRIVES = "park"',
+    "constraints.txt": "numpy==2",
+    "book/notes.md": "No code.",
+    "book/slam.md": """---
+kernelspec: {name: python3, display_name: Python 3}
+jupytext: {text_representation: {format_name: myst}}
+---
+```{code-cell}
+from house import records
+from house.chapters.slam import drives, study
+say("straight")
+```
+""",
+    "book/_data/walls-map.npz": "",
+    "book/_data/films/park/1.webp": "",
+    "book/_data/nobodys.json": "",
+}
+CELLS = {
+    "walls": ["import house.records", "from house.chapters import walls"],
+    "scorecard": ["from house import records\nfrom house.chapters import CHAPTERS"],
+}
+CLAIMS = {"straight": "walls", "square": "walls", "consistent": "slam"}
+EVERY = {"walls", "slam", "scorecard"}
+
+
+@pytest.fixture
+def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository with a package, three pages with code and one without, and recorded data."""
+    for name, text in HOUSE.items():
+        write(tmp_path / name, text)
+    for name, cells in CELLS.items():
+        cells = [nbformat.v4.new_code_cell(cell) for cell in cells]
+        write(
+            tmp_path / f"book/{name}.ipynb", nbformat.writes(nbformat.v4.new_notebook(cells=cells))
+        )
+    record(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(dependencies, "registry", lambda: ["park", "attic"])
+    monkeypatch.setattr(dependencies, "find", lambda name: None)
+    return tmp_path
+
+
+def write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+
+
+def record(root: Path, **verdicts: str) -> None:
+    """Write a ledger."""
+    claims = [
+        {"id": name, "chapter": chapter, "verdict": verdicts.get(name, "reproduced")}
+        for name, chapter in CLAIMS.items()
+    ]
+    write(root / "book/_data/claims.json", json.dumps({"claims": claims}))
+
+
+def keys(root: Path) -> dict[str, str | None]:
+    found = Dependencies(root, ("house",))
+    return {page.stem: found.key(page) for page in (root / "book").iterdir() if page.is_file()}
+
+
+def expired(before: dict[str, str | None], root: Path) -> set[str]:
+    after = keys(root)
+    return {name for name in after if after[name] != before[name]}
+
+
+@pytest.mark.parametrize(
+    ("name", "pages"),
+    [
+        ("house/rooms/walls.py", {"walls", "scorecard"}),
+        ("house/rooms/slam.py", {"slam", "scorecard"}),
+        ("house/chapters/slam/study.py", {"slam", "scorecard"}),
+        ("house/rooms/landmarks.toml", {"slam", "scorecard"}),
+        ("house/rooms/__init__.py", EVERY),
+        ("house/chapters/__init__.py", EVERY),
+        ("house/rooms/unused.py", set()),
+        ("house/front_end/explorer.js", set()),
+        ("constraints.txt", EVERY),
+        ("book/notes.md", set()),
+        ("book/_data/walls-map.npz", {"walls", "scorecard"}),
+        ("book/_data/films/park/1.webp", {"slam", "scorecard"}),
+        ("book/_data/nobodys.json", EVERY),
+    ],
+)
+def test_a_change_expires_the_pages_that_reach_it(house: Path, name: str, pages: set[str]):
+    before = keys(house)
+    write(house / name, HOUSE[name] + "\n# changed")
+    assert expired(before, house) == pages
+
+
+@pytest.mark.parametrize(
+    ("claim", "pages"),
+    [
+        ("straight", EVERY),  # the other chapter's page names it
+        ("square", {"walls", "scorecard"}),
+        ("consistent", {"slam", "scorecard"}),
+    ],
+)
+def test_a_claim_recorded_anew_expires_its_chapter(house: Path, claim: str, pages: set[str]):
+    before = keys(house)
+    record(house, **{claim: "conditional"})
+    assert expired(before, house) == pages
+
+
+@pytest.mark.parametrize(("name", "pages"), [("park", {"slam", "scorecard"}), ("attic", EVERY)])
+def test_a_recording_that_arrives_expires_who_names_it(
+    house: Path, monkeypatch: pytest.MonkeyPatch, name: str, pages: set[str]
+):
+    before = keys(house)
+    monkeypatch.setattr(dependencies, "find", lambda asked: house if asked == name else None)
+    assert expired(before, house) == pages
+
+
+def test_bytecode_expires_nothing_and_a_page_without_code_has_no_key(house: Path):
+    before = keys(house)
+    write(house / "house/__pycache__/records.pyc", "anything")
+    assert expired(before, house) == set()
+    assert before["notes"] is None
+    assert len({before[name] for name in EVERY}) == 3
+
+
+def test_the_monobot_stands_on_no_walls_and_the_scorecard_on_every_chapter():
+    book, found = ROOT / "book", Dependencies(ROOT)
+    monobot = found.modules(code(book / "monobot.ipynb"))
+    scorecard = found.modules(code(book / "scorecard.ipynb"))
+    assert {"robot_perception.slam.monobot", "data_synth.monobot"} <= monobot & scorecard
+    assert not {name for name in monobot if "walls" in name}
+    assert {"robot_perception.walls.segments", "data_synth.posts"} <= scorecard

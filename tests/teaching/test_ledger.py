@@ -1,0 +1,136 @@
+"""The ledger keeps ten digits and every word, merges by identifier, and is written whole."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.ledger import (
+    Entry,
+    Ledger,
+    different,
+    entry,
+    numbers,
+    record,
+    verdicts,
+)
+from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict
+
+TABLE = Table({"plain": [Interval(2.0, 1.0, 3.0), "lost"]}, {"end (m)": "at the end", "map": ""})
+
+
+def finding(value):
+    return Finding(
+        Interval(value, value - 0.1, value + 0.1, "m", "95 %"),
+        {"a length": exact(1 / 3, "m"), "ours (time)": exact(0.7, "s")},
+        {"ends": TABLE},
+        (Condition("it rains", True), Condition("it snows", False)),
+        "Ten words.",
+    )
+
+
+def some(name="some-claim", value=1.5, **changes):
+    return Claim(
+        id=name,
+        chapter="walls",
+        paper="perception-issues",
+        place="§2.1",
+        basis=Basis.PAPER,
+        statement="Something holds.",
+        method="counted",
+        accepted=Accepted(1.0, math.inf, "half of it", "our choice"),
+        compute=lambda size, rng: finding(value if size is Size.FULL else value + 0.25),
+        **changes,
+    )
+
+
+def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
+    made = record(some(), versions="numpy 2")
+    assert (made.id, made.basis, made.verdict) == ("some-claim", "paper", "conditional")
+    assert made.value.estimate == 1.5
+    assert made.conditions == ["it rains"]
+    assert made.quick["value"] == [1.75, 1.65, 1.85]
+    assert made.versions == "numpy 2"
+    assert made.turn.end == "lower"
+    assert made.turn.by == pytest.approx(-0.4)
+
+
+def test_round_trip_keeps_everything_to_ten_digits():
+    made = record(some(), versions="numpy 2")
+    text = Ledger((made,)).to_json()
+    document = json.loads(text, parse_constant=pytest.fail)
+    assert document["claims"][0]["accepted"]["high"] is None
+    again = Ledger.from_json(text)["some-claim"]
+    for name in Entry.__slots__:
+        if name != "tables":
+            assert getattr(again, name) == getattr(made, name), name
+    assert again.tables["ends"].to_plain() == made.tables["ends"].to_plain()
+    assert again.evidence["a length"].estimate == 0.3333333333
+    assert Ledger((again,)).to_json() == text
+
+
+def test_lines_of_the_text_are_what_a_diff_should_show():
+    lines = Ledger((record(some(), versions=""),)).to_json().splitlines()
+    assert any(line.strip().startswith('"plain": [') for line in lines)
+    assert any(line.strip().startswith('"value": [') for line in lines), "quick"
+    assert max(map(len, lines)) < 300
+
+
+def test_numbers_name_every_number_but_measured_times():
+    found = numbers(finding(1.5))
+    assert found == {
+        "value": (1.5, 1.4, 1.6),
+        "evidence: a length": (0.3333333333,) * 3,
+        "ends: plain: end (m)": (2.0, 1.0, 3.0),
+    }
+
+
+def test_differences_are_named_on_the_scale_of_the_number():
+    old = {"a": (1e7, 1e7, 1e7), "b": (0.0, -1.0, 1.0), "c": (1.0, 1.0, 1.0)}
+    new = {"a": (1e7 + 1, 1e7, 1e7), "b": (1e-9, -1.0, 1.0), "d": (1.0, 1.0, 1.0)}
+    assert different(new, old, 1e-6) == ["c: no longer computed", "d: not recorded"]
+    assert different(new, new | {"b": (1e-3, -1.0, 1.0)}, 1e-6) == [
+        "b: [1e-09, -1.0, 1.0] instead of [0.001, -1.0, 1.0]"
+    ]
+    assert different(old, old, 0.0) == []
+
+
+def test_merging_replaces_adds_orders_and_drops_what_is_no_longer_declared():
+    a, b, c = (entry(some(name), finding(1.5)) for name in "abc")
+    new = entry(some("b"), finding(7.0))
+    merged = Ledger((a, b, c)).merged([new, entry(some("d"), finding(2.0))], ["d", "b", "a"])
+    assert [e.id for e in merged.entries] == ["d", "b", "a"]
+    assert merged["b"].value.estimate == 7.0
+    assert merged["a"] is a
+
+
+def test_a_file_is_replaced_whole(tmp_path):
+    file = tmp_path / "claims.json"
+    ledger = Ledger((record(some(), versions=""),))
+    ledger.write(file)
+    ledger.merged([], []).write(file)
+    assert Ledger.read(file).entries == ()
+    assert [p.name for p in tmp_path.iterdir()] == ["claims.json"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"claims": [{"id": 1}]}', "\x00"])
+def test_reading_no_ledger_is_a_clear_error(text):
+    with pytest.raises(ValueError, match="not a claim ledger"):
+        Ledger.from_json(text)
+
+
+def test_unknown_claim_names_the_known_ones():
+    with pytest.raises(KeyError, match="some-claim"):
+        Ledger((entry(some(), finding(1.5)),))["other"]
+
+
+def test_chapters_and_counts():
+    ledger = Ledger(tuple(entry(some(n, v), finding(v)) for n, v in (("a", 1.5), ("b", 0.1))))
+    assert ledger.chapter("monobot").entries == ()
+    assert verdicts(ledger) == {Verdict.CONDITIONAL: 1, Verdict.REFUTED: 1}
+    unmeasured = replace(ledger["a"], value=None, verdict="untestable")
+    assert unmeasured.turn is None

@@ -1,0 +1,115 @@
+"""Each module imports with the packages of its extra alone; the base is enough for algorithms."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from robot_perception import __main__
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+EXTRAS = {
+    "robot_perception.chapters": "book",
+    "robot_perception.evaluation.sweep": "book",
+    "robot_perception.teaching": "book",
+    "robot_perception.cli": "data",
+    "robot_perception.datasets": "data",
+    "robot_perception.slam.observability.symbolic": "symbolic",
+}
+"""What needs more than the base, with all below it."""
+
+IMPORT = """
+import importlib, json, sys
+from importlib.machinery import BuiltinImporter, FrozenImporter, PathFinder
+
+class Installed(PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        return None if name in absent else super().find_spec(name, path, target)
+
+names, absent = json.load(sys.stdin)
+sys.meta_path[:] = [BuiltinImporter, FrozenImporter, Installed]
+for name in names:
+    importlib.import_module(name)
+"""
+
+
+def modules(extra: str | None) -> list[str]:
+    """Return the modules that an extra is for, or those of the base."""
+    found = []
+    for folder in (ROOT / "lib", ROOT):
+        for package in ("robot_perception", "data_synth"):
+            for file in sorted((folder / package).rglob("*.py")):
+                parts = file.relative_to(folder).with_suffix("").parts
+                name = ".".join(part for part in parts if part != "__init__")
+                needs = [EXTRAS[room] for room in EXTRAS if f"{name}.".startswith(f"{room}.")]
+                found += [name] if needs == ([extra] if extra else []) else []
+    return found
+
+
+def packages(extra: str | None) -> set[str]:
+    """Return the packages that the base and an extra install."""
+    todo = [Requirement(line) for line in PROJECT["dependencies"]]
+    todo += [Requirement(f"robot-perception[{extra}]")] if extra else []
+    seen: set[str] = set()
+    while todo:
+        wanted = todo.pop()
+        if str(wanted) in seen:
+            continue
+        seen.add(str(wanted))
+        if wanted.name == "robot-perception":
+            for name in wanted.extras:
+                todo += map(Requirement, PROJECT["optional-dependencies"][name])
+            continue
+        for line in metadata.requires(wanted.name) or ():
+            needed = Requirement(line)
+            environments = [{"extra": name} for name in (*wanted.extras, "")]
+            if needed.marker is None or any(map(needed.marker.evaluate, environments)):
+                todo.append(needed)
+    return {"robot-perception", *(_normal(Requirement(line).name) for line in seen)}
+
+
+def absent(extra: str | None) -> list[str]:
+    """Return what cannot be imported where only the base and an extra are installed."""
+    here = packages(extra)
+    imports = metadata.packages_distributions().items()
+    return [name for name, owners in imports if here.isdisjoint(map(_normal, owners))]
+
+
+def _normal(name: str) -> str:
+    return name.lower().replace("_", "-").replace(".", "-")
+
+
+def python(code: str, names: list[str], extra: str | None) -> subprocess.CompletedProcess:
+    """Run code where only the base and an extra are installed."""
+    words, command = json.dumps([names, absent(extra)]), [sys.executable, "-c", code]
+    return subprocess.run(command, input=words, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("extra", [None, "data", "symbolic", "book"])
+def test_modules_import_with_their_extra_alone(extra: str | None):
+    names = modules(extra)
+    assert names
+    run = python(IMPORT, names, extra)
+    assert run.returncode == 0, run.stderr
+
+
+def test_command_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    run = python(IMPORT + "from robot_perception.__main__ import main\nmain()", [], None)
+    assert run.returncode == 1
+    assert re.fullmatch(r"This needs \w+: pip install 'robot-perception\[\w+\]'\n", run.stderr)
+    lines = [f"click>=8; extra == '{extra}'" for extra in ("book", "data")]
+    monkeypatch.setattr(__main__, "requires", lambda name: [*lines, "clickable"])
+    assert [__main__._extra(name) for name in ("click", "PIL")] == ["data", "book"]
+
+
+def test_the_base_is_small():
+    assert len(PROJECT["dependencies"]) == 4
+    assert not {"matplotlib", "anywidget", "sympy", "pooch", "click"} & packages(None)
