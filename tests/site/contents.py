@@ -1,6 +1,8 @@
 """What the site must hold, read from the book's table of contents."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -9,8 +11,13 @@ BOOK = Path(__file__).parents[2] / "book"
 
 def _listed() -> list[str]:
     contents = yaml.safe_load((BOOK / "_toc.yml").read_text())
-    parts = (chapter["file"] for part in contents["parts"] for chapter in part["chapters"])
-    return [contents["root"], *parts]
+    return [contents["root"], *(page for part in contents["parts"] for page in _below(part))]
+
+
+def _below(entry: dict[str, Any]) -> Iterator[str]:
+    for page in (*entry.get("chapters", ()), *entry.get("sections", ())):
+        yield page["file"]
+        yield from _below(page)
 
 
 PAGES = _listed()
