@@ -32,7 +32,7 @@ setup: .venv/.book ## install the book and its tests into .venv
 	@touch $@
 
 book: .venv/.book ## build the site into build/_build/html; warnings are errors
-	$(BIN)/jupyter-book build book --config _config.yml --path-output build -W --keep-going
+	ROBOT_PERCEPTION_WORKERS=$(JOBS) $(BIN)/jupyter-book build book --config _config.yml --path-output build -W --keep-going
 	@echo "The book is at $(SITE)/index.html"
 
 lint: .venv/.book ## ruff on code and notebooks, import contract
@@ -53,10 +53,10 @@ lab: .venv/.lab ## open the notebooks in JupyterLab
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
 
-reproduce: .venv/.book ## recompute every claim in full, and the stored results; runs the slow tests
-	$(BIN)/robot-perception claims --run full --write book/_data/claims.json
-	$(BIN)/robot-perception store
-	$(BIN)/python -m pytest -m slow tests
+reproduce: .venv/.book ## recompute every claim in full, and the stored results; runs the other slow tests
+	$(BIN)/robot-perception claims --run full --write book/_data/claims.json --workers $(JOBS)
+	$(BIN)/robot-perception store --workers $(JOBS)
+	$(BIN)/python -m pytest -m slow -k 'not full_numbers' tests
 
 bench: .venv/.bench ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
-from robot_perception.datasets.mrclam import Track
+from robot_perception.datasets.tracks import Track
 from robot_perception.geometry import wrap_angle
 from tests.datasets.writing import write
 from tests.unchecked import unchecked

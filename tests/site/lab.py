@@ -142,7 +142,11 @@ def jupyterlab(notebooks: Iterable[Path]) -> Iterator[Lab]:
             yield _when_up(Lab(f"http://127.0.0.1:{port}", work, token), server)
         finally:
             server.terminate()
-            server.wait(30)
+            try:
+                server.wait(60)
+            except subprocess.TimeoutExpired:  # it waits for a kernel that does not end
+                server.kill()
+                server.wait()
 
 
 def _when_up(lab: Lab, server: subprocess.Popen[bytes]) -> Lab:

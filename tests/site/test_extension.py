@@ -61,7 +61,8 @@ def test_kernels_of_the_build_are_encrypted(tmp_path: Path, monkeypatch: pytest.
     trait = KernelManager.transport_encryption
     monkeypatch.setattr(trait, "default_value", trait.default_value)  # put back afterwards
     with unchecked():
-        sphinx_extension._configure(None, SimpleNamespace(html_static_path=[]))
+        app = SimpleNamespace(srcdir=tmp_path)
+        sphinx_extension._configure(app, SimpleNamespace(html_static_path=[]))
     manager = KernelManager(connection_file=str(tmp_path / "kernel.json"))
     manager.start_kernel()
     connection = json.loads((tmp_path / "kernel.json").read_text())

@@ -334,6 +334,43 @@ def test_gauge_directions_are_the_slopes_of_the_motions(seed):
         np.testing.assert_allclose((moved - state) / step, slopes[name], atol=1e-4)
 
 
+class Bearings:
+    """A sensor that the library does not have: directions of the landmarks alone."""
+
+    def formula(self, x):
+        offsets = [x[i : i + 2, :] - x[:2, :] for i in range(3, len(x), 2)]
+        return sympy.Matrix([sympy.atan2(d[1], d[0]) - x[2] for d in offsets])
+
+
+def test_a_sensor_of_ones_own_is_read_as_differences_say():
+    """The motion is known, so bearings alone leave the shifts and the turn, and not the scale.
+
+    The oracle is the rank of finite differences along a drive.
+    """
+    rng = np.random.default_rng(3)
+    states = a_drive(rng, n=2)
+    size = states.shape[1]
+
+    def seen(start):
+        """All bearings along the drive if the world and the first pose were another."""
+        moved = states.copy()
+        moved[:, 3:] = start[3:]
+        turn = start[2] - states[0, 2]
+        c, s = np.cos(turn), np.sin(turn)
+        moved[:, :2] = (states[:, :2] - states[0, :2]) @ [[c, s], [-s, c]] + start[:2]
+        moved[:, 2] += turn
+        d = moved[:, 3:].reshape(len(moved), -1, 2) - moved[:, None, :2]
+        return np.unwrap(np.arctan2(d[..., 1], d[..., 0]) - moved[:, 2:3], axis=0).ravel()
+
+    steps = 1e-6 * np.eye(size)
+    slopes = [(seen(states[0] + step) - seen(states[0] - step)) / 2e-6 for step in steps]
+    rank = analyse(np.array(slopes).T, tolerance=1e-6).rank
+    for analysis in (symbolic.trajectory_matrix, symbolic.lie_matrix):
+        found = symbolic.read(analysis([Bearings()], 2), [Bearings()])
+        assert (found.rank, found.proven) == (rank, True)
+        assert found.unseen == ("shift in x", "shift in y", "turn about the robot")
+
+
 # Information along a direction -------------------------------------------------------------------
 
 

@@ -18,14 +18,14 @@ WORDS = {
 }
 
 
-def declare(compute, name="some-claim", module="robot_perception.chapters.walls.growth", **changes):
+def declare(compute, name="some-claim", module="elsewhere.chapters.walls.growth", **changes):
     compute.__module__ = module
     return claim(name, **(WORDS | {"accepted": Accepted(1.0, 2.0, "theory")} | changes))(compute)
 
 
 def test_the_chapter_is_the_package_of_the_function():
     assert declare(lambda size, rng: None).chapter == "walls"
-    assert declare(lambda size, rng: None, module="robot_perception.chapters.b.c.d").chapter == "b"
+    assert declare(lambda size, rng: None, module="elsewhere.chapters.b.c.d").chapter == "b"
     with pytest.raises(ValueError, match=r"outside the chapters: robot_perception\.walls"):
         declare(lambda size, rng: None, module="robot_perception.walls")
 
@@ -79,10 +79,10 @@ def test_compute_gets_the_size_and_the_seeded_generator():
 
 
 def test_claims_of_a_module_are_those_declared_in_it_in_their_order():
-    module = ModuleType("robot_perception.chapters.walls.growth")
+    module = ModuleType("elsewhere.chapters.walls.growth")
     module.second = declare(lambda size, rng: None, "b")
     module.first = declare(lambda size, rng: None, "a")
-    module.borrowed = declare(lambda size, rng: None, "c", "robot_perception.chapters.walls.other")
+    module.borrowed = declare(lambda size, rng: None, "c", "elsewhere.chapters.walls.other")
     module.number = 3
     assert [c.id for c in claims_in(module)] == ["b", "a"]
     assert all(isinstance(c, Claim) for c in claims_in(module))

@@ -46,7 +46,7 @@ def test_pixels_keep_their_edges_where_it_is_asked(monkeypatch, page):
     for pixelated in (False, True):
         explorer = made(pixelated=pixelated)
         bundle = explorer._repr_mimebundle_()
-        html = (bundle if page == "1" else bundle[0])["text/html"]
+        html = bundle["text/html"]
         assert ('<figure class="rp-figure rp-pixelated">' in html) == pixelated
         assert ("rp-pixelated" in explorer.spec["figure"]) == pixelated
 

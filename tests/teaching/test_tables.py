@@ -34,6 +34,7 @@ def test_html_defines_columns_escapes_and_marks_what_to_compare():
     html = ENDS.show(bold=["NEES", ("plain", "runs")]).bundle["text/html"]
     assert "<strong>5400</strong>" in html
     assert "<td><strong>3</strong></td>" in html
+    assert "<td>1.8 <small>[1.3, 2.2]</small></td>" in html
     assert "<strong>lost</strong>" not in html
     assert "anchored &lt;A&gt;" in html
     assert "<i>NEES</i>: 3 is right" in html

@@ -21,7 +21,6 @@ from robot_perception.datasets.mrclam import (
     MrclamRobot,
     Sightings,
     SurveyedLandmarks,
-    Track,
     read_mrclam,
 )
 from robot_perception.datasets.relations import Relations, read_relations
@@ -34,6 +33,8 @@ from robot_perception.datasets.store import (
     path,
     status,
 )
+from robot_perception.datasets.tables import read_columns, read_ranges
+from robot_perception.datasets.tracks import Track, read_track
 from robot_perception.datasets.victoria import (
     Fixes,
     LandmarkGraph,
@@ -70,11 +71,14 @@ __all__ = [
     "find",
     "path",
     "read_carmen_log",
+    "read_columns",
     "read_fixes",
     "read_graph_log",
     "read_landmark_graph",
     "read_mrclam",
+    "read_ranges",
     "read_relations",
+    "read_track",
     "read_vehicle",
     "registry",
     "status",

@@ -183,7 +183,7 @@ class Lines:
     def numbers(self, words: list[bytes]) -> Float[np.ndarray, " words"]:
         """Return words as finite numbers."""
         try:
-            values = _numbers(words)
+            values = to_numbers(words)
         except ValueError:
             raise self.error("a value is not a number") from None
         if not np.isfinite(values).all():
@@ -240,7 +240,8 @@ def _is_utf8(line: bytes) -> bool:
     return True
 
 
-def _numbers(words: list[bytes]) -> Float[np.ndarray, " words"]:
+def to_numbers(words: list[bytes]) -> Float[np.ndarray, " words"]:
+    """Return words as numbers, or raise ``ValueError``; NaN and infinity are numbers."""
     if b"_" in b"".join(words):  # Python reads 1_0 as ten
         raise ValueError
     return np.array(words, dtype=float)
@@ -269,7 +270,7 @@ def read_table(
     lines.kept[what] = len(places)
     lines.need(what)
     try:
-        rows = _numbers(table).reshape(-1, columns)
+        rows = to_numbers(table).reshape(-1, columns)
     except ValueError:  # one word of all is no number: find it
         for lines.number, start in zip(places, range(0, len(table), columns), strict=True):
             lines.numbers(table[start : start + columns])

@@ -9,9 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.beliefs import check_finite
 from robot_perception.datasets.logs import Check, CorruptLog, ReadReport, read_table
-from robot_perception.geometry import wrap_angle
+from robot_perception.datasets.tracks import Track
 
 ROBOTS = (1, 2, 3, 4, 5)
 
@@ -68,65 +67,6 @@ class Sightings:
     times: Float[np.ndarray, " m"]
     subjects: Int[np.ndarray, " m"]
     values: Float[np.ndarray, "m 2"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Track:
-    """Poses of a robot by motion capture.
-
-    Parameters
-    ----------
-    times : (k,)
-        s, rising.
-    poses : (k, 3)
-        x, y in m and heading in rad.
-    """
-
-    times: Float[np.ndarray, " k"]
-    poses: Float[np.ndarray, "k 3"]
-
-    def at(
-        self, times: Float[np.ndarray, " m"], *, longest_gap: float
-    ) -> tuple[Float[np.ndarray, "m 3"], Bool[np.ndarray, " m"]]:
-        """Return the poses at given times, positions by straight lines, headings by the short way.
-
-        Parameters
-        ----------
-        times : (m,)
-            s, in any order.
-        longest_gap
-            A gap between two poses that is longer than this, in s, is not bridged.
-
-        Returns
-        -------
-        poses : (m, 3)
-            NaN where not covered: nothing is extrapolated.
-        covered : (m,)
-            Whether a time lies on the track and in no longer gap.
-
-        Raises
-        ------
-        ValueError
-            If a time is not finite or the gap is not positive.
-        """
-        times = np.asarray(times, dtype=float)
-        check_finite("times", times)
-        if not longest_gap > 0:
-            raise ValueError(f"longest_gap must be positive, got {longest_gap}")
-        last = len(self.times) - 1
-        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), last)
-        before = np.maximum(after - 1, 0)  # of a track of one pose, that pose
-        gap = self.times[after] - self.times[before]
-        exact = (times == self.times[before]) | (times == self.times[after])
-        between = (times > self.times[before]) & (times < self.times[after])
-        covered = exact | (between & (gap <= longest_gap))
-        share = np.divide(times - self.times[before], gap, out=np.zeros_like(times), where=gap > 0)
-        step = self.poses[after] - self.poses[before]
-        step[:, 2] = wrap_angle(step[:, 2])
-        poses = self.poses[before] + share[:, None] * step
-        poses[:, 2] = wrap_angle(poses[:, 2])
-        poses[~covered] = np.nan
-        return poses, covered
 
 
 @dataclass(frozen=True, eq=False, slots=True)

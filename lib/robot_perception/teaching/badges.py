@@ -119,7 +119,7 @@ def _details(entry: Entry) -> str:
         items.append(("Note", entry.note))
     listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
     tables = "".join(
-        f"<p>{escape(name.capitalize())}</p>{table.show().bundle['text/html']}"
+        f"<p>{escape(name[:1].upper() + name[1:])}</p>{table.show().bundle['text/html']}"
         for name, table in entry.tables.items()
     )
     return f"<dl>{listed}</dl>{tables}"

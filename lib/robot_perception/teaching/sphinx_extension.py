@@ -37,6 +37,7 @@ _STATES = re.compile(
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension with Sphinx."""
+    app.add_config_value("book_contents", "", "env")  # a change of it renews every page's menu
     app.connect("config-inited", _configure)
     app.connect("builder-inited", _drop_live_code)
     app.connect("builder-inited", _copy_mathjax)
@@ -54,6 +55,8 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 def _configure(app: Sphinx, config: Config) -> None:
     os.environ[PAGE_VARIABLE] = "1"
+    contents = Path(app.srcdir, "_toc.yml")
+    config.book_contents = contents.read_text(encoding="utf-8") if contents.exists() else ""
     config.html_static_path.append(str(files("robot_perception.teaching") / "front_end"))
     # Kernels offer encryption; unasked they warn on every page that their sockets go without.
     KernelManager.transport_encryption.default_value = "auto"

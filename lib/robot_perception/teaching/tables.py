@@ -145,14 +145,18 @@ class Table:
         for name, cells in self.rows.items():
             shown = ""
             for column, cell in zip(self.columns, cells, strict=True):
-                text = escape(_shown(cell, digits))
+                value, ends = escape(_shown(cell, digits)), ""
+                if isinstance(cell, Interval):
+                    value, _, ends = value.partition(" [")
                 strong = {name, column, (name, column)} & set(bold)
-                shown += f"<td>{f'<strong>{text}</strong>' if strong else text}</td>"
+                shown += f"<td>{f'<strong>{value}</strong>' if strong else value}"
+                shown += f" <small>[{ends}</small></td>" if ends else "</td>"
             body += f'<tr><th scope="row">{escape(name)}</th>{shown}</tr>'
         words = "; ".join(
             f"<i>{escape(name)}</i>: {escape(what)}" for name, what in self.columns.items() if what
         )
-        caption = ". ".join(part for part in (escape(self.about.capitalize()), words) if part)
+        about = escape(self.about[:1].upper() + self.about[1:])
+        caption = ". ".join(part for part in (about, words) if part)
         label = escape(self.about or self.corner or "Results", quote=True)
         return (
             f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'

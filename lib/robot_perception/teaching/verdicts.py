@@ -111,15 +111,15 @@ def decide(
 ) -> Verdict:
     """Return the verdict.
 
-    =============  ====================================================================
-    reproduced     the whole interval lies inside the accepted range
-    conditional    so it does, but outside a named part of the domain the claim failed
-    refuted        interval and range are disjoint, by mathematics or on the paper's own terms
-    not reproduced interval and range are disjoint, but something stands in for the paper's
-    inconclusive   the interval overlaps the range and its complement
-    illustrated    the paper gives nothing to compare with
-    untestable     nothing could be measured
-    =============  ====================================================================
+    ==============  ======================================================================
+    reproduced      the whole interval lies inside the accepted range
+    conditional     so it does, but outside a named part of the domain the claim failed
+    refuted         interval and range are disjoint, by mathematics or on the paper's own terms
+    not reproduced  interval and range are disjoint, but something stands in for the paper's
+    inconclusive    the interval overlaps the range and its complement
+    illustrated     the paper gives nothing to compare with
+    untestable      nothing could be measured
+    ==============  ======================================================================
 
     Parameters
     ----------

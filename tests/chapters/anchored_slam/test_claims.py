@@ -2,6 +2,7 @@
 
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 
 from robot_perception.chapters.anchored_slam import gauge, rails
@@ -91,7 +92,8 @@ def test_the_verdict_follows_from_the_ranks(monkeypatch, better, verdict):
     monkeypatch.setattr(gauge, "ranks", doctored)
     monkeypatch.setattr(gauge, "RUNS", {Size.QUICK: 2})
     claim = gauge.planar_observability
-    assert claim.verdict(claim.find("quick")) == verdict
+    finding = claim.compute(Size.QUICK, np.random.default_rng(claim.seed))
+    assert claim.verdict(finding) == verdict
 
 
 # The loop

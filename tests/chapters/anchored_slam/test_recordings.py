@@ -1,7 +1,5 @@
 """The real recordings: what the studies compute, on worlds whose answer is known, and on them."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +9,7 @@ from scipy import stats
 from robot_perception import datasets
 from robot_perception.chapters.anchored_slam import intel, mrclam, recordings, victoria
 from robot_perception.chapters.anchored_slam.figures import recordings as drawings
-from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport
+from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport, Relations
 from robot_perception.datasets.mrclam import (
     Commands,
     MrclamRobot,
@@ -20,7 +18,6 @@ from robot_perception.datasets.mrclam import (
     Track,
 )
 from robot_perception.datasets.victoria import Fixes, VehicleLog
-from robot_perception.evaluation.trajectories import RelativeErrors
 from robot_perception.geometry import act, wrap_angle
 from robot_perception.observations import unnamed
 from robot_perception.slam.planar import (
@@ -193,7 +190,7 @@ def test_filter_with_the_right_sensors_is_consistent_and_lasting_errors_make_a_w
                     Settings(RangeBearing(np.diag(noise)), anchors),
                 )
                 assert set(history.belief.ids.tolist()) | set(anchors) == {6, 7, 8, 9}
-                found = mrclam.judge(history, drive, LANDMARKS, named=True)
+                found = mrclam.judge(history, drive)
                 nees[persistence, name, k] = found.nees.mean()
 
     def mean(persistence, name):
@@ -212,7 +209,8 @@ def test_without_barcodes_the_landmarks_are_still_the_right_ones():
     _, runs = mrclam.run_robot(robot, LANDMARKS, known_sensors(0.0), 0.0)
     for method in ("nearest", "joint"):
         for run in runs[method]:
-            assert run.map_error < 0.2
+            apart = run.history.belief.landmarks[:, None] - LANDMARKS.positions
+            assert np.sqrt(np.mean((apart**2).sum(axis=-1).min(axis=1))) < 0.2  # to the nearest
             assert run.ate < 0.2
 
 
@@ -338,7 +336,7 @@ def test_kinds_are_chosen_with_their_covariances():
     both = marks([[1, 0], [2, 0]])
     report = LandmarkReport(ScanReport(*[0] * 7), ("pole", "convex"), 0, 0, 0)
     assert intel.only(both, report, ("pole",)).values.tolist() == [[1, 0]]
-    assert [names.tolist() for names in intel.blind([both])] == [[-1, -1]]
+    assert intel.only(both, report, ("concave",)).values.tolist() == []
 
 
 def test_calibrated_wheels_lose_a_drift_per_metre_and_an_offset():
@@ -360,12 +358,27 @@ def test_interval_of_a_root_mean_square_covers_it():
     """Law: over many samples, the 95 % interval holds the true value about that often."""
     hits = 0
     for rng in np.random.default_rng(9).spawn(300):
-        errors = RelativeErrors(np.abs(rng.normal(0, 2, 70)), np.deg2rad(rng.normal(0, 5, 70)))
-        values, low, high = intel._table((errors, errors))
-        hits += low[0, 0] <= 2.0 <= high[0, 0]
-        np.testing.assert_allclose(values[:, 0], errors.translation_rms)
-        np.testing.assert_allclose(values[:, 1], np.rad2deg(errors.rotation_rms))
+        errors = rng.normal(0, 2, 70)
+        value, low, high = intel.root_mean_square(errors)
+        hits += low <= 2.0 <= high
+        assert value == pytest.approx(np.sqrt(np.mean(errors**2)))
     assert stats.binomtest(hits, 300, 0.93).pvalue > 1e-3  # a little short, for squares are skewed
+
+
+def test_steps_and_loops_are_scored_apart_in_metres_and_degrees():
+    """Law: the root mean square of the errors that were put into the relations."""
+    pairs = np.array([(k, k + 1) for k in range(5)] + [(k, k + 20) for k in range(4)])
+    errors = np.random.default_rng(4).normal(size=(9, 2))
+    motions = np.zeros((9, 6))
+    motions[:, [0, 5]] = errors * [0.1, np.deg2rad(3)]
+    motions[:, 0] += pairs[:, 1] - pairs[:, 0]
+    relations = Relations(pairs.astype(float), motions, ReadReport(records(), {}, {}))
+    poses = np.column_stack([np.arange(30.0), np.zeros((30, 2))])
+    values, low, high = intel.score(poses, relations, np.arange(30.0))
+    for row, part in zip(values, (errors[:5], errors[5:]), strict=True):
+        np.testing.assert_allclose(row, np.sqrt(np.mean(part**2, axis=0)) * [0.1, 3], rtol=1e-9)
+    assert (low < values).all()
+    assert (values < high).all()
 
 
 # ---- what is stored, and its drawings ------------------------------------------------------------
@@ -374,38 +387,35 @@ def test_interval_of_a_root_mean_square_covers_it():
 @pytest.fixture(scope="module")
 def stored():
     """The stored results, as a reader without the recordings has them."""
-    return {
-        recording.store: {
-            key: np.asarray(value) if isinstance(value, list) else value
-            for key, value in json.loads((records() / f"{recording.store}.json").read_text())[
-                "result"
-            ].items()
-        }
-        for recording in recordings.RECORDINGS
-    }
+    found = (recordings.UTIAS, recordings.VICTORIA, recordings.INTEL)
+    return {recording.store: recording.stored().result for recording in found}
 
 
-def test_stored_results_are_small():
-    for recording in recordings.RECORDINGS:
-        assert (records() / f"{recording.store}.json").stat().st_size < 200_000
+def test_stored_results_are_small(stored):
+    for name in stored:
+        assert (records() / f"{name}.npz").stat().st_size < 200_000
 
 
 def test_tables_say_what_is_stored(stored):
     found = stored["anchored-utias"]
-    rows = recordings.robot_table(found).splitlines()
-    assert len(rows) == 8
-    for row, line in enumerate(rows[2:7]):
-        numbers = [float(word) for word in line.split()]
-        expected = [row + 1, found["dead"][row], *found["ate"][row, 1],
-                    *found["ate_aligned"][row, 1], *found["inside"][row, 1]]  # fmt: skip
-        np.testing.assert_allclose(numbers, expected, atol=0.0051)
-    last = [float(word) for word in rows[7].split()[1:]]
-    np.testing.assert_allclose(last[1:4], found["ate"][:, 1].mean(axis=0), atol=0.0051)
-    assert len(recordings.sensor_table(found).splitlines()) == 7
-    assert len(recordings.method_table(found).splitlines()) == 2 + len(recordings.METHODS)
-    lines = recordings.relation_table(stored["anchored-intel"]).splitlines()
-    worst = float(lines[7].split()[-2])
-    assert worst == pytest.approx(stored["anchored-intel"]["blind"][:, 1, 0].max(), abs=0.051)
+    table, lasting = found.robot_table(), found.errors["lasting"]
+    for row, name in enumerate(list(table.rows)[:-1]):
+        expected = [found.dead[row], *lasting.ate[row], *lasting.ate_aligned[row]]
+        assert name == str(row + 1)
+        np.testing.assert_allclose(table.rows[name], [*expected, *lasting.inside[row]])
+    means = [table["mean", f"{anchors} (m)"] for anchors in ("no", "one", "two")]
+    np.testing.assert_allclose(means, lasting.ate.mean(axis=0))
+    methods = found.method_table()
+    assert list(methods.rows) == list(mrclam.METHODS.values())
+    for words, errors in zip(methods.rows, found.errors.values(), strict=True):
+        assert methods[words, "two, inside"] == pytest.approx(errors.inside[:, 2].mean())
+        assert methods[words, "NIS"] == pytest.approx(errors.nis[:, 0].mean())
+    sensors = found.sensor_table()
+    assert sum(sensors[name, "wrong"] for name in sensors.rows) == 9
+    assert sensors["2", "σ (m)"] == found.robots[2].sensors.sigma[0]
+    building = stored["anchored-intel"]
+    worst = building.relation_table()["filter, blind, worst", "loop (m)"]
+    assert worst == building.errors["blind"][:, 1, 0].max()
 
 
 def test_drawings_are_drawn_again_without_leaving_the_last_ones(stored):
@@ -430,19 +440,20 @@ def test_drawings_show_the_numbers(stored):
     found, park = stored["anchored-utias"], stored["anchored-victoria"]
     _, ax = figure()
     drawings.nees_over_time(ax, found, 2)
-    np.testing.assert_array_equal(ax.lines[2].get_ydata(), np.maximum(found["nees"][1, 2], 0.05))
-    _, ax = figure()
-    drawings.building_paths(ax, stored["anchored-intel"])
     np.testing.assert_array_equal(
-        ax.lines[-1].get_xdata(), stored["anchored-intel"]["told_way"].T[0]
+        ax.lines[2].get_ydata(), np.maximum(found.robots[2].nees[2], 0.05)
     )
     _, ax = figure()
-    drawings.step_times(ax, park)
-    np.testing.assert_array_equal(ax.lines[0].get_ydata(), park["microseconds"][0])
+    building = stored["anchored-intel"]
+    drawings.building_paths(ax, building)
+    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), building.ways["told"].T[0])
     _, ax = figure()
-    drawings.loop_errors(ax, stored["anchored-intel"])
+    drawings.step_times(ax, park)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), park.microseconds[0])
+    _, ax = figure()
+    drawings.loop_errors(ax, building)
     red = [line for line in ax.lines if line.get_color() == drawings.RED]
-    np.testing.assert_array_equal(red[0].get_ydata(), stored["anchored-intel"]["blind"][:, 1, 0])
+    np.testing.assert_array_equal(red[0].get_ydata(), building.errors["blind"][:, 1, 0])
 
 
 @given(st.integers(0, 2**31))
@@ -509,8 +520,9 @@ def test_on_the_park_first_estimates_end_at_the_batch_optimum_and_latest_ones_do
             if linearisation == "latest":
                 best = batch_trees(steps[:length], history)
             errors = history.belief.landmarks - best
-            covs = victoria._tree_covs(history, 0.0)
-            values = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covs), errors)
+            values = np.einsum(
+                "ni,nij,nj->n", errors, np.linalg.inv(history.belief.landmark_covs), errors
+            )
             squared[length, linearisation] = np.median(values)
             apart[length, linearisation] = np.sqrt(np.mean(np.sum(errors**2, axis=1)))
     for linearisation in victoria.LINEARISATIONS:
@@ -524,57 +536,57 @@ def test_on_the_park_first_estimates_end_at_the_batch_optimum_and_latest_ones_do
 def test_neither_satellites_nor_innovations_tell_the_two_filters_apart(stored):
     """Of the stored study: what the batch optimum above shows, they do not."""
     found = stored["anchored-victoria"]
-    assert (found["landmarks"], found["steps"], found["sightings"]) == (151, 6968, 3640)
-    assert found["apart"] > 10
-    assert (found["ate"] < found["ate_dead"] / 10).all()
-    assert abs(found["ate"][1] - found["ate"][0]) < 0.5
-    assert (np.abs(found["nis"] - 1) < 0.15).all()
+    runs = found.runs.values()
+    assert {len(run.trees) for run in runs} == {151}
+    assert (found.steps, found.sightings) == (6968, 3640)
+    assert found.apart > 10
+    ate = [run.ate for run in runs]
+    assert max(ate) < found.ate_dead / 10
+    assert abs(ate[1] - ate[0]) < 0.5
+    assert max(abs(run.nis - 1) for run in runs) < 0.15
 
 
 @pytest.mark.slow
 def test_park_is_as_stored(stored):
-    live = victoria.study(need("victoria_park"))
-    for name in ("ate", "ate_laser", "ate_dead", "nis", "apart", "turned"):
-        np.testing.assert_allclose(live[name], stored["anchored-victoria"][name], rtol=0.01)
+    live, park = victoria.study(need("victoria_park")), stored["anchored-victoria"]
+    for name in ("ate_dead", "apart", "turned"):
+        assert getattr(live, name) == pytest.approx(getattr(park, name), rel=0.01)
+    for name, run in live.runs.items():
+        assert (run.ate, run.nis) == pytest.approx(
+            (park.runs[name].ate, park.runs[name].nis), rel=0.01
+        )
 
 
 @pytest.mark.slow
 def test_robots_are_as_stored(stored):
     live = mrclam.study(need("utias_mrclam_6"))
     for method in ("lasting", "first"):
-        table = recordings.robot_table(stored["anchored-utias"], method)
-        assert recordings.robot_table(live, method) == table
+        cells = live.errors[method].cells
+        np.testing.assert_allclose(cells, stored["anchored-utias"].errors[method].cells, atol=0.005)
 
 
 @pytest.mark.slow
 def test_building_is_as_stored(stored):
     live = intel.study(need("carmen_intel"))
     for name in ("odometry", "calibrated", "corrected", "told"):
-        np.testing.assert_allclose(live[name], stored["anchored-intel"][name], rtol=0.02, atol=1e-3)
+        expected = stored["anchored-intel"].errors[name]
+        np.testing.assert_allclose(live.errors[name], expected, rtol=0.02, atol=1e-3)
 
 
 def test_two_anchors_bring_the_real_robots_near_the_truth(stored):
     """Of the stored study: every robot, with its own interval of luck left out."""
-    ate = stored["anchored-utias"]["ate"][:, 1]
+    ate = stored["anchored-utias"].errors["lasting"].ate
     assert (ate[:, 2] < 0.25).all()
     assert (ate[:, 2] < ate[:, 0]).all()
-    assert (stored["anchored-utias"]["dead"] > 0.8).all()
+    assert (stored["anchored-utias"].dead > 0.8).all()
 
 
 def test_first_estimates_are_believed_more_often_where_the_heading_is_not_seen(stored):
     """Of the stored study: without anchor they cure real robots too; with two, nothing is ill."""
-    inside = stored["anchored-utias"]["inside"].mean(axis=0)
-    lasting, first = (mrclam.METHODS.index(name) for name in ("lasting", "first"))
-    assert inside[first, 0] > inside[lasting, 0] + 0.2
-    assert abs(inside[first, 2] - inside[lasting, 2]) < 0.1
-
-
-def test_summary_gives_the_numbers_named(stored):
-    told = recordings.summary(stored["anchored-utias"], "two", "misread")
-    assert told == {
-        "two": pytest.approx(stored["anchored-utias"]["ate"][:, 1, 2].mean()),
-        "misread": 9.0,
-    }
+    errors = stored["anchored-utias"].errors
+    lasting, first = (errors[name].inside.mean(axis=0) for name in ("lasting", "first"))
+    assert first[0] > lasting[0] + 0.2
+    assert abs(first[2] - lasting[2]) < 0.1
 
 
 def test_moving_the_world_moves_the_told_names_not(stored):

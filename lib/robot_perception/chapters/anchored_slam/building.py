@@ -16,7 +16,7 @@ from data_synth.building import Building, drive, make_building
 from data_synth.laser import Scanner, measure, sight
 from robot_perception.chapters.anchored_slam import loops
 from robot_perception.chapters.anchored_slam.loops import SLIPS, Case, Drive, Fixes, Runs
-from robot_perception.chapters.anchored_slam.mrclam import METHODS, UTIAS
+from robot_perception.chapters.anchored_slam.mrclam import UTIAS
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import (
     Interval,
@@ -240,7 +240,7 @@ def planar_loop(size: Size, rng: np.random.Generator) -> Finding:
         for name in ("anchored", "anchored, rule at 15", "external", "first estimates")
     }
     told = result.runs[Case(association="known")].distance()
-    errors = UTIAS.stored().result["ate"][:, METHODS.index("lasting")].T  # by anchors and robot
+    errors = UTIAS.stored().result.errors["lasting"].ate.T  # by anchors and robot
     robots = {
         name: (Interval(e.mean(), e.min(), e.max(), "m", "mean and range of five robots"),)
         for name, e in zip(("no anchor", "one anchor", "two anchors"), errors, strict=True)

@@ -243,7 +243,7 @@ def planar_observability(size: Size, rng: np.random.Generator) -> Finding:
     rows = {}
     for kind, result in study.items():
         inside = (np.abs(result.errors) < 2 * result.deviations)[:, -1]
-        rows[kind] = (spread(result.gains[:, -1]), proportion(inside.sum(), RUNS[size]))
+        rows[kind] = (spread(result.gains[:, -1]), proportion(int(inside.sum()), RUNS[size]))
     columns = {
         "information": "about the turn, end over start: median and central 95 %",
         "within 2σ": "rate of runs whose heading is within its stated 2σ at the end, 95 %",

@@ -5,35 +5,24 @@ calls a corner depends on choices; so the study makes several of each and shows 
 comparison every choice is run a second time with the associations told by the corrected poses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.chapters.anchored_slam.mrclam import Found
 from robot_perception.datasets import LaserLog, Relations, read_carmen_log, read_relations
-from robot_perception.evaluation.trajectories import (
-    RelativeErrors,
-    absolute_error,
-    motion_errors,
-    relative_poses,
-)
-from robot_perception.geometry import act, wrap_angle
-from robot_perception.slam.planar import (
-    Association,
-    CartesianSensor,
-    MapBelief,
-    Observations,
-    Odometry,
-    Settings,
-    Step,
-    dead_reckoning,
-    run_filter,
-)
+from robot_perception.evaluation import intervals
+from robot_perception.evaluation.sweep import sweep
+from robot_perception.evaluation.trajectories import motion_errors, relative_poses
+from robot_perception.geometry import act, between, wrap_angle
+from robot_perception.observations import Observations
+from robot_perception.slam import planar
 from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
 from robot_perception.walls.corners import LandmarkReport, LandmarkRules, find_landmarks
 from robot_perception.walls.segments import Extraction, RangeNoise
 
@@ -52,6 +41,7 @@ SAME = 0.3
 """Corners are told to be the same within this distance in the frame of the corrected poses, m."""
 NEAR = 10
 """Relations between scans that are fewer apart than this are steps, the others loops."""
+SINGLES = ("odometry", "calibrated", "corrected")
 DRAWN = 450
 
 
@@ -59,16 +49,8 @@ DRAWN = 450
 class Wheels:
     """Raw odometry after what a constant calibration can do for it.
 
-    Parameters
-    ----------
-    increments : (steps, 3)
-        Motions from scan to scan, m, m, rad.
-    noise : (3, 3)
-        Covariance of what is left.
-    drift
-        Heading error per metre that was taken off, rad/m.
-    offset : (2,)
-        Translation error per step that was taken off, m.
+    ``increments`` lead from scan to scan (m, m, rad), ``noise`` is the covariance of what is left.
+    Taken off were a heading ``drift`` per metre (rad/m) and an ``offset`` of each step (m).
     """
 
     increments: Float[np.ndarray, "steps 3"]
@@ -77,11 +59,44 @@ class Wheels:
     offset: Float[np.ndarray, "2"]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Building:
+    """What the filter makes of the building, by path or group of paths.
+
+    ``errors`` of relative poses (root mean square) are by path, kind of relation (steps, loops) and
+    unit (m, °): of ``odometry``, ``calibrated`` and ``corrected`` (one path each), ``blind`` and
+    ``told`` (a path for each choice of rules, kinds, factor and association). ``ends`` of the 95 %
+    intervals are of single paths. ``empty`` is the share of the scans without a landmark, by rules.
+    ``ways`` are places of some scans, the first of a group, and ``spots`` the landmarks seen, by
+    the corrected poses (m).
+    """
+
+    errors: Mapping[str, Float[np.ndarray, "paths 2 2"]]
+    ends: Mapping[str, Float[np.ndarray, "2 2 2"]]
+    empty: Float[np.ndarray, " rules"]
+    ways: Mapping[str, Float[np.ndarray, "places 2"]]
+    spots: Float[np.ndarray, "spots 2"]
+
+    def relation_table(self) -> Table:
+        """Return the errors of relative poses, of steps and of loops."""
+        rows = {name: errors[0] for name, errors in self.errors.items() if name in self.ends}
+        for name, kind in product(("blind", "told"), ("best", "median", "worst")):
+            part = {"best": np.min, "median": np.median, "worst": np.max}[kind]
+            rows[f"filter, {name}, {kind}"] = part(self.errors[name], axis=0)
+        columns = {
+            "step (m)": "between neighbouring scans",
+            "step (°)": "",
+            "loop (m)": "between scans on both sides of a loop",
+            "loop (°)": "",
+        }
+        cells = {name: errors.ravel().tolist() for name, errors in rows.items()}
+        return Table(cells, columns, "root mean square errors of relative poses", "estimate")
+
+
 def calibrate(log: LaserLog) -> Wheels:
     """Fit a heading drift per metre and a constant offset to the corrected poses."""
-    pairs = _pairs(np.arange(len(log.times)))
-    raw = relative_poses(log.odometry, pairs)
-    errors = relative_poses(log.poses, pairs) - raw
+    raw = between(log.odometry[:-1], log.odometry[1:])
+    errors = between(log.poses[:-1], log.poses[1:]) - raw
     errors[:, 2] = wrap_angle(errors[:, 2])
     length = np.hypot(*raw[:, :2].T)
     drift = float(length @ errors[:, 2] / (length @ length))
@@ -90,27 +105,24 @@ def calibrate(log: LaserLog) -> Wheels:
     return Wheels(raw + change, np.diag((errors - change).var(axis=0)), drift, offset)
 
 
-def _pairs(rows: Int[np.ndarray, " k"]) -> Int[np.ndarray, "pairs 2"]:
-    return np.stack([rows[:-1], rows[1:]], axis=1)
-
-
 def run_scans(
+    item: tuple[Sequence[Observations], planar.Association, float],
+    *,
     start: Float[np.ndarray, "3"],
     wheels: Wheels,
-    seen: Sequence[Observations],
-    ids: Sequence[Int[np.ndarray, " _"]],
-    settings: Settings,
-    factor: float,
+    rng: np.random.Generator,
 ) -> Float[np.ndarray, "scans 3"]:
-    """Return the poses of the filter, one for each scan; the first is given."""
+    """Return the poses of the filter, one for each scan; the first is given, nothing is drawn."""
+    seen, association, factor = item
     steps = [
-        Step(
-            Odometry(increment, wheels.noise),
-            Observations(names, marks.values, factor * marks.covs + FLOOR),
+        planar.Step(
+            planar.Odometry(increment, wheels.noise),
+            Observations(marks.ids, marks.values, factor * marks.covs + FLOOR),
         )
-        for increment, marks, names in zip(wheels.increments, seen[1:], ids[1:], strict=True)
+        for increment, marks in zip(wheels.increments, seen[1:], strict=True)
     ]
-    return run_filter(MapBelief.start(start, np.zeros((3, 3))), steps, settings).path
+    settings = planar.Settings(planar.CartesianSensor(np.eye(2)), association=association)
+    return planar.run_filter(planar.MapBelief.start(start, np.zeros((3, 3))), steps, settings).path
 
 
 def tell(
@@ -134,134 +146,67 @@ def tell(
     return names
 
 
-def blind(seen: Sequence[Observations]) -> list[Int[np.ndarray, " _"]]:
-    """Leave all landmarks without names."""
-    return [np.full(len(marks), -1) for marks in seen]
-
-
 def only(marks: Observations, report: LandmarkReport, kinds: Sequence[str]) -> Observations:
     """Return the landmarks of some kinds."""
     return marks[np.isin(report.kinds, kinds)]
 
 
-def study(folder: Path) -> dict[str, np.ndarray | float]:
-    """Run all choices, and return what the chapter shows of them.
-
-    Returns
-    -------
-    dict
-        Errors of relative poses, rows of (translation m, rotation °) root mean square: of
-        ``odometry``, ``calibrated``, ``corrected`` (kinds of relation, 2), ``blind`` and ``told``
-        (choices, kinds of relation, 2); the first kind is steps, the second loops. Intervals
-        ``*_low``, ``*_high`` of the first three. ``blind_ate``, ``told_ate``, ``calibrated_ate``
-        against the corrected path after alignment, m. Counts ``relations`` (2,), ``scans``,
-        ``marks`` (per scan, by rules), ``empty`` (share of scans, by rules). ``drift`` (°/m),
-        ``offset`` (m), ``noise`` (sd: m, m, °). Paths ``way``, ``dead``, ``blind_way`` (first
-        choice), ``told_way``; ``spots`` (landmarks seen, by corrected poses).
-    """
+def study(folder: Path) -> Building:
+    """Run all choices: blind by both `ASSOCIATIONS`, and told which landmark is which."""
     log = read_carmen_log(folder / "intel_odom_and_corrected.log.gz")
     relations = read_relations(folder / "intel.relations.gz")
     wheels, start = calibrate(log), log.poses[0]
-    dead = dead_reckoning(start, (Odometry(i, wheels.noise) for i in wheels.increments))
-    score = _scorer(log, relations)
+    motions = (planar.Odometry(i, wheels.noise) for i in wheels.increments)
     found = [[find_landmarks(r, log.angles, rules) for r in log.ranges] for rules in RULES]
-    runs = {"blind": [], "told": []}
-    for seen, kinds in product(found, KINDS):
-        chosen = [only(*marks, kinds) for marks in seen]
-        ways = [("blind", blind(chosen), association) for association in ASSOCIATIONS]
-        ways.append(("told", tell(log.poses, chosen), Association("known", 0.9999)))
-        for factor, (name, names, association) in product(FACTORS, ways):
-            settings = Settings(CartesianSensor(np.eye(2)), association=association)
-            runs[name].append(run_scans(start, wheels, chosen, names, settings, factor))
-    near = np.abs(np.diff(relations.match(log.times)[1], axis=1))[:, 0] < NEAR
+    items, names = [], []
+    for seen, kinds, factor in product(found, KINDS, FACTORS):
+        blind = [only(*marks, kinds) for marks in seen]
+        told = [m.named(ids) for m, ids in zip(blind, tell(log.poses, blind), strict=True)]
+        items += [(blind, planar.Association(how), factor) for how in ASSOCIATIONS]
+        items.append((told, planar.Association("known", 0.9999), factor))
+        names += ["blind"] * len(ASSOCIATIONS) + ["told"]
+    task, rng = partial(run_scans, start=start, wheels=wheels), np.random.default_rng(0)
+    singles = (log.odometry, planar.dead_reckoning(start, motions), log.poses)
+    paths = {name: [path] for name, path in zip(SINGLES, singles, strict=True)}
+    paths |= {"blind": [], "told": []}
+    for name, path in zip(names, sweep(task, items, rng=rng, desc="building"), strict=True):
+        paths[name].append(path)
+    scores = {name: np.array([score(p, relations, log.times) for p in each])
+              for name, each in paths.items()}  # fmt: skip
     thin = slice(None, None, len(log.times) // DRAWN)
     spots = [act(p, m.values) for p, (m, _) in zip(log.poses, found[0], strict=True)]
-    singles = {"odometry": log.odometry, "calibrated": dead, "corrected": log.poses}
-    return {
-        **_with_intervals({name: score(poses) for name, poses in singles.items()}),
-        **{name: np.array([_table(score(p))[0] for p in paths]) for name, paths in runs.items()},
-        **{
-            f"{name}_ate": np.array([absolute_error(p, log.poses, aligned=True) for p in paths])
-            for name, paths in (*runs.items(), ("calibrated", [dead]))
-        },
-        "relations": np.array([near.sum(), (~near).sum()]),
-        "scans": len(log.times),
-        "marks": np.array([np.mean([len(m) for m, _ in seen]) for seen in found]),
-        "empty": np.array([np.mean([len(m) == 0 for m, _ in seen]) for seen in found]),
-        "drift": float(np.rad2deg(wheels.drift)),
-        "offset": wheels.offset,
-        "noise": np.sqrt(np.diag(wheels.noise)) * [1, 1, np.rad2deg(1)],
-        "way": np.round(log.poses[thin, :2], 2),
-        "dead": np.round(dead[thin, :2], 2),
-        "blind_way": np.round(runs["blind"][0][thin, :2], 2),
-        "told_way": np.round(runs["told"][0][thin, :2], 2),
-        "spots": np.round(np.concatenate(spots), 2),
-    }
-
-
-Score = Callable[[np.ndarray], tuple[RelativeErrors, RelativeErrors]]
-
-
-def _scorer(log: LaserLog, relations: Relations) -> Score:
-    """Return a function of poses that gives the errors of steps and of loops."""
-    rows, scans = relations.match(log.times)
-    true = relations.planar[rows]
-    near = np.abs(scans[:, 1] - scans[:, 0]) < NEAR
-
-    def score(poses: np.ndarray) -> tuple[RelativeErrors, RelativeErrors]:
-        found = relative_poses(poses, scans)
-        return motion_errors(found[near], true[near]), motion_errors(found[~near], true[~near])
-
-    return score
-
-
-def _table(
-    errors: tuple[RelativeErrors, RelativeErrors],
-) -> tuple[Float[np.ndarray, "2 2"], Float[np.ndarray, "2 2"], Float[np.ndarray, "2 2"]]:
-    """Return root mean squares (m, °) of steps and loops, and their 95 % intervals.
-
-    The interval is that of the mean square, ± 1.96 standard errors, as if relations were
-    independent; several loops share a stretch of the way, so that theirs is too narrow.
-    """
-    values, low, high = np.empty((3, 2, 2))
-    for kind, error in enumerate(errors):
-        for column, part in enumerate((error.translation, np.rad2deg(error.rotation))):
-            mean, spread = np.mean(part**2), 1.96 * np.std(part**2, ddof=1) / np.sqrt(len(part))
-            values[kind, column] = np.sqrt(mean)
-            low[kind, column] = np.sqrt(max(mean - spread, 0.0))
-            high[kind, column] = np.sqrt(mean + spread)
-    return values, low, high
-
-
-def _with_intervals(
-    scores: Mapping[str, tuple[RelativeErrors, RelativeErrors]],
-) -> dict[str, np.ndarray]:
-    tables = {name: _table(errors) for name, errors in scores.items()}
-    return {
-        f"{name}{end}": part
-        for name, parts in tables.items()
-        for end, part in zip(("", "_low", "_high"), parts, strict=True)
-    }
-
-
-def relation_table(found: Mapping[str, np.ndarray | float]) -> str:
-    """Return the errors of relative poses, of steps and of loops."""
-    head = (
-        "                              steps            loops\n"
-        "                              m       °        m       °"
+    return Building(
+        {name: values[:, 0] for name, values in scores.items()},
+        {name: scores[name][0, 1:] for name in SINGLES},
+        np.array([np.mean([len(m) == 0 for m, _ in seen]) for seen in found]),
+        {name: each[0][thin, :2] for name, each in paths.items() if name != "odometry"},
+        np.concatenate(spots),
     )
-    rows = []
-    for name in ("odometry", "calibrated", "corrected"):
-        rows.append(f"{name:22s} {_cells(found[name])}")
-    for name, words in (("blind", "filter, blind"), ("told", "filter, told")):
-        for word, part in (("best", np.min), ("median", np.median), ("worst", np.max)):
-            rows.append(f"{words + ', ' + word:22s} {_cells(part(found[name], axis=0))}")
-    return "\n".join([head, *rows])
 
 
-def _cells(table: np.ndarray) -> str:
-    (near_m, near_deg), (far_m, far_deg) = table
-    return f"{near_m:8.2f}{near_deg:8.1f} {far_m:8.1f}{far_deg:8.0f}"
+def score(
+    poses: Float[np.ndarray, "scans 3"], relations: Relations, times: Float[np.ndarray, " scans"]
+) -> Float[np.ndarray, "3 2 2"]:
+    """Return the errors (m, °) of steps and of loops, and the ends of their intervals."""
+    rows, scans = relations.match(times)
+    near = np.abs(scans[:, 1] - scans[:, 0]) < NEAR
+    errors = [
+        motion_errors(relative_poses(poses, scans[kind]), relations.planar[rows[kind]])
+        for kind in (near, ~near)
+    ]
+    parts = [[root_mean_square(e.translation), root_mean_square(np.rad2deg(e.rotation))]
+             for e in errors]  # fmt: skip
+    return np.moveaxis(parts, -1, 0)
 
 
-INTEL = Recording("carmen_intel", lambda at: Found(study(at)), Found, store="anchored-intel")
+def root_mean_square(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, "3"]:
+    """Return the root mean square and the ends of its 95 % interval, that of the mean square.
+
+    It takes relations as independent; several loops share a stretch of the way, so that theirs is
+    too narrow.
+    """
+    found = intervals.mean(values**2)
+    return np.sqrt(np.maximum([found.estimate, found.low, found.high], 0.0))
+
+
+INTEL = Recording("carmen_intel", study, Building, store="anchored-intel")

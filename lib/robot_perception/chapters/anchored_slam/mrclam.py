@@ -6,33 +6,26 @@ it.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import stats
 
 from robot_perception.datasets import read_mrclam
 from robot_perception.datasets.mrclam import MrclamRobot, SurveyedLandmarks
 from robot_perception.evaluation.consistency import normalised_squared
-from robot_perception.evaluation.trajectories import absolute_error, end_error
+from robot_perception.evaluation.sweep import sweep
+from robot_perception.evaluation.trajectories import absolute_error
+from robot_perception.gating import chi_squared_quantile
 from robot_perception.geometry import wrap_angle
-from robot_perception.slam.planar import (
-    Association,
-    History,
-    MapBelief,
-    Observations,
-    Odometry,
-    RangeBearing,
-    Settings,
-    Step,
-    compound,
-    dead_reckoning,
-    run_filter,
-)
+from robot_perception.slam import planar
+from robot_perception.slam.planar import Association, History, MapBelief, RangeBearing
 from robot_perception.streams import hold, merge
 from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
 
 GAP = 0.5
 """Longest gap of the motion capture that is bridged, s."""
@@ -44,46 +37,39 @@ MISREAD = 0.1
 """A bearing that is wrong by more, rad, is of another barcode than the camera read."""
 START = np.diag([0.001, 0.001, 0.005]) ** 2
 """Covariance of the start pose, from motion capture; ours."""
-ANCHORS = ("none", "one", "two")
-METHODS = ("white", "lasting", "first", "unbiased", "nearest", "joint")
+METHODS = {
+    "white": "barcodes, errors taken as fresh",
+    "lasting": "barcodes, errors that last",
+    "first": "the same, first estimates",
+    "unbiased": "errors that last, less the bias",
+    "nearest": "nearest neighbour",
+    "joint": "joint compatibility",
+}
+COLUMNS = {
+    f"{anchors}{kind}": words if anchors == "no" else ""
+    for kind, words in (
+        (" (m)", "error with no, one and two anchors, root mean square over the drive"),
+        (", aligned (m)", "the same after the best rigid motion"),
+        (", inside", "share of the poses in their 95 % region"),
+    )
+    for anchors in ("no", "one", "two")
+}
 SAMPLES = 170
-"""Times of each drive at which paths and errors are stored."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Found:
-    """What was computed from a recording, by name."""
-
-    parts: Mapping[str, np.ndarray]
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self.parts[name]
+"""Times of each drive at which paths and errors are kept."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
     """What motion capture says of the sensors of one robot, or of several together.
 
-    Parameters
-    ----------
-    delay
-        Time from a logged command to the motion, s: of `DELAYS` the one that explains turns best.
-    scale : (2,)
-        True over logged motion, forward and turning.
-    drag
-        Way that is lost for each radian logged, m/rad: who turns goes slower than the log says.
-    density : (2,)
-        Variance of the rest per second: m²/s, rad²/s.
-    bias : (2,)
-        Median error of range (m) and bearing (rad).
-    sigma : (2,)
-        Standard deviation of range and bearing without the misread barcodes.
-    persistence : (2,)
-        Correlation of two errors on one landmark, `WINDOW` seconds apart.
-    interval
-        Mean time between images while there are any, s.
-    misread
-        Sightings left out of all this, because the barcode cannot be the one that was read.
+    Pairs are of way and turn, or of range (m) and bearing (rad). A motion follows its command by
+    ``delay`` (s), of `DELAYS` the one that explains turns best. It is ``scale`` times the logged
+    one less ``drag`` for each radian logged (m/rad: who turns goes slower than the log says), and
+    the rest has the variance ``density`` per second (m²/s, rad²/s). The camera errs by ``bias`` in
+    the median and by ``sigma`` (standard deviation) without the sightings that are ``misread``:
+    their barcode cannot be the one that was read. Two errors on one landmark, `WINDOW` seconds
+    apart, correlate by ``persistence``; ``interval`` is the mean time between images while there
+    are any, s.
     """
 
     delay: float
@@ -98,8 +84,7 @@ class Calibration:
 
     def correct(self, velocities: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k 2"]:
         """Return the velocities that are driven where these (m/s, rad/s) are logged."""
-        lost = self.drag * np.abs(velocities[:, 1])
-        return velocities * self.scale - np.stack([lost, np.zeros(len(lost))], axis=1)
+        return velocities * self.scale - np.outer(np.abs(velocities[:, 1]), [self.drag, 0.0])
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
@@ -114,61 +99,121 @@ class Calibration:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drive:
-    """What the filter gets of one robot, and what it is judged by.
+    """What the filter gets of one robot, a step for each image, and what it is judged by.
 
-    Parameters
-    ----------
-    steps
-        One for each image used.
-    times : (k + 1,)
-        Of the start and of the images, s on the log's clock.
-    truth : (k + 1, 3)
-        Poses by motion capture; NaN where not covered.
-    covered : (k + 1,)
+    Of the start and of the images: times (s on the log's clock), and poses by motion capture, NaN
+    where not covered.
     """
 
-    steps: tuple[Step, ...]
-    times: Float[np.ndarray, " images"]
-    truth: Float[np.ndarray, "images 3"]
-    covered: Bool[np.ndarray, " images"]
+    steps: tuple[planar.Step, ...]
+    times: Float[np.ndarray, " moments"]
+    truth: Float[np.ndarray, "moments 3"]
+    covered: Bool[np.ndarray, " moments"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Judged:
-    """A run beside motion capture.
+    """A run beside motion capture, over the covered poses.
 
-    Parameters
-    ----------
-    history
-        The run.
-    ate, ate_aligned
-        Absolute error as it stands and after alignment, m.
-    end, end_heading
-        Error of the last covered pose, m and rad.
-    map_error
-        Root mean squared distance of the estimated landmarks from the surveyed, m.
-    nees : (covered,)
-        Of the poses.
-    nis
-        Normalised innovation squared over its degrees of freedom.
+    Error as it stands and after alignment (m), share ``inside`` the 95 % region of the covariance,
+    NIS over its degrees of freedom, and the NEES of each pose.
     """
 
     history: History
     ate: float
     ate_aligned: float
-    end: float
-    end_heading: float
-    map_error: float
-    nees: Float[np.ndarray, " covered"]
+    inside: float
     nis: float
+    nees: Float[np.ndarray, " covered"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Errors:
+    """The numbers of `Judged` by one method, for each robot without anchor, with one and two."""
+
+    ate: Float[np.ndarray, "robots anchors"]
+    ate_aligned: Float[np.ndarray, "robots anchors"]
+    inside: Float[np.ndarray, "robots anchors"]
+    nis: Float[np.ndarray, "robots anchors"]
 
     @property
-    def inside(self) -> float:
-        """Share of the poses inside the 95 % region of their covariance."""
-        return float(np.mean(self.nees <= stats.chi2.ppf(0.95, 3)))
+    def cells(self) -> Float[np.ndarray, "robots 9"]:
+        """What stands in a table under `COLUMNS`."""
+        return np.hstack([self.ate, self.ate_aligned, self.inside])
 
 
-# ---- sensors -------------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False, slots=True)
+class Robot:
+    """One robot: its sensors, and its drive by ``lasting`` at some covered times, s from its start.
+
+    ``dead`` is the path by the wheels alone. ``errors`` and their deviations ``sigmas`` are of
+    position (m) and heading (rad). ``marks`` is the map in the order of the survey, an anchor where
+    it is known to be; ``anchors`` are the places of the two. ``unknown`` sightings are of no post.
+    """
+
+    sensors: Calibration
+    unknown: int
+    times: Float[np.ndarray, " times"]
+    truth: Float[np.ndarray, "times 2"]
+    dead: Float[np.ndarray, "times 2"]
+    paths: Float[np.ndarray, "anchors times 2"]
+    errors: Float[np.ndarray, "anchors times 2"]
+    sigmas: Float[np.ndarray, "anchors times 2"]
+    nees: Float[np.ndarray, "anchors times"]
+    marks: Float[np.ndarray, "anchors landmarks 2"]
+    mark_covs: Float[np.ndarray, "anchors landmarks 2 2"]
+    anchors: Float[np.ndarray, "2 2"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Robots:
+    """The robots by number, the error of each by its wheels alone (m), and those by `METHODS`."""
+
+    landmarks: Float[np.ndarray, "landmarks 2"]
+    robots: Mapping[int, Robot]
+    dead: Float[np.ndarray, " robots"]
+    errors: Mapping[str, Errors]
+
+    def sensor_table(self) -> Table:
+        """Return what motion capture says of each robot's wheels and camera."""
+        columns = {
+            "delay (s)": "from command to motion",
+            "speed": "true over logged",
+            "turn": "true over logged",
+            "drag (m/rad)": "way lost in turning",
+            "bias (m)": "of the range",
+            "σ (m)": "of the range",
+            "ρ": "correlation of range errors two seconds apart",
+            "bias (°)": "of the bearing",
+            "σ (°)": "of the bearing",
+            "wrong": "barcodes read as another post's",
+            "other": "barcodes of no post",
+        }
+        rows = {}
+        for number, robot in self.robots.items():
+            s = robot.sensors
+            (far, bearing), (far_sd, bearing_sd) = s.bias, s.sigma
+            degrees = np.rad2deg([bearing, bearing_sd])
+            camera = (far, far_sd, s.persistence[0], *degrees, s.misread, robot.unknown)
+            rows[str(number)] = (s.delay, *s.scale, s.drag, *camera)
+        return Table(rows, columns, corner="robot")
+
+    def robot_table(self, method: str = "lasting") -> Table:
+        """Return errors and consistency of the robots by one of the `METHODS`."""
+        cells = np.column_stack([self.dead, self.errors[method].cells])
+        names = [*map(str, self.robots), "mean"]
+        rows = dict(zip(names, [*cells.tolist(), cells.mean(axis=0).tolist()], strict=True))
+        columns = {"wheels (m)": "error of the wheels alone"} | COLUMNS
+        return Table(rows, columns, METHODS[method], "robot")
+
+    def method_table(self) -> Table:
+        """Return the mean over the robots of errors, consistency and innovations, by method."""
+        rows = {
+            METHODS[name]: np.append(errors.cells, errors.nis[:, :1], axis=1).mean(axis=0).tolist()
+            for name, errors in self.errors.items()
+        }
+        columns = COLUMNS | {"NIS": "over its degrees of freedom, no anchor; 1 if right"}
+        return Table(rows, columns, "mean of the robots", "method")
 
 
 def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
@@ -232,24 +277,11 @@ def _persistence(times: np.ndarray, subjects: np.ndarray, rest: np.ndarray) -> n
 def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibration:
     """Return the mean calibration of all robots but one; biases are a robot's own and stay out."""
     others = [calibration for number, calibration in calibrations.items() if number != robot]
-
-    def mean(name: str) -> np.ndarray | float:
-        return np.mean([getattr(calibration, name) for calibration in others], axis=0)
-
-    return Calibration(
-        delay=mean("delay"),
-        scale=mean("scale"),
-        drag=mean("drag"),
-        density=mean("density"),
-        bias=np.zeros(2),
-        sigma=np.sqrt(np.mean([calibration.sigma**2 for calibration in others], axis=0)),
-        persistence=mean("persistence"),
-        interval=mean("interval"),
-        misread=sum(calibration.misread for calibration in others),
-    )
-
-
-# ---- steps ---------------------------------------------------------------------------------------
+    every = {f.name: np.array([getattr(c, f.name) for c in others]) for f in fields(Calibration)}
+    found = {name: values.mean(axis=0) for name, values in every.items()}
+    found["bias"], found["misread"] = np.zeros(2), int(every["misread"].sum())
+    found["sigma"] = np.sqrt(np.mean(every["sigma"] ** 2, axis=0))
+    return Calibration(**found)
 
 
 def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
@@ -260,17 +292,20 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     seen, logged = robot.landmarks, robot.commands
     merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
     driven = replace(merged.held, commands=sensors.correct(merged.held.commands))
-    times = merged.times
     steps = tuple(
-        Step(Odometry(*motion), Observations(seen.subjects[rows], seen.values[rows]), time=time)
-        for motion, rows, time in zip(
-            zip(*compound(driven, sensors.density), strict=True),
+        planar.Step(
+            planar.Odometry(increment, cov),
+            planar.Observations(seen.subjects[rows], seen.values[rows]),
+            time=time,
+        )
+        for increment, cov, rows, time in zip(
+            *planar.compound(driven, sensors.density),
             merged.rows,
-            (times[1:] - times[0]).tolist(),
+            (merged.times[1:] - merged.times[0]).tolist(),
             strict=True,
         )
     )
-    return Drive(steps, times, *robot.truth.at(times, longest_gap=GAP))
+    return Drive(steps, merged.times, *robot.truth.at(merged.times, longest_gap=GAP))
 
 
 def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int, np.ndarray]]:
@@ -281,42 +316,27 @@ def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int,
     return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
 
 
-# ---- runs ----------------------------------------------------------------------------------------
-
-
-def judge(history: History, drive: Drive, landmarks: SurveyedLandmarks, *, named: bool) -> Judged:
-    """Compare a run with motion capture; landmarks the filter named itself go to the nearest."""
+def judge(history: History, drive: Drive) -> Judged:
+    """Compare a run with motion capture."""
     seen = drive.covered[1:]
     poses, truth = history.poses[seen], drive.truth[1:][seen]
     errors = poses - truth
     errors[:, 2] = wrap_angle(errors[:, 2])
-    end = end_error(poses, truth)
-    found = history.belief.landmarks
-    if named:
-        apart = found - landmarks.positions[np.searchsorted(landmarks.ids, history.belief.ids)]
-    else:
-        offsets = found[:, None] - landmarks.positions
-        nearest = np.hypot(*offsets.T).T.argmin(axis=1)
-        apart = offsets[np.arange(len(found)), nearest]
+    nees = normalised_squared(errors, history.pose_covs[seen])
     return Judged(
         history,
         absolute_error(poses, truth, aligned=False),
         absolute_error(poses, truth, aligned=True),
-        end.position,
-        end.heading,
-        float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
-        normalised_squared(errors, history.pose_covs[seen]),
+        float(np.mean(nees <= chi_squared_quantile(0.95, 3))),
         float(history.nis.sum() / history.dof.sum()),
+        nees,
     )
 
 
 def run_robot(
-    robot: MrclamRobot,
-    landmarks: SurveyedLandmarks,
-    sensors: Calibration,
-    range_bias: float,
+    robot: MrclamRobot, landmarks: SurveyedLandmarks, sensors: Calibration, range_bias: float
 ) -> tuple[Drive, dict[str, list[Judged]]]:
-    """Run the filter over a drive by each method, with no, one and two anchors.
+    """Run the filter over a drive by each of the `METHODS`, with no, one and two anchors.
 
     ``white``: barcodes known, the noise that of one measurement; ``lasting``: the noise multiplied
     by `Calibration.inflation`; ``first``: the same with Jacobians at the first estimates;
@@ -325,239 +345,93 @@ def run_robot(
     (0.9999), for the camera takes one landmark for another now and then.
     """
     drive, sparse = make_drive(robot, sensors), make_drive(robot, sensors, pause=1.0)
-    nameless = tuple(replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
+    nameless = (replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
+    sparse = replace(sparse, steps=tuple(nameless))
     one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
     known = Association("known", 0.9999)
-    ways = (
-        (drive, drive.steps, RangeBearing(one), known, "latest"),
-        (drive, drive.steps, RangeBearing(many), known, "latest"),
-        (drive, drive.steps, RangeBearing(many), known, "first"),
-        (drive, drive.steps, RangeBearing(many, range_bias), known, "latest"),
-        (sparse, nameless, RangeBearing(one), "gated", "latest"),
-        (sparse, nameless, RangeBearing(one), "joint", "latest"),
-    )
-    found: dict[str, list[Judged]] = {}
-    start = MapBelief.start(drive.truth[0], START)
-    for method, (way, steps, sensor, association, linearisation) in zip(METHODS, ways, strict=True):
-        found[method] = []
-        for anchors in choose_anchors(drive, landmarks):
-            settings = Settings(sensor, anchors, association, linearisation)
-            history = run_filter(start, steps, settings)
-            named = association is known
-            found[method].append(judge(history, way, landmarks, named=named))
+    ways = {
+        "white": (drive, RangeBearing(one), known, "latest"),
+        "lasting": (drive, RangeBearing(many), known, "latest"),
+        "first": (drive, RangeBearing(many), known, "first"),
+        "unbiased": (drive, RangeBearing(many, range_bias), known, "latest"),
+        "nearest": (sparse, RangeBearing(one), "gated", "latest"),
+        "joint": (sparse, RangeBearing(one), "joint", "latest"),
+    }
+    start, chosen = MapBelief.start(drive.truth[0], START), choose_anchors(drive, landmarks)
+    found = {}
+    for method, (way, sensor, *how) in ways.items():
+        settings = [planar.Settings(sensor, anchors, *how) for anchors in chosen]
+        found[method] = [judge(planar.run_filter(start, way.steps, s), way) for s in settings]
     return drive, found
 
 
-# ---- the recording -------------------------------------------------------------------------------
-
-
-def study(folder: Path) -> dict[str, np.ndarray | float]:
-    """Run all robots, and return what the chapter shows of them.
-
-    Returns
-    -------
-    dict
-        By robot: ``robots``; of the sensors ``delay``, ``scale``, ``drag``, ``wander`` (root of
-        the density), ``bias``, ``sigma``, ``persistence``, ``inflation``, ``misread``, ``unknown``;
-        ``images``, ``minutes``, ``uncovered``; ``dead`` (error of the wheels alone, m). By robot,
-        method and
-        anchors: the numbers of `Judged` and what became of the sightings (`Counts`). Of the runs
-        with lasting errors, by robot, anchors and time: ``paths``, ``errors`` (m and rad),
-        ``sigmas`` (likewise), ``nees``, beside ``times`` (s), ``truth``, ``dead_path``; and
-        ``marks``, ``mark_covs`` (cm²), beside ``landmarks`` and the ``anchors`` (robots, 2).
-    """
+def study(folder: Path) -> Robots:
+    """Run all robots, each with the sensors of the others."""
     data = read_mrclam(folder)
-    calibrations = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
-    runs = [
-        run_robot(robot, data.landmarks, of_others(calibrations, n), calibrations[n].bias[0])
-        for n, robot in data.robots.items()
-    ]
-    names = (
-        "delay",
-        "scale",
-        "drag",
-        "density",
-        "bias",
-        "sigma",
-        "persistence",
-        "inflation",
-        "misread",
-    )
-    sensors = {
-        name: np.array([getattr(calibration, name) for calibration in calibrations.values()])
-        for name in names
-    }
-    sensors["wander"] = np.sqrt(sensors.pop("density"))
-    sensors["unknown"] = np.array([sum(r.unknown.values()) for r in data.robots.values()])
-    return (
-        {"robots": np.array(list(data.robots)), "landmarks": data.landmarks.positions}
-        | sensors
-        | _stack([_numbers(*run) for run in runs])
-        | _stack([_series(*run, data.landmarks) for run in runs])
-    )
+    sensors = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
+    one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
+    runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
+    robots, dead, judged = zip(*runs, strict=True)
+    errors = {m: Errors(*np.moveaxis([one[m] for one in judged], -1, 0)) for m in METHODS}
+    robots = dict(zip(data.robots, robots, strict=True))
+    return Robots(data.landmarks.positions, robots, np.array(dead), errors)
 
 
-def _stack(rows: list[dict[str, np.ndarray | float]]) -> dict[str, np.ndarray]:
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def _numbers(drive: Drive, found: Mapping[str, list[Judged]]) -> dict[str, np.ndarray | float]:
-    """Return what is told of one robot in numbers; arrays by method and anchors."""
-    numbers = {
-        name: np.array([[getattr(run, name) for run in found[method]] for method in METHODS])
-        for name in ("ate", "ate_aligned", "end", "end_heading", "map_error", "inside", "nis")
-    }
-    numbers["nees_mean"] = np.array([[run.nees.mean() for run in found[m]] for m in METHODS])
-    for name in ("matched", "anchored", "new", "rejected", "ignored"):
-        numbers[name] = np.array(
-            [[getattr(run.history.counts, name) for run in found[m]] for m in METHODS]
-        )
-    seen = drive.covered
-    dead = dead_reckoning(drive.truth[0], (s.motion for s in drive.steps))
-    return numbers | {
-        "dead": absolute_error(dead[seen], drive.truth[seen], aligned=False),
-        "images": len(drive.steps),
-        "uncovered": int(np.count_nonzero(~seen)),
-        "minutes": float(drive.times[-1] - drive.times[0]) / 60,
-    }
-
-
-def _series(
-    drive: Drive, found: Mapping[str, list[Judged]], landmarks: SurveyedLandmarks
-) -> dict[str, np.ndarray]:
-    """Return paths, errors and maps of one robot, thinned; arrays by anchors and time."""
-    covered = np.flatnonzero(drive.covered[1:])
-    kept = np.linspace(0, len(covered) - 1, SAMPLES).astype(int)
-    rows = covered[kept]
+def _robot(
+    item: tuple[int, MrclamRobot],
+    *,
+    landmarks: SurveyedLandmarks,
+    sensors: Mapping[int, Calibration],
+    rng: np.random.Generator,
+) -> tuple[Robot, float, dict[str, list[tuple]]]:
+    """Return what is shown of a robot, the error of its wheels, and by method `Errors`."""
+    number, robot = item
+    own = sensors[number]
+    drive, found = run_robot(robot, landmarks, of_others(sensors, number), float(own.bias[0]))
+    seen = np.flatnonzero(drive.covered[1:])
+    kept = np.linspace(0, len(seen) - 1, SAMPLES).astype(int)
+    rows = seen[kept]
     truth = drive.truth[1:][rows]
-    runs = found["lasting"]
+    dead = planar.dead_reckoning(drive.truth[0], (step.motion for step in drive.steps))
+    runs, chosen = found["lasting"], choose_anchors(drive, landmarks)
     poses = np.array([run.history.poses[rows] for run in runs])
     covs = np.array([run.history.pose_covs[rows] for run in runs])
     apart = poses - truth
     spread = np.sqrt(np.trace(covs[..., :2, :2], axis1=-2, axis2=-1))
-    chosen = choose_anchors(drive, landmarks)
-    maps = [_map(run, anchors, landmarks) for run, anchors in zip(runs, chosen, strict=True)]
-    return {
-        "times": np.round(drive.times[1:][rows] - drive.times[0], 1),
-        "truth": np.round(truth[:, :2], 2),
-        "dead_path": np.round(
-            dead_reckoning(drive.truth[0], (s.motion for s in drive.steps))[1:][rows, :2], 2
-        ),
-        "paths": np.round(poses[..., :2], 2),
-        "errors": np.round(
-            np.stack([np.hypot(*apart[..., :2].T).T, wrap_angle(apart[..., 2])], axis=-1), 3
-        ),
-        "sigmas": np.round(np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1), 3),
-        "nees": np.round([run.nees[kept] for run in runs], 2),
-        "marks": np.round([points for points, _ in maps], 3),
-        "mark_covs": np.round([1e4 * covs for _, covs in maps], 2),
-        "anchors": np.array(list(chosen[-1])),
-    }
+    names = landmarks.ids.tolist()
+    maps = [_map(r.history.belief, a, names) for r, a in zip(runs, chosen, strict=True)]
+    marks, mark_covs = (np.array(part) for part in zip(*maps, strict=True))
+    shown = Robot(
+        own,
+        sum(robot.unknown.values()),
+        drive.times[1:][rows] - drive.times[0],
+        truth[:, :2],
+        dead[1:][rows, :2],
+        poses[..., :2],
+        np.stack([np.hypot(apart[..., 0], apart[..., 1]), wrap_angle(apart[..., 2])], axis=-1),
+        np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1),
+        np.array([run.nees[kept] for run in runs]),
+        marks,
+        mark_covs,
+        np.array(list(chosen[-1].values())),
+    )
+    numbers = attrgetter(*(f.name for f in fields(Errors)))
+    return (
+        shown,
+        absolute_error(dead[drive.covered], drive.truth[drive.covered], aligned=False),
+        {method: [numbers(run) for run in runs] for method, runs in found.items()},
+    )
 
 
 def _map(
-    run: Judged, anchors: Mapping[int, np.ndarray], landmarks: SurveyedLandmarks
+    belief: MapBelief, anchors: Mapping[int, np.ndarray], names: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the landmarks in the order of the survey; anchors stand where they are known to be."""
-    points, covs = landmarks.positions.copy(), np.zeros((len(landmarks.ids), 2, 2))
-    for row, name in enumerate(landmarks.ids.tolist()):
-        if name not in anchors:
-            marginal = run.history.belief.landmark(name)
-            points[row], covs[row] = marginal.mean, marginal.cov
-    return points, covs
+    """Return landmarks and their covariances; anchors stand where they are known to be."""
+    found = zip(belief.landmarks, belief.landmark_covs, strict=True)
+    places = dict(zip(belief.ids.tolist(), found, strict=True))
+    places |= {name: (place, np.zeros((2, 2))) for name, place in anchors.items()}
+    points, covs = zip(*(places[name] for name in names), strict=True)
+    return np.array(points), np.array(covs)
 
 
-def summary(found: Mapping[str, np.ndarray | float], *names: str) -> dict[str, float]:
-    """Return those numbers about the five robots that are named; means, but counts are totals.
-
-    Errors in m, shares in %, by anchors ``none``, ``one``, ``two``; ``fresh_*`` where errors are
-    taken as white, ``first_*`` with first estimates, ``nearest_none``, ``joint_none`` where
-    barcodes are unknown, ``unbiased_two`` where each robot's range bias is taken off.
-    """
-    way = {method: row for row, method in enumerate(METHODS)}
-    ate, inside = found["ate"].mean(axis=0), 100 * found["inside"].mean(axis=0)
-    numbers = {"wheels": found["dead"].mean(), "minutes": found["minutes"].sum()}
-    for column, anchors in enumerate(ANCHORS):
-        numbers[anchors] = ate[way["lasting"], column]
-        numbers[f"{anchors}_aligned"] = found["ate_aligned"][:, way["lasting"], column].mean()
-        numbers[f"{anchors}_inside"] = inside[way["lasting"], column]
-        numbers[f"fresh_{anchors}_inside"] = inside[way["white"], column]
-        numbers[f"first_{anchors}"] = ate[way["first"], column]
-        numbers[f"first_{anchors}_inside"] = inside[way["first"], column]
-    for method in ("nearest", "joint"):
-        numbers[f"{method}_none"] = ate[way[method], 0]
-    numbers["unbiased_two"] = ate[way["unbiased"], 2]
-    numbers["fresh_nis"] = found["nis"][:, way["white"], 0].mean()
-    for name in ("delay", "misread", "unknown"):
-        numbers[name] = found[name].mean() if name == "delay" else found[name].sum()
-    numbers["inflation"] = found["inflation"][:, 0].mean()
-    numbers["persistence"] = found["persistence"][:, 0].mean()
-    numbers["bias_low"], numbers["bias_high"] = found["bias"][:, 0].min(), found["bias"][:, 0].max()
-    numbers["drag"] = found["drag"].mean()
-    return {name: float(numbers[name]) for name in names}
-
-
-def sensor_table(found: Mapping[str, np.ndarray | float]) -> str:
-    """Return what motion capture says of each robot's wheels and camera."""
-    head = (
-        "       delay  speed   turn   drag  range bias    sd  ρ(2 s)  bearing    sd  wrong  other\n"
-        "robot      s      ×      ×  m/rad           m     m               °     °"
-    )
-    rows = []
-    for row, robot in enumerate(found["robots"]):
-        speed, turn = found["scale"][row]
-        (far, bearing), (far_sd, bearing_sd) = found["bias"][row], found["sigma"][row]
-        rows.append(
-            f"{robot:5d}{found['delay'][row]:7.2f}{speed:7.2f}{turn:7.2f}{found['drag'][row]:7.3f}{far:12.3f}{far_sd:6.2f}"
-            f"{found['persistence'][row, 0]:8.2f}{np.rad2deg(bearing):9.2f}"
-            f"{np.rad2deg(bearing_sd):6.2f}{found['misread'][row]:7d}{found['unknown'][row]:7d}"
-        )
-    return "\n".join([head, *rows])
-
-
-def robot_table(found: Mapping[str, np.ndarray | float], method: str = "lasting") -> str:
-    """Return errors and consistency of the robots by one of the `METHODS`."""
-    way = METHODS.index(method)
-    head = (
-        "         wheels  error / m         aligned / m       inside 95 %\n"
-        "robot    alone   no   one  two     no   one  two     no   one  two"
-    )
-    rows = []
-    for row, robot in enumerate(found["robots"]):
-        cells = [
-            "  ".join(f"{value:.{places}f}" for value in found[name][row, way])
-            for name, places in (("ate", 2), ("ate_aligned", 2), ("inside", 2))
-        ]
-        rows.append(f"{robot:5d}  {found['dead'][row]:7.2f}  {'    '.join(cells)}")
-    means = [
-        "  ".join(f"{value:.2f}" for value in found[name][:, way].mean(axis=0))
-        for name in ("ate", "ate_aligned", "inside")
-    ]
-    rows.append(f" mean  {found['dead'].mean():7.2f}  {'    '.join(means)}")
-    return "\n".join([head, *rows])
-
-
-def method_table(found: Mapping[str, np.ndarray | float]) -> str:
-    """Return the mean over the robots of error, consistency and innovations, by method."""
-    words = {
-        "white": "barcodes, errors taken as fresh",
-        "lasting": "barcodes, errors that last",
-        "first": "the same, first estimates",
-        "unbiased": "errors that last, less the bias",
-        "nearest": "nearest neighbour",
-        "joint": "joint compatibility",
-    }
-    head = (
-        "                                  error / m         inside 95 %       NIS\n"
-        "                                  no   one  two     no   one  two     no"
-    )
-    rows = []
-    for way, method in enumerate(METHODS):
-        ate, inside = found["ate"][:, way].mean(axis=0), found["inside"][:, way].mean(axis=0)
-        cells = ["  ".join(f"{value:.2f}" for value in values) for values in (ate, inside)]
-        nis = found["nis"][:, way, 0].mean()
-        rows.append(f"{words[method]:32s}  {'    '.join(cells)}    {nis:.2f}")
-    return "\n".join([head, *rows])
-
-
-UTIAS = Recording("utias_mrclam_6", lambda at: Found(study(at)), Found, store="anchored-utias")
+UTIAS = Recording("utias_mrclam_6", study, Robots, store="anchored-utias")

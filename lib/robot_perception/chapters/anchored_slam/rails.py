@@ -287,7 +287,7 @@ def anchor_full_rank(size: Size, rng: np.random.Generator) -> Finding:
         terms = np.concatenate([total[:1], np.diff(total, axis=0)])
         missing = max(missing, int(n + 1 - kalman.scale_free_rank(total).min()))
         least[str(n)] = [np.linalg.eigvalsh(m)[..., 0].min() for m in (terms, total[-1])]
-    plain = 2 - kalman.scale_free_rank(rail.total_information(FIG4)[-1])
+    plain = 2 - int(kalman.scale_free_rank(rail.total_information(FIG4)[-1]))
     start = {
         f"{k} looks": information_on_start(lengthened(FIG5, k))[-1]
         for k in (FIG4.steps, 2 * FIG4.steps)
@@ -300,7 +300,7 @@ def anchor_full_rank(size: Size, rng: np.random.Generator) -> Finding:
                 sum(_symbolic_identity(n) for n in (1, 2, 3))
             ),
             "missing ranks of the information on the start, n = 1": exact(
-                2 - kalman.scale_free_rank(start["100 looks"])
+                2 - int(kalman.scale_free_rank(start["100 looks"]))
             ),
         },
         {
@@ -371,7 +371,7 @@ def _measures(
         "last (m)": "root mean square of the last error",
         "mean (m)": "mean of the last error",
     }
-    counts = np.array([100, 200, 400, 800])
+    counts = np.array([100.0, 200.0, 400.0, 800.0])
     shares = np.array([remaining_shares(lengthened(config, int(k)))[-1] for k in counts])
     evidence = {
         "correlation with the first error over 100 runs": intervals.correlation(

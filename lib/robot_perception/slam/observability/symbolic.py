@@ -9,6 +9,7 @@ Distances enter as half their squares, which are as good to know and keep everyt
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import sympy
 from sympy.polys.matrices import DomainMatrix
@@ -22,6 +23,18 @@ DISPLACEMENT = sympy.symbols("d_x d_y", real=True)
 SPEED, TURN_RATE = sympy.symbols("v omega", real=True)
 ANCHORS = tuple(Anchor(*sympy.symbols(f"a_{i}x a_{i}y", real=True)) for i in (1, 2))
 """Two anchors at unnamed places."""
+
+
+@runtime_checkable
+class Formula(Protocol):
+    """A sensor of one's own: what it measures, in symbols."""
+
+    def formula(self, x: sympy.MatrixBase) -> sympy.MatrixBase:
+        """Return the measurement (m, 1) of a state (3 + 2n, 1), robot first.
+
+        A distance must enter as half its square, so that its derivatives are rational in the
+        coordinates and in the cosine and sine of the heading.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +88,7 @@ def state(landmarks: int, at: Pose | None = None) -> sympy.MatrixBase:
     return sympy.Matrix([*(at or pose()), *points])
 
 
-def measurement(sensors: Sequence[Sensor], x: sympy.MatrixBase) -> sympy.MatrixBase:
+def measurement(sensors: Sequence[Sensor | Formula], x: sympy.MatrixBase) -> sympy.MatrixBase:
     r"""Return what the sensors measure of a state, noise-free.
 
     .. math:: h^{(0)} = R^\top (a - t), \qquad h^{(i)} = R^\top (p_i - t)
@@ -94,7 +107,7 @@ def measurement(sensors: Sequence[Sensor], x: sympy.MatrixBase) -> sympy.MatrixB
     return sympy.Matrix.vstack(*(_measured(sensor, x) for sensor in sensors))
 
 
-def _measured(sensor: Sensor, x: sympy.MatrixBase) -> sympy.MatrixBase:
+def _measured(sensor: Sensor | Formula, x: sympy.MatrixBase) -> sympy.MatrixBase:
     match sensor:
         case Position():
             return x[:2, :]
@@ -104,6 +117,8 @@ def _measured(sensor: Sensor, x: sympy.MatrixBase) -> sympy.MatrixBase:
             points = [sympy.Matrix([sensor.x, sensor.y])]
         case Landmarks():
             points = [x[i : i + 2, :] for i in range(3, len(x), 2)]
+        case Formula():
+            return sensor.formula(x)
         case _:
             raise ValueError(f"no formula for {sensor!r}")
     offsets = [point - x[:2, :] for point in points]
@@ -114,7 +129,7 @@ def _measured(sensor: Sensor, x: sympy.MatrixBase) -> sympy.MatrixBase:
 
 
 def fixed_point_matrix(
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Sensor | Formula],
     landmarks: int = 1,
     displacement: Sequence[sympy.Expr | int] = DISPLACEMENT,
 ) -> sympy.MatrixBase:
@@ -144,7 +159,9 @@ def fixed_point_matrix(
     return sympy.Matrix.vstack(H, H * growth)
 
 
-def fixed_point_minors(sensors: Sequence[Sensor], landmarks: int = 1) -> tuple[sympy.Expr, ...]:
+def fixed_point_minors(
+    sensors: Sequence[Sensor | Formula], landmarks: int = 1
+) -> tuple[sympy.Expr, ...]:
     """Return what must not all vanish for full rank at one point, up to signs.
 
     Each is the determinant of all rows of H with one row of HF − H, for sensors whose H lacks one
@@ -169,7 +186,7 @@ def fixed_point_minors(sensors: Sequence[Sensor], landmarks: int = 1) -> tuple[s
 
 
 def trajectory_matrix(
-    sensors: Sequence[Sensor], landmarks: int = 1, poses: Sequence[Pose] | None = None
+    sensors: Sequence[Sensor | Formula], landmarks: int = 1, poses: Sequence[Pose] | None = None
 ) -> sympy.MatrixBase:
     r"""Return the local observability matrix along a trajectory.
 
@@ -203,7 +220,7 @@ def trajectory_matrix(
 
 
 def lie_matrix(
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Sensor | Formula],
     landmarks: int = 1,
     *,
     speed: sympy.Expr | int = SPEED,
@@ -240,7 +257,9 @@ def lie_matrix(
         gradients = longer
 
 
-def read(matrix: sympy.MatrixBase, sensors: Sequence[Sensor], at: Pose | None = None) -> Reading:
+def read(
+    matrix: sympy.MatrixBase, sensors: Sequence[Sensor | Formula], at: Pose | None = None
+) -> Reading:
     """Return rank and unseen motions of an observability matrix.
 
     Parameters

@@ -1,15 +1,13 @@
-"""Drawings of the real recordings: five robots, a park, a building.
-
-Each takes the result of a `Recording` as it is computed or stored.
-"""
-
-from collections.abc import Mapping
+"""Drawings of the real recordings: five robots, a park, a building."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
-from scipy import stats
 
+from robot_perception.chapters.anchored_slam.intel import Building
+from robot_perception.chapters.anchored_slam.mrclam import Robots
+from robot_perception.chapters.anchored_slam.victoria import Park
+from robot_perception.gating import chi_squared_quantile
 from robot_perception.teaching.figures.maps import dots
 from robot_perception.teaching.figures.style import (
     BLUE,
@@ -24,43 +22,25 @@ from robot_perception.teaching.figures.style import (
     label,
 )
 
-Found = Mapping[str, np.ndarray | float]
-
 ANCHOR_COLOURS = (RED, ORANGE, GREEN)
 ANCHOR_WORDS = ("no anchor", "one anchor", "two anchors")
-REACH = float(np.sqrt(stats.chi2.ppf(0.95, 2)))
+REACH = float(np.sqrt(chi_squared_quantile(0.95, 2)))
 """Of an ellipse that holds a point of the plane with 95 %, in deviations."""
 
 
-def robot_path(ax: Axes, found: Found, robot: int, anchors: int) -> Axes:
-    """Draw path and map of one robot beside motion capture, on axes cleared first.
-
-    Parameters
-    ----------
-    ax
-        Where to draw.
-    found
-        Result of the study of five robots.
-    robot
-        Its number.
-    anchors
-        How many: 0, 1 or 2.
-    """
+def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
+    """Draw path and map of one robot with 0 to 2 anchors beside motion capture, on clear axes."""
     ax.clear()
     ax.grid(visible=False)
-    row, colour = int(robot) - 1, ANCHOR_COLOURS[anchors]
-    true, marks = found["truth"][row], found["marks"][row, anchors]
-    ax.plot(*found["dead_path"][row].T, ":", color=MUTED, linewidth=1.2)
-    ax.plot(*true.T, color=FAINT, linewidth=4.5)
-    ax.plot(*found["paths"][row, anchors].T, color=colour, linewidth=1.4)
-    ellipses(ax, marks, found["mark_covs"][row, anchors] / 1e4, colour, deviations=REACH)
-    ax.plot(*found["landmarks"].T, "+", color=INK, markersize=8, markeredgewidth=1.6)
-    known = found["landmarks"][found["anchors"][row][:anchors] - 6]  # subjects count from 6
-    ax.plot(*known.T, "s", color=INK, markersize=9)
-    way = 1  # errors that last
-    ax.set_title(
-        f"robot {int(robot)}, {ANCHOR_WORDS[anchors]}: {found['ate'][row, way, anchors]:.2f} m"
-    )
+    one, colour = found.robots[robot], ANCHOR_COLOURS[anchors]
+    ax.plot(*one.dead.T, ":", color=MUTED, linewidth=1.2)
+    ax.plot(*one.truth.T, color=FAINT, linewidth=4.5)
+    ax.plot(*one.paths[anchors].T, color=colour, linewidth=1.4)
+    ellipses(ax, one.marks[anchors], one.mark_covs[anchors], colour, deviations=REACH)
+    ax.plot(*found.landmarks.T, "+", color=INK, markersize=8, markeredgewidth=1.6)
+    ax.plot(*one.anchors[:anchors].T, "s", color=INK, markersize=9)
+    error = found.errors["lasting"].ate[list(found.robots).index(robot), anchors]
+    ax.set_title(f"robot {robot}, {ANCHOR_WORDS[anchors]}: {error:.2f} m")
     words = (("thick grey: motion capture", MUTED), ("dotted: wheels alone", MUTED))
     words += (("filter, 95 % ellipses", colour), ("+ surveyed, ■ anchor", INK))
     for i, (text, tint) in enumerate(words):
@@ -70,33 +50,29 @@ def robot_path(ax: Axes, found: Found, robot: int, anchors: int) -> Axes:
     return ax
 
 
-def error_bands(upper: Axes, lower: Axes, found: Found, robot: int, anchors: int) -> None:
+def error_bands(upper: Axes, lower: Axes, found: Robots, robot: int, anchors: int) -> None:
     """Draw errors of position and heading of one robot beside two deviations of the filter."""
-    row, colour = int(robot) - 1, ANCHOR_COLOURS[anchors]
-    minutes = found["times"][row] / 60
-    errors, sigmas = found["errors"][row, anchors].T, found["sigmas"][row, anchors].T
-    degrees = np.rad2deg(1.0)
-    for ax in (upper, lower):
+    one, colour = found.robots[robot], ANCHOR_COLOURS[anchors]
+    minutes, units = one.times / 60, np.array([1, np.rad2deg(1.0)])
+    errors, reach = (units * one.errors[anchors]).T, (2 * units * one.sigmas[anchors]).T
+    for ax, error, sigma, lowest in zip((upper, lower), errors, reach, (0, -1), strict=True):
         ax.clear()
         ax.set_xlim(0, minutes[-1])
-    band(upper, minutes, 0 * minutes, 2 * sigmas[0], colour)
-    upper.plot(minutes, errors[0], color=colour, linewidth=1.3)
+        band(ax, minutes, lowest * sigma, sigma, colour)
+        ax.plot(minutes, error, color=colour, linewidth=1.3)
     upper.set(ylim=(0, 1.6), ylabel="position error (m)")
-    upper.set_title(f"robot {int(robot)}, {ANCHOR_WORDS[anchors]}; band: 2σ of the filter")
-    band(lower, minutes, -2 * degrees * sigmas[1], 2 * degrees * sigmas[1], colour)
-    lower.plot(minutes, degrees * errors[1], color=colour, linewidth=1.3)
+    upper.set_title(f"robot {robot}, {ANCHOR_WORDS[anchors]}; band: 2σ of the filter")
     lower.axhline(0, color=INK, linewidth=0.8)
     lower.set(ylim=(-40, 40), ylabel="heading error (°)", xlabel="time (min)")
 
 
-def nees_over_time(ax: Axes, found: Found, robot: int) -> Axes:
+def nees_over_time(ax: Axes, found: Robots, robot: int) -> Axes:
     """Draw the normalised error squared of one robot's pose, for no, one and two anchors."""
-    row = int(robot) - 1
-    minutes, limit = found["times"][row] / 60, stats.chi2.ppf(0.95, 3)
+    one = found.robots[robot]
+    minutes, limit = one.times / 60, chi_squared_quantile(0.95, 3)
     band(ax, minutes, 0.05 + 0 * minutes, limit + 0 * minutes, MUTED)
     for anchors, colour in enumerate(ANCHOR_COLOURS):
-        values = np.maximum(found["nees"][row, anchors], 0.05)
-        ax.semilogy(minutes, values, color=colour, linewidth=1.3)
+        ax.semilogy(minutes, np.maximum(one.nees[anchors], 0.05), color=colour, linewidth=1.3)
         place = 0.94 - 0.08 * anchors
         label(ax, 0.99, place, ANCHOR_WORDS[anchors], colour, transform=ax.transAxes, ha="right")
     label(ax, 0.3, 0.09, "95 % of a consistent filter", MUTED, fontsize=9)
@@ -107,72 +83,70 @@ def nees_over_time(ax: Axes, found: Found, robot: int) -> Axes:
     return ax
 
 
-def park_map(ax: Axes, found: Found) -> Axes:
+def park_map(ax: Axes, found: Park) -> Axes:
     """Draw the drive through the park: satellite fixes, and the filter with two linearisations."""
-    for i, (words, colour) in enumerate((("latest estimates", RED), ("first estimates", BLUE))):
-        ax.plot(*found["paths"][i].T, color=colour, linewidth=1.1)
-        ellipses(ax, found["trees"][i], found["tree_covs"][i], colour, deviations=REACH)
-        label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {words}", colour, fontsize=9,
+    for i, ((name, run), colour) in enumerate(zip(found.runs.items(), (RED, BLUE), strict=True)):
+        ax.plot(*run.path.T, color=colour, linewidth=1.1)
+        ellipses(ax, run.trees, run.tree_covs, colour, deviations=REACH)
+        label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {name} estimates", colour, fontsize=9,
               transform=ax.transAxes, ha="right")  # fmt: skip
-    dots(ax, found["fixes"], INK, 1.8)
+    dots(ax, found.fixes, INK, 1.8)
     label(ax, 0.02, 0.96, "dots: satellite fixes", INK, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.91, "ellipses: trees, 95 %", INK, fontsize=9, transform=ax.transAxes)
-    low, high = found["fixes"].min(axis=0), found["fixes"].max(axis=0)
+    low, high = found.fixes.min(axis=0), found.fixes.max(axis=0)
     ax.set(xlim=(low[0] - 60, high[0] + 30), ylim=(low[1] - 45, high[1] + 70))
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
     return ax
 
 
-def step_times(ax: Axes, found: Found) -> Axes:
+def step_times(ax: Axes, found: Park) -> Axes:
     """Draw the time a step took against the number of landmarks in the map."""
     for values, words, colour in zip(
-        found["microseconds"], ("trees in sight", "none in sight"), (BLUE, MUTED), strict=True
+        found.microseconds, ("trees in sight", "none in sight"), (BLUE, MUTED), strict=True
     ):
-        ax.plot(found["sizes"], values, "o-", color=colour, markersize=5)
-        label(ax, found["sizes"][0], values[0] + 5, words, colour, ha="left")
+        ax.plot(found.sizes, values, "o-", color=colour, markersize=5)
+        label(ax, found.sizes[0], values[0] + 5, words, colour, ha="left")
     ax.set(xlabel="landmarks in the map", ylabel="time of a step (µs)")
-    ax.set(xlim=(0, 160), ylim=(0, 1.15 * found["microseconds"].max()))
+    ax.set(xlim=(0, 160), ylim=(0, 1.15 * found.microseconds.max()))
     return ax
 
 
-def building_paths(ax: Axes, found: Found) -> Axes:
+def building_paths(ax: Axes, found: Building) -> Axes:
     """Draw the way through the building: corrected, by wheels, by the filter, blind and told."""
-    dots(ax, found["spots"], FAINT, 3.0)
-    ways = (
-        ("way", "corrected poses", INK, 2.4),
-        ("dead", "wheels, calibrated", MUTED, 0.9),
-        ("blind_way", "filter, blind", RED, 0.9),
-        ("told_way", "filter, told", GREEN, 1.1),
+    dots(ax, found.spots, FAINT, 3.0)
+    drawn = (
+        ("corrected", "corrected poses", INK, 2.4),
+        ("calibrated", "wheels, calibrated", MUTED, 0.9),
+        ("blind", "filter, blind", RED, 0.9),
+        ("told", "filter, told", GREEN, 1.1),
     )
-    for i, (name, words, colour, width) in enumerate(ways):
-        ax.plot(*found[name].T, color=colour, linewidth=width, alpha=0.9)
+    for i, (name, words, colour, width) in enumerate(drawn):
+        ax.plot(*found.ways[name].T, color=colour, linewidth=width, alpha=0.9)
         x, y = 0.02 + 0.55 * (i // 2), 0.97 - 0.05 * (i % 2)
         label(ax, x, y, words, colour, transform=ax.transAxes, fontsize=9)
-    every = np.concatenate([found[name] for name, *_ in ways])
+    every = np.concatenate(list(found.ways.values()))
     (left, low), (right, high) = every.min(axis=0) - 2, every.max(axis=0) + 2
     ax.set(xlim=(left, right), ylim=(low, high + 6), xlabel="x (m)", ylabel="y (m)")
     ax.set_aspect("equal")
     return ax
 
 
-def loop_errors(ax: Axes, found: Found) -> Axes:
+def loop_errors(ax: Axes, found: Building) -> Axes:
     """Draw the error across loops: of wheels with intervals, and of every choice of the filter."""
-    groups = (
-        ("wheels, raw", "odometry", MUTED),
-        ("calibrated", "calibrated", MUTED),
-        ("filter, blind", "blind", RED),
-        ("filter, told", "told", GREEN),
-        ("corrected", "corrected", INK),
-    )
-    for place, (_, name, colour) in enumerate(groups):
-        values = np.atleast_1d(found[name][..., 1, 0])
-        spread = 0.5 * (np.arange(len(values)) / max(len(values) - 1, 1) - 0.5)
-        spread = spread if len(values) > 1 else np.zeros(1)
+    groups = {
+        "odometry": ("wheels, raw", MUTED),
+        "calibrated": ("calibrated", MUTED),
+        "blind": ("filter, blind", RED),
+        "told": ("filter, told", GREEN),
+        "corrected": ("corrected", INK),
+    }
+    for place, (name, (_, colour)) in enumerate(groups.items()):
+        values = found.errors[name][:, 1, 0]
+        spread = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else 0.0
         ax.semilogy(place + spread, values, "o", color=colour, markersize=6)
-        if f"{name}_low" in found:
-            ends = found[f"{name}_low"][1, 0], found[f"{name}_high"][1, 0]
-            ax.semilogy([place, place], ends, color=colour, linewidth=2)
-    ax.set_xticks(range(len(groups)), [words.replace(", ", "\n") for words, *_ in groups])
+        if name in found.ends:
+            ax.semilogy([place, place], found.ends[name][:, 1, 0], color=colour, linewidth=2)
+    ax.set_xticks(range(len(groups)), [words.replace(", ", "\n") for words, _ in groups.values()])
     ax.set(xlim=(-0.5, len(groups) - 0.5), ylim=(0.02, 40), ylabel="error across a loop (m)")
     ax.set_yticks([0.05, 0.2, 1, 5, 20], ["0.05", "0.2", "1", "5", "20"])
     ax.minorticks_off()

@@ -1,0 +1,48 @@
+"""EKF-SLAM on a robot's log: python ekf_slam.py polar|points COMMANDS OBSERVATIONS OUT"""
+
+import sys
+from itertools import repeat
+
+import numpy as np
+
+from robot_perception.datasets import read_columns
+from robot_perception.slam import planar
+from robot_perception.streams import merge
+
+DELAY = 0.0  # from a command to its effect, s
+WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
+MOVES = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
+NAMED = {"time_s": np.inf, "landmark": 1e9}  # a landmark is optional
+SENSORS = {  # what else is in an observation, and its noise
+    "polar": ({"range_m": 200, "bearing_rad": 7}, planar.RangeBearing(np.diag([0.1, 0.03]) ** 2)),
+    "points": ({"x_m": 200, "y_m": 200}, planar.CartesianSensor(np.diag([0.1, 0.1]) ** 2)),
+}
+GATE = 0.99  # share of right observations that is let in; misread names stay out
+START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  # m, m, rad
+
+
+def main(kind: str, commands: str, observations: str, out: str) -> None:
+    measured, sensor = SENSORS[kind]
+    times, *speeds = read_columns(commands, MOVES).values()
+    name = ["landmark"]
+    seen = read_columns(observations, NAMED | measured, optional=name, integers=name)
+    ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which
+    values = np.column_stack([seen[column] for column in measured])
+    merged = merge(times, np.column_stack(speeds), seen["time_s"], delay=DELAY)
+    motions = map(planar.Odometry, *planar.compound(merged.held, WHEELS))
+    looks = [planar.Observations(ids[rows], values[rows]) for rows in merged.rows]
+    steps = map(planar.Step, motions, looks, repeat(()), merged.times[1:])
+    found = planar.Association("known" if ids.min() >= 0 else "gated", level=GATE)
+    run = planar.run_filter(START, steps, planar.Settings(sensor, association=found))
+    run.to_csv(f"{out}.csv")
+    run.to_tum(f"{out}.tum")
+    places = np.column_stack([run.belief.ids, run.belief.landmarks])
+    np.savetxt(f"{out}_map.csv", places, "%.6g", ",", header="landmark,x_m,y_m", comments="")
+    print(f"steps: {len(looks)}, not between commands: {merged.early + merged.late}\n{run.counts}")
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 5 and sys.argv[1] in SENSORS else __doc__)
+    except (OSError, ValueError) as error:
+        sys.exit(str(error))

@@ -1,0 +1,45 @@
+"""What your sensors cannot tell you: python rank.py SENSOR [SENSOR …]"""
+
+import sys
+
+import sympy
+
+from robot_perception.slam import observability
+from robot_perception.slam.observability import symbolic
+
+LANDMARKS = 2  # in the map
+
+
+class Distances:
+    """A sensor of your own: how far the landmarks are, radio beacons perhaps, but not where."""
+
+    def formula(self, x: sympy.MatrixBase) -> sympy.MatrixBase:
+        offsets = [x[i : i + 2, :] - x[:2, :] for i in range(3, len(x), 2)]  # x: pose, landmarks
+        return sympy.Matrix([d.dot(d) / 2 for d in offsets])  # half the square stays rational
+
+
+SENSORS = {
+    "landmarks": observability.Landmarks(observability.RANGE_BEARING),
+    "anchor": symbolic.ANCHORS[0],  # a landmark at a known place
+    "anchor2": symbolic.ANCHORS[1],
+    "position": observability.Position(),
+    "compass": observability.Heading(),
+    "distances": Distances(),
+}
+
+
+def main(names: list[str]) -> None:
+    sensors = [SENSORS[name] for name in names]
+    for analysis in (symbolic.trajectory_matrix, symbolic.lie_matrix):
+        found = symbolic.read(analysis(sensors, LANDMARKS), sensors)
+        more = found.dimension - found.rank - len(found.unseen)
+        others = [f"{more} directions that are no motion of the whole world"] if more else []
+        print(f"{analysis.__name__}: rank {found.rank} of {found.dimension}")
+        print(f"  cannot be observed: {', '.join([*found.unseen, *others]) or 'nothing'}")
+
+
+if __name__ == "__main__":
+    unknown = [name for name in sys.argv[1:] if name not in SENSORS]
+    if unknown:
+        sys.exit(f"no sensor {', '.join(unknown)}; there are {', '.join(SENSORS)}")
+    sys.exit(main(sys.argv[1:]) if sys.argv[1:] else __doc__)

@@ -1,0 +1,149 @@
+"""One's own tables: columns by name, and the readings of a laser, a line a scan."""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from robot_perception.datasets.logs import Lines, to_numbers
+
+
+def read_columns(
+    path: str | Path,
+    limits: Mapping[str, float],
+    *,
+    optional: Collection[str] = (),
+    integers: Collection[str] = (),
+) -> dict[str, np.ndarray]:
+    """Read columns of a CSV file, plain or gzip, by the names in its first line.
+
+    Columns of other names are left out; empty lines and lines that begin with ``#`` are comments.
+
+    Parameters
+    ----------
+    path
+        The file.
+    limits : name -> largest magnitude
+        The columns to read. A number beyond its limit is taken for one in another unit.
+    optional
+        Which of them the file may lack.
+    integers
+        Which of them hold whole numbers.
+
+    Returns
+    -------
+    dict
+        By name, those of the columns that the file has, each (rows,).
+
+    Raises
+    ------
+    CorruptLog
+        If the file is empty or damaged, lacks a column or names it twice, or has no row; at the
+        first line that has too few or too many cells, or a number that is not finite, not whole or
+        beyond its limit.
+    FileNotFoundError
+        If there is no such file.
+    """
+    lines = Lines(path)
+    rows = _cells(lines)
+    header = [name.decode("utf-8-sig") for name in next(rows, [])]
+    missing = [name for name in limits if name not in header and name not in optional]
+    if missing:
+        found = ", ".join(header) or "nothing"
+        raise lines.error(f"no column {' and no column '.join(missing)}; there is {found}")
+    wanted = [name for name in limits if name in header]
+    twice = [name for name in wanted if header.count(name) > 1]
+    if twice:
+        raise lines.error(f"column {twice[0]} is there twice")
+    places = [header.index(name) for name in wanted]
+    bounds = np.array([limits[name] for name in wanted])
+    whole = np.array([name in integers for name in wanted])
+    table = []
+    for row in rows:
+        lines.expect(row, len(header))
+        values = np.array([_number(row[place]) for place in places])
+        good = (np.abs(values) <= bounds) & np.isfinite(values)
+        good &= ~whole | (values == np.round(values))
+        if not good.all():
+            k = int(np.argmin(good))
+            cell = row[places[k]].decode()
+            raise lines.error(f"{wanted[k]} is {cell!r}, {_reason(values[k], bounds[k])}")
+        table.append(values)
+    lines.kept["row"] = len(table)
+    lines.need("row")
+    columns = dict(zip(wanted, np.array(table).T, strict=True))
+    return {
+        name: values.astype(np.int64) if name in integers else values
+        for name, values in columns.items()
+    }
+
+
+def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "scans beams"]:
+    """Read the readings of a laser from a NumPy array, or from CSV with a line for each scan.
+
+    Parameters
+    ----------
+    path
+        The file, ``.npy`` or CSV without names of columns, plain or gzip; numbers in m, ``inf``
+        where the beam came back from nothing, ``nan`` where the reading is void.
+    max_range
+        Readings of at least this many metres mean "no return" and become ``inf``.
+
+    Returns
+    -------
+    (scans, beams)
+        m.
+
+    Raises
+    ------
+    CorruptLog
+        If the file is empty or damaged; at the first line that holds no number, or more or fewer
+        than the first.
+    ValueError
+        If an array is not (scans, beams), or no reading is below ``max_range``.
+    FileNotFoundError
+        If there is no such file.
+    """
+    path = Path(path)
+    if path.suffix == ".npy":
+        try:
+            ranges = np.asarray(np.load(path, allow_pickle=False), dtype=float)
+        except ValueError as error:
+            raise ValueError(f"{path}: no array of numbers ({error})") from error
+    else:
+        lines, rows = Lines(path), []
+        for row in _cells(lines):
+            lines.expect(row, len(rows[0]) if rows else len(row))
+            try:
+                rows.append(to_numbers(row))
+            except ValueError:
+                raise lines.error("a value is not a number") from None
+        lines.kept["scan"] = len(rows)
+        lines.need("scan")
+        ranges = np.array(rows)
+    if ranges.ndim != 2 or not ranges.size:
+        raise ValueError(f"{path}: ranges must be (scans, beams), got {ranges.shape}")
+    if not (ranges < max_range).any():
+        raise ValueError(f"{path}: no reading is below {max_range:g} m; are they in metres?")
+    return np.where(ranges >= max_range, np.inf, ranges)
+
+
+def _cells(lines: Lines) -> Iterator[list[bytes]]:
+    """Yield the cells of each line of a CSV file."""
+    for words in lines.words():
+        yield [cell.strip() for cell in b" ".join(words).split(b",")]
+
+
+def _number(cell: bytes) -> float:
+    """Return a cell as a number, NaN if it is none."""
+    try:
+        return float(to_numbers([cell])[0])
+    except ValueError:
+        return np.nan
+
+
+def _reason(value: float, bound: float) -> str:
+    if not np.isfinite(value):
+        return "not a finite number"
+    return f"beyond {bound:g}: is the unit right?" if abs(value) > bound else "not a whole number"

@@ -1,0 +1,145 @@
+"""Trajectories: poses with times, read from the formats in which a filter's run is written."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.datasets.logs import Check, CorruptLog, Lines, read_table
+from robot_perception.datasets.tables import read_columns
+from robot_perception.geometry import wrap_angle
+
+POSE = ("time_s", "x_m", "y_m", "heading_rad")
+COVARIANCE = ("cov_xx", "cov_xy", "cov_xh", "cov_yy", "cov_yh", "cov_hh")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Track:
+    """Poses of a robot, estimated or by motion capture.
+
+    Parameters
+    ----------
+    times : (k,)
+        s, rising.
+    poses : (k, 3)
+        x, y in m and heading in rad.
+    covs : (k, 3, 3), optional
+        Their covariances.
+    """
+
+    times: Float[np.ndarray, " k"]
+    poses: Float[np.ndarray, "k 3"]
+    covs: Float[np.ndarray, "k 3 3"] | None = None
+
+    def at(
+        self, times: Float[np.ndarray, " m"], *, longest_gap: float
+    ) -> tuple[Float[np.ndarray, "m 3"], Bool[np.ndarray, " m"]]:
+        """Return the poses at given times, positions by straight lines, headings by the short way.
+
+        Parameters
+        ----------
+        times : (m,)
+            s, in any order.
+        longest_gap
+            A gap between two poses that is longer than this, in s, is not bridged.
+
+        Returns
+        -------
+        poses : (m, 3)
+            NaN where not covered: nothing is extrapolated.
+        covered : (m,)
+            Whether a time lies on the track and in no longer gap.
+
+        Raises
+        ------
+        ValueError
+            If a time is not finite or the gap is not positive.
+        """
+        times = np.asarray(times, dtype=float)
+        check_finite("times", times)
+        if not longest_gap > 0:
+            raise ValueError(f"longest_gap must be positive, got {longest_gap}")
+        last = len(self.times) - 1
+        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), last)
+        before = np.maximum(after - 1, 0)  # of a track of one pose, that pose
+        gap = self.times[after] - self.times[before]
+        exact = (times == self.times[before]) | (times == self.times[after])
+        between = (times > self.times[before]) & (times < self.times[after])
+        covered = exact | (between & (gap <= longest_gap))
+        share = np.divide(times - self.times[before], gap, out=np.zeros_like(times), where=gap > 0)
+        step = self.poses[after] - self.poses[before]
+        step[:, 2] = wrap_angle(step[:, 2])
+        poses = self.poses[before] + share[:, None] * step
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        poses[~covered] = np.nan
+        return poses, covered
+
+
+def read_track(path: str | Path) -> Track:
+    """Read a trajectory from a CSV or a TUM file, plain or gzip.
+
+    CSV has columns ``time_s, x_m, y_m, heading_rad`` and may have the covariances ``cov_xx, cov_xy,
+    cov_xh, cov_yy, cov_yh, cov_hh``, as `History.to_csv` of the planar filter writes them; other
+    columns are left out. A TUM line is ``timestamp tx ty tz qx qy qz qw``, of which the plane takes
+    the position and the heading: height, roll and pitch are left out.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    CorruptLog
+        If the file is empty or damaged, lacks a column, or the covariances are none; at the first
+        line that cannot be read, does not come after the one before, or has a quaternion that is
+        not of unit length or turns the robot onto its side.
+    FileNotFoundError
+        If there is no such file.
+    """
+    lines = Lines(path)
+    if b"," not in b"".join(next(lines.words(), [])):
+        rows, _ = read_table(path, "pose", 8, (*QUATERNION, RISING))
+        qx, qy, qz, qw = rows[:, 4:].T
+        heading = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy**2 + qz**2))
+        return Track(rows[:, 0], np.column_stack([rows[:, 1:3], heading]))
+    columns = read_columns(path, dict.fromkeys((*POSE, *COVARIANCE), np.inf), optional=COVARIANCE)
+    times, *poses = (columns[name] for name in POSE)
+    if (np.diff(times) <= 0).any():
+        k = int(np.argmax(np.diff(times) <= 0))
+        raise CorruptLog(f"{lines.path}: times must rise, got {times[k]:g} before {times[k + 1]:g}")
+    return Track(times, np.column_stack(poses), _covariances(lines.path, columns))
+
+
+def _covariances(path: Path, columns: dict[str, np.ndarray]) -> Float[np.ndarray, "k 3 3"] | None:
+    missing = [name for name in COVARIANCE if name not in columns]
+    if len(missing) == len(COVARIANCE):
+        return None
+    if missing:
+        raise CorruptLog(f"{path}: some covariances are there, but no column {missing[0]}")
+    covs = np.empty((len(columns["time_s"]), 3, 3))
+    for name, i, j in zip(COVARIANCE, *np.triu_indices(3), strict=True):
+        covs[:, i, j] = covs[:, j, i] = columns[name]
+    try:
+        check_covariance("covariances", covs)
+    except ValueError as error:
+        raise CorruptLog(f"{path}: {error}") from error
+    return covs
+
+
+RISING: Check = (
+    "its time does not lie after that of the line before",
+    lambda rows: np.diff(rows[:, 0], prepend=-np.inf) <= 0,
+)
+QUATERNION: tuple[Check, ...] = (
+    (
+        "its quaternion qx qy qz qw is not of unit length",
+        lambda rows: np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 1e-3,
+    ),
+    (
+        "its quaternion qx qy qz qw turns the robot onto its side",
+        lambda rows: np.hypot(rows[:, 4], rows[:, 5]) > np.sqrt(0.5),
+    ),
+)
