@@ -1,14 +1,17 @@
 """The command line prints the ledger, records claims one by one, and names what was wrong."""
 
+import importlib
 import json
 import subprocess
 import sys
 
+import click
 import pytest
 from click.testing import CliRunner
 
 from robot_perception import chapters
 from robot_perception.cli import main
+from robot_perception.cli.workers import working
 from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.ledger import Ledger
@@ -112,6 +115,17 @@ def test_wrong_words_are_named(run, words, says):
     assert result.exit_code != 0
     assert says in result.output
     assert "Traceback" not in result.output
+
+
+def test_an_import_that_the_work_misses_is_not_blamed_on_the_cluster():
+    with pytest.raises(ModuleNotFoundError, match="no_such_peer"), working(1, None, None):
+        importlib.import_module("no_such_peer")
+
+
+def test_a_missing_cluster_package_names_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask.distributed", None)
+    with pytest.raises(click.UsageError, match=r"\[cluster\]"), working(None, "tcp://a:1", None):
+        pass
 
 
 def test_store_keeps_results_whose_recording_is_not_here(run, tmp_path, monkeypatch):

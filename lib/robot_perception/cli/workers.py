@@ -38,26 +38,34 @@ def working(workers: int | None, dask: str | None, ray: str | None) -> Iterator[
         raise click.UsageError("--workers must not be 0")
     if dask and ray:
         raise click.UsageError("--dask and --ray exclude each other")
-    try:
-        if dask:
+    if dask:
+        with _needed():
             from dask.distributed import Client
-
-            with Client(dask), parallel_config("dask", n_jobs=workers or -1):
-                yield
-        elif ray:
+        with Client(dask), parallel_config("dask", n_jobs=workers or -1):
+            yield
+    elif ray:
+        with _needed():
             from ray import init, shutdown
             from ray.util.joblib import register_ray
-
-            init(address=ray, log_to_driver=False)
-            register_ray()
+        init(address=ray, log_to_driver=False)
+        register_ray()
+        try:
             with parallel_config("ray", n_jobs=workers or -1):
                 yield
+        finally:
             shutdown()
-        elif workers:
-            with parallel_config("loky", n_jobs=workers):
-                yield
-        else:
+    elif workers:
+        with parallel_config("loky", n_jobs=workers):
             yield
+    else:
+        yield
+
+
+@contextmanager
+def _needed() -> Iterator[None]:
+    """Name the extra if an import inside fails; errors of the work itself are none of this."""
+    try:
+        yield
     except ImportError as error:
         raise click.UsageError(
             f"{error.name} is not installed: pip install 'robot-perception[cluster]'"
