@@ -13,14 +13,24 @@
 All tests that need a claim's finding stand in that one file, so that it is computed once in a run.
 """
 
+from collections.abc import Iterable
 from functools import cache
 
 import pytest
 
 from robot_perception import chapters
 from robot_perception.teaching.claims import Claim, Finding
-from robot_perception.teaching.ledger import Entry, Ledger, different, entry, numbers
+from robot_perception.teaching.ledger import (
+    Entry,
+    Ledger,
+    Sabotaged,
+    different,
+    entry,
+    numbers,
+    sabotaged,
+)
 from robot_perception.teaching.records import records
+from robot_perception.teaching.verdicts import turned
 
 MEND = "robot-perception claims --run full --claim {} --write book/_data/claims.json"
 """The command that records a claim anew."""
@@ -39,6 +49,11 @@ def recorded() -> Ledger:
 def quick(claim_id: str) -> Finding:
     """Return what a claim gives at the quick size; it is computed once."""
     return next(c for c in chapters.claims() if c.id == claim_id).find("quick")
+
+
+def values(found: Iterable[Sabotaged]) -> dict[str, tuple[float, float, float]]:
+    """Return the values of sabotages by their texts."""
+    return {f.text: (f.value.estimate, f.value.low, f.value.high) for f in found}
 
 
 class LedgerTests:
@@ -69,6 +84,21 @@ class LedgerTests:
         found, finding = recorded()[claim.id], quick(claim.id)
         assert claim.verdict(finding) == found.verdict, f"{finding.value}: {finding.note}"
         lines = different(numbers(finding), found.quick, RTOL)
+        assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
+
+    def test_sabotage_turns_the_verdict_as_recorded(self, claim: Claim):
+        found = recorded()[claim.id]
+        made = [sabotaged(sabotage) for sabotage in chapters.sabotages(claim)]
+        assert made, f"{claim.id}: when would its verdict be another one? Declare a sabotage"
+        for ours in made:
+            moved = found.verdict == "illustrated" and not found.value.overlaps(ours.value)
+            assert moved or turned(found.verdict, ours.verdict), (
+                f"{claim.id} is {found.verdict}, and with {ours.text} it is {ours.verdict}: "
+                f"{ours.value}"
+            )
+        names = [f.text for f in found.sabotages]
+        assert names == [ours.text for ours in made], MEND.format(claim.id)
+        lines = different(values(made), values(found.sabotages), RTOL)
         assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
 
     @pytest.mark.slow

@@ -160,3 +160,11 @@ X = np.arange(5.0)
 def test_bad_input_is_named(make, match):
     with pytest.raises(ValueError, match=match):
         make()
+
+
+def test_intervals_overlap_where_they_share_a_number():
+    ours = Interval(2.0, 1.0, 3.0)
+    assert all(ours.overlaps(Interval(x, x, x)) for x in (1.0, 2.0, 3.0))
+    assert ours.overlaps(Interval(3.5, 3.0, 4.0))
+    assert ours.overlaps(Interval(2.0, 0.0, 4.0))
+    assert not any(ours.overlaps(Interval(x, x, x)) for x in (0.999, 3.001))

@@ -59,6 +59,16 @@ def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
     assert made.turn.by == pytest.approx(-0.4)
 
 
+def test_an_entry_has_what_its_sabotages_gave():
+    claim = some()
+    broken = claim.sabotage("half of it")(lambda size, rng: finding(0.5))
+    made = record(claim, [broken], versions="")
+    assert [(s.text, s.verdict, s.value.high) for s in made.sabotages] == [
+        ("half of it", "refuted", 0.6)
+    ]
+    assert Ledger.from_json(Ledger((made,)).to_json())["some-claim"].sabotages == made.sabotages
+
+
 def test_round_trip_keeps_everything_to_ten_digits():
     made = record(some(), versions="numpy 2")
     text = Ledger((made,)).to_json()

@@ -16,6 +16,7 @@ from robot_perception.teaching.verdicts import (
     Verdict,
     decide,
     turn,
+    turned,
 )
 
 HALF = Accepted(0.0, 0.5, "for the test")
@@ -144,3 +145,17 @@ def test_turn_in_numbers():
         -0.2
     )
     assert turn(Accepted(-math.inf, math.inf, "all"), Interval(0.7, 0.6, 0.8)) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "turning"),
+    [
+        ("reproduced", {"refuted", "not reproduced"}),
+        ("conditional", {"refuted", "not reproduced"}),
+        ("refuted", {"reproduced", "conditional"}),
+        ("not reproduced", {"reproduced", "conditional"}),
+        ("inconclusive", {"reproduced", "conditional", "refuted", "not reproduced"}),
+    ],
+)
+def test_a_sabotage_turns_a_verdict_only_into_its_opposite(before, turning):
+    assert {str(v) for v in Verdict if turned(before, v)} == turning

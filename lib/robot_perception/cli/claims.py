@@ -114,7 +114,7 @@ def _computed(
             if write is None:
                 made.append(entry(claim, claim.find(size)))
             else:
-                made.append(record(claim, versions=_versions()))
+                made.append(record(claim, chapters.sabotages(claim), versions=_versions()))
                 before.merged(made, order).write(write)
         except Exception as error:  # one claim that fails must not lose the others
             click.echo("".join(traceback.format_exception(error)), err=True)

@@ -48,6 +48,10 @@ class Interval:
         if not self.low <= self.estimate <= self.high:
             raise ValueError(f"interval must satisfy low <= estimate <= high, got {values}")
 
+    def overlaps(self, other: "Interval") -> bool:
+        """Return whether the two intervals have a number in common."""
+        return self.low <= other.high and other.low <= self.high
+
     def __str__(self) -> str:
         return f"{self.shown()}{f' {self.unit}' if self.unit else ''}"
 

@@ -4,6 +4,7 @@ import math
 from functools import lru_cache
 from html import escape
 
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
@@ -117,6 +118,10 @@ def _details(entry: Entry) -> str:
     items += [(key, str(value)) for key, value in entry.evidence.items()]
     if entry.note:
         items.append(("Note", entry.note))
+    items += [
+        ("Sabotage", f"The same with {found.text}: {_number(found.value)}, {found.verdict}")
+        for found in entry.sabotages
+    ]
     listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
     tables = "".join(
         f"<p>{escape(name[:1].upper() + name[1:])}</p>{table.show().bundle['text/html']}"
@@ -130,7 +135,11 @@ def _style(verdict: str) -> str:
 
 
 def _value(entry: Entry) -> str:
-    return "–" if entry.value is None else str(entry.value)
+    return _number(entry.value)
+
+
+def _number(value: Interval | None) -> str:
+    return "–" if value is None else str(value)
 
 
 def _about(entry: Entry) -> str:

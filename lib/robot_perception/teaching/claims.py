@@ -6,15 +6,21 @@
            statement="…", method="…", accepted=Accepted(0.3819, 0.3820, "the pole 1/φ² …"))
     def gain_vanishes(size: Size, rng: Generator) -> Finding: ...
 
+    @gain_vanishes.sabotage("a landmark that wanders, so that looks never stop counting")
+    def wandering(size: Size, rng: Generator) -> Finding: ...
+
 The decorated function becomes a :class:`Claim`. Its verdict follows from the finding and the
-accepted range (:mod:`.verdicts`), never from a label that somebody typed. The recorded ledger
-(:mod:`.ledger`) is written by the command line; badges, scorecard and tests read it.
+accepted range (:mod:`.verdicts`), never from a label that somebody typed; a :class:`Sabotage`
+computes the same value where the truth of the statement is turned, and the verdict must turn with
+it. The recorded ledger (:mod:`.ledger`) is written by the command line; badges, scorecard and tests
+read it.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -119,6 +125,49 @@ class Claim:
         """Return the verdict that follows from a finding."""
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
 
+    def sabotage(self, text: str) -> Callable[[Compute], "Sabotage"]:
+        """Declare a sabotage on the function that computes it.
+
+        Parameters
+        ----------
+        text
+            What was changed, in words that complete "The same with …".
+
+        Raises
+        ------
+        ValueError
+            If the text is empty.
+        """
+        if not text.strip():
+            raise ValueError(f"a sabotage of claim {self.id!r} must say what it changes")
+        return lambda compute: Sabotage(self, text, compute)
+
+
+@dataclass(frozen=True, slots=True)
+class Sabotage:
+    """A variant of a study in which a claim's statement is false; use :meth:`Claim.sabotage`.
+
+    Where the statement itself fails, its sabotage is a variant in which it is true: a verdict that
+    no computation could turn says nothing.
+
+    Parameters
+    ----------
+    claim
+        The claim whose value is computed.
+    text
+        What was changed.
+    compute
+        Function of the size and a generator that returns the finding.
+    """
+
+    claim: Claim
+    text: str
+    compute: Compute
+
+    def find(self) -> Finding:
+        """Compute the value at the quick size, with the seed of the claim."""
+        return self.compute(Size.QUICK, np.random.default_rng(self.claim.seed))
+
 
 def claim(
     id: str,
@@ -167,10 +216,19 @@ def claim(
     return declare
 
 
+def sabotages_in(module: ModuleType) -> tuple[Sabotage, ...]:
+    """Return the sabotages that are declared in a module, in the order of their declarations."""
+    return _declared_in(module, Sabotage)
+
+
 def claims_in(module: ModuleType) -> tuple[Claim, ...]:
     """Return the claims that are declared in a module, in the order of their declarations."""
+    return _declared_in(module, Claim)
+
+
+def _declared_in(module: ModuleType, kind: type) -> tuple[Any, ...]:
     return tuple(
         value
         for value in vars(module).values()
-        if isinstance(value, Claim) and value.compute.__module__ == module.__name__
+        if isinstance(value, kind) and value.compute.__module__ == module.__name__
     )

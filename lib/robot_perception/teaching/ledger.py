@@ -4,18 +4,37 @@ import json
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.claims import Claim, Finding, Sabotage, Size
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
 
 DIGITS = 10
 """Significant digits that are recorded: processors differ in the eleventh."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sabotaged:
+    """What a sabotage gave.
+
+    Parameters
+    ----------
+    text
+        What was changed.
+    verdict
+        What the claim's rule says of it.
+    value
+        Its value at the quick size.
+    """
+
+    text: str
+    verdict: str
+    value: Interval | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +53,8 @@ class Entry:
         As in :class:`Finding`.
     conditions
         Words of the conditions that are needed.
+    sabotages
+        What variants gave in which the statement's truth is turned.
     quick
         Every number of the quick size by name, as (estimate, low, high), for the tests.
     date, versions
@@ -56,6 +77,7 @@ class Entry:
     tables: Mapping[str, Table]
     conditions: Sequence[str]
     note: str
+    sabotages: Sequence[Sabotaged] = ()
     quick: Mapping[str, Sequence[float]] = field(default_factory=dict)
     date: str = ""
     versions: str = ""
@@ -79,6 +101,7 @@ class Entry:
         plain["value"] = self.value and asdict(self.value)
         plain["evidence"] = {name: asdict(value) for name, value in self.evidence.items()}
         plain["tables"] = {name: table.to_plain() for name, table in self.tables.items()}
+        plain["sabotages"] = [asdict(found) for found in self.sabotages]
         return _rounded(plain)
 
     @classmethod
@@ -92,6 +115,10 @@ class Entry:
             row["accepted"] = Accepted(**ends)
         row["value"] = row["value"] and Interval(**row["value"])
         row["evidence"] = {name: Interval(**value) for name, value in row["evidence"].items()}
+        row["sabotages"] = tuple(
+            Sabotaged(**found | {"value": found["value"] and Interval(**found["value"])})
+            for found in row["sabotages"]
+        )
         row["tables"] = {name: Table.from_plain(value) for name, value in row["tables"].items()}
         return cls(**row)
 
@@ -129,11 +156,22 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
     )
 
 
-def record(claim: Claim, *, versions: str) -> Entry:
-    """Compute a claim at both sizes and return its entry, dated today."""
+def record(claim: Claim, sabotages: Iterable[Sabotage] = (), *, versions: str) -> Entry:
+    """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
     made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
-    plain = made.to_plain() | {"date": date.today().isoformat(), "versions": versions}
-    return Entry.from_plain(plain)
+    made = replace(
+        made,
+        sabotages=tuple(map(sabotaged, sabotages)),
+        date=date.today().isoformat(),
+        versions=versions,
+    )
+    return Entry.from_plain(made.to_plain())
+
+
+def sabotaged(sabotage: Sabotage) -> Sabotaged:
+    """Compute a sabotage and return what it gave."""
+    finding = sabotage.find()
+    return Sabotaged(sabotage.text, str(sabotage.claim.verdict(finding)), finding.value)
 
 
 def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:

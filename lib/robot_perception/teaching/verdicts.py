@@ -1,7 +1,7 @@
 """The rule by which a verdict follows from a measured interval and an accepted range.
 
 One pure function, :func:`decide`; :func:`turn` says how far the range would have to move before
-the verdict changed.
+the verdict changed, :func:`turned` whether a sabotage changed it.
 """
 
 import math
@@ -143,6 +143,21 @@ def decide(
         own_terms = Basis(basis) in (Basis.MATHEMATICS, Basis.PAPER)
         return Verdict.REFUTED if own_terms else Verdict.NOT_REPRODUCED
     return Verdict.INCONCLUSIVE
+
+
+HOLDS = frozenset({Verdict.REPRODUCED, Verdict.CONDITIONAL})
+FAILS = frozenset({Verdict.REFUTED, Verdict.NOT_REPRODUCED})
+
+
+def turned(before: Verdict | str, after: Verdict | str) -> bool:
+    """Return whether a verdict says the opposite of another one, as that of a sabotage must.
+
+    What held must fail and what failed must hold. A claim that is undecided must be decided either
+    way.
+    """
+    if before in HOLDS:
+        return after in FAILS
+    return after in (HOLDS if before in FAILS else HOLDS | FAILS)
 
 
 @dataclass(frozen=True, slots=True)
