@@ -110,8 +110,8 @@ def _rate(gain: Float[np.ndarray, "steps"]) -> Interval:
     statement="The localisation errors do not converge to zero.",
     paper_value="Fig. 4, second and third column",
     method="Root mean square of the last landmark error (step 100), n = 1, noise of Fig. 4 with "
-    "our factors, in units of what the looks after the first would leave if each measured the "
-    "landmark independently.",
+    "our factors, in units of what the looks after the first would leave if each were an "
+    "independent measurement of the landmark.",
     accepted=Accepted(
         2,
         np.inf,
@@ -134,15 +134,15 @@ def initial_error_persists(size: Size, rng: np.random.Generator) -> Finding:
         "start known, wheels err by 10 %": replace(known, motion_share=0.1),
         "start known, wheels err by 1 %": replace(known, motion_share=0.01),
     }
-    persistence = {
-        "P0 = V = W = 1 m²": _persistence(constant),
-        **{name: _persistence(rail.run(other, rng=rng)) for name, other in settings.items()},
+    elsewhere = {
+        "P0 = V = W = 1 m²": persistence(constant),
+        **{name: persistence(rail.run(other, rng=rng)) for name, other in settings.items()},
     }
     first, last = fig4.first_errors[:, 0], fig4.last_errors[:, 0]
     frozen = np.abs(last - fig4.landmark_errors[:, -25, 0]).max()
-    averaged = list(persistence.values())[-1]
+    averaged = list(elsewhere.values())[-1]
     return Finding(
-        _persistence(fig4),
+        persistence(fig4),
         {
             "root mean square of the first error": exact(np.sqrt(np.mean(first**2)), "m"),
             "root mean square of the last error": exact(np.sqrt(np.mean(last**2)), "m"),
@@ -160,7 +160,7 @@ def initial_error_persists(size: Size, rng: np.random.Generator) -> Finding:
         },
         {
             "the same in other settings": Table(
-                {name: [value] for name, value in persistence.items()},
+                {name: [value] for name, value in elsewhere.items()},
                 {"times": "last error in units of what independent looks would leave"},
                 f"95 % over {runs} runs",
                 "setting",
@@ -183,31 +183,31 @@ def initial_error_persists(size: Size, rng: np.random.Generator) -> Finding:
 def nothing_to_lose(size: Size, rng: np.random.Generator) -> Finding:
     """Let every look be an independent one of the same distance."""
     config = replace(FIG4, runs=2_000, start_deviation=0.0, shape="at rest")
-    return Finding(_persistence(rail.run(config, rng=rng)))
+    return Finding(persistence(rail.run(config, rng=rng)))
 
 
 @initial_error_persists.sabotage("a start known exactly and a first look a thousand times as exact")
 def exact_first_look(size: Size, rng: np.random.Generator) -> Finding:
     """Leave no initial error that could persist."""
     config = replace(FIG4, runs=2_000, start_deviation=0.0, first_look_factor=1e-3)
-    return Finding(_persistence(rail.run(config, rng=rng)))
+    return Finding(persistence(rail.run(config, rng=rng)))
 
 
 @initial_error_persists.sabotage("an anchor at the origin (eq. 20)")
 def error_with_an_anchor(size: Size, rng: np.random.Generator) -> Finding:
     """Let the robot measure one distance to the world as well."""
-    return Finding(_persistence(rail.run_anchored(replace(FIG4, runs=2_000), rng=rng)))
+    return Finding(persistence(rail.run_anchored(replace(FIG4, runs=2_000), rng=rng)))
 
 
-def _persistence(result: rail.Result) -> Interval:
+def persistence(result: rail.Result) -> Interval:
     """Return the last error of the first landmark in units of what independent looks leave."""
     last = result.last_errors[:, 0].round(DECIMALS)
     return intervals.root_mean_square(last / _independent(result.config))
 
 
 def _independent(config: Config) -> float:
-    """Return the deviation of a mean of the looks after the first, were they independent, m."""
-    return float(np.sum(config.look_deviations[1:] ** -2.0) ** -0.5)
+    """Return what the looks at one landmark, but for the first, would leave if independent, m."""
+    return float(np.sum(config.look_deviations[1:, 0] ** -2.0) ** -0.5)
 
 
 def _runs(size: Size) -> int:
