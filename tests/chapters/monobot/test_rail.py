@@ -79,3 +79,14 @@ def test_configurations_hold_what_the_captions_print():
     commands, distances = np.diff(FIG4.plan), 1.0 - FIG4.plan
     np.testing.assert_allclose(FIG4.motion_deviations / np.abs(commands), FIG4.motion_share)
     np.testing.assert_allclose(FIG4.look_deviations[:, 0] / distances, FIG4.look_share)
+
+
+@pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
+def test_anchored_errors_are_as_large_as_the_filter_says_and_small(base):
+    result = rail.run_anchored(replace(base, runs=RUNS, landmarks=2), rng=RNG(5))
+    errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
+    low, high = average_bounds(3, RUNS, 1 - 1e-4)
+    for look in (1, 7, 100):
+        nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
+        assert low < nees.mean() < high, f"look {look}"
+    assert result.deviations[-1, 1] < 0.5 * study(base, landmarks=2).deviations[-1, 1]

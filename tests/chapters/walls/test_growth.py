@@ -5,6 +5,8 @@ import pytest
 
 from robot_perception import walls
 from robot_perception.chapters.walls import growth, splitting
+from robot_perception.evaluation.intervals import exponent
+from robot_perception.teaching.claims import Finding
 
 
 def test_worst_case_cuts_off_one_vertex_at_each_split_and_is_simple():
@@ -19,6 +21,35 @@ def test_worst_case_cuts_off_one_vertex_at_each_split_and_is_simple():
 def test_exponent_of_a_cost_that_is_a_power_is_that_power():
     found = growth.fit(lambda chain, tolerance: 3.0 * len(chain) ** 1.7, np.array([10, 20, 40, 80]))
     assert (found.exponent.low, found.exponent.high) == pytest.approx((1.7, 1.7))
+
+
+COSTS = {
+    "n": (lambda n: 7.0 * n, True),
+    "n log n": (lambda n: n * np.log2(n), True),
+    "n log n and more that is linear": (lambda n: n * np.log2(n) + 30.0 * n, True),
+    "n log² n": (lambda n: n * np.log2(n) ** 2, False),
+    "n^1.1": (lambda n: n**1.1, False),
+    "n^1.1 and more that is linear": (lambda n: n**1.1 + 30.0 * n, False),
+    "n^1.2": (lambda n: n**1.2, False),
+    "n²": (lambda n: n**2.0, False),
+}
+
+
+@pytest.mark.parametrize("size", ["quick", "full"])
+@pytest.mark.parametrize("name", COSTS)
+def test_the_surplus_tells_n_log_n_from_a_power(name, size):
+    cost, holds = COSTS[name]
+    sizes = growth.HULL_SIZES[size]
+    costs = cost(sizes.astype(float))
+    made = growth.Growth(sizes, costs, exponent(sizes.astype(float), costs))
+    verdict = growth.dp_path_hull.verdict(Finding(growth.surplus(made)))
+    assert verdict == ("reproduced" if holds else "refuted")
+
+
+def test_a_surplus_needs_sizes_that_double():
+    made = growth.fit(lambda chain, tolerance: float(len(chain)), np.array([10, 20, 30]))
+    with pytest.raises(ValueError, match=r"twice the one before, got \[10 20 30\]"):
+        growth.surplus(made)
 
 
 def test_farthest_vertex_of_the_example_is_a_corner_of_one_of_the_hulls():

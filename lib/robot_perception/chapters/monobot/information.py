@@ -118,9 +118,6 @@ def plane_after(looks: int, *, known_landmark: bool, rng: np.random.Generator) -
 def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
     """Compare each curve of Fig. 3 with itself a step before, and with the one below."""
     table = np.stack(list(first_entries().values()))
-    least = min(
-        (np.diff(table, axis=1) / table[:, 1:]).min(), (np.diff(table, axis=0) / table[1:]).min()
-    )
     start = information_on_start(replace(FIG3, steps=60))[-1, 0, 0]
     slopes = Table(
         {
@@ -132,13 +129,35 @@ def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
         "landmarks",
     )
     return Finding(
-        exact(least, about="least relative increase over 100 steps and six n"),
+        _least_increase(table),
         {"information on the start itself, n = 1": exact(start, "1/m²")},
         {"slopes": slopes},
         note=f"The sum of eq. 14 grows without end, by at most 1/V per step; it counts each "
         f"innovation as a fresh look at one state. The information that all later looks together "
         f"hold on the start stays at {start:.3f} per m².",
     )
+
+
+@fisher_growth.sabotage("the information on one state, that at the start, in place of the sum")
+def on_one_state(size: Size, rng: np.random.Generator) -> Finding:
+    """Compare what the looks tell of the start, which comes to an end."""
+    by_count = (information_on_start(replace(FIG3, landmarks=n))[:, 0, 0] for n in COUNTS)
+    return Finding(_least_increase(np.stack(list(by_count))))
+
+
+@fisher_growth.sabotage("a sensor that shares its time among n landmarks, so that W = n m²")
+def shared_sensor(size: Size, rng: np.random.Generator) -> Finding:
+    """Compare curves of landmarks that are seen the worse the more there are."""
+    bases = (replace(FIG3, look_deviation=n**0.5) for n in COUNTS)
+    curves = [first_entries((n,), base)[n] for n, base in zip(COUNTS, bases, strict=True)]
+    return Finding(_least_increase(np.stack(curves)))
+
+
+def _least_increase(table: Float[np.ndarray, "counts steps"]) -> Interval:
+    over_steps, over_counts = np.diff(table, axis=1), np.diff(table, axis=0)
+    least = min((over_steps / table[:, 1:]).min(), (over_counts / table[1:]).min())
+    about = f"least relative increase over {table.shape[1]} steps and {len(table)} n"
+    return exact(least.round(DECIMALS) + 0.0, about=about)
 
 
 @claim(
@@ -155,22 +174,14 @@ def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
 )
 def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
     """Count the null directions, and compare the last one with a shift of the world."""
-    nullity, row_sum, angle = [], [], []
-    for base in (FIG3, FIG4):
-        for n in COUNTS:
-            J = rail.total_information(replace(base, landmarks=n))
-            nullity.append(n + 1 - kalman.scale_free_rank(J))
-            row_sum.append(np.abs(J.sum(axis=-1)).max() / np.abs(J).max())
-            kernel = np.linalg.eigh(J[-1])[1][:, 0]
-            angle.append(np.arcsin(np.linalg.norm(kernel - kernel.mean())))
-    nullity = np.concatenate(nullity)
+    row_sum, angle = [], []
+    total = [rail.total_information(config) for config in _studies()]
+    for J in total:
+        row_sum.append(np.abs(J.sum(axis=-1)).max() / np.abs(J).max())
+        kernel = np.linalg.eigh(J[-1])[1][:, 0]
+        angle.append(np.arcsin(np.linalg.norm(kernel - kernel.mean())))
     return Finding(
-        Interval(
-            float(np.median(nullity)),
-            float(nullity.min()),
-            float(nullity.max()),
-            about=f"null directions, all of {nullity.size} matrices",
-        ),
+        _nullity(total),
         {
             f"largest row sum over largest entry, to {DECIMALS} decimals": exact(
                 max(row_sum).round(DECIMALS)
@@ -183,6 +194,29 @@ def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
         "whole world changes no measurement, so the bound of eq. 16 does not exist. As eq. 15 "
         "shows, the first row is minus the sum of the others; the text leaves the sign out.",
     )
+
+
+@fisher_singular.sabotage("an anchor at the origin (eq. 20)")
+def with_an_anchor(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the null directions of a robot that measures one distance to the world."""
+    return Finding(_nullity([_anchored_information(config, rng) for config in _studies()]))
+
+
+def _studies() -> list[Config]:
+    return [replace(base, landmarks=n) for base in (FIG3, FIG4) for n in COUNTS]
+
+
+def _anchored_information(config: Config, rng: np.random.Generator) -> np.ndarray:
+    run = rail.run_anchored(replace(config, runs=1), rng=rng).filtered
+    matrix = slam.Reference(-1, np.zeros((1, 1)), 0.0).matrix(config.landmarks)
+    return kalman.fisher_information(matrix, run.innovation_covs[0])
+
+
+def _nullity(total: list[np.ndarray]) -> Interval:
+    """Return median and range of the number of null directions of all matrices."""
+    nullity = np.concatenate([J.shape[-1] - kalman.scale_free_rank(J) for J in total])
+    low, middle, high = (float(f(nullity)) for f in (np.min, np.median, np.max))
+    return Interval(middle, low, high, about=f"null directions, all of {nullity.size} matrices")
 
 
 @claim(
@@ -199,15 +233,26 @@ def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
 )
 def fisher_one_landmark(size: Size, rng: np.random.Generator) -> Finding:
     """Sum eq. (17) by the predicted deviations, beside the sum of eq. (14)."""
+    return Finding(_eq17_gap(1.0))
+
+
+@fisher_one_landmark.sabotage("the correlation of vehicle and landmark left out of s")
+def without_correlation(size: Size, rng: np.random.Generator) -> Finding:
+    """Sum eq. (17) as if the two errors were independent."""
+    return Finding(_eq17_gap(0.0))
+
+
+def _eq17_gap(share: float) -> Interval:
+    """Return how far eq. (17) is off with a share of the correlation."""
     worst = 0.0
     for base in (FIG3, FIG4):
         before = rail.covariances(base).covs[0, :-1].copy()
         before[:, 0, 0] += base.motion_deviations**2
         deviations = np.sqrt(np.diagonal(before, axis1=1, axis2=2))
-        correlation = before[:, 0, 1] / deviations.prod(axis=1)
+        correlation = share * before[:, 0, 1] / deviations.prod(axis=1)
         terms = slam.one_landmark_term(*deviations.T, correlation, base.look_deviations[1:, 0])
         general = rail.total_information(base)
         gap = np.abs(np.cumsum(terms, axis=0) - general).max(axis=(1, 2))
         worst = max(worst, (gap / general[:, 0, 0]).max())
     about = f"largest relative difference of 200 matrices, to {DECIMALS} decimals"
-    return Finding(exact(worst.round(DECIMALS), about=about))
+    return exact(worst.round(DECIMALS), about=about)

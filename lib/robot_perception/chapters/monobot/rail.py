@@ -12,9 +12,17 @@ from jaxtyping import Float
 from data_synth.monobot import RailRuns, Shape, planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
 from robot_perception.evaluation import intervals
-from robot_perception.evaluation.intervals import Interval
+from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.kalman import fisher_information
-from robot_perception.slam.monobot import MonobotRun, Settled, run_filter, sensor_matrix, settled
+from robot_perception.slam.monobot import (
+    MonobotRun,
+    Reference,
+    Settled,
+    run_filter,
+    run_referenced,
+    sensor_matrix,
+    settled,
+)
 
 PAPER = "perception-issues"
 COUNTS = (1, 2, 5, 10, 20, 50)
@@ -44,6 +52,8 @@ class Config:
         Of a move: constant part, m, and share of the commanded distance.
     look_deviation, look_share
         Of a look: constant part, m, and share of the planned distance.
+    first_look_factor
+        Factor on the deviation of the first look, which puts the landmarks into the map.
     """
 
     runs: int = 100
@@ -58,6 +68,7 @@ class Config:
     motion_share: float = 0.0
     look_deviation: float = 1.0
     look_share: float = 0.0
+    first_look_factor: float = 1.0
 
     @property
     def plan(self) -> Float[np.ndarray, "looks"]:
@@ -72,8 +83,9 @@ class Config:
     @property
     def look_deviations(self) -> Float[np.ndarray, "looks n"]:
         """Standard deviation of each look, m."""
-        distance = np.abs(self.landmarks_at - self.plan)
-        return np.tile((self.look_deviation + self.look_share * distance)[:, None], self.landmarks)
+        deviation = self.look_deviation + self.look_share * np.abs(self.landmarks_at - self.plan)
+        deviation[0] *= self.first_look_factor
+        return np.tile(deviation[:, None], self.landmarks)
 
     @property
     def belief(self) -> Gaussian:
@@ -136,8 +148,14 @@ class Result:
 
     @property
     def explained(self) -> Interval:
-        """Share of the variance of the last error that the first one explains, first landmark."""
-        return intervals.explained(self.first_errors[:, 0], self.last_errors[:, 0])
+        """Share of the variance of the last error that the first one explains, first landmark.
+
+        Where one of the two does not vary there is nothing to explain, and the share is 0.
+        """
+        first, last = (e[:, 0].round(DECIMALS) for e in (self.first_errors, self.last_errors))
+        if not (np.ptp(first) and np.ptp(last)):
+            return exact(0.0, about="an error that does not vary")
+        return intervals.explained(first, last)
 
 
 def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
@@ -157,6 +175,21 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Simulate a study and filter it."""
     world = simulate(config, rng=rng)
     return Result(config, world, refilter(config, world))
+
+
+def run_anchored(config: Config, *, rng: np.random.Generator) -> Result:
+    """Simulate a study with an anchor at the origin, eq. (20), that is seen as the landmark is."""
+    world, noise = simulate(config, rng=rng), config.look_deviations[1:, 0]
+    distances = noise * rng.standard_normal((config.runs, config.steps)) - world.positions[:, 1:]
+    run = run_referenced(
+        config.belief,
+        world.commands,
+        world.looks,
+        Reference(-1, distances, noise**2),
+        motion_variance=config.motion_deviations**2,
+        look_variance=config.look_deviations**2,
+    )
+    return Result(config, world, run)
 
 
 def refilter(config: Config, world: RailRuns) -> MonobotRun:

@@ -1,16 +1,18 @@
 """Chains that cross themselves: what path hulls do then, and whether scans ever are such chains."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.spatial import ConvexHull
 
 from data_synth.laser import Scanner, scan_moving
 from data_synth.office import Office, drive, make_office
 from robot_perception import walls
 from robot_perception.chapters.walls.growth import simple_chain
-from robot_perception.chapters.walls.splitting import to_chain
-from robot_perception.evaluation.intervals import exact, proportion
+from robot_perception.chapters.walls.splitting import Simplify, heights, split, to_chain
+from robot_perception.evaluation.intervals import Interval, exact, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act, compose
 from robot_perception.teaching.claims import Finding, Size, claim
@@ -40,9 +42,17 @@ class Crossing:
         return not np.array_equal(self.hulls, self.plain)
 
 
-def simplified(chain: Float[np.ndarray, "n 2"], tolerance: float = 0.3) -> Crossing:
-    """Simplify a chain by both algorithms, path hulls unchecked, and find where it crosses."""
-    hulls = walls.simplify_path_hull(chain, tolerance, assume_simple=True)
+unchecked: Simplify = partial(walls.simplify_path_hull, assume_simple=True)
+"""Path hulls without the check that the chain is simple."""
+
+
+def simplified(
+    chain: Float[np.ndarray, "n 2"],
+    tolerance: float = 0.3,
+    by_hulls: Simplify = unchecked,
+) -> Crossing:
+    """Simplify a chain by both algorithms, hulls unchecked, and find where it crosses."""
+    hulls = by_hulls(chain, tolerance)
     return Crossing(chain, walls.simplify(chain, tolerance), hulls, walls.find_crossings(chain))
 
 
@@ -85,9 +95,9 @@ def _chain(office: Office, pose: np.ndarray, speed: float, rng: np.random.Genera
     return act(pose, points)
 
 
-def _tried(_: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
+def _tried(by_hulls: Simplify, _: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
     """Whether a curve crosses itself, path hulls err on it, and the check cries at a simple one."""
-    found = simplified(crossing_chain(rng))
+    found = simplified(crossing_chain(rng), by_hulls=by_hulls)
     return len(found.edges) > 0, found.differ, not walls.is_simple(simple_chain(rng))
 
 
@@ -109,13 +119,12 @@ def _tried(_: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
 def dp_simple_chain(size: Size, rng: np.random.Generator) -> Finding:
     """Run path hulls unchecked on chains with and without crossings, and the check on both."""
     trials, scans = (400, 60) if size is Size.QUICK else (5000, 300)
-    crossing, wrong, alarm = np.array(sweep(_tried, range(trials), rng=rng, desc="curves")).T
+    crossing, wrong, alarm = _curves(unchecked, trials, rng)
     rates = scan_simplicity(rng.spawn(1)[0], scans)
-    found = (crossing, crossing & wrong, ~crossing & wrong, alarm)
-    crossed, erred, silent, alarms = (int(chains.sum()) for chains in found)
+    silent, alarms = int((~crossing & wrong).sum()), int(alarm.sum())
     evidence = {
         "wrong vertices on chains that pass the check": exact(
-            silent, about=f"of {trials - crossed} curves without a crossing"
+            silent, about=f"of {int((~crossing).sum())} curves without a crossing"
         ),
         "false alarms": exact(alarms, about=f"of {trials} simple chains"),
         "single scans that cross themselves": proportion(rates.still, scans),
@@ -123,4 +132,36 @@ def dp_simple_chain(size: Size, rng: np.random.Generator) -> Finding:
         "two scans in one chain that cross themselves": proportion(rates.joined, scans),
     }
     note = "Share of crossing chains on which path hulls err."
-    return Finding(proportion(erred, crossed), evidence, note=note)
+    return Finding(_share(crossing, wrong), evidence, note=note)
+
+
+@dp_simple_chain.sabotage(
+    "Quickhull, which is right for every chain, in place of Melkman's algorithm"
+)
+def quickhulls(size: Size, rng: np.random.Generator) -> Finding:
+    """Simplify the same curves with hulls that no crossing can spoil."""
+    crossing, wrong, _ = _curves(_by_quickhull, 400, rng)
+    return Finding(_share(crossing, wrong))
+
+
+def _curves(by_hulls: Simplify, trials: int, rng: np.random.Generator) -> np.ndarray:
+    task = partial(_tried, by_hulls)
+    return np.array(sweep(task, range(trials), rng=rng, desc="curves")).T
+
+
+def _share(crossing: np.ndarray, wrong: np.ndarray) -> Interval:
+    return proportion(int((crossing & wrong).sum()), int(crossing.sum()))
+
+
+def _by_quickhull(chain: np.ndarray, tolerance: float) -> np.ndarray:
+    return np.array(split(chain, tolerance, _corner_heights))
+
+
+def _corner_heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+    """Return the distances of the corners of the convex hull, 0 for the vertices inside it."""
+    far = heights(chain, i, j)
+    if j - i > 2:
+        inside = np.ones(j - i + 1, dtype=bool)
+        inside[ConvexHull(chain[i : j + 1]).vertices] = False
+        far[inside[1:-1]] = 0.0
+    return far

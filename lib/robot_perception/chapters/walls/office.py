@@ -113,8 +113,7 @@ def _reached(office: Office, poses: np.ndarray, scans: Scans, scanner: Scanner) 
 def walls_fig1(size: Size, rng: np.random.Generator) -> Finding:
     """Build maps of several offices and compare each with its floor plan."""
     config, offices = (Config(rooms=3, step=0.5), 4) if size is Size.QUICK else (Config(), 20)
-    scores = sweep(_scored, [config] * offices, rng=rng, desc="offices")
-    precision, recall, offset, angle, count = np.array(scores).T
+    precision, recall, offset, angle, count = _scores(config, offices, rng)
     evidence = {
         "recall of the faces the beams reached": mean(recall),
         "offset of a wall, rms": mean(1e3 * offset, "mm"),
@@ -124,6 +123,17 @@ def walls_fig1(size: Size, rng: np.random.Generator) -> Finding:
     }
     note = f"Share of the map's length that lies on a face of the floor plan, {offices} offices."
     return Finding(mean(precision), evidence, note=note)
+
+
+@walls_fig1.sabotage("a search range of 60 cm and 30°, in which different walls become one")
+def search_too_far(size: Size, rng: np.random.Generator) -> Finding:
+    """Merge the segments within a range that is far wider than walls are apart."""
+    gate = walls.Gate(roughness=0.6, roughness_angle=float(np.deg2rad(30.0)))
+    return Finding(mean(_scores(Config(rooms=2, step=1.0, gate=gate), 3, rng)[0]))
+
+
+def _scores(config: Config, offices: int, rng: np.random.Generator) -> np.ndarray:
+    return np.array(sweep(_scored, [config] * offices, rng=rng, desc="offices")).T
 
 
 def _scored(config: Config, *, rng: np.random.Generator) -> tuple[float, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,12 +10,16 @@ from jaxtyping import Float, Int
 from data_synth.laser import Scanner, scan
 from data_synth.office import Office, drive, make_office
 from robot_perception import walls
-from robot_perception.evaluation.intervals import exact, spread
+from robot_perception.evaluation.intervals import Interval, exact, spread
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act, inverse
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.verdicts import Accepted
 
+Measure = Callable[[np.ndarray, int, int], np.ndarray]
+"""How far from its chord each inner vertex of a sub-chain is: chain, i, j."""
+Simplify = Callable[[np.ndarray, float], np.ndarray | list[int]]
+"""Vertices kept of a chain with a tolerance."""
 TOLERANCES = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8)
 """Tolerances ε of the explorer, m."""
 
@@ -81,16 +85,22 @@ def recursion(chain: Float[np.ndarray, "n 2"], tolerance: float) -> list[Step]:
     return steps
 
 
-def _split(
-    chain: np.ndarray, tolerance: float, measure: Callable[[np.ndarray, int, int], np.ndarray]
+def split(
+    chain: np.ndarray,
+    tolerance: float,
+    measure: Measure,
+    place: Callable[[np.ndarray], int] = np.argmax,
 ) -> list[int]:
-    """Return the vertices kept if ``measure`` says how far those between two others are."""
+    """Return the vertices kept if ``measure`` says how far those between two others are.
+
+    ``place`` picks from the distances the vertex that splits.
+    """
     kept, todo = {0, len(chain) - 1}, [(0, len(chain) - 1)]
     while todo:
         i, j = todo.pop()
         far = measure(chain, i, j)
         if far.max(initial=0.0) > tolerance:
-            f = i + 1 + int(far.argmax())
+            f = i + 1 + int(place(far))
             kept.add(f)
             todo += [(i, f), (f, j)]
     return sorted(kept)
@@ -98,10 +108,11 @@ def _split(
 
 def reference_vertices(chain: Float[np.ndarray, "n 2"], tolerance: float) -> list[int]:
     """Simplify by turning each sub-chain until its chord is level: no formula of the library's."""
-    return _split(chain, tolerance, _heights)
+    return split(chain, tolerance, heights)
 
 
-def _heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+def heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+    """Return how far the vertices between two others are from their line, by turning it level."""
     z = chain[:, 0] + 1j * chain[:, 1]
     level = (z[i + 1 : j] - z[i]) * np.exp(-1j * np.angle(z[j] - z[i]))
     return np.abs(level.imag) if z[i] != z[j] else np.abs(level)
@@ -121,8 +132,7 @@ def _heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
 def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
     """Simplify the scans of drives and compare the vertices with the brute-force ones."""
     drives = 1 if size is Size.QUICK else 5
-    scans = np.concatenate(sweep(_compared, [0.08] * drives, rng=rng, desc="drives"))
-    agree, kept, readings = scans.T.astype(float)
+    agree, kept, readings = _compared(drives, walls.simplify, rng=rng)
     evidence = {
         "vertices kept of a scan": spread(kept),
         "readings per vertex kept": exact(readings.sum() / kept.sum()),
@@ -130,13 +140,32 @@ def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
     return Finding(exact(agree.mean(), "", f"all {agree.size} scans of {drives} drives"), evidence)
 
 
-def _compared(tolerance: float, *, rng: np.random.Generator) -> np.ndarray:
-    """Return of each scan of a drive whether the vertices agree, how many, of how many readings."""
+@dp_recursive.sabotage("a split at the middle vertex in place of the farthest")
+def split_in_the_middle(size: Size, rng: np.random.Generator) -> Finding:
+    """Compare what halving keeps."""
+    return Finding(exact(_compared(1, _halved, step=4.0, rng=rng)[0].mean()))
+
+
+def _halved(chain: np.ndarray, tolerance: float) -> list[int]:
+    return split(chain, tolerance, heights, lambda far: far.size // 2)
+
+
+def _compared(
+    drives: int, simplify: Simplify, *, step: float = 0.5, rng: np.random.Generator
+) -> Float[np.ndarray, "3 scans"]:
+    """Return of each scan whether the vertices agree, how many, of how many readings."""
+    task = partial(_compared_drive, simplify, step)
+    return np.concatenate(sweep(task, [0.08] * drives, rng=rng, desc="drives")).T.astype(float)
+
+
+def _compared_drive(
+    simplify: Simplify, step: float, tolerance: float, *, rng: np.random.Generator
+) -> np.ndarray:
     office, scanner = make_office(rng=rng), Scanner(resolution=0.0)
     rows = []
-    for ranges in scan(office.faces, drive(office, step=0.5), scanner, rng=rng).ranges:
+    for ranges in scan(office.faces, drive(office, step=step), scanner, rng=rng).ranges:
         chain = to_chain(ranges, scanner)
-        kept = walls.simplify(chain, tolerance).tolist()
+        kept = list(simplify(chain, tolerance))
         rows.append((kept == reference_vertices(chain, tolerance), len(kept), len(chain)))
     return np.array(rows)
 
@@ -150,7 +179,7 @@ def printed_measure(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> Float[np
 
 def simplify_as_printed(chain: Float[np.ndarray, "n 2"], epsilon: float) -> list[int]:
     """Simplify with the measure that Table 2 prints. Wrong on purpose: see erratum-table2."""
-    return _split(chain, epsilon, printed_measure)
+    return split(chain, epsilon, printed_measure)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -182,11 +211,10 @@ def kept_by_scale(epsilon: float = 0.08) -> KeptByScale:
 )
 def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
     """Find how the printed measure grows with the size of the chain."""
-    triples, scales = rng.normal(size=(1000, 3, 2)), np.array([1.0, 2.0, 4.0, 8.0])
-    measure = np.array([[printed_measure(s * t, 0, 2)[0] for t in triples] for s in scales])
-    slopes = np.polyfit(np.log(scales), np.log(measure), 1)[0]
+    triples = rng.normal(size=(1000, 3, 2))
+    printed = np.array([printed_measure(t, 0, 2)[0] for t in triples])
     distance = np.array([walls.find_split(t, 0, 2)[1] for t in triples])
-    squared, plain = (np.isclose(measure[0], d, rtol=0.01).mean() for d in (distance**2, distance))
+    squared, plain = (np.isclose(printed, d, rtol=0.01).mean() for d in (distance**2, distance))
     kept = one_scan().points
     evidence = {
         "triples where it is the squared distance within 1 %": exact(squared),
@@ -194,6 +222,23 @@ def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
         "vertices of one scan, right rule": exact(len(walls.simplify(kept, 0.08))),
         "vertices of one scan, printed rule": exact(len(simplify_as_printed(kept, 0.08))),
     }
-    value = exact(np.round(slopes.mean(), 9) + 0.0, about="power of the chain's scale")
     note = "A number without unit: the distance in units of the chord, so ε is a slope."
-    return Finding(value, evidence, note=note)
+    return Finding(_power_of_scale(printed_measure, triples), evidence, note=note)
+
+
+@erratum_table2.sabotage("the determinant squared as well, det² / length²")
+def determinant_squared(size: Size, rng: np.random.Generator) -> Finding:
+    """Mend the table."""
+    return Finding(_power_of_scale(_squared_distance, rng.normal(size=(1000, 3, 2))))
+
+
+def _squared_distance(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+    chord = chain[j] - chain[i]
+    return printed_measure(chain, i, j) ** 2 * (chord @ chord)
+
+
+def _power_of_scale(measure: Measure, triples: Float[np.ndarray, "triples 3 2"]) -> Interval:
+    scales = np.array([1.0, 2.0, 4.0, 8.0])
+    values = np.array([[measure(s * t, 0, 2)[0] for t in triples] for s in scales])
+    slopes = np.polyfit(np.log(scales), np.log(values), 1)[0]
+    return exact(np.round(slopes.mean(), 9) + 0.0, about="power of the chain's scale")
