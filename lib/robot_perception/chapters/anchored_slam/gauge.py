@@ -253,7 +253,7 @@ def planar_anchor(size: Size, rng: np.random.Generator) -> Finding:
     return Finding(
         _unseen("one anchor"),
         {
-            f"unseen with {name}": _unseen(name)
+            f"directions unseen, {name}": _unseen(name)
             for name in ("plain", "two anchors", "anchor + compass")
         },
         {
@@ -299,7 +299,7 @@ def planar_position_sensor(size: Size, rng: np.random.Generator) -> Finding:
     at_rest = _unseen("position sensor", moving=False)
     return Finding(
         _unseen("position sensor"),
-        {"unseen while the robot does not translate": at_rest},
+        {"directions unseen, on the spot": at_rest},
         {"ranks, on the spot": rank_table(moving=False)},
         (
             Condition(

@@ -361,7 +361,7 @@ _FADED = Accepted(
 )
 
 
-def _share_left(result: Result, noise: Float[np.ndarray, "runs"] | float = 0.0) -> Interval:
+def share_left(result: Result, noise: Float[np.ndarray, "runs"] | float = 0.0) -> Interval:
     """Return how much of the first error is left in the last, to which some noise is added.
 
     A last error may be large and independent, or small and a fixed share of the first; so this is
@@ -390,7 +390,7 @@ def _measures(
     for name, result in results.items():
         first, last = result.first_errors[:, 0], result.last_errors[:, 0]
         rows[name] = (
-            _share_left(result),
+            share_left(result),
             result.explained,
             intervals.correlation(first, last),
             intervals.root_mean_square(first, "m"),
@@ -418,7 +418,7 @@ def _measures(
         "gain on the landmark's own innovation at the last look": exact(tied.gains[-1, 1]),
     }
     about = f"95 % over {tied.config.runs} runs"
-    return _share_left(tied), evidence, Table(rows, columns, about, "reference")
+    return share_left(tied), evidence, Table(rows, columns, about, "reference")
 
 
 def _rounding(a: np.ndarray, b: np.ndarray, unit: str = "") -> Interval:
@@ -466,7 +466,7 @@ def _spoilt(
 ) -> Finding:
     """Return how much of the first error a reference leaves, with noise added to the last error."""
     result = _studied(config, size, rng)[config.reference]
-    return Finding(_share_left(result, deviation * rng.standard_normal(result.config.runs)))
+    return Finding(share_left(result, deviation * rng.standard_normal(result.config.runs)))
 
 
 @anchor_unbiased.sabotage("no anchor")
