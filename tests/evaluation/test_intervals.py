@@ -168,3 +168,12 @@ def test_intervals_overlap_where_they_share_a_number():
     assert ours.overlaps(Interval(3.5, 3.0, 4.0))
     assert ours.overlaps(Interval(2.0, 0.0, 4.0))
     assert not any(ours.overlaps(Interval(x, x, x)) for x in (0.999, 3.001))
+
+
+def test_largest_holds_the_largest_of_the_values():
+    low, wide = Interval(1.0, 0.9, 1.1, "m", "low"), Interval(0.5, 0.0, 2.0, "m", "wide")
+    assert intervals.largest(low, wide) == Interval(1.0, 0.9, 2.0, "m", "low")
+    assert intervals.largest(wide) == wide
+    for wrong in ((), (low, Interval(1.0, 1.0, 1.0, "s"))):
+        with pytest.raises(ValueError, match="intervals of one unit"):
+            intervals.largest(*wrong)

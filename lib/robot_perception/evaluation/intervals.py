@@ -230,6 +230,24 @@ def root_mean_square(samples: Float[np.ndarray, "..."], unit: str = "") -> Inter
     return _between(value, low, high, unit, f"95 % over {n} runs")
 
 
+def largest(*intervals: Interval) -> Interval:
+    """Return the largest of several values: of estimates, of lower and of upper ends.
+
+    Where each interval holds its value, this one holds the largest of them.
+
+    Raises
+    ------
+    ValueError
+        If there is no interval, or their units differ.
+    """
+    units = {interval.unit for interval in intervals}
+    if len(units) != 1:
+        raise ValueError(f"need intervals of one unit, got {sorted(units)}")
+    top = max(intervals, key=lambda interval: interval.estimate)
+    low, high = max(i.low for i in intervals), max(i.high for i in intervals)
+    return Interval(top.estimate, low, high, top.unit, top.about)
+
+
 def _ratio(above: np.ndarray, below: np.ndarray, axis: int) -> float | np.ndarray:
     return above.mean(axis=axis) / below.mean(axis=axis)
 

@@ -90,3 +90,29 @@ def test_table_has_the_numbers_of_each_filter(linear):
         assert table[name, "NEES"] == bootstrap_mean(runs.nees.mean(axis=1))
         assert table[name, "in band"] == runs.coverage.averaged_share
         assert table[name, "end (m)"].estimate == runs.distance().mean()
+
+
+def test_only_the_first_sightings_are_reported_and_all_else_stays():
+    config = replace(posts.RULE, step=0.5)
+    everything = posts.simulate(config, rng=RNG(6))
+    some = posts.simulate(replace(config, sightings=7), rng=RNG(6))
+    counts = {}
+    for full, kept in zip(everything.seen, some.seen, strict=True):
+        fresh = [counts.get(name, 0) < 7 for name in full.ids.tolist()]
+        for name in full.ids.tolist():
+            counts[name] = counts.get(name, 0) + 1
+        for field in ("ids", "values", "covs"):
+            np.testing.assert_array_equal(getattr(kept, field), getattr(full, field)[fresh])
+    assert max(counts.values()) > 7
+    np.testing.assert_array_equal(
+        some.wheels["own"].increments, everything.wheels["own"].increments
+    )
+
+
+def test_a_filter_may_believe_less_of_its_wheels_than_is_true():
+    true, believed = (
+        posts.simulate(replace(LINEAR, believed=share), rng=RNG(6)).wheels["own"]
+        for share in (1.0, 0.25)
+    )
+    np.testing.assert_array_equal(believed.increments, true.increments)
+    np.testing.assert_allclose(believed.deviations, true.deviations / 4)

@@ -72,6 +72,16 @@ def test_share_left_is_how_much_of_the_first_error_is_still_there(config):
     assert z < 4
 
 
+def test_share_left_sees_an_error_that_is_large_and_one_that_the_first_look_fixes():
+    result = study(FIG5, runs=4000, seed=5)
+    first, last = result.first_errors[:, 0], result.last_errors[:, 0]
+    allowed, value = rails.anchor_unbiased.accepted, rails.share_left(result)
+    assert allowed.contains(value)
+    assert value.low / 1.1 <= rails.remaining_shares(FIG5)[-1] <= value.high
+    for spoilt in (0.15 * first, RNG(1).normal(size=4000)):
+        assert allowed.excludes(rails.share_left(result, spoilt - last))
+
+
 def test_anchored_map_is_the_relative_map():
     anchored, relative = rails.anchored_and_relative(20, rng=RNG(4))
     np.testing.assert_allclose(anchored, relative, atol=1e-12)

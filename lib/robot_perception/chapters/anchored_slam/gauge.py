@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from robot_perception.chapters.anchored_slam import invented
 from robot_perception.chapters.monobot.rail import PAPER
-from robot_perception.evaluation.intervals import exact, proportion, spread
+from robot_perception.evaluation.intervals import Interval, exact, proportion, spread
 from robot_perception.slam.observability import (
     Anchor,
     Heading,
@@ -213,32 +213,33 @@ PRESETS = {
 }
 
 
-# The claim ---------------------------------------------------------------------------------------
+# The claims --------------------------------------------------------------------------------------
 
 RUNS = {Size.QUICK: 10, Size.FULL: 50}
 
 
+def _unseen(name: str, *, moving: bool = True) -> Interval:
+    """Return how many directions a set of sensors leaves unseen, by the worst of the analyses."""
+    found = ranks(moving=moving)
+    worst = max(found[name, reading].dimension - found[name, reading].rank for reading in READINGS)
+    return exact(worst, "directions")
+
+
 @claim(
-    "planar-observability",
+    "planar-anchor",
     paper=PAPER,
     place="§2.2, eqs 24–27",
     basis="mathematics",
-    statement="For the planar vehicle one two-dimensional anchor, or a sensor of its position, "
-    "is enough for full observability.",
+    statement="For the planar vehicle one two-dimensional anchor is enough for full observability.",
     paper_value="full rank",
-    method="States minus rank, in exact arithmetic, by three analyses (Jacobians at one "
-    "point, along the true path, Lie derivatives): the worst of the three under the conditions "
-    "named; each condition was also left out.",
+    method="States minus rank with one anchor, in exact arithmetic, while the robot drives: the "
+    "worst of three analyses (Jacobians at one point, along the true path, Lie derivatives).",
     accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
     seed=21,
 )
-def planar_observability(size: Size, rng: np.random.Generator) -> Finding:
-    """Count the unseen directions, and ask filters what they claim about the turn."""
-    moving, standing = ranks(moving=True), ranks(moving=False)
-    hidden = {key: r.dimension - r.rank for key, r in moving.items()}
-    cured = ("two anchors", "anchor + compass", "position sensor")
-    alone = max(hidden["one anchor", reading] for reading in READINGS[1:])
-    at_rest = max(r.dimension - r.rank for (name, _), r in standing.items() if name == cured[-1])
+def planar_anchor(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the directions that one anchor leaves unseen, and ask filters what they claim."""
+    found = ranks(moving=True)
     study = invented.run(invented.Config(runs=RUNS[size]), rng=rng)
     rows = {}
     for kind, result in study.items():
@@ -248,27 +249,76 @@ def planar_observability(size: Size, rng: np.random.Generator) -> Finding:
         "information": "about the turn, end over start: median and central 95 %",
         "within 2σ": "rate of runs whose heading is within its stated 2σ at the end, 95 %",
     }
-    one = moving["one anchor", "one point"]
+    one = found["one anchor", "one point"]
     return Finding(
-        exact(max(hidden[name, r] for name in cured for r in READINGS), "directions"),
-        tables={
+        _unseen("one anchor"),
+        {
+            f"directions unseen, {name}": _unseen(name)
+            for name in ("plain", "two anchors", "anchor + compass")
+        },
+        {
             "ranks": rank_table(),
-            "ranks, on the spot": rank_table(moving=False),
             "claimed": Table(rows, columns, f"over {RUNS[size]} runs", "filter"),
         },
-        conditions=(
-            Condition(
-                "an anchor has the company of a second anchor or a compass: alone it leaves the "
-                "turn of the world about itself unseen along the true path and nonlinearly, and "
-                "has full rank only if all Jacobians are taken at one fixed point",
-                needed=alone > 0,
-            ),
-            Condition("with a position sensor, the robot translates", needed=at_rest > 0),
-        ),
         note=f"With one anchor the analysis at one point finds rank {one.rank} of "
-        f"{one.dimension}, the analysis along the true "
-        f"path {moving['one anchor', 'true path'].rank}. A standard filter believes the first: in "
+        f"{one.dimension}, those along the true path and without linearisation find "
+        f"{found['one anchor', 'true path'].rank}: the turn of the world about the anchor stays "
+        f"unseen. A standard filter believes the first: in "
         f"{study['standard'].invented.sum()} of {RUNS[size]} runs it claims information about "
         f"the turn that no sensor sent; at consistent points, in "
         f"{study['first estimates'].invented.sum()}.",
     )
+
+
+@planar_anchor.sabotage("a second anchor")
+def second_anchor(size: Size, rng: np.random.Generator) -> Finding:
+    """Count what two anchors leave unseen."""
+    return Finding(_unseen("two anchors"))
+
+
+@planar_anchor.sabotage("a compass beside the anchor")
+def anchor_and_compass(size: Size, rng: np.random.Generator) -> Finding:
+    """Count what an anchor and a compass leave unseen."""
+    return Finding(_unseen("anchor + compass"))
+
+
+@claim(
+    "planar-position-sensor",
+    paper=PAPER,
+    place="§2.2, eqs 26–27",
+    basis="mathematics",
+    statement="For the planar vehicle a sensor of its position xy is enough for full "
+    "observability.",
+    paper_value="full rank",
+    method="As for one anchor, with a sensor of the position, while the robot drives; and while it "
+    "only turns on the spot.",
+    accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
+)
+def planar_position_sensor(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the directions that a sensor of the position leaves unseen, driving and at rest."""
+    at_rest = _unseen("position sensor", moving=False)
+    return Finding(
+        _unseen("position sensor"),
+        {"directions unseen, on the spot": at_rest},
+        {"ranks, on the spot": rank_table(moving=False)},
+        (
+            Condition(
+                "the robot translates: on the spot the turn of the world about the robot stays "
+                "unseen",
+                needed=at_rest.low > 0,
+            ),
+        ),
+        note="The heading is seen only by the way that the position takes.",
+    )
+
+
+@planar_position_sensor.sabotage("a robot that only turns on the spot")
+def on_the_spot(size: Size, rng: np.random.Generator) -> Finding:
+    """Count what the sensor of the position leaves unseen if the robot does not translate."""
+    return Finding(_unseen("position sensor", moving=False))
+
+
+@planar_position_sensor.sabotage("no sensor but that of the landmarks")
+def landmarks_alone(size: Size, rng: np.random.Generator) -> Finding:
+    """Count what the landmarks alone leave unseen."""
+    return Finding(_unseen("plain"))

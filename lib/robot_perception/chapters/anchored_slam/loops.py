@@ -21,8 +21,12 @@ from robot_perception.slam import planar
 from robot_perception.slam.planar import History, PositionFix
 
 SLIPS: Mapping[str, Slip] = {"small": SMALL, "large": LARGE}
-STARTS = {"exact": (0.0, 0.0, 0.0), "uncertain": (0.1, 0.1, np.deg2rad(3.0))}
-"""Deviations of the true start about the believed one, m, m, rad; both are ours."""
+STARTS = {
+    "exact": (0.0, 0.0, 0.0),
+    "uncertain": (0.1, 0.1, np.deg2rad(3.0)),
+    "displaced": (1.0, 1.0, 0.0),
+}
+"""Deviations of the true start about the believed one, m, m, rad; all are ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +62,7 @@ VARIANTS: Mapping[str, Variant] = {
     "first estimates": Variant(linearisation="first"),
     "anchored, first estimates": Variant(anchored=True, linearisation="first"),
     "true Jacobians": Variant(linearisation="true"),
+    "rule at 1": Variant(limit=1),
     "rule at 50": Variant(limit=50),
     "considered at 50": Variant(limit=50, retirement="consider"),
     "rule at 15": Variant(limit=15),
@@ -74,13 +79,14 @@ class Case:
     """A variant, by name, under one set of circumstances.
 
     The noise says how wrong the wheels are, the association how observations find their landmarks
-    (nearest within a gate, jointly, or by the truth), the start whether it is known exactly.
+    (nearest within a gate, jointly, or by the truth), the start whether it is known exactly,
+    roughly, or to a metre only.
     """
 
     variant: str = "plain"
     noise: str = "large"
     association: Literal["gated", "joint", "known"] = "gated"
-    start: Literal["exact", "uncertain"] = "exact"
+    start: Literal["exact", "uncertain", "displaced"] = "exact"
 
     @property
     def circumstances(self) -> str:
