@@ -24,16 +24,9 @@ SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
 
 CAUGHT = ("caught", "did not import", "crashed", "hung")
-PYTEST = (
-    "-m",
-    "pytest",
-    "-xq",
-    "--tb=line",
-    "-rfE",
-    "--hypothesis-seed=0",
-    "-p",
-    "no:cacheprovider",
-)
+UNUSED = ("cacheprovider", "nbval", "anyio")  # to import nbval takes longer than most tests
+PYTEST = ["-m", "pytest", "-xq", "--tb=line", "-rfE", "--hypothesis-seed=0", "-m", "not slow"]
+PYTEST += [f"-pno:{name}" for name in UNUSED]
 
 
 class Copies:
@@ -137,7 +130,7 @@ def python(tree: Path, *words: str, limit: float | None = None) -> tuple[int | N
 def run(tree: Path, tests: tuple[str, ...], limit: float | None) -> tuple[int | None, float, str]:
     """Return pytest's exit code, how long it took, and its output."""
     start = time.monotonic()
-    code, output = python(tree, *PYTEST, "-m", "not slow", *tests, limit=limit)
+    code, output = python(tree, *PYTEST, *tests, limit=limit)
     return code, time.monotonic() - start, output
 
 
