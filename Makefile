@@ -9,7 +9,7 @@ export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test test-portable lint lab serve reproduce bench clean
+.PHONY: help setup book test test-portable mutants lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -46,6 +46,9 @@ test: lint book ## lint, unit and property tests, quick claims, notebooks, site 
 
 test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without NumPy's fast paths
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
+
+mutants: .venv/.book ## plant errors in a copy of the code and count what the tests notice
+	$(BIN)/python -m tests.mutants -n $(JOBS) $(ROOMS)
 
 lab: .venv/.lab ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab book $(if $(filter 0,$(shell id -u)),--allow-root)

@@ -42,6 +42,26 @@ def test_one_bad_covariance_in_a_batch_is_found():
         Gaussian(np.zeros((3, 2)), covs)
 
 
+@pytest.mark.parametrize("scale", [1e-200, 1e-12, 1.0, 1e12])
+def test_the_tolerance_is_a_share_of_the_largest_entry_of_each_matrix(scale):
+    """Wherever the entries stand, and whatever other matrices there are."""
+    rng, huge = np.random.default_rng(0), np.diag([1e20, 1.0, 1.0, 1.0])
+    for share, right in ((0.5e-9, True), (2e-9, False)):
+        for row, column in rng.permutation([(i, j) for i in range(4) for j in range(4)]):
+            cov = np.eye(4)
+            if row == column:
+                cov[row, row] = -share
+            else:
+                cov[row, column] = rng.choice([-share, share])
+            covs = np.stack([huge, scale * cov])
+            if right:
+                check_covariance("cov", covs)
+            else:
+                problem = "positive semi-definite" if row == column else "symmetric"
+                with pytest.raises(ValueError, match=f"cov must be {problem}"):
+                    check_covariance("cov", covs)
+
+
 @pytest.mark.parametrize(
     ("mean", "cov", "message"),
     [

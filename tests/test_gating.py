@@ -57,9 +57,10 @@ def squared_distance(chosen, innovations, cov):
     st.integers(1, 4),
     st.integers(1, 2),
     st.floats(0.3, 3),
+    st.sampled_from([1e-9, 1.0, 1e9]),
 )
 @settings(max_examples=150)
-def test_joint_compatibility_is_what_brute_force_finds(seed, m, n, d, spread):
+def test_joint_compatibility_is_what_brute_force_finds(seed, m, n, d, spread, unit):
     rng = np.random.default_rng(seed)
     pairs = np.array([(i, j) for i in range(m) for j in range(n) if rng.random() < 0.7])
     pairs = pairs.reshape(-1, 2).astype(int)
@@ -75,8 +76,30 @@ def test_joint_compatibility_is_what_brute_force_finds(seed, m, n, d, spread):
         distance = squared_distance(chosen, innovations, cov)
         if distance <= limits[len(chosen) - 1] and (-len(chosen), distance) < best_key:
             best, best_key = chosen, (-len(chosen), distance)
-    found = joint_compatibility(pairs, innovations, cov, limits)
+    found = joint_compatibility(pairs, unit * innovations, unit**2 * cov, limits)
     assert found.tolist() == sorted(best)
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-9])
+def test_errors_that_are_almost_one_are_no_reason_to_give_up(apart):
+    """D² in closed form: the mean by its variance, the difference by its own."""
+    cov = np.array([[1.0, 1 - apart], [1 - apart, 1.0]])
+    for difference in (1.0, 3.0):
+        shift = difference * np.sqrt(apart / 2)
+        innovations = np.array([[1.0 + shift], [1.0 - shift]])
+        squared = 2 / (2 - apart) + difference**2
+        for limit in (0.999 * squared, 1.001 * squared):
+            found = joint_compatibility(TWO, innovations, cov, np.array([0.0, limit]))
+            assert found.size == 2 * (limit > squared)
+
+
+def test_a_pair_at_its_limit_passes():
+    assert nearest_neighbours(np.array([[4.0]]), 4.0).tolist() == [0]
+    assert nearest_neighbours(np.array([[4.0]]), np.nextafter(4.0, 0)).tolist() == [-1]
+    far = np.array([[2.0], [2.0]])
+    assert joint_compatibility(TWO, far, np.eye(2), np.array([4.0, 8.0])).tolist() == [0, 1]
+    below = np.array([4.0, np.nextafter(8.0, 0)])
+    assert joint_compatibility(TWO, far, np.eye(2), below).size == 1
 
 
 def test_common_errors_are_forgiven_together_and_not_one_by_one():
@@ -108,6 +131,15 @@ BAD = [
     (
         lambda: joint_compatibility(TWO, np.zeros((2, 1)), np.eye(2), np.array([2.0, 1.0])),
         r"do not fall, got \[2.0, 1.0\]",
+    ),
+    (
+        lambda: joint_compatibility(
+            np.array([[0, 0], [1, 1], [2, 2]]),
+            np.zeros((3, 1)),
+            np.eye(3),
+            np.array([1.0, 3.0, 2.0]),
+        ),
+        r"do not fall, got \[1.0, 3.0, 2.0\]",
     ),
     (
         lambda: joint_compatibility(

@@ -13,10 +13,11 @@ from tests.unchecked import unchecked
 FLOATS = st.floats(-50, 50)
 POSES = hnp.arrays(float, 3, elements=FLOATS)
 BATCHES = hnp.arrays(float, st.sampled_from([(3,), (4, 3), (2, 4, 3)]), elements=FLOATS)
-JUST_BELOW = [np.nextafter(k * np.pi, -np.inf) for k in (-3, -1, 1, 3)]
+ENDS = [k * np.pi for k in (-3, -1, 1, 3)]
+SEAM = [np.nextafter(end, towards) for end in ENDS for towards in (-np.inf, end, np.inf)]
 
 
-@given(st.one_of(st.floats(-1e3, 1e3), st.sampled_from(JUST_BELOW)))
+@given(st.one_of(st.floats(-1e3, 1e3), st.sampled_from(SEAM)))
 def test_wrapped_angle_is_the_same_direction_in_range(angle):
     wrapped = wrap_angle(angle)
     assert -np.pi <= wrapped < np.pi

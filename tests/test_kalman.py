@@ -231,7 +231,13 @@ def test_steady_state_equals_scipy_and_the_recursion(seed):
     np.testing.assert_allclose(ours.posterior, recursion.cov, rtol=1e-8)
     np.testing.assert_allclose(ours.gain, info.gain, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(ours.innovation_cov, info.innovation_cov, rtol=1e-8)
-    assert np.abs(ours.poles[0]) < 1
+    errors = np.eye(n)  # of the recursion: one step further each shrinks by its pole
+    for _ in range(20):
+        errors = (np.eye(n) - info.gain @ sensor.matrix) @ motion.transition @ errors
+    moduli = np.abs(ours.poles)
+    assert 1 > moduli[0] >= moduli[1] >= moduli[2]
+    assert np.abs(np.linalg.eigvals(errors)).max() == pytest.approx(moduli[0] ** 20, rel=1e-6)
+    assert np.exp(-1 / ours.time_constant) == pytest.approx(moduli[0], rel=1e-12)
 
 
 def test_random_walk_seen_directly_settles_at_the_golden_ratio():
@@ -257,6 +263,32 @@ def test_steady_state_refuses_a_direction_that_is_never_seen():
     H = np.array([[-1.0, 1.0]])
     with pytest.raises(ValueError, match="1 undamped direction"):
         steady_state(Motion(np.eye(2), np.diag([1.0, 0.0])), Sensor(H, np.eye(1)))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 2, np.pi])
+@pytest.mark.parametrize("growth", [1.0, 1.5])
+def test_no_undamped_direction_may_be_unseen_whatever_its_pole(turn, growth):
+    """Poles ±1, ±i and complex ones, on the unit circle and outside; damped ones may be unseen."""
+    c, s = np.cos(turn), np.sin(turn)
+    rotation, sensor = np.array([[c, -s], [s, c]]), Sensor(np.array([[0.0, 0.0, 1.0]]), np.eye(1))
+    F = np.eye(3) / 2
+    F[:2, :2] = growth * rotation
+    with pytest.raises(ValueError, match=r"undamped direction\(s\) are never seen"):
+        steady_state(Motion(F, np.eye(3)), sensor)
+    F[:2, :2] = 0.9 * rotation
+    seen = (0.25 + np.sqrt(0.25**2 + 4)) / 2  # p = p / 4 / (p + 1) + 1
+    settled = np.diag([1 / (1 - 0.9**2), 1 / (1 - 0.9**2), seen])
+    P = steady_state(Motion(F, np.eye(3)), sensor).predicted
+    np.testing.assert_allclose(P, settled, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("rounding", "rank"), [(0, 1), (8, 1), (64, 2), (1e6, 2)])
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e5])
+def test_rank_counts_what_is_above_rounding(rounding, rank, unit):
+    """Two directions that are almost one; their smaller eigenvalue in units of rounding."""
+    almost = 1 - rounding * np.finfo(float).eps
+    matrix = np.array([[1.0, almost * unit], [almost * unit, unit**2]])
+    assert scale_free_rank(matrix) == rank
 
 
 @given(st.integers(1, 6), st.integers(0, 6), st.integers(0, 2**32 - 1))

@@ -70,4 +70,4 @@ def belief_of(rng, n, *, size=0.1):
     """Return a belief over n landmarks with a full random covariance."""
     root = size * rng.standard_normal((3 + 2 * n, 3 + 2 * n))
     mean = np.concatenate([rng.uniform(-3, 3, 3), rng.uniform(-10, 10, 2 * n)])
-    return MapBelief(mean, root @ root.T, rng.permutation(50)[:n])
+    return MapBelief(mean, root @ root.T, rng.permutation(max(n, 50))[:n])

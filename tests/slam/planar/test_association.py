@@ -168,11 +168,14 @@ def test_the_gate_of_known_names_has_its_level():
 
 @pytest.mark.parametrize("association", [Association("gated"), Association("joint")])
 def test_a_singular_covariance_is_no_reason_for_a_new_landmark(association):
-    exact = MapBelief(two_posts().mean, np.zeros((7, 7)), np.array([0, 1]))
-    step = Step(None, Observations(np.array([-1]), np.array([[3.0, 1.0]])))
+    """Whether the observation is where it should be or not, for one of the landmarks or for all."""
     settings = Settings(CartesianSensor(0 * R), association=association)
-    with pytest.raises(ValueError, match="step 0: innovation covariance is singular"):
-        run_filter(exact, [step], settings)
+    for cov in (np.zeros((7, 7)), np.diag([0.0, 0, 0, 0, 0, 1, 1])):
+        exact = MapBelief(two_posts().mean, cov, np.array([0, 1]))
+        for x in (3.0, 3.2):
+            step = Step(None, Observations(np.array([-1]), np.array([[x, 1.0]])))
+            with pytest.raises(ValueError, match="step 0: innovation covariance is singular"):
+                run_filter(exact, [step], settings)
 
 
 @pytest.mark.parametrize("kind", ["gated", "joint"])

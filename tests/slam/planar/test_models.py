@@ -1,5 +1,6 @@
 """Every model against finite differences and complex numbers; its bad input."""
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -83,6 +84,26 @@ def test_velocity_moves_as_the_differential_equation(pose, speed, rate, duration
     np.testing.assert_allclose(
         turned @ motion.increment_cov @ turned.T, G @ motion.noise @ G.T, atol=1e-12
     )
+
+
+@given(st.floats(-8, 0.5), st.sampled_from([-1.0, 1.0]))
+def test_arcs_are_exact_for_turns_of_every_size(decade, sign):
+    """Oracle: the quotients in 60 digits."""
+    turn = sign * 10**decade
+    with mpmath.workdps(60):
+        a = mpmath.mpf(turn)
+        along, across = mpmath.sin(a) / a, (1 - mpmath.cos(a)) / a
+        slopes = (mpmath.cos(a) - along) / a, (mpmath.sin(a) - across) / a
+    motion = Velocity(2.0, turn, 1.0, np.eye(2))
+    np.testing.assert_allclose(
+        motion.increment,
+        np.array([2.0 * along, 2.0 * across, turn], dtype=float),
+        rtol=0,
+        atol=1e-10,
+    )
+    _, G = motion.jacobians(np.zeros(3))
+    wanted = np.array([[along, 2.0 * slopes[0]], [across, 2.0 * slopes[1]], [0, 1]], dtype=float)
+    np.testing.assert_allclose(G, wanted, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("rate", [1e-3, -1e-3])
@@ -217,8 +238,26 @@ def test_the_compiled_covariance_check_agrees_with_eigenvalues(seed, d):
     values = np.concatenate([[lowest], rng.uniform(1, 2, d - 1)])
     block = vectors @ np.diag(values) @ vectors.T
     block = (block + block.T) / 2
+    block *= 10 ** rng.uniform(-8, 8)
     assert is_covariance(block[None], 1e-9) == (lowest >= -1e-9 * np.abs(block).max())
-    assert is_covariance((root @ root.T)[None], 1e-9)
+    whole = root @ root.T * 10 ** rng.uniform(-8, 8)
+    assert is_covariance(whole[None], 1e-9)
+    assert is_covariance(np.zeros((1, d, d)), 1e-9)
+    if d > 1:  # symmetric to a share of the largest entry, wherever that stands
+        whole[*rng.permutation(d)[:2]] += rng.choice([-1.0, 1.0]) * 0.5e-9 * np.abs(whole).max()
+        assert is_covariance(np.stack([np.eye(d), whole]), 1e-9)
+        whole[*rng.permutation(d)[:2]] += rng.choice([-1.0, 1.0]) * 2e-9 * np.abs(whole).max()
+        assert not is_covariance(np.stack([np.eye(d), whole]), 1e-9)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_one_bad_landmark_of_many_is_found(place):
+    points, values = np.ones((3, 2)), np.ones((3, 2))
+    points[place], values[place, 0] = 0.0, 0.2
+    with pytest.raises(ValueError, match="exactly at the robot"):
+        RangeBearing(R).look(np.zeros(3), points)
+    with pytest.raises(ValueError, match=r"got 0\.2"):
+        RangeBearing(R, 0.5).check(values)
 
 
 def test_inputs_are_copied():

@@ -1,6 +1,7 @@
 """Whole drives: the run against single steps, what its Jacobians keep, its bookkeeping."""
 
 from dataclasses import replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from robot_perception.slam.planar import (
     run_filter,
     textbook,
 )
+from tests.slam.planar.dense import assert_is_dense
 from tests.slam.planar.drives import R_POLAR, Q, R, assert_close, drive, wrapped
 from tests.unchecked import unchecked
 
@@ -33,36 +35,6 @@ SENSORS = {False: CART, True: RangeBearing(R_POLAR)}
 
 def anchored(world, names):
     return {i: world.landmarks[i] for i in names}
-
-
-def plain_run(start, steps, sensor, anchors, linearisation):
-    """Return beliefs after each step, by whole matrices and the rules of the docstrings."""
-    belief, beliefs = start, []
-    point = start.mean.copy()
-    for k, step in enumerate(steps):
-        if linearisation == "latest":
-            belief = textbook.predict(belief, step.motion)
-        elif linearisation == "first":
-            belief = textbook.predict(belief, step.motion, at=point)
-            point[:3] = belief.pose
-        else:
-            before, after = linearisation.poses[k : k + 2]
-            belief = textbook.predict(belief, step.motion, at=before, after=after)
-            point[:3] = after
-        for fix in step.fixes:
-            belief, _ = textbook.correct(belief, fix)
-        old = [i for i, name in enumerate(step.observations.ids) if name in {*belief.ids, *anchors}]
-        new = [i for i in range(step.observations.ids.size) if i not in old]
-        at = None if linearisation == "latest" else point
-        if old:
-            belief, _ = textbook.update(belief, step.observations[old], sensor, anchors, at)
-        if new and not isinstance(linearisation, Truth):
-            size = belief.mean.size
-            belief = textbook.add_landmarks(belief, step.observations[new], sensor, at)
-            point = np.append(point, belief.mean[size:])
-        assert not (new and isinstance(linearisation, Truth))
-        beliefs.append(belief)
-    return beliefs
 
 
 @pytest.mark.parametrize("polar", [False, True])
@@ -80,15 +52,7 @@ def test_a_run_is_its_steps(polar, linearisation, names):
     anchors = anchored(world, names)
     settings = Settings(SENSORS[polar], anchors, linearisation=linearisation, keep=[20])
     run = run_filter(world.start, iter(steps), settings)
-    beliefs = plain_run(world.start, steps, SENSORS[polar], anchors, linearisation)
-    for k, belief in enumerate(beliefs):
-        assert_close(run.poses[k], belief.pose)
-        assert_close(run.pose_covs[k], belief.pose_cov)
-        assert run.sizes[k] == belief.ids.size
-    for ours, theirs in ((run.belief, beliefs[-1]), (run.kept[20], beliefs[20])):
-        assert_close(ours.mean, theirs.mean)
-        assert_close(ours.cov, theirs.cov)
-        np.testing.assert_array_equal(ours.ids, theirs.ids)
+    assert_is_dense(run, world.start, steps, settings)
 
 
 @pytest.mark.parametrize("polar", [False, True])
@@ -99,17 +63,8 @@ def test_the_ideal_run_linearises_at_the_truth(polar):
     places = np.concatenate([world.poses[0], world.landmarks.ravel()])
     cov = np.diag(np.r_[np.zeros(3), np.full(world.landmarks.size, 0.01)])
     start = MapBelief(places, cov, np.arange(len(world.landmarks)))
-    run = run_filter(start, world.steps, Settings(SENSORS[polar], linearisation=truth))
-    mean, P = start.mean, start.cov  # the same with matrices at the truth, written out
-    for k, step in enumerate(world.steps):
-        belief = textbook.predict(
-            MapBelief(mean, P, start.ids), step.motion, world.poses[k], world.poses[k + 1]
-        )
-        at = np.concatenate([world.poses[k + 1], world.landmarks.ravel()])
-        belief, _ = textbook.update(belief, step.observations, SENSORS[polar], None, at)
-        mean, P = belief.mean, belief.cov
-    assert_close(run.belief.mean, mean)
-    assert_close(run.belief.cov, P)
+    settings = Settings(SENSORS[polar], linearisation=truth)
+    assert_is_dense(run_filter(start, world.steps, settings), start, world.steps, settings)
 
 
 class Recorder:
@@ -454,8 +409,13 @@ def test_a_trajectory_is_written_as_it_is(tmp_path):
     rows = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True)
     for i, name in enumerate(("x_m", "y_m", "heading_rad")):
         np.testing.assert_allclose(rows[name], run.poses[:, i], rtol=0, atol=1e-9)
-    for i, j, name in ((0, 0, "xx"), (0, 1, "xy"), (1, 2, "yh"), (2, 2, "hh")):
-        np.testing.assert_allclose(rows[f"cov_{name}"], run.pose_covs[:, i, j], rtol=1e-10)
+    for (i, a), (j, b) in combinations_with_replacement(enumerate("xyh"), 2):
+        np.testing.assert_allclose(rows[f"cov_{a}{b}"], run.pose_covs[:, i, j], rtol=1e-10)
+
+
+def test_steps_may_share_a_time():
+    run = run_filter(START, [one_step(time=t) for t in (2.0, 2.0, None, 2.0)], Settings(CART))
+    np.testing.assert_array_equal(run.times, [2.0, 2.0, np.nan, 2.0])
 
 
 @pytest.mark.parametrize("name", ["to_tum", "to_csv"])

@@ -105,6 +105,25 @@ def test_a_considered_landmark_stays_one_while_others_come_and_go():
         assert np.trace(after.landmark(name).cov) < np.trace(before.landmark(name).cov)
 
 
+@pytest.mark.parametrize("size", [3, 70])
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+@pytest.mark.parametrize("share", [-2e-9, -0.5e-9, 0.5e-9, 2e-9])
+def test_a_covariance_is_symmetric_to_a_share_of_its_largest_variance(size, scale, share):
+    """Wherever that variance and the two entries stand."""
+    rng = np.random.default_rng(size)
+    for _ in range(20):
+        belief = belief_of(rng, size, size=0.01)
+        largest, row, column = rng.choice(belief.mean.size, 3)
+        belief.cov[largest, largest] = 1.0
+        belief.cov[:] *= scale
+        belief.cov[row, column] += share * scale
+        if abs(share) > 1e-9 and row != column:
+            with pytest.raises(ValueError, match="symmetric, 1 pairs"):
+                Workspace(belief)
+        else:
+            Workspace(belief)
+
+
 def test_the_update_keeps_its_digits_where_the_observations_almost_repeat():
     """Against 60 digits: a prior over ten decades, noise of 1e-10, two looks 1e-7 apart."""
     rng = np.random.default_rng(0)

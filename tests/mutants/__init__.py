@@ -1,0 +1,101 @@
+"""Planted errors, a line each, and how they are put into the code; ``__main__`` tries them out.
+
+::
+
+    # comment
+    tests: tests/test_kalman.py tests/slam -k 'not x'      arguments of pytest for the lines below
+    lib/robot_perception/kalman.py: `P @ H.mT` -> `P @ H`
+    lib/robot_perception/kalman.py#2: `+ Q` -> ``          the second place where the text stands
+    lib/robot_perception/kalman.py: `a < b` -> `a <= b` = reason why nothing observable changes
+"""
+
+import ast
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+LINE = re.compile(
+    r"(?P<file>[^\s:#`]+)(#(?P<place>[1-9]\d*))?: `(?P<old>[^`]+)` -> `(?P<new>[^`]*)`"
+    r"( = (?P<reason>\S.*))?"
+)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One planted error: a line of a room, what it changes, and the tests that should notice."""
+
+    room: str
+    line: int
+    file: str
+    place: int | None  # of several places of the old text, from 1; None if there is but one
+    old: str
+    new: str
+    reason: str  # why nothing observable changes; empty for an error
+    tests: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Room and line."""
+        return f"{self.room}:{self.line}"
+
+    def __str__(self) -> str:
+        return f"{self.name:16s} {Path(self.file).name}: {self.old.strip()} -> {self.new.strip()}"
+
+    def applied(self, root: Path = ROOT) -> str:
+        """Return the text of the file with the error in it.
+
+        Raises
+        ------
+        ValueError
+            If the line does not fit the code below ``root``; the message names the line.
+        """
+        if not (root / self.file).is_file():
+            raise ValueError(f"{self.name}: there is no file {self.file}")
+        text = (root / self.file).read_text("utf-8")
+        parts, first = text.split(self.old), self.place or 1
+        if len(parts) <= first or (len(parts) > 2 and self.place is None):
+            count = len(parts) - 1
+            raise ValueError(f"{self.name}: {self.old!r} stands {count} times in {self.file}")
+        changed = self.old.join(parts[:first]) + self.new + self.old.join(parts[first:])
+        try:
+            same = _meaning(self.file, text) == _meaning(self.file, changed)
+        except SyntaxError as error:
+            raise ValueError(f"{self.name}: {self.file} no longer parses: {error}") from error
+        if same:
+            raise ValueError(f"{self.name}: {self.new!r} for {self.old!r} changes nothing")
+        return changed
+
+
+def _meaning(file: str, text: str) -> str:
+    return ast.dump(ast.parse(text)) if file.endswith(".py") else text
+
+
+def rooms(folder: Path = Path(__file__).parent) -> dict[str, Path]:
+    """Return the files of planted errors by room."""
+    return {file.stem: file for file in sorted(folder.glob("*.txt"))}
+
+
+def read(file: Path) -> list[Mutant]:
+    """Read the planted errors of a room.
+
+    Raises
+    ------
+    ValueError
+        For a line that is none, or has no tests above it; the message names the line.
+    """
+    mutants, tests = [], ()
+    for number, line in enumerate(file.read_text("utf-8").splitlines(), 1):
+        line = line.strip()
+        if line.startswith("tests:"):
+            tests = tuple(shlex.split(line.removeprefix("tests:")))
+        elif line and not line.startswith("#"):
+            found = LINE.fullmatch(line)
+            if found is None or not tests:
+                what = "has no line `tests: …` above it" if found else "is no planted error"
+                raise ValueError(f"{file.stem}:{number}: {what}: {line}")
+            place = int(found["place"]) if found["place"] else None
+            texts = found["old"], found["new"], found["reason"] or ""
+            mutants.append(Mutant(file.stem, number, found["file"], place, *texts, tests))
+    return mutants
