@@ -134,6 +134,14 @@ def test_breaks_leave_three_deviations_to_the_noise():
         assert find_breaks(ranges, angles, RangeNoise(0.02), 0.2).tolist() == [jump > 0.06]
 
 
+@pytest.mark.parametrize(("height", "walls"), [(0.07, 1), (0.09, 2)])
+def test_a_wall_bent_by_more_than_the_tolerance_is_two(height, walls):
+    angles = np.deg2rad(np.arange(-40, 40.5, 0.5))
+    slope = np.sign(angles) * height / (2 * np.tan(angles[-1]))  # of each half against the chord
+    ranges = 2.0 / (np.cos(angles) + slope * np.sin(angles))
+    assert len(extract_segments(ranges, angles, Extraction(tolerance=0.08))[0]) == walls
+
+
 def test_as_many_readings_as_asked_for_make_a_wall():
     angles = np.deg2rad(np.arange(-90, 91, 5.0))
     for readings in (5, 6):
@@ -220,7 +228,7 @@ def test_every_hostile_reading_is_accounted_for(ranges):
 
 def test_readings_of_every_kind_are_counted():
     ranges = np.full(50, 2.0)
-    ranges[[3, 4]], ranges[10], ranges[20], ranges[30] = np.inf, np.nan, 0.0, -1.0
+    ranges[3], ranges[4], ranges[10], ranges[20], ranges[30] = np.inf, -np.inf, np.nan, 0.0, -1.0
     _, report = extract_segments(ranges, np.linspace(-0.5, 0.5, 50), Extraction())
     assert (report.no_return, report.not_a_number, report.not_positive) == (2, 1, 2)
     assert (report + report).readings == 100
