@@ -156,6 +156,7 @@ def test_draw_gets_the_values_of_the_controls_whatever_rounding_asks_for():
     explorer.frame(gain=0.1 + 0.2)
     explorer.gain = 0.1 + 0.2
     explorer.frame(**explorer.parameters)
+    assert explorer.gain == 0.3
     assert asked[1:] == [0.3, 0.3]
     assert explorer.presets == {"P": {"gain": 0.3}}
 

@@ -145,7 +145,7 @@ def test_circle_fit_agrees_with_a_general_optimiser():
     centre, _ = fit_pole(points, 0.2, 0.01)
     other = least_squares(lambda c: np.hypot(*(points - c).T) - 0.2, [3.1, 1.1])
     np.testing.assert_allclose(centre, other.x, atol=1e-6)
-    # the sum of squares is χ² with two degrees of freedom fewer than points: one pole in 1000 is lost
+    # squares are χ² with two degrees of freedom fewer than points: one pole in 1000 is lost
     largest = np.sqrt((other.fun**2).sum() / stats.chi2.ppf(0.999, len(points) - 2))
     assert fit_pole(points, 0.2, 0.99 * largest) is None
     assert fit_pole(points, 0.2, 1.01 * largest) is not None
