@@ -77,6 +77,24 @@ def test_rounding_does_not_hide_a_default():
     assert slider("Gain", values, 0.3).values[3] == 0.3
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+def test_values_that_lie_close_are_told_apart(unit):
+    values = unit * np.array([1.0, 1.001, 1.002])
+    for index, value in enumerate(values):
+        assert slider("Gain", values, value, form=".9g").default == index
+
+
+def test_a_toggle_is_off_and_on():
+    control = toggle("Falling", True)
+    assert (control.values, control.shown, control.default) == ((False, True), ("off", "on"), 1)
+
+
+def test_states_share_their_identifiers():
+    frames = [made().frame(gain=gain, falling=False).data.decode() for gain in (0.5, 2)]
+    first, second = (set(re.findall(r' id="([^"]*)"', frame)) for frame in frames)
+    assert first == second != set()
+
+
 def test_choices_take_values_by_name():
     control = choice("Filter", {"Kalman": "kf", "particles": "pf"}, "pf")
     assert (control.values, control.shown, control.default) == (

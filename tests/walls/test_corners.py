@@ -84,13 +84,13 @@ def test_both_walls_must_be_seen_up_to_the_corner(side):
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize("place", [0.27, 0.3, 0.31])
-def test_each_wall_may_end_by_the_spacing_of_its_own_readings_from_the_corner(side, place):
+@pytest.mark.parametrize(("place", "scale"), [(0.27, 1), (0.3, 1), (0.31, 1), (0.3, 3)])
+def test_each_wall_may_end_by_the_spacing_of_its_own_readings_from_the_corner(side, place, scale):
     """One wall is met squarely, by close readings, the other grazed, by distant ones."""
-    ranges = look(np.array([[2, -2], [2, place], [4, place + 0.9]]) * [1, side])
+    ranges = scale * look(np.array([[2, -2], [2, place], [4, place + 0.9]]) * [1, side])
     landmarks, report = find_landmarks(ranges, ANGLES, replace(RULES, reach=1e-4))
     assert report.kinds == ("convex",)
-    np.testing.assert_allclose(landmarks.values[0], (2, side * place), atol=2e-4)
+    np.testing.assert_allclose(landmarks.values[0], (2 * scale, side * place * scale), atol=6e-4)
 
 
 @pytest.mark.parametrize(("bend_deg", "kinds"), [(38, ()), (42, ("convex",))])
