@@ -8,10 +8,12 @@ import sys
 import click
 import pytest
 from click.testing import CliRunner
+from joblib.parallel import get_active_backend
 
 from robot_perception import chapters
 from robot_perception.cli import main
 from robot_perception.cli.workers import working
+from robot_perception.datasets import DatasetMissing
 from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.ledger import Ledger
@@ -62,6 +64,24 @@ def test_table_has_a_line_per_claim(run):
     assert result.exit_code == 0, result.output
     for claim in chapters.claims():
         assert any(line.startswith(f"{claim.id} ") for line in result.output.splitlines())
+
+
+def test_only_what_was_asked_for_is_printed(run):
+    printed = Ledger.from_json(run("claims", "--json", "--claim", "dp-quadratic").output)
+    assert [e.id for e in printed.entries] == ["dp-quadratic"]
+
+
+@pytest.mark.parametrize(("size", "value"), [("quick", 1.0), ("full", 2.0)])
+def test_claims_are_computed_at_the_size_asked_for(run, three, size, value):
+    words = ("claims", "--run", size, "--claim", "first", "--claim", "third", "--json")
+    computed = Ledger.from_json(run(*words).stdout)
+    assert [e.value.estimate for e in computed.entries] == [value, 3.0]
+
+
+@pytest.mark.parametrize("workers", [2, -1])
+def test_work_is_done_by_as_many_processes_as_asked_for(workers):
+    with working(workers, None, None):
+        assert get_active_backend()[1] == workers
 
 
 def test_json_is_a_ledger(run):
@@ -136,6 +156,22 @@ def test_store_keeps_results_whose_recording_is_not_here(run, tmp_path, monkeypa
     assert result.exit_code == 0, result.output
     assert "monobot-corridor: kept as it is" in result.output
     assert (records() / "monobot-corridor.npz").read_bytes() == before
+
+
+def test_one_stored_result_is_computed_alone(run, monkeypatch):
+    class Recorded:
+        """Stands for a recording that is not on this computer."""
+
+        def __init__(self, store):
+            self.store, self.dataset = store, "carmen_intel"
+
+        def write(self):
+            raise DatasetMissing
+
+    monkeypatch.setattr(chapters, "recordings", lambda stems: [Recorded("one"), Recorded("two")])
+    assert run("store", "--only", "two").stdout.splitlines() == [
+        "two: kept as it is, carmen_intel is not on this computer"
+    ]
 
 
 def test_help_loads_nothing_that_computes():

@@ -1,6 +1,7 @@
 """The office world and its scanner against shapely and against closed forms."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -17,6 +18,11 @@ def test_free_space_is_one_simple_polygon_with_the_furniture_and_the_robot_insid
     floor = shapely.Polygon(outline[:, 0])
     assert floor.is_valid
     assert floor.exterior.is_ccw  # free space to the left
+    rooms, thickness, door = 4, 0.12, 1.0
+    widths = 2 * (20.0 - rooms * thickness) * (4.5 - thickness)  # of the rooms on both sides
+    assert floor.area == pytest.approx(20.0 * 2.0 + widths + 2 * rooms * door * thickness)
+    ahead = office.waypoints[-1] - office.waypoints[0]
+    assert np.arctan2(ahead[1], ahead[0]) == pytest.approx(office.tilt)
     boxes = office.faces[office.kinds == "furniture"].reshape(-1, 4, 2, 2)
     for box in boxes:
         ring = shapely.Polygon(box[:, 0])
@@ -26,6 +32,18 @@ def test_free_space_is_one_simple_polygon_with_the_furniture_and_the_robot_insid
     free = floor.difference(shapely.union_all([shapely.Polygon(b[:, 0]) for b in boxes]))
     assert all(free.contains(shapely.Point(p)) for p in poses[:, :2])
     assert shapely.LineString(office.waypoints).distance(free.boundary) > 0.3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_furniture_of_one_room_stands_apart(seed):
+    office = make_office(rng=np.random.default_rng(seed), furniture=8)
+    walls = shapely.MultiLineString(list(office.faces[office.kinds != "furniture"]))
+    boxes = office.faces[office.kinds == "furniture"].reshape(-1, 4, 2, 2)
+    boxes = [shapely.Polygon(box[:, 0]) for box in boxes]
+    assert len(boxes) > 10
+    for one, other in combinations(boxes, 2):
+        between = shapely.LineString([one.centroid, other.centroid])
+        assert one.distance(other) >= 0.3 - 1e-9 or between.intersects(walls)
 
 
 def test_poses_move_and_turn_in_small_steps():
@@ -75,7 +93,10 @@ def test_noise_has_the_stated_spread_and_readings_their_resolution():
     seen = np.isfinite(scans.ranges)
     near = seen & (scans.true_ranges < 4.5)
     error = scans.ranges[near] - scans.true_ranges[near]
-    assert error.std() == pytest.approx(np.hypot(0.02, 0.01 / np.sqrt(12)), rel=0.02)
+    spread = np.hypot(0.02, 0.01 / np.sqrt(12))
+    assert error.std() == pytest.approx(spread, rel=0.02)
+    assert abs(error.mean()) < 5 * spread / np.sqrt(error.size)
+    assert scans.ranges[:, 180].std() == pytest.approx(spread, rel=0.2)  # each scan has its own
     np.testing.assert_allclose(scans.ranges[seen] * 100, np.round(scans.ranges[seen] * 100))
     assert scans.ranges[seen].max() <= 5.0
 
@@ -87,6 +108,36 @@ def test_the_stated_share_of_readings_is_lost():
     there = np.isfinite(scans.true_ranges)
     lost = np.isinf(scans.ranges[there])
     assert lost.mean() == pytest.approx(0.1, abs=4 * np.sqrt(0.1 * 0.9 / lost.size))
+
+
+def test_noise_carries_no_reading_beyond_the_range_of_the_scanner_nor_behind_it():
+    near, far = ([[[d, -9.0], [d, 9.0]]] for d in (0.02, 2.0))
+    scanner = Scanner(beams=5, range_sigma=0.05, max_range=2.0, dropout=0.0)
+    for wall, lost in ((near, 0.0), (far, 0.5)):
+        scans = scan(np.array(wall), np.zeros((500, 3)), scanner, rng=np.random.default_rng(0))
+        ahead = scans.ranges[:, 2]
+        assert np.isinf(ahead).mean() == pytest.approx(lost, abs=0.1)
+        assert ((ahead[np.isfinite(ahead)] > 0) & (ahead[np.isfinite(ahead)] <= 2.0)).all()
+
+
+def test_true_ranges_and_faces_are_those_of_the_middle_of_each_beam():
+    office, scanner = make_office(rng=np.random.default_rng(2)), Scanner(beams=91)
+    poses = drive(office)[::40]
+    scans = scan(office.faces, poses, scanner, rng=np.random.default_rng(0))
+    for pose, true, face in zip(poses, scans.true_ranges, scans.faces, strict=True):
+        distances, hit = cast(pose[:2], pose[2] + scanner.angles, office.faces)
+        np.testing.assert_array_equal(true, distances)
+        np.testing.assert_array_equal(face, hit)
+
+
+@pytest.mark.parametrize(("gap", "is_mixed"), [(0.15, False), (0.3, True)])
+def test_a_beam_mixes_two_surfaces_within_its_spot_if_they_are_a_clear_step_apart(gap, is_mixed):
+    faces = np.array([[[2.0, -9.0], [2.0, 0.0]], [[2.0 + gap, 9.0], [2.0 + gap, -9.0]]])
+    scanner = Scanner(beams=3601, spot=np.deg2rad(0.42))
+    mixed = scan(faces, np.zeros((1, 3)), scanner, rng=np.random.default_rng(0)).mixed[0]
+    away = np.abs(scanner.angles) - scanner.spot
+    sure = np.abs(away) > 1e-6
+    np.testing.assert_array_equal(mixed[sure], ((away < 0) & is_mixed)[sure])
 
 
 def test_mixed_pixels_lie_between_the_two_surfaces_at_an_edge():

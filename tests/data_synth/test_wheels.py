@@ -47,8 +47,17 @@ def test_error_of_ten_metres_does_not_depend_on_the_steps(slip, steps):
     assert (ratio < high).all()
 
 
-def test_turning_on_the_spot_costs_heading_only():
-    poses = np.stack([np.zeros(9), np.zeros(9), np.linspace(0, 3, 9)], axis=-1)
+@given(st.integers(2, 30), st.integers(0, 10**6))
+def test_increments_do_not_care_for_whole_turns(count, seed):
+    poses = path(count, seed)
+    turned = poses + 2 * np.pi * np.random.default_rng(seed).integers(-2, 3, (count, 1)) * [0, 0, 1]
+    np.testing.assert_allclose(true_increments(turned), true_increments(poses), atol=1e-9)
+    assert (np.abs(true_increments(turned)[:, 2]) <= np.pi).all()
+
+
+@pytest.mark.parametrize("way", [-3, 3])
+def test_turning_on_the_spot_costs_heading_only(way):
+    poses = np.stack([np.zeros(9), np.zeros(9), np.linspace(0, way, 9)], axis=-1)
     reported = roll(poses, LARGE, rng=np.random.default_rng(0))
     np.testing.assert_allclose(reported.deviations[:, :2], 0)
     assert np.sqrt((reported.deviations[:, 2] ** 2).sum()) == pytest.approx(LARGE.turn * np.sqrt(3))

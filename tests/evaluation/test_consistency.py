@@ -111,7 +111,7 @@ def test_values_that_hang_together_say_less():
         (lambda: coverage(np.zeros(3), 2), r"values must be \(runs, steps\)"),
         (lambda: coverage(np.zeros((0, 3)), 2), r"hold some, got \(0, 3\)"),
         (lambda: coverage(np.array([[np.inf]]), 2), "values must be finite, got 1 of 1"),
-        (lambda: coverage(np.array([[-1.0]]), 2), "values are squares, got -1"),
+        (lambda: coverage(np.array([[-1.0, 4.0]]), 2), "values are squares, got -1"),
         (lambda: coverage(np.ones((2, 3)), np.array([1, 2])), r"one or 3 numbers, got \(2,\)"),
         (lambda: coverage(np.ones((2, 2)), np.array([1, 0])), "at least 1, got 0, 2"),
         (lambda: coverage(np.ones((2, 2)), 1, independent=5), "from 1 to 4, got 5"),

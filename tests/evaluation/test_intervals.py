@@ -77,6 +77,34 @@ def test_student_and_wilson_are_the_formulas():
     assert (got.low, got.high) == pytest.approx((centre - half, centre + half))
 
 
+def test_slope_ratio_of_variances_and_root_mean_square_are_the_formulas():
+    """Pivots: Student's t with n - 2, F with both n - 1, χ² with n degrees of freedom."""
+    x, y = np.arange(6.0), RNG(5).normal(size=6)
+    got = intervals.slope(x, y)
+    design = np.column_stack([np.ones(6), x])
+    found = np.linalg.lstsq(design, y, rcond=None)
+    error = math.sqrt(found[1][0] / 4 * np.linalg.inv(design.T @ design)[1, 1])
+    pivot = (found[0][1] - np.array([got.low, got.high])) / error
+    np.testing.assert_allclose(stats.t.cdf(pivot, 4), [0.975, 0.025])
+    few, many = RNG(6).normal(size=4), RNG(7).normal(size=30)
+    got = intervals.variance_ratio(few, many)
+    assert got.estimate == pytest.approx(np.cov(few) / np.cov(many))
+    pivot = got.estimate / np.array([got.low, got.high])
+    np.testing.assert_allclose(stats.f.cdf(pivot, 3, 29), [0.975, 0.025])
+    got = intervals.root_mean_square(few)
+    pivot = (few**2).sum() / np.array([got.low, got.high]) ** 2
+    np.testing.assert_allclose(stats.chi2.cdf(pivot, 4), [0.975, 0.025])
+
+
+def test_a_bootstrap_takes_the_percentiles_of_what_was_drawn():
+    """Of samples that are 1 once in twelve the mean is a share k/12: none is below zero."""
+    samples = np.eye(12)[0]
+    got = intervals.bootstrap_mean(samples)
+    share = stats.binom(12, 1 / 12)
+    assert (got.low, got.high) == pytest.approx(np.array(share.interval(0.95)) / 12)
+    assert intervals.bootstrap_ratio(samples, np.ones(12)).high == got.high
+
+
 def test_correlation_is_fishers_and_its_square_starts_at_zero_if_in_doubt():
     x, y = RNG(2).normal(size=(2, 40))
     r = intervals.correlation(x, y)

@@ -78,6 +78,40 @@ def test_table_has_anchors_only_on_the_scorecard(ledger):
         module.claim_table("kitchen")
 
 
+def test_rows_lead_to_the_chapter_and_back_and_say_on_what_a_claim_depends(ledger):
+    everything, chapter = (module.claim_table(*c).bundle["text/html"] for c in ((), ("walls",)))
+    assert 'href="walls.html">good</a>' in everything
+    assert 'href="scorecard.html#good">good</a>' in chapter
+    for html in (everything, chapter):
+        assert html.count("<p>Only if the chain is simple.</p>") == 1
+
+
+@pytest.mark.parametrize(
+    ("accepted", "value", "words"),
+    [
+        (
+            Accepted(1, 3, "why", "our choice"),
+            Interval(1.5, 1.4, 1.6),
+            "the lower end 0.4 further in",
+        ),
+        (Accepted(1, 3, "why", "our choice"), Interval(9, 8, 10), "the upper end 5 further out"),
+        (Accepted(1, 3, "why", "our choice"), Interval(2, 0.5, 6), "both ends 3 further out"),
+        (Accepted(1, 3, "why", "paper"), Interval(2, 2, 2), "Set by the paper: why"),
+    ],
+)
+def test_who_set_a_range_and_where_the_verdict_turns(accepted, value, words):
+    some = made("x", Finding(value), accepted=accepted, paper_value="a <half>")
+    assert words in module._details(some)
+    assert "<small>Paper: a &lt;half&gt;</small>" in module._row(some, anchor=False)
+
+
+def test_columns_of_the_text_table_stand_below_their_names(ledger):
+    head, line, first, *_ = module.as_text(ledger).splitlines()
+    for name, value in (("verdict", "conditional"), ("paper", "–"), ("ours", "1.5 [")):
+        assert head.index(name) == first.index(value)
+        assert line[head.index(name) - 1 : head.index(name) + 1] == " -"
+
+
 def test_score_counts_every_entry(ledger):
     assert repr(module.score()) == "1 conditional, 1 not reproduced, 1 untestable"
 

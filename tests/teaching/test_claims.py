@@ -23,6 +23,12 @@ def declare(compute, name="some-claim", module="elsewhere.chapters.walls.growth"
     return claim(name, **(WORDS | {"accepted": Accepted(1.0, 2.0, "theory")} | changes))(compute)
 
 
+def test_a_claim_keeps_every_word_of_its_declaration():
+    words = WORDS | {"accepted": Accepted(3.0, 4.0, "why"), "paper_value": "three", "seed": 5}
+    some = declare(lambda size, rng: None, **words)
+    assert {name: getattr(some, name) for name in words} == words
+
+
 def test_the_chapter_is_the_package_of_the_function():
     assert declare(lambda size, rng: None).chapter == "walls"
     assert declare(lambda size, rng: None, module="elsewhere.chapters.b.c.d").chapter == "b"
@@ -36,6 +42,7 @@ def test_the_chapter_is_the_package_of_the_function():
         ({"basis": "hearsay"}, "hearsay"),
         ({"statement": " "}, "'some-claim' needs a statement"),
         ({"method": ""}, "needs a method"),
+        ({"place": ""}, "needs a place"),
         ({"name": ""}, "needs a id"),
     ],
 )

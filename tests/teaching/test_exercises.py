@@ -29,6 +29,7 @@ SHEET = Sheet(
         ("a-2", [[1, 1]], "wrong"),
         ("a-3", "The Anchor.", "right"),
         ("a-3", 3, "wrong"),
+        ("a-3", "anchor", "wrong"),
         ("a-4", 5, "right"),
         ("a-4", "five", "wrong"),
         ("a-5", True, "right"),
@@ -44,6 +45,11 @@ def test_typical_mistake_gets_its_hint_and_others_the_general_one():
     assert "that is the inverse" in repr(SHEET.check("a-1", 4))
     assert "Divide." in repr(SHEET.check("a-1", 7))
     assert "a variance" in repr(SHEET.check("a-4", -1))
+
+
+def test_an_answer_may_be_as_far_off_as_the_exercise_says():
+    rough = Exercise(200.0, rtol=0.1)
+    assert [rough.judge(answer)[0] for answer in (215.0, 185.0, 225.0)] == ["right"] * 2 + ["wrong"]
 
 
 def test_unknown_exercise_names_the_known_ones():

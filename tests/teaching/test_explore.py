@@ -77,6 +77,24 @@ def test_rounding_does_not_hide_a_default():
     assert slider("Gain", values, 0.3).values[3] == 0.3
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+def test_values_that_lie_close_are_told_apart(unit):
+    values = unit * np.array([1.0, 1.001, 1.002])
+    for index, value in enumerate(values):
+        assert slider("Gain", values, value, form=".9g").default == index
+
+
+def test_a_toggle_is_off_and_on():
+    control = toggle("Falling", True)
+    assert (control.values, control.shown, control.default) == ((False, True), ("off", "on"), 1)
+
+
+def test_states_share_their_identifiers():
+    frames = [made().frame(gain=gain, falling=False).data.decode() for gain in (0.5, 2)]
+    first, second = (set(re.findall(r' id="([^"]*)"', frame)) for frame in frames)
+    assert first == second != set()
+
+
 def test_choices_take_values_by_name():
     control = choice("Filter", {"Kalman": "kf", "particles": "pf"}, "pf")
     assert (control.values, control.shown, control.default) == (
@@ -141,6 +159,45 @@ def test_a_control_must_be_a_control():
 def test_a_drawing_must_be_a_picture(drawing):
     with pytest.raises(TypeError, match="draw must return a Figure or a uint8 array"):
         explore(lambda gain: drawing, alt=ALT, gain=controls()["gain"])
+
+
+def test_draw_gets_the_values_of_the_controls_whatever_rounding_asks_for():
+    asked = []
+
+    def watched(gain):
+        asked.append(gain)
+        return line(gain, False)
+
+    explorer = explore(
+        watched, alt=ALT, gain=slider("Gain", [0.1, 0.3, 1], 1), presets={"P": {"gain": 0.1 + 0.2}}
+    )
+    explorer.frame(gain=0.1 + 0.2)
+    explorer.gain = 0.1 + 0.2
+    explorer.frame(**explorer.parameters)
+    assert explorer.gain == 0.3
+    assert asked[1:] == [0.3, 0.3]
+    assert explorer.presets == {"P": {"gain": 0.3}}
+
+
+def test_a_view_is_told_what_it_shows():
+    explorer = explore(
+        lambda size, time: square(size + time),
+        alt=lambda size, time: f"A white square of {size} and {time} pixels.",
+        presets={"Large": {"size": 20}, "Late": {"time": 3, "size": 5}},
+        size=slider("Side", [5, 9, 20], 9),
+        time=timeline("Time", range(4), 1, fps=7),
+    )
+    spec = explorer.spec
+    assert [(c["kind"], c["default"], c["fps"]) for c in spec["controls"]] == [
+        ("slider", 1, None),
+        ("timeline", 1, 7.0),
+    ]
+    assert spec["presets"] == [
+        {"label": "Large", "indices": {"size": 2, "time": 1}},
+        {"label": "Late", "indices": {"size": 0, "time": 3}},
+    ]
+    assert spec["spoken"]
+    assert not made().spec["spoken"]
 
 
 def test_an_error_in_draw_is_not_swallowed():
@@ -385,6 +442,18 @@ def test_end_points_are_both_ends_of_every_control_and_the_presets():
         {"gain": 1.0, "falling": True},
         {"gain": 2.0, "falling": True},
     ]
+
+
+def test_end_points_are_all_values_of_a_choice_and_the_ends_of_a_timeline():
+    explorer = explore(
+        lambda kind, time: line(time, kind == "c"),
+        alt=ALT,
+        kind=choice("Kind", "abc", "b"),
+        time=timeline("Time", range(4), 2),
+    )
+    points = list(explorer.end_points())
+    assert [point["kind"] for point in points] == ["a", "b", "c", "b", "b"]
+    assert [point["time"] for point in points] == [2, 2, 2, 0, 3]
 
 
 def test_explorers_are_found_in_a_namespace_and_among_outputs():

@@ -26,6 +26,7 @@ from robot_perception.teaching.figures import (
     style,
     to_svg,
 )
+from robot_perception.teaching.figures.maps import plan
 from robot_perception.teaching.figures.output import PAGE_VARIABLE, front_end
 from robot_perception.teaching.figures.svg import HEAVY
 from robot_perception.teaching.figures.webp import to_webp
@@ -332,6 +333,41 @@ def test_masks_are_encoded_without_loss():
 def test_panels_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="5 × 1 panels do not fit"):
         figure(5, height=3)
+
+
+def test_panels_stand_where_their_margins_leave_them():
+    """Inches to the left, right, below, above, and between panels."""
+    _, axes = figure(2, 3, width=9, height=5)
+    boxes = np.array([[ax.get_position().extents for ax in row] for row in axes]) * [9, 5, 9, 5]
+    np.testing.assert_allclose(boxes[-1, 0, :2], [0.78, 0.56])
+    np.testing.assert_allclose(boxes[0, -1, 2:], [9 - 0.16, 5 - 0.32])
+    np.testing.assert_allclose(boxes[:, 1:, 0] - boxes[:, :-1, 2], 0.98)
+    np.testing.assert_allclose(boxes[:-1, :, 1] - boxes[1:, :, 3], 0.82)
+
+
+def test_a_plan_holds_its_points_with_a_margin():
+    _, ax = figure()
+    plan(ax, np.array([[1.0, -2], [4, 5]]), margin=0.5)
+    assert (*ax.get_xlim(), *ax.get_ylim(), ax.get_aspect()) == (0.5, 4.5, -2.5, 5.5, 1.0)
+
+
+def test_ellipses_lie_two_deviations_away_in_every_direction():
+    covs = np.array([[[4.0, 1.5], [1.5, 1.0]], [[0.01, 0.0], [0.0, 9.0]]])
+    means = np.array([[1.0, 2.0], [-3.0, 0.0]])
+    _, ax = figure()
+    style.ellipses(ax, means, covs, BLUE)
+    rims = np.stack(ax.lines[0].get_data(), axis=-1).reshape(2, -1, 2)[:, :-1]
+    off = rims - means[:, None]
+    np.testing.assert_allclose(np.einsum("nki,nij,nkj->nk", off, np.linalg.inv(covs), off), 4.0)
+
+
+def test_transparent_parts_of_a_picture_stay_transparent():
+    image = np.full((6, 8, 4), 255, np.uint8)
+    image[:3, :, 3] = 0
+    fig, ax = figure()
+    ax.imshow(image, gid=style.LOSSLESS)
+    np.testing.assert_array_equal(webp(to_svg(fig))[..., 3], image[..., 3])
+    assert fig.dpi == 100
 
 
 def test_axes_are_squeezed_like_those_of_matplotlib():

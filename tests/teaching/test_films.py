@@ -51,6 +51,7 @@ def test_the_frames_are_those_that_were_given():
     images = frames()
     shown = [np.asarray(f.convert("L")) for f in ImageSequence.Iterator(stored(markup(images)))]
     assert len(shown) == len(images)
+    assert stored(markup(images)).info["loop"] == 0  # for ever
     for image, frame in zip(images, shown, strict=True):
         assert np.abs(frame.astype(int) - image).mean() < 6
 
@@ -81,6 +82,8 @@ def test_key_frames_stand_for_the_film():
     images = frames(12, shape=(300, 500))
     text = markup(images)
     found = keys(text)
+    assert "--rp-columns: 3" in text
+    assert "--rp-columns: 5" in markup(frames())
     assert [hidden for _, _, hidden in found] == [False, True, True, True, True]
     assert [alt for _, alt, _ in found] == [
         ALT,

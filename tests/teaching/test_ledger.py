@@ -49,8 +49,12 @@ def some(name="some-claim", value=1.5, **changes):
 
 
 def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
-    made = record(some(), versions="numpy 2")
-    assert (made.id, made.basis, made.verdict) == ("some-claim", "paper", "conditional")
+    claim = some(seed=3, paper_value="n²")
+    made = record(claim, versions="numpy 2")
+    for name in ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method"):
+        assert getattr(made, name) == getattr(claim, name)
+    assert (made.seed, made.note, made.verdict) == (3, "Ten words.", "conditional")
+    assert record(some(value=0.8), versions="").verdict == "refuted"  # 1.05 would not be
     assert made.value.estimate == 1.5
     assert made.conditions == ["it rains"]
     assert made.quick["value"] == [1.75, 1.65, 1.85]
@@ -83,6 +87,13 @@ def test_round_trip_keeps_everything_to_ten_digits():
     assert Ledger((again,)).to_json() == text
 
 
+def test_ends_that_are_not_finite_come_back():
+    for low, high in ((-math.inf, 2.0), (-math.inf, math.inf)):
+        made = replace(record(some(), versions=""), accepted=Accepted(low, high, "for the test"))
+        again = Ledger.from_json(Ledger((made,)).to_json())["some-claim"]
+        assert again.accepted == made.accepted
+
+
 def test_lines_of_the_text_are_what_a_diff_should_show():
     lines = Ledger((record(some(), versions=""),)).to_json().splitlines()
     assert any(line.strip().startswith('"plain": [') for line in lines)
@@ -106,6 +117,8 @@ def test_differences_are_named_on_the_scale_of_the_number():
     assert different(new, new | {"b": (1e-3, -1.0, 1.0)}, 1e-6) == [
         "b: [1e-09, -1.0, 1.0] instead of [0.001, -1.0, 1.0]"
     ]
+    small = {"a": (1e-9, 1e-9, 1e-9)}
+    assert len(different(small, {"a": (1e-9, 1e-9, 1.1e-9)}, 1e-6)) == 1
     assert different(old, old, 0.0) == []
 
 
@@ -139,8 +152,10 @@ def test_unknown_claim_names_the_known_ones():
 
 
 def test_chapters_and_counts():
-    ledger = Ledger(tuple(entry(some(n, v), finding(v)) for n, v in (("a", 1.5), ("b", 0.1))))
+    ledger = Ledger(
+        tuple(entry(some(n, v), finding(v)) for n, v in (("a", 1.5), ("b", 0.1), ("c", 2.5)))
+    )
     assert ledger.chapter("monobot").entries == ()
-    assert verdicts(ledger) == {Verdict.CONDITIONAL: 1, Verdict.REFUTED: 1}
+    assert verdicts(ledger) == {Verdict.CONDITIONAL: 2, Verdict.REFUTED: 1}
     unmeasured = replace(ledger["a"], value=None, verdict="untestable")
     assert unmeasured.turn is None

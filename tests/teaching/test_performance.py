@@ -27,6 +27,8 @@ def test_table_shows_every_row_and_names_what_is_missed(tmp_path, monkeypatch):
         | {"target": "≥ 0.5× fastrdp", "reached": True},
         {"work": "a page", "ours_s": 0.2, "peer": "", "peer_s": None, "ratio": None}
         | {"target": "≤ 100 ms", "reached": False},
+        {"work": "a map", "ours_s": 2.0, "peer": "one", "peer_s": 1.0, "ratio": 0.5}
+        | {"target": "≥ 1×", "reached": False},
     ]
     record = {"date": "2026-01-01", "machine": "a & b", "versions": {"numpy": "2"}, "rows": rows}
     (tmp_path / "performance.json").write_text(json.dumps(record))
@@ -35,8 +37,8 @@ def test_table_shows_every_row_and_names_what_is_missed(tmp_path, monkeypatch):
     html = shown.bundle["text/html"]
     assert "a &lt;scan&gt;" in html
     assert "a &amp; b" in html
-    assert html.count("<strong>no</strong>") == 1
-    assert repr(shown) == "1 of 2 targets reached on 2026-01-01"
+    assert html.count("<strong>no</strong>") == 2
+    assert repr(shown) == "1 of 3 targets reached on 2026-01-01"
 
 
 def test_nothing_recorded_is_a_clear_error(tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """What is stored comes back as the same type with the same bits, and the same bytes each time."""
 
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -62,6 +63,10 @@ def test_bytes_depend_on_the_numbers_alone(tmp_path):
     storage.save(tmp_path / "c", example(1))
     a, b, c = ((tmp_path / name).read_bytes() for name in "abc")
     assert a == b != c
+    with zipfile.ZipFile(tmp_path / "a") as archive:  # nor on the hour
+        assert {part.date_time for part in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        pictures = [name for name in archive.namelist() if not name.endswith(".npy")]
+    assert pictures == ["photo.webp"]
 
 
 def test_plain_numpy_reads_the_arrays(tmp_path):
@@ -73,7 +78,13 @@ def test_summary_says_what_a_diff_should_show(tmp_path):
     summary = storage.save(tmp_path / "a.npz", example())
     assert summary["error"] == "0.3333333333"
     assert summary["names"] == "2: plain, anchored"
-    assert summary["values"].startswith("5 float64, ")
+    values = example().values
+    told = f"{values.min():.10g} to {values.max():.10g}, mean {values.mean():.10g}"
+    assert summary["values"] == f"5 float64, {told}"
+    for count, more in ((8, ""), (9, " …")):
+        many = replace(example(), names=tuple("abcdefghi"[:count]))
+        told = storage.save(tmp_path / "b.npz", many)["names"]
+        assert told == f"{count}: a, b, c, d, e, f, g, h{more}"
     assert summary["robots/1/path"] == "0 × 2 float64"
 
 

@@ -30,12 +30,33 @@ def test_text_is_aligned_and_rounded():
     ]
 
 
+def test_digits_are_those_asked_for_and_one_end_is_shown_if_the_other_is_the_number():
+    assert "1.77 [1.34, 2.22]" in ENDS.text(3)
+    one = Table({"r": [Interval(1.0, 1.0, 2.0), Interval(2.0, 1.0, 2.0)]}, {"a": "", "b": ""})
+    assert one.text().splitlines()[1].split("  ")[1:] == ["1.0 [1.0, 2.0]", "2.0 [1.0, 2.0]"]
+
+
+def test_numbers_are_named_by_row_and_column_with_their_ends():
+    assert list(ENDS.numbers()) == [
+        ("plain", "end (m)", (1.7712, 1.3412, 2.2212)),
+        ("plain", "NEES", (5438.9,) * 3),
+        ("plain", "runs", (3,) * 3),
+        ("anchored <A>", "end (m)", (1.77, 1.34, 2.2)),
+    ]
+
+
 def test_html_defines_columns_escapes_and_marks_what_to_compare():
     html = ENDS.show(bold=["NEES", ("plain", "runs")]).bundle["text/html"]
     assert "<strong>5400</strong>" in html
     assert "<td><strong>3</strong></td>" in html
     assert "<td>1.8 <small>[1.3, 2.2]</small></td>" in html
     assert "<strong>lost</strong>" not in html
+    row = ENDS.show(bold=["anchored <A>"]).bundle["text/html"]
+    assert [word in row for word in ("<strong>lost", "<strong>–", "<strong>3")] == [
+        True,
+        True,
+        False,
+    ]
     assert "anchored &lt;A&gt;" in html
     assert "<i>NEES</i>: 3 is right" in html
     assert '<th scope="row">plain</th>' in html
@@ -45,6 +66,7 @@ def test_cells_are_found_by_name_and_a_part_keeps_them():
     assert ENDS["plain", "end (m)"].high == 2.2212
     part = ENDS.pick(["anchored <A>"], ["runs", "end (m)"])
     assert part.rows == {"anchored <A>": ("lost", Interval(1.77, 1.34, 2.2))}
+    assert (part.about, part.corner) == (ENDS.about, ENDS.corner)
     for place, known in ((("plane", "NEES"), "plain"), (("plain", "NIS"), "NEES")):
         with pytest.raises(KeyError, match=known):
             ENDS[place]

@@ -13,6 +13,7 @@ from robot_perception.teaching.verdicts import (
     Basis,
     Condition,
     Origin,
+    Turn,
     Verdict,
     decide,
     turn,
@@ -145,6 +146,8 @@ def test_turn_in_numbers():
         -0.2
     )
     assert turn(Accepted(-math.inf, math.inf, "all"), Interval(0.7, 0.6, 0.8)) is None
+    assert turn(HALF, Interval(1, -1, 3)) == Turn("both", 2.5)
+    assert turn(Accepted(0, 0, "a point"), Interval(1, 1, 1)) == Turn("upper", 1)
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,9 @@ def test_distance_is_to_the_line_not_to_the_segment(algorithm):
     chain = np.array([[0.0, 0.0], [15.0, 0.1], [10.0, 0.0]])
     assert algorithm(chain, 0.2).tolist() == [0, 2]
     assert algorithm(chain, 0.05).tolist() == [0, 1, 2]
+    for turned in (chain[:, ::-1], -chain):
+        assert algorithm(turned, 0.2).tolist() == [0, 2]
+        assert algorithm(turned, 0.05).tolist() == [0, 1, 2]
     f, d = find_split(chain, 0, 2)
     assert (f, d) == (1, pytest.approx(0.1))
 
@@ -122,6 +125,9 @@ def test_of_equally_far_vertices_the_first_splits(algorithm):
     # vertices 1 to 3 are 1 m from the line; after a split at 1 the next is 0.89 m from its line
     chain = np.array([[0, 0], [1, 1], [2, 1], [3, 1], [3, 0]], dtype=float)
     assert algorithm(chain, 0.9).tolist() == [0, 1, 4]
+    # both are 5 m from the end, and 1.4 m from the line through the other
+    closed = np.array([[0, 0], [3, 4], [4, 3], [0, 0]], dtype=float)
+    assert algorithm(closed, 1.5).tolist() == [0, 1, 3]
 
 
 @given(
@@ -137,6 +143,18 @@ def test_path_hull_settles_exact_ties_like_the_plain_algorithm(heights, toleranc
     np.testing.assert_array_equal(
         simplify_path_hull(backwards, tolerance), simplify(backwards, tolerance)
     )
+
+
+def test_path_hull_settles_ties_of_rounding_nearly_always_like_the_plain_algorithm():
+    """Turned plateaus: vertices of one height, whose heights differ in the last digit."""
+    different = 0
+    for rng in np.random.default_rng(0).spawn(300):
+        heights, angle = np.repeat(rng.integers(-2, 3, 12), 4), rng.uniform(-3, 3)
+        turned = (np.arange(48) + 1j * heights) * np.exp(1j * angle)
+        chain = np.stack([turned.real, turned.imag], axis=-1)
+        kept = simplify_path_hull(chain, 0.7)
+        different += not np.array_equal(kept, simplify(chain, 0.7))
+    assert different <= 8
 
 
 @given(

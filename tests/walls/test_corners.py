@@ -83,6 +83,24 @@ def test_both_walls_must_be_seen_up_to_the_corner(side):
     assert report.apart == 1
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(("place", "scale"), [(0.27, 1), (0.3, 1), (0.31, 1), (0.3, 3)])
+def test_each_wall_may_end_by_the_spacing_of_its_own_readings_from_the_corner(side, place, scale):
+    """One wall is met squarely, by close readings, the other grazed, by distant ones."""
+    ranges = scale * look(np.array([[2, -2], [2, place], [4, place + 0.9]]) * [1, side])
+    landmarks, report = find_landmarks(ranges, ANGLES, replace(RULES, reach=1e-4))
+    assert report.kinds == ("convex",)
+    np.testing.assert_allclose(landmarks.values[0], (2 * scale, side * place * scale), atol=6e-4)
+
+
+@pytest.mark.parametrize(("bend_deg", "kinds"), [(38, ()), (42, ("convex",))])
+def test_the_least_angle_is_that_between_the_walls(bend_deg, kinds):
+    away = 2 * np.tan(np.deg2rad(bend_deg) / 2)
+    bent = look([[2 + away, -2], [2, 0], [2 + away, 2]])
+    _, report = find_landmarks(bent, ANGLES, replace(RULES, least_angle=np.deg2rad(40)))
+    assert (report.kinds, report.flat) == (kinds, 1 - len(kinds))
+
+
 def test_a_bend_too_flat_is_no_corner():
     landmarks, report = find_landmarks(look([[3, -2], [2.6, 0], [3, 2]]), ANGLES, RULES)
     assert len(landmarks) == 0
@@ -127,6 +145,10 @@ def test_circle_fit_agrees_with_a_general_optimiser():
     centre, _ = fit_pole(points, 0.2, 0.01)
     other = least_squares(lambda c: np.hypot(*(points - c).T) - 0.2, [3.1, 1.1])
     np.testing.assert_allclose(centre, other.x, atol=1e-6)
+    # squares are χ² with two degrees of freedom fewer than points: one pole in 1000 is lost
+    largest = np.sqrt((other.fun**2).sum() / stats.chi2.ppf(0.999, len(points) - 2))
+    assert fit_pole(points, 0.2, 0.99 * largest) is None
+    assert fit_pole(points, 0.2, 1.01 * largest) is not None
 
 
 @pytest.fixture(scope="module")

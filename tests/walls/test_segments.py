@@ -27,7 +27,9 @@ def ranges_to_line(rho, theta, angles):
     return rho / np.cos(angles - theta)
 
 
-@pytest.mark.parametrize(("rho", "theta"), [(2.0, 0.3), (4.0, -1.2), (1.0, 1.5), (3.0, 0.0)])
+@pytest.mark.parametrize(
+    ("rho", "theta"), [(2.0, 0.3), (4.0, -1.2), (1.0, 1.5), (3, 0), (2, 2.9), (2, -2.9)]
+)
 def test_exact_readings_give_the_line(rho, theta):
     angles = theta + np.linspace(-0.5, 0.6, 40)
     line = fit_line(ranges_to_line(rho, theta, angles), angles, NOISE)
@@ -111,6 +113,60 @@ def test_breaks_separate_a_step_but_not_a_slanted_wall():
     assert find_breaks(np.array([1.0, 1.0]), wide, NOISE, np.deg2rad(10)).all()
 
 
+@pytest.mark.parametrize("grazing_deg", [8.0, 15.0, 40.0])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_wall_breaks_where_it_is_seen_at_less_than_the_grazing_angle(grazing_deg, sign):
+    """The nearer of two readings and the grazing angle say where the farther may lie."""
+    angles, exact = np.deg2rad([0.0, 1.0]), RangeNoise(1e-9)
+    for share in (0.99, 1.01):
+        tilt = np.deg2rad(grazing_deg) * share  # of the wall against the nearer reading's beam
+        farther = np.sin(tilt) / np.sin(tilt - angles[1])
+        gaps = find_breaks(
+            2.0 * np.array([1.0, farther])[::sign], angles, exact, np.deg2rad(grazing_deg)
+        )
+        assert gaps.tolist() == [share < 1]
+
+
+def test_breaks_leave_three_deviations_to_the_noise():
+    angles = np.array([0.0, 1e-9])
+    for jump in (0.055, 0.065):
+        ranges = np.array([2.0, 2.0 + jump])
+        assert find_breaks(ranges, angles, RangeNoise(0.02), 0.2).tolist() == [jump > 0.06]
+
+
+@pytest.mark.parametrize(("height", "walls"), [(0.07, 1), (0.09, 2)])
+def test_a_wall_bent_by_more_than_the_tolerance_is_two(height, walls):
+    angles = np.deg2rad(np.arange(-40, 40.5, 0.5))
+    slope = np.sign(angles) * height / (2 * np.tan(angles[-1]))  # of each half against the chord
+    ranges = 2.0 / (np.cos(angles) + slope * np.sin(angles))
+    assert len(extract_segments(ranges, angles, Extraction(tolerance=0.08))[0]) == walls
+
+
+def test_as_many_readings_as_asked_for_make_a_wall():
+    angles = np.deg2rad(np.arange(-90, 91, 5.0))
+    for readings in (5, 6):
+        ranges = np.full(37, np.inf)
+        ranges[10 : 10 + readings] = ranges_to_line(3.0, -0.3, angles[10 : 10 + readings])
+        segments, report = extract_segments(ranges, angles, Extraction(grazing=np.deg2rad(20)))
+        assert (len(segments), report.lone) == ((0, 5) if readings == 5 else (1, 0))
+        assert report.stretches == 1
+
+
+def test_readings_are_in_a_wall_dropped_or_corners():
+    """Law: between two walls, one reading is the corner and counted to neither."""
+    angles = np.deg2rad(np.arange(-60, 61, 0.5))
+    near = ranges_to_line(2.0, -0.5, angles), ranges_to_line(3.0, 0.9, angles)
+    ranges = np.min([np.where(r > 0, r, np.inf) for r in near], axis=0)
+    segments, report = extract_segments(ranges, angles, Extraction())
+    first, second = segments.spans.tolist()
+    assert (first[0], second[1], second[0] - first[1]) == (0, angles.size - 1, 2)
+    short = Extraction(least_length=1.5 * segments.lengths.min())
+    kept, told = extract_segments(ranges, angles, short)
+    (start, stop), (left,) = sorted(segments.spans[segments.lengths.argmin()]), kept.spans.tolist()
+    assert left in segments.spans.tolist()
+    assert (told.dropped, report.dropped) == (stop - start + 1, 0)
+
+
 def test_corner_of_a_room_gives_its_two_walls_with_right_uncertainty():
     rng = np.random.default_rng(5)
     angles = np.deg2rad(np.arange(-60, 61, 0.5))
@@ -172,7 +228,7 @@ def test_every_hostile_reading_is_accounted_for(ranges):
 
 def test_readings_of_every_kind_are_counted():
     ranges = np.full(50, 2.0)
-    ranges[[3, 4]], ranges[10], ranges[20], ranges[30] = np.inf, np.nan, 0.0, -1.0
+    ranges[3], ranges[4], ranges[10], ranges[20], ranges[30] = np.inf, -np.inf, np.nan, 0.0, -1.0
     _, report = extract_segments(ranges, np.linspace(-0.5, 0.5, 50), Extraction())
     assert (report.no_return, report.not_a_number, report.not_positive) == (2, 1, 2)
     assert (report + report).readings == 100

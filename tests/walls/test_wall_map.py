@@ -100,6 +100,36 @@ def test_gate_lets_its_probability_through():
     assert interval.low < 0.9 < interval.high
 
 
+def at_middle(line, point):
+    """Distance of a point from a line, and the direction."""
+    return np.array([line[0] - point @ [np.cos(line[1]), np.sin(line[1])], line[1]])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_distance_of_the_gate_is_mahalanobis_with_both_lines_seen_from_the_middle(seed):
+    """Covariances by finite differences, the direction the short way round."""
+    rng = np.random.default_rng(seed)
+    theta = np.array([3.1, -3.1])[:: 1 if seed % 2 else -1] if seed < 4 else rng.uniform(-1, 1, 2)
+    ends, rho = rng.normal(0, 3, (2, 2, 2)), rng.uniform(1, 4, 2)
+    root = rng.normal(0, 0.1, (2, 2, 2))
+    lines, covs, middle = np.stack([rho, theta], axis=-1), root @ root.mT, ends[1].mean(axis=0)
+    seen = np.empty((2, 2, 2))
+    for one, (line, cov) in enumerate(zip(lines, covs, strict=True)):
+        J = np.stack(
+            [(at_middle(line + h, middle) - at_middle(line - h, middle)) / 2e-6
+             for h in 1e-6 * np.eye(2)], axis=-1,
+        )  # fmt: skip
+        seen[one] = J @ cov @ J.T
+    gate = Gate(roughness=0.07, roughness_angle=0.2)
+    e = at_middle(lines[0], middle) - at_middle(lines[1], middle)
+    e[1] = (e[1] + np.pi) % (2 * np.pi) - np.pi
+    S = seen.sum(axis=0) + np.diag([0.07**2, 0.2**2])
+    known = WallMap(lines[:1], covs[:1], ends[:1], np.ones(1, int))
+    look = Segments(lines[1:], covs[1:], ends[1:], np.array([[0, 9]]))
+    _, (squared,) = search(known, look, 0, gate)
+    assert squared == pytest.approx(e @ np.linalg.inv(S) @ e, rel=1e-5)
+
+
 def test_gate_wants_the_same_front_overlap_and_nearness():
     known = merge(WallMap.empty(), wall(2.0, 0.0, [[2, -1], [2, 1]]), Gate())
     gate = Gate(widest_gap=0.5)
@@ -135,6 +165,8 @@ def test_segment_across_two_walls_joins_them():
     joined = merge(known, wall(2.0, 0.0, [[2, 0.5], [2, 2.5]]), Gate())
     assert len(joined) == 1
     assert joined.lengths[0] == pytest.approx(3.0, abs=1e-6)
+    assert joined.scans.tolist() == [2]  # each part was seen in one scan, for all we know the same
+    assert (len(joined.seen_in(2)), len(joined.seen_in(3))) == (1, 0)
     assert len(known) == 2  # the old map is left alone
 
 

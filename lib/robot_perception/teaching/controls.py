@@ -1,5 +1,6 @@
 """The controls of an explorer: finite lists of values with a label and a default."""
 
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -62,9 +63,10 @@ class Control:
         ValueError
             If the control has no such value.
         """
-        for index, known in enumerate(self.values):
-            if known == value or (_numeric(known, value) and np.isclose(known, value, rtol=1e-9)):
-                return index
+        for alike in (operator.eq, _close):  # of values that are close, the very one first
+            for index, known in enumerate(self.values):
+                if alike(known, value):
+                    return index
         raise ValueError(f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}")
 
 
@@ -200,6 +202,11 @@ def _with_default(
 ) -> Control:
     control = Control(kind, label, values, shown, 0, fps)
     return Control(kind, label, values, shown, control.index_of(default), fps)
+
+
+def _close(one: object, other: object) -> bool:
+    """Return whether two numbers differ by rounding only."""
+    return _numeric(one, other) and bool(np.isclose(one, other, rtol=1e-9))
 
 
 def _numeric(*values: object) -> bool:

@@ -9,6 +9,7 @@ import pytest
 from robot_perception.chapters.monobot import broken, information, rail
 from robot_perception.chapters.monobot import figures as draw
 from robot_perception.chapters.monobot.rail import FIG3, FIG4
+from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
@@ -31,6 +32,12 @@ def test_every_corner_of_the_study_can_be_drawn(values):
             assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).all()
 
 
+def check_band(band, low, high):
+    """A band has its lower and its upper curve."""
+    heights = {round(y, 9) for y in band.get_paths()[0].vertices[:, 1]}
+    np.testing.assert_allclose(sorted(heights), sorted({round(y, 9) for y in (*low, *high)}))
+
+
 def ordinates(ax):
     return [np.asarray(line.get_ydata(), dtype=float) for line in ax.lines]
 
@@ -41,6 +48,14 @@ def test_one_run_is_drawn_from_its_own_truth_estimates_and_gains(landmarks):
     _, axes = figure(4, 1, height=9)
     draw.one_run(axes, result, 1)
     path, errors, vehicle, gains = (ordinates(ax) for ax in axes)
+    sightings = result.world.positions[1] + result.world.looks[1, :, 0]
+    np.testing.assert_array_equal(path[0], sightings[::3])
+    assert len(axes[0].collections) == 2
+    means, reach = result.filtered.means[1], 2 * result.deviations
+    for i, band in enumerate(axes[0].collections):
+        check_band(band, means[:, i] - reach[:, i], means[:, i] + reach[:, i])
+    for i, ax in ((1, axes[1]), (0, axes[2])):
+        check_band(ax.collections[0], -reach[:, i], reach[:, i])
     np.testing.assert_array_equal(path[1], result.world.positions[1])
     np.testing.assert_array_equal(path[2:4], result.filtered.means[1, :, :2].T)
     own = [line for line in errors if len(line) == 101]
@@ -56,6 +71,40 @@ def test_a_known_landmark_closes_the_strip_to_an_ellipse():
         straight = [line for line in ax.lines if len(line.get_xdata()) == 2]
         assert len(straight) == edges
         assert len(ax.patches) == 2  # the inside of the strip or ellipse, and of the belief
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_what_is_drawn_of_the_information_lies_two_deviations_away(known):
+    """Law: (p - m)ᵀ J (p - m) = 4 on the edges of the strip and on the rim of the ellipse."""
+    plane = information.plane_after(5, known_landmark=known, rng=RNG(3))
+    _, ax = figure()
+    draw.plane(ax, plane)
+    orange = [line for line in ax.lines if line.get_color() == draw.ORANGE]
+    for line in orange:
+        off = np.stack(line.get_data(), axis=-1) - plane.belief.mean
+        off = off[np.isfinite(off).all(axis=1)]
+        np.testing.assert_allclose(np.einsum("ki,ij,kj->k", off, plane.information, off), 4.0)
+    assert len(orange) == (1 if known else 2)
+
+
+def test_mean_so_far_lies_in_a_band_that_narrows_with_the_root_of_the_runs():
+    result = rail.run(replace(FIG4, runs=60, steps=9), rng=RNG(5))
+    _, ax = figure()
+    draw.ensemble(ax, result)
+    runs, means = ax.lines[1].get_data()
+    last = result.last_errors[:, 0]
+    np.testing.assert_allclose(means, [last[: int(n)].mean() for n in runs])
+    half = 2 * result.deviations[-1, 1] / np.sqrt(runs)
+    check_band(ax.collections[0], -half, half)
+
+
+def test_two_origins_have_a_band_of_two_deviations_about_their_wall():
+    run = rail.run(replace(FIG4, runs=1, steps=9), rng=RNG(6)).filtered
+    _, axes = figure(1, 2)
+    draw.two_origins(axes, {"here": run, "there": run})
+    for ax in axes:
+        wall, reach = run.means[0, :, 1], 2 * run.deviations[0, :, 1]
+        check_band(ax.collections[0], wall - reach, wall + reach)
 
 
 def test_first_against_last_has_the_slope_of_least_squares():
@@ -77,3 +126,6 @@ def test_honesty_names_every_variant_in_its_own_colour():
     assert len({line.get_color() for line in ax.lines}) == len(variants)
     for v in variants:
         np.testing.assert_array_equal(named[v.name].get_ydata(), v.nees)
+    (honest,) = ax.patches  # the average of four runs lies in it, 95 times in 100
+    span = honest.get_y(), honest.get_y() + honest.get_height()
+    assert span == pytest.approx(average_bounds(1, 4))

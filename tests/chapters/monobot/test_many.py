@@ -5,10 +5,19 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from robot_perception.chapters.monobot import many
+from robot_perception.chapters.monobot import many, rail
 from robot_perception.chapters.monobot.rail import FIG3
 
 RUNS = 400
+
+
+def test_expected_errors_are_those_of_the_covariances_after_the_last_look():
+    base = replace(FIG3, runs=2, steps=9, start_deviation=0.5)
+    found = many.run(base, (1, 4), rng=np.random.default_rng(0))
+    assert found.floor == 0.5
+    for n, one, total in zip(found.counts.tolist(), found.expected, found.total, strict=True):
+        cov = rail.covariances(replace(base, landmarks=n)).covs[0, -1]
+        np.testing.assert_allclose([one**2, total], [cov[1, 1], np.trace(cov)])
 
 
 def test_error_of_one_falls_to_the_floor_while_the_sum_grows():

@@ -57,6 +57,12 @@ def test_limit_of_the_error_has_the_closed_form_variance(landmarks):
     assert low < np.mean(common**2) / form.landmark_variance < high
 
 
+@pytest.mark.parametrize("landmarks", [1, 5])
+def test_information_grows_in_the_end_at_the_rate_of_the_closed_form(landmarks):
+    total = rail.total_information(replace(FIG3, landmarks=landmarks))[:, 0, 0]
+    assert total[-1] - total[-2] == pytest.approx(rail.limit(landmarks).information_rate, rel=1e-9)
+
+
 def test_share_explained_by_the_first_look_is_the_ratio_of_variances():
     """Estimates later in time differ from the first by what is orthogonal to the last error."""
     share = study(FIG3, steps=40, runs=4000).explained
