@@ -11,7 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.checks import check_covariance, check_finite
+
+__all__ = ["chi_squared_quantile", "gate", "joint_compatibility", "nearest_neighbours"]
 
 
 def chi_squared_quantile(

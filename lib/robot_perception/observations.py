@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.checks import check_covariance, check_finite
 
 
 @dataclass(frozen=True, eq=False, slots=True)

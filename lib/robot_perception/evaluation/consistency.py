@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import betaincinv
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.checks import check_covariance, check_finite
 from robot_perception.gating import chi_squared_quantile
 
 
