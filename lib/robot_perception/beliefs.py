@@ -34,11 +34,6 @@ class Gaussian:
         mean = checks.array("mean", self.mean, (..., "n"))
         n = mean.shape[-1]
         cov = checks.covariance("cov", self.cov, (..., n, n), f"mean {mean.shape}")
-        try:
-            np.broadcast_shapes(mean.shape[:-1], cov.shape[:-2])
-        except ValueError:
-            raise ValueError(
-                f"cov must broadcast to mean, got {cov.shape} for {mean.shape}"
-            ) from None
+        checks.check_batches(mean=mean.shape[:-1], cov=cov.shape[:-2])
         object.__setattr__(self, "mean", mean)
         object.__setattr__(self, "cov", cov)

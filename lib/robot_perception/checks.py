@@ -9,12 +9,13 @@ length) and, in front, of ``...`` for any leading axes: ``(..., "n", 2)``.
 """
 
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
+COUNTED = 2**53
 SHORT = reprlib.Repr()
 SHORT.maxother = SHORT.maxstring = 60
 
@@ -41,9 +42,11 @@ def instances(name: str, values: Any, *kinds: type) -> tuple[Any, ...]:
 
 
 def iterable(name: str, values: Any) -> Iterable[Any]:
-    """Return what can be gone through; a text is no sequence of its letters, a mapping no list."""
-    if isinstance(values, str | bytes | Mapping | type) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a sequence, got {shown(values)}")
+    """Return what can be gone through, a sequence or an iterator."""
+    try:
+        iter(values)
+    except TypeError:
+        raise TypeError(f"{name} must be a sequence, got {shown(values)}") from None
     return values
 
 
@@ -69,15 +72,19 @@ def generator(name: str, value: Any) -> np.random.Generator:
 
 
 def whole(name: str, value: Any, least: int | None = None, most: int | None = None) -> int:
-    """Return a whole number in a range; one with a point, such as 2.0, is none."""
+    """Return a whole number in a range; one with a point, such as 2.0, is none.
+
+    Where no range is given it ends where floating point can no longer count.
+    """
     if not isinstance(value, Real) or isinstance(value, bool):
         raise TypeError(f"{name} must be a whole number, got {shown(value)}")
     if not isinstance(value, Integral):
         raise ValueError(f"{name} must be a whole number, got {shown(value)}")
-    if least is not None and most is not None and not least <= value <= most:
-        raise ValueError(f"{name} must be from {least} to {most}, got {shown(value)}")
-    if least is not None and value < least:
+    if most is None and least is not None and value < least:
         raise ValueError(f"{name} must be at least {least}, got {shown(value)}")
+    low, high = -COUNTED if least is None else least, COUNTED if most is None else most
+    if not low <= value <= high:
+        raise ValueError(f"{name} must be from {low} to {high}, got {shown(value)}")
     return int(value)
 
 
@@ -156,13 +163,15 @@ def reals(name: str, value: Any) -> np.ndarray:
         raise ValueError(f"{name} must be finite, got {shown(value)}") from None
 
 
-def integers(name: str, value: Any, shape: tuple = (...,), least: int | None = None) -> np.ndarray:
-    """Return whole numbers as an array of a shape."""
+def integers(
+    name: str, value: Any, shape: tuple = (...,), least: int | None = None, beside: str = ""
+) -> np.ndarray:
+    """Return whole numbers as a new array of a shape."""
     found = _array(name, value)
     if found.size and found.dtype.kind not in "iu":
         error = ValueError if found.dtype.kind in "fO" else TypeError
         raise error(f"{name} must be integers, got {shown(value)}")
-    shaped(name, found, shape)
+    shaped(name, found, shape, beside)
     if least is not None and found.size and found.min() < least:
         raise ValueError(f"{name} must be at least {least}, got {found.min()}")
     return found.astype(np.int64)
@@ -186,6 +195,15 @@ def shaped(name: str, found: np.ndarray, shape: tuple, beside: str = "") -> None
         wanted = f"({words}{comma})" if shape else "one number"
         reason = f" for {beside}" if beside else ""
         raise ValueError(f"{name} must be {wanted}{reason}, got {found.shape}")
+
+
+def check_batches(**shapes: tuple[int, ...]) -> None:
+    """Raise ``ValueError`` unless the leading axes of arguments broadcast."""
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        words = " and ".join(f"{shape} of {name}" for name, shape in shapes.items())
+        raise ValueError(f"leading axes must broadcast, got {words}") from None
 
 
 def check_finite(name: str, value: np.ndarray) -> None:
