@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from robot_perception.beliefs import Gaussian, check_covariance
+from robot_perception.beliefs import Gaussian
+from robot_perception.checks import check_covariance
 from tests.unchecked import unchecked
 
 finite = st.floats(-1e6, 1e6)

@@ -120,7 +120,10 @@ BAD = [
     (lambda: nearest_neighbours(np.zeros(3), 1.0), r"must be \(m, n\), got \(3,\)"),
     (lambda: nearest_neighbours(np.array([[np.nan]]), 1.0), "not be negative, got nan"),
     (lambda: nearest_neighbours(np.array([[-1.0]]), 1.0), "not be negative, got -1.0"),
-    (lambda: joint_compatibility(ONE, np.zeros((2, 1)), np.eye(2), np.ones(1)), "need"),
+    (
+        lambda: joint_compatibility(ONE, np.zeros((2, 1)), np.eye(2), np.ones(1)),
+        "innovations must be",
+    ),
     (lambda: joint_compatibility(ONE, np.zeros((1, 2)), np.eye(3), np.ones(1)), "must be"),
     (lambda: joint_compatibility(ONE, np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1)), "singular"),
     (lambda: joint_compatibility(ONE, np.array([[np.inf]]), np.eye(1), np.ones(1)), "finite"),

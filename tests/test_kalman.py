@@ -249,6 +249,49 @@ def test_random_walk_seen_directly_settles_at_the_golden_ratio():
     assert state.time_constant == pytest.approx(1 / (2 * np.log(PHI)), rel=1e-12)
 
 
+@pytest.mark.parametrize(("growth", "variance"), [(1.5, 1.25), (-1.5, 1.25), (2.0, 3.0)])
+def test_a_growing_mode_without_plant_noise_is_never_known(growth, variance):
+    one = np.eye(1)
+    state = steady_state(Motion(growth * one, 0 * one), Sensor(one, one))
+    assert state.predicted[0, 0] == pytest.approx(variance, rel=1e-12)  # growth² - 1
+    assert state.poles[0] == pytest.approx(1 / growth, rel=1e-12)  # mirrored on the unit circle
+    assert state.time_constant == pytest.approx(1 / np.log(abs(growth)), rel=1e-12)
+
+
+@pytest.mark.parametrize("noisy", [0, 1, 2])
+@pytest.mark.parametrize("seed", range(5))
+def test_growing_modes_equal_scipy_and_the_recursion(seed, noisy):
+    rng = np.random.default_rng(seed)
+    modes = np.diag([*rng.uniform(1.1, 1.6, 3 - noisy) * rng.choice([-1, 1]), *[0.7, 0.4][:noisy]])
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    F, root = turn @ modes @ turn.T, turn[:, 3 - noisy :] @ rng.normal(size=(noisy, noisy))
+    Q, R = root @ root.T, np.diag([0.5, 2.0])  # noise on the other modes, or on none
+    motion, sensor = Motion(F, (Q + Q.T) / 2), Sensor(rng.normal(size=(2, 3)), R)
+    state = steady_state(motion, sensor)
+    peer = solve_discrete_are(F.T, sensor.matrix.T, motion.noise, R)
+    np.testing.assert_allclose(state.predicted, peer, atol=1e-8 * np.abs(peer).max())
+    belief = Gaussian(np.zeros(3), np.eye(3))
+    for _ in range(400):
+        predicted = predict(belief, motion)
+        belief, _ = update(predicted, np.zeros(2), sensor)
+    error = np.abs(state.predicted - predicted.cov).max()
+    assert error < 1e-8 * np.abs(peer).max()
+    assert np.abs(state.poles[0]) < 1
+
+
+def test_a_pole_on_the_unit_circle_takes_for_ever():
+    one = np.eye(1)
+    assert steady_state(Motion(one, 0 * one), Sensor(one, one)).time_constant == np.inf
+    assert steady_state(Motion(0 * one, one), Sensor(one, one)).time_constant == 0
+
+
+def test_a_steady_state_lost_to_rounding_is_refused():
+    rng = np.random.default_rng(4)
+    growing = Motion(np.diag([1.3, 1.5, 1.7, 1.9, 2.1, 2.3, 2.5]), np.zeros((7, 7)))
+    with pytest.raises(ValueError, match="lost to rounding"):
+        steady_state(growing, Sensor(rng.normal(size=(1, 7)), np.eye(1)))
+
+
 def test_constant_velocity_equals_scipy():
     F = np.array([[1.0, 0.5], [0.0, 1.0]])
     Q = 0.3 * np.array([[0.125 / 3, 0.125], [0.125, 0.5]])
@@ -311,7 +354,7 @@ EYE, NAN = np.eye(2), np.full((2, 2), np.nan)
     ("build", "message"),
     [
         (lambda: Motion(np.ones((2, 3)), EYE), r"transition must be \(…, n, n\), got \(2, 3\)"),
-        (lambda: Motion(EYE, np.eye(3)), r"noise must be \(…, 2, 2\), got \(3, 3\)"),
+        (lambda: Motion(EYE, np.eye(3)), r"noise must be \(…, 2, 2\) .*got \(3, 3\)"),
         (lambda: Motion(EYE, -EYE), "noise must be positive semi-definite"),
         (lambda: Motion(EYE, np.array([[1.0, 0.5], [0.0, 1.0]])), "noise must be symmetric"),
         (lambda: Motion(NAN, EYE), "transition must be finite"),
@@ -330,9 +373,14 @@ EYE, NAN = np.eye(2), np.full((2, 2), np.nan)
             "covariance is singular",
         ),
         (lambda: fisher_information(EYE, np.ones((4, 3, 3))), "innovation_covs must be"),
-        (lambda: fisher_information(EYE, np.zeros((4, 2, 2))), "covariance is singular"),
+        (lambda: fisher_information(EYE, np.zeros((4, 2, 2))), "innovation_covs is singular"),
         (lambda: start_information([], []), "as many motions as sensors"),
-        (lambda: steady_state(Motion(EYE, EYE), Sensor(EYE, 0 * EYE)), "covariance is singular"),
+        (lambda: steady_state(Motion(EYE, EYE), Sensor(EYE, 0 * EYE)), "the sensor is singular"),
+        (lambda: fisher_information(EYE, np.full((4, 2, 2), np.nan)), "innovation_covs must be fi"),
+        (
+            lambda: Motion(np.ones((2, 1, 1)), np.ones((3, 1, 1))),
+            r"\(2,\) of transition and \(3,\)",
+        ),
         (lambda: steady_state(Motion(EYE[None], EYE), Sensor(EYE, EYE)), "need one system"),
         (lambda: scale_free_rank(-EYE), "matrix must be positive semi-definite"),
     ],

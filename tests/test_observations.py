@@ -50,11 +50,11 @@ ONE = np.zeros((1, 2))
 BAD = [
     (lambda: Observations(np.array([3, 5, 3]), np.zeros((3, 2))), r"got twice: \[3\]"),
     (lambda: Observations(np.array([-2]), ONE), "at least -1, got -2"),
-    (lambda: Observations(np.array([0.5]), ONE), "ids must be integers, got float64"),
+    (lambda: Observations(np.array([0.5]), ONE), "ids must be integers, got array"),
     (lambda: Observations(np.array([1]), np.zeros((2, 2))), r"ids must be \(2,\) .* got \(1,\)"),
     (lambda: Observations(np.array([1]), np.zeros(2)), r"values must be \(m, d\), got \(2,\)"),
     (lambda: Observations(np.array([1]), np.array([[NAN, 0.0]])), "values must be finite"),
-    (lambda: Observations(np.array([1]), ONE, np.eye(2)), r"covs must be \(1, 2, 2\), got"),
+    (lambda: Observations(np.array([1]), ONE, np.eye(2)), r"covs must be \(1, 2, 2\) for values"),
     (lambda: Observations(np.array([1]), ONE, SKEW), "covs must be symmetric"),
     (lambda: Observations(np.array([1]), ONE, -np.eye(2)[None]), "positive semi-definite"),
     (lambda: SEEN.named(np.array([2, 2, 3])), r"got twice: \[2\]"),

@@ -121,7 +121,7 @@ BAD = [
     (lambda: hold(T, C, np.array([-1.0, 0.5])), "known from 0.000 to 1.000 s, not from -1"),
     (lambda: hold(T, C, np.array([0.0, 2.0])), "not from 0.000 to 2.000 s"),
     (lambda: hold(T[:0], C[:0], T), "known nowhere"),
-    (lambda: hold(T, C[:1], T), r"commands must be \(2, d\), got \(1, 2\)"),
+    (lambda: hold(T, C[:1], T), r"commands must be \(2, d\) for times .*, got \(1, 2\)"),
     (lambda: hold(T, C + np.inf, T), "commands must be finite"),
     (lambda: hold(T[::-1], C, T), "times must not fall, got 1.0 before 0.0"),
     (lambda: merge(T[None], C, T), r"times must be \(n,\), got \(1, 2\)"),
@@ -129,7 +129,7 @@ BAD = [
     (lambda: merge(T, C, np.array([0.5, np.nan])), "observed must be finite"),
     (lambda: merge(T, C, np.array([0.5, 0.25])), "observed must not fall, got 0.5 before 0.25"),
     (lambda: merge(T, C, T, pause=-1.0), "pause must not be negative, got -1.0"),
-    (lambda: merge(T, C, T, delay=np.nan), "delay, pause must be finite"),
+    (lambda: merge(T, C, T, delay=np.nan), "delay must be finite"),
     (lambda: merge(T, C, np.array([-1.0, 0, 3])), "0.000 and 1.000 s: of 3 2 are early, 1 late"),
     (lambda: merge(T, C, np.empty(0)), "of 0 0 are early, 0 late"),
 ]

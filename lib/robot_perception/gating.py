@@ -11,19 +11,32 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception import checks
+
+__all__ = ["chi_squared_quantile", "gate", "joint_compatibility", "nearest_neighbours"]
 
 
 def chi_squared_quantile(
     level: float, dimension: int | np.integer | Int[np.ndarray, "..."]
 ) -> float | Float[np.ndarray, "..."]:
-    r"""Return the quantile :math:`\chi^2_d(\ell)` for one or many degrees of freedom."""
+    r"""Return the quantile :math:`\chi^2_d(\ell)` for one or many degrees of freedom.
+
+    Raises
+    ------
+    ValueError
+        If the level is not from 0 to 1 or a dimension no whole number of at least 1.
+    """
+    checks.share("level", level)
+    dimension = checks.integers("dimension", dimension, least=1)
+    return _quantile(level, dimension)
+
+
+def _quantile(level: float, dimension: int | np.ndarray) -> float | np.ndarray:
     from scipy.special import gammaincinv  # a tenth of the time to import the planar filter
 
-    return 2 * gammaincinv(np.asarray(dimension) / 2, level)
+    return 2 * gammaincinv(dimension / 2, level)
 
 
-@cache
 def gate(level: float, dimension: int) -> float:
     r"""Return the squared Mahalanobis distance that a right pair exceeds with 1 - level.
 
@@ -39,13 +52,14 @@ def gate(level: float, dimension: int) -> float:
     Raises
     ------
     ValueError
-        If the level is not between 0 and 1 or the dimension below 1.
+        If the level is not between 0 and 1 or the dimension no whole number of at least 1.
     """
-    if not 0 < level < 1:
-        raise ValueError(f"level must be between 0 and 1, got {level}")
-    if dimension < 1:
-        raise ValueError(f"dimension must be at least 1, got {dimension}")
-    return float(chi_squared_quantile(level, dimension))
+    return _gate(checks.level("level", level), checks.whole("dimension", dimension, 1))
+
+
+@cache
+def _gate(level: float, dimension: int) -> float:
+    return float(_quantile(level, dimension))
 
 
 def nearest_neighbours(
@@ -71,11 +85,11 @@ def nearest_neighbours(
     Raises
     ------
     ValueError
-        If ``distances`` is not (m, n) or holds a number that is negative or not a number.
+        If ``distances`` is not (m, n), holds a number that is negative or not a number, or the
+        limit is none.
     """
-    distances = np.asarray(distances, dtype=float)
-    if distances.ndim != 2:
-        raise ValueError(f"distances must be (m, n), got {distances.shape}")
+    distances = checks.array("distances", distances, ("m", "n"), finite=False)
+    limit = checks.number("limit", limit, finite=False)
     if not (distances >= 0).all():
         raise ValueError(f"distances must not be negative, got {distances.min()}")
     return _greedy(np.ascontiguousarray(distances), limit)
@@ -138,31 +152,26 @@ def joint_compatibility(
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite, the pairs are not sorted, a limit is not a
-        number or below the one before it, or S is singular.
+        If shapes disagree, a number is not finite, the pairs are not sorted or no whole numbers of
+        at least 0, a limit is not a number or below the one before it, or S is singular.
 
     References
     ----------
     Neira and Tardós, "Data association in stochastic mapping using the joint compatibility test",
     IEEE Transactions on Robotics and Automation 17(6), 2001.
     """
-    pairs = np.asarray(pairs)
-    innovations, cov = np.asarray(innovations, dtype=float), np.asarray(cov, dtype=float)
-    limits = np.asarray(limits, dtype=float)
-    p = len(pairs)
-    if pairs.shape != (p, 2) or innovations.shape[:1] != (p,) or innovations.ndim != 2:
-        raise ValueError(f"need (p, 2) and (p, d), got {pairs.shape}, {innovations.shape}")
-    if cov.shape != (innovations.size, innovations.size) or limits.shape != (p,):
-        sizes = f"({innovations.size}, {innovations.size}) and ({p},)"
-        raise ValueError(f"cov and limits must be {sizes}, got {cov.shape}, {limits.shape}")
+    pairs = checks.integers("pairs", pairs, ("p", 2), 0)
+    p, beside = len(pairs), f"pairs {pairs.shape}"
+    innovations = checks.array("innovations", innovations, (p, "d"), beside)
+    size, beside = innovations.size, f"innovations {innovations.shape}"
+    cov = checks.covariance("cov", cov, (size, size), beside)
+    limits = checks.array("limits", limits, (p,), beside, finite=False)
     if p == 0:
         return np.empty(0, dtype=np.int64)
     if (np.diff(pairs[:, 0]) < 0).any():
         raise ValueError(f"pairs must be sorted by measurement, got {pairs[:, 0].tolist()}")
     if np.isnan(limits).any() or (limits[1:] < limits[:-1]).any():
         raise ValueError(f"limits must be numbers that do not fall, got {limits.tolist()}")
-    check_finite("innovations", innovations)
-    check_covariance("cov", cov)
     return branch_and_bound(pairs, innovations, cov, limits)
 
 
@@ -173,7 +182,7 @@ def branch_and_bound(
     starts = np.flatnonzero(np.r_[True, np.diff(pairs[:, 0]) > 0, True])
     chosen, regular = _search(starts, np.ascontiguousarray(pairs[:, 1]), innovations, cov, limits)
     if not regular:
-        raise ValueError("covariance of the innovations is singular")
+        raise ValueError("cov of the innovations is singular")
     return chosen
 
 

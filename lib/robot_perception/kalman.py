@@ -4,13 +4,15 @@ Equation numbers are those of Andrade-Cetto, "Perception Issues in Mobile Roboti
 Leading axes are batches everywhere: a hundred filters are one array, not a loop.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.beliefs import Gaussian, check_covariance, check_finite
+from robot_perception import checks
+from robot_perception.beliefs import Gaussian
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,19 +39,11 @@ class Motion:
     shift: Float[np.ndarray, "... n"] | None = None
 
     def __post_init__(self) -> None:
-        F = np.asarray(self.transition, dtype=float)
-        if F.ndim < 2 or F.shape[-1] != F.shape[-2]:
-            raise ValueError(f"transition must be (…, n, n), got {F.shape}")
+        F = checks.array("transition", self.transition, (..., "n", "n"))
         n = F.shape[-1]
-        Q = np.asarray(self.noise, dtype=float)
-        if Q.shape[-2:] != (n, n):
-            raise ValueError(f"noise must be (…, {n}, {n}), got {Q.shape}")
-        b = np.zeros(n) if self.shift is None else np.asarray(self.shift, dtype=float)
-        if b.shape[-1:] != (n,):
-            raise ValueError(f"shift must be (…, {n}), got {b.shape}")
-        check_finite("transition", F)
-        check_finite("shift", b)
-        check_covariance("noise", Q)
+        Q = checks.covariance("noise", self.noise, (..., n, n), f"transition {F.shape}")
+        b = np.zeros(n) if self.shift is None else checks.array("shift", self.shift, (..., n))
+        checks.check_batches(transition=F.shape[:-2], noise=Q.shape[:-2], shift=b.shape[:-1])
         object.__setattr__(self, "transition", F)
         object.__setattr__(self, "noise", Q)
         object.__setattr__(self, "shift", b)
@@ -76,15 +70,12 @@ class Sensor:
     noise: Float[np.ndarray, "... m m"]
 
     def __post_init__(self) -> None:
-        H = np.asarray(self.matrix, dtype=float)
-        R = np.asarray(self.noise, dtype=float)
+        H = checks.array("matrix", self.matrix)
         if H.ndim < 2 or 0 in H.shape[-2:]:
             raise ValueError(f"matrix must be (…, m, n) with m, n >= 1, got {H.shape}")
         m = H.shape[-2]
-        if R.shape[-2:] != (m, m):
-            raise ValueError(f"noise must be (…, {m}, {m}), got {R.shape}")
-        check_finite("matrix", H)
-        check_covariance("noise", R)
+        R = checks.covariance("noise", self.noise, (..., m, m), f"matrix {H.shape}")
+        checks.check_batches(matrix=H.shape[:-2], noise=R.shape[:-2])
         object.__setattr__(self, "matrix", H)
         object.__setattr__(self, "noise", R)
 
@@ -140,9 +131,12 @@ def predict(prior: Gaussian, motion: Motion) -> Gaussian:
     ----------
     Andrade-Cetto, eqs (3) and (5).
     """
+    checks.instance("prior", prior, Gaussian)
+    checks.instance("motion", motion, Motion)
     F, Q, b = motion.transition, motion.noise, motion.shift
     if F.shape[-1] != prior.mean.shape[-1]:
         raise ValueError(f"motion is of {F.shape[-1]} states, the belief of {prior.mean.shape[-1]}")
+    checks.check_batches(prior=prior.mean.shape[:-1], motion=F.shape[:-2])
     mean = _apply(F, prior.mean) + b  # eq. (3)
     return Gaussian(mean, _symmetric(F @ prior.cov @ F.mT + Q))  # eq. (5)
 
@@ -179,18 +173,18 @@ def update(
     ----------
     Andrade-Cetto, eqs (6) to (9) and (11).
     """
-    z = np.asarray(measurement, dtype=float)
+    checks.instance("prior", prior, Gaussian)
+    checks.instance("sensor", sensor, Sensor)
     H, R, P = sensor.matrix, sensor.noise, prior.cov
     m, n = H.shape[-2:]
     if n != prior.mean.shape[-1]:
         raise ValueError(f"sensor is of {n} states, the belief of {prior.mean.shape[-1]}")
-    if z.shape[-1:] != (m,):
-        raise ValueError(f"measurement must be (…, {m}), got {z.shape}")
-    check_finite("measurement", z)
+    z = checks.array("measurement", measurement, (..., m))
+    checks.check_batches(prior=prior.mean.shape[:-1], measurement=z.shape[:-1], sensor=H.shape[:-2])
 
     innovation = z - _apply(H, prior.mean)
     S = H @ P @ H.mT + R  # innovation covariance, eq. (8)
-    log_det = _log_determinant(S)
+    log_det = _log_determinant("innovation covariance", S)
     K = np.linalg.solve(S, H @ P).mT  # gain, eq. (7); S and P are symmetric
     mean = prior.mean + _apply(K, innovation)  # eq. (6)
     rest = np.eye(n) - K @ H
@@ -234,11 +228,11 @@ def fisher_information(
     ----------
     Andrade-Cetto, eq. (14).
     """
-    H, S = np.asarray(matrix, dtype=float), np.asarray(innovation_covs, dtype=float)
-    if H.ndim != 2 or S.ndim < 3 or S.shape[-2:] != (H.shape[0], H.shape[0]):
-        raise ValueError(f"innovation_covs must be (…, steps, m, m) for {H.shape}, got {S.shape}")
-    check_covariance("innovation_covs", S)
-    _log_determinant(S)
+    H = checks.array("matrix", matrix, ("m", "n"))
+    m = len(H)
+    shape = (..., "steps", m, m)
+    S = checks.covariance("innovation_covs", innovation_covs, shape, f"matrix {H.shape}")
+    _log_determinant("innovation_covs", S)
     terms = H.T @ np.linalg.solve(S, np.broadcast_to(H, (*S.shape[:-1], H.shape[1])))
     return np.cumsum(_symmetric(terms), axis=-3)  # eq. (14)
 
@@ -271,6 +265,8 @@ def start_information(
     ValueError
         If the sequences are empty, differ in length, or an innovation covariance is singular.
     """
+    motions = checks.instances("motions", motions, Motion)
+    sensors = checks.instances("sensors", sensors, Sensor)
     if not motions or len(motions) != len(sensors):
         raise ValueError(f"need as many motions as sensors, got {len(motions)}, {len(sensors)}")
     n = motions[0].transition.shape[-1]
@@ -286,6 +282,9 @@ def start_information(
         sensitivity = sensitivity - info.gain @ seen
         history.append(_symmetric(total))
     return np.stack(history)
+
+
+LOST = "motion and sensor have a steady state that is lost to rounding"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -312,8 +311,11 @@ class SteadyState:
 
     @property
     def time_constant(self) -> float:
-        """Steps in which the slowest error falls by the factor e."""
-        return float(-1 / np.log(np.abs(self.poles[0])))
+        """Steps in which the slowest error falls by the factor e; infinite if it never does."""
+        slowest = float(np.abs(self.poles[0]))
+        if slowest >= 1:
+            return np.inf
+        return -1 / math.log(slowest) if slowest > 0 else 0.0
 
 
 def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) -> SteadyState:
@@ -321,7 +323,9 @@ def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) ->
 
     .. math:: P = F P F^\top - F P H^\top (H P H^\top + R)^{-1} H P F^\top + Q
 
-    One doubling advances the recursion from :math:`2^j` to :math:`2^{j+1}` steps.
+    One doubling advances the recursion from :math:`2^j` to :math:`2^{j+1}` steps. It starts from a
+    state that is known exactly; where a mode grows, from one that is not: without plant noise of
+    its own such a mode would count as known for ever, and no filter could follow its error.
 
     Parameters
     ----------
@@ -338,34 +342,52 @@ def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) ->
     ------
     ValueError
         If the system has a direction that does not decay and is never seen (it is not
-        detectable): then the limit depends on the initial covariance, or does not exist.
+        detectable): then the limit depends on the initial covariance, or does not exist. Also if
+        the limit is lost to rounding, as with many fast growing modes and a single sensor.
 
     References
     ----------
     Chu, Fan, Lin and Wang, "Structure-preserving algorithms for periodic discrete-time algebraic
     Riccati equations", International Journal of Control 77(8), 2004.
     """
+    checks.instance("motion", motion, Motion)
+    checks.instance("sensor", sensor, Sensor)
+    checks.positive("tolerance", tolerance)
     F, Q, H, R = motion.transition, motion.noise, sensor.matrix, sensor.noise
     if any(a.ndim != 2 for a in (F, Q, H, R)) or H.shape[1] != F.shape[0]:
-        raise ValueError(f"need one system of one size, got F {F.shape} and H {H.shape}")
-    _log_determinant(R)
+        raise ValueError(
+            f"need one system of one size, got a motion {F.shape} and a sensor {H.shape}"
+        )
+    _log_determinant("noise of the sensor", R)
     unseen = _unseen_directions(F, H)
     if unseen:
         raise ValueError(f"no unique steady state: {unseen} undamped direction(s) are never seen")
     n = len(F)
     A, G, X = F.T, H.T @ np.linalg.solve(R, H), Q
+    start = np.zeros((n, n))
+    if np.abs(np.linalg.eigvals(F)).max() > 1 + 1e-9:
+        # the recursion of the difference from any start is one of the same form
+        start = max(np.abs(Q).max(), 1 / np.abs(G).max()) * np.eye(n)
+        step = np.linalg.solve(np.eye(n) + G @ start, np.hstack([A, G]))
+        A, G, X = step[:, :n], _symmetric(step[:, n:]), _symmetric(F @ start @ step[:, :n] + Q)
+        X = X - start
     for _ in range(100):
         step = np.linalg.solve(np.eye(n) + G @ X, np.hstack([A, G]))
         after_a, after_g = step[:, :n], step[:, n:]
         change = A.T @ X @ after_a
         A, G, X = A @ after_a, _symmetric(G + A @ after_g @ A.T), _symmetric(X + change)
-        if np.abs(change).max() <= tolerance * np.abs(X).max():
+        if np.abs(change).max() <= tolerance * np.abs(start + X).max():
             break
+    X = start + X
+    if not np.isfinite(X).all():
+        raise ValueError(f"{LOST}: it is not finite")
     S = H @ X @ H.T + R
     K = np.linalg.solve(S, H @ X).T
     rest = np.eye(n) - K @ H
     poles = np.linalg.eigvals(rest @ F)
     poles = poles[np.argsort(-np.abs(poles))]
+    if np.abs(poles[0]) > 1 + 1e-6:
+        raise ValueError(f"{LOST}: a pole of modulus {np.abs(poles[0]):.3g} remains")
     return SteadyState(X, _symmetric(rest @ X @ rest.T + K @ R @ K.T), S, K, poles)
 
 
@@ -389,8 +411,7 @@ def scale_free_rank(matrix: Float[np.ndarray, "... n n"]) -> np.ndarray:
     ValueError
         If a matrix is not symmetric positive semi-definite.
     """
-    matrix = np.asarray(matrix, dtype=float)
-    check_covariance("matrix", matrix)
+    matrix = checks.covariance("matrix", matrix)
     diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     eigenvalues = np.linalg.eigvalsh(scale[..., :, None] * matrix * scale[..., None, :])
@@ -406,13 +427,13 @@ def _symmetric(matrix: np.ndarray) -> np.ndarray:
     return (matrix + matrix.mT) / 2
 
 
-def _log_determinant(S: np.ndarray) -> np.ndarray:
+def _log_determinant(name: str, S: np.ndarray) -> np.ndarray:
     """Return log det S, or raise ``ValueError`` if a matrix is not positive definite."""
     try:
         factor = np.linalg.cholesky(S)
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S)[..., 0].min()
-        raise ValueError(f"covariance is singular, smallest eigenvalue is {lowest:.3g}") from None
+        raise ValueError(f"{name} is singular, smallest eigenvalue is {lowest:.3g}") from None
     return np.asarray(2 * np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(axis=-1))
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception import checks
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,16 +33,10 @@ class Observations:
     covs: Float[np.ndarray, "m d d"] | None = None
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
-        if values.ndim != 2:
-            raise ValueError(f"values must be (m, d), got {values.shape}")
-        check_finite("values", values)
-        covs = None if self.covs is None else np.array(self.covs, dtype=float)
+        values, covs = checks.array("values", self.values, ("m", "d")).copy(), self.covs
         if covs is not None:
-            if covs.shape != (*values.shape, values.shape[1]):
-                wanted = (*values.shape, values.shape[1])
-                raise ValueError(f"covs must be {wanted}, got {covs.shape}")
-            check_covariance("covs", covs)
+            shape = (*values.shape, values.shape[1])
+            covs = checks.covariance("covs", covs, shape, f"values {values.shape}").copy()
         self._set(self.ids, values, covs)
 
     def __len__(self) -> int:
@@ -68,18 +62,14 @@ class Observations:
         return new
 
     def _set(self, ids: np.ndarray, values: np.ndarray, covs: np.ndarray | None) -> None:
-        ids = np.array(ids)
-        if ids.size and not np.issubdtype(ids.dtype, np.integer):
-            raise ValueError(f"ids must be integers, got {ids.dtype}")
-        if ids.shape != values.shape[:1]:
-            raise ValueError(f"ids must be {values.shape[:1]} as values are, got {ids.shape}")
+        ids = checks.integers("ids", ids, (len(values),), beside=f"values {values.shape}")
         names = [name for name in ids.tolist() if name != -1]
         if min(names, default=0) < 0:
             raise ValueError(f"ids must be at least -1, got {min(names)}")
         if len(set(names)) < len(names):
             twice = sorted({name for name in names if names.count(name) > 1})
-            raise ValueError(f"a landmark is observed once at a time, got twice: {twice}")
-        object.__setattr__(self, "ids", ids.astype(np.int64))
+            raise ValueError(f"ids name a landmark once at a time, got twice: {twice}")
+        object.__setattr__(self, "ids", ids)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "covs", covs)
 
@@ -88,4 +78,5 @@ def unnamed(
     values: Float[np.ndarray, "m d"], covs: Float[np.ndarray, "m d d"] | None = None
 ) -> Observations:
     """Return observations of which nobody knows the landmarks."""
+    values = checks.array("values", values, ("m", "d"))
     return Observations(np.full(len(values), -1), values, covs)

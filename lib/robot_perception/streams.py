@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import check_finite
+from robot_perception import checks
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -20,11 +20,30 @@ class Held:
         s, all positive.
     intervals : (pieces,)
         Which interval each piece is part of, from 0; every interval has a piece.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, a number is not finite, a duration not positive, or an interval missing.
     """
 
     commands: Float[np.ndarray, "pieces d"]
     durations: Float[np.ndarray, " pieces"]
     intervals: Int[np.ndarray, " pieces"]
+
+    def __post_init__(self) -> None:
+        commands = checks.array("commands", self.commands, ("pieces", "d"))
+        size, beside = (len(commands),), f"commands {commands.shape}"
+        durations = checks.array("durations", self.durations, size, beside)
+        if not (durations > 0).all():
+            raise ValueError(f"durations must be positive, got {durations.min()}")
+        intervals = checks.integers("intervals", self.intervals, size, beside=beside)
+        rise = np.diff(intervals, prepend=0)
+        if rise[:1].any() or not np.isin(rise, (0, 1)).all():
+            raise ValueError(f"intervals must count up from 0, got {checks.shown(self.intervals)}")
+        object.__setattr__(self, "commands", commands)
+        object.__setattr__(self, "durations", durations)
+        object.__setattr__(self, "intervals", intervals)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,9 +105,8 @@ def merge(
         pause is negative, or no observation falls into the time of the commands.
     """
     times, observed = _stamps("times", times), _stamps("observed", observed)
-    check_finite("delay, pause", np.array([delay, pause]))
-    if pause < 0:
-        raise ValueError(f"pause must not be negative, got {pause}")
+    checks.number("delay", delay)
+    checks.not_negative("pause", pause)
     if not times.size:
         raise ValueError("times must hold a command, got none")
     begin, end = times[[0, -1]] + delay
@@ -98,7 +116,7 @@ def merge(
     if not moments.size:
         raise ValueError(
             f"no observation falls between {begin:.3f} and {end:.3f} s: of {observed.size} "
-            f"{early} are early, {late} late"
+            f"{early} are early, {late} late (observed against times with a delay of {delay} s)"
         )
     low, high = (np.searchsorted(observed, moments, side=side) for side in ("left", "right"))
     stamps = np.concatenate([[begin], moments])
@@ -132,16 +150,15 @@ def hold(
     ValueError
         If shapes disagree, a number is not finite, the cuts do not rise, or there is no command.
     """
-    times, commands = _stamps("times", times), np.asarray(commands, dtype=float)
-    cuts = np.asarray(cuts, dtype=float)
-    if commands.ndim != 2 or len(commands) != times.size:
-        raise ValueError(f"commands must be ({times.size}, d), got {commands.shape}")
-    check_finite("commands", commands)
+    times = _stamps("times", times)
+    commands = checks.array("commands", commands, (times.size, "d"), f"times {times.shape}")
+    cuts = checks.array("cuts", cuts, finite=False)
     if cuts.ndim != 1 or cuts.size < 2 or not (np.diff(cuts) > 0).all():
-        raise ValueError(f"cuts must be two or more rising times, got {cuts.shape}: {cuts[:3]}")
+        raise ValueError(f"cuts must be two or more rising times, got {checks.shown(cuts)}")
     if not times.size or cuts[0] < times[0] or cuts[-1] > times[-1]:
         known = f"from {times[0]:.3f} to {times[-1]:.3f} s" if times.size else "nowhere"
-        raise ValueError(f"commands are known {known}, not from {cuts[0]:.3f} to {cuts[-1]:.3f} s")
+        wanted = f"from {cuts[0]:.3f} to {cuts[-1]:.3f} s, as the cuts want"
+        raise ValueError(f"commands at these times are known {known}, not {wanted}")
     changes = np.any(np.diff(commands, axis=0) != 0, axis=1)
     changed = times[1:][changes]
     inside = changed[(changed > cuts[0]) & (changed < cuts[-1])]
@@ -152,10 +169,7 @@ def hold(
 
 
 def _stamps(name: str, times: np.ndarray) -> np.ndarray:
-    times = np.asarray(times, dtype=float)
-    if times.ndim != 1:
-        raise ValueError(f"{name} must be (n,), got {times.shape}")
-    check_finite(name, times)
+    times = checks.array(name, times, ("n",))
     falls = np.flatnonzero(np.diff(times) < 0)
     if falls.size:
         raise ValueError(

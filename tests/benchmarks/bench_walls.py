@@ -1,5 +1,6 @@
 """Polyline simplification against fastrdp and shapely."""
 
+import time
 from collections.abc import Callable
 
 import fastrdp
@@ -7,7 +8,7 @@ import numpy as np
 import shapely
 
 from robot_perception.walls import simplify, simplify_path_hull
-from tests.benchmarks.harness import Row
+from tests.benchmarks.harness import Row, Timing
 
 TOLERANCE = 0.05
 
@@ -34,6 +35,52 @@ def zigzag_chain(n: int) -> np.ndarray:
     return np.stack([k, np.where(k % 2, -1, 1) * (2 - k / n)], axis=-1)
 
 
+def gear(n: int) -> np.ndarray:
+    """Teeth from one millimetre to one metre: every two edges have overlapping boxes."""
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    radii = np.where(np.arange(n) % 2, 1.0, 0.001)
+    return np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=-1)
+
+
+def spiral(n: int) -> np.ndarray:
+    """Turns of a thousand vertices each."""
+    angles = np.linspace(0, n * np.pi / 500, n)
+    return np.stack([angles * np.cos(angles), angles * np.sin(angles)], axis=-1)
+
+
+def turned(make: Callable[[int], np.ndarray]) -> Callable[[int], np.ndarray]:
+    """Turn a chain out of the axes, so that neither x nor y shows at once that it is simple."""
+    turn = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+    return lambda n: make(n) @ turn
+
+
+def growth(name: str, make: Callable[[int], np.ndarray]) -> Timing:
+    """Return the exponent of the time of path hulls, check included, against n.
+
+    Over these sizes n log n itself shows 1.1; the limit lies 0.25 above, as the tree of edges and
+    the hulls leave the processor's caches.
+    """
+    sizes = (8_000, 16_000, 32_000, 64_000, 128_000)
+    chains = [make(n) for n in sizes]
+    samples = []
+    for _ in range(7):
+        for chain in chains:  # in turn, so that a busy spell hits all sizes
+            begin = time.perf_counter()
+            simplify_path_hull(chain, TOLERANCE)
+            samples.append(time.perf_counter() - begin)
+    seconds = np.median(np.reshape(samples, (-1, len(sizes))), axis=0)
+    exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+    return Timing(
+        work=f"path hulls on {name} of {sizes[0]} to {sizes[-1]} points, check included: "
+        f"exponent {exponent:.2f}",
+        ours_s=float(seconds[-1]),
+        peer_s=None,
+        peer_name="",
+        target="exponent ≤ 1.35",
+        reached=exponent <= 1.35,
+    )
+
+
 def _same(chain: np.ndarray, ours: Callable) -> Callable[[], None]:
     def agree() -> None:
         expected = fastrdp.rdp_index(chain, TOLERANCE)
@@ -42,7 +89,7 @@ def _same(chain: np.ndarray, ours: Callable) -> Callable[[], None]:
     return agree
 
 
-def rows() -> list[Row]:
+def rows() -> list[Row | Timing]:
     """Return the rows of the benchmark table about walls."""
     scan, noisy, zigzag = scan_chain(), noisy_chain(10**6), zigzag_chain(10**5)
     scan_line, noisy_line = shapely.LineString(scan), shapely.LineString(noisy)
@@ -86,4 +133,8 @@ def rows() -> list[Row]:
             agree=_same(zigzag, simplify_path_hull),
             repeats=3,
         ),
+        growth("a gear", gear),
+        growth("a spiral", spiral),
+        growth("a turned zigzag", turned(zigzag_chain)),
+        growth("a turned noisy line", turned(noisy_chain)),
     ]

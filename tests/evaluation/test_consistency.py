@@ -102,20 +102,27 @@ def test_values_that_hang_together_say_less():
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: normalised_squared(np.zeros(2), np.eye(3)), r"need errors \(…, n\)"),
-        (lambda: normalised_squared(np.zeros(0), np.zeros((0, 0))), "need errors"),
+        (lambda: normalised_squared(np.zeros(2), np.eye(3)), r"cov must be \(…, 2, 2\) for error"),
+        (
+            lambda: normalised_squared(np.zeros(0), np.zeros((0, 0))),
+            r"error must be \(…, n\) with n >= 1",
+        ),
         (lambda: normalised_squared(np.array([np.nan]), np.eye(1)), "error must be finite"),
         (lambda: normalised_squared(np.zeros(2), np.ones((2, 2))), "positive definite"),
         (lambda: normalised_squared(np.zeros(2), -np.eye(2)), "cov must be positive semi-definite"),
-        (lambda: average_bounds(0, 5), "at least 1, got 0, 5"),
+        (lambda: average_bounds(0, 5), "dimension must be at least 1, got 0"),
         (lambda: coverage(np.zeros(3), 2), r"values must be \(runs, steps\)"),
         (lambda: coverage(np.zeros((0, 3)), 2), r"hold some, got \(0, 3\)"),
         (lambda: coverage(np.array([[np.inf]]), 2), "values must be finite, got 1 of 1"),
         (lambda: coverage(np.array([[-1.0, 4.0]]), 2), "values are squares, got -1"),
         (lambda: coverage(np.ones((2, 3)), np.array([1, 2])), r"one or 3 numbers, got \(2,\)"),
-        (lambda: coverage(np.ones((2, 2)), np.array([1, 0])), "at least 1, got 0, 2"),
+        (
+            lambda: coverage(np.ones((2, 2)), np.array([1, 0])),
+            "dimension must be at least 1, got 0",
+        ),
         (lambda: coverage(np.ones((2, 2)), 1, independent=5), "from 1 to 4, got 5"),
         (lambda: coverage(np.ones((2, 2)), 1, 0.0), "level must be between 0 and 1, got 0.0"),
+        (lambda: coverage(np.ones((2, 2)), np.nan), "dimension must be integers, got nan"),
         (lambda: average_bounds(2, 5, 1.0), "level must be between 0 and 1, got 1.0"),
     ],
 )

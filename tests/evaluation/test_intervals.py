@@ -172,10 +172,10 @@ X = np.arange(5.0)
     ("make", "match"),
     [
         (lambda: intervals.mean(np.array([1.0])), "at least 2 samples, got 1"),
-        (lambda: intervals.mean(np.array([1.0, np.nan])), "1 of 2 that are not"),
+        (lambda: intervals.mean(np.array([1.0, np.nan])), "samples must be finite, got 1 of 2"),
         (lambda: intervals.spread(np.array([])), "at least 1"),
         (lambda: intervals.proportion(3, 2), "3 of 2"),
-        (lambda: intervals.proportion(0, 0), "0 of 0"),
+        (lambda: intervals.proportion(0, 0), "trials must be at least 1, got 0"),
         (lambda: intervals.bootstrap_mean(np.array([np.inf, 1.0])), "must be finite"),
         (lambda: intervals.bootstrap_ratio(X, X[:4]), r"\[4, 5\]"),
         (lambda: intervals.correlation(X, np.ones(5)), "last is constant at 1"),

@@ -170,8 +170,9 @@ SQUARE = np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
         (lambda: relative_error_over(PATH, PATH, 20.0), "distance must be from 0 to 12.7279 m"),
         (lambda: relative_error_over(PATH, PATH, 0.0), "distance must be from 0 to"),
         (lambda: relative_poses(PATH, np.array([[0, 4]])), "pairs name poses 0 to 4 of 4"),
+        (lambda: relative_error(PATH, PATH, 1.5), "steps must be a whole number, got 1.5"),
         (lambda: relative_poses(PATH, np.array([[-1, 2]])), "pairs name poses -1 to 2 of 4"),
-        (lambda: relative_poses(PATH, np.array([1, 2])), "need poses"),
+        (lambda: relative_poses(PATH, np.array([1, 2])), r"pairs must be \(n, 2\)"),
         (lambda: motion_errors(PATH[:0], PATH[:0]), "the paths are empty"),
     ],
 )

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from robot_perception import beliefs
+from robot_perception import checks
 from robot_perception.teaching import prose
 from robot_perception.teaching.prose import tell
 from robot_perception.teaching.source import show_source
@@ -25,13 +25,13 @@ def test_tell_refuses_missing_and_unused_numbers():
 
 
 def test_source_is_the_library_s_with_its_line_and_without_the_docstring():
-    shown = show_source(beliefs.check_finite)
+    shown = show_source(checks.check_finite)
     text = shown.bundle["text/plain"]
-    first = inspect.unwrap(beliefs.check_finite).__code__.co_firstlineno
-    assert f"robot_perception/beliefs.py, line {first}" in text
+    first = inspect.unwrap(checks.check_finite).__code__.co_firstlineno
+    assert f"robot_perception/checks.py, line {first}" in text
     assert "np.isfinite(value)" in text
     assert "Raise ``ValueError``" not in text
-    assert "Raise ``ValueError``" in repr(show_source(beliefs.check_finite, docstring=True))
+    assert "Raise ``ValueError``" in repr(show_source(checks.check_finite, docstring=True))
 
 
 def test_source_links_to_the_page_only_in_the_built_book(monkeypatch):
@@ -42,7 +42,7 @@ def test_source_links_to_the_page_only_in_the_built_book(monkeypatch):
 
 
 def test_source_of_a_compiled_function_is_its_python():
-    compiled = numba.njit(beliefs.check_finite)
+    compiled = numba.njit(checks.check_finite)
     assert "def check_finite" in repr(show_source(compiled))
 
 

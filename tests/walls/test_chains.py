@@ -16,6 +16,7 @@ from robot_perception.walls import (
     count_distances,
     count_hull_steps,
     find_split,
+    is_simple,
     simplify,
     simplify_path_hull,
     simplify_recursive,
@@ -155,6 +156,46 @@ def test_path_hull_settles_ties_of_rounding_nearly_always_like_the_plain_algorit
         kept = simplify_path_hull(chain, 0.7)
         different += not np.array_equal(kept, simplify(chain, 0.7))
     assert different <= 8
+
+
+@given(
+    st.lists(st.integers(0, 7), min_size=1, max_size=40),
+    st.sampled_from([0.0, 0.3, np.pi / 4, 1.0]),
+    st.sampled_from([1.0, 0.1, 1 / 3, 1e5]),
+    st.sampled_from([0.5, np.sqrt(0.5), 1.0, np.sqrt(2), 2.0]),
+)
+def test_one_rule_decides_ties_and_tolerances_that_only_rounding_breaks(moves, turn, scale, tol):
+    """Symmetric walks on a lattice, turned and scaled: vertices in line, at the tolerance, tied."""
+    eight = np.array([[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]])
+    steps = eight[moves + moves[::-1]]
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    chain = scale * np.cumsum(steps, axis=0, dtype=float) @ turned
+    expected = simplify(chain, tol * scale)
+    np.testing.assert_array_equal(simplify_recursive(chain, tol * scale), expected)
+    if is_simple(chain):
+        np.testing.assert_array_equal(simplify_path_hull(chain, tol * scale), expected)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_hulls_do_not_collapse_on_vertices_in_one_line(seed):
+    """Walks on a lattice that avoid themselves, turned: rounding takes sides, three in a row."""
+    rng, simple = np.random.default_rng(seed), 0
+    for _ in range(200):
+        path = [(0, 0)]
+        for _ in range(rng.integers(3, 40)):
+            x, y = path[-1]
+            free = {(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1), (x + 1, y + 1)} - set(path)
+            if free:
+                path.append(sorted(free)[rng.integers(len(free))])
+        turn, scale = rng.choice([0.3, np.pi / 4, 1.0]), rng.choice([0.1, 1 / 3, 1.0])
+        turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        chain = scale * np.array(path, dtype=float) @ turned
+        tolerance = scale * rng.choice([0.1, 0.5, np.sqrt(0.5), 1.0])
+        if is_simple(chain):
+            simple += 1
+            kept = simplify_path_hull(chain, tolerance)
+            np.testing.assert_array_equal(kept, simplify(chain, tolerance))
+    assert simple > 50
 
 
 @given(

@@ -1,5 +1,7 @@
 """Crossings against shapely and against all pairs."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import shapely
@@ -7,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.walls import (
+    count_sweep_steps,
     find_crossings,
     is_simple,
     require_simple,
     simplify,
     simplify_path_hull,
 )
+from robot_perception.walls.simplicity import exact_side
 
 
 def all_pairs(chain):
@@ -43,6 +47,120 @@ def test_lattice_chains_are_simple_when_shapely_says_so(points):
         assert is_simple(chain)
     else:
         assert is_simple(chain) == shapely.LineString(moved).is_simple
+
+
+def hostile(rng):
+    """A chain on a lattice that avoids itself for a while, then touches, closes or stands still."""
+    n, kind = int(rng.integers(2, 50)), rng.integers(5)
+    if kind == 0:
+        chain = rng.integers(0, rng.integers(2, 9), (n, 2))
+    elif kind == 1:  # a polygon in order of angle: many vertices on one ray
+        chain = rng.integers(-6, 7, (n, 2))
+        chain = chain[np.argsort(np.arctan2(chain[:, 1], chain[:, 0]))]
+    elif kind == 2:  # a comb
+        k = np.arange(n)
+        chain = np.stack([k // 2, np.where((k + 1) // 2 % 2, 5, 0)], axis=-1)
+    else:  # a walk that turns away from where it was
+        moves = [
+            (x, y) for x in (-2, 0, 2) for y in (-2, 0, 2) if abs(x) + abs(y) in (2, 2 * kind - 4)
+        ]
+        path = [(0, 0)]
+        while len(path) < n:
+            free = [(path[-1][0] + x, path[-1][1] + y) for x, y in moves]
+            free = [point for point in free if point not in path]
+            if not free:
+                break
+            path.append(free[rng.integers(len(free))])
+        chain = np.array(path)
+    end = rng.integers(7)
+    if end == 0:
+        chain = np.repeat(chain, rng.integers(1, 3, len(chain)), axis=0)
+    elif end == 1:
+        chain = np.concatenate([chain, chain[:1]])
+    elif end == 2:
+        chain = np.concatenate([chain, chain[rng.integers(len(chain), size=1)]])
+    elif end == 3 and len(chain) > 1:
+        k = rng.integers(len(chain) - 1)
+        chain = np.concatenate([2 * chain, chain[k : k + 1] + chain[k + 1 : k + 2]])
+    elif end == 4:
+        chain = chain[::-1, ::-1]
+    return np.concatenate([chain, chain])[: max(2, len(chain))].astype(float)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_hostile_chains_are_simple_when_shapely_says_so(seed):
+    """Exactly, on a lattice: touching, overlap, folding back, closing, repeated points."""
+    rng, simple = np.random.default_rng(seed), 0
+    for _ in range(400):
+        chain = hostile(rng)
+        moved = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
+        expected = len(moved) < 2 or shapely.LineString(moved).is_simple
+        assert is_simple(chain) == expected, chain.tolist()
+        assert (len(find_crossings(chain)) == 0) == expected
+        simple += expected
+    assert 80 < simple < 320
+
+
+def gear(n, inner=0.001):
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    radii = np.where(np.arange(n) % 2, 1.0, inner)
+    return np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=-1)
+
+
+def pinwheel(n):
+    """A gear whose teeth lean by a radian."""
+    chain, lean = gear(n, 0.1), np.array([[np.cos(1), np.sin(1)], [-np.sin(1), np.cos(1)]])
+    chain[1::2] = chain[1::2] @ lean
+    return chain
+
+
+def coil(n):
+    turns = np.linspace(0, n * np.pi / 500, n)
+    return np.stack([turns * np.cos(turns), turns * np.sin(turns)], axis=-1)
+
+
+def comb(n):
+    """Teeth as long as the comb, turned out of the axes."""
+    k = np.arange(n)
+    chain = np.stack([k // 2, np.where((k + 1) // 2 % 2, n, 0)], axis=-1).astype(float)
+    return chain @ np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+
+
+def rough_line(n):
+    chain = np.stack([np.linspace(0, 10, n), np.random.default_rng(0).normal(0, 0.01, n)], axis=-1)
+    return chain @ np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+
+
+@pytest.mark.parametrize("make", [gear, pinwheel, coil, comb, rough_line])
+def test_check_takes_n_log_n_steps(make):
+    """The constant: 2 ln 2 for the search in a random tree, and five steps a vertex."""
+    for n in (1000, 8000, 64_000):
+        chain = make(n)
+        assert is_simple(chain)
+        assert count_sweep_steps(chain) < 1.5 * n * np.log2(n) + 5 * n
+
+
+@pytest.mark.parametrize("make", [gear, pinwheel])
+def test_one_tooth_bent_over_the_next_is_found(make):
+    chain = make(5000)
+    chain[3001] = 0.5 * (chain[3003] + chain[3005])
+    assert not is_simple(chain)
+    with pytest.raises(ValueError, match=r"intersects itself: edges 300[01] and 300[23]"):
+        require_simple(chain)
+
+
+ULPS = st.tuples(st.integers(-3, 3), st.integers(-3, 3))
+
+
+@given(st.integers(0, 10**6), st.floats(0, 1), ULPS)
+def test_exact_side_is_that_of_rational_numbers(seed, share, ulps):
+    """Points on a line up to some units in the last place, where rounding decides."""
+    a, b = np.random.default_rng(seed).normal(0, [[1], [1e3]], (2, 2))
+    p = a + share * (b - a)
+    p += ulps * np.spacing(p)
+    ax, ay, bx, by, px, py = (Fraction(float(x)) for x in (*a, *b, *p))
+    turn = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
+    assert exact_side(np.array([a, b, p]), 0, 1, 2) == (turn > 0) - (turn < 0)
 
 
 def test_error_names_the_crossing_edges():

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.checks import check_covariance, check_finite
 from robot_perception.datasets.logs import Check, CorruptLog, Lines, read_table
 from robot_perception.datasets.tables import read_columns
 from robot_perception.geometry import wrap_angle

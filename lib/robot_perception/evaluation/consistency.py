@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import betaincinv
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception import checks
 from robot_perception.gating import chi_squared_quantile
 
 
@@ -41,14 +41,12 @@ def normalised_squared(
     Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation",
     2001, section 5.4.
     """
-    error, cov = np.asarray(error, dtype=float), np.asarray(cov, dtype=float)
-    n = error.shape[-1] if error.ndim else 0
-    if n == 0 or cov.shape[-2:] != (n, n):
-        raise ValueError(
-            f"need errors (…, n) and covariances (…, n, n), got {error.shape}, {cov.shape}"
-        )
-    check_finite("error", error)
-    check_covariance("cov", cov)
+    error = checks.array("error", error, (..., "n"))
+    n = error.shape[-1]
+    if n == 0:
+        raise ValueError(f"error must be (…, n) with n >= 1, got {error.shape}")
+    cov = checks.covariance("cov", cov, (..., n, n), f"error {error.shape}")
+    checks.check_batches(error=error.shape[:-1], cov=cov.shape[:-2])
     try:
         factor = np.linalg.cholesky(cov)
     except np.linalg.LinAlgError:
@@ -78,9 +76,9 @@ def average_bounds(dimension: int, runs: int, level: float = 0.95) -> tuple[floa
     Raises
     ------
     ValueError
-        If a count is below one or the level is not between 0 and 1.
+        If a count is no whole number of at least 1 or the level is not between 0 and 1.
     """
-    low, high = _bounds(dimension, runs, level)
+    low, high = _bounds(checks.whole("dimension", dimension, 1), runs, level)
     return float(low), float(high)
 
 
@@ -143,25 +141,25 @@ def coverage(
     Raises
     ------
     ValueError
-        If there is no value, one is negative or not finite, a count is below one or does not fit,
-        or the level is not between 0 and 1.
+        If there is no value, one is negative or not finite, a count is no whole number of at least
+        1 or does not fit, or the level is not between 0 and 1.
 
     References
     ----------
     Bar-Shalom, Li and Kirubarajan 2001 (see `normalised_squared`), section 5.4.
     """
-    values, dimension = np.asarray(values, dtype=float), np.asarray(dimension)
-    if values.ndim != 2 or not values.size:
+    values = checks.array("values", values, ("runs", "steps"))
+    if not values.size:
         raise ValueError(f"values must be (runs, steps) and hold some, got {values.shape}")
-    check_finite("values", values)
     if values.min() < 0:
         raise ValueError(f"values are squares, got {values.min():.6g}")
     runs, steps = values.shape
+    dimension = checks.integers("dimension", dimension, least=1)
     if dimension.shape not in {(), (steps,)}:
         raise ValueError(f"dimension must be one or {steps} numbers, got {dimension.shape}")
-    count = values.size if independent is None else independent
-    if not 1 <= count <= values.size:
-        raise ValueError(f"independent must be from 1 to {values.size}, got {count}")
+    count = values.size
+    if independent is not None:
+        count = checks.whole("independent", independent, 1, values.size)
     low, high = (np.broadcast_to(bound, steps) for bound in _bounds(dimension, runs, level))
     averages = values.mean(axis=0)
     share = float(np.mean(values <= chi_squared_quantile(level, dimension)))
@@ -179,11 +177,8 @@ def _bounds(
     dimension: int | np.ndarray, runs: int, level: float
 ) -> tuple[float | np.ndarray, float | np.ndarray]:
     """Return the two quantiles of the average of χ² values, for one or many dimensions."""
-    if np.min(dimension) < 1 or runs < 1:
-        raise ValueError(f"dimension and runs must be at least 1, got {np.min(dimension)}, {runs}")
-    if not 0 < level < 1:
-        raise ValueError(f"level must be between 0 and 1, got {level}")
-    freedom = np.asarray(dimension) * runs
+    checks.level("level", level)
+    freedom = np.asarray(dimension) * checks.whole("runs", runs, 1)
     return tuple(
         chi_squared_quantile(p, freedom) / runs for p in ((1 - level) / 2, (1 + level) / 2)
     )

@@ -4,13 +4,14 @@ Every interval of the book is made here, so that the same kind of number always 
 kind of interval. Bootstrap intervals take percentiles of 4 000 resamples by runs.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from scipy import stats
+
+from robot_perception import checks
 
 RESAMPLES = 4000
 
@@ -43,8 +44,10 @@ class Interval:
 
     def __post_init__(self) -> None:
         values = (self.estimate, self.low, self.high)
-        if not all(math.isfinite(v) for v in values):
-            raise ValueError(f"interval must be finite, got {values}")
+        for name, value in zip(("estimate", "low", "high"), values, strict=True):
+            checks.number(f"{name} of an interval", value)
+        checks.instance("unit", self.unit, str)
+        checks.instance("about", self.about, str)
         if not self.low <= self.estimate <= self.high:
             raise ValueError(f"interval must satisfy low <= estimate <= high, got {values}")
 
@@ -56,7 +59,8 @@ class Interval:
         return f"{self.shown()}{f' {self.unit}' if self.unit else ''}"
 
     def shown(self, digits: int = 4) -> str:
-        """Return the numbers without the unit, with so many significant digits."""
+        """Return the numbers without the unit, with so many significant digits, at most 17."""
+        checks.whole("digits", digits, 1, 17)
         if self.low == self.high:
             return f"{self.estimate:.{digits}g}"
         return f"{self.estimate:.{digits}g} [{self.low:.{digits}g}, {self.high:.{digits}g}]"
@@ -64,7 +68,7 @@ class Interval:
 
 def exact(value: float, unit: str = "", about: str = "exact") -> Interval:
     """Return the interval of a deterministic number: both ends are the number."""
-    value = float(value)
+    value = checks.number("value", value)
     return Interval(value, value, value, unit, about)
 
 
@@ -76,10 +80,14 @@ def mean(samples: Float[np.ndarray, "..."], unit: str = "", level: float = 0.95)
     Raises
     ------
     ValueError
-        If there are fewer than two samples or one of them is not finite.
+        If there are fewer than two samples, one of them is not finite, or the level is not between
+        0 and 1.
     """
     samples = _samples("samples", samples, least=2)
-    ends = stats.ttest_1samp(samples, 0.0).confidence_interval(level)
+    checks.level("level", level)
+    ends = samples[:2]  # of samples that are all the same
+    if np.ptp(samples) > 0:
+        ends = stats.ttest_1samp(samples, 0.0).confidence_interval(level)
     return _between(
         samples.mean(), *ends, unit, f"{level:.0%} of the mean over {samples.size} runs"
     )
@@ -91,9 +99,12 @@ def proportion(successes: int, trials: int, level: float = 0.95) -> Interval:
     Raises
     ------
     ValueError
-        Unless 0 <= successes <= trials and there is a trial.
+        Unless 0 <= successes <= trials, whole numbers, and there is a trial; or if the level is not
+        between 0 and 1.
     """
-    if not 0 <= successes <= trials or trials < 1:
+    checks.whole("trials", trials, 1)
+    checks.level("level", level)
+    if not 0 <= checks.whole("successes", successes) <= trials:
         raise ValueError(f"need 0 <= successes <= trials, got {successes} of {trials}")
     ends = stats.binomtest(int(successes), int(trials)).proportion_ci(level, method="wilson")
     return _between(
@@ -109,9 +120,11 @@ def spread(
     Raises
     ------
     ValueError
-        If there is no sample or one of them is not finite.
+        If there is no sample, one of them is not finite, or the level is not between 0 and 1.
     """
     samples = _samples("samples", samples, least=1)
+    checks.level("level", level)
+    checks.instance("about", about, str)
     low, mid, high = np.quantile(samples, [(1 - level) / 2, 0.5, (1 + level) / 2])
     return _between(
         mid, low, high, unit, about or f"median and central {level:.0%} of {samples.size} runs"
@@ -120,12 +133,12 @@ def spread(
 
 def bootstrap_mean(samples: Float[np.ndarray, "..."], unit: str = "") -> Interval:
     """Return a mean over runs with its 95 % bootstrap interval, for values far from normal."""
-    return _bootstrap(np.mean, (samples,), unit, "mean")
+    return _bootstrap(np.mean, {"samples": samples}, unit, "mean")
 
 
 def bootstrap_median(samples: Float[np.ndarray, "..."], unit: str = "") -> Interval:
     """Return a median over runs with its 95 % bootstrap interval."""
-    return _bootstrap(np.median, (samples,), unit, "median")
+    return _bootstrap(np.median, {"samples": samples}, unit, "median")
 
 
 def bootstrap_ratio(
@@ -138,7 +151,11 @@ def bootstrap_ratio(
     ValueError
         If the lengths differ, there are fewer than two runs, or a value is not finite.
     """
-    return _bootstrap(_ratio, (above, below), "", about)
+    if not np.count_nonzero(checks.reals("below", below)):
+        raise ValueError("below is 0 in all runs: no ratio")
+    return _bootstrap(
+        _ratio, {"above": above, "below": below}, "", checks.instance("about", about, str)
+    )
 
 
 def correlation(first: Float[np.ndarray, "..."], last: Float[np.ndarray, "..."]) -> Interval:
@@ -147,9 +164,12 @@ def correlation(first: Float[np.ndarray, "..."], last: Float[np.ndarray, "..."])
     Raises
     ------
     ValueError
-        If there are fewer than four runs, a value is not finite, or one of the two is constant.
+        If there are fewer than four runs, a value is not finite, one of the two is constant, or
+        they are not of the same runs.
     """
     first, last = _samples("first", first, least=4), _samples("last", last, least=4)
+    if first.size != last.size:
+        raise ValueError(f"first and last must be of the same runs, got {first.size}, {last.size}")
     for name, values in (("first", first), ("last", last)):
         if np.ptp(values) == 0:
             raise ValueError(f"{name} is constant at {values[0]:g}: it correlates with nothing")
@@ -174,11 +194,14 @@ def slope(x: Float[np.ndarray, "..."], y: Float[np.ndarray, "..."], unit: str = 
     Raises
     ------
     ValueError
-        If there are fewer than three points or a value is not finite.
+        If there are fewer than three points, not as many x as y, a value is not finite, or all x
+        are the same.
     """
     x, y = _samples("x", x, least=3), _samples("y", y, least=3)
+    if x.size != y.size or np.ptp(x) == 0:
+        raise ValueError(f"need x for each y, not all the same, got {x.size} and {y.size}")
     fit = stats.linregress(x, y)
-    half = stats.t.ppf(0.975, x.size - 2) * fit.stderr
+    half = stats.t.ppf(0.975, x.size - 2) * fit.stderr if np.ptp(y) > 0 else 0.0
     about = f"95 % of the slope over {x.size} points"
     return _between(fit.slope, fit.slope - half, fit.slope + half, unit, about)
 
@@ -192,8 +215,9 @@ def exponent(sizes: Float[np.ndarray, "..."], values: Float[np.ndarray, "..."]) 
         If there are fewer than three points, or one of the numbers is not positive and finite.
     """
     sizes, values = _samples("sizes", sizes, least=3), _samples("values", values, least=3)
-    if not (sizes > 0).all() or not (values > 0).all():
-        raise ValueError(f"a power law needs positive numbers, got {sizes} and {values}")
+    for name, numbers in (("sizes", sizes), ("values", values)):
+        if numbers.min() <= 0:
+            raise ValueError(f"{name} of a power law must be positive, got {numbers.min():g}")
     fit = slope(np.log(sizes), np.log(values))
     about = f"95 % of the slope of log cost over log n, n = {sizes[0]:g} to {sizes[-1]:g}"
     return Interval(fit.estimate, fit.low, fit.high, "", about)
@@ -252,11 +276,13 @@ def _ratio(above: np.ndarray, below: np.ndarray, axis: int) -> float | np.ndarra
     return above.mean(axis=axis) / below.mean(axis=axis)
 
 
-def _bootstrap(statistic: Callable, data: tuple[np.ndarray, ...], unit: str, name: str) -> Interval:
-    data = tuple(_samples("samples", samples, least=2) for samples in data)
+def _bootstrap(statistic: Callable, named: dict[str, np.ndarray], unit: str, name: str) -> Interval:
+    data = tuple(_samples(key, samples, least=2) for key, samples in named.items())
     sizes = {samples.size for samples in data}
     if len(sizes) > 1:
-        raise ValueError(f"the runs must be the same, got {sorted(sizes)} of them")
+        raise ValueError(
+            f"{', '.join(named)} must be of the same runs, got {sorted(sizes)} of them"
+        )
     found = stats.bootstrap(
         data,
         statistic,
@@ -277,12 +303,7 @@ def _between(estimate: float, low: float, high: float, unit: str = "", about: st
 
 
 def _samples(name: str, samples: np.ndarray, least: int) -> np.ndarray:
-    samples = np.asarray(samples, dtype=float).ravel()
+    samples = checks.array(name, samples).ravel()
     if samples.size < least:
         raise ValueError(f"need at least {least} {name}, got {samples.size}")
-    if not np.isfinite(samples).all():
-        raise ValueError(
-            f"{name} must be finite, got {np.count_nonzero(~np.isfinite(samples))} of "
-            f"{samples.size} that are not"
-        )
     return samples

@@ -9,6 +9,8 @@ from joblib import Parallel, delayed
 from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
 from tqdm import tqdm
 
+from robot_perception import checks
+
 WORKERS = "ROBOT_PERCEPTION_WORKERS"
 """Environment variable: number of processes for a caller that has chosen no backend."""
 
@@ -41,7 +43,11 @@ def sweep(
     ValueError
         If ``ROBOT_PERCEPTION_WORKERS`` is no whole number other than 0.
     """
-    items = list(items)
+    if not callable(task):
+        raise TypeError(f"task must be callable, got {checks.shown(task)}")
+    items = list(checks.iterable("items", items))
+    checks.generator("rng", rng)
+    checks.instance("desc", desc, str)
     work = zip(items, rng.spawn(len(items)), strict=True)
     # the bar counts items that are handed out: not every backend can report those that are done
     bar = tqdm(work, desc=desc, total=len(items), disable=None, leave=False)

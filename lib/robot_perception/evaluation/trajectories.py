@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import check_finite
+from robot_perception import checks
 from robot_perception.geometry import act, between, rotation, wrap_angle
 
 
@@ -95,7 +95,7 @@ def align(
     rounding = np.finfo(float).eps * len(p) * np.abs(p).max() * np.abs(q).max()
     if np.hypot(cos, sin) <= 1e-12 * spread + rounding:
         raise ValueError(
-            f"the positions do not determine a rotation: spread {spread:.3g} m², "
+            f"estimate and truth do not determine a rotation: spread {spread:.3g} m², "
             f"common part {np.hypot(cos, sin):.3g} m²"
         )
     angle = np.arctan2(sin, cos)  # eq 40
@@ -136,7 +136,7 @@ def absolute_error(
     systems", IROS 2012, section IV.
     """
     p, q = _positions(estimate, truth)
-    if aligned:
+    if checks.flag("aligned", aligned):
         p = act(align(p, q), p)
     return float(np.sqrt(np.mean(np.sum((p - q) ** 2, axis=1))))
 
@@ -194,8 +194,7 @@ def relative_error(
     Sturm et al. 2012 (see `absolute_error`), section IV.
     """
     estimate, truth = _poses(estimate, truth)
-    if not 1 <= steps < len(truth):
-        raise ValueError(f"steps must be from 1 to {len(truth) - 1}, got {steps}")
+    checks.whole("steps", steps, 1, len(truth) - 1)
     first = np.arange(len(truth) - steps)
     pairs = np.stack([first, first + steps], axis=1)
     return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
@@ -226,8 +225,10 @@ def relative_error_over(
     estimate, truth = _poses(estimate, truth)
     steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    if not 0 < distance <= travelled[-1]:
-        raise ValueError(f"distance must be from 0 to {travelled[-1]:.6g} m, got {distance}")
+    if not 0 < checks.number("distance", distance) <= travelled[-1]:
+        raise ValueError(
+            f"distance must be from 0 to {travelled[-1]:.6g} m, the length of truth, got {distance}"
+        )
     end = np.searchsorted(travelled, travelled + distance)
     first = np.flatnonzero(end < len(truth))
     pairs = np.stack([first, end[first]], axis=1)
@@ -254,11 +255,10 @@ def relative_poses(
     Raises
     ------
     ValueError
-        If a shape is wrong or a pair names a pose that there is not.
+        If a shape is wrong, a number not finite, or a pair names a pose that there is not.
     """
-    poses, pairs = np.asarray(poses, dtype=float), np.asarray(pairs)
-    if poses.ndim != 2 or poses.shape[1] != 3 or pairs.ndim != 2 or pairs.shape[1] != 2:
-        raise ValueError(f"need poses (k, 3) and pairs (n, 2), got {poses.shape}, {pairs.shape}")
+    poses = checks.array("poses", poses, ("k", 3))
+    pairs = checks.integers("pairs", pairs, ("n", 2))
     if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
         raise ValueError(f"pairs name poses {pairs.min()} to {pairs.max()} of {len(poses)}")
     return between(poses[pairs[:, 0]], poses[pairs[:, 1]])
@@ -288,10 +288,11 @@ def motion_errors(
 
 def _poses(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Check two paths of poses."""
-    estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
+    estimate, truth = checks.reals("estimate", estimate), checks.reals("truth", truth)
     if estimate.shape != truth.shape or estimate.ndim != 2 or estimate.shape[1] != 3:
         raise ValueError(
-            f"need two paths (k, 3) of one length, got {estimate.shape} and {truth.shape}"
+            "estimate and truth must be two paths (k, 3) of one length, got "
+            f"{estimate.shape} and {truth.shape}"
         )
     _check_path(estimate, truth)
     return estimate, truth
@@ -299,11 +300,12 @@ def _poses(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def _positions(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Check two paths of poses or positions and return the positions."""
-    estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
+    estimate, truth = checks.reals("estimate", estimate), checks.reals("truth", truth)
     flat = estimate.ndim == 2 and truth.ndim == 2
     if not flat or len(estimate) != len(truth) or {estimate.shape[1], truth.shape[1]} - {2, 3}:
         raise ValueError(
-            f"need two paths (k, 2 or 3) of one length, got {estimate.shape} and {truth.shape}"
+            "estimate and truth must be two paths (k, 2 or 3) of one length, got "
+            f"{estimate.shape} and {truth.shape}"
         )
     _check_path(estimate, truth)
     return estimate[:, :2], truth[:, :2]
@@ -311,6 +313,6 @@ def _positions(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.
 
 def _check_path(estimate: np.ndarray, truth: np.ndarray) -> None:
     if not len(estimate):
-        raise ValueError("the paths are empty: there is no error to speak of")
-    check_finite("estimate", estimate)
-    check_finite("truth", truth)
+        raise ValueError("the paths are empty: there is no error of an estimate to speak of")
+    checks.check_finite("estimate", estimate)
+    checks.check_finite("truth", truth)

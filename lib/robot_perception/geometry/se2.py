@@ -7,6 +7,7 @@ frame to the frame in which it is given. Headings that come out are in [-π, π)
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception import checks
 from robot_perception.geometry.angles import wrap_angle
 
 Numbers = float | np.ndarray
@@ -18,7 +19,13 @@ def rotation(angle: float | Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 
     .. math::
         R(\varphi) = \begin{bmatrix} \cos\varphi & -\sin\varphi \\ \sin\varphi & \cos\varphi
         \end{bmatrix}
+
+    Raises
+    ------
+    ValueError
+        If an angle is not finite.
     """
+    angle = checks.array("angle", angle)
     cos, sin = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
 
@@ -33,7 +40,7 @@ def compose(
     Raises
     ------
     ValueError
-        If a last axis is not 3.
+        If a last axis is not 3, other axes do not broadcast, or a number is not finite.
     """
     first, second = _poses(first, second)
     x, y = _turned(first[..., 2], second[..., 0], second[..., 1])
@@ -49,9 +56,9 @@ def inverse(pose: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
     Raises
     ------
     ValueError
-        If the last axis is not 3.
+        If the last axis is not 3 or a number is not finite.
     """
-    (pose,) = _poses(pose)
+    pose = checks.array("pose", pose, (..., 3))
     x, y = _turned(-pose[..., 2], -pose[..., 0], -pose[..., 1])
     return np.stack([x, y, wrap_angle(-pose[..., 2])], axis=-1)
 
@@ -66,7 +73,7 @@ def between(
     Raises
     ------
     ValueError
-        If a last axis is not 3.
+        If a last axis is not 3, other axes do not broadcast, or a number is not finite.
     """
     first, second = _poses(first, second)
     x, y, turn = np.moveaxis(second - first, -1, 0)
@@ -90,11 +97,11 @@ def act(
     Raises
     ------
     ValueError
-        If the last axes are not 3 and 2.
+        If the last axes are not 3 and 2, others do not broadcast, or a number is not finite.
     """
-    pose, points = np.asarray(pose, dtype=float), np.asarray(points, dtype=float)
-    if pose.shape[-1:] != (3,) or points.shape[-1:] != (2,):
-        raise ValueError(f"need poses (…, 3) and points (…, n, 2): {pose.shape}, {points.shape}")
+    pose = checks.array("pose", pose, (..., 3))
+    points = checks.array("points", points, (..., "n", 2))
+    checks.check_batches(pose=pose.shape[:-1], points=points.shape[:-2])
     turned = _turned(pose[..., 2, None], points[..., 0], points[..., 1])
     return np.stack(turned, axis=-1) + pose[..., None, :2]
 
@@ -104,8 +111,7 @@ def _turned(angle: Numbers, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
     return cos * x - sin * y, sin * x + cos * y
 
 
-def _poses(*poses: np.ndarray) -> tuple[np.ndarray, ...]:
-    arrays = tuple(np.asarray(pose, dtype=float) for pose in poses)
-    if any(array.shape[-1:] != (3,) for array in arrays):
-        raise ValueError(f"poses must be (…, 3), got {[array.shape for array in arrays]}")
-    return arrays
+def _poses(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    first, second = checks.array("first", first, (..., 3)), checks.array("second", second, (..., 3))
+    checks.check_batches(first=first.shape[:-1], second=second.shape[:-1])
+    return first, second

@@ -15,7 +15,8 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
-from robot_perception.beliefs import Gaussian, check_finite
+from robot_perception.beliefs import Gaussian
+from robot_perception.checks import check_finite
 from robot_perception.kalman import Motion, Sensor, predict, update
 
 VarianceLike = float | np.ndarray

@@ -33,7 +33,12 @@ from robot_perception.walls.segments import (
     project,
     to_points,
 )
-from robot_perception.walls.simplicity import find_crossings, is_simple, require_simple
+from robot_perception.walls.simplicity import (
+    count_sweep_steps,
+    find_crossings,
+    is_simple,
+    require_simple,
+)
 from robot_perception.walls.wall_map import (
     Gate,
     WallMap,
@@ -57,6 +62,7 @@ __all__ = [
     "build_map",
     "count_distances",
     "count_hull_steps",
+    "count_sweep_steps",
     "distance_to_segments",
     "explained",
     "extract_segments",

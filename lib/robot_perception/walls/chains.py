@@ -7,7 +7,8 @@ always including the first and the last, and share three conventions.
   :math:`|(v_j - v_i) \times (v_k - v_i)| / \lVert v_j - v_i \rVert`, not to the segment between
   them. A vertex beyond an end point but near the line counts as near.
 * If the end points coincide there is no line, and the distance is taken to the point.
-* Of several farthest vertices the one of lowest index splits the chain.
+* Of several farthest vertices the one of lowest index splits the chain. What is compared is the
+  determinant, before it is divided by the length, so that one rounding rule decides all ties.
 """
 
 import math
@@ -72,16 +73,14 @@ def find_split(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> tuple[int, fl
     """
     chord = chain[j] - chain[i]
     length = np.hypot(*chord)
-    f, d = i, 0.0
+    f, height = i, 0.0
     for k in range(i + 1, j):
         arm = chain[k] - chain[i]
-        if length > 0.0:
-            d_k = abs(chord[0] * arm[1] - chord[1] * arm[0]) / length  # Table 2, mended
-        else:
-            d_k = np.hypot(*arm)  # no line through one point
-        if d_k > d:
-            f, d = k, float(d_k)
-    return f, d
+        turn = chord[0] * arm[1] - chord[1] * arm[0]
+        height_k = abs(turn) if length > 0.0 else np.hypot(*arm)  # no line through one point
+        if height_k > height:
+            f, height = k, height_k
+    return f, float(height / length if length > 0.0 else height)  # Table 2, mended
 
 
 def simplify_recursive(
@@ -230,7 +229,7 @@ def simplify_kernel(points, tolerance):
         j = ends[waiting - 1]
         f, height, length = farthest_kernel(points, i, j)
         distances += j - i - 1
-        if height > tolerance * length:
+        if height / length > tolerance:
             ends[waiting] = f
             waiting += 1
         else:

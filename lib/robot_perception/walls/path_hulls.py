@@ -7,7 +7,8 @@ a split at a vertex of one hull shrinks that hull, keeps the other as it is, and
 off (less than half of the chain the hulls were built for) must be built anew.
 
 The hulls are grown with Melkman's algorithm, which is right only for a chain that does not
-intersect itself.
+intersect itself, and with exact orientations: rounding among vertices in one line would otherwise
+collapse a hull.
 """
 
 import math
@@ -24,7 +25,7 @@ from robot_perception.walls.chains import (
     farthest_kernel,
     first_bad_point,
 )
-from robot_perception.walls.simplicity import require_simple
+from robot_perception.walls.simplicity import exact_side, require_simple
 
 _PUSH, _POP_TOP, _POP_BOTTOM = 0, 1, 2  # events in a hull's history
 _SMALL = 10  # hulls of fewer vertices are searched one by one
@@ -34,11 +35,12 @@ _ROUNDING = 16 * np.finfo(np.float64).eps
 def simplify_path_hull(
     chain: Float[np.ndarray, "n 2"], tolerance: float, *, assume_simple: bool = False
 ) -> Int[np.ndarray, " kept"]:
-    """Simplify a chain that does not intersect itself, in O(n log n).
+    """Simplify a chain that does not intersect itself, in O(n log n), check included.
 
     The same vertices as :func:`~robot_perception.walls.simplify`. Where two vertices are farthest
-    up to rounding, all vertices are looked at, as the plain algorithm does, until that has cost
-    ``4 n log2 n`` steps; from then on the lowest index among the hull's farthest vertices splits.
+    up to rounding, or the farthest is at the tolerance up to rounding, all vertices are looked at,
+    as the plain algorithm does, until that has cost ``4 n log2 n`` steps; from then on the lowest
+    index among the hull's farthest vertices splits.
 
     Parameters
     ----------
@@ -58,7 +60,8 @@ def simplify_path_hull(
     ------
     ValueError
         If the chain has fewer than two points, a point is not finite, the tolerance is not
-        positive, or the chain intersects itself; the error names the edges.
+        positive, or the chain intersects itself; the error names edges, which can take
+        quadratic time to list.
 
     References
     ----------
@@ -112,7 +115,10 @@ def _has_repeats(points):
 def _outside(points, a, b, p, side):
     """Whether ``p`` is on the outer side of the hull edge from ``a`` to ``b``, or extends it."""
     ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    turn = ex * (points[p, 1] - points[a, 1]) - ey * (points[p, 0] - points[a, 0])
+    left, right = ex * (points[p, 1] - points[a, 1]), ey * (points[p, 0] - points[a, 0])
+    turn = left - right
+    if abs(turn) <= _ROUNDING * (abs(left) + abs(right)):
+        turn = float(exact_side(points, a, b, p))
     if turn != 0.0:
         return side * turn < 0.0
     return ex * (points[p, 0] - points[b, 0]) + ey * (points[p, 1] - points[b, 1]) > 0.0
@@ -318,14 +324,16 @@ def path_hull_kernel(points, tolerance):
                 second = max(second, second_r)
                 if f_r != f:
                     second = max(second, min(height, height_r))
-                tie = second >= max(height, height_r) - _ROUNDING * extent * (abs(dx) + abs(dy))
+                slack = _ROUNDING * extent * (abs(dx) + abs(dy))
+                margin = max(height, height_r) - tolerance * length
+                unsure = abs(margin) <= slack or second >= max(height, height_r) - slack
                 if height_r > height or (height_r == height and f_r < f):
                     f, height = f_r, height_r
-                if tie and height > tolerance * length and budget > 0:
+                if unsure and margin > -slack and budget > 0:
                     f, height, length = farthest_kernel(points, i, j)
                     steps += j - i - 1
                     budget -= j - i - 1
-            if not height > tolerance * length:
+            if not height / length > tolerance:
                 break
             keep[f] = True
             if f < tag:

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.beliefs import check_covariance, check_finite
+from robot_perception.checks import check_covariance, check_finite
 from robot_perception.geometry import act
 
 SHIFT_X, SHIFT_Y, TURN = "shift in x", "shift in y", "turn"

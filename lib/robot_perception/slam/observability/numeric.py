@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.beliefs import check_finite
+from robot_perception.checks import check_finite
 from robot_perception.geometry import rotation
 from robot_perception.slam.observability.sensors import Sensor, see
 

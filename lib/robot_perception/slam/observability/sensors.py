@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.beliefs import check_finite
+from robot_perception.checks import check_finite
 from robot_perception.slam.planar.sensors import CartesianSensor, LandmarkSensor, RangeBearing
 
 Seen = tuple[np.ndarray, np.ndarray]

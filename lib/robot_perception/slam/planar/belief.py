@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import Gaussian, check_covariance, check_finite
+from robot_perception.beliefs import Gaussian
+from robot_perception.checks import check_covariance, check_finite
 from robot_perception.slam.planar.motions import checked_vector
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.beliefs import check_finite
+from robot_perception.checks import check_finite
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places

@@ -1,0 +1,47 @@
+"""Valid calls of `evaluation`."""
+
+import numpy as np
+
+from robot_perception.evaluation import consistency, intervals, trajectories
+from robot_perception.evaluation.sweep import sweep
+from tests.hostile.sweep import call
+
+RNG = np.random.default_rng(0)
+FIRST, LAST = RNG.uniform(1, 2, 8), RNG.uniform(1, 2, 8)
+TRUTH = np.cumsum(RNG.uniform(0, 1, (6, 3)), axis=0)
+PATH = TRUTH + 0.1
+
+
+def double(item: int, rng: np.random.Generator) -> int:
+    return 2
+
+
+RESULTS = {consistency.Coverage, trajectories.PoseError, trajectories.RelativeErrors}
+CALLS = {
+    consistency.normalised_squared: lambda: call(np.ones((4, 2)), np.eye(2)),
+    consistency.average_bounds: lambda: call(2, 10, 0.95),
+    consistency.coverage: lambda: call(np.ones((3, 4)), 2, 0.95, independent=3),
+    intervals.Interval: lambda: call(1.0, 0.5, 1.5, "m", "95 %"),
+    intervals.Interval.shown: lambda: call(intervals.exact(1.0), 3),
+    intervals.exact: lambda: call(1.0, "m", "exact"),
+    intervals.mean: lambda: call(FIRST, "m", 0.9),
+    intervals.proportion: lambda: call(3, 10, 0.9),
+    intervals.spread: lambda: call(FIRST, "m", 0.9, "range"),
+    intervals.bootstrap_mean: lambda: call(FIRST, "m"),
+    intervals.bootstrap_median: lambda: call(FIRST, "m"),
+    intervals.bootstrap_ratio: lambda: call(FIRST, LAST, "ratio"),
+    intervals.correlation: lambda: call(FIRST, LAST),
+    intervals.explained: lambda: call(FIRST, LAST),
+    intervals.slope: lambda: call(FIRST, LAST, "m"),
+    intervals.exponent: lambda: call(FIRST, LAST),
+    intervals.variance_ratio: lambda: call(FIRST, LAST),
+    intervals.root_mean_square: lambda: call(FIRST, "m"),
+    trajectories.align: lambda: call(PATH, TRUTH),
+    trajectories.absolute_error: lambda: call(PATH, TRUTH, aligned=True),
+    trajectories.end_error: lambda: call(PATH, TRUTH),
+    trajectories.relative_error: lambda: call(PATH, TRUTH, 2),
+    trajectories.relative_error_over: lambda: call(PATH, TRUTH, 0.5),
+    trajectories.relative_poses: lambda: call(PATH, np.array([[0, 1], [2, 5]])),
+    trajectories.motion_errors: lambda: call(PATH, TRUTH),
+    sweep: lambda: call(double, [1, 2], rng=np.random.default_rng(0), desc=""),
+}

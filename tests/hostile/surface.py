@@ -1,0 +1,63 @@
+"""What a caller can call: found in the modules, never listed by hand."""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import is_dataclass
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+from types import ModuleType
+
+PAGES = Path(__file__).parents[2] / "book" / "library"
+
+
+def modules() -> tuple[str, ...]:
+    """Return the names of the public modules: those of the library's pages, and all worlds."""
+    pages = "\n".join(page.read_text("utf-8") for page in sorted(PAGES.glob("*.md")))
+    documented = re.findall(r"automodule:: (robot_perception\S*)", pages)
+    synth = import_module("data_synth")
+    worlds = [found.name for found in walk_packages(synth.__path__, "data_synth.")]
+    return (*documented, *worlds)
+
+
+def room_of(module: str) -> str:
+    """Return the room a module belongs to: the first word below the package."""
+    package, room, *_ = module.split(".")
+    return room if package == "robot_perception" else package
+
+
+def public(room: str) -> dict[Callable, str]:
+    """Return the public functions, constructors and methods of a room with their names."""
+    found: dict[Callable, str] = {}
+    for name in modules():
+        if room_of(name) == room:
+            for label, thing in _named(import_module(name)):
+                found.setdefault(thing, f"{name.removeprefix('robot_perception.')}.{label}")
+    return found
+
+
+def _named(module: ModuleType) -> Iterator[tuple[str, Callable]]:
+    """Yield what a module offers: its ``__all__``, or what it defines without an underscore."""
+    listed = getattr(module, "__all__", None)
+    for name, thing in sorted(vars(module).items()):
+        if name not in listed if listed is not None else name.startswith("_"):
+            continue
+        if listed is None and getattr(thing, "__module__", None) != module.__name__:
+            continue
+        if inspect.isclass(thing):
+            yield from _of_class(thing)
+        elif inspect.isfunction(inspect.unwrap(thing)) if callable(thing) else False:
+            yield name, thing
+
+
+def _of_class(kind: type) -> Iterator[tuple[str, Callable]]:
+    """Yield the constructor and the public methods; none of protocols and of exceptions."""
+    if getattr(kind, "_is_protocol", False) or issubclass(kind, BaseException):
+        return
+    if is_dataclass(kind) or "__init__" in vars(kind):
+        yield kind.__name__, kind
+    for name, raw in sorted(vars(kind).items()):
+        method = getattr(kind, name, None)
+        if not name.startswith("_") and isinstance(raw, staticmethod | classmethod | type(_named)):
+            yield f"{kind.__name__}.{name}", method

@@ -1,0 +1,199 @@
+"""The sweep: a valid call, and the same with one argument after the other made wrong."""
+
+import inspect
+import re
+import signal
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from beartype import BeartypeConf
+from beartype.door import is_bearable
+
+SECONDS = 20  # a call that takes longer runs away
+MEMORY = 4 * 2**30  # and so does one that asks for more bytes than this
+FLAT = BeartypeConf(is_pep484_tower=True)
+
+Call = tuple[tuple, dict[str, Any]]
+
+
+def call(*args: Any, **kwargs: Any) -> Call:
+    """Return the arguments of a call."""
+    return args, kwargs
+
+
+class Wrong:
+    """A class where an object is wanted; it can be called, as any class."""
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        """Take everything."""
+
+
+class Ran(Exception):  # noqa: N818 - an event, and no ValueError that a check could swallow
+    """A call ran away."""
+
+
+def wrong_values(valid: Any) -> Iterator[tuple[str, Any]]:
+    """Yield wrong values with their names; wrong arrays are made from the valid one, if it is."""
+    array = np.asarray(valid) if isinstance(valid, np.ndarray | list | tuple) else np.ones(2)
+    if array.dtype.kind not in "iuf":
+        array = np.ones(2)
+    broken = np.array(array, dtype=float)
+    if broken.size:
+        broken.flat[-1] = np.nan
+    yield "None", None
+    yield "True", True
+    yield "'abc'", "abc"
+    yield "nan", float("nan")
+    yield "inf", float("inf")
+    yield "-1", -1
+    yield "1.5", 1.5
+    yield "10**30", 10**30
+    yield "[]", []
+    yield "array of one axis more", array[..., None]
+    yield "array of no axis", np.array(1.0)
+    yield "empty array", np.empty((0,) * max(array.ndim, 1))
+    yield "array with a NaN", broken
+    yield "array of -1", -np.ones_like(array)
+    yield "complex array", array + 1j
+    yield "array of texts", array.astype(str)
+    yield "object()", object()
+    yield "a class", Wrong
+    yield "a dict", {"wrong": 0.5}
+
+
+def sweep(calls: Mapping[Callable, Callable[[], Call]], names: Mapping[Callable, str]) -> list[str]:
+    """Return a line for each failure: ``function(parameter=value): what happened``."""
+    failures = []
+    with _limited():
+        for function, name in names.items():
+            try:
+                args, kwargs = calls[function]()
+                sound = not _nans(_run(function, args, kwargs))
+            except Exception as error:
+                failures.append(f"{name}: the valid call fails: {_said(error)}")
+                continue
+            failures += [
+                f"{name}({parameter}={value}): {problem}"
+                for parameter, value, problem in _problems(function, calls[function], sound)
+            ]
+    return failures
+
+
+def _problems(
+    function: Callable, valid: Callable[[], Call], sound: bool
+) -> Iterator[tuple[str, str, str]]:
+    """Yield parameter, wrong value and what was wrong with the answer."""
+    signature = inspect.signature(function)
+    for parameter in signature.parameters.values():
+        if parameter.name == "self" or parameter.kind is parameter.VAR_KEYWORD:
+            continue
+        for label, _ in wrong_values(None):
+            args, kwargs = valid()
+            bound = signature.bind(*args, **kwargs)
+            before = bound.arguments.get(parameter.name, parameter.default)
+            value = dict(wrong_values(before))[label]
+            several = parameter.kind is parameter.VAR_POSITIONAL
+            bound.arguments[parameter.name] = (value,) if several else value
+            ordered = {p: bound.arguments[p] for p in signature.parameters if p in bound.arguments}
+            bound.arguments = ordered
+            try:
+                result = _run(function, bound.args, bound.kwargs)
+            except Exception as error:
+                if not _answers(error, parameter.name, function):
+                    yield parameter.name, label, _said(error)
+            else:
+                if sound and _nans(result):
+                    yield parameter.name, label, "a NaN in silence"
+                elif not _may_pass(value, parameter.annotation):
+                    yield parameter.name, label, f"accepted, not {parameter.annotation}"
+
+
+def _answers(error: Exception, parameter: str, function: Callable) -> bool:
+    """Tell whether an exception is an answer to the caller, not somebody else's accident."""
+    kind = type(error)
+    own = kind.__module__.startswith(("robot_perception", "data_synth"))
+    if isinstance(error, OSError | LookupError):
+        doc = inspect.getdoc(function) or ""
+        documented = any(k.__name__ in doc for k in kind.__mro__ if k is not Exception)
+        return documented and (own or isinstance(error, OSError))
+    if not isinstance(error, ValueError | TypeError) or not (
+        own or kind in (ValueError, TypeError)
+    ):
+        return False
+    return re.search(rf"(?<!\w){re.escape(parameter)}(?!\w)", str(error)) is not None
+
+
+def _may_pass(value: Any, annotation: Any) -> bool:
+    """Tell whether a value may be right: numbers may (a list stands for an array, 1 for 1.0);
+    what is no number only where the signature says so.
+    """
+    if isinstance(value, int | float | list) and not isinstance(value, bool):
+        return True
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf":
+        return True
+    if isinstance(value, np.ndarray) and "ndarray" in str(annotation):
+        return False  # complex, or texts
+    return is_bearable(value, annotation, conf=FLAT)
+
+
+def _nans(value: Any, depth: int = 6) -> bool:
+    """Tell whether a NaN is somewhere in a result."""
+    if isinstance(value, float | complex | np.inexact):
+        return bool(np.isnan(value))
+    if isinstance(value, np.ndarray):
+        if value.dtype == object:
+            return depth > 0 and any(_nans(v, depth - 1) for v in value.flat)
+        return value.dtype.kind in "fc" and bool(np.isnan(value).any())
+    if depth == 0:
+        return False
+    if isinstance(value, Mapping):
+        return any(_nans(v, depth - 1) for v in value.values())
+    if isinstance(value, tuple | list | set | frozenset):
+        return any(_nans(v, depth - 1) for v in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return any(_nans(getattr(value, f.name), depth - 1) for f in fields(value))
+    return False
+
+
+def _run(function: Callable, args: tuple, kwargs: Mapping[str, Any]) -> Any:
+    """Call, and stop a call that runs away."""
+    with _alarm():
+        return function(*args, **kwargs)
+
+
+@contextmanager
+def _alarm() -> Iterator[None]:
+    def ring(*_: object) -> None:
+        raise Ran(f"ran for {SECONDS} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def _limited() -> Iterator[None]:
+    """Let a call that asks for too much memory end in a ``MemoryError``, where the system can."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    with suppress(ValueError, OSError):
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        used = pages * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
