@@ -273,9 +273,9 @@ def first_look_stays(size: Size, rng: np.random.Generator) -> Finding:
         {"the same in other settings": elsewhere, "factors that the paper leaves out": factors},
         (
             Condition(
-                "the first look is the main error: the vehicle's initial variance must not be "
-                "small against that of a look. With the start known exactly the first error "
-                f"explains {known.estimate:.2f} of the variance of the last",
+                "the vehicle's initial variance is not small against that of a look: with half our "
+                f"σ of the start the first error explains {factors['σ of the start', 'half']:.2f} "
+                f"of the variance of the last, with the start known exactly {known.estimate:.2f}",
                 known.high < 0.5,
             ),
         ),
