@@ -23,7 +23,10 @@ NOISES = {"motion_variance": 0.1, "look_variance": 0.2}
 RANGES, POINTS = planar.RangeBearing(0.01 * EYE), planar.CartesianSensor(0.01 * EYE)
 BELIEF = planar.MapBelief(np.arange(5.0), np.eye(5), np.array([4]))
 ANCHORS = {7: np.array([3.0, 3.0])}
-SEEN, NEW = Observations(np.array([4]), np.ones((1, 2))), Observations([5], np.ones((1, 2)))
+SEEN, NEW = (
+    Observations(np.array([4]), np.ones((1, 2))),
+    Observations(np.array([5]), np.ones((1, 2))),
+)
 MOTION = planar.Odometry(np.ones(3), Q)
 STEP = planar.Step(MOTION, SEEN, (planar.Compass(0.5, 0.1),), 1.0)
 TRUTH = planar.Truth(np.zeros((2, 3)), {4: np.ones(2)})
@@ -44,6 +47,7 @@ RESULTS = {
     planar.Innovation,
     symbolic.Reading,
 }
+OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
 INNER = {
     *(getattr(planar.CartesianSensor, name) for name in ("check", "look", "residual")),
     *(getattr(planar.RangeBearing, name) for name in ("check", "look", "residual")),
@@ -59,7 +63,7 @@ INNER = {
 """What the filter and the analyses ask of a sensor at every step, with arrays of their own."""
 
 CALLS = {
-    **observations.CALLS,
+    **{thing: observations.CALLS[thing] for thing in OFFERED_TOO},
     monobot.sensor_matrix: lambda: call(2),
     monobot.motion: lambda: call(0.5, 0.1, 2),
     monobot.first_look: lambda: call(START, np.ones(2), 0.1),
