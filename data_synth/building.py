@@ -6,8 +6,11 @@ as in :mod:`data_synth.office`: the free space lies to the left.
 """
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
+
+from data_synth._checks import array, generator, number
 
 _LONG, _SHORT = 30.0, 15.0  # sides of the rectangle along the middle of the corridor, m
 _WIDTH = 2.0  # of the corridor, m
@@ -61,6 +64,8 @@ def make_building(*, rng: np.random.Generator, pole_radius: float = 0.15) -> Bui
     pole_radius
         Radius of the columns, m.
     """
+    generator(rng)
+    number("pole_radius", pole_radius, above=0.0)
     half = _WIDTH / 2
     low = np.array([-_START - half, -half])
     high = np.array([_LONG - _START + half, _SHORT + half])
@@ -115,9 +120,13 @@ def drive(
     Raises
     ------
     ValueError
-        If ``beyond`` is negative or longer than the first leg.
+        If ``beyond`` is negative or longer than the first leg, or the steps or the radius are not
+        as they should be.
     """
+    number("step", step, above=0.0)
     first = first_leg(building, radius=radius)
+    if isinstance(beyond, bool) or not isinstance(beyond, Real):
+        raise TypeError(f"beyond must be a number, got {beyond!r}")
     if not 0 <= beyond <= first:
         raise ValueError(f"beyond must lie in the first leg, 0 to {first:g} m, got {beyond}")
     sides = np.linalg.norm(np.roll(building.loop, -1, axis=0) - building.loop, axis=1) - 2 * radius
@@ -145,6 +154,9 @@ def drive(
 
 def first_leg(building: Building, *, radius: float = 1.0) -> float:
     """Return how far it is from the start to where the first arc begins, m."""
+    loop = array("building (its loop)", getattr(building, "loop", building), (4, 2))
+    sides = np.hypot(*(np.roll(loop, -1, axis=0) - loop).T)
+    number("radius", radius, above=0.0, high=min(sides.min() / 2, float(np.hypot(*loop[0]))))
     long = np.hypot(*(building.loop[1] - building.loop[0])) - 2 * radius
     return float(long - (np.hypot(*building.loop[0]) - radius))
 

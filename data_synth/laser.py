@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_synth._checks import array, generator, instance, number, reals, whole
+
 
 @dataclass(frozen=True, slots=True)
 class Scanner:
@@ -32,6 +34,14 @@ class Scanner:
     resolution: float = 0.01
     spot: float = np.deg2rad(0.25)
     dropout: float = 0.002
+
+    def __post_init__(self) -> None:
+        whole("beams", self.beams, 2, 10**6)
+        number("range_sigma", self.range_sigma, 0.0)
+        number("max_range", self.max_range, above=0.0, finite=False)
+        number("resolution", self.resolution, 0.0)
+        number("spot", self.spot, 0.0, np.pi / 2)
+        number("dropout", self.dropout, 0.0, 1.0)
 
     @property
     def angles(self) -> np.ndarray:
@@ -96,7 +106,24 @@ def cast(
     -------
     distances, indices
         Infinite and -1 where a ray meets nothing.
+
+    Raises
+    ------
+    ValueError
+        If there is no face, or the shapes are not as they should be.
     """
+    faces, directions = (
+        array("faces", faces, (None, 2, 2)),
+        array("directions", directions, (None,)),
+    )
+    origins = reals("origins", origins)
+    if not len(faces):
+        raise ValueError("faces must be one at least, got none")
+    if origins.shape not in ((2,), (len(directions), 2)) or not np.isfinite(origins).all():
+        raise ValueError(
+            f"origins must be finite, one or one for each of {len(directions)} directions,"
+            f" got {origins.shape}"
+        )
     ray = np.stack([np.cos(directions), np.sin(directions)], axis=-1)[:, None]
     start, along = faces[:, 0], faces[:, 1] - faces[:, 0]
     arm = start - np.broadcast_to(origins, (len(directions), 2))[:, None]
@@ -134,7 +161,11 @@ def sight(
     reach
         Faces farther away than that are left out, which saves time, m.
     """
-    poses = np.asarray(poses, dtype=float).reshape(-1, 3)
+    instance("scanner", scanner, Scanner)
+    faces = array("faces", faces, (None, 2, 2))
+    poses = reals("poses", poses)
+    poses = array("poses", poses[None] if poses.ndim == 1 else poses, (None, 3))
+    reach = number("reach", reach, 0.0, finite=False)
     beam_poses = np.broadcast_to(poses[:, None], (len(poses), scanner.beams, 3))
     return _sight(faces, beam_poses, scanner, reach)
 
@@ -165,6 +196,10 @@ def scan_moving(
     rng
         Source of noise.
     """
+    instance("scanner", scanner, Scanner)
+    faces, pose = array("faces", faces, (None, 2, 2)), array("pose", pose, (3,))
+    velocity = array("velocity", velocity, (2,))
+    duration = number("duration", duration, 0.0)
     time = np.linspace(0.0, duration, scanner.beams)
     heading = pose[2] + velocity[1] * time
     step = velocity[0] * duration / (scanner.beams - 1)
@@ -180,11 +215,12 @@ def _sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner, reach: float 
     directions = poses[..., 2] + scanner.angles
     distances, index = np.empty((*shape, 3)), np.empty((*shape, 3), dtype=int)
     along = faces[:, 1] - faces[:, 0]
+    squared = np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
     for k in range(shape[0]):
         near = np.arange(len(faces))
         if np.isfinite(reach):
             arm = poses[k, 0, :2] - faces[:, 0]
-            share = ((arm * along).sum(axis=-1) / (along**2).sum(axis=-1)).clip(0, 1)
+            share = ((arm * along).sum(axis=-1) / squared).clip(0, 1)
             near = np.flatnonzero(np.hypot(*(arm - share[:, None] * along).T) <= reach)
         if not near.size:
             distances[k], index[k] = np.inf, -1
@@ -197,6 +233,9 @@ def _sight(faces: np.ndarray, poses: np.ndarray, scanner: Scanner, reach: float 
 
 def measure(sight: Sight, scanner: Scanner, *, rng: np.random.Generator) -> Scans:
     """Return the readings of a scanner: mixed pixels, noise, rounding, dropouts."""
+    instance("sight", sight, Sight)
+    instance("scanner", scanner, Scanner)
+    generator(rng)
     distances, index = sight.distances, sight.faces
     shape = distances.shape[:2]
     true, face = distances[..., 1], index[..., 1]

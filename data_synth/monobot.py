@@ -8,6 +8,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from data_synth._checks import deviations, generator, instance, number, reals, whole
+
 Shape = Literal["sine", "there and back", "straight", "at rest"]
 """How the robot is told to move."""
 
@@ -36,8 +38,9 @@ def planned_path(shape: Shape, steps: int, *, start: float, reach: float) -> np.
     ValueError
         If the shape is unknown or there is no move.
     """
-    if steps < 1:
-        raise ValueError(f"steps must be at least 1, got {steps}")
+    whole("steps", steps, 1, 10**7)
+    number("start", start)
+    number("reach", reach)
     time = np.linspace(0.0, 1.0, steps + 1)
     offsets = {
         "sine": np.sin(2 * np.pi * time),
@@ -45,7 +48,7 @@ def planned_path(shape: Shape, steps: int, *, start: float, reach: float) -> np.
         "straight": time,
         "at rest": 0 * time,
     }
-    if shape not in offsets:
+    if not isinstance(shape, str) or shape not in offsets:
         raise ValueError(f"shape must be one of {', '.join(get_args(Shape))}, got {shape!r}")
     return start + reach * offsets[shape]
 
@@ -123,17 +126,22 @@ def simulate_rail(
     ValueError
         If there is no run, move or post, or a deviation is negative.
     """
-    plan, landmarks = np.asarray(plan, dtype=float), np.asarray(landmarks, dtype=float)
+    plan, landmarks = reals("plan", plan), reals("landmarks", landmarks)
+    whole("runs", runs, 0, 10**7)
+    generator(rng)
     if plan.ndim != 1 or plan.size < 2:
         raise ValueError(f"plan must be (steps + 1,) with a step at least, got {plan.shape}")
     if landmarks.ndim != 1 or landmarks.size < 1 or runs < 1:
-        raise ValueError(f"need a run and a landmark, got {runs} and {landmarks.shape}")
+        raise ValueError(
+            f"runs and landmarks: need a run and a landmark, got {runs} and {landmarks.shape}"
+        )
+    for name, value in (("plan", plan), ("landmarks", landmarks)):
+        if not np.isfinite(value).all():
+            raise ValueError(f"{name} must be finite, got {value}")
     steps, n = plan.size - 1, landmarks.size
-    slip = np.broadcast_to(np.asarray(motion_deviation, dtype=float), (steps,))
-    blur = np.broadcast_to(np.asarray(look_deviation, dtype=float), (steps + 1, n))
-    for name, value in (("start", start_deviation), ("motion", slip), ("look", blur)):
-        if not (np.min(value) >= 0 and np.isfinite(value).all()):
-            raise ValueError(f"{name}_deviation must be finite and >= 0, got {np.min(value)}")
+    start_deviation = deviations("start_deviation", start_deviation, ())
+    slip = deviations("motion_deviation", motion_deviation, (steps,))
+    blur = deviations("look_deviation", look_deviation, (steps + 1, n))
     noise = np.stack([g.standard_normal(1 + steps + (steps + 1) * n) for g in rng.spawn(runs)])
     begin = plan[0] + start_deviation * noise[:, :1]
     moves = np.diff(plan) + slip * noise[:, 1 : steps + 1]
@@ -169,6 +177,8 @@ def measure_anchor(
     ValueError
         If a deviation is negative or not finite.
     """
+    instance("runs", runs, RailRuns)
+    number("position", position)
     return position - runs.positions[:, 1:] + _reference_noise(runs, deviation, rng)
 
 
@@ -180,6 +190,8 @@ def watch_vehicle(
     Parameters, returns and errors are those of :func:`measure_anchor`; ``position`` is that of the
     camera, and the same generator makes the same errors.
     """
+    instance("runs", runs, RailRuns)
+    number("position", position)
     return runs.positions[:, 1:] - position + _reference_noise(runs, deviation, rng)
 
 
@@ -187,7 +199,6 @@ def _reference_noise(
     runs: RailRuns, deviation: np.ndarray | float, rng: np.random.Generator
 ) -> np.ndarray:
     count, steps = len(runs.positions), runs.commands.size
-    deviation = np.broadcast_to(np.asarray(deviation, dtype=float), (steps,))
-    if not (deviation.min() >= 0 and np.isfinite(deviation).all()):
-        raise ValueError(f"deviation must be finite and >= 0, got {deviation.min()}")
+    deviation = deviations("deviation", deviation, (steps,))
+    generator(rng)
     return deviation * np.stack([g.standard_normal(steps) for g in rng.spawn(count)])

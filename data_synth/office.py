@@ -8,8 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from data_synth._checks import generator, instance, number, whole
+
 _THICKNESS = 0.12  # of the walls, m
 _CLEAR = 0.75  # what the robot needs free on each side of its way, m
+_WIDEST = 1.6  # piece of furniture, m
 _SLACK = 1e-9  # rounding decides neither the number of poses nor which way to turn round
 
 
@@ -59,7 +62,19 @@ def make_office(
         Width of the doors, m.
     furniture
         Pieces of furniture tried in each room; one that stands in the way is left out.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or a room is too narrow for its door or its furniture.
     """
+    generator(rng)
+    whole("rooms", rooms, 1, 1000)
+    whole("furniture", furniture, 0, 1000)
+    number("length", length, above=0.0)
+    number("corridor", corridor, above=0.0)
+    number("depth", depth, 1.5)
+    number("door", door, above=0.0)
     corners, kinds, pieces, visits = [(0.0, 0.0)], [], [], []
 
     def go(x: float, y: float, kind: str) -> None:
@@ -74,6 +89,11 @@ def make_office(
         inner, back = base + side * _THICKNESS, base + side * depth
         for k in order:
             left, right = bounds[k] + _THICKNESS / 2, bounds[k + 1] - _THICKNESS / 2
+            if right - left < max(door + 0.6, _WIDEST):
+                raise ValueError(
+                    f"length {length:g} m is too short for rooms {rooms} and door {door:g} m:"
+                    f" a room is {right - left:.2f} m wide"
+                )
             middle = rng.uniform(left + 0.3 + door / 2, right - 0.3 - door / 2)
             first, last = middle + side * door / 2, middle - side * door / 2
             near, far = (left, right) if side < 0 else (right, left)
@@ -113,6 +133,9 @@ def drive(office: Office, *, step: float = 0.25, turn: float = np.deg2rad(20.0))
     step, turn
         Largest distance and turn between poses, m and rad.
     """
+    instance("office", office, Office)
+    number("step", step, above=0.0)
+    number("turn", turn, above=0.0)
     poses = []
     heading = None
     for start, end in pairwise(office.waypoints):
@@ -147,7 +170,7 @@ def _furnish(
     boxes, taken = [], []
     way = np.array([[door, inner], [door, inner + np.sign(back - inner) * 1.0], goal])
     for _ in range(tries):
-        size = rng.uniform([0.5, 0.5], [1.6, 0.9])
+        size = rng.uniform([0.5, 0.5], [_WIDEST, 0.9])
         corner = rng.uniform([left, low], [right, high] - size)
         pushed = rng.integers(3)  # against the left, the right or the back wall
         corner[0] = (left, right - size[0], corner[0])[pushed]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_synth._checks import array, generator, number
+
 _START = 6.0  # of the drive, from the corner of the loop, at most, m
 
 
@@ -33,7 +35,7 @@ def make_posts(length: float, *, rng: np.random.Generator, apart: float = 3.0) -
     Parameters
     ----------
     length
-        Length of the rectangle, at least 18 m.
+        Length of the rectangle, from 18 m to 1000 km.
     rng
         Source of the places.
     apart
@@ -42,10 +44,11 @@ def make_posts(length: float, *, rng: np.random.Generator, apart: float = 3.0) -
     Raises
     ------
     ValueError
-        If the loop is too short to turn in.
+        If the loop is too short to turn in, or far too long.
     """
-    if not length >= 18.0:
-        raise ValueError(f"a loop needs 18 m, got {length}")
+    length = number("length", length, 18.0, 1e6)
+    apart = number("apart", apart, above=0.0)
+    generator(rng)
     wide, high = length / 3, length / 6
     start = min(_START, wide / 2)
     loop = np.array([[-start, 0.0], [wide - start, 0.0], [wide - start, high], [-start, high]])
@@ -82,6 +85,10 @@ def glimpse(
     rng
         Source of noise.
     """
+    landmarks, poses = array("landmarks", landmarks, (None, 2)), array("poses", poses, (None, 3))
+    number("sigma", sigma, 0.0)
+    number("reach", reach, 0.0, finite=False)
+    generator(rng)
     east = landmarks[:, 0] - poses[:, 0, None]
     north = landmarks[:, 1] - poses[:, 1, None]
     cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])

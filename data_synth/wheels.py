@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_synth._checks import generator, instance, number, reals
+
 
 @dataclass(frozen=True, slots=True)
 class Slip:
@@ -30,9 +32,7 @@ class Slip:
 
     def __post_init__(self) -> None:
         for name in ("along", "across", "bend", "turn"):
-            value = getattr(self, name)
-            if not 0.0 <= value < np.inf:
-                raise ValueError(f"{name} must be finite and not negative, got {value}")
+            number(name, getattr(self, name), 0.0)
 
 
 SMALL = Slip(along=0.01, across=0.005, bend=np.deg2rad(0.5), turn=np.deg2rad(1.0))
@@ -57,7 +57,7 @@ class Odometry:
 
 def true_increments(poses: np.ndarray) -> np.ndarray:
     """Return the steps of a path (poses, 3) in the frame of the pose before each, m and rad."""
-    poses = np.asarray(poses, dtype=float)
+    poses = reals("poses", poses)
     if poses.ndim != 2 or poses.shape[1] != 3 or len(poses) < 2:
         raise ValueError(f"poses must be (steps + 1, 3) with a step at least, got {poses.shape}")
     if not np.isfinite(poses).all():
@@ -86,6 +86,8 @@ def roll(poses: np.ndarray, slip: Slip, *, rng: np.random.Generator) -> Odometry
         If the path is not (steps + 1, 3), has no step or is not finite.
     """
     steps = true_increments(poses)
+    instance("slip", slip, Slip)
+    generator(rng)
     distance, turned = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
     deviations = np.stack(
         [

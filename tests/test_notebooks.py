@@ -5,7 +5,9 @@ from pathlib import Path
 
 import nbformat
 import pytest
+from nbformat.v4 import new_code_cell, new_notebook, new_output
 
+STRIP = ".venv/bin/nbstripout --keep-id --keep-count"
 BOOK = Path(__file__).parents[1] / "book"
 NOTEBOOKS = sorted(BOOK.glob("*.ipynb"))
 CHECKED = "# NBVAL_CHECK_OUTPUT"
@@ -14,8 +16,37 @@ LONGEST_FUNCTION = 5
 
 
 @pytest.fixture(params=NOTEBOOKS, ids=lambda path: path.stem)
-def notebook(request):
-    return nbformat.read(request.param, as_version=4)
+def path(request):
+    return request.param
+
+
+@pytest.fixture
+def notebook(path):
+    return nbformat.read(path, as_version=4)
+
+
+def too_long(notebook, name):
+    """Return a line for each cell that is too long."""
+    found = [(cell, code_lines(cell.source)) for cell in code_cells(notebook)]
+    return [
+        f"{name}, cell {cell.id} ({lines[0]}): {len(lines)} lines of code, at most {LONGEST_CELL}"
+        for cell, lines in found
+        if len(lines) > LONGEST_CELL
+    ]
+
+
+def wrong_outputs(notebook, name):
+    """Return a line for each cell whose output is there and should not be, or the other way."""
+    found = []
+    for cell in code_cells(notebook):
+        compared, where = cell.source.startswith(CHECKED), f"{name}, cell {cell.id}"
+        if bool(cell.metadata.get("keep_output")) != compared:
+            found.append(f'{where}: "{CHECKED}" and "keep_output": true go together')
+        elif cell.outputs and not compared:
+            found.append(f"{where} has outputs: clear them with `{STRIP} book/{name}`")
+        elif compared and not cell.outputs:
+            found.append(f"{where} has no output to compare: run the notebook and save it")
+    return found
 
 
 def code_cells(notebook):
@@ -30,9 +61,9 @@ def test_the_book_has_notebooks():
     assert {"walls", "monobot", "scorecard"} <= {path.stem for path in NOTEBOOKS}
 
 
-def test_cells_are_short(notebook):
-    long = [c.id for c in code_cells(notebook) if len(code_lines(c.source)) > LONGEST_CELL]
-    assert not long
+def test_cells_are_short(notebook, path):
+    long = too_long(notebook, path.name)
+    assert not long, "\n".join(long)
 
 
 def test_functions_are_short(notebook):
@@ -43,11 +74,28 @@ def test_functions_are_short(notebook):
                 assert length <= LONGEST_FUNCTION, f"{node.name} belongs in the library"
 
 
-def test_only_compared_cells_keep_their_output(notebook):
-    for cell in code_cells(notebook):
-        compared = cell.source.startswith(CHECKED)
-        assert bool(cell.metadata.get("keep_output")) == compared, cell.id
-        assert bool(cell.outputs) == compared, cell.id
+def test_only_compared_cells_keep_their_output(notebook, path):
+    wrong = wrong_outputs(notebook, path.name)
+    assert not wrong, "\n".join(wrong)
+
+
+def test_what_is_wrong_with_a_cell_is_said_in_words():
+    cells = [
+        new_code_cell(source, id=name)
+        for name, source in (
+            ("long", "a = 1\n" * 11),
+            ("kept", CHECKED),
+            ("hero-show", "show(fig)"),
+        )
+    ]
+    cells[1].metadata["keep_output"] = True
+    cells[2].outputs = [new_output("stream", text="old")]
+    made = new_notebook(cells=cells)
+    assert too_long(made, "a.ipynb") == ["a.ipynb, cell long (a = 1): 11 lines of code, at most 10"]
+    assert wrong_outputs(made, "a.ipynb") == [
+        "a.ipynb, cell kept has no output to compare: run the notebook and save it",
+        f"a.ipynb, cell hero-show has outputs: clear them with `{STRIP} book/a.ipynb`",
+    ]
 
 
 def test_cell_ids_are_unique_and_notebook_is_valid(notebook):

@@ -10,6 +10,7 @@ length) and, in front, of ``...`` for any leading axes: ``(..., "n", 2)``.
 
 import reprlib
 from collections.abc import Iterable
+from contextlib import suppress
 from numbers import Integral, Real
 from typing import Any
 
@@ -103,9 +104,10 @@ def number(name: str, value: Any, *, finite: bool = True) -> float:
 
 def positive(name: str, value: Any) -> float:
     """Return a finite number above 0."""
-    if not number(name, value, finite=False) > 0 or np.isinf(float(value)):
-        raise ValueError(f"{name} must be positive and finite, got {shown(value)}")
-    return float(value)
+    with suppress(ValueError):  # NaN is not positive either
+        if 0 < (result := number(name, value, finite=False)) < np.inf:
+            return result
+    raise ValueError(f"{name} must be positive and finite, got {shown(value)}")
 
 
 def not_negative(name: str, value: Any) -> float:

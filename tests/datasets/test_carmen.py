@@ -11,7 +11,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from robot_perception.datasets import CorruptLog, logs, read_carmen_log
+from robot_perception.datasets import (
+    CorruptLog,
+    logs,
+    read_carmen_log,
+    read_graph_log,
+    read_landmark_graph,
+)
 from tests.datasets.writing import carmen_truth, flaser, write
 
 
@@ -182,6 +188,16 @@ def test_no_scan_at_all(tmp_path):
         read_carmen_log(path)
     with pytest.raises(CorruptLog, match="no FLASER line"):
         read_carmen_log(write(tmp_path / "b.log.gz", []))
+
+
+def test_a_log_of_another_kind_is_recognised(tmp_path):
+    graph = write(tmp_path / "a.log", [b"VERTEX2 0 0 0 0", b"EDGE2 0 1 1 0 0 1 0 1 1 0 0"])
+    with pytest.raises(CorruptLog, match="it seems to be a pose graph: use read_graph_log"):
+        read_carmen_log(graph)
+    carmen = write(tmp_path / "b.log", GOOD.lines)
+    for reader in (read_graph_log, read_landmark_graph):
+        with pytest.raises(CorruptLog, match="it seems to be a CARMEN log: use read_carmen_log"):
+            reader(carmen)
 
 
 def test_not_gzip_in_spite_of_its_name(tmp_path):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.io import savemat
+from scipy.sparse import coo_array
 
 from robot_perception import datasets
 from robot_perception.datasets import (
@@ -110,6 +111,22 @@ def test_vehicle_and_fixes_are_read_back_in_seconds(tmp_path):
 def test_bad_arrays_are_named(tmp_path, arrays, message):
     with pytest.raises(CorruptLog, match=rf"a\.mat: .*{message}"):
         read_fixes(matlab(tmp_path / "a.mat", **arrays))
+
+
+@pytest.mark.parametrize(
+    ("array", "kind"),
+    [
+        (np.array("fast"), "<U4"),
+        ({"left": 1.0}, "left"),
+        (coo_array(np.eye(3)), "object"),
+        (ONES + 1j, "complex128"),
+    ],
+    ids=["text", "struct", "sparse", "complex"],
+)
+def test_arrays_that_hold_no_real_numbers_are_refused(tmp_path, array, kind):
+    path = matlab(tmp_path / "a.mat", timeGps=TIME, Lo_m=array, La_m=ONES)
+    with pytest.raises(CorruptLog, match=rf"a\.mat: .*Lo_m holds no real numbers but .*{kind}"):
+        read_fixes(path)
 
 
 def test_what_is_no_matlab_file_is_named(tmp_path):

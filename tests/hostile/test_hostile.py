@@ -57,6 +57,8 @@ def test_every_public_function_has_a_valid_call(room):
 def test_wrong_arguments_are_named(room, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # "abc" is a file that can be written
     table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
+    for variable, value in getattr(table, "ENVIRONMENT", {}).items():
+        monkeypatch.setenv(variable, value)
     swept = {thing: name for thing, name in names.items() if thing in table.CALLS}
     with unchecked():
         failures = sweep(table.CALLS, swept)

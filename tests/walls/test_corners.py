@@ -137,6 +137,22 @@ def test_turning_the_scanner_turns_the_landmarks(turn):
     np.testing.assert_allclose(turned.covs[0], R @ still.covs[0] @ R.T, rtol=0.35, atol=3e-6)
 
 
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.ones((5, 2)), "points must lie in different directions, got 5 in one"),
+        (np.outer([1.0, 2.0, 3.0], [3.0, 1.0]), "points must lie in different directions"),
+        (np.zeros((5, 2)), "points must lie on one side of the scanner"),
+        (np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1]]), "points must lie on one side"),
+        (np.array([[1.0, 0], [1, 0.1]]), "points must be at least 3, got 2"),
+        (np.array([[1.0, 0], [1, 0.1], [np.nan, 0]]), "points must be finite"),
+    ],
+)
+def test_points_that_no_pole_gives_are_refused(points, message):
+    with pytest.raises(ValueError, match=message):
+        fit_pole(points, 0.15, 0.02)
+
+
 def test_circle_fit_agrees_with_a_general_optimiser():
     rng = np.random.default_rng(2)
     bearing = np.linspace(2.2, 4.2, 12)

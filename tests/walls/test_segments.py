@@ -19,6 +19,7 @@ from robot_perception.walls import (
     project,
     to_points,
 )
+from tests.unchecked import unchecked
 
 NOISE = RangeNoise(0.02, np.deg2rad(0.1))
 
@@ -262,5 +263,13 @@ def test_bad_angles_are_an_error():
     ],
 )
 def test_settings_are_validated(make):
-    with pytest.raises(ValueError, match="must be"):
+    with pytest.raises(ValueError, match=r"must (not )?be"):
         make()
+
+
+def test_settings_of_a_wrong_type_are_named():
+    with unchecked():
+        with pytest.raises(ValueError, match="least_readings must be a whole number, got nan"):
+            Extraction(least_readings=np.nan)
+        with pytest.raises(TypeError, match=r"noise must be a RangeNoise, got 0\.02"):
+            Extraction(noise=0.02)

@@ -17,6 +17,7 @@ from robot_perception.walls import (
     simplify_path_hull,
 )
 from robot_perception.walls.simplicity import exact_side
+from tests.unchecked import unchecked
 
 
 def all_pairs(chain):
@@ -182,6 +183,12 @@ def test_repeated_points_are_no_crossing_but_folding_back_is():
     assert find_crossings(np.array([[0.0, 0], [2, 0], [0, 0]])).tolist() == [[0, 1]]
     assert is_simple(np.array([[0.0, 0], [2, 0], [2, 1], [0, 0]]))
     assert is_simple(np.zeros((4, 2)))
+
+
+@pytest.mark.parametrize("limit", [None, 0, 1.5, 10**30, "all"])
+def test_a_limit_that_is_none_is_named(limit):
+    with unchecked(), pytest.raises((TypeError, ValueError), match="at_most must be"):
+        find_crossings(np.eye(3, 2), at_most=limit)
 
 
 def test_touching_counts():

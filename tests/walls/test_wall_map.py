@@ -249,6 +249,12 @@ def test_bad_input_is_named():
         to_world(segments, np.array([0.0, np.nan, 0.0]))
     with pytest.raises(ValueError, match="pose for each scan, got 0 and 0"):
         build_map(np.empty((0, 5)), np.linspace(0, 1, 5), np.empty((0, 3)), Extraction(), Gate())
+    seen, angles = np.full((1, 50), 2.0), np.linspace(-0.2, 0.2, 50)
+    for cov, words in ((np.full((3, 3), np.nan), "finite"), (-np.eye(3), "positive semi-definite")):
+        with pytest.raises(ValueError, match=f"pose_cov must be {words}"):
+            build_map(seen, angles, np.zeros((1, 3)), Extraction(), Gate(), pose_cov=cov)
+        with pytest.raises(ValueError, match=f"pose_cov must be {words}"):
+            to_world(segments, np.zeros(3), cov)
     with pytest.raises(ValueError, match="nothing to compare"):
         score_map(WallMap.empty(), FACES)
     for bad in ({"probability": 1.0}, {"roughness": -1.0}, {"widest_gap": np.nan}):

@@ -55,6 +55,7 @@ def read_carmen_log(
     ----------
     Carnegie Mellon Robot Navigation Toolkit (CARMEN), log file format of the logger module.
     """
+    logs.check_reading(max_range, timed)
     lines = Lines(path)
     readings, tails = [], []
     angles = np.empty(0)

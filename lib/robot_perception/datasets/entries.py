@@ -14,6 +14,8 @@ from types import MappingProxyType, ModuleType
 from typing import Any, final
 from urllib.parse import quote
 
+from robot_perception.checks import instance
+
 DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
 SETS, REGISTRY = "sets.toml", "registry.txt"
 ARCHIVES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz")
@@ -87,7 +89,7 @@ class Dataset:
         UnknownDataset
             If the data set has no such file.
         """
-        plain = name.removesuffix(".gz")
+        plain = instance("name", name, str).removesuffix(".gz")
         for file in self.files:
             if file.name.removesuffix(".gz") == plain:
                 return file
@@ -158,7 +160,7 @@ def dataset(name: str) -> Dataset:
         If there is none; the message lists those there are.
     """
     known = registry()
-    if name in known:
+    if instance("name", name, str) in known:
         return known[name]
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -194,16 +196,23 @@ def add_dataset(
         If title, licence or origin is missing, the name is taken or no name for a data set, the
         folder is empty or not in the reader's own directory, or there is no registry to add to.
     """
-    folder = Path(os.path.abspath(folder))
+    folder = Path(os.path.abspath(instance("folder", folder, str, os.PathLike)))
+    if not folder.is_dir():
+        raise ValueError(f"folder must be a directory, got {folder}")
     told = {"title": title, "licence": licence, "origin": origin}
-    for word, text in told.items():
-        if not text.strip():
+    for word, text in (told | {"note": note, "url": "" if url is None else url}).items():
+        instance(word, text, str)
+        if word in told and not text.strip():
             raise ValueError(f"{folder.name} has no {word}: a recording without one is not added")
-    directory = data_directory() if to is None else to
+    directory = data_directory() if to is None else Path(instance("to", to, str, os.PathLike))
+    if directory is not None and not directory.is_dir():
+        raise ValueError(f"to must be a directory, got {directory}")
     if directory is None:
         raise ValueError(f"no registry to add to: set {DATA_VARIABLE}, or name its directory")
     if to is None and not folder.parent.samefile(directory):
-        raise ValueError(f"{folder} is not in {directory}: it would not be found")
+        raise ValueError(
+            f"{folder} is not in {directory}: it would not be found; without to it must be"
+        )
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", folder.name):
         raise ValueError(
             f"{folder.name!r} is no name for a data set: letters, digits, _ and - only"

@@ -95,6 +95,7 @@ def read_graph_log(
     ----------
     CARMEN's ROBOTLASER1 message; the TORO and g2o file formats.
     """
+    logs.check_reading(max_range, timed)
     lines = Lines(path)
     rows: dict[int, int] = {}
     vertices, owners, scans, edges = [], [], [], []

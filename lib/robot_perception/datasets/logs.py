@@ -1,6 +1,7 @@
 """What every reader of recordings shares: lines, read strictly, and laser scans."""
 
 import gzip
+import os
 import re
 import zlib
 from collections import Counter
@@ -13,6 +14,8 @@ from typing import Any, final
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.checks import flag, instance, number, reals
+
 GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes
 LARGEST_RATIO = 100  # of text to file beyond LARGEST_TEXT; known logs have 11
@@ -20,6 +23,13 @@ LONGEST_LOG = 7 * 86400.0  # s
 KEYWORD = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\Z")
 CONTROL_BYTES = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 FIELDS_OF_VIEW_DEG = {180: (-90, 89), 181: (-90, 90), 360: (-90, 89.5), 361: (-90, 90)}
+
+KINDS = {  # by the keyword that tells them: what a file is, and what reads it
+    "FLASER": ("a CARMEN log", "read_carmen_log"),
+    "VERTEX2": ("a pose graph", "read_graph_log"),
+    "VERTEX_SE2": ("a pose graph", "read_graph_log"),
+    "ODOMETRY": ("a chain of motions", "read_landmark_graph"),
+}
 
 NOT_FINITE = "a value is NaN or infinite"
 SHORT = "fewer values than announced"
@@ -106,6 +116,18 @@ class LaserLog:
     report: ReadReport
 
 
+def as_path(path: str | os.PathLike[str], name: str = "path") -> Path:
+    """Return the path of a file or folder, or raise ``TypeError``."""
+    return Path(instance(name, path, str, os.PathLike))
+
+
+def check_reading(max_range: float | None, timed: bool) -> None:
+    """Raise unless the options of a laser log's reader are as they should be."""
+    flag("timed", timed)
+    if max_range is not None and not number("max_range", max_range, finite=False) > 0:
+        raise ValueError(f"max_range must be positive, got {max_range}")
+
+
 @final
 class Lines:
     """The lines of a text recording, plain or gzip, read once and strictly, and counted.
@@ -126,7 +148,7 @@ class Lines:
     """
 
     def __init__(self, path: str | Path) -> None:
-        path = Path(path)
+        path = as_path(path)
         other = path.with_suffix("") if path.suffix == ".gz" else path.with_name(f"{path.name}.gz")
         self.path = other if other.is_file() and not path.exists() else path
         self.number = 0
@@ -173,7 +195,9 @@ class Lines:
     def need(self, what: str) -> None:
         """Raise if no line of a kind was kept."""
         if not self.kept[what]:
-            raise CorruptLog(f"{self.path}: no {what} line ({self.report()})")
+            seems = [KINDS[word] for word in self.others if word in KINDS]
+            hint = "; it seems to be {}: use {}".format(*seems[0]) if seems else ""
+            raise CorruptLog(f"{self.path}: no {what} line ({self.report()}){hint}")
 
     def report(self) -> ReadReport:
         """Close the account."""
@@ -300,11 +324,7 @@ def make_laser_log(
     CorruptLog
         If the log should be ``timed`` and the times of its scans are all the same or span more than
         a week.
-    ValueError
-        If ``max_range`` is not positive.
     """
-    if max_range is not None and not max_range > 0:
-        raise ValueError(f"max_range must be positive, got {max_range}")
     ranges, tail = np.array(readings), np.array(tails)
     times = tail[:, -1]
     if timed and len(times) > 1 and not 0 < np.ptp(times) <= LONGEST_LOG:
@@ -333,9 +353,10 @@ def beam_angles(
     181 from -90 to +90, 360 from -90 in steps of 0.5, and 361 from -90 to +90.
     """
     if field_of_view is not None:
-        if not np.isfinite(field_of_view).all():
+        ends = reals("field_of_view", field_of_view)
+        if ends.shape != (2,) or not np.isfinite(ends).all():
             raise ValueError(f"field_of_view must be two finite angles, got {field_of_view}")
-        return np.linspace(*field_of_view, beams)
+        return np.linspace(*ends, beams)
     if beams not in FIELDS_OF_VIEW_DEG:
         return None
     return np.deg2rad(np.linspace(*FIELDS_OF_VIEW_DEG[beams], beams))

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.datasets.logs import Check, CorruptLog, ReadReport, read_table
+from robot_perception.datasets.logs import Check, CorruptLog, ReadReport, as_path, read_table
 from robot_perception.datasets.tracks import Track
 
 ROBOTS = (1, 2, 3, 4, 5)
@@ -143,10 +143,10 @@ def read_mrclam(folder: str | Path) -> Mrclam:
     Leung, Halpern, Barfoot and Liu, "The UTIAS multi-robot cooperative localization and mapping
     dataset", International Journal of Robotics Research 30(8), 2011, doi:10.1177/0278364911398404.
     """
-    reports: list[ReadReport] = []
+    folder, reports = as_path(folder, "folder"), []
 
     def table(name: str, what: str, columns: int, checks: Sequence[Check]) -> np.ndarray:
-        rows, report = read_table(Path(folder) / f"{name}.dat.gz", what, columns, checks)
+        rows, report = read_table(folder / f"{name}.dat.gz", what, columns, checks)
         reports.append(report)
         return rows
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
+from robot_perception.checks import array, whole
 from robot_perception.datasets.logs import ReadReport, read_table
 
 
@@ -42,7 +43,7 @@ class Relations:
         times : (scans,)
             Time stamps of the scans in s, in any order; of equal ones the first is taken.
         decimals
-            Times are equal when they are equal rounded to so many decimals.
+            Times are equal when they are equal rounded to so many decimals, at most 15.
 
         Returns
         -------
@@ -51,7 +52,8 @@ class Relations:
         scans : (matched, 2)
             Which scans those are.
         """
-        scale = 10.0**decimals
+        times = array("times", times, ("scans",))
+        scale = 10.0 ** whole("decimals", decimals, 0, 15)
         ticks, first = np.unique(np.rint(times * scale), return_index=True)
         if not ticks.size:
             return np.empty(0, dtype=int), np.empty((0, 2), dtype=int)

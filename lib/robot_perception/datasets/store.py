@@ -14,6 +14,7 @@ from tarfile import TarError
 from typing import Literal, final
 from zipfile import BadZipFile
 
+from robot_perception.checks import flag, instance, positive
 from robot_perception.datasets.entries import (
     DATA_VARIABLE,
     DataFile,
@@ -90,9 +91,9 @@ def find(name: str, file: str | None = None) -> Path | None:
     UnknownDataset
         If neither the registry nor the user's directory knows the name.
     """
-    for part in (name, file):
-        if part is not None:
-            _check_relative(part)
+    _check_relative(instance("name", name, str))
+    if file is not None:
+        _check_relative(instance("file", file, str))
     directory = data_directory()
     own = directory / name if directory is not None and (directory / name).is_dir() else None
     if name not in registry() and own is not None:
@@ -132,6 +133,7 @@ def path(name: str, file: str | None = None, *, download: bool = False) -> Path:
     UnknownDataset
         If neither the registry nor the user's directory knows the name.
     """
+    flag("download", download)
     found = find(name, file)
     if found is None and download:
         fetch(name, file)
@@ -188,6 +190,8 @@ def fetch(
     """
     from tqdm.auto import tqdm
 
+    flag("progress", progress)
+    positive("timeout", timeout)
     known = dataset(name)
     places: list[Path] = []
     missing: list[DataFile] = []
@@ -221,6 +225,8 @@ def status(name: str, file: str | None = None) -> tuple[FileStatus, ...]:
         If the registry does not know the name.
     """
     known = dataset(name)
+    if file is not None:
+        instance("file", file, str)
     if known.members:
         (archive,), folder = known.files, find(name)
         place = folder and (_stored(folder, archive.name) or folder)

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.datasets.logs import Lines, to_numbers
+from robot_perception.checks import instance, instances, number
+from robot_perception.datasets.logs import Lines, as_path, to_numbers
 
 
 def read_columns(
@@ -45,6 +46,9 @@ def read_columns(
     FileNotFoundError
         If there is no such file.
     """
+    for name, limit in instance("limits", limits, Mapping).items():
+        number(f"limits[{name!r}]", limit, finite=False)
+    optional, integers = instances("optional", optional, str), instances("integers", integers, str)
     lines = Lines(path)
     rows = _cells(lines)
     header = [name.decode("utf-8-sig") for name in next(rows, [])]
@@ -105,7 +109,9 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
     FileNotFoundError
         If there is no such file.
     """
-    path = Path(path)
+    path = as_path(path)
+    if not number("max_range", max_range, finite=False) > 0:
+        raise ValueError(f"max_range must be positive, got {max_range}")
     if path.suffix == ".npy":
         try:
             ranges = np.asarray(np.load(path, allow_pickle=False), dtype=float)

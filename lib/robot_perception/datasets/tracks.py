@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from robot_perception.checks import check_covariance, check_finite
+from robot_perception.checks import array, check_covariance, number
 from robot_perception.datasets.logs import Check, CorruptLog, Lines, read_table
 from robot_perception.datasets.tables import read_columns
 from robot_perception.geometry import wrap_angle
@@ -57,9 +57,8 @@ class Track:
         ValueError
             If a time is not finite or the gap is not positive.
         """
-        times = np.asarray(times, dtype=float)
-        check_finite("times", times)
-        if not longest_gap > 0:
+        times = array("times", times, ("m",))
+        if not number("longest_gap", longest_gap, finite=False) > 0:
             raise ValueError(f"longest_gap must be positive, got {longest_gap}")
         last = len(self.times) - 1
         after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), last)

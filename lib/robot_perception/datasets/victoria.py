@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport
+from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport, as_path
 
 MOTION, SIGHTING = b"ODOMETRY", b"LANDMARK"
 MATLAB_SECONDS = 60.0
@@ -205,7 +205,11 @@ def read_fixes(path: str | Path) -> Fixes:
 READ_MATLAB = """
 import sys, numpy, scipy.io
 content = scipy.io.loadmat(sys.argv[1], variable_names=sys.argv[2:])
-found = {name: numpy.asarray(content[name], dtype=float).ravel() for name in sys.argv[2:]}
+found = {name: numpy.asarray(content[name]).ravel() for name in sys.argv[2:]}
+for name, array in found.items():
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name} holds no real numbers but {array.dtype}")
+    found[name] = array.astype(float)
 numpy.savez(sys.stdout.buffer, **found)
 """
 
@@ -215,7 +219,7 @@ def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
 
     Another process reads the file, since a damaged one can end the interpreter inside SciPy.
     """
-    path = Path(path)
+    path = as_path(path)
     path.open("rb").close()  # raises if there is none
     command = [sys.executable, "-c", READ_MATLAB, str(path), *names]
     try:

@@ -18,13 +18,14 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
+from robot_perception.checks import array, positive, reals, whole
+
 LIMIT = 1e150  # products of two coordinates must stay finite
 
 
 def check_tolerance(tolerance: float) -> None:
     """Raise ``ValueError`` unless the tolerance is a positive finite number."""
-    if not 0.0 < tolerance < math.inf:
-        raise ValueError(f"tolerance must be positive and finite, got {tolerance}")
+    positive("tolerance", tolerance)
 
 
 def as_chain(points: np.ndarray) -> Float[np.ndarray, "n 2"]:
@@ -35,7 +36,7 @@ def as_chain(points: np.ndarray) -> Float[np.ndarray, "n 2"]:
     ValueError
         If the shape is not ``(n, 2)`` with at least two points.
     """
-    points = np.ascontiguousarray(points, dtype=np.float64)
+    points = np.ascontiguousarray(reals("chain", points), dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
         raise ValueError(f"a chain must be (n, 2) with n >= 2, got {points.shape}")
     return points
@@ -43,8 +44,9 @@ def as_chain(points: np.ndarray) -> Float[np.ndarray, "n 2"]:
 
 def bad_point(points: np.ndarray, index: int) -> ValueError:
     """Return the error that names the first point that is not finite."""
+    place = points[index].tolist()
     return ValueError(
-        f"point {index} is {points[index].tolist()}: coordinates must be finite and below {LIMIT:g}"
+        f"chain: point {index} is {place}: coordinates must be finite and below {LIMIT:g}"
     )
 
 
@@ -66,11 +68,19 @@ def find_split(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> tuple[int, fl
         Index of the farthest vertex strictly between ``i`` and ``j`` and its distance, m;
         ``(i, 0.0)`` if every vertex lies on the line.
 
+    Raises
+    ------
+    ValueError
+        If the chain is not (n, 2) and finite, or an end is none of its vertices.
+
     References
     ----------
     Andrade-Cetto, Perception Issues in Mobile Robotics, Table 2. The table divides by the square
     of the length; a distance needs the length (erratum-table2).
     """
+    chain = array("chain", chain, ("n", 2))
+    i = whole("i", i, 0, len(chain) - 1)
+    j = whole("j", j, i, len(chain) - 1)
     chord = chain[j] - chain[i]
     length = np.hypot(*chord)
     f, height = i, 0.0

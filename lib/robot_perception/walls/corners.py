@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.checks import array, instance, not_negative, positive, whole
 from robot_perception.gating import gate
 from robot_perception.observations import Observations, unnamed
 from robot_perception.walls.segments import (
@@ -13,6 +14,8 @@ from robot_perception.walls.segments import (
     RangeNoise,
     ScanReport,
     Segments,
+    as_scan,
+    check_acute,
     extract_segments,
     find_breaks,
     to_points,
@@ -55,16 +58,12 @@ class LandmarkRules:
     step: float = 0.15
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.least_angle < np.pi / 2:
-            raise ValueError(f"least_angle must be between 0 and π/2 rad, got {self.least_angle}")
-        if not 0.0 <= self.edge < np.inf:
-            raise ValueError(f"edge must be finite and not negative, got {self.edge}")
+        instance("extraction", self.extraction, Extraction)
+        check_acute("least_angle", self.least_angle)
+        not_negative("edge", self.edge)
         for name in ("reach", "pole_radius", "step"):
-            value = getattr(self, name)
-            if not 0.0 < value < np.inf:
-                raise ValueError(f"{name} must be positive and finite, got {value}")
-        if self.least_on_pole < 3:
-            raise ValueError(f"least_on_pole must be at least 3, got {self.least_on_pole}")
+            positive(name, getattr(self, name))
+        whole("least_on_pole", self.least_on_pole, 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +119,7 @@ def find_landmarks(
         If ranges and angles differ in shape, or the angles are not finite and increasing over at
         most one turn.
     """
+    instance("rules", rules, LandmarkRules)
     segments, readings = extract_segments(ranges, angles, rules.extraction)
     corners, kinds, apart, flat = find_corners(segments, angles, rules)
     poles, not_round = find_poles(ranges, angles, rules)
@@ -161,7 +161,19 @@ def find_corners(
     corners, kinds, apart, flat
         Where the corners are, what each is, and how many neighbours do not meet, or meet under too
         flat an angle.
+
+    Raises
+    ------
+    ValueError
+        If a segment ends at a reading that has no angle.
     """
+    instance("segments", segments, Segments)
+    instance("rules", rules, LandmarkRules)
+    angles = array("angles", angles, ("n",))
+    if segments.spans.max(initial=-1) >= len(angles):
+        raise ValueError(
+            f"angles must be those of the scan, got {len(angles)} for {segments.spans.max() + 1}"
+        )
     rho, theta = segments.lines[:, 0], segments.lines[:, 1]
     turn = np.sin(theta[1:] - theta[:-1])
     flat = np.abs(turn) < np.sin(rules.least_angle)
@@ -209,7 +221,14 @@ def find_poles(
     -------
     poles, not_round
         And how many small free things are not round.
+
+    Raises
+    ------
+    ValueError
+        As :func:`find_landmarks`.
     """
+    instance("rules", rules, LandmarkRules)
+    ranges, angles = as_scan(ranges, angles)
     noise = rules.extraction.noise
     valid = np.flatnonzero((ranges > 0) & np.isfinite(ranges))
     r, a = ranges[valid], angles[valid]
@@ -257,17 +276,34 @@ def fit_pole(
     -------
     centre, covariance, or ``None`` if the readings do not lie on such a circle (their squared
     distances exceed the 99.9 % quantile of χ²).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than three readings, one is where the scanner is, or all lie in one
+        direction from it.
     """
-    middle = points.mean(axis=0)
+    points = array("points", points, ("n", 2))
+    radius, sigma = positive("radius", radius), positive("sigma", sigma)
+    if len(points) < 3:
+        raise ValueError(f"points must be at least 3, got {len(points)}")
+    away, middle = np.hypot(*points.T), points.mean(axis=0)
+    if not away.min() > 0 or not np.hypot(*middle) > 0:
+        raise ValueError("points must lie on one side of the scanner, got some at or around it")
+    across = points[:, 0] * points[0, 1] - points[:, 1] * points[0, 0]
+    if (np.abs(across) <= 1e-12 * away * away[0]).all():
+        raise ValueError(f"points must lie in different directions, got {len(points)} in one")
     centre = middle * (1 + radius / np.hypot(*middle))
     for _ in range(6):
         arms = points - centre
         lengths = np.hypot(*arms.T)
-        normals = arms / lengths[:, None]
+        normals = arms / np.maximum(lengths, np.finfo(float).tiny)[:, None]
         information = normals.T @ normals
+        if not np.linalg.det(information) > 1e-12 * len(points) ** 2:
+            return None  # no direction but one fixes the centre
         error = lengths - radius
         centre = centre + np.linalg.solve(information, normals.T @ error)
-    beams = points / np.hypot(*points.T)[:, None]
+    beams = points / away[:, None]
     seen = normals * (normals * beams).sum(axis=-1, keepdims=True)
     if (error**2).sum() > sigma**2 * gate(0.999, len(points) - 2):
         return None

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
+from robot_perception.checks import flag
 from robot_perception.walls.chains import (
     as_chain,
     bad_point,
@@ -69,7 +70,7 @@ def simplify_path_hull(
     """
     chain = as_chain(chain)
     check_tolerance(tolerance)
-    if not assume_simple:
+    if not flag("assume_simple", assume_simple):
         require_simple(chain)
     return _simplified(chain, tolerance)[0]
 

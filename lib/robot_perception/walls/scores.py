@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from robot_perception.checks import array, instance, not_negative, shown
 from robot_perception.geometry import wrap_angle
 from robot_perception.walls.wall_map import WallMap
 
@@ -74,13 +75,23 @@ def score_map(
     Raises
     ------
     ValueError
-        If the map or the plan is empty.
+        If the map or the plan is empty, the samples seen are not those of the faces, or a limit is
+        negative.
     """
+    instance("walls", walls, WallMap)
+    faces = array("faces", faces, ("faces", 2, 2))
+    not_negative("reach", reach)
+    not_negative("turn", turn)
     if len(walls) == 0 or len(faces) == 0:
         raise ValueError(f"nothing to compare: {len(walls)} walls, {len(faces)} faces")
     face_theta = _into_the_wall(faces)
     samples, owner = sample_faces(faces)
-    seen = np.ones(len(samples), dtype=bool) if seen is None else seen
+    seen = np.ones(len(samples), dtype=bool) if seen is None else np.asarray(seen)
+    if seen.dtype != bool or seen.shape != (len(samples),) or not seen.any():
+        raise ValueError(
+            f"seen must say of each of {len(samples)} samples of faces whether it counts, and"
+            f" one at least must, got {shown(seen)}"
+        )
     points, wall = sample_faces(walls.ends)
     alike = np.abs(wrap_angle(walls.lines[:, 1, None] - face_theta)) <= turn
     near = distance_to_segments(points, faces)
@@ -104,6 +115,7 @@ def sample_faces(
     faces: Float[np.ndarray, "faces 2 2"],
 ) -> tuple[Float[np.ndarray, "samples 2"], np.ndarray]:
     """Return points every 5 cm along segments, and to which segment each belongs."""
+    faces = array("faces", faces, ("faces", 2, 2))
     lengths = np.linalg.norm(faces[:, 1] - faces[:, 0], axis=-1)
     counts = np.maximum(1, np.round(lengths / _STEP).astype(int))
     owner = np.repeat(np.arange(len(faces)), counts)
@@ -116,6 +128,7 @@ def distance_to_segments(
     points: Float[np.ndarray, "points 2"], segments: Float[np.ndarray, "segments 2 2"]
 ) -> Float[np.ndarray, "points segments"]:
     """Return the distance of each point from each segment (not its line), m."""
+    points, segments = array("points", points, ("n", 2)), array("segments", segments, ("m", 2, 2))
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
     squared = np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
     arm = points[:, None] - start
@@ -127,6 +140,9 @@ def explained(
     points: Float[np.ndarray, "points 2"], walls: WallMap, distance: float
 ) -> Bool[np.ndarray, " points"]:
     """Say which readings lie within a distance of some wall of the map."""
+    points = array("points", points, ("points", 2))
+    instance("walls", walls, WallMap)
+    not_negative("distance", distance)
     result = np.zeros(len(points), dtype=bool)
     for block in np.array_split(np.arange(len(points)), max(1, len(points) // 20_000)):
         near = distance_to_segments(points[block], walls.ends) <= distance

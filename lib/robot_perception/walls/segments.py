@@ -12,12 +12,18 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception.beliefs import Gaussian
+from robot_perception.checks import (
+    array,
+    check_batches,
+    instance,
+    not_negative,
+    number,
+    positive,
+    reals,
+    shaped,
+    whole,
+)
 from robot_perception.walls.chains import simplify
-
-
-def _check_positive(name: str, value: float) -> None:
-    if not 0.0 < value < np.inf:
-        raise ValueError(f"{name} must be positive and finite, got {value}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +42,8 @@ class RangeNoise:
     bearing_sigma: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_positive("range_sigma", self.range_sigma)
-        if not 0.0 <= self.bearing_sigma < np.inf:
-            raise ValueError(
-                f"bearing_sigma must be finite and not negative, got {self.bearing_sigma}"
-            )
+        positive("range_sigma", self.range_sigma)
+        not_negative("bearing_sigma", self.bearing_sigma)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,11 @@ class Extraction:
     least_length: float = 0.4
 
     def __post_init__(self) -> None:
-        _check_positive("tolerance", self.tolerance)
-        _check_positive("least_length", self.least_length)
-        if not 0.0 < self.grazing < np.pi / 2:
-            raise ValueError(f"grazing must be between 0 and π/2 rad, got {self.grazing}")
-        if self.least_readings < 3:
-            raise ValueError(f"least_readings must be at least 3, got {self.least_readings}")
+        instance("noise", self.noise, RangeNoise)
+        positive("tolerance", self.tolerance)
+        positive("least_length", self.least_length)
+        check_acute("grazing", self.grazing)
+        whole("least_readings", self.least_readings, 3)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -142,10 +144,39 @@ class ScanReport:
         return ScanReport(**{name: getattr(self, name) + getattr(other, name) for name in names})
 
 
+def check_acute(name: str, angle: float) -> None:
+    """Raise ``ValueError`` unless an angle lies between zero and a right angle."""
+    if not 0.0 < number(name, angle) < np.pi / 2:
+        raise ValueError(f"{name} must be between 0 and π/2 rad, got {angle}")
+
+
+def as_scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return readings, which may be infinite or NaN, and the directions of their beams.
+
+    Raises
+    ------
+    ValueError
+        If ranges and angles differ in shape, or the angles are not finite and increasing over at
+        most one turn.
+    """
+    ranges, angles = reals("ranges", ranges), reals("angles", angles)
+    if ranges.ndim != 1 or ranges.shape != angles.shape:
+        raise ValueError(
+            f"ranges and angles must be one range per angle, got {ranges.shape} and {angles.shape}"
+        )
+    if not np.isfinite(angles).all() or (np.diff(angles) <= 0).any():
+        raise ValueError("angles must be finite and strictly increasing")
+    if angles.size and angles[-1] - angles[0] > 2 * np.pi:
+        raise ValueError(f"angles span {angles[-1] - angles[0]:.3f} rad, more than one turn")
+    return ranges, angles
+
+
 def to_points(
     ranges: Float[np.ndarray, "*batch n"], angles: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, "*batch n 2"]:
     """Return the Cartesian points of readings in the frame of the scanner, m."""
+    angles = array("angles", angles, ("n",))
+    ranges = array("ranges", ranges, (..., len(angles)), "angles")
     return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
 
 
@@ -180,6 +211,10 @@ def find_breaks(
     ----------
     Borges and Aldon (2004), adaptive breakpoint detector.
     """
+    instance("noise", noise, RangeNoise)
+    check_acute("grazing", grazing)
+    angles = array("angles", angles, ("n",))
+    ranges = array("ranges", ranges, (len(angles),), "angles")
     points = to_points(ranges, angles)
     jump = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     turn = np.diff(angles)
@@ -228,10 +263,14 @@ def fit_line(
     ----------
     Arras and Siegwart (1997); Deriche, Vaillant and Faugeras (1992).
     """
-    if ranges.shape[-1] < 2:
-        raise ValueError(f"a line needs at least two readings, got {ranges.shape[-1]}")
+    instance("noise", noise, RangeNoise)
+    angles = array("angles", angles, ("n",))
+    ranges = reals("ranges", ranges)
+    shaped("ranges", ranges, (..., len(angles)), "angles")
+    if len(angles) < 2:
+        raise ValueError(f"ranges and angles must be at least two readings, got {len(angles)}")
     if not np.isfinite(ranges).all():
-        raise ValueError(f"readings must be finite, {(~np.isfinite(ranges)).sum()} are not")
+        raise ValueError(f"ranges must be finite, {(~np.isfinite(ranges)).sum()} are not")
     n = ranges.shape[-1]
     cos, sin = np.cos(angles), np.sin(angles)
     x, y = ranges * cos, ranges * sin
@@ -241,7 +280,9 @@ def fit_line(
     denominator = (v**2 - u**2).sum(axis=-1, keepdims=True)
     scale = numerator**2 + denominator**2
     if not (scale > 0).all():
-        raise ValueError("readings lie in one point or have no direction: no line through them")
+        raise ValueError(
+            "ranges and angles lie in one point or have no direction: no line through them"
+        )
     theta = np.arctan2(numerator, denominator) / 2
     normal_x, normal_y = np.cos(theta), np.sin(theta)
     rho = mean_x * normal_x + mean_y * normal_y
@@ -297,13 +338,8 @@ def extract_segments(
     ----------
     Andrade-Cetto, section 2.1; Nguyen et al. (2007).
     """
-    ranges, angles = np.asarray(ranges, dtype=float), np.asarray(angles, dtype=float)
-    if ranges.ndim != 1 or ranges.shape != angles.shape:
-        raise ValueError(f"need one range per angle, got {ranges.shape} and {angles.shape}")
-    if not np.isfinite(angles).all() or (np.diff(angles) <= 0).any():
-        raise ValueError("angles must be finite and strictly increasing")
-    if angles.size and angles[-1] - angles[0] > 2 * np.pi:
-        raise ValueError(f"angles span {angles[-1] - angles[0]:.3f} rad, more than one turn")
+    ranges, angles = as_scan(ranges, angles)
+    instance("settings", settings, Extraction)
     valid = np.flatnonzero((ranges > 0) & np.isfinite(ranges))
     r, a = ranges[valid], angles[valid]
     points = to_points(r, a)
@@ -350,6 +386,9 @@ def project(
     line: Float[np.ndarray, "*batch 2"], points: Float[np.ndarray, "*batch n 2"]
 ) -> Float[np.ndarray, "*batch n 2"]:
     """Return the feet of the perpendiculars from points on a line (ρ, θ), m."""
+    line = array("line", line, (..., 2))
+    points = array("points", points, (..., "n", 2))
+    check_batches(line=line.shape[:-1], points=points.shape[:-2])
     normal = np.stack([np.cos(line[..., 1]), np.sin(line[..., 1])], axis=-1)[..., None, :]
     height = (points * normal).sum(axis=-1) - line[..., 0, None]
     return points - height[..., None] * normal

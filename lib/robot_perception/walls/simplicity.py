@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
+from robot_perception.checks import whole
 from robot_perception.walls.chains import as_chain, bad_point, first_bad_point
 
 _LEAF = 4  # edges per leaf of the tree
@@ -43,7 +44,7 @@ def find_crossings(
     chain
         Vertices in order, m.
     at_most
-        The search stops after this many pairs.
+        The search stops after this many pairs, at most ten million.
 
     Returns
     -------
@@ -52,9 +53,11 @@ def find_crossings(
     Raises
     ------
     ValueError
-        If the chain has fewer than two points or a point is not finite.
+        If the chain has fewer than two points, a point is not finite, or ``at_most`` is out of
+        range.
     """
     chain = as_chain(chain)
+    at_most = whole("at_most", at_most, 1, 10**7)
     if not _contact(chain)[0].size:
         return np.empty((0, 2), np.int64)
     pairs = _crossings(chain, _edges(chain), at_most)

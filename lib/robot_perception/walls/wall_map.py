@@ -12,6 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from robot_perception.checks import (
+    array,
+    covariance,
+    instance,
+    level,
+    not_negative,
+    reals,
+    whole,
+)
 from robot_perception.geometry import act, wrap_angle
 from robot_perception.walls.segments import (
     Extraction,
@@ -45,11 +54,9 @@ class Gate:
     widest_gap: float = 0.5
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.probability < 1.0:
-            raise ValueError(f"probability must be between 0 and 1, got {self.probability}")
+        level("probability", self.probability)
         for name in ("roughness", "roughness_angle", "widest_gap"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be finite and >= 0, got {getattr(self, name)}")
+            not_negative(name, getattr(self, name))
 
     @property
     def threshold(self) -> float:
@@ -93,7 +100,7 @@ class WallMap:
 
     def seen_in(self, scans: int) -> "WallMap":
         """Return the walls that were seen in at least so many scans."""
-        return self._take(self.scans >= scans)
+        return self._take(self.scans >= whole("scans", scans, 0))
 
     def _take(self, keep: np.ndarray) -> "WallMap":
         return WallMap(self.lines[keep], self.covs[keep], self.ends[keep], self.scans[keep])
@@ -123,9 +130,10 @@ def to_world(
     Raises
     ------
     ValueError
-        If the pose is not three finite numbers.
+        If the pose is not three finite numbers, or its covariance is none.
     """
-    pose = np.asarray(pose, dtype=float)
+    instance("segments", segments, Segments)
+    pose = reals("pose", pose)
     if pose.shape != (3,) or not np.isfinite(pose).all():
         raise ValueError(f"pose must be three finite numbers, got {pose}")
     theta = wrap_angle(segments.lines[:, 1] + pose[2])
@@ -137,6 +145,7 @@ def to_world(
     J[:, 0, 1] = lever
     covs = J @ segments.covs @ J.mT
     if pose_cov is not None:
+        pose_cov = covariance("pose_cov", pose_cov, (3, 3))
         J_pose = np.zeros((len(segments), 2, 3))
         J_pose[:, 0, 0], J_pose[:, 0, 1], J_pose[:, 0, 2] = cos, sin, lever
         J_pose[:, 1, 2] = 1.0
@@ -157,6 +166,8 @@ def seen_from(
     Far from the origin ρ and θ are strongly correlated; at a point near the wall they are not, and
     the covariance shows how far the wall may lie off there.
     """
+    lines, point = array("lines", lines, ("walls", 2)), array("point", point, (2,))
+    covs = array("covs", covs, (len(lines), 2, 2), "lines")
     cos, sin = np.cos(lines[:, 1]), np.sin(lines[:, 1])
     J = np.zeros((len(lines), 2, 2))
     J[:, 0, 0] = J[:, 1, 1] = 1.0
@@ -195,6 +206,10 @@ def search(
     ----------
     Andrade-Cetto, Fig. 1a.
     """
+    instance("walls", walls, WallMap)
+    instance("segments", segments, Segments)
+    instance("gate", gate, Gate)
+    index = whole("index", index, 0, len(segments) - 1)
     middle = segments.ends[index].mean(axis=0)
     lines, covs = seen_from(walls.lines, walls.covs, middle)
     one = slice(index, index + 1)
@@ -233,6 +248,9 @@ def merge(walls: WallMap, segments: Segments, gate: Gate) -> WallMap:
     -------
     The new map; the old one is left alone.
     """
+    instance("walls", walls, WallMap)
+    instance("segments", segments, Segments)
+    instance("gate", gate, Gate)
     lines, covs, ends, scans = walls.lines, walls.covs, walls.ends, walls.scans
     for k in range(len(segments)):
         accepted, _ = search(WallMap(lines, covs, ends, scans), segments, k, gate)
@@ -284,10 +302,19 @@ def build_map(
     Raises
     ------
     ValueError
-        If there is no scan, or the numbers of scans and poses differ.
+        If there is no scan, the numbers of scans and poses differ, one of these is not as it should
+        be, or the covariance is none.
     """
-    if len(ranges) == 0 or len(ranges) != len(poses):
-        raise ValueError(f"need a pose for each scan, got {len(ranges)} and {len(poses)}")
+    ranges, poses = reals("ranges", ranges), array("poses", poses, ("scans", 3))
+    instance("extraction", extraction, Extraction)
+    instance("gate", gate, Gate)
+    if pose_cov is not None:
+        pose_cov = covariance("pose_cov", pose_cov, (3, 3))
+    if ranges.ndim == 0 or len(ranges) == 0 or len(ranges) != len(poses):
+        count = len(ranges) if ranges.ndim else 0
+        raise ValueError(
+            f"ranges and poses must have a pose for each scan, got {count} and {len(poses)}"
+        )
     walls = WallMap.empty()
     report = ScanReport(0, 0, 0, 0, 0, 0, 0)
     for scan, pose in zip(ranges, poses, strict=True):

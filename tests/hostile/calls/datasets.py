@@ -1,0 +1,107 @@
+"""Valid calls of `datasets`: on files that are written once, below a directory that is empty."""
+
+import atexit
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.io import savemat
+
+from robot_perception import datasets
+from robot_perception.datasets import DataFile, Dataset, Relations, Track
+from tests.datasets.writing import flaser, robotlaser, vertex, write
+from tests.hostile.sweep import call
+
+FOLDER = Path(tempfile.mkdtemp())
+atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
+SCANS = [robotlaser([1, 2, 3], [0, 0, 0], [0, 0, 0], time) for time in (1, 2)]
+CARMEN = write(
+    FOLDER / "carmen.log", [flaser([1.0] * 180, [0.0] * 3, [0.0] * 3, t) for t in (1.0, 2.0)]
+)
+GRAPH = write(FOLDER / "graph.log", [vertex(0, [0] * 3), SCANS[0], vertex(1, [1] * 3), SCANS[1]])
+CHAIN = write(FOLDER / "chain.txt", [b"ODOMETRY 0 1 1 0 0 1 0 0 1 0 1"])
+RELATIONS = write(FOLDER / "pairs.txt", [b"1 2 0.1 0 0 0 0 0"])
+TABLE = write(FOLDER / "table.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0", b"2,1,0,0"])
+COLUMNS = write(FOLDER / "columns.csv", [b"time_s,x_m,wrong", b"1,0,0.5"])
+READINGS = write(FOLDER / "ranges.csv", [b"1,2", b"3,4"])
+TIMES = np.array([1.0, 2.0, 3.0])
+savemat(FOLDER / "car.mat", {"time": TIMES, "speed": TIMES, "steering": TIMES})
+savemat(FOLDER / "fix.mat", {"timeGps": TIMES, "Lo_m": TIMES, "La_m": TIMES})
+UTIAS = FOLDER / "utias"
+UTIAS.mkdir()
+for name, line in {
+    "Barcodes": b"6 14",
+    "Landmark_Groundtruth": b"6 1 2 0.1 0.1",
+    **{f"Robot{k}_Odometry": b"1 0.1 0" for k in range(1, 6)},
+    **{f"Robot{k}_Measurement": b"1 14 1 0" for k in range(1, 6)},
+    **{f"Robot{k}_Groundtruth": b"1 0 0 0" for k in range(1, 6)},
+}.items():
+    write(UTIAS / f"{name}.dat", [line])
+OWN = FOLDER / "own"
+(OWN / "mine").mkdir(parents=True)
+(OWN / "mine" / "a.txt").write_text("1\n")
+datasets.add_dataset(OWN / "mine", title="Mine", licence="free", origin="here", to=OWN)
+ENVIRONMENT = {"ROBOT_PERCEPTION_DATA": str(OWN)}
+FILE = DataFile("a.txt", "0" * 64)
+SET = Dataset("own", "a title", "free", "here", (FILE,), 3)
+
+
+def fresh() -> Path:
+    """Return a registry's directory with a folder that is not in it yet."""
+    folder = Path(tempfile.mkdtemp(dir=FOLDER)) / "drive"
+    folder.mkdir()
+    (folder / "log.txt").write_text("1 2 3\n")
+    return folder
+
+
+def adding():
+    folder = fresh()
+    told = {"title": "a title", "licence": "free", "origin": "here", "note": "none"}
+    return call(folder, **told, url="https://example.org/a", to=folder.parent)
+
+
+RESULTS = {
+    datasets.Commands,
+    datasets.DataFile,
+    datasets.Dataset,
+    datasets.FileStatus,
+    datasets.Fixes,
+    datasets.GraphLog,
+    datasets.LandmarkGraph,
+    datasets.LaserLog,
+    datasets.Mrclam,
+    datasets.MrclamRobot,
+    datasets.ReadReport,
+    datasets.Relations,
+    datasets.Sightings,
+    datasets.SurveyedLandmarks,
+    datasets.Track,
+    datasets.VehicleLog,
+}
+CALLS = {
+    Dataset.file: lambda: call(SET, "a.txt"),
+    Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
+    Track.at: lambda: call(datasets.read_track(TABLE), TIMES, longest_gap=2.0),
+    datasets.add_dataset: adding,
+    datasets.dataset: lambda: call("mine"),
+    datasets.fetch: lambda: call("mine", "a.txt", progress=False, timeout=1.0),
+    datasets.find: lambda: call("mine", "a.txt"),
+    datasets.path: lambda: call("mine", "a.txt", download=False),
+    datasets.status: lambda: call("mine", "a.txt"),
+    datasets.registry: lambda: call(),
+    datasets.read_carmen_log: lambda: call(
+        CARMEN, max_range=80.0, field_of_view=(-1.5, 1.5), timed=True
+    ),
+    datasets.read_columns: lambda: call(
+        COLUMNS, {"time_s": 1e9, "x_m": 1e9}, optional=["x_m"], integers=["time_s"]
+    ),
+    datasets.read_fixes: lambda: call(FOLDER / "fix.mat"),
+    datasets.read_graph_log: lambda: call(GRAPH, max_range=80.0, timed=True),
+    datasets.read_landmark_graph: lambda: call(CHAIN),
+    datasets.read_mrclam: lambda: call(UTIAS),
+    datasets.read_ranges: lambda: call(READINGS, max_range=8.0),
+    datasets.read_relations: lambda: call(RELATIONS),
+    datasets.read_track: lambda: call(TABLE),
+    datasets.read_vehicle: lambda: call(FOLDER / "car.mat"),
+}
