@@ -65,7 +65,9 @@ class Copies:
             os.utime(file, (2e9 + number, 2e9 + number))  # bytecode is told apart by whole seconds
             limit = 120 + 5 * self.seconds[mutant.tests]  # there may be kernels to compile
             code, seconds, output = run(tree, mutant.tests, limit)
-            imports = code in (0, 1) or not python(tree, "-c", f"import {_module(file, tree)}")[0]
+            stopped = code is not None and code > 1
+            words = "-c", f"import {_module(file, tree)}"
+            imports = not (stopped and python(tree, *words, limit=limit)[0])
         finally:
             file.write_bytes(text)
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
