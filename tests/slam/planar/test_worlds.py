@@ -53,9 +53,9 @@ def world(rng, size, polar, named):
     places[:size] = true[3::2] + 1j * true[4::2]
     here, heading = complex(*true[:2]), true[2]
     anchors = {names[j]: places[[j]].view(float) for j in (size, size + 1)}
-    poses, steps, near = [true[:3]], [], rng.permutation(size)[:8]
+    poses, steps, near, first = [true[:3]], [], rng.permutation(size)[:8], rng.integers(3)
     for k in range(STEPS):
-        speed, rate, kind = rng.uniform(0.1, 0.5), rng.choice([0.0, 2.0, -2.0]), rng.integers(3)
+        speed, rate, kind = rng.uniform(0.1, 0.5), rng.choice([0.0, 2.0, -2.0]), (first + k) % 3
         if kind == 0:
             noise = covariances(rng, 1, 3)[0]
             error = np.linalg.cholesky(noise) @ rng.standard_normal(3)
