@@ -23,7 +23,7 @@ from tests.mutants import ROOT, Mutant, read, rooms
 SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
 
-CAUGHT = ("caught", "did not import", "crashed", "hung")
+CAUGHT = ("caught", "did not import", "did not collect", "crashed", "hung")
 UNUSED = ("cacheprovider", "nbval", "anyio")  # to import nbval takes longer than most tests
 PYTEST = ["-m", "pytest", "-xq", "--tb=line", "-rfE", "--hypothesis-seed=0", "-m", "not slow"]
 PYTEST += [f"-pno:{name}" for name in UNUSED]
@@ -65,7 +65,9 @@ class Copies:
             os.utime(file, (2e9 + number, 2e9 + number))  # bytecode is told apart by whole seconds
             limit = 120 + 5 * self.seconds[mutant.tests]  # there may be kernels to compile
             code, seconds, output = run(tree, mutant.tests, limit)
-            imports = code in (0, 1) or not python(tree, "-c", f"import {_module(file, tree)}")[0]
+            stopped = code is not None and code > 1
+            words = "-c", f"import {_module(file, tree)}"
+            imports = not (stopped and python(tree, *words, limit=limit)[0])
         finally:
             file.write_bytes(text)
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
@@ -135,14 +137,15 @@ def run(tree: Path, tests: tuple[str, ...], limit: float | None) -> tuple[int | 
 
 
 def verdict(code: int | None, imports: bool) -> str:
-    """Say what became of an error: by pytest's exit code, and whether its module still imports."""
-    if code is None:
-        return "hung"
-    if code < 0:
-        return "crashed"
-    if code > 1:
-        return f"exit code {code}" if imports else "did not import"
-    return "caught" if code else "escaped"
+    """Say what became of an error: by pytest's exit code, and whether its module still imports.
+
+    Without it all tests are collected and green; so it is the error that stops the collection.
+    """
+    if code is None or code < 0:
+        return "hung" if code is None else "crashed"
+    if code > 1 and not imports:
+        return "did not import"
+    return {0: "escaped", 1: "caught", 2: "did not collect"}.get(code, f"exit code {code}")
 
 
 def table(every: list[Mutant], verdicts: dict[str, str]) -> tuple[str, float]:

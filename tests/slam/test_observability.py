@@ -126,6 +126,15 @@ def test_rank_does_not_depend_on_the_unit_of_length(unit):
         assert scaled.rank == plain.rank
 
 
+@pytest.mark.parametrize("tolerance", [{}, {"tolerance": 1e-3}])
+def test_a_singular_value_counts_above_its_share_of_the_largest(tolerance):
+    """Two columns that are an angle apart have singular values √2 cos and √2 sin of its half."""
+    for share in (0.8, 1.2):
+        angle = 2 * np.arctan(share * tolerance.get("tolerance", 1e-9))
+        columns = np.array([[1.0, np.cos(angle)], [0.0, np.sin(angle)]])
+        assert analyse(columns, **tolerance).rank == 1 + (share > 1)
+
+
 def test_two_anchors_at_one_place_are_one():
     states = a_drive(np.random.default_rng(5))
     used = sensors("two anchors", places=(A1, A1))

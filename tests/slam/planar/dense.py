@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from robot_perception.gating import gate, joint_compatibility
-from robot_perception.slam.planar import History, MapBelief, Settings, Step, Truth
+from robot_perception.slam.planar import Compass, History, MapBelief, Settings, Step, Truth
 from tests.slam.planar.drives import assert_close, wrapped
 
 IGNORED, NEW = -1, -2
@@ -56,8 +56,11 @@ class Dense:
             self.move(k, step.motion)
         nis, dof, used = 0.0, 0, []
         for fix in step.fixes:
-            H = np.pad(fix.matrix(), ((0, 0), (0, self.x.size - 3)))
-            nis += self.revise(H, fix.covariance(), fix.residual(self.x[:3]))
+            H, difference = np.eye(2, self.x.size), fix.value - self.x[:2]
+            if isinstance(fix, Compass):
+                H, difference = np.eye(1, self.x.size, 2), wrapped(fix.value - self.x[2:3])
+            noise = fix.variance * np.eye(1) if isinstance(fix, Compass) else fix.noise
+            nis += self.revise(H, noise, difference)
             dof += len(H)
         if step.observations is not None:
             used, squared, size = self.see(step.observations)

@@ -43,8 +43,9 @@ def world(rng, size, polar, named):
     Some landmarks of each scan are in the map, some anchors, some new, and one may be seen again,
     without its name. Unless all are ``named``, most others have none either.
     """
-    names = rng.permutation(200)[: size + 18].tolist()
-    reach, direction = rng.uniform(3, 12, size + 18), rng.uniform(-np.pi, np.pi, size + 18)
+    count = size + 3 + STEPS
+    names = rng.permutation(200)[:count].tolist()
+    reach, direction = rng.uniform(3, 12, count), rng.uniform(-np.pi, np.pi, count)
     places = reach * np.exp(1j * direction)
     root = 0.03 * rng.standard_normal((3 + 2 * size, 3 + 2 * size)) / np.sqrt(3 + 2 * size)
     mean = np.r_[0.3, -0.2, rng.uniform(-np.pi, np.pi), places[:size].view(float)]
@@ -52,9 +53,9 @@ def world(rng, size, polar, named):
     places[:size] = true[3::2] + 1j * true[4::2]
     here, heading = complex(*true[:2]), true[2]
     anchors = {names[j]: places[[j]].view(float) for j in (size, size + 1)}
-    poses, steps, near = [true[:3]], [], rng.permutation(size)[:8]
+    poses, steps, near, first = [true[:3]], [], rng.permutation(size)[:8], rng.integers(3)
     for k in range(STEPS):
-        speed, rate, kind = rng.uniform(0.1, 0.5), rng.choice([0.0, 2.0, -2.0]), rng.integers(3)
+        speed, rate, kind = rng.uniform(0.1, 0.5), rng.choice([0.0, 2.0, -2.0]), (first + k) % 3
         if kind == 0:
             noise = covariances(rng, 1, 3)[0]
             error = np.linalg.cholesky(noise) @ rng.standard_normal(3)
@@ -67,7 +68,7 @@ def world(rng, size, polar, named):
         else:
             motion = None
         poses.append([here.real, here.imag, heading])
-        pick = np.r_[rng.permutation(near)[:4], rng.integers(size, size + 2), size + 2 + 2 * k]
+        pick = np.r_[rng.permutation(near)[:4], rng.integers(size, size + 2), size + 2 + k]
         pick = rng.permutation(np.r_[pick, pick[-1] + 1][: rng.integers(1, 8)])
         pick = np.r_[pick, pick[:1]]
         relative = (places[pick] - here) * np.exp(-1j * heading)
