@@ -57,7 +57,7 @@ def test_search_range_is_the_central_interval_of_the_height_of_the_line():
 
         steps = 1e-6 * np.eye(2)
         J = np.array([height(*(line.mean + h)) - height(*(line.mean - h)) for h in steps]) / 2e-6
-        assert half == pytest.approx(z * np.sqrt(J @ line.cov @ J), rel=5e-4)
+        assert half == pytest.approx(z * np.sqrt(J @ line.cov @ J), rel=1e-6)
 
 
 def test_readings_of_the_search_range_lie_along_its_wall():
