@@ -60,6 +60,9 @@ def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
     together = np.column_stack([starts, moves[:, 1:], runs.look_errors.reshape(4000, -1)])
     correlations = np.corrcoef(together.T)[np.triu_indices(together.shape[1], 1)]
     assert np.abs(correlations).max() < 6 / np.sqrt(4000)
+    runs = world(4000, seed=6)
+    together = np.column_stack([runs.positions[:, 0], np.diff(runs.positions[:, :3], axis=1)])
+    assert np.abs(np.corrcoef(together.T)[np.triu_indices(3, 1)]).max() < 6 / np.sqrt(4000)
 
 
 def test_references_measure_what_they_say_with_the_same_errors():

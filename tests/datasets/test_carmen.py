@@ -89,6 +89,12 @@ def test_largest_reading_tells_what_no_return_is(tmp_path, readings, threshold, 
     assert np.isinf(log.ranges[0, returns:]).all()
 
 
+def test_one_beam_is_a_scan_and_zero_a_reading(tmp_path):
+    lines = [flaser([r], np.zeros(3), np.zeros(3), t) for r, t in ((0.0, 1.0), (2.0, 2.0))]
+    log = read_carmen_log(write(tmp_path / "a.log", lines), field_of_view=(0.0, 0.0))
+    np.testing.assert_array_equal(log.ranges, [[0.0], [2.0]])
+
+
 def test_threshold_can_be_given(tmp_path):
     line = flaser([1.0, 8.0, 8.1, 81.91], np.zeros(3), np.zeros(3), 1.0)
     path = write(tmp_path / "a.log", [line])

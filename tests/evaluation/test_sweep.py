@@ -44,8 +44,12 @@ def test_the_environment_speaks_only_where_nobody_else_has(monkeypatch):
     assert alone(range(5)) == alone_in_one(5)
     monkeypatch.setenv(WORKERS, "many")
     assert alone_in_one(5), "a caller's own choice wins"
-    with pytest.raises(ValueError, match="other than 0, got 'many'"):
-        alone(range(5))
+    for said in ("many", "0", "1.5"):
+        monkeypatch.setenv(WORKERS, said)
+        with pytest.raises(ValueError, match=f"other than 0, got '{said}'"):
+            alone(range(5))
+    monkeypatch.setenv(WORKERS, "-1")  # as many as there are
+    assert alone(range(5)) == alone_in_one(5)
 
 
 def test_nothing_to_do_is_nothing():

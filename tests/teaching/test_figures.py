@@ -367,7 +367,7 @@ def test_transparent_parts_of_a_picture_stay_transparent():
     fig, ax = figure()
     ax.imshow(image, gid=style.LOSSLESS)
     np.testing.assert_array_equal(webp(to_svg(fig))[..., 3], image[..., 3])
-    assert fig.dpi == 100
+    assert fig.dpi == 100  # as it was
 
 
 def test_axes_are_squeezed_like_those_of_matplotlib():

@@ -114,6 +114,20 @@ def test_a_generator_may_draw_on_one_figure():
     assert corner.min() > 245, "figures stand on light ground"
 
 
+def test_a_generator_may_draw_into_one_array():
+    image = np.zeros((48, 64), np.uint8)
+
+    def drawn(height):
+        image[:] = 20
+        image[height : height + 10] = 240
+        return image
+
+    shown = stored(markup(drawn(height) for height in (0, 15, 30)))
+    assert shown.n_frames == 3
+    rows = [np.asarray(f.convert("L"))[:, 0].argmax() for f in ImageSequence.Iterator(shown)]
+    assert (np.diff(rows) > 10).all()
+
+
 def test_the_script_comes_with_the_output_but_not_on_a_page(monkeypatch):
     live = markup(frames())
     assert "robotPerceptionFilms" in live

@@ -42,12 +42,12 @@ def test_random_chains_have_the_crossings_that_shapely_finds(seed):
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=2, max_size=12))
 def test_lattice_chains_are_simple_when_shapely_says_so(points):
     """Touching, overlap, folding back and closing, all exactly on a lattice."""
-    chain = np.array(points, dtype=float)
-    moved = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
-    if len(moved) < 2:
-        assert is_simple(chain)
-    else:
-        assert is_simple(chain) == shapely.LineString(moved).is_simple
+    for chain in (np.array(points, dtype=float), np.array([*points, points[0]], dtype=float)):
+        moved = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
+        if len(moved) < 2:
+            assert is_simple(chain)
+        else:
+            assert is_simple(chain) == shapely.LineString(moved).is_simple
 
 
 def hostile(rng):
@@ -189,6 +189,16 @@ def test_repeated_points_are_no_crossing_but_folding_back_is():
 def test_a_limit_that_is_none_is_named(limit):
     with unchecked(), pytest.raises((TypeError, ValueError), match="at_most must be"):
         find_crossings(np.eye(3, 2), at_most=limit)
+
+
+@pytest.mark.parametrize("start", range(6))
+def test_a_ring_may_close_straight_on_and_not_by_folding_back(start):
+    """Wherever a ring begins: its closing edge is a neighbour of the first."""
+    ring = np.array([[0.0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [0, 1]])
+    folded = np.array([[0.0, 0], [2, 0], [3, 0], [3, 1], [1, 1], [1, 0]])  # back along [0, 2]
+    for points, simple in ((ring, True), (folded, False)):
+        turned = np.roll(points, -start, axis=0)
+        assert is_simple(np.vstack([turned, turned[:1]])) == simple
 
 
 def test_touching_counts():

@@ -14,6 +14,7 @@ from robot_perception.walls import (
     Segments,
     WallMap,
     build_map,
+    distance_to_segments,
     explained,
     extract_segments,
     fit_line,
@@ -51,6 +52,21 @@ def test_world_frame_of_line_and_ends_agree():
     moved = to_world(segment, np.array([5.0, -3.0, 2.0]))
     rho, theta = moved.lines[0]
     np.testing.assert_allclose(moved.ends[0] @ [np.cos(theta), np.sin(theta)], [rho, rho])
+
+
+def test_directions_in_the_world_stay_within_half_a_turn():
+    moved = to_world(wall(2.0, 3.0, [[2, 0], [1, 1]]), np.array([5.0, -3.0, 2.0]))
+    assert moved.lines[0, 1] == pytest.approx(5.0 - 2 * np.pi)
+
+
+def test_uncertain_poses_make_an_uncertain_map():
+    scans = scan(FACES, POSES[:1], FLAT, rng=np.random.default_rng(0))
+    arguments = scans.ranges, FLAT.angles, POSES[:1], CAREFUL, Gate()
+    pose_cov = np.diag([0.1, 0.2, 0.05]) ** 2
+    segments, _ = extract_segments(scans.ranges[0], FLAT.angles, CAREFUL)
+    for cov in (None, pose_cov):
+        found, _ = build_map(*arguments, pose_cov=cov)
+        np.testing.assert_allclose(found.covs, to_world(segments, POSES[0], cov).covs, rtol=1e-6)
 
 
 def test_covariance_in_the_world_is_the_jacobian_by_finite_differences():
@@ -221,6 +237,46 @@ def test_score_of_the_plan_itself_is_perfect_and_of_its_mirror_is_not():
     np.testing.assert_allclose(score_map(shifted, FACES).offsets, 0.03)
 
 
+def test_only_what_faces_alike_and_was_seen_is_found():
+    lines = np.array([[2.0, 0.0], [2.1, np.pi]])  # a wall, and close behind it the back of one
+    ends = np.array([[[2.0, -1.0], [2.0, 1.0]], [[2.1, -1.0], [2.1, 1.0]]])
+    found = WallMap(lines, np.tile(np.eye(2), (2, 1, 1)), ends, np.ones(2, int))
+    front = np.array([[[2.1, -1.0], [2.1, 1.0]]])  # of the plan, nearer to the map's back
+    far, near = score_map(found, front, reach=0.05), score_map(found, front, reach=0.15)
+    assert (far.recall, near.recall) == (0.0, 1.0)
+    np.testing.assert_allclose(near.offsets, [-0.1])
+    np.testing.assert_allclose(near.angles, [0.0])
+    plan = np.concatenate([front, front + np.array([5.0, 0.0])])
+    samples, _ = sample_faces(plan)
+    seen = samples[:, 0] < 3.0
+    both = score_map(found, plan, seen, reach=0.15)
+    assert both.recall == 1.0
+
+
+def test_errors_of_a_map_keep_their_common_part():
+    along = FACES[:, 1] - FACES[:, 0]
+    theta = wrap_angle(np.arctan2(-along[:, 0], along[:, 1]) + 0.01)  # of which one is near π
+    rho = FACES[:, 0, 0] * np.cos(theta) + FACES[:, 0, 1] * np.sin(theta)
+    off = 0.03 * _normals(theta - 0.01)
+    turned = WallMap(
+        np.stack([rho, theta], axis=-1), np.tile(np.eye(2), (4, 1, 1)), FACES + off, np.ones(4, int)
+    )
+    for sign in (1, -1):
+        lines = wrap_angle(theta + (sign - 1) * 0.01)
+        found = WallMap(np.stack([rho, lines], axis=-1), turned.covs, turned.ends, turned.scans)
+        score = score_map(found, FACES)
+        np.testing.assert_allclose(score.angles, sign * 0.01)
+        assert (score.rms_angle, score.rms_offset) == pytest.approx((0.01, 0.03))
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"), [((0.5, 0.3), 0.3), ((-0.3, 0.4), 0.5), ((1.3, 0.4), 0.5)]
+)
+def test_distance_to_a_segment_is_to_its_ends_beyond_them(point, distance):
+    segment = np.array([[[0.0, 0.0], [1.0, 0.0]]])
+    assert distance_to_segments(np.array([point]), segment).item() == pytest.approx(distance)
+
+
 def _normals(theta):
     return np.stack([np.cos(theta), np.sin(theta)], axis=-1)[:, None]
 
@@ -229,6 +285,8 @@ def test_samples_stand_in_the_middle_of_equal_steps():
     points, owner = sample_faces(np.array([[[0.0, 0.0], [0.2, 0.0]], [[0.0, 0.0], [0.0, 0.01]]]))
     np.testing.assert_allclose(points[:4, 0], [0.025, 0.075, 0.125, 0.175])
     assert owner.tolist() == [0, 0, 0, 0, 1]
+    longer = np.array([[[0.0, 0.0], [0.24, 0.0]]])  # nearly five steps
+    assert len(sample_faces(longer)[0]) == 5
 
 
 def test_readings_near_a_wall_are_explained():

@@ -45,6 +45,8 @@ def test_forgotten_cross_covariance_is_dishonest(variants):
     low, high = average_bounds(1, RUNS, 1 - 1e-6)
     assert low < variants[0].nees[-1] < high
     assert variants[3].nees[-1] > high
+    np.testing.assert_array_equal(variants[3].errors[:, 0], variants[0].errors[:, 0])
+    np.testing.assert_allclose(variants[3].deviations[0], variants[0].deviations[0])
 
 
 def test_known_landmark_repairs(variants):

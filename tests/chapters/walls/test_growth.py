@@ -52,6 +52,19 @@ def test_a_surplus_needs_sizes_that_double():
         growth.surplus(made)
 
 
+def test_growth_is_that_of_the_worst_case():
+    sizes = np.array([50, 100, 200])
+    costs = growth.fit(walls.count_distances, sizes).costs
+    np.testing.assert_array_equal(costs, (sizes - 1) * (sizes - 2) // 2)
+
+
+@pytest.mark.parametrize("size", ["quick", "full"])
+def test_n_log_n_grows_by_one_over_the_logarithm_more_than_n(size):
+    sizes = growth.HULL_SIZES[size]
+    middle = np.log(sizes).mean()
+    assert growth.n_log_n_exponent(size) == pytest.approx(1 + 1 / middle, rel=1e-3)
+
+
 def test_farthest_vertex_of_the_example_is_a_corner_of_one_of_the_hulls():
     found = growth.hull_example()
     left, right = found.corners

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from robot_perception import walls
 from robot_perception.chapters.walls import office
@@ -36,6 +37,27 @@ def test_search_range_widens_away_from_the_readings_and_with_noise_and_shrinks_w
     assert band.half_width.argmin() in range(25, 36)
     assert (office.search_range(sigma=0.05).half_width > band.half_width).all()
     assert (office.search_range(readings=60).half_width < band.half_width).all()
+
+
+def test_search_range_is_the_central_interval_of_the_height_of_the_line():
+    """Oracle: the variance of the distance of a point from the line, by finite differences."""
+    band, rough = (office.search_range(probability=0.95, roughness=r) for r in (0.0, 0.03))
+    z = stats.norm.ppf(0.975)
+    np.testing.assert_allclose(rough.half_width**2 - band.half_width**2, (z * 0.03) ** 2)
+    angles = np.deg2rad(0.5) * (np.arange(30) - 14.5) + np.pi / 2
+    ranges = 2.0 / np.sin(angles) + 0.02 * np.random.default_rng(0).normal(size=30)
+    line = walls.fit_line(ranges, angles, walls.RangeNoise(0.02))
+    along = np.array([-np.sin(line.mean[1]), np.cos(line.mean[1])])
+    middle = walls.to_points(ranges, angles).mean(axis=0)
+    for s, half in zip(band.along, band.half_width, strict=True):
+        point = middle + s * along
+
+        def height(rho, theta, point=point):
+            return point @ [np.cos(theta), np.sin(theta)] - rho
+
+        steps = 1e-6 * np.eye(2)
+        J = np.array([height(*(line.mean + h)) - height(*(line.mean - h)) for h in steps]) / 2e-6
+        assert half == pytest.approx(z * np.sqrt(J @ line.cov @ J), rel=1e-6)
 
 
 def test_readings_of_the_search_range_lie_along_its_wall():

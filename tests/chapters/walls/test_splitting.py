@@ -10,6 +10,7 @@ from robot_perception.chapters.walls import growth, splitting
 def test_steps_of_the_recursion_are_those_of_the_library():
     chain = splitting.one_scan().points
     steps = splitting.recursion(chain, 0.08)
+    assert (steps[1].i, steps[1].j) == (0, steps[0].f)  # the left part first, as in Table 1
     kept = sorted({0, len(chain) - 1, *(s.f for s in steps if s.split)})
     assert kept == walls.simplify_recursive(chain, 0.08).tolist()
     assert sum(s.j - s.i - 1 for s in steps) == walls.count_distances(chain, 0.08)

@@ -187,7 +187,7 @@ def search_range(
     cos, sin = np.cos(line.mean[1]), np.sin(line.mean[1])
     seen = (points - middle) @ np.array([[-sin, cos], [cos, sin]])  # along and across the wall
     along = np.linspace(-3.0, 3.0, 61)
-    variance = cov[0, 0] + 2 * along * cov[0, 1] + along**2 * cov[1, 1] + roughness**2
+    variance = cov[0, 0] - 2 * along * cov[0, 1] + along**2 * cov[1, 1] + roughness**2
     return SearchRange(seen, along, ndtri((1 + probability) / 2) * np.sqrt(variance))
 
 
