@@ -53,10 +53,11 @@ def test_every_public_function_has_a_valid_call(room):
 
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_wrong_arguments_are_named(room, monkeypatch):
+def test_wrong_arguments_are_named(room, monkeypatch, tmp_path):
     table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
     for variable, value in getattr(table, "ENVIRONMENT", {}).items():
         monkeypatch.setenv(variable, value)
+    monkeypatch.chdir(tmp_path)  # for what is written to a file of a wrong name
     swept = {thing: name for thing, name in names.items() if thing in table.CALLS}
     with unchecked():
         failures = sweep(table.CALLS, swept)

@@ -18,6 +18,7 @@ from types import ModuleType
 
 import numpy as np
 
+from robot_perception.checks import entries, instance, instances, one_of, whole
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
@@ -61,6 +62,12 @@ class Finding:
     note: str = ""
 
     def __post_init__(self) -> None:
+        if self.value is not None:
+            instance("value", self.value, Interval)
+        entries("evidence", self.evidence, Interval)
+        entries("tables", self.tables, Table)
+        instances("conditions", instance("conditions", self.conditions, tuple), Condition)
+        instance("note", self.note, str)
         if self.value is None and not self.note.strip():
             raise ValueError("a finding without a value must say in its note why there is none")
 
@@ -113,10 +120,11 @@ class Claim:
 
     def find(self, size: Size | str = Size.QUICK) -> Finding:
         """Compute the claim; the same size always gives the same finding."""
-        return self.compute(Size(size), np.random.default_rng(self.seed))
+        return self.compute(Size(one_of("size", size, Size)), np.random.default_rng(self.seed))
 
     def verdict(self, finding: Finding) -> Verdict:
         """Return the verdict that follows from a finding."""
+        instance("finding", finding, Finding)
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
 
 
@@ -142,9 +150,15 @@ def claim(
         If the basis is unknown, a text that a reader needs is empty, or the function is outside
         the chapters.
     """
-    for name, text in (("id", id), ("place", place), ("statement", statement), ("method", method)):
-        if not text.strip():
+    needed = {"id": id, "place": place, "statement": statement, "method": method}
+    for name, text in (needed | {"paper": paper, "paper_value": paper_value}).items():
+        if not instance(name, text, str).strip() and name in needed:
             raise ValueError(f"claim {id!r} needs a {name}")
+
+    one_of("basis", basis, Basis)
+    if accepted is not None:
+        instance("accepted", accepted, Accepted)
+    whole("seed", seed, 0)
 
     def declare(compute: Compute) -> Claim:
         _, inside, rest = compute.__module__.partition(".chapters.")
@@ -169,6 +183,7 @@ def claim(
 
 def claims_in(module: ModuleType) -> tuple[Claim, ...]:
     """Return the claims that are declared in a module, in the order of their declarations."""
+    instance("module", module, ModuleType)
     return tuple(
         value
         for value in vars(module).values()

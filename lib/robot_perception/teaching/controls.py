@@ -2,9 +2,21 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
+
+from robot_perception.checks import (
+    array,
+    flag,
+    instance,
+    instances,
+    iterable,
+    number,
+    one_of,
+    positive,
+    whole,
+)
 
 Kind = Literal["slider", "choice", "toggle", "timeline"]
 
@@ -38,8 +50,18 @@ class Control:
 
     def __post_init__(self) -> None:
         """Refuse a control that cannot work."""
-        if not self.label.strip():
-            raise ValueError("a control needs a label")
+        one_of("kind", self.kind, get_args(Kind))
+        if not instance("label", self.label, str).strip():
+            raise ValueError("label must not be empty: a control needs a label")
+        instance("values", self.values, tuple)
+        instances("shown", instance("shown", self.shown, tuple), str)
+        if len(self.shown) != len(self.values):
+            raise ValueError(
+                f"shown must name each of {len(self.values)} values, got {len(self.shown)}"
+            )
+        whole("default", self.default, 0, max(len(self.values) - 1, 0))
+        if self.fps is not None:
+            positive("fps", self.fps)
         if len(self.values) < 2:
             raise ValueError(f"{self.label!r} needs two values or more, got {self.values}")
         if len(set(self.shown)) < len(self.shown):
@@ -63,9 +85,16 @@ class Control:
             If the control has no such value.
         """
         for index, known in enumerate(self.values):
-            if known == value or (_numeric(known, value) and np.isclose(known, value, rtol=1e-9)):
+            if (
+                known is value
+                or _equal(known, value)
+                or (_numeric(known, value) and np.isclose(known, value, rtol=1e-9))
+            ):
                 return index
-        raise ValueError(f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}")
+        raise ValueError(
+            f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}"
+            " (the default is one of the options)"
+        )
 
 
 def slider(
@@ -125,7 +154,7 @@ def timeline(
     ValueError
         As for `slider`, or if `fps` is not positive.
     """
-    if not fps > 0:
+    if not number("fps", fps) > 0:
         raise ValueError(f"fps of {label!r} must be positive, got {fps}")
     return _ordered("timeline", label, values, default, unit, form, float(fps))
 
@@ -151,7 +180,11 @@ def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any)
     ValueError
         If there are fewer than two options, two look alike, or the default is none of them.
     """
+    instance("label", label, str)
+    options = options if isinstance(options, Mapping) else tuple(iterable("options", options))
     table = options if isinstance(options, Mapping) else {str(option): option for option in options}
+    if len(table) < 2:
+        raise ValueError(f"options: {label!r} needs two values or more, got {tuple(table)}")
     if len(table) < len(options):
         raise ValueError(f"options of {label!r} look alike: {', '.join(map(str, options))}")
     return _with_default("choice", label, tuple(table.values()), tuple(table), default)
@@ -171,6 +204,7 @@ def toggle(label: str, default: bool = False) -> Control:
     -------
     Control
     """
+    flag("default", default)
     return _with_default("toggle", label, (False, True), ("off", "on"), default)
 
 
@@ -183,7 +217,15 @@ def _ordered(
     form: str,
     fps: float | None = None,
 ) -> Control:
-    listed = np.asarray(list(values)).tolist()
+    instance("label", label, str)
+    instance("unit", unit, str)
+    try:
+        format(1.0, instance("form", form, str))
+    except ValueError:
+        raise ValueError(f"form must be a format of numbers, got {form!r}") from None
+    listed = np.asarray([*iterable("values", values)])
+    array("values", listed, ("n",))
+    listed = listed.tolist()
     numbers = tuple(n if isinstance(n, int) else float(f"{n:.12g}") for n in listed)
     space = "" if unit in ("", "°", "%") else "\N{NO-BREAK SPACE}"
     shown = tuple(f"{format(n, form).replace('-', '−')}{space}{unit}" for n in numbers)
@@ -200,6 +242,12 @@ def _with_default(
 ) -> Control:
     control = Control(kind, label, values, shown, 0, fps)
     return Control(kind, label, values, shown, control.index_of(default), fps)
+
+
+def _equal(known: object, value: object) -> bool:
+    return (
+        not isinstance(known, np.ndarray) and not isinstance(value, np.ndarray) and known == value
+    )
 
 
 def _numeric(*values: object) -> bool:
