@@ -9,8 +9,9 @@ length) and, in front, of ``...`` for any leading axes: ``(..., "n", 2)``.
 """
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import is_dataclass
 from numbers import Integral, Real
 from typing import Any
 
@@ -40,6 +41,21 @@ def instances(name: str, values: Any, *kinds: type) -> tuple[Any, ...]:
     """Return the values of a sequence or iterator as a tuple, each of one of some types."""
     values = iterable(name, values)
     return tuple(instance(f"{name}[{i}]", value, *kinds) for i, value in enumerate(values))
+
+
+def dataclass_type(name: str, kind: Any) -> type:
+    """Return a type of dataclasses."""
+    if not isinstance(kind, type) or not is_dataclass(kind):
+        raise TypeError(f"{name} must be a dataclass, got {shown(kind)}")
+    return kind
+
+
+def entries(name: str, values: Any, *kinds: type) -> Mapping[str, Any]:
+    """Return a mapping from texts to values that are each of one of some types."""
+    for key, value in instance(name, values, Mapping).items():
+        instance(f"a name in {name}", key, str)
+        instance(f"{name}[{key!r}]", value, *kinds)
+    return values
 
 
 def iterable(name: str, values: Any) -> Iterable[Any]:

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from robot_perception.checks import entries, instance, instances, one_of, whole
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
@@ -67,6 +68,12 @@ class Finding:
     note: str = ""
 
     def __post_init__(self) -> None:
+        if self.value is not None:
+            instance("value", self.value, Interval)
+        entries("evidence", self.evidence, Interval)
+        entries("tables", self.tables, Table)
+        instances("conditions", instance("conditions", self.conditions, tuple), Condition)
+        instance("note", self.note, str)
         if self.value is None and not self.note.strip():
             raise ValueError("a finding without a value must say in its note why there is none")
 
@@ -119,10 +126,11 @@ class Claim:
 
     def find(self, size: Size | str = Size.QUICK) -> Finding:
         """Compute the claim; the same size always gives the same finding."""
-        return self.compute(Size(size), np.random.default_rng(self.seed))
+        return self.compute(Size(one_of("size", size, Size)), np.random.default_rng(self.seed))
 
     def verdict(self, finding: Finding) -> Verdict:
         """Return the verdict that follows from a finding."""
+        instance("finding", finding, Finding)
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
 
     def sabotage(self, text: str) -> Callable[[Compute], "Sabotage"]:
@@ -138,8 +146,8 @@ class Claim:
         ValueError
             If the text is empty.
         """
-        if not text.strip():
-            raise ValueError(f"a sabotage of claim {self.id!r} must say what it changes")
+        if not instance("text", text, str).strip():
+            raise ValueError(f"the text of a sabotage of {self.id!r} must say what it changes")
         return lambda compute: Sabotage(self, text, compute)
 
 
@@ -191,9 +199,15 @@ def claim(
         If the basis is unknown, a text that a reader needs is empty, or the function is outside
         the chapters.
     """
-    for name, text in (("id", id), ("place", place), ("statement", statement), ("method", method)):
-        if not text.strip():
+    needed = {"id": id, "place": place, "statement": statement, "method": method}
+    for name, text in (needed | {"paper": paper, "paper_value": paper_value}).items():
+        if not instance(name, text, str).strip() and name in needed:
             raise ValueError(f"claim {id!r} needs a {name}")
+
+    one_of("basis", basis, Basis)
+    if accepted is not None:
+        instance("accepted", accepted, Accepted)
+    whole("seed", seed, 0)
 
     def declare(compute: Compute) -> Claim:
         _, inside, rest = compute.__module__.partition(".chapters.")
@@ -218,11 +232,13 @@ def claim(
 
 def sabotages_in(module: ModuleType) -> tuple[Sabotage, ...]:
     """Return the sabotages that are declared in a module, in the order of their declarations."""
+    instance("module", module, ModuleType)
     return _declared_in(module, Sabotage)
 
 
 def claims_in(module: ModuleType) -> tuple[Claim, ...]:
     """Return the claims that are declared in a module, in the order of their declarations."""
+    instance("module", module, ModuleType)
     return _declared_in(module, Claim)
 
 

@@ -1,11 +1,22 @@
 """The controls of an explorer: finite lists of values with a label and a default."""
 
-import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
+
+from robot_perception.checks import (
+    array,
+    flag,
+    instance,
+    instances,
+    iterable,
+    number,
+    one_of,
+    positive,
+    whole,
+)
 
 Kind = Literal["slider", "choice", "toggle", "timeline"]
 
@@ -39,8 +50,18 @@ class Control:
 
     def __post_init__(self) -> None:
         """Refuse a control that cannot work."""
-        if not self.label.strip():
-            raise ValueError("a control needs a label")
+        one_of("kind", self.kind, get_args(Kind))
+        if not instance("label", self.label, str).strip():
+            raise ValueError("label must not be empty: a control needs a label")
+        instance("values", self.values, tuple)
+        instances("shown", instance("shown", self.shown, tuple), str)
+        if len(self.shown) != len(self.values):
+            raise ValueError(
+                f"shown must name each of {len(self.values)} values, got {len(self.shown)}"
+            )
+        whole("default", self.default, 0, max(len(self.values) - 1, 0))
+        if self.fps is not None:
+            positive("fps", self.fps)
         if len(self.values) < 2:
             raise ValueError(f"{self.label!r} needs two values or more, got {self.values}")
         if len(set(self.shown)) < len(self.shown):
@@ -63,11 +84,14 @@ class Control:
         ValueError
             If the control has no such value.
         """
-        for alike in (operator.eq, _close):  # of values that are close, the very one first
+        for alike in (_same, _close):  # of values that are close, the very one first
             for index, known in enumerate(self.values):
                 if alike(known, value):
                     return index
-        raise ValueError(f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}")
+        raise ValueError(
+            f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}"
+            " (the default is one of the options)"
+        )
 
 
 def slider(
@@ -127,7 +151,7 @@ def timeline(
     ValueError
         As for `slider`, or if `fps` is not positive.
     """
-    if not fps > 0:
+    if not number("fps", fps) > 0:
         raise ValueError(f"fps of {label!r} must be positive, got {fps}")
     return _ordered("timeline", label, values, default, unit, form, float(fps))
 
@@ -153,7 +177,11 @@ def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any)
     ValueError
         If there are fewer than two options, two look alike, or the default is none of them.
     """
+    instance("label", label, str)
+    options = options if isinstance(options, Mapping) else tuple(iterable("options", options))
     table = options if isinstance(options, Mapping) else {str(option): option for option in options}
+    if len(table) < 2:
+        raise ValueError(f"options: {label!r} needs two values or more, got {tuple(table)}")
     if len(table) < len(options):
         raise ValueError(f"options of {label!r} look alike: {', '.join(map(str, options))}")
     return _with_default("choice", label, tuple(table.values()), tuple(table), default)
@@ -173,6 +201,7 @@ def toggle(label: str, default: bool = False) -> Control:
     -------
     Control
     """
+    flag("default", default)
     return _with_default("toggle", label, (False, True), ("off", "on"), default)
 
 
@@ -185,7 +214,15 @@ def _ordered(
     form: str,
     fps: float | None = None,
 ) -> Control:
-    listed = np.asarray(list(values)).tolist()
+    instance("label", label, str)
+    instance("unit", unit, str)
+    try:
+        format(1.0, instance("form", form, str))
+    except ValueError:
+        raise ValueError(f"form must be a format of numbers, got {form!r}") from None
+    listed = np.asarray([*iterable("values", values)])
+    array("values", listed, ("n",))
+    listed = listed.tolist()
     numbers = tuple(n if isinstance(n, int) else float(f"{n:.12g}") for n in listed)
     space = "" if unit in ("", "°", "%") else "\N{NO-BREAK SPACE}"
     shown = tuple(f"{format(n, form).replace('-', '−')}{space}{unit}" for n in numbers)
@@ -204,9 +241,15 @@ def _with_default(
     return Control(kind, label, values, shown, control.index_of(default), fps)
 
 
-def _close(one: object, other: object) -> bool:
+def _same(known: object, value: object) -> bool:
+    if isinstance(known, np.ndarray) or isinstance(value, np.ndarray):
+        return known is value
+    return bool(known == value)
+
+
+def _close(known: object, value: object) -> bool:
     """Return whether two numbers differ by rounding only."""
-    return _numeric(one, other) and bool(np.isclose(one, other, rtol=1e-9))
+    return _numeric(known, value) and bool(np.isclose(known, value, rtol=1e-9))
 
 
 def _numeric(*values: object) -> bool:

@@ -20,8 +20,15 @@ import anywidget
 import traitlets
 from IPython.display import display
 
+from robot_perception.checks import entries, flag, instance, shown, whole
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
-from robot_perception.teaching.figures.output import check_alt, figcaption, front_end, on_page
+from robot_perception.teaching.figures.output import (
+    check_alt,
+    check_caption,
+    figcaption,
+    front_end,
+    on_page,
+)
 from robot_perception.teaching.states import WEBP, Frame, pack, render
 
 __all__ = ["Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
@@ -96,7 +103,9 @@ def explore(
     >>> explorer.gain
     1.0
     """
-    return Explorer(draw, alt, caption, presets or {}, controls, pixelated, lossless)
+    return Explorer(
+        draw, alt, caption, {} if presets is None else presets, controls, pixelated, lossless
+    )
 
 
 class Explorer(anywidget.AnyWidget):
@@ -126,6 +135,12 @@ class Explorer(anywidget.AnyWidget):
         lossless: bool,
     ) -> None:
         _check(draw, controls)
+        if not callable(alt):
+            check_alt(alt)
+        check_caption(caption)
+        entries("presets", presets, Mapping)
+        flag("pixelated", pixelated)
+        flag("lossless", lossless)
         super().__init__()
         self._pixelated = pixelated
         self._lossless = lossless
@@ -174,6 +189,7 @@ class Explorer(anywidget.AnyWidget):
         -------
         Frame
         """
+        whole("effort", effort, 0, 6)
         values = self._complete(parameters, "frame")
         alt = self._alt(**values) if callable(self._alt) else self._alt
         frame = render(self._draw(**values), check_alt(alt), effort=effort, lossless=self._lossless)
@@ -215,7 +231,10 @@ class Explorer(anywidget.AnyWidget):
     def _complete(self, values: Mapping[str, Any], where: str) -> dict[str, Any]:
         unknown = values.keys() - self._controls.keys()
         if unknown:
-            raise ValueError(f"{where!r} sets {', '.join(sorted(unknown))}, which is no control")
+            raise ValueError(
+                f"presets or parameters: {where!r} sets {', '.join(sorted(unknown))}, which is no"
+                " control"
+            )
         return self.defaults | {
             name: self._controls[name].values[self._controls[name].index_of(value)]
             for name, value in values.items()
@@ -349,17 +368,22 @@ def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
     list of Explorer
         Each once, in order of appearance.
     """
+    instance("namespace", namespace, Mapping)
     displayed = namespace.get("Out", {})
     values = [*namespace.values(), *(displayed.values() if isinstance(displayed, dict) else ())]
     return list({id(value): value for value in values if isinstance(value, Explorer)}.values())
 
 
 def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
-    if not controls:
-        raise ValueError("an explorer needs a control")
+    if not callable(draw):
+        raise TypeError(f"draw must be a function, got {shown(draw)}")
+    if not instance("controls", controls, Mapping):
+        raise ValueError("controls must not be empty: an explorer needs a control")
     for name, control in controls.items():
         if not isinstance(control, Control):
-            raise TypeError(f"{name} must be a slider, choice, toggle or timeline, got {control!r}")
+            raise TypeError(
+                f"controls: {name} must be a slider, choice, toggle or timeline, got {control!r}"
+            )
         if hasattr(Explorer, name):
             raise ValueError(f"{name!r} is a name that widgets use; rename the parameter")
     labels = [control.label for control in controls.values()]

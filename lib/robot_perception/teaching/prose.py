@@ -1,5 +1,6 @@
 """Numbers in prose, computed where they stand."""
 
+from robot_perception.checks import instance
 from robot_perception.teaching.media import Shown
 
 
@@ -26,6 +27,7 @@ def tell(text: str, **numbers: object) -> Shown:
     >>> tell("The gain is {gain:.2f}.", gain=0.25)
     The gain is 0.25.
     """
+    instance("text", text, str)
     unused = dict(numbers)
 
     class Numbers(dict):

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from robot_perception import datasets
+from robot_perception.checks import dataclass_type, instance, shown
 from robot_perception.teaching import storage
 from robot_perception.teaching.records import records
 
@@ -59,6 +60,13 @@ class Recording(Generic[Result]):
     compute: Callable[[Path], Result]
     result: type[Result]
     store: str
+
+    def __post_init__(self) -> None:
+        instance("dataset", self.dataset, str)
+        instance("store", self.store, str)
+        if not callable(self.compute):
+            raise TypeError(f"compute must be a function, got {shown(self.compute)}")
+        dataclass_type("result", self.result)
 
     def read(self) -> Read[Result]:
         """Compute the result where the recording is present, else return the stored one."""

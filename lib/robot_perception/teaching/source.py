@@ -11,6 +11,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
+from robot_perception.checks import flag, shown
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.media import Shown
 
@@ -33,12 +34,13 @@ def show_source(function: Callable | type, *, docstring: bool = False) -> Shown:
     TypeError
         If the object has no Python source.
     """
+    flag("docstring", docstring)
     function = inspect.unwrap(getattr(function, "py_func", function))
     try:
         lines, first = inspect.getsourcelines(function)
         module = inspect.getmodule(function).__name__
     except (OSError, TypeError, AttributeError) as error:
-        raise TypeError(f"{function!r} has no Python source to show") from error
+        raise TypeError(f"function {shown(function)} has no Python source to show") from error
     code = "".join(lines if docstring else _without_docstring(function, lines)).rstrip() + "\n"
     name = function.__qualname__
     place = f"{module.replace('.', '/')}.py, line {first}"

@@ -6,6 +6,7 @@ below its name (``robots/3/error``). A field with ``metadata={"webp": quality}``
 """
 
 import io
+import os
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,11 +17,13 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 from PIL import Image
 
+from robot_perception.checks import dataclass_type, instance
+
 Result = TypeVar("Result")
 _STAMP = (1980, 1, 1, 0, 0, 0)  # the least that zip can say: files must not differ by their hour
 
 
-def save(path: Path, result: Any) -> dict[str, str]:
+def save(path: Path | str, result: Any) -> dict[str, str]:
     """Store a dataclass and return a summary of each stored part, in words.
 
     Raises
@@ -29,9 +32,12 @@ def save(path: Path, result: Any) -> dict[str, str]:
         If the result is no dataclass, or a part cannot be stored.
     ValueError
         If a number is not finite.
+    OSError
+        If the file cannot be written.
     """
     if not is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"a result is a dataclass, got {type(result).__name__}")
+    path = Path(instance("path", path, str, os.PathLike))
     parts = dict(_flat(result, ""))
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, (value, webp) in parts.items():
@@ -42,18 +48,24 @@ def save(path: Path, result: Any) -> dict[str, str]:
     return {name: _summary(value) for name, (value, _) in parts.items()}
 
 
-def load(path: Path, kind: type[Result]) -> Result:
+def load(path: Path | str, kind: type[Result]) -> Result:
     """Return the dataclass that :func:`save` stored.
 
     Raises
     ------
     ValueError
         If a part is missing or there is one that the type does not have.
+    OSError
+        If the file cannot be read.
     """
-    with zipfile.ZipFile(path) as archive:
-        parts = {
-            name.rpartition(".")[0]: _array(archive.read(name), name) for name in archive.namelist()
-        }
+    path = Path(instance("path", path, str, os.PathLike))
+    dataclass_type("kind", kind)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            content = {name: archive.read(name) for name in archive.namelist()}
+    except zipfile.BadZipFile as error:
+        raise ValueError(f"path {path} holds no result: {error}") from error
+    parts = {name.rpartition(".")[0]: _array(data, name) for name, data in content.items()}
     result = _built(kind, parts, "")
     if parts:
         raise ValueError(f"{path.name} has parts that no field takes: {', '.join(sorted(parts))}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+from robot_perception.checks import entries, instance, instances, iterable, whole
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.media import Shown
 
@@ -43,9 +44,16 @@ class Table:
     corner: str = ""
 
     def __post_init__(self) -> None:
-        if not self.columns:
-            raise ValueError("a table needs a column")
-        rows = {name: tuple(map(_checked, cells)) for name, cells in self.rows.items()}
+        if not entries("columns", self.columns, str):
+            raise ValueError("columns must not be empty: a table needs a column")
+        instance("about", self.about, str)
+        instance("corner", self.corner, str)
+        rows = {
+            instance("a name in rows", name, str): tuple(
+                map(_checked, iterable(f"rows[{name!r}]", cells))
+            )
+            for name, cells in instance("rows", self.rows, Mapping).items()
+        }
         for name, cells in rows.items():
             if len(cells) != len(self.columns):
                 raise ValueError(
@@ -79,8 +87,16 @@ class Table:
         KeyError
             If the table has no such row or column.
         """
-        rows = list(self.rows) if rows is None else rows
-        columns = list(self.columns) if columns is None else columns
+        rows = (
+            list(self.rows)
+            if rows is None
+            else instances("rows", instance("rows", rows, list, tuple), str)
+        )
+        columns = (
+            list(self.columns)
+            if columns is None
+            else instances("columns", instance("columns", columns, list, tuple), str)
+        )
         cells = {row: [self[row, column] for column in columns] for row in rows}
         return Table(cells, {c: self.columns[c] for c in columns}, self.about, self.corner)
 
@@ -108,6 +124,9 @@ class Table:
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> "Table":
         """Return the table of :meth:`to_plain`; its intervals take their meaning from `about`."""
+        missing = {"rows", "columns", "about", "corner"} - instance("plain", plain, Mapping).keys()
+        if missing:
+            raise ValueError(f"plain is no table: it lacks {', '.join(sorted(missing))}")
         rows = {
             name: [Interval(*c, "", plain["about"]) if isinstance(c, list) else c for c in cells]
             for name, cells in plain["rows"].items()
@@ -124,10 +143,12 @@ class Table:
         bold
             What a reader should compare: names of rows or columns, or pairs (row, column).
         """
+        bold = instances("bold", bold, str, tuple)
         return Shown({"text/html": self._html(digits, bold), "text/plain": self.text(digits)})
 
     def text(self, digits: int = 2) -> str:
         """Return the table as aligned text."""
+        whole("digits", digits, 1, 17)
         lines = [[self.corner, *self.columns]]
         lines += [[name, *(_shown(c, digits) for c in cells)] for name, cells in self.rows.items()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]

@@ -5,14 +5,17 @@ import io
 import json
 from collections.abc import Iterable
 from hashlib import sha256
+from numbers import Real
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
+from robot_perception.checks import instance, iterable
 from robot_perception.teaching.figures.output import (
     check_alt,
+    check_caption,
     figcaption,
     front_end,
     image_element,
@@ -72,7 +75,8 @@ def film(
     A white triangle grows until it covers the picture.
     """
     text = check_alt(alt)
-    if not 0 < fps <= 60:
+    check_caption(caption)
+    if not 0 < instance("fps", fps, Real) <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
     images = _images(frames)
     duration = round(1000 / fps)
@@ -87,12 +91,12 @@ def film(
 
 def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
     images = []
-    for number, frame in enumerate(frames):
+    for place, frame in enumerate(iterable("frames", frames)):
         pixels = _pixels(frame) if isinstance(frame, Figure) else frame
-        images.append(check_image(pixels, channels=(3,)).copy())
+        images.append(check_image(pixels, channels=(3,), name="frames").copy())
         if pixels.shape != images[0].shape:
             sizes = f"{_size(pixels)}, the first has {_size(images[0])}"
-            raise ValueError(f"frame {number} has {sizes}: the frames must be of one size")
+            raise ValueError(f"frame {place} has {sizes}: the frames must be of one size")
     if len(images) < 2:
         raise ValueError(f"a film needs two frames or more, got {len(images)}")
     return images

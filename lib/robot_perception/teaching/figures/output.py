@@ -8,12 +8,14 @@ import os
 import re
 from functools import cache
 from importlib.resources import files
+from types import NoneType
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from robot_perception.checks import flag, instance
 from robot_perception.teaching.figures.svg import to_svg
-from robot_perception.teaching.figures.webp import to_webp
+from robot_perception.teaching.figures.webp import check_image, to_webp
 from robot_perception.teaching.media import Shown
 
 PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
@@ -46,6 +48,7 @@ def show(fig: Figure, *, alt: str, caption: str | None = None) -> Shown:
     ValueError
         If the alternative text is missing, short, or a file name.
     """
+    check_caption(caption)
     return _output(to_svg(fig, alt=check_alt(alt)), alt, caption)
 
 
@@ -82,7 +85,9 @@ def picture(
     ValueError
         If the array is no 8-bit image or the alternative text does not serve.
     """
-    data = to_webp(array, lossless=lossless)
+    check_caption(caption)
+    flag("pixelated", pixelated)
+    data = to_webp(check_image(array), lossless=flag("lossless", lossless))
     element = image_element(data, "image/webp", array.shape[1::-1], check_alt(alt))
     return _output(element, alt, caption, pixelated)
 
@@ -135,6 +140,11 @@ def check_alt(alt: str) -> str:
             f"alt must say what the figure shows in {_SHORTEST_ALT} characters or more, got {alt!r}"
         )
     return text
+
+
+def check_caption(caption: str | None) -> None:
+    """Raise ``TypeError`` unless a caption is a text or left out."""
+    instance("caption", caption, str, NoneType)
 
 
 def figcaption(caption: str | None) -> str:

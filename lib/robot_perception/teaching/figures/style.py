@@ -13,11 +13,14 @@ import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
+from robot_perception.checks import array as checked_array
+from robot_perception.checks import flag, instance, number, positive, whole
 from robot_perception.teaching.figures.webp import check_image
 
 INK = "#1c1e21"
@@ -176,6 +179,8 @@ def image_axes(
     >>> [float(limit) for limit in (*ax.get_xlim(), *ax.get_ylim())]
     [-0.5, 319.5, 239.5, -0.5]
     """
+    flag("pixelated", pixelated)
+    flag("lossless", lossless)
     rows, cols = check_image(array, channels=(3,)).shape[:2]
     scale = min(7 / cols, 5.25 / rows)
     with mpl.rc_context(STYLE):
@@ -214,12 +219,18 @@ def figure(
     axes
         Squeezed as by `matplotlib.pyplot.subplots`.
     """
+    whole("rows", rows, 1, 100)
+    whole("cols", cols, 1, 100)
+    width, height = positive("width", width), positive("height", height)
     left, right, bottom, top = 0.78, 0.16, 0.56, 0.32
     gap_x, gap_y = 0.98, 0.82
     panel_width = (width - left - right - gap_x * (cols - 1)) / cols
     panel_height = (height - bottom - top - gap_y * (rows - 1)) / rows
     if panel_width <= 0 or panel_height <= 0:
-        raise ValueError(f"{rows} × {cols} panels do not fit into {width} × {height} inches")
+        raise ValueError(
+            f"rows × cols: {rows} × {cols} panels do not fit into width × height,"
+            f" {width} × {height} inches"
+        )
     grid = {
         "left": left / width,
         "right": 1 - right / width,
@@ -255,6 +266,10 @@ def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **kwargs: 
     -------
     matplotlib.text.Text
     """
+    instance("ax", ax, Axes)
+    x, y = number("x", x), number("y", y)
+    instance("text", text, str)
+    _check_colour(colour)
     options: dict[str, Any] = {"fontsize": 10, "fontweight": "bold", "va": "center"} | kwargs
     return ax.text(x, y, text, color=colour, gid="rp-label", **options)
 
@@ -279,8 +294,18 @@ def band(
     -------
     matplotlib.artist.Artist
     """
+    instance("ax", ax, Axes)
+    x = checked_array("x", x, ("n",))
+    low = checked_array("low", low, x.shape, "x", finite=False)
+    high = checked_array("high", high, x.shape, "x", finite=False)
+    _check_colour(colour)
     options: dict[str, Any] = {"alpha": 0.18, "linewidth": 0} | kwargs
     return ax.fill_between(x, low, high, color=colour, **options)
+
+
+def _check_colour(colour: str) -> None:
+    if not is_color_like(instance("colour", colour, str)):
+        raise ValueError(f"colour must be a colour, got {colour!r}")
 
 
 def ellipses(

@@ -17,6 +17,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import NoneType
 
 import matplotlib as mpl
 import numpy as np
@@ -31,6 +32,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Affine2D, Transform
 
+from robot_perception.checks import instance, whole
 from robot_perception.teaching.figures import style
 from robot_perception.teaching.figures.webp import to_webp
 
@@ -90,6 +92,10 @@ def to_svg(
     str
         One `<svg>` element without a prologue.
     """
+    instance("fig", fig, Figure)
+    instance("alt", alt, str, NoneType)
+    instance("prefix", prefix, str, NoneType)
+    whole("effort", effort, 0, 6)
     raw = _save(fig, effort)
     if len(_EMBEDDED.sub("", raw)) > HEAVY:
         with _rasterised(_heavy(fig)):

@@ -9,7 +9,9 @@ import numpy as np
 from PIL import Image
 
 
-def check_image(array: np.ndarray, *, channels: tuple[int, ...] = (3, 4)) -> np.ndarray:
+def check_image(
+    array: np.ndarray, *, channels: tuple[int, ...] = (3, 4), name: str = "array"
+) -> np.ndarray:
     """Return the array, or refuse one that is no 8-bit image.
 
     Parameters
@@ -18,6 +20,8 @@ def check_image(array: np.ndarray, *, channels: tuple[int, ...] = (3, 4)) -> np.
         The image to judge.
     channels
         Numbers of channels that an image in colour may have.
+    name
+        What the caller calls it.
 
     Returns
     -------
@@ -34,7 +38,7 @@ def check_image(array: np.ndarray, *, channels: tuple[int, ...] = (3, 4)) -> np.
     if getattr(array, "dtype", None) != np.uint8 or not (grey or coloured) or 0 in shape:
         kind = getattr(array, "dtype", type(array).__name__)
         expected = f"(height, width[, {' or '.join(map(str, channels))}])"
-        raise ValueError(f"an image must be uint8 of shape {expected}, got {kind} {shape}")
+        raise ValueError(f"{name}: an image must be uint8 of shape {expected}, got {kind} {shape}")
     return array
 
 
