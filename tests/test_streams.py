@@ -52,6 +52,16 @@ def test_time_adds_up(seed, delay):
 
 
 @given(SEEDS)
+def test_a_delay_may_round_the_ends_of_the_log_away(seed):
+    """Begin and end plus the delay, less the delay, may fall outside the log by a rounding."""
+    rng = np.random.default_rng(seed)
+    times, delay = np.sort(rng.uniform(0, 10, 5)), rng.uniform(-1e3, 1e3)
+    merged = merge(times, rng.standard_normal((5, 2)), times[1:] + delay, delay=delay)
+    assert (merged.early, merged.late, merged.skipped) == (0, 0, 0)
+    np.testing.assert_allclose(merged.held.durations.sum(), np.ptp(times), rtol=0, atol=1e-9)
+
+
+@given(SEEDS)
 def test_held_commands_are_those_of_the_middle_of_each_piece(seed):
     times, commands, _ = streams(seed)
     cuts = np.random.default_rng(seed).uniform(times[0], times[-1], 6)

@@ -188,6 +188,7 @@ def test_closed_forms_are_the_limit_of_the_recursion(n, P0, V, W):
     # the covariance of any two landmarks: the error that all of them share
     common = ones @ run.covs[0, -1, 1:, 1:] @ ones / n
     assert common == pytest.approx(form.landmark_variance, rel=1e-9)
+    assert run.covs[0, -1, 0, 0] == pytest.approx(form.vehicle_variance, rel=1e-9)
     if n > 1:
         assert run.covs[0, -1, 1, 2] == pytest.approx(form.landmark_variance, abs=W / 300)
     common_gain = ones @ run.gains[0, :, 1:] @ ones

@@ -446,3 +446,32 @@ def test_bad_input_is_named(call, words):
     states = a_drive(np.random.default_rng(13))
     with unchecked(), pytest.raises(ValueError, match=words):
         call(states)
+
+
+class Lever:
+    """East of a point that sits a metre ahead of the robot's centre."""
+
+    def formula(self, x):
+        return sympy.Matrix([x[0] + sympy.cos(x[2])])
+
+
+def test_turning_on_the_spot_shows_the_heading_of_a_lever():
+    for turn_rate, rank in ((0, 1), (1, 2)):
+        matrix = symbolic.lie_matrix([Lever()], 0, speed=0, turn_rate=turn_rate)
+        assert symbolic.read(matrix, [Lever()]).rank == rank
+
+
+@pytest.mark.parametrize("n", [0, 1, 3])
+def test_motions_of_the_world_in_symbols_are_those_in_numbers(n):
+    at, about = np.arange(3.0 + 2 * n) ** 2 - 5, np.array([2.0, -3.0])
+    x = symbolic.state(n)
+    values = dict(zip(x, at.tolist(), strict=True))
+    ours = [
+        symbolic.gauge_direction(x, shift, turn, about=[*map(sympy.Rational, about.tolist())]).subs(
+            values
+        )
+        for shift, turn in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))
+    ]
+    wanted = gauge_directions(at, about).values()
+    for found, direction in zip(ours, wanted, strict=True):
+        np.testing.assert_allclose(np.array(found, dtype=float)[:, 0], direction, atol=1e-12)
