@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from robot_perception.datasets import registry
+from robot_perception.datasets.entries import some
 from tests.datasets.conftest import sha, write_registry
 
 NEEDED = {
@@ -91,6 +92,13 @@ def test_a_changed_registry_is_read_again(mine):
     assert len(registry()["mine"].files) == 1
     write_registry(mine, {"mine": ABOUT}, [LINE, LINE.replace("/a", "/bcd")])
     assert len(registry()["mine"].files) == 2
+    write_registry(mine, {"mine": ABOUT}, [LINE, LINE.replace("/a", "/xyz")])  # of the same size
+    assert registry()["mine"].files[1].name.startswith("xyz")
+
+
+def test_many_names_are_shortened():
+    assert some([*"abc"], 3) == "a, b, c"
+    assert some([*"abcd"], 3) == "a, b, c, … (4 files)"
 
 
 ALONE = """

@@ -25,6 +25,19 @@ def test_either_form_is_found_under_either_name(mine, asked, stored):
     assert find("hall", asked) == own
 
 
+def test_of_both_forms_the_one_that_was_asked_for_is_found(mine):
+    both = {name: put(mine / "hall", name) for name in ("graph.log", "graph.log.gz")}
+    assert find("hall", "graph.log.gz") == both["graph.log.gz"]
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(1, "0.1 kB"), (2_340, "2.3 kB"), (99_900, "99.9 kB"), (100_000, "0.1 MB")],
+)
+def test_sizes_are_shown_in_the_unit_that_suits(size, text):
+    assert store.size_text(size) == text
+
+
 def test_folder_is_found_when_it_is_complete(room, mine):
     assert find("hall") is None
     put(mine / "hall", "graph.log")

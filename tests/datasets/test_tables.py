@@ -89,6 +89,7 @@ def test_void_readings_are_kept(tmp_path):
         ("1,2\n1\n", "line 2: fewer values"),
         ("1,2\n1,2,3\n", "line 2: more values"),
         ("r1,r2\n1,2\n", "line 1: a value is not a number"),
+        ("80,80\n", "own.csv: no reading is below 80 m; are they in metres?"),
         ("300,4000\n", "own.csv: no reading is below 80 m; are they in metres?"),
         ("# nothing\n", "no scan line"),
     ],

@@ -122,6 +122,11 @@ def test_explorer_says_what_was_computed():
         world = gauge.move_world(**parameters)
         (words,) = [t.get_text() for t in ax.texts if t.get_text().startswith("largest")]
         assert f"{world.metres:.2f} m" in words
+        turned = np.degrees(parameters["amount"] * gauge.TURN_STEP)
+        if parameters["direction"].startswith("turn"):
+            assert f"by {turned:g}°." in alt
+        else:
+            assert f"by {parameters['amount']:g} m." in alt
         assert words.removeprefix("largest residual ") in alt
         assert ("heading" in words) == (world.radians > 0)
     assert len(list(explorer.grid())) <= 120

@@ -157,6 +157,9 @@ def test_a_robots_own_truth_does_not_enter_its_sensors():
     for name in ("scale", "drag", "density", "sigma", "persistence", "bias"):
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
     assert before.scale[0] == pytest.approx((every[1].scale[0] + every[3].scale[0]) / 2)
+    variances = [every[n].sigma ** 2 for n in (1, 3)]
+    np.testing.assert_allclose(before.sigma**2, np.mean(variances, axis=0))
+    np.testing.assert_array_equal(before.bias, 0.0)
 
 
 def known_sensors(persistence):

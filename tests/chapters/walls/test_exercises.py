@@ -18,3 +18,5 @@ def test_exercises_know_right_from_wrong(key, right, wrong):
     assert EXERCISES[key].judge(right)[0] == "right"
     assert EXERCISES[key].judge(wrong)[0] == "wrong"
     assert EXERCISES[key].judge(...)[0] == "not yet"
+    if EXERCISES[key].mistakes:  # with the hint for this very mistake
+        assert EXERCISES[key].judge(wrong)[1].startswith("Not quite: ")
