@@ -91,9 +91,15 @@ def test_common_errors_are_forgiven_together_and_not_one_by_one():
 
 ONE = np.array([[0, 0]])
 TWO = np.array([[0, 0], [1, 1]])
+REST = (np.zeros((1, 1)), np.eye(1), np.ones(1))
 BAD = [
     (lambda: gate(1.0, 2), "between 0 and 1, got 1.0"),
     (lambda: gate(0.9, 0), "at least 1, got 0"),
+    (lambda: gate(0.9, np.nan), "dimension must be a whole number, got nan"),
+    (lambda: joint_compatibility(ONE * np.nan, *REST), "pairs must be integers, got array"),
+    (lambda: joint_compatibility(ONE + 0.5, *REST), "pairs must be integers, got array"),
+    (lambda: joint_compatibility(ONE - 1, *REST), "pairs must be at least 0, got -1"),
+    (lambda: nearest_neighbours(np.ones((1, 1)), np.nan), "limit must be a number, got nan"),
     (lambda: nearest_neighbours(np.zeros(3), 1.0), r"must be \(m, n\), got \(3,\)"),
     (lambda: nearest_neighbours(np.array([[np.nan]]), 1.0), "not be negative, got nan"),
     (lambda: nearest_neighbours(np.array([[-1.0]]), 1.0), "not be negative, got -1.0"),

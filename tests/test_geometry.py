@@ -29,6 +29,14 @@ def test_an_angle_in_range_stays_as_it_is(angle):
     assert wrap_angle(angle) == angle
 
 
+@pytest.mark.parametrize("turns", [1, -3, 1000])
+def test_both_sides_of_an_odd_multiple_of_pi(turns):
+    for angle in (np.nextafter(turns * np.pi, towards) for towards in (-np.inf, np.inf)):
+        assert -np.pi <= wrap_angle(angle) < np.pi
+    with pytest.raises(ValueError, match="angle must be finite"):
+        wrap_angle(np.array([0.0, turns * np.inf]))
+
+
 def matrix(pose):
     """Return homogeneous matrices, from complex numbers."""
     turn = np.exp(1j * pose[..., 2])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robot_perception.geometry import between
 from robot_perception.slam.planar import Odometry, compound, dead_reckoning
-from robot_perception.streams import hold, merge
+from robot_perception.streams import Held, hold, merge
 from tests.unchecked import unchecked
 
 SEEDS = st.integers(0, 2**31)
@@ -123,6 +123,13 @@ BAD = [
     (lambda: hold(T[:0], C[:0], T), "known nowhere"),
     (lambda: hold(T, C[:1], T), r"commands must be \(2, d\) for times .*, got \(1, 2\)"),
     (lambda: hold(T, C + np.inf, T), "commands must be finite"),
+    (
+        lambda: Held(np.ones((2, 2)), np.array([1.0, 0.0]), np.array([0, 0])),
+        "durations must be pos",
+    ),
+    (lambda: Held(np.ones((2, 2)), np.ones(2), np.array([0, 2])), "intervals must count up from 0"),
+    (lambda: Held(np.ones((2, 2)), np.ones(2), np.array([1, 1])), "intervals must count up from 0"),
+    (lambda: Held(np.ones((2, 2)), np.ones(2), np.array([0, -1])), "intervals must count up from"),
     (lambda: hold(T[::-1], C, T), "times must not fall, got 1.0 before 0.0"),
     (lambda: merge(T[None], C, T), r"times must be \(n,\), got \(1, 2\)"),
     (lambda: merge(T[:0], C[:0], T), "times must hold a command"),

@@ -164,6 +164,11 @@ def array(
     return result
 
 
+def vector(name: str, value: Any, size: int) -> np.ndarray:
+    """Return so many finite numbers as a new array."""
+    return array(name, value, (size,)).copy()
+
+
 def reals(name: str, value: Any) -> np.ndarray:
     """Return real numbers as an array, whatever its shape; infinite ones and NaN may be there."""
     found = _array(name, value)

@@ -521,7 +521,7 @@ def watched(values, variance, **changes):
         (lambda: watched(np.zeros((2, 3)), 0.0, look_variance=0.0), "singular"),
         (lambda: sensor_matrix(-2), "at least 1 landmark, got -2"),
         (lambda: motion(0.0, -1.0, 1), "motion_variance must not be negative, got -1"),
-        (lambda: motion(np.nan, 1.0, 1), "shift must be finite"),
+        (lambda: motion(np.nan, 1.0, 1), "command must be finite"),
         (lambda: run(looks=np.zeros((2, 4, 0))), "at least 1 landmark, got 0"),
         (lambda: run(looks=np.zeros((0, 4, 3))), "at least 1 run"),
         (lambda: run(looks=np.zeros((2, 1, 3)), commands=np.zeros(0)), "2 looks"),
@@ -553,7 +553,7 @@ def watched(values, variance, **changes):
         ),
         (
             lambda: settled(1, start_variance=1, motion_variance=0, look_variance=1),
-            "motion > 0, look > 0, got 1, 0, 1",
+            "motion_variance must be positive and finite, got 0",
         ),
         (
             lambda: settled(0, start_variance=1, motion_variance=1, look_variance=1),

@@ -15,11 +15,14 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
+from robot_perception import checks
 from robot_perception.beliefs import Gaussian
-from robot_perception.checks import check_finite
 from robot_perception.kalman import Motion, Sensor, predict, update
 
 VarianceLike = float | np.ndarray
+SINGULAR = (
+    "innovation covariance is singular: look_variance is 0, or nothing beside motion_variance"
+)
 
 
 def sensor_matrix(landmarks: int) -> Float[np.ndarray, "n states"]:
@@ -72,9 +75,10 @@ def motion(command: float, motion_variance: float, landmarks: int) -> Motion:
     ----------
     Andrade-Cetto, eq. (19).
     """
-    _check_variances("motion_variance", np.asarray(motion_variance))
+    variance = checks.not_negative("motion_variance", motion_variance)
     eye = np.eye(_counted(landmarks) + 1)
-    return Motion(eye, motion_variance * np.outer(eye[0], eye[0]), command * eye[0])
+    shift = checks.number("command", command) * eye[0]
+    return Motion(eye, variance * np.outer(eye[0], eye[0]), shift)
 
 
 def first_look(
@@ -109,12 +113,12 @@ def first_look(
     ValueError
         If there is no landmark, a shape is wrong, or a variance is negative.
     """
-    if start.mean.shape[-1] != 1:
-        raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
-    z, W = np.asarray(look, dtype=float), np.asarray(look_variance, dtype=float)
-    n = _counted(z.shape[-1] if z.ndim else 0)
-    check_finite("look", z)
-    _check_variances("look_variance", W)
+    _check_start(start)
+    z, W = checks.array("look", look, (..., "n")), _variances("look_variance", look_variance)
+    n = _counted(z.shape[-1], "look")
+    if W.shape[-1:] not in {(), (1,), (n,)}:
+        raise ValueError(f"look_variance must be (…, {n}) for look {z.shape}, got {W.shape}")
+    checks.check_batches(start=start.mean.shape[:-1], look=z.shape[:-1], look_variance=W.shape[:-1])
     mean = start.mean + np.insert(z, 0, 0.0, axis=-1)
     W = np.broadcast_to(W, (*W.shape[:-1], n))
     own = np.insert(W, 0, 0.0, axis=-1)[..., None] * np.eye(n + 1)
@@ -154,14 +158,11 @@ class Reference:
     position: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.sign not in (-1, 1):
+        if checks.whole("sign", self.sign) not in (-1, 1):
             raise ValueError(f"sign must be -1 (anchor) or 1 (external sensor), got {self.sign}")
-        values = np.asarray(self.values, dtype=float)
-        if values.ndim != 2:
-            raise ValueError(f"values must be (runs, steps), got {values.shape}")
-        check_finite("values", values)
-        check_finite("position", np.asarray(self.position, dtype=float))
-        _check_variances("variance", np.asarray(self.variance, dtype=float))
+        values = checks.array("values", self.values, ("runs", "steps"))
+        checks.number("position", self.position)
+        _variances("variance", self.variance)
         object.__setattr__(self, "values", values)
 
     def matrix(self, landmarks: int) -> Float[np.ndarray, "rows states"]:
@@ -258,7 +259,7 @@ def run_filter(
     P0 = np.ascontiguousarray(np.broadcast_to(start.cov[:, 0, 0], (batch,)))
     covs, innovation_covs, gains, regular = _covariance_kernel(P0, V, W)
     if not regular:
-        raise ValueError("innovation covariance is singular: look_variance is 0")
+        raise ValueError(SINGULAR)
     origin = np.ascontiguousarray(np.broadcast_to(start.mean[:, 0], (runs,)))
     means, innovations = _mean_kernel(origin, commands, looks, gains)
     return MonobotRun(means, covs, innovations, innovation_covs, gains)
@@ -318,6 +319,7 @@ def run_referenced(
     """
     start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
     runs, steps = looks.shape[0], commands.size
+    checks.instance("reference", reference, Reference)
     if reference.values.shape != (runs, steps):
         shape = reference.values.shape
         raise ValueError(f"reference must have values ({runs}, {steps}), got {shape}")
@@ -347,7 +349,10 @@ def _stepwise(
         slip = V[:, k, None, None] * np.outer(vehicle, vehicle)
         moved = predict(belief, Motion(np.eye(n + 1), slip, command * vehicle))  # eq. (19)
         sensor = Sensor(matrix, noise[:, k, :, None] * np.eye(len(matrix)))
-        belief, info = update(moved, looks[:, k + 1], sensor)
+        try:
+            belief, info = update(moved, looks[:, k + 1], sensor)
+        except ValueError as error:
+            raise ValueError(SINGULAR) from error
         beliefs.append(belief)
         infos.append(info)
     return MonobotRun(
@@ -411,9 +416,9 @@ def settled(
     ValueError
         If there is no landmark or a variance is out of range.
     """
-    n, P0, V, W = _counted(landmarks), start_variance, motion_variance, look_variance
-    if not (V > 0 and W > 0 and P0 >= 0 and np.isfinite([P0, V, W]).all()):
-        raise ValueError(f"need finite start >= 0, motion > 0, look > 0, got {P0}, {V}, {W}")
+    n, P0 = _counted(landmarks), checks.not_negative("start_variance", start_variance)
+    V = checks.positive("motion_variance", motion_variance)
+    W = checks.positive("look_variance", look_variance)
     a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
     landmark = P0 + W / n * a / (a + W)
     return Settled(
@@ -443,10 +448,16 @@ def relative_system(
     -------
     motion : Motion
     sensor : Sensor
+
+    Raises
+    ------
+    ValueError
+        If there is no landmark or a variance is negative.
     """
-    n = _counted(landmarks)
+    n, V = _counted(landmarks), checks.not_negative("motion_variance", motion_variance)
+    W = checks.not_negative("look_variance", look_variance)
     eye, ones = np.eye(n), np.ones((n, n))
-    return Motion(eye, motion_variance * ones), Sensor(eye, look_variance * eye)
+    return Motion(eye, V * ones), Sensor(eye, W * eye)
 
 
 def one_landmark_term(
@@ -472,47 +483,64 @@ def one_landmark_term(
     -------
     (…, 2, 2)
 
+    Raises
+    ------
+    ValueError
+        If a deviation is negative, the correlation beyond ±1, or :math:`s` is 0.
+
     References
     ----------
     Andrade-Cetto, eq. (17).
     """
-    product = vehicle_deviation * landmark_deviation
-    s = vehicle_deviation**2 - 2 * correlation * product + landmark_deviation**2 + look_deviation**2
+    own = _variances("vehicle_deviation", vehicle_deviation)
+    other = _variances("landmark_deviation", landmark_deviation)
+    look = _variances("look_deviation", look_deviation)
+    correlation = checks.array("correlation", correlation)
+    if np.abs(correlation).max(initial=0.0) > 1:
+        raise ValueError(f"correlation must be from -1 to 1, got {checks.shown(correlation)}")
+    checks.check_batches(
+        vehicle_deviation=own.shape,
+        landmark_deviation=other.shape,
+        correlation=correlation.shape,
+        look_deviation=look.shape,
+    )
+    s = own**2 - 2 * correlation * (own * other) + other**2 + look**2
+    if not (s > 0).all():
+        raise ValueError("vehicle_deviation, landmark_deviation and look_deviation leave no noise")
     return np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.asarray(s)[..., None, None]  # eq. (17)
 
 
-def _counted(landmarks: int) -> int:
+def _counted(landmarks: int, name: str = "landmarks") -> int:
     """Return the number of landmarks, or raise ``ValueError`` if there is none."""
-    if landmarks < 1:
-        raise ValueError(f"a monobot needs at least 1 landmark, got {landmarks}")
+    if checks.whole(name, landmarks) < 1:
+        raise ValueError(f"{name}: a monobot needs at least 1 landmark, got {landmarks}")
     return landmarks
 
 
-def _check_variances(name: str, value: np.ndarray) -> None:
-    check_finite(name, value)
+def _check_start(start: Gaussian) -> None:
+    if checks.instance("start", start, Gaussian).mean.shape[-1] != 1:
+        raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
+
+
+def _variances(name: str, value: VarianceLike) -> np.ndarray:
+    """Return an array of finite numbers of at least 0, or raise ``ValueError``."""
+    value = checks.array(name, value)
     if value.size and value.min() < 0:
         raise ValueError(f"{name} must not be negative, got {value.min():.3g}")
+    return value
 
 
 def _checked(
     start: Gaussian, commands: np.ndarray, looks: np.ndarray, V: VarianceLike, W: VarianceLike
 ) -> tuple[Gaussian, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the arguments of a run with a leading axis of runs (or of 1) on each."""
-    commands, looks = np.asarray(commands, dtype=float), np.asarray(looks, dtype=float)
-    if looks.ndim != 3:
-        raise ValueError(f"looks must be (runs, steps + 1, n), got {looks.shape}")
-    runs, n = looks.shape[0], _counted(looks.shape[2])
+    looks = checks.array("looks", looks, ("runs", "steps + 1", "n"))
+    runs, n = looks.shape[0], _counted(looks.shape[2], "looks")
     steps = looks.shape[1] - 1
     if steps < 1 or runs < 1:
         raise ValueError(f"need at least 1 run and 2 looks, got looks {looks.shape}")
-    if commands.shape != (steps,):
-        raise ValueError(
-            f"commands must be ({steps},) for looks {looks.shape}, got {commands.shape}"
-        )
-    check_finite("commands", commands)
-    check_finite("looks", looks)
-    if start.mean.shape[-1] != 1:
-        raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
+    commands = checks.array("commands", commands, (steps,), f"looks {looks.shape}")
+    _check_start(start)
     if start.mean.shape not in {(1,), (1, 1), (runs, 1)}:
         raise ValueError(f"start must be one belief or {runs}, got mean {start.mean.shape}")
     mean = start.mean.reshape(-1, 1)
@@ -524,8 +552,7 @@ def _checked(
 
 def _per_run(name: str, value: VarianceLike, shape: tuple[int, ...], runs: int) -> np.ndarray:
     """Return variances as ``(1, *shape)`` if shared by all runs, else as ``(runs, *shape)``."""
-    value = np.asarray(value, dtype=float)
-    _check_variances(name, value)
+    value = _variances(name, value)
     own = value.ndim > len(shape)
     try:
         return np.ascontiguousarray(np.broadcast_to(value, (runs if own else 1, *shape)))

@@ -193,13 +193,13 @@ def test_a_word_is_short_for_the_defaults():
 
 @pytest.mark.parametrize("word", ["nearest", None, 0, [], True, Association])
 def test_unknown_words_are_told_what_is_allowed(word):
-    message = "association must be one of known, gated, joint, got "
+    message = "association must be one of 'known', 'gated', 'joint', got "
     with unchecked(), pytest.raises(ValueError, match=message):
         Settings(CART, association=word)
 
 
 def test_known_names_have_one_gate():
-    with pytest.raises(ValueError, match=r"no outer gate, got 0\.9"):
+    with pytest.raises(ValueError, match=r"no outer gate, got outer 0\.9"):
         Association("known", outer=0.9)
     with pytest.raises(ValueError, match=r"between 0 and 1, got 0\.0"):
         Association("known", 0.0)

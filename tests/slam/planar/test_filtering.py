@@ -298,6 +298,9 @@ BAD = [
     (lambda: add_landmarks(add_landmarks(EXACT, ONE, CART), ONE, CART), r"in the map: \[8\]"),
     (lambda: add_landmarks(EXACT, Observations(np.array([-1]), np.ones((1, 2))), CART), "got -1"),
     (lambda: predict(EXACT, Odometry(np.ones(3), Q), np.array([0, np.inf, 0])), "at must be fin"),
+    (lambda: predict(EXACT, Odometry(np.ones(3), Q), 1.0), r"at must be \(states,\), got \(\)"),
+    (lambda: predict(EXACT, (0.1, 0, 0)), r"motion must be an Odometry .* got \(0.1, 0, 0\)"),
+    (lambda: correct(EXACT, Compass), "fix must be a PositionFix or a Compass, got <class"),
     (lambda: correct(EXACT, PositionFix(np.zeros(2), 0 * R)), "is singular"),
     (lambda: predict(lost_symmetry(), Odometry(np.ones(3), Q)), "1 pairs of entries are not"),
     (lambda: update(lost_symmetry(), ONE, CART, {8: np.ones(2)}), "finite and symmetric"),
@@ -307,7 +310,7 @@ BAD = [
 
 @pytest.mark.parametrize(("make", "message"), BAD, ids=range(len(BAD)))
 def test_bad_input_is_named(make, message):
-    with unchecked(), pytest.raises(ValueError, match=message):
+    with unchecked(), pytest.raises((TypeError, ValueError), match=message):
         make()
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import check_covariance, check_finite
+from robot_perception import checks
 from robot_perception.geometry import act
+from robot_perception.slam.observability.sensors import checked_state
 
 SHIFT_X, SHIFT_Y, TURN = "shift in x", "shift in y", "turn"
 
@@ -21,7 +22,7 @@ def translate(
     shift : (2,)
         :math:`s`, m.
     """
-    return _moved(state, np.append(_pair("shift", shift), 0.0))
+    return _moved(state, np.append(checks.vector("shift", shift, 2), 0.0))
 
 
 def rotate(
@@ -43,8 +44,8 @@ def rotate(
     about : (2,)
         :math:`c`, m.
     """
-    about, pose = _pair("about", about), np.array([0.0, 0.0, angle])
-    check_finite("angle", pose)
+    about = checks.vector("about", about, 2)
+    pose = np.array([0.0, 0.0, checks.number("angle", angle)])
     pose[:2] = about - act(pose, about[None])[0]
     return _moved(state, pose)
 
@@ -68,7 +69,7 @@ def gauge_directions(
     dict
         ``"shift in x"``, ``"shift in y"`` (per metre) and ``"turn"`` (per radian).
     """
-    points = _points(np.asarray(state, dtype=float)) - _pair("about", about)
+    points = _points(checked_state(state)) - checks.vector("about", about, 2)
     return {
         SHIFT_X: _state(0.0, np.broadcast_to([1.0, 0.0], points.shape)),
         SHIFT_Y: _state(0.0, np.broadcast_to([0.0, 1.0], points.shape)),
@@ -99,34 +100,21 @@ def information_along(
     ValueError
         If the shapes disagree, an entry is not finite, or the covariance is none or singular.
     """
-    direction, cov = np.asarray(direction, dtype=float), np.asarray(cov, dtype=float)
-    if direction.ndim != 1 or cov.shape != (direction.size, direction.size):
-        raise ValueError(f"need (n,) and (n, n), got {direction.shape} and {cov.shape}")
-    check_finite("direction", direction)
-    check_covariance("cov", cov)
+    direction = checks.array("direction", direction, ("n",))
+    size = (direction.size, direction.size)
+    cov = checks.covariance("cov", cov, size, f"direction {direction.shape}")
     diagonal = np.diagonal(cov)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))  # metres and radians side by side
     try:
         factor = np.linalg.cholesky(cov * scale * scale[:, None])
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(cov)[0]
-        raise ValueError(f"covariance is singular, smallest eigenvalue is {lowest:.3g}") from None
+        raise ValueError(f"cov is singular, smallest eigenvalue is {lowest:.3g}") from None
     return float((np.linalg.solve(factor, scale * direction) ** 2).sum())
-
-
-def _pair(name: str, value: np.ndarray) -> np.ndarray:
-    value = np.asarray(value, dtype=float)
-    if value.shape != (2,):
-        raise ValueError(f"{name} must be (2,), got {value.shape}")
-    check_finite(name, value)
-    return value
 
 
 def _points(state: np.ndarray) -> np.ndarray:
     """Return the position of the robot and below it the landmarks."""
-    if state.ndim != 1 or state.size < 3 or state.size % 2 == 0:
-        raise ValueError(f"state must be (3 + 2n,), got {state.shape}")
-    check_finite("state", state)
     return np.delete(state, 2).reshape(-1, 2)
 
 
@@ -135,5 +123,5 @@ def _state(heading: float, points: np.ndarray) -> np.ndarray:
 
 
 def _moved(state: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    state = np.asarray(state, dtype=float)
+    state = checked_state(state)
     return _state(state[2] + pose[2], act(pose, _points(state)))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import check_finite
+from robot_perception import checks
 from robot_perception.geometry import rotation
 from robot_perception.slam.observability.sensors import Sensor, see
 
@@ -40,7 +40,7 @@ class Analysis:
         ValueError
             If the direction is zero or of another shape.
         """
-        direction = np.asarray(direction, dtype=float)
+        direction = checks.array("direction", direction)
         if direction.shape != self.unseen.shape[:1] or not direction.any():
             raise ValueError(
                 f"direction must be {self.unseen.shape[:1]} and not zero, got {direction}"
@@ -65,12 +65,12 @@ def analyse(matrix: Float[np.ndarray, "rows states"], *, tolerance: float = 1e-9
     Raises
     ------
     ValueError
-        If the matrix is empty or not finite.
+        If the matrix is empty or not finite, or the tolerance no share.
     """
-    matrix = np.asarray(matrix, dtype=float)
-    if matrix.ndim != 2 or not matrix.size:
+    matrix = checks.array("matrix", matrix, ("rows", "states"))
+    if not matrix.size:
         raise ValueError(f"matrix must be (rows, states) and not empty, got {matrix.shape}")
-    check_finite("matrix", matrix)
+    checks.share("tolerance", tolerance)
     lengths = np.linalg.norm(matrix, axis=0)
     scale = 1 / np.where(lengths > 0, lengths, 1.0)
     _, values, rows = np.linalg.svd(matrix * scale)
@@ -115,11 +115,8 @@ def fixed_point_matrix(
     Andrade-Cetto, text to eqs (25) and (27).
     """
     _, H = see(sensors, state)
-    increment = np.asarray(increment, dtype=float)
-    steps = H.shape[1] if steps is None else steps
-    if increment.shape != (3,) or steps < 1:
-        raise ValueError(f"need an increment (3,) and a step, got {increment.shape}, {steps}")
-    check_finite("increment", increment)
+    increment = checks.vector("increment", increment, 3)
+    steps = H.shape[1] if steps is None else checks.whole("steps", steps, 1)
     F = _transition(H.shape[1], rotation(state[2]) @ increment[:2])
     return np.vstack([H @ np.linalg.matrix_power(F, k) for k in range(steps)])
 
@@ -151,11 +148,12 @@ def trajectory_matrix(
     Huang, Mourikis and Roumeliotis, "Observability-based rules for designing consistent EKF SLAM
     estimators", 2010.
     """
-    states = np.asarray(states, dtype=float)
-    if states.ndim != 2 or not len(states):
+    states = checks.array("states", states)
+    rows, size = states.shape if states.ndim == 2 else (0, 0)
+    if rows == 0 or size < 3 or size % 2 == 0:
         raise ValueError(f"states must be (steps, 3 + 2n) and not empty, got {states.shape}")
     if (states[:, 3:] != states[0, 3:]).any():
-        raise ValueError("landmarks must stay where they are in all states")
+        raise ValueError("the landmarks must stay where they are in all states")
     blocks = []
     for state in states:
         _, H = see(sensors, state)

@@ -7,8 +7,13 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import check_finite
-from robot_perception.slam.planar.sensors import CartesianSensor, LandmarkSensor, RangeBearing
+from robot_perception import checks
+from robot_perception.slam.planar.sensors import (
+    CartesianSensor,
+    LandmarkSensor,
+    RangeBearing,
+    checked_sensor,
+)
 
 Seen = tuple[np.ndarray, np.ndarray]
 
@@ -37,6 +42,9 @@ class Landmarks:
 
     sensor: LandmarkSensor = CARTESIAN
 
+    def __post_init__(self) -> None:
+        checked_sensor(self.sensor)
+
     def see(self, state: np.ndarray) -> Seen:
         """Return the measurement (2n,) and its Jacobian (2n, 3 + 2n)."""
         z, by_pose, by_point = self.sensor.look(state[:3], state[3:].reshape(-1, 2))
@@ -63,10 +71,20 @@ class Anchor:
     y: Any
     sensor: LandmarkSensor = CARTESIAN
 
+    def __post_init__(self) -> None:
+        for name, value in (("x", self.x), ("y", self.y)):
+            if not hasattr(value, "free_symbols"):
+                checks.number(f"{name} of an anchor", value)
+        checked_sensor(self.sensor)
+
     def see(self, state: np.ndarray) -> Seen:
         """Return the measurement (2,) and its Jacobian (2, 3 + 2n), eqs (24) and (25)."""
-        place = np.array([[self.x, self.y]], dtype=float)
-        check_finite("anchor", place)
+        try:
+            place = np.array([[float(self.x), float(self.y)]])
+        except TypeError:
+            raise TypeError(
+                f"sensors see an anchor at a place in numbers, got {self.x}, {self.y}"
+            ) from None
         z, by_pose, _ = self.sensor.look(state[:3], place)
         return z[0], np.hstack([by_pose[0], np.zeros((2, state.size - 3))])
 
@@ -107,11 +125,17 @@ def see(
         If there is no sensor, the state is of another shape or not finite, or an anchor is not
         finite.
     """
-    state = np.asarray(state, dtype=float)
+    state = checked_state(state)
+    sensors = checks.instances("sensors", sensors, Sensor)
     if not sensors:
-        raise ValueError("there is no sensor")
-    if state.ndim != 1 or state.size < 3 or state.size % 2 == 0:
-        raise ValueError(f"state must be (3 + 2n,), got {state.shape}")
-    check_finite("state", state)
+        raise ValueError("sensors are empty: there is no sensor")
     values, jacobians = zip(*(sensor.see(state) for sensor in sensors), strict=True)
     return np.concatenate(values), np.vstack(jacobians)
+
+
+def checked_state(state: np.ndarray) -> np.ndarray:
+    """Return a state (3 + 2n,) of finite numbers, or raise ``ValueError``."""
+    state = checks.array("state", state)
+    if state.ndim != 1 or state.size < 3 or state.size % 2 == 0:
+        raise ValueError(f"state must be (3 + 2n,), got {state.shape}")
+    return state

@@ -9,11 +9,13 @@ Distances enter as half their squares, which are as good to know and keep everyt
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from numbers import Real
+from typing import Any, Protocol, runtime_checkable
 
 import sympy
 from sympy.polys.matrices import DomainMatrix
 
+from robot_perception import checks
 from robot_perception.slam.observability.gauge import SHIFT_X, SHIFT_Y
 from robot_perception.slam.observability.sensors import Anchor, Heading, Landmarks, Position, Sensor
 from robot_perception.slam.planar.sensors import RangeBearing
@@ -68,7 +70,8 @@ Pose = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 
 def pose(step: int = 0) -> Pose:
-    """Return the symbols of a pose (x, y, heading) at a step."""
+    """Return the symbols of a pose (x, y, heading) at a step, counted from 0."""
+    checks.whole("step", step, 0)
     x, y, heading = sympy.symbols(f"t_{step}x t_{step}y varphi_{step}", real=True)
     return x, y, heading
 
@@ -79,13 +82,13 @@ def state(landmarks: int, at: Pose | None = None) -> sympy.MatrixBase:
     Raises
     ------
     ValueError
-        If the number of landmarks is negative.
+        If the number of landmarks is negative or the pose has no three entries.
     """
-    if landmarks < 0:
-        raise ValueError(f"the number of landmarks must not be negative, got {landmarks}")
+    checks.whole("landmarks", landmarks, 0)
+    at = pose() if at is None else _expressions("at", at, 3)
     names = " ".join(f"p_{i}x p_{i}y" for i in range(1, landmarks + 1))
     points = sympy.symbols(names, real=True) if landmarks else ()
-    return sympy.Matrix([*(at or pose()), *points])
+    return sympy.Matrix([*at, *points])
 
 
 def measurement(sensors: Sequence[Sensor | Formula], x: sympy.MatrixBase) -> sympy.MatrixBase:
@@ -102,8 +105,10 @@ def measurement(sensors: Sequence[Sensor | Formula], x: sympy.MatrixBase) -> sym
     ----------
     Andrade-Cetto, eqs (24) and (26).
     """
+    sensors = tuple(checks.iterable("sensors", sensors))
     if not sensors:
-        raise ValueError("there is no sensor")
+        raise ValueError("sensors are empty: there is no sensor")
+    _column("x", x)
     return sympy.Matrix.vstack(*(_measured(sensor, x) for sensor in sensors))
 
 
@@ -120,7 +125,7 @@ def _measured(sensor: Sensor | Formula, x: sympy.MatrixBase) -> sympy.MatrixBase
         case Formula():
             return sensor.formula(x)
         case _:
-            raise ValueError(f"no formula for {sensor!r}")
+            raise ValueError(f"sensors: no formula for {sensor!r}")
     offsets = [point - x[:2, :] for point in points]
     if isinstance(sensor.sensor, RangeBearing):
         seen = [[d.dot(d) / 2, sympy.atan2(d[1], d[0]) - x[2]] for d in offsets]
@@ -153,7 +158,7 @@ def fixed_point_matrix(
     """
     x = state(landmarks)
     H = measurement(sensors, x).jacobian(x)
-    moved = J * _rotation(x[2]) * sympy.Matrix(displacement)
+    moved = J * _rotation(x[2]) * sympy.Matrix(_expressions("displacement", displacement, 2))
     growth = sympy.zeros(len(x))
     growth[:2, 2] = moved
     return sympy.Matrix.vstack(H, H * growth)
@@ -207,8 +212,9 @@ def trajectory_matrix(
         If there is no pose.
     """
     poses = [pose(step) for step in range(3)] if poses is None else poses
+    poses = [_expressions("poses", at, 3) for at in checks.iterable("poses", poses)]
     if not poses:
-        raise ValueError("there is no pose")
+        raise ValueError("poses are empty: there is no pose")
     blocks = []
     for at in poses:
         x = state(landmarks, at)
@@ -245,8 +251,9 @@ def lie_matrix(
     """
     x = state(landmarks)
     field = sympy.zeros(len(x), 1)
+    (speed,) = _expressions("speed", [speed], 1)
     field[0], field[1] = speed * sympy.cos(x[2]), speed * sympy.sin(x[2])
-    field[2] = turn_rate
+    (field[2],) = _expressions("turn_rate", [turn_rate], 1)
     values = measurement(sensors, x)
     gradients = values.jacobian(x)
     while True:
@@ -272,7 +279,11 @@ def read(
     at
         The pose to which the matrix refers, the first of a trajectory.
     """
+    checks.instance("matrix", matrix, sympy.MatrixBase)
+    if matrix.shape[1] < 3 or matrix.shape[1] % 2 == 0:
+        raise ValueError(f"matrix must be (rows, 3 + 2n), got {matrix.shape}")
     x = state((matrix.shape[1] - 3) // 2, at)
+    sensors = checks.instances("sensors", sensors, Sensor, Formula)
     anchor = next((s for s in sensors if isinstance(s, Anchor)), None)
     about, centre = ("anchor", (anchor.x, anchor.y)) if anchor else ("robot", x[:2])
     motions = {
@@ -296,9 +307,32 @@ def gauge_direction(
     .. math:: \delta t = s + \alpha J (t - c), \quad \delta\varphi = \alpha, \quad
         \delta p_i = s + \alpha J (p_i - c)
     """
-    centre, shift = sympy.Matrix(about), sympy.Matrix(shift)
+    _column("x", x)
+    (turn,) = _expressions("turn", [turn], 1)
+    centre = sympy.Matrix(_expressions("about", about, 2))
+    shift = sympy.Matrix(_expressions("shift", shift, 2))
     points = [shift + turn * J * (x[i : i + 2, :] - centre) for i in (0, *range(3, len(x), 2))]
     return sympy.Matrix([*points[0], turn, *(entry for p in points[1:] for entry in p)])
+
+
+def _expressions(name: str, values: Any, size: int) -> tuple[sympy.Expr, ...]:
+    """Return so many numbers or symbols, or raise an error that names them."""
+    values = tuple(checks.iterable(name, values))
+    for value in values:
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        if not number and not isinstance(value, sympy.Expr):
+            raise TypeError(f"{name} must be numbers or symbols, got {checks.shown(value)}")
+        if number:
+            checks.number(name, value)
+    if len(values) != size:
+        raise ValueError(f"{name} must have {size} entries, got {len(values)}")
+    return tuple(map(sympy.sympify, values))
+
+
+def _column(name: str, x: sympy.MatrixBase) -> None:
+    shape = checks.instance(name, x, sympy.MatrixBase).shape
+    if shape[1] != 1 or shape[0] < 3 or shape[0] % 2 == 0:
+        raise ValueError(f"{name} must be (3 + 2n, 1), got {shape}")
 
 
 def _rotation(angle: sympy.Expr) -> sympy.MatrixBase:

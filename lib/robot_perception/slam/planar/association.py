@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from robot_perception import checks
 from robot_perception.gating import branch_and_bound, gate, nearest_neighbours
 from robot_perception.observations import Observations
 from robot_perception.slam.planar import kernels
@@ -51,12 +52,14 @@ class Association:
     outer_limit: float = field(init=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in KINDS:
-            raise ValueError(f"association must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        checks.one_of("kind of association", self.kind, KINDS)
+        for name, given in (("level", self.level), ("outer", self.outer)):
+            if given is not None:
+                checks.number(name, given, finite=False)
         known = self.kind == "known"
         level = (1.0 if known else 0.99) if self.level is None else self.level
         if known and self.outer is not None:
-            raise ValueError(f"known names have no outer gate, got {self.outer}")
+            raise ValueError(f"known names have no outer gate, got outer {self.outer}")
         outer = 0.9999 if self.outer is None else self.outer
         if not known and not 0 < level <= outer < 1:
             raise ValueError(f"need 0 < level <= outer < 1, got {level}, {outer}")

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from robot_perception import checks
 from robot_perception.beliefs import Gaussian
-from robot_perception.checks import check_covariance, check_finite
-from robot_perception.slam.planar.motions import checked_vector
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,27 +35,25 @@ class MapBelief:
     ids: Int[np.ndarray, "n"]
 
     def __post_init__(self) -> None:
-        mean, cov = np.array(self.mean, dtype=float), np.array(self.cov, dtype=float)
-        ids = np.array(self.ids)
-        if ids.size and not np.issubdtype(ids.dtype, np.integer):
-            raise ValueError(f"ids must be integers, got {ids.tolist()}")
-        if ids.ndim != 1 or mean.shape != (3 + 2 * ids.size,):
+        ids = checks.integers("ids", self.ids, ("n",))
+        mean = checks.reals("mean", self.mean).copy()
+        if mean.shape != (3 + 2 * ids.size,):
             raise ValueError(f"mean must be (3 + 2n,) for ids (n,), got {mean.shape}, {ids.shape}")
-        if cov.shape != (mean.size, mean.size):
-            raise ValueError(f"cov must be ({mean.size}, {mean.size}), got {cov.shape}")
         if ids.size and ids.min() < 0:
             raise ValueError(f"ids must not be negative, got {ids.min()}")
         if len(set(ids.tolist())) < ids.size:
             raise ValueError(f"ids must differ, got {ids.tolist()}")
-        check_finite("mean", mean)
-        check_covariance("cov", cov)
+        checks.check_finite("mean", mean)
+        size = (mean.size, mean.size)
+        cov = checks.covariance("cov", self.cov, size, f"mean {mean.shape}").copy()
         object.__setattr__(self, "mean", mean)
         object.__setattr__(self, "cov", cov)
-        object.__setattr__(self, "ids", ids.astype(np.int64))
+        object.__setattr__(self, "ids", ids)
 
     @classmethod
     def start(cls, pose: Float[np.ndarray, "3"], cov: Float[np.ndarray, "3 3"]) -> "MapBelief":
         """Return the belief in a pose (m, m, rad) before any landmark was seen."""
+        pose = checks.vector("pose", pose, 3)
         return cls(pose, cov, np.empty(0, dtype=np.int64))
 
     @property
@@ -88,9 +85,11 @@ class MapBelief:
         ValueError
             If the landmark is not in the map.
         """
-        found = np.flatnonzero(self.ids == landmark_id)
+        found = np.flatnonzero(self.ids == checks.whole("landmark_id", landmark_id))
         if not found.size:
-            raise ValueError(f"landmark {landmark_id} is not in the map of {self.ids.size}")
+            raise ValueError(
+                f"landmark_id must be one in the map of {self.ids.size}, got {landmark_id}"
+            )
         return 3 + 2 * int(found[0])
 
     def landmark(self, landmark_id: int | np.integer) -> Gaussian:
@@ -110,12 +109,16 @@ def checked_places(kind: str, places: Mapping[int, np.ndarray]) -> dict[int, np.
 
     An identifier is an integer and at least 0: -1 stands for an observation without a name.
     """
+    if not isinstance(places, Mapping):
+        raise TypeError(f"{kind}s must map identifiers to places, got {checks.shown(places)}")
     checked = {}
     for name, place in places.items():
         whole = isinstance(name, int | np.integer) and not isinstance(name, bool)
         if not whole or name < 0:
-            raise ValueError(f"{kind} needs an integer of at least 0 as identifier, got {name!r}")
-        checked[int(name)] = checked_vector(f"{kind} {name}", place, 2)
+            raise ValueError(
+                f"{kind} needs an integer of at least 0 as identifier, got {name!r} among {kind}s"
+            )
+        checked[int(name)] = checks.vector(f"{kind} {name}", place, 2)
     return checked
 
 

@@ -10,10 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception import checks
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief, checked_places
-from robot_perception.slam.planar.motions import Motion, checked_vector
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
+from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.sensors import (
+    Compass,
+    Fix,
+    LandmarkSensor,
+    PositionFix,
+    checked_noises,
+    checked_sensor,
+)
 from robot_perception.slam.planar.workspace import Workspace
 
 Anchors = Mapping[int, np.ndarray]
@@ -78,8 +86,9 @@ def predict(
     Andrade-Cetto, eqs (3) and (5). Huang, Mourikis and Roumeliotis, "Observability-based rules for
     designing consistent EKF SLAM estimators", 2010, for F written with two poses.
     """
-    work = Workspace(belief)
-    work.predict(motion, _pose_of("at", at), _pose_of("after", after))
+    work = Workspace(checks.instance("belief", belief, MapBelief))
+    checks.instance("motion", motion, Odometry, Velocity)
+    work.predict(motion, pose_of("at", at), pose_of("after", after))
     return work.release()
 
 
@@ -132,14 +141,17 @@ def update(
     ----------
     Andrade-Cetto, eqs (6) to (9), (24) and (25).
     """
-    work, anchors = Workspace(belief), checked_anchors(anchors or {}, belief)
+    work = Workspace(checks.instance("belief", belief, MapBelief))
+    checks.instance("observations", observations, Observations)
+    checked_sensor(sensor)
+    anchors = checked_anchors({} if anchors is None else anchors, belief)
     noises, ids = checked_noises(observations, sensor), observations.ids.tolist()
     unknown = [name for name in ids if name not in work.slots and name not in anchors]
     if unknown:
         raise ValueError(f"no landmark of the map and no anchor: {unknown}")
     if not ids:
         return work.release(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
-    point = None if at is None else checked_vector("at", at, belief.mean.size)
+    point = None if at is None else checks.vector("at", at, belief.mean.size)
     slots, points = work.targets(ids, anchors)
     innovation, by_pose, by_point = work.linearise(
         slots, points, observations.values, sensor, point
@@ -172,7 +184,8 @@ def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
     ----------
     Andrade-Cetto, eqs (26) and (27).
     """
-    work = Workspace(belief)
+    work = Workspace(checks.instance("belief", belief, MapBelief))
+    checks.instance("fix", fix, PositionFix, Compass)
     seen = Innovation(*work.correct(fix))
     return work.release(), seen
 
@@ -213,14 +226,16 @@ def add_landmarks(
         If an identifier is unknown (-1) or already in the map, a range is too short for the sensor,
         or the covariance is not symmetric.
     """
-    work = Workspace(belief)
+    work = Workspace(checks.instance("belief", belief, MapBelief))
+    checks.instance("observations", observations, Observations)
+    checked_sensor(sensor)
     noises, ids = checked_noises(observations, sensor), observations.ids.tolist()
     if -1 in ids:
         raise ValueError("a new landmark needs an identifier, got -1")
     known = [name for name in ids if name in work.slots]
     if known:
         raise ValueError(f"already in the map: {known}")
-    work.add(ids, observations.values, noises, sensor, _pose_of("at", at))
+    work.add(ids, observations.values, noises, sensor, pose_of("at", at))
     return work.release()
 
 
@@ -233,5 +248,9 @@ def checked_anchors(anchors: Anchors, belief: MapBelief) -> dict[int, tuple[floa
     return {name: tuple(place.tolist()) for name, place in places.items()}
 
 
-def _pose_of(name: str, state: np.ndarray | None) -> np.ndarray | None:
-    return None if state is None else checked_vector(name, np.asarray(state)[:3], 3)
+def pose_of(name: str, state: np.ndarray | None) -> np.ndarray | None:
+    """Return the pose of a state, or ``None`` of none; ``ValueError`` if it is not finite."""
+    if state is None:
+        return None
+    state = checks.array(name, state, ("states",), finite=False)
+    return checks.vector(name, state[:3], 3)

@@ -6,26 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception import checks
 from robot_perception.geometry import rotation
 from robot_perception.slam.planar import kernels
 from robot_perception.streams import Held
 
 
-def checked_vector(name: str, value: np.ndarray, size: int) -> np.ndarray:
-    """Return ``size`` finite numbers as an array, or raise ``ValueError``."""
-    array = np.array(value, dtype=float)
-    if array.shape != (size,):
-        raise ValueError(f"{name} must be ({size},), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, got {array.tolist()}")
-    return array
-
-
 def checked_noise(name: str, value: np.ndarray, size: int) -> np.ndarray:
-    """Return a covariance of ``size`` entries as an array, or raise ``ValueError``."""
-    array = np.array(value, dtype=float)
-    if array.shape != (size, size):
-        raise ValueError(f"{name} must be ({size}, {size}), got {array.shape}")
+    """Return one small covariance as a new array, in a tenth of the time of `checks.covariance`."""
+    array = checks.array(name, value, (size, size), finite=False).copy()
     if not kernels.is_covariance(array[None], 1e-9):
         raise ValueError(
             f"{name} must be finite, symmetric, positive semi-definite, got {array.tolist()}"
@@ -56,7 +45,7 @@ class Odometry:
     noise: Float[np.ndarray, "3 3"]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "increment", checked_vector("increment", self.increment, 3))
+        object.__setattr__(self, "increment", checks.vector("increment", self.increment, 3))
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 3))
 
     @property
@@ -110,10 +99,8 @@ class Velocity:
     increment_cov: Float[np.ndarray, "3 3"] = field(init=False)
 
     def __post_init__(self) -> None:
-        given = np.array([self.speed, self.turn_rate, self.duration], dtype=float)
-        speed, rate, duration = checked_vector("speed, turn_rate, duration", given, 3)
-        if duration < 0:
-            raise ValueError(f"duration must not be negative, got {duration}")
+        speed, rate = checks.number("speed", self.speed), checks.number("turn_rate", self.turn_rate)
+        duration = checks.not_negative("duration", self.duration)
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
         increment, by_command = kernels.arc(speed, rate, duration)
         object.__setattr__(self, "increment", increment)
@@ -147,8 +134,8 @@ def dead_reckoning(
     motions
         One after the other.
     """
-    poses = [checked_vector("start", start, 3)]
-    for motion in motions:
+    poses = [checks.vector("start", start, 3)]
+    for motion in checks.instances("motions", motions, Odometry, Velocity, type(None)):
         poses.append(poses[-1] if motion is None else motion.move(poses[-1]))
     return np.array(poses)
 
@@ -186,9 +173,10 @@ def compound(
     ValueError
         If the commands are not two numbers each, or the density is negative or not finite.
     """
+    checks.instance("held", held, Held)
     if held.commands.shape[1] != 2:
-        raise ValueError(f"commands must be (pieces, 2), got {held.commands.shape}")
-    density = checked_vector("density", density, 2)
+        raise ValueError(f"commands held must be (pieces, 2), got {held.commands.shape}")
+    density = checks.vector("density", density, 2)
     if density.min() < 0:
         raise ValueError(f"density must not be negative, got {density.tolist()}")
     speed, rate = held.commands.T
@@ -229,13 +217,13 @@ def _before(values: np.ndarray, first: np.ndarray, interval: np.ndarray) -> np.n
 
 
 def _moved(pose: np.ndarray, increment: np.ndarray) -> np.ndarray:
-    moved = checked_vector("pose", pose, 3)
+    moved = checks.vector("pose", pose, 3)
     kernels.move(moved, increment)
     return moved
 
 
 def _jacobians(pose: np.ndarray, increment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    _, _, heading = checked_vector("pose", pose, 3)
+    _, _, heading = checks.vector("pose", pose, 3)
     F, G = np.eye(3), np.eye(3)
     G[:2, :2] = rotation(heading)
     dx, dy = G[:2, :2] @ increment[:2]

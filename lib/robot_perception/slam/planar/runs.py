@@ -1,5 +1,6 @@
 """The planar filter over a whole drive."""
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,13 +9,20 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.checks import check_finite
+from robot_perception import checks
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.filtering import checked_anchors
-from robot_perception.slam.planar.motions import Motion
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
+from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.sensors import (
+    Compass,
+    Fix,
+    LandmarkSensor,
+    PositionFix,
+    checked_noises,
+    checked_sensor,
+)
 from robot_perception.slam.planar.workspace import Workspace
 
 
@@ -32,6 +40,13 @@ class Step:
         Measured positions and headings after the motion.
     time
         s; must not decrease along the drive where it is given.
+
+    Raises
+    ------
+    TypeError
+        If the motion, the observations or a fix are of another type.
+    ValueError
+        If the time is not finite.
     """
 
     motion: Motion | None
@@ -40,8 +55,15 @@ class Step:
     time: float | None = None
 
     def __post_init__(self) -> None:
-        if self.time is not None and not np.isfinite(self.time):
-            raise ValueError(f"time must be finite, got {self.time}")
+        if self.motion is not None:
+            checks.instance("motion", self.motion, Odometry, Velocity)
+        if self.observations is not None:
+            checks.instance("observations", self.observations, Observations)
+        if type(self.fixes) is not tuple or self.fixes:
+            fixes = checks.instances("fixes", self.fixes, PositionFix, Compass)
+            object.__setattr__(self, "fixes", fixes)
+        if self.time is not None:
+            checks.number("time", self.time)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,10 +88,10 @@ class Truth:
     landmarks: Mapping[int, np.ndarray]
 
     def __post_init__(self) -> None:
-        poses = np.array(self.poses, dtype=float)
+        poses = checks.reals("poses", self.poses).copy()
         if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses):
             raise ValueError(f"poses must be (k + 1, 3), got {poses.shape}")
-        check_finite("poses", poses)
+        checks.check_finite("poses", poses)
         object.__setattr__(self, "poses", poses)
         object.__setattr__(self, "landmarks", checked_places("landmark", self.landmarks))
 
@@ -102,9 +124,10 @@ class Settings:
     Raises
     ------
     ValueError
-        If a word is none of these, the sensor is none (a class is none), an anchor is no place in
-        the plane or has no integer of at least 0, the limit is no integer of at least 1, or a
-        number of a step is no integer.
+        If a word is none of these, an anchor is no place in the plane or has no integer of at least
+        0, the limit is no integer of at least 1, or a number of a step is no integer.
+    TypeError
+        If the sensor is none (a class is none), or anchors, limit or steps are of another type.
     """
 
     sensor: LandmarkSensor
@@ -116,33 +139,16 @@ class Settings:
     keep: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.sensor, type) or not isinstance(self.sensor, LandmarkSensor):
-            raise ValueError(
-                f"sensor must be a sensor such as RangeBearing(…), got {self.sensor!r}"
-            )
-        if not isinstance(self.anchors, Mapping):
-            raise ValueError(f"anchors must map identifiers to places, got {self.anchors!r}")
+        checked_sensor(self.sensor)
         object.__setattr__(self, "anchors", checked_places("anchor", self.anchors))
         if not isinstance(self.association, Association):
             object.__setattr__(self, "association", Association(self.association))
         if not isinstance(self.linearisation, Truth):
-            _one_of("linearisation", self.linearisation, ("latest", "first"), " or a Truth")
-        _one_of("retirement", self.retirement, ("freeze", "consider"))
-        limit = self.revision_limit
-        if limit is not None and not (_whole(limit) and limit >= 1):
-            raise ValueError(f"revision_limit must be an integer of at least 1, got {limit!r}")
-        if not isinstance(self.keep, Sequence | np.ndarray) or not all(map(_whole, self.keep)):
-            raise ValueError(f"keep must be numbers of steps, got {self.keep!r}")
-
-
-def _one_of(name: str, value: object, words: tuple[str, ...], more: str = "") -> None:
-    if not isinstance(value, str) or value not in words:
-        allowed = " or ".join(map(repr, words)) + more
-        raise ValueError(f"{name} must be {allowed}, got {value!r}")
-
-
-def _whole(value: object) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+            checks.one_of("linearisation", self.linearisation, ("latest", "first"), " or a Truth")
+        checks.one_of("retirement", self.retirement, ("freeze", "consider"))
+        if self.revision_limit is not None:
+            checks.whole("revision_limit", self.revision_limit, 1)
+        checks.integers("keep", self.keep, ("steps",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,7 +289,7 @@ class History:
 
 
 def _in_a_folder(path: str | Path) -> Path:
-    path = Path(path)
+    path = Path(checks.instance("path", path, str, os.PathLike))
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
     return path
@@ -315,10 +321,15 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
         If there is no step, a step to keep does not occur, time goes backwards, an anchor is also
         in the map, the covariance of the start is not symmetric, or an update is impossible; the
         message names the step.
+    TypeError
+        If the start, a step or the settings are of another type.
     """
-    run = _Run(start, settings)
+    checks.instance("start", start, MapBelief)
+    run = _Run(start, checks.instance("settings", settings, Settings))
     clock = -np.inf
-    for k, step in enumerate(steps):
+    for k, step in enumerate(checks.iterable("steps", steps)):
+        if not isinstance(step, Step):
+            raise TypeError(f"steps must be of type Step, got {checks.shown(step)}")
         if step.time is not None:
             if step.time < clock:
                 raise ValueError(f"step {k}: time goes backwards, from {clock} to {step.time}")
@@ -328,7 +339,7 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
         except ValueError as error:
             raise ValueError(f"step {k}: {error}") from error
     if not run.poses:
-        raise ValueError("a drive needs at least one step, got none")
+        raise ValueError("steps are empty: a drive needs at least one step, got none")
     missing = [k for k in settings.keep if k not in run.kept]
     if missing:
         raise ValueError(f"keep names steps that a drive of {len(run.poses)} has not: {missing}")

@@ -6,10 +6,11 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception import checks
 from robot_perception.geometry import act, rotation
 from robot_perception.observations import Observations
 from robot_perception.slam.planar import kernels
-from robot_perception.slam.planar.motions import checked_noise, checked_vector
+from robot_perception.slam.planar.motions import checked_noise
 
 
 @runtime_checkable
@@ -105,9 +106,7 @@ class RangeBearing:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
-        if not np.isfinite(self.range_bias):
-            raise ValueError(f"range_bias must be finite, got {self.range_bias}")
-        object.__setattr__(self, "range_bias", float(self.range_bias))
+        object.__setattr__(self, "range_bias", checks.number("range_bias", self.range_bias))
 
     def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
@@ -153,6 +152,12 @@ def _by_pose(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     return by_pose
 
 
+def checked_sensor(sensor: LandmarkSensor) -> LandmarkSensor:
+    """Return a sensor of landmarks, or raise ``TypeError``; a class is none."""
+    known = type(sensor) in (CartesianSensor, RangeBearing)
+    return sensor if known else checks.instance("sensor", sensor, LandmarkSensor)
+
+
 def checked_noises(seen: Observations, sensor: LandmarkSensor) -> np.ndarray:
     """Return the noises of observations, (m, 2, 2) or (1, 2, 2) where one holds for all.
 
@@ -183,7 +188,7 @@ class PositionFix:
     noise: Float[np.ndarray, "2 2"]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "value", checked_vector("value", self.value, 2))
+        object.__setattr__(self, "value", checks.vector("value", self.value, 2))
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
 
     def matrix(self) -> Float[np.ndarray, "2 3"]:
@@ -215,13 +220,8 @@ class Compass:
     variance: float
 
     def __post_init__(self) -> None:
-        value, variance = checked_vector(
-            "value, variance", np.array([self.value, self.variance]), 2
-        )
-        if variance < 0:
-            raise ValueError(f"variance must not be negative, got {variance}")
-        object.__setattr__(self, "value", float(value))
-        object.__setattr__(self, "variance", float(variance))
+        object.__setattr__(self, "value", checks.number("value", self.value))
+        object.__setattr__(self, "variance", checks.not_negative("variance", self.variance))
 
     def matrix(self) -> Float[np.ndarray, "1 3"]:
         """Return the Jacobian by the pose."""

@@ -7,12 +7,20 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag
 
+from robot_perception import checks
 from robot_perception.geometry import rotation, wrap_angle
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief
-from robot_perception.slam.planar.filtering import Anchors, Innovation
-from robot_perception.slam.planar.motions import Motion
-from robot_perception.slam.planar.sensors import Fix, LandmarkSensor, checked_noises
+from robot_perception.slam.planar.filtering import Anchors, Innovation, checked_anchors, pose_of
+from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.sensors import (
+    Compass,
+    Fix,
+    LandmarkSensor,
+    PositionFix,
+    checked_noises,
+    checked_sensor,
+)
 
 
 def motion_matrix(
@@ -29,6 +37,10 @@ def motion_matrix(
     after : (3 + 2n,) or (3,)
         State or pose after it.
     """
+    at, after = checks.array("at", at, ("states",)), checks.array("after", after, ("states",))
+    for name, state in (("at", at), ("after", after)):
+        if len(state) < 3:
+            raise ValueError(f"{name} must hold a pose, got {state.shape}")
     F = np.eye(len(at))
     F[:2, 2] = at[1] - after[1], after[0] - at[0]
     return F
@@ -53,7 +65,15 @@ def measurement_matrix(
     sensor
         What looks at them.
     """
-    _, by_pose, by_point = sensor.look(at[:3], points)
+    at = checks.array("at", at, ("states",))
+    points = checks.array("points", points, ("m", 2))
+    slots = checks.instances("slots", slots, int, np.integer, type(None))
+    if len(slots) != len(points):
+        raise ValueError(f"need slots for each of points, got {len(slots)} and {points.shape}")
+    outside = [s for s in slots if s is not None and not 3 <= s < len(at) - 1]
+    if outside or len(at) < 3:
+        raise ValueError(f"slots must be in the state at {at.shape} behind its pose, got {outside}")
+    _, by_pose, by_point = checked_sensor(sensor).look(at[:3], points)
     H = np.zeros((2 * len(slots), len(at)))
     for i, slot in enumerate(slots):
         H[2 * i : 2 * i + 2, :3] = by_pose[i]
@@ -69,9 +89,11 @@ def predict(
     after: np.ndarray | None = None,
 ) -> MapBelief:
     r"""Return the belief after a motion: :math:`P' = F P F^\top + G Q G^\top`, eqs (3) and (5)."""
-    at = belief.mean if at is None else np.r_[at[:3], belief.mean[3:]]
+    checks.instance("belief", belief, MapBelief)
+    checks.instance("motion", motion, Odometry, Velocity)
+    at = belief.mean if at is None else np.r_[pose_of("at", at), belief.mean[3:]]
     pose = motion.move(belief.pose)
-    F = motion_matrix(at, pose if after is None else after)
+    F = motion_matrix(at, pose if after is None else pose_of("after", after))
     G = np.zeros((len(at), 3))
     G[:3] = block_diag(rotation(at[2]), 1.0)
     cov = F @ belief.cov @ F.T + G @ motion.increment_cov @ G.T
@@ -90,7 +112,11 @@ def update(
     .. math::
         K = P H^\top S^{-1}, \qquad P^+ = (I - K H) P (I - K H)^\top + K R K^\top
     """
-    anchors, at = anchors or {}, belief.mean if at is None else at
+    checks.instance("belief", belief, MapBelief)
+    checks.instance("observations", observations, Observations)
+    checked_sensor(sensor)
+    anchors = checked_anchors({} if anchors is None else anchors, belief)
+    at = belief.mean if at is None else checks.vector("at", at, belief.mean.size)
     slots = [None if i in anchors else belief.slot(i) for i in observations.ids.tolist()]
 
     def points(state: np.ndarray) -> np.ndarray:
@@ -105,6 +131,8 @@ def update(
 
 def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
     """Return the belief after a fix of the pose, eqs (26) and (27)."""
+    checks.instance("belief", belief, MapBelief)
+    checks.instance("fix", fix, PositionFix, Compass)
     H = np.hstack([fix.matrix(), np.zeros((len(fix.matrix()), belief.mean.size - 3))])
     return _joseph(belief, H, fix.covariance(), fix.residual(belief.pose))
 
@@ -121,8 +149,10 @@ def add_landmarks(
         P' = Y \begin{bmatrix} P & 0 \\ 0 & R \end{bmatrix} Y^\top, \qquad
         Y = \begin{bmatrix} I & 0 \\ [G_r \; 0] & G_z \end{bmatrix}
     """
-    points = sensor.locate(belief.pose, observations.values)
-    at = belief.pose if at is None else at[:3]
+    checks.instance("belief", belief, MapBelief)
+    checks.instance("observations", observations, Observations)
+    points = checked_sensor(sensor).locate(belief.pose, observations.values)
+    at = belief.pose if at is None else pose_of("at", at)
     by_pose, by_value = sensor.locate_jacobians(at, points, observations.values)
     known, new = belief.mean.size, 2 * len(points)
     Y = np.eye(known + new)

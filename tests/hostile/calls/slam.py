@@ -1,0 +1,137 @@
+"""Valid calls of `slam`."""
+
+import numpy as np
+import sympy
+
+from robot_perception.beliefs import Gaussian
+from robot_perception.observations import Observations
+from robot_perception.slam import monobot, observability, planar
+from robot_perception.slam.observability import symbolic
+from robot_perception.slam.planar import textbook
+from robot_perception.streams import Held
+from tests.hostile.calls import observations
+from tests.hostile.sweep import call
+
+EYE, Q = np.eye(2), np.eye(3)
+POSE = np.array([1.0, 2.0, 0.5])
+
+START, LOOKS, STEPS = Gaussian(np.zeros(1), np.eye(1)), np.ones((2, 4, 3)), np.ones(3)
+REFERENCE = monobot.Reference(1, np.ones((2, 3)), 0.1)
+DEVIATIONS = (np.ones(2), np.ones(2), 0.5 * np.ones(2), np.ones(2))
+NOISES = {"motion_variance": 0.1, "look_variance": 0.2}
+
+RANGES, POINTS = planar.RangeBearing(0.01 * EYE), planar.CartesianSensor(0.01 * EYE)
+BELIEF = planar.MapBelief(np.arange(5.0), np.eye(5), np.array([4]))
+ANCHORS = {7: np.array([3.0, 3.0])}
+SEEN, NEW = (
+    Observations(np.array([4]), np.ones((1, 2))),
+    Observations(np.array([5]), np.ones((1, 2))),
+)
+MOTION = planar.Odometry(np.ones(3), Q)
+STEP = planar.Step(MOTION, SEEN, (planar.Compass(0.5, 0.1),), 1.0)
+TRUTH = planar.Truth(np.zeros((2, 3)), {4: np.ones(2)})
+SETTINGS = planar.Settings(POINTS)
+HISTORY = planar.run_filter(BELIEF, [STEP], SETTINGS)
+
+STATE, ABOUT = np.arange(5.0), np.ones(2)
+SENSORS = (observability.Landmarks(), observability.Anchor(8.0, 9.0))
+ANALYSIS = observability.analyse(np.eye(2, 3))
+X, SYMBOLIC = symbolic.state(1), (observability.Position(), observability.Heading())
+
+RESULTS = {
+    monobot.MonobotRun,
+    monobot.Settled,
+    observability.Analysis,
+    planar.Counts,
+    planar.History,
+    planar.Innovation,
+    symbolic.Reading,
+}
+OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
+INNER = {
+    *(getattr(planar.CartesianSensor, name) for name in ("check", "look", "residual")),
+    *(getattr(planar.RangeBearing, name) for name in ("check", "look", "residual")),
+    *(getattr(planar.CartesianSensor, name) for name in ("locate", "locate_jacobians")),
+    *(getattr(planar.RangeBearing, name) for name in ("locate", "locate_jacobians")),
+    observability.Anchor.see,
+    observability.Heading.see,
+    observability.Landmarks.see,
+    observability.Position.see,
+    planar.PositionFix.residual,
+    planar.Compass.residual,
+}
+"""What the filter and the analyses ask of a sensor at every step, with arrays of their own."""
+
+CALLS = {
+    **{thing: observations.CALLS[thing] for thing in OFFERED_TOO},
+    monobot.sensor_matrix: lambda: call(2),
+    monobot.motion: lambda: call(0.5, 0.1, 2),
+    monobot.first_look: lambda: call(START, np.ones(2), 0.1),
+    monobot.Reference: lambda: call(-1, np.ones((2, 3)), 0.1, 5.0),
+    monobot.Reference.matrix: lambda: call(REFERENCE, 2),
+    monobot.run_filter: lambda: call(START, STEPS, LOOKS, **NOISES),
+    monobot.run_filter_stepwise: lambda: call(START, STEPS, LOOKS, **NOISES),
+    monobot.run_referenced: lambda: call(START, STEPS, LOOKS, REFERENCE, **NOISES),
+    monobot.settled: lambda: call(2, start_variance=0.0, **NOISES),
+    monobot.relative_system: lambda: call(2, **NOISES),
+    monobot.one_landmark_term: lambda: call(*DEVIATIONS),
+    planar.Association: lambda: call("gated", 0.9, 0.99),
+    planar.CartesianSensor: lambda: call(EYE),
+    planar.RangeBearing: lambda: call(EYE, 0.1),
+    planar.Compass: lambda: call(0.5, 0.1),
+    planar.Compass.matrix: lambda: call(planar.Compass(0.5, 0.1)),
+    planar.Compass.covariance: lambda: call(planar.Compass(0.5, 0.1)),
+    planar.PositionFix: lambda: call(np.ones(2), EYE),
+    planar.PositionFix.matrix: lambda: call(planar.PositionFix(np.ones(2), EYE)),
+    planar.PositionFix.covariance: lambda: call(planar.PositionFix(np.ones(2), EYE)),
+    planar.MapBelief: lambda: call(np.zeros(5), np.eye(5), np.array([4])),
+    planar.MapBelief.start: lambda: call(POSE, Q),
+    planar.MapBelief.slot: lambda: call(BELIEF, 4),
+    planar.MapBelief.landmark: lambda: call(BELIEF, 4),
+    planar.Odometry: lambda: call(np.ones(3), Q),
+    planar.Odometry.move: lambda: call(MOTION, POSE),
+    planar.Odometry.jacobians: lambda: call(MOTION, POSE),
+    planar.Velocity: lambda: call(1.0, 0.1, 0.5, EYE),
+    planar.Velocity.move: lambda: call(planar.Velocity(1.0, 0.1, 0.5, EYE), POSE),
+    planar.Velocity.jacobians: lambda: call(planar.Velocity(1.0, 0.1, 0.5, EYE), POSE),
+    planar.dead_reckoning: lambda: call(POSE, [MOTION, None]),
+    planar.compound: lambda: call(Held(np.ones((1, 2)), np.ones(1), np.array([0])), np.ones(2)),
+    planar.Step: lambda: call(MOTION, SEEN, (planar.Compass(0.5, 0.1),), 1.0),
+    planar.Truth: lambda: call(np.zeros((2, 3)), {4: np.ones(2)}),
+    planar.Settings: lambda: call(POINTS, ANCHORS, "gated", TRUTH, 50, "consider", [0]),
+    planar.run_filter: lambda: call(BELIEF, [STEP], SETTINGS),
+    planar.History.to_csv: lambda: call(HISTORY, "path.csv"),
+    planar.History.to_tum: lambda: call(HISTORY, "path.txt"),
+    planar.predict: lambda: call(BELIEF, MOTION, POSE, POSE),
+    planar.update: lambda: call(BELIEF, SEEN, RANGES, ANCHORS, STATE),
+    planar.correct: lambda: call(BELIEF, planar.PositionFix(np.ones(2), EYE)),
+    planar.add_landmarks: lambda: call(BELIEF, NEW, POINTS, POSE),
+    textbook.motion_matrix: lambda: call(STATE, POSE),
+    textbook.measurement_matrix: lambda: call(STATE, [3, None], np.ones((2, 2)), POINTS),
+    textbook.predict: lambda: call(BELIEF, MOTION, POSE, POSE),
+    textbook.update: lambda: call(BELIEF, SEEN, RANGES, ANCHORS, STATE),
+    textbook.correct: lambda: call(BELIEF, planar.PositionFix(np.ones(2), EYE)),
+    textbook.add_landmarks: lambda: call(BELIEF, NEW, POINTS, POSE),
+    observability.Anchor: lambda: call(8.0, 9.0, POINTS),
+    observability.Landmarks: lambda: call(RANGES),
+    observability.Position: call,
+    observability.Heading: call,
+    observability.Analysis.hides: lambda: call(ANALYSIS, np.ones(3)),
+    observability.analyse: lambda: call(np.eye(2, 3), tolerance=1e-9),
+    observability.fixed_point_matrix: lambda: call(SENSORS, STATE, np.ones(3), 2),
+    observability.trajectory_matrix: lambda: call(SENSORS, np.stack([STATE, STATE])),
+    observability.see: lambda: call(SENSORS, STATE),
+    observability.gauge_directions: lambda: call(STATE, ABOUT),
+    observability.information_along: lambda: call(np.ones(2), EYE),
+    observability.rotate: lambda: call(STATE, 0.5, ABOUT),
+    observability.translate: lambda: call(STATE, ABOUT),
+    symbolic.pose: lambda: call(1),
+    symbolic.state: lambda: call(1, symbolic.pose(1)),
+    symbolic.measurement: lambda: call(SYMBOLIC, X),
+    symbolic.fixed_point_matrix: lambda: call(SYMBOLIC, 1, (1, 2)),
+    symbolic.fixed_point_minors: lambda: call(SENSORS, 1),
+    symbolic.trajectory_matrix: lambda: call(SYMBOLIC, 1, [symbolic.pose(0), symbolic.pose(1)]),
+    symbolic.lie_matrix: lambda: call(SYMBOLIC, 1, speed=1, turn_rate=0),
+    symbolic.read: lambda: call(sympy.eye(3, 5), SYMBOLIC, symbolic.pose(1)),
+    symbolic.gauge_direction: lambda: call(X, (1, 0), 1, about=(2, 3)),
+}
