@@ -24,10 +24,10 @@ def pytest_collection_finish() -> None:
         return
     find = claims.Claim.find
 
-    def noted(claim: Any, size: str = "quick") -> Any:
-        if claim.compute.__module__.startswith("robot_perception.chapters"):
-            COMPUTED.append(f"{claim.id} ({size})")
-        return find(claim, size)
+    def noted(self: Any, size: str = "quick") -> Any:
+        if self.compute.__module__.startswith("robot_perception.chapters"):
+            COMPUTED.append(f"{self.id} ({size})")
+        return find(self, size)
 
     claims.Claim.find = noted
 

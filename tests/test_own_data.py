@@ -305,7 +305,7 @@ FILES = EXAMPLES | {
         ("ekf_slam.py polar falling.csv observations.csv d", "times must not fall, got 1.0"),
         ("ekf_slam.py polar commands.csv observations.csv no/d", "no is no folder"),
         ("walls.py array mm.csv poses.csv w.csv", "no reading is below 80 m; are they in metres"),
-        ("walls.py array one.csv poses.csv w.csv", "need a pose for each scan, got 1 and 2"),
+        ("walls.py array one.csv poses.csv w.csv", "have a pose for each scan, got 1 and 2"),
         ("walls.py array one.csv none.csv w.csv", "No such file.*none.csv"),
         ("walls.py carmen one.csv w.csv", "one.csv, line 1: does not begin with a keyword"),
         ("walls.py graph none.log w.csv", "No such file.*none.log"),

@@ -203,5 +203,5 @@ def test_largest_holds_the_largest_of_the_values():
     assert intervals.largest(low, wide) == Interval(1.0, 0.9, 2.0, "m", "low")
     assert intervals.largest(wide) == wide
     for wrong in ((), (low, Interval(1.0, 1.0, 1.0, "s"))):
-        with pytest.raises(ValueError, match="intervals of one unit"):
+        with pytest.raises(ValueError, match="must be of one unit"):
             intervals.largest(*wrong)

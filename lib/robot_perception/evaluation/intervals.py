@@ -53,6 +53,7 @@ class Interval:
 
     def overlaps(self, other: "Interval") -> bool:
         """Return whether the two intervals have a number in common."""
+        checks.instance("other", other, Interval)
         return self.low <= other.high and other.low <= self.high
 
     def __str__(self) -> str:
@@ -264,9 +265,9 @@ def largest(*intervals: Interval) -> Interval:
     ValueError
         If there is no interval, or their units differ.
     """
-    units = {interval.unit for interval in intervals}
+    units = {interval.unit for interval in checks.instances("intervals", intervals, Interval)}
     if len(units) != 1:
-        raise ValueError(f"need intervals of one unit, got {sorted(units)}")
+        raise ValueError(f"intervals must be of one unit, got {sorted(units)}")
     top = max(intervals, key=lambda interval: interval.estimate)
     low, high = max(i.low for i in intervals), max(i.high for i in intervals)
     return Interval(top.estimate, low, high, top.unit, top.about)

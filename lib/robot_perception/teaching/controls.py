@@ -180,10 +180,10 @@ def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any)
     instance("label", label, str)
     options = options if isinstance(options, Mapping) else tuple(iterable("options", options))
     table = options if isinstance(options, Mapping) else {str(option): option for option in options}
-    if len(table) < 2:
-        raise ValueError(f"options: {label!r} needs two values or more, got {tuple(table)}")
     if len(table) < len(options):
         raise ValueError(f"options of {label!r} look alike: {', '.join(map(str, options))}")
+    if len(table) < 2:
+        raise ValueError(f"options: {label!r} needs two values or more, got {tuple(table)}")
     return _with_default("choice", label, tuple(table.values()), tuple(table), default)
 
 

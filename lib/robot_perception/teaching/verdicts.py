@@ -169,7 +169,14 @@ def turned(before: Verdict | str, after: Verdict | str) -> bool:
 
     What held must fail and what failed must hold. A claim that is undecided must be decided either
     way.
+
+    Raises
+    ------
+    ValueError
+        If one of the two is no verdict.
     """
+    for name, verdict in (("before", before), ("after", after)):
+        one_of(name, verdict, tuple(Verdict))
     if before in HOLDS:
         return after in FAILS
     return after in (HOLDS if before in FAILS else HOLDS | FAILS)

@@ -23,6 +23,8 @@ CALLS = {
     consistency.coverage: lambda: call(np.ones((3, 4)), 2, 0.95, independent=3),
     intervals.Interval: lambda: call(1.0, 0.5, 1.5, "m", "95 %"),
     intervals.Interval.shown: lambda: call(intervals.exact(1.0), 3),
+    intervals.Interval.overlaps: lambda: call(intervals.exact(1.0), intervals.exact(2.0)),
+    intervals.largest: lambda: call(intervals.exact(1.0), intervals.exact(2.0)),
     intervals.exact: lambda: call(1.0, "m", "exact"),
     intervals.mean: lambda: call(FIRST, "m", 0.9),
     intervals.proportion: lambda: call(3, 10, 0.9),

@@ -78,6 +78,7 @@ CLAIM = claims.Claim(
     RANGE,
     compute,
 )
+SABOTAGE = CLAIM.sabotage("half of it")(compute)
 ENTRY = ledger.entry(CLAIM, FOUND, quick=FOUND)
 BOOK = ledger.Ledger((ENTRY,))
 BOOK.write(FOLDER / "claims.json")
@@ -89,8 +90,10 @@ storage.save(FOLDER / "result.npz", Kept())
 
 RESULTS = {
     claims.Claim,
+    claims.Sabotage,
     ledger.Entry,
     ledger.Ledger,
+    ledger.Sabotaged,
     recordings.Read,
     verdicts.Turn,
 }
@@ -102,12 +105,16 @@ CALLS = {
         "c", **WORDS, basis="paper", accepted=RANGE, paper_value="1", seed=1
     ),
     claims.claims_in: lambda: call(claims),
+    claims.Claim.sabotage: lambda: call(CLAIM, "half of it"),
+    claims.Sabotage.find: lambda: call(SABOTAGE),
+    claims.sabotages_in: lambda: call(claims),
     verdicts.Accepted: lambda: call(0.0, 1.0, "why", "theory"),
     verdicts.Accepted.contains: lambda: call(RANGE, exact(1.0)),
     verdicts.Accepted.excludes: lambda: call(RANGE, exact(1.0)),
     verdicts.Condition: lambda: call("at night", True),
     verdicts.decide: lambda: call("paper", RANGE, exact(1.0), ()),
     verdicts.turn: lambda: call(RANGE, exact(0.5)),
+    verdicts.turned: lambda: call("reproduced", "refuted"),
     tables.Table: lambda: call({"a": [1.0]}, {"x": "a number"}, "about", "corner"),
     tables.Table.from_plain: lambda: call(TABLE.to_plain()),
     tables.Table.numbers: lambda: call(TABLE),
@@ -126,7 +133,8 @@ CALLS = {
     ledger.different: lambda: call({"a": (1.0, 1.0, 1.0)}, {"a": (1.0, 1.0, 1.0)}, 1e-9),
     ledger.entry: lambda: call(CLAIM, FOUND, quick=FOUND),
     ledger.numbers: lambda: call(FOUND),
-    ledger.record: lambda: call(CLAIM, versions="1"),
+    ledger.record: lambda: call(CLAIM, [SABOTAGE], versions="1"),
+    ledger.sabotaged: lambda: call(SABOTAGE),
     ledger.verdicts: lambda: call(BOOK),
     recordings.Recording: lambda: call("mine", keep, Kept, "result"),
     recordings.Recording.read: lambda: call(RECORDING),

@@ -238,8 +238,8 @@ def test_the_compiled_covariance_check_agrees_with_eigenvalues(seed, d):
     values = np.concatenate([[lowest], rng.uniform(1, 2, d - 1)])
     block = vectors @ np.diag(values) @ vectors.T
     block = (block + block.T) / 2
-    block *= 10 ** rng.uniform(-8, 8)
-    assert is_covariance(block[None], 1e-9) == (lowest >= -1e-9 * np.abs(block).max())
+    holds = lowest >= -1e-9 * np.abs(block).max()
+    assert is_covariance(block[None] * 10 ** rng.uniform(-8, 8), 1e-9) == holds
     whole = root @ root.T * 10 ** rng.uniform(-8, 8)
     assert is_covariance(whole[None], 1e-9)
     assert is_covariance(np.zeros((1, d, d)), 1e-9)
