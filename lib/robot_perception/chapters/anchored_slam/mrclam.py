@@ -225,7 +225,7 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     x, y = (places - poses[:, :2]).T
     expected = np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[:, 2]], axis=1)
     errors = seen.values - expected
-    errors[:, 1] = wrap_angle(errors[:, 1])
+    errors[covered, 1] = wrap_angle(errors[covered, 1])
     bias = np.median(errors[covered], axis=0)
     right = covered & (np.abs(errors[:, 1] - bias[1]) <= MISREAD)
     sigma = errors[right].std(axis=0)
@@ -249,16 +249,16 @@ def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, float,
     held = hold(robot.commands.times, robot.commands.velocities, cuts)
     parts = held.commands * held.durations[:, None]
     parts = np.column_stack([parts, np.abs(parts[:, 1])])
-    way, turn, bends = (np.bincount(held.intervals, part) for part in parts.T)
     poses, covered = robot.truth.at(cuts + delay, longest_gap=GAP)
-    true_turn = wrap_angle(np.diff(poses[:, 2]))
-    chord = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    true_way = chord / np.sinc(true_turn / (2 * np.pi))  # along the arc
     both = covered[1:] & covered[:-1]
-    rows = np.stack([way, -bends], axis=1)[both]
-    (ahead, drag), *_ = np.linalg.lstsq(rows, true_way[both])
-    around = turn[both] @ true_turn[both] / (turn[both] @ turn[both])
-    rest = np.stack([true_way[both] - rows @ [ahead, drag], (true_turn - around * turn)[both]])
+    way, turn, bends = (np.bincount(held.intervals, part)[both] for part in parts.T)
+    x, y, true_turn = np.diff(poses, axis=0)[both].T
+    true_turn = wrap_angle(true_turn)
+    true_way = np.hypot(x, y) / np.sinc(true_turn / (2 * np.pi))  # along the arc
+    rows = np.stack([way, -bends], axis=1)
+    (ahead, drag), *_ = np.linalg.lstsq(rows, true_way)
+    around = turn @ true_turn / (turn @ turn)
+    rest = np.stack([true_way - rows @ [ahead, drag], true_turn - around * turn])
     return delay, np.array([ahead, around]), float(drag), rest.var(axis=1) / WINDOW
 
 
