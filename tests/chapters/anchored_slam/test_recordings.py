@@ -120,6 +120,17 @@ def test_calibration_finds_the_delay_scale_and_errors_that_were_put_in():
     assert found.misread == 0
 
 
+def test_calibration_leaves_out_what_motion_capture_did_not_see():
+    robot = make_robot(np.random.default_rng(0))
+    there = (robot.truth.times < 1100) | (robot.truth.times > 1160)
+    holed = Track(robot.truth.times[there], robot.truth.poses[there])
+    robot = MrclamRobot(robot.commands, robot.landmarks, robot.robots, {}, holed)
+    found = mrclam.calibrate(robot, LANDMARKS)
+    assert found.delay == pytest.approx(DELAY)
+    np.testing.assert_allclose(found.scale, SCALE, rtol=0.01)
+    np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
+
+
 def test_calibration_finds_the_wander_of_the_wheels_and_leaves_misread_barcodes_out():
     robot = make_robot(np.random.default_rng(1), seconds=1500.0, wander=(0.02, 0.05))
     values = robot.landmarks.values.copy()
