@@ -146,16 +146,13 @@ def test_path_hull_settles_exact_ties_like_the_plain_algorithm(heights, toleranc
     )
 
 
-def test_path_hull_settles_ties_of_rounding_nearly_always_like_the_plain_algorithm():
+def test_path_hull_settles_ties_of_rounding_like_the_plain_algorithm():
     """Turned plateaus: vertices of one height, whose heights differ in the last digit."""
-    different = 0
     for rng in np.random.default_rng(0).spawn(300):
         heights, angle = np.repeat(rng.integers(-2, 3, 12), 4), rng.uniform(-3, 3)
         turned = (np.arange(48) + 1j * heights) * np.exp(1j * angle)
         chain = np.stack([turned.real, turned.imag], axis=-1)
-        kept = simplify_path_hull(chain, 0.7)
-        different += not np.array_equal(kept, simplify(chain, 0.7))
-    assert different <= 8
+        np.testing.assert_array_equal(simplify_path_hull(chain, 0.7), simplify(chain, 0.7))
 
 
 @given(
