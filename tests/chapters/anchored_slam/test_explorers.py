@@ -3,11 +3,21 @@
 from itertools import product
 
 import numpy as np
+import pytest
 
 from robot_perception.chapters.anchored_slam import explorers, posts
 from robot_perception.chapters.anchored_slam.figures import loops as draw
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
+from tests.unchecked import unchecked
+
+
+@pytest.fixture(autouse=True, scope="module")
+def computed():
+    """All states, computed once, without the checks of shapes, which double their time."""
+    with unchecked():
+        explorers.growth(3.0, 90.0)
+        explorers.nailed(0, 0)
 
 
 def ends_of(controls):

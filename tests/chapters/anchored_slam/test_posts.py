@@ -11,13 +11,15 @@ from robot_perception.chapters.anchored_slam import posts
 from robot_perception.chapters.anchored_slam.posts import LINEAR, TURNED
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.intervals import bootstrap_mean
+from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
 
 
 @pytest.fixture(scope="module")
 def linear():
-    return posts.run(replace(LINEAR, runs=50), posts.JACOBIANS[:5], rng=RNG(11))
+    with unchecked():  # the checks of shapes double the time of fifty drives
+        return posts.run(replace(LINEAR, runs=50), posts.JACOBIANS[:5], rng=RNG(11))
 
 
 @pytest.mark.parametrize("variant", posts.JACOBIANS[:5])
