@@ -1,5 +1,7 @@
 """The real recordings: what the studies compute, on worlds whose answer is known, and on them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -131,6 +133,16 @@ def test_calibration_leaves_out_what_motion_capture_did_not_see():
     np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
 
 
+def test_time_between_images_is_that_of_a_landmark_in_sight():
+    """Law: a minute without an image makes no image later than the one before."""
+    robot = make_robot(np.random.default_rng(0))
+    times = robot.landmarks.times
+    kept = (times < 1100) | (times > 1160)
+    parts = (part[kept] for part in (times, robot.landmarks.subjects, robot.landmarks.values))
+    robot = MrclamRobot(robot.commands, Sightings(*parts), robot.robots, {}, robot.truth)
+    assert mrclam.calibrate(robot, LANDMARKS).interval == pytest.approx(0.4)
+
+
 def test_calibration_finds_the_wander_of_the_wheels_and_leaves_misread_barcodes_out():
     robot = make_robot(np.random.default_rng(1), seconds=1500.0, wander=(0.02, 0.05))
     values = robot.landmarks.values.copy()
@@ -259,6 +271,15 @@ def test_what_motion_capture_did_not_see_is_not_judged():
     assert np.isfinite(runs["white"][0].ate)
 
 
+def test_a_whole_turn_of_the_truth_is_no_error():
+    robot = make_robot(np.random.default_rng(4), seconds=60.0, bias=np.zeros(2))
+    drive, runs = mrclam.run_robot(robot, LANDMARKS, known_sensors(0.0), 0.0)
+    turned = replace(drive, truth=drive.truth + np.array([0, 0, 2 * np.pi]))
+    for judged in runs["white"]:
+        again = mrclam.judge(judged.history, turned)
+        np.testing.assert_allclose(again.nees, judged.nees, rtol=1e-6)
+
+
 # ---- the park ------------------------------------------------------------------------------------
 
 
@@ -296,6 +317,37 @@ def test_the_way_travelled_tells_the_time_of_a_pose():
     np.testing.assert_allclose(there[covered, :2], fixes.positions[covered], atol=0.12)
     late = Fixes(fixes.times + 1000.0, fixes.positions)
     assert not victoria.positions_at_fixes(dead, graph, car, late)[1].any()
+
+
+def test_backward_the_way_grows_as_well():
+    graph, car, fixes = circle_graph()
+    path = np.zeros((len(graph.motions) + 1, 3))
+    back = VehicleLog(car.times, -car.speeds, car.steerings)
+    _, forward = victoria.positions_at_fixes(path, graph, car, fixes)
+    np.testing.assert_array_equal(victoria.positions_at_fixes(path, graph, back, fixes)[1], forward)
+    there, covered = victoria.positions_at_fixes(
+        np.arange(303.0).reshape(-1, 3), graph, back, fixes
+    )
+    assert (np.diff(there[covered, 0]) > 0).all()
+
+
+def test_headings_are_interpolated_the_short_way_round():
+    graph, car, fixes = circle_graph()
+    dead = dead_reckoning(np.zeros(3), (step.motion for step in victoria.make_steps(graph)))
+    assert np.ptp(np.diff(dead[:, 2])) > 6  # it has gone round
+    there, covered = victoria.positions_at_fixes(dead, graph, car, fixes)
+    away = wrap_angle(there[covered, 2] - fixes.times[covered] * 2.0 / 20.0)
+    np.testing.assert_allclose(away, 0, atol=0.01)
+
+
+def test_fixes_after_the_last_pose_are_not_covered():
+    graph, car, fixes = circle_graph()
+    short = LandmarkGraph(
+        graph.motions[:40], graph.motion_covs[:40], graph.observers, graph.landmarks,
+        graph.values, graph.value_covs, graph.report,
+    )  # fmt: skip
+    covered = victoria.positions_at_fixes(np.zeros((41, 3)), short, car, fixes)[1]
+    np.testing.assert_array_equal(covered, fixes.times <= 40.0)
 
 
 def test_jumps_of_the_receiver_are_told_from_driving():
@@ -344,6 +396,13 @@ def test_a_scan_sees_a_name_once_though_two_corners_are_near_one_another():
     assert [n.tolist() for n in names] == [[0, 1], [1, 0]]
 
 
+def test_a_corner_is_where_the_mean_of_its_sightings_is():
+    """Law: one far sighting to the right takes no name from one on the left."""
+    ends = np.array([0.0, 0, 0.9, -0.7]) * intel.SAME
+    names = intel.tell(np.zeros((4, 3)), [marks([[2 + end, 0]]) for end in ends])
+    assert [n.tolist() for n in names] == [[0], [0], [0], [0]]
+
+
 def test_kinds_are_chosen_with_their_covariances():
     both = marks([[1, 0], [2, 0]])
     report = LandmarkReport(ScanReport(*[0] * 7), ("pole", "convex"), 0, 0, 0)
@@ -364,6 +423,23 @@ def test_calibrated_wheels_lose_a_drift_per_metre_and_an_offset():
     np.testing.assert_allclose(wheels.offset, [0.02, -0.01], atol=1e-9)
     assert wheels.drift == pytest.approx(0.05, rel=0.05)  # per metre of raw, not of true motion
     np.testing.assert_allclose(wheels.increments, true, atol=2e-3)
+
+
+def test_calibration_is_least_squares_and_its_noise_the_variance_of_the_rest():
+    """Oracle: `lstsq` on headings that turn by nearly half a circle and err."""
+    rng = np.random.default_rng(1)
+    raw = np.column_stack([rng.uniform(0.2, 2, 300), np.zeros(300), rng.choice([-3.1, 3.1], 300)])
+    errors = rng.normal(0, [0.03, 0.02, 0.1], (300, 3))
+    errors[:, 2] += 0.05 * raw[:, 0]
+    paths = [dead_reckoning(np.zeros(3), (Odometry(i, np.zeros((3, 3))) for i in each))
+             for each in (raw + errors, raw)]  # fmt: skip
+    log = LaserLog(np.empty((301, 0)), np.empty(0), *paths, np.arange(301.0), 80.0,
+                   ReadReport(records(), {}, {}))  # fmt: skip
+    wheels = intel.calibrate(log)
+    (drift,) = np.linalg.lstsq(raw[:, :1], errors[:, 2])[0]
+    assert wheels.drift == pytest.approx(drift)
+    rest = errors - [*errors[:, :2].mean(axis=0), 0] - np.outer(raw[:, 0], [0, 0, drift])
+    np.testing.assert_allclose(np.diag(wheels.noise), rest.var(axis=0), rtol=1e-6)
 
 
 def test_interval_of_a_root_mean_square_covers_it():
@@ -391,6 +467,17 @@ def test_steps_and_loops_are_scored_apart_in_metres_and_degrees():
         np.testing.assert_allclose(row, np.sqrt(np.mean(part**2, axis=0)) * [0.1, 3], rtol=1e-9)
     assert (low < values).all()
     assert (values < high).all()
+
+
+def test_a_relation_may_name_the_later_scan_first():
+    pairs = np.array([[3, 4], [7, 6], [2, 25], [28, 1]])
+    motions = np.zeros((4, 6))
+    motions[:, 0] = np.diff(pairs)[:, 0] + [0.1, 0.2, 0.3, 0.4]
+    relations = Relations(pairs.astype(float), motions, ReadReport(records(), {}, {}))
+    poses = np.column_stack([np.arange(30.0), np.zeros((30, 2))])
+    values = intel.score(poses, relations, np.arange(30.0))[0]
+    expected = np.sqrt([np.mean([0.1**2, 0.2**2]), np.mean([0.3**2, 0.4**2])])
+    np.testing.assert_allclose(values[:, 0], expected)
 
 
 # ---- what is stored, and its drawings ------------------------------------------------------------

@@ -19,16 +19,26 @@ def test_stored_map_is_one(recording):
     assert 0 < found.shared <= found.walls
 
 
-def test_map_of_a_room_has_its_directions_by_length():
-    """A room with one slanted wall, recorded from ten places, twice."""
-    ring = np.array([[0.0, 0], [6, 0], [6, 2], [4, 4], [0, 4]])
+def map_of_room(ring):
+    """The map of a room with these corners, recorded from ten places, twice."""
     faces = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
     rng, scanner = np.random.default_rng(0), Scanner(dropout=0.0)
     poses = np.column_stack([rng.uniform([2, 1], [3, 2], (20, 2)), 2 * np.pi * np.arange(20) / 5])
     ranges = scan(faces, poses, scanner, rng=rng).ranges
     report = ReadReport(records(), {}, {})
     log = LaserLog(ranges, scanner.angles, poses, poses, np.arange(20.0), 12.0, report)
-    found = recordings.recorded_map(log, 1)
+    return recordings.recorded_map(log, 1)
+
+
+def test_walls_of_a_room_that_lean_to_both_sides_are_aligned():
+    found = map_of_room(np.array([[0.0, 0], [6, 0.2], [6.2, 4.2], [0, 4]]))
+    assert found.walls == 4
+    assert found.square == pytest.approx(1.0)
+
+
+def test_map_of_a_room_has_its_directions_by_length():
+    """A room with one slanted wall."""
+    found = map_of_room(np.array([[0.0, 0], [6, 0], [6, 2], [4, 4], [0, 4]]))
     assert (found.used, found.walls, found.shared) == (20, 5, 5)
     slanted, length = np.sqrt(8), 16 + np.sqrt(8)
     assert found.length == pytest.approx(length, rel=0.03)
