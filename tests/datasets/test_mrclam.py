@@ -63,6 +63,7 @@ def test_robots_landmarks_and_misread_barcodes_are_kept_apart(tmp_path):
 BAD_LINES = [
     ("Barcodes", b"8 63", "names a subject or barcode a second time"),
     ("Barcodes", b"8.5 99", "a subject or barcode is not a positive integer"),
+    ("Barcodes", b"0 99", "a subject or barcode is not a positive integer"),
     ("Landmark_Groundtruth", b"6 0 0 0 0", "names a subject or barcode a second time"),
     ("Landmark_Groundtruth", b"8 0 0 -1 0", "a standard deviation is negative"),
     ("Landmark_Groundtruth", b"-8 0 0 0 0", "a subject or barcode is not a positive integer"),

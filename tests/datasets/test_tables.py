@@ -155,6 +155,8 @@ COVS = f"{CSV},cov_xx,cov_xy,cov_xh,cov_yy,cov_yh,cov_hh"
         (f"{COVS}\n1,0,0,0,1,2,0,1,0,1\n", "covariances must be positive semi-definite"),
         ("1 0 0 0 0 0 0\n", "line 1: fewer values"),
         ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: its time does not lie after"),
+        ("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "line 2: its time does not lie after"),
+        ("1 0 0 0 0 0 0 1.01\n", "line 1: its quaternion qx qy qz qw is not of unit length"),
         ("1 0 0 0 0 0 1 1\n", "line 1: its quaternion qx qy qz qw is not of unit length"),
         ("1 0 0 0 1 0 0 0\n", "line 1: its quaternion qx qy qz qw turns the robot onto its side"),
         ("1 0 0 0 0 0 nan 1\n", "line 1: a value is NaN or infinite"),

@@ -39,6 +39,14 @@ def test_every_number_is_read_back_in_the_order_of_the_drive(tmp_path):
     assert graph.report.others == {"#": 1}
 
 
+def test_sightings_follow_the_drive_whatever_its_poses_are_called(tmp_path):
+    lines = [line.replace(b"ODOMETRY 0 1", b"ODOMETRY 0 7") for line in LINES]
+    lines = [line.replace(b"ODOMETRY 1 3", b"ODOMETRY 7 3") for line in lines]
+    graph = read_landmark_graph(write(tmp_path / "a.txt", [*lines, b"LANDMARK 7 1 2 2 0.4 0 0.4"]))
+    np.testing.assert_array_equal(graph.observers, [0, 1, 2, 2])
+    np.testing.assert_array_equal(graph.values, [[5, -3], [2, 2], [4, -2], [1, 1]])
+
+
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
@@ -106,6 +114,7 @@ def test_vehicle_and_fixes_are_read_back_in_seconds(tmp_path):
         ({"timeGps": TIME[:0], "Lo_m": ONES[:0], "La_m": ONES[:0]}, r"have \[0\] values"),
         ({"timeGps": TIME, "Lo_m": ONES, "La_m": np.nan * ONES}, "La_m is NaN .* at row 1"),
         ({"timeGps": TIME[::-1], "Lo_m": ONES, "La_m": ONES}, "timeGps does not rise after row 1"),
+        ({"timeGps": 25 * (TIME > 0), "Lo_m": ONES, "La_m": ONES}, "does not rise after row 2"),
     ],
 )
 def test_bad_arrays_are_named(tmp_path, arrays, message):

@@ -151,6 +151,7 @@ PATH = np.arange(12.0).reshape(4, 3)
 HOLE = np.where(PATH == 4, np.nan, PATH)
 TRIANGLE = np.stack([np.cos(2 * np.pi * np.arange(3) / 3), np.sin(2 * np.pi * np.arange(3) / 3)], 1)
 MIRRORED = TRIANGLE * [1, -1] + 1e-13 * np.eye(3, 2)
+STILL = 1e6 + np.spacing(1e6) * np.eye(3, 2)  # but for the last digit
 SQUARE = np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
 
 
@@ -166,6 +167,7 @@ SQUARE = np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
         (lambda: align(PATH[:1], PATH[:1]), "do not determine a rotation"),
         (lambda: align(np.full((4, 2), 7e6), PATH), "do not determine a rotation"),
         (lambda: align(np.full((3, 2), 0.1), PATH[:3]), "do not determine a rotation"),
+        (lambda: align(STILL, TRIANGLE), "do not determine a rotation"),
         (lambda: align(MIRRORED, TRIANGLE), "do not determine a rotation"),
         (lambda: align(SQUARE, SQUARE * [1, -1]), "do not determine a rotation: spread 4 m²"),
         (lambda: end_error(PATH[:, :2], PATH[:, :2]), r"two paths \(k, 3\) of one length"),

@@ -430,6 +430,30 @@ def test_a_reference_without_weight_changes_nothing():
     np.testing.assert_allclose(tied.innovations[..., 1:], plain.innovations, atol=1e-9)
 
 
+def test_a_reference_may_have_a_noise_of_its_own_in_each_run():
+    data = referenced_data(2, 6, 4, runs=3)
+    data["R"] = np.random.default_rng(5).uniform(0.2, 2, (3, 6))
+    together = referenced(data, -1)
+    for run in range(3):
+        own = {name: data[name][run : run + 1] for name in ("values", "looks", "R")}
+        alone = referenced(data, -1, **own)
+        np.testing.assert_allclose(together.means[run], alone.means[0], rtol=1e-12)
+        np.testing.assert_allclose(together.covs[run], alone.covs[0], rtol=1e-12)
+
+
+def test_deviations_are_the_roots_of_the_variances():
+    run = referenced(referenced_data(2, 6, 4), -1)
+    variances = np.moveaxis([run.covs[..., i, i] for i in range(3)], 0, -1)
+    np.testing.assert_allclose(run.deviations**2, variances, rtol=1e-14)
+
+
+def test_a_motion_moves_the_vehicle_and_makes_it_uncertain_by_its_variance():
+    made = motion(0.3, 0.25, 2)
+    np.testing.assert_array_equal(made.noise, np.diag([0.25, 0, 0]))
+    np.testing.assert_array_equal(made.transition, np.eye(3))
+    np.testing.assert_array_equal(made.shift, [0.3, 0, 0])
+
+
 @given(st.integers(1, 5), st.integers(1, 10), st.floats(-1e3, 1e3), st.integers(0, 2**31))
 @settings(max_examples=25)
 def test_anchor_and_external_sensor_of_equal_noise_are_one_system(n, steps, position, seed):

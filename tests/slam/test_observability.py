@@ -280,6 +280,53 @@ def test_symbols_and_numbers_are_the_same_matrix(name):
     np.testing.assert_allclose(ours, np.array(exact.tolist(), dtype=float), atol=1e-12)
 
 
+class Made:
+    """A sensor given by its formula."""
+
+    def __init__(self, formula):
+        self.formula = formula
+
+
+def test_rank_in_symbols_knows_that_the_squares_of_sine_and_cosine_sum_to_one():
+    angle = symbolic.pose()[2]
+    one = sympy.sin(angle) ** 2 + sympy.cos(angle) ** 2
+    for entry, rank in ((one - 1, 0), (one + 1, 1), (sympy.sin(2 * angle), 1)):
+        found = symbolic.read(sympy.Matrix([[entry.expand(trig=True), 0, 0]]), [Position()])
+        assert (found.rank, len(found.unseen)) == (rank, 3 - rank)
+
+
+def test_minors_in_symbols_are_counted_once_whatever_their_sign():
+    (anchor,) = (s for s in sensors("one anchor", places=SYMBOLS) if isinstance(s, Anchor))
+    mirrored = Made(lambda x: -symbolic.measurement([anchor], x))
+    dx, dy = symbolic.DISPLACEMENT
+    minors = symbolic.fixed_point_minors([mirrored, Landmarks()])
+    assert len(minors) == 2
+    assert {sympy.Abs(m) for m in minors} == {sympy.Abs(dx), sympy.Abs(dy)}
+
+
+def test_minors_in_symbols_are_determinants_in_numbers():
+    """Oracle: the determinants of the rows in numbers, of a sensor of mixed powers of the sine."""
+    x = symbolic.state(1)
+    odd = Made(lambda x: sympy.Matrix([x[0] * sympy.sin(x[2]) ** 2 + x[1] ** 2 + x[0], x[1]]))
+    used = [odd, Landmarks()]
+    values = dict(
+        zip([*x, *symbolic.DISPLACEMENT], [0.3, -0.8, 0.7, 1.9, 2.3, 0.5, -0.4], strict=True)
+    )
+    matrix = np.array(symbolic.fixed_point_matrix(used).subs(values).tolist(), dtype=float)
+    expected = {round(abs(np.linalg.det(matrix[[0, 1, 2, 3, row]])), 9) for row in range(4, 8)}
+    minors = symbolic.fixed_point_minors(used)
+    assert {round(abs(float(m.subs(values))), 9) for m in minors} == expected - {0.0}
+
+
+def test_poses_in_symbols_may_be_made_of_one_another():
+    x, y, angle = symbolic.pose()
+    used = [Made(lambda s: sympy.Matrix([s[0] ** 2 * s[1]])), Landmarks()]
+    swapped = symbolic.trajectory_matrix(used, poses=[(y, x, angle)])
+    plain = symbolic.trajectory_matrix(used, poses=[(x, y, angle)])
+    assert swapped == plain.subs({x: y, y: x}, simultaneous=True)
+    assert swapped != plain
+
+
 @pytest.mark.parametrize("landmarks", [1, 2])
 def test_at_one_point_an_anchor_is_enough_exactly_if_the_robot_is_thought_to_move(landmarks):
     used = sensors("one anchor", places=SYMBOLS)

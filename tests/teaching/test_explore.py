@@ -60,6 +60,13 @@ def square(size):
 # ---- controls ----
 
 
+def test_a_value_is_known_up_to_rounding_and_no_further():
+    control = slider("Angle", [0.1, 0.3], 0.1)
+    assert control.index_of(0.1 + 0.2) == 1
+    with pytest.raises(ValueError, match=r"no value 0\.3001"):
+        control.index_of(0.3001)
+
+
 def test_sliders_show_values_with_their_unit():
     control = slider("Angle", np.linspace(-0.3, 0.3, 3), 0.3, "°")
     assert control.values == (-0.3, 0.0, 0.3)

@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 from robot_perception.teaching.explore import explore, slider
-from robot_perception.teaching.figures import image_axes
+from robot_perception.teaching.figures import figure, image_axes
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.states import WEBP
+from robot_perception.teaching.states import WEBP, pack, render
 
 ALT = "Classes of a picture, one colour for each class."
 PALETTE = np.array([[30, 60, 110], [20, 130, 135], [215, 150, 40]], np.uint8)
@@ -62,3 +62,11 @@ def test_the_stored_default_is_the_exact_image(monkeypatch):
 def test_figures_are_not_made_of_pixels(option):
     with pytest.raises(TypeError, match="pixelated and lossless are for a draw that returns"):
         made(lambda seed: image_axes(classes(seed))[0], **{option: True})
+
+
+def test_states_are_the_same_bytes_at_any_time(monkeypatch):
+    fig, _ = figure()
+    frames = [render(fig, "An empty drawing.")]
+    before = pack(frames)
+    monkeypatch.setattr("time.time", lambda: 1e9)
+    assert pack(frames) == before

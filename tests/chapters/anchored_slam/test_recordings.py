@@ -27,42 +27,14 @@ from robot_perception.slam.planar import (
     Odometry,
     RangeBearing,
     Settings,
-    Velocity,
-    compound,
     dead_reckoning,
-    predict,
     run_filter,
 )
-from robot_perception.streams import Held
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.records import records
 from robot_perception.walls import LandmarkReport, ScanReport
 
 # ---- five robots ---------------------------------------------------------------------------------
-
-
-@given(st.integers(0, 2**31))
-@settings(max_examples=40)
-def test_joined_arcs_are_what_the_filter_makes_of_them_one_by_one(seed):
-    """Law: one motion of many pieces gives the belief that its pieces give one after the other."""
-    rng = np.random.default_rng(seed)
-    pieces = int(rng.integers(1, 9))
-    held = Held(
-        np.stack([rng.normal(0.2, 0.2, pieces), rng.choice([0, 1e-5, 0.5, -1.3], pieces)], axis=1),
-        rng.uniform(0.01, 1.5, pieces),
-        np.cumsum(np.append(0, rng.integers(0, 2, pieces - 1))),
-    )
-    density = np.array([2e-3, 1e-3])
-    root = rng.normal(size=(3, 3))
-    one = many = MapBelief.start(rng.normal(size=3), 0.01 * root @ root.T)
-    for increment, cov in zip(*compound(held, density), strict=True):
-        one = predict(one, Odometry(increment, cov))
-    for (speed, rate), duration in zip(held.commands, held.durations, strict=True):
-        noise = np.diag(density) / duration
-        many = predict(many, Velocity(float(speed), float(rate), float(duration), noise))
-    np.testing.assert_allclose(one.mean[:2], many.mean[:2], atol=1e-9)
-    assert wrap_angle(one.mean[2] - many.mean[2]) == pytest.approx(0, abs=1e-9)
-    np.testing.assert_allclose(one.cov, many.cov, rtol=1e-7, atol=1e-12)
 
 
 LANDMARKS = SurveyedLandmarks(

@@ -3,12 +3,12 @@
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import solve_ivp
 
-from robot_perception.geometry import between, compose
+from robot_perception.geometry import between, compose, wrap_angle
 from robot_perception.slam.planar import (
     CartesianSensor,
     Compass,
@@ -16,9 +16,11 @@ from robot_perception.slam.planar import (
     Odometry,
     PositionFix,
     RangeBearing,
+    Settings,
     Velocity,
     compound,
     dead_reckoning,
+    predict,
 )
 from robot_perception.streams import Held
 from tests.slam.planar.drives import Q, R, wrapped
@@ -186,6 +188,40 @@ def test_bearing_residuals_are_wrapped():
     np.testing.assert_allclose(sensor.residual(values, expected)[:, 1], [-short, short])
 
 
+@given(st.integers(0, 2**31))
+@settings(max_examples=40)
+def test_joined_arcs_are_what_the_filter_makes_of_them_one_by_one(seed):
+    """Law: one motion of many pieces gives the belief that its pieces give one after the other."""
+    rng = np.random.default_rng(seed)
+    pieces = int(rng.integers(1, 9))
+    held = Held(
+        np.stack([rng.normal(0.2, 0.2, pieces), rng.choice([0, 1e-5, 0.5, -1.3], pieces)], axis=1),
+        rng.uniform(0.01, 1.5, pieces),
+        np.cumsum(np.append(0, rng.integers(0, 2, pieces - 1))),
+    )
+    density = np.array([2e-3, 1e-3])
+    root = rng.normal(size=(3, 3))
+    one = many = MapBelief.start(rng.normal(size=3), 0.01 * root @ root.T)
+    for increment, cov in zip(*compound(held, density), strict=True):
+        one = predict(one, Odometry(increment, cov))
+    for (speed, rate), duration in zip(held.commands, held.durations, strict=True):
+        noise = np.diag(density) / duration
+        many = predict(many, Velocity(float(speed), float(rate), float(duration), noise))
+    np.testing.assert_allclose(one.mean[:2], many.mean[:2], atol=1e-9)
+    assert wrap_angle(one.mean[2] - many.mean[2]) == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(one.cov, many.cov, rtol=1e-7, atol=1e-12)
+
+
+def test_a_landmark_stands_where_its_name_says():
+    root = np.random.default_rng(3).normal(size=(9, 9))
+    belief = MapBelief(np.arange(9.0), root @ root.T, np.array([70, 0, 4]))
+    for row, name in enumerate((70, 0, 4)):
+        places = [3 + 2 * row, 4 + 2 * row]
+        np.testing.assert_array_equal(belief.landmark(name).mean, places)
+        np.testing.assert_array_equal(belief.landmark(name).cov, belief.cov[np.ix_(places, places)])
+        np.testing.assert_array_equal(belief.landmark_covs[row], belief.landmark(name).cov)
+
+
 ONE_ARC = Held(np.ones((1, 2)), np.ones(1), np.zeros(1, dtype=int))
 NAN, TILTED = np.nan, np.array([[1.0, 0.5], [0.0, 1.0]])
 BAD = [
@@ -218,6 +254,7 @@ BAD = [
     (lambda: MapBelief.start(np.zeros(3), np.triu(np.ones((3, 3)))), "cov must be symmetric"),
     (lambda: MapBelief.start(np.array([0, NAN, 0]), np.eye(3)), "pose must be finite"),
     (lambda: MapBelief.start(np.zeros(3), np.eye(3)).slot(7), "landmark_id must be .*, got 7"),
+    (lambda: Settings(CartesianSensor(R), {-1: np.zeros(2)}), "at least 0 as identifier, got -1"),
 ]  # fmt: skip
 
 
