@@ -146,6 +146,15 @@ def test_path_hull_settles_exact_ties_like_the_plain_algorithm(heights, toleranc
     )
 
 
+@pytest.mark.parametrize("n", [1024, 16384])
+def test_path_hull_gives_up_settling_ties_before_it_costs_the_square(n):
+    """A comb: half of the vertices tie at every split."""
+    comb = np.stack([np.arange(n), np.arange(n) % 2], axis=-1).astype(float)
+    assert count_hull_steps(comb, 0.1) < 8 * n * np.log2(n)
+    assert count_distances(comb, 0.1) > n * n / 3
+    np.testing.assert_array_equal(simplify_path_hull(comb, 0.1), simplify(comb, 0.1))
+
+
 def test_path_hull_settles_ties_of_rounding_like_the_plain_algorithm():
     """Turned plateaus: vertices of one height, whose heights differ in the last digit."""
     for rng in np.random.default_rng(0).spawn(300):

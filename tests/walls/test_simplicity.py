@@ -32,6 +32,24 @@ def all_pairs(chain):
     ]
 
 
+def overlapping_neighbours(chain):
+    """Pairs of edges that share a vertex, and more than that by shapely."""
+    edges = shapely.linestrings(np.stack([chain[:-1], chain[1:]], axis=1))
+    pairs = [(a, a + 1) for a in range(len(edges) - 1)]
+    pairs += [(0, len(edges) - 1)] if len(edges) > 2 and (chain[0] == chain[-1]).all() else []
+    return [[a, b] for a, b in pairs if edges[a].intersection(edges[b]).length > 0]
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_lattice_rings_have_the_crossings_that_shapely_finds(seed):
+    """Rings close straight on, by folding back and at a corner, and cross elsewhere or not."""
+    ring = np.random.default_rng(seed).integers(0, 4, (9, 2)).astype(float)
+    chain = np.vstack([ring, ring[:1]])
+    chain = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
+    expected = sorted(all_pairs(chain) + overlapping_neighbours(chain))
+    assert find_crossings(chain).tolist() == expected
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_random_chains_have_the_crossings_that_shapely_finds(seed):
     rng = np.random.default_rng(seed)
