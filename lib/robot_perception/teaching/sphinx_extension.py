@@ -51,11 +51,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
-    app.connect("env-purge-doc", _forget_figures)
-    app.connect("env-merge-info", _merge_figures)
-    app.connect("doctree-read", _note_figures)
-    app.connect("env-get-updated", _number_figures, priority=900)  # after the chapters
-    app.connect("html-page-context", _write_numbers)
+    connect_figures(app)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
@@ -64,6 +60,15 @@ def setup(app: Sphinx) -> dict[str, Any]:
     for sheet in ("figure.css", "explorer.css", "film.css"):
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def connect_figures(app: Sphinx) -> None:
+    """Have figures numbered: what `setup` does for them, for a book that wants nothing else."""
+    app.connect("env-purge-doc", _forget_figures)
+    app.connect("env-merge-info", _merge_figures)
+    app.connect("doctree-read", _note_figures)
+    app.connect("env-get-updated", _number_figures, priority=900)  # after the chapters
+    app.connect("html-page-context", _write_numbers)
 
 
 def _configure(app: Sphinx, config: Config) -> None:
