@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from sphinx.application import Sphinx
+from sphinx.util.docutils import docutils_namespace
 
 from robot_perception.teaching import sphinx_extension
 from robot_perception.teaching.figures.output import figcaption, opening
@@ -41,8 +42,11 @@ def made(folder: Path, pages: dict[str, str]) -> tuple[dict[str, str], str]:
             path.write_text(text)
     warnings = io.StringIO()
     settings = {"extensions": "myst_parser,tests.site.test_numbers"}
-    app = Sphinx(source, None, target, folder / "trees", "html", settings, io.StringIO(), warnings)
-    app.build()
+    with docutils_namespace():  # without it a second build in one process complains
+        app = Sphinx(
+            source, None, target, folder / "trees", "html", settings, io.StringIO(), warnings
+        )
+        app.build()
     return {name: (target / f"{name}.html").read_text() for name in pages}, warnings.getvalue()
 
 
