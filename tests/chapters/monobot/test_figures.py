@@ -122,7 +122,7 @@ def test_honesty_names_every_variant_in_its_own_colour():
     variants = broken.run(replace(FIG4, runs=4, steps=9), rng=RNG(1))
     _, ax = figure()
     draw.honesty(ax, variants)
-    named = {line.get_label(): line for line in ax.lines}
+    named = {line.get_label().replace("\n", " "): line for line in ax.lines}
     assert list(named) == [v.name for v in variants]
     assert len({line.get_color() for line in ax.lines}) == len(variants)
     for v in variants:

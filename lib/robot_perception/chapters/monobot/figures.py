@@ -1,6 +1,7 @@
 """Drawings of the chapter: results and axes in, axes out."""
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -334,7 +335,7 @@ def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
     for (name, curve), meaning in zip(curves.items(), VARIANTS, strict=True):
-        ax.plot(curve, color=MEANING[meaning], label=name)
+        ax.plot(curve, color=MEANING[meaning], label=fill(name, 16, break_on_hyphens=False))
     ax.set(xlim=(0, len(curve) - 1), ylim=(0, None), xlabel=LOOKS, ylabel=what)
     return ax
 

@@ -1,6 +1,7 @@
 """Drawings of the loop: maps of the building, errors, consistency, and the states of explorers."""
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -66,7 +67,7 @@ def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) 
         for k, (name, end) in enumerate(rows.items()):
             ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
-        ax.set_yticks(range(len(rows)), list(rows))
+        ax.set_yticks(range(len(rows)), [fill(name, 14) for name in rows])
         ax.set_xscale("log")
         ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -105,12 +106,15 @@ def nees_along(ax: Axes, result: Result) -> Axes:
 
 
 def _names(ax: Axes, ends: Mapping[str, float]) -> None:
-    """Write each name at the right end of its line, apart from the next."""
+    """Write each name, in short lines, at the right end of its curve, apart from the next."""
     low, high = ax.get_ylim()
-    place = low
+    top = low
     for name, value in sorted(ends.items(), key=lambda item: item[1]):
-        place = max(value, place + 0.085 * (high - low))
-        label(ax, 1.02 * ax.get_xlim()[1], place, name, tint(name), fontsize=9)
+        text = fill(name, 15)
+        half = 0.0425 * (high - low) * (1 + text.count("\n"))
+        place = max(value, top + half)
+        label(ax, 1.02 * ax.get_xlim()[1], place, text, tint(name), fontsize=9)
+        top = place + half
 
 
 def growth(axes: AxesRow, result: Result) -> AxesRow:

@@ -37,13 +37,10 @@ def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> n
     for row, what in zip(axes, ROWS, strict=True):
         limits = np.array([ax.get_ylim() for ax in row])
         for ax in row:
-            ax.set(ylim=(limits[:, 0].min(), limits[:, 1].max()), xlabel="", ylabel="")
+            ax.set(ylim=(limits[:, 0].min(), limits[:, 1].max()), xlabel="", ylabel=what)
             ax.locator_params(nbins=4)
-        row[0].set_ylabel(what)
     for ax in axes[:-1].flat:
         ax.tick_params(labelbottom=False)
-    for ax in axes[:, 1:].flat:
-        ax.tick_params(labelleft=False)
     for ax in axes[-1]:
         ax.set_xlabel(LOOKS)
     return axes
