@@ -13,7 +13,7 @@ async (root) => {
   const canvas = root.querySelector(".rp-canvas");
   const image = canvas.querySelector("img");
   if (image) await image.decode();
-  const node = image ?? canvas.querySelector("svg");
+  const node = image ?? canvas.firstElementChild; // a drawing, or a row of them
   const complaint = root.querySelector(".rp-error:not([hidden])")?.textContent ?? "";
   const { width, height } = node.getBoundingClientRect();
   return {

@@ -1,6 +1,7 @@
 """Drawings of the loop: maps of the building, errors, consistency, and the states of explorers."""
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,36 +13,13 @@ from robot_perception.chapters.anchored_slam.posts import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    TEAL,
-    band,
-    ellipses,
-    label,
-)
+from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 from robot_perception.teaching.tables import Table
-
-TINTS = {
-    "plain": RED,
-    "anchored": ORANGE,
-    "external": GREEN,
-    "first estimates": BLUE,
-    "anchored, first estimates": TEAL,
-    "true Jacobians": PURPLE,
-}
-"""The colour of each filter; the same in all pictures."""
 
 
 def tint(variant: str) -> str:
-    """Return the colour of a filter; variants of the rule share the ink's."""
-    return TINTS.get(variant, INK)
+    """Return the colour of a filter; variants of the rule share one."""
+    return MEANING.get(variant, MEANING["rule"])
 
 
 # The building ------------------------------------------------------------------------------------
@@ -49,19 +27,19 @@ def tint(variant: str) -> str:
 
 def two_maps(axes: AxesRow, maps: Maps) -> AxesRow:
     """Draw Fig. 7 again: for each filter its readings over the true plan, path and end error."""
-    truth = maps.drive.poses
+    truth, error = maps.drive.poses, MEANING["error"]
     for ax, (name, history) in zip(axes, maps.histories.items(), strict=True):
         path, readings = history.poses, maps.readings[name]
-        lines(ax, maps.faces, FAINT, 3.0, zorder=0)
-        dots(ax, readings, BLUE, 1.1)
-        ax.plot(*truth[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-        ax.plot(*path[:, :2].T, color=ORANGE, linewidth=1.6)
+        lines(ax, maps.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
+        dots(ax, readings, size=1.1)
+        ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
+        ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
         ends = np.stack([truth[-1, :2], path[-1, :2]])
-        ax.plot(*ends.T, color=RED, linewidth=2.2)
-        ax.plot(*ends[1], "o", color=RED, markersize=5)
+        ax.plot(*ends.T, color=error, linewidth=2.2)
+        ax.plot(*ends[1], "o", color=error, markersize=5)
         if name.startswith("anchored"):
             anchor = maps.drive.landmarks[first_observed(maps.drive.seen)]
-            ax.plot(*anchor, "P", color=INK, markersize=9)
+            ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
         ax.set_title(f"{name}: {np.hypot(*(ends[1] - ends[0])):.2f} m off at the end")
         plan(ax, np.vstack([maps.faces.reshape(-1, 2), readings]))
         ax.locator_params(nbins=5)
@@ -89,7 +67,7 @@ def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) 
         for k, (name, end) in enumerate(rows.items()):
             ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
-        ax.set_yticks(range(len(rows)), list(rows))
+        ax.set_yticks(range(len(rows)), [fill(name, 14) for name in rows])
         ax.set_xscale("log")
         ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -114,7 +92,7 @@ def nees_along(ax: Axes, result: Result) -> Axes:
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
     at = _places(1 + len(next(iter(nees.values()))))
     along, nees = result.config.step * at, {name: v[at - 1] for name, v in nees.items()}
-    band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MUTED)
+    band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name))
     top = max(max(v.max() for v in nees.values()), 2 * high)
@@ -128,12 +106,15 @@ def nees_along(ax: Axes, result: Result) -> Axes:
 
 
 def _names(ax: Axes, ends: Mapping[str, float]) -> None:
-    """Write each name at the right end of its line, apart from the next."""
+    """Write each name, in short lines, at the right end of its curve, apart from the next."""
     low, high = ax.get_ylim()
-    place = low
+    top = low
     for name, value in sorted(ends.items(), key=lambda item: item[1]):
-        place = max(value, place + 0.085 * (high - low))
-        label(ax, 1.02 * ax.get_xlim()[1], place, name, tint(name), fontsize=9)
+        text = fill(name, 15)
+        half = 0.0425 * (high - low) * (1 + text.count("\n"))
+        place = max(value, top + half)
+        label(ax, 1.02 * ax.get_xlim()[1], place, text, tint(name), fontsize=9)
+        top = place + half
 
 
 def growth(axes: AxesRow, result: Result) -> AxesRow:
@@ -159,35 +140,36 @@ def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
     here, there = axes
     posts, poses = state.config.world
     at, shown = _places(len(poses)), np.linspace(1, len(poses) - 1, 14).astype(int)
-    here.plot(*poses[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-    here.plot(*posts.T, "o", color=MUTED, markersize=3)
-    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], BLUE)
+    truth, robot, heading = MEANING["truth"], MEANING["robot"], MEANING["heading"]
+    here.plot(*poses[:, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    here.plot(*posts.T, "o", color=truth, markersize=3)
+    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], robot)
     if state.anchors:
-        here.plot(*posts[list(state.anchors)].T, "P", color=ORANGE, markersize=10)
+        here.plot(*posts[list(state.anchors)].T, "P", color=MEANING["anchor"], markersize=10)
     plan(here, posts, margin=3.0)
     along, top = state.config.step * at, 1.8
-    there.plot(along, state.runs.rms[at], color=BLUE)
-    there.plot(along, state.runs.rms_heading[at] / 10, color=PURPLE)
+    there.plot(along, state.runs.rms[at], color=robot)
+    there.plot(along, state.runs.rms_heading[at] / 10, color=heading)
     there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
     for ax in axes:
         ax.locator_params(nbins=4)
-    label(there, 0.02 * along[-1], 0.93 * top, "position (m)", BLUE)
-    label(there, 0.02 * along[-1], 0.83 * top, "heading (10°)", PURPLE)
+    label(there, 0.02 * along[-1], 0.93 * top, "position (m)", robot)
+    label(there, 0.02 * along[-1], 0.83 * top, "heading (10°)", heading)
     return axes
 
 
 def moment(ax: Axes, played: Played, time: int) -> Axes:
     """Draw what a filter believes at one moment, with 2σ ellipses, on axes cleared first."""
     ax.clear()
-    step, colour = played.steps[time], tint(played.case.variant)
+    step, robot, truth = played.steps[time], MEANING["robot"], MEANING["truth"]
     belief, path = played.history.kept[step], played.history.poses[: step + 1]
-    ax.plot(*played.drive.landmarks.T, "o", color=MUTED, markersize=3)
-    ax.plot(*played.drive.poses[: step + 1, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-    ax.plot(*path[:, :2].T, color=colour, linewidth=1.6)
-    ellipses(ax, belief.landmarks, belief.landmark_covs, BLUE, width=1.1)
-    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], colour, width=2.2)
+    ax.plot(*played.drive.landmarks.T, "o", color=truth, markersize=3)
+    ax.plot(*played.drive.poses[: step + 1, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=robot, linewidth=1.6)
+    ellipses(ax, belief.landmarks, belief.landmark_covs, MEANING["landmark"], width=1.1)
+    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], robot, width=2.2)
     heading = np.degrees(path[-1, 2]) - 90
-    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=colour, markersize=9)
+    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=robot, markersize=9)
     along = step * played.config.step
     ax.set_title(f"{played.case.variant}: {along:.0f} m driven, {played.off(time):.2f} m off")
     ax.set(xlim=(-11, 30), ylim=(-7, 22), xlabel="x (m)", ylabel="y (m)")
