@@ -127,7 +127,8 @@ def example(
     outside = np.abs(y) > limit
     # a comment on the guard
     if outside.any():
-        raise ValueError("too large")
+        first = int(np.argmax(outside))
+        raise ValueError(f"entry {first} is too large")
     for name, value in (("x", y), ("gain", gain)):
         if value is None:
             raise ValueError(f"{name} is None")

@@ -190,7 +190,7 @@ class _Cutter(ast.NodeTransformer):
 
     def visit_If(self, node: ast.If) -> ast.AST | None:
         """Drop a guard, and a branch of which nothing is left."""
-        if not node.orelse and len(node.body) == 1 and isinstance(node.body[0], ast.Raise):
+        if not node.orelse and isinstance(node.body[-1], ast.Raise):
             return self._drop(node)
         cuts, idle, whole = len(self._cuts), set(self._idle), deepcopy(node)
         self.generic_visit(node)
