@@ -129,9 +129,12 @@ def example(
     if outside.any():
         first = int(np.argmax(outside))
         raise ValueError(f"entry {first} is too large")
+    last = None
     for name, value in (("x", y), ("gain", gain)):
         if value is None:
-            raise ValueError(f"{name} is None")
+            raise ValueError(f"{name} is None after {last}")
+        if name != "gain":
+            last = name
 
     count: int = len(y)
     scale = gain if gain is None else checks.number("gain", gain + 0) * count

@@ -92,14 +92,18 @@ class _Cutter(ast.NodeTransformer):
         self._arrays: set[str] = set()
         self._cuts: list[tuple[int, int, str]] = []
         self._idle: set[str] = set()  # names that what was cut had read
+        self._needed: set[str] | None = None  # names that are read, once this is known
+        self._dropped = 0
         (node,) = ast.parse(self._source).body
         self._cut_types(node)
         if ast.get_docstring(node) is not None:
             self._cut_lines(node.body.pop(0))
         above = len(self._cuts)
         self.generic_visit(node)
-        while self._drop_idle(node):
-            pass
+        dropped = -1
+        while dropped < self._dropped:
+            dropped, self._needed = self._dropped, _read(*node.body)
+            self.generic_visit(node)
         self.judged = _left(node)
         if self.judged is not None:  # a check is shown as it is
             del self._cuts[above:]
@@ -170,8 +174,10 @@ class _Cutter(ast.NodeTransformer):
         function = self._behind(node.func)
         judged = _judged(function)
         given = _given(function, node).get(judged) if judged else None
-        converts = _name_of(node.func) in ARRAYS and function.__module__ == checks.__name__
-        if given is None or (converts and ast.unparse(given) not in self._arrays):
+        if given is None:
+            return node
+        converts = function.__name__ in ARRAYS and function.__module__ == checks.__name__
+        if converts and ast.unparse(given) not in self._arrays:
             return node
         opening, closing = ("", "") if isinstance(given, _SIMPLE) else ("(", ")")
         self._cuts.append((self._start(node), self._start(given), opening))
@@ -192,14 +198,15 @@ class _Cutter(ast.NodeTransformer):
         """Drop a guard, and a branch of which nothing is left."""
         if not node.orelse and isinstance(node.body[-1], ast.Raise):
             return self._drop(node)
-        cuts, idle, whole = len(self._cuts), set(self._idle), deepcopy(node)
+        before = len(self._cuts), set(self._idle), self._dropped
+        whole = deepcopy(node)
         self.generic_visit(node)
         if node.body:
             return node
         if not node.orelse:
             return self._drop(node)
+        cuts, self._idle, self._dropped = before
         del self._cuts[cuts:]
-        self._idle = idle
         return whole
 
     def visit_For(self, node: ast.For) -> ast.AST | None:
@@ -216,28 +223,18 @@ class _Cutter(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Assign(self, node: ast.Assign) -> ast.AST | None:
-        """Drop names that are bound to themselves."""
-        read = _read(node)
+        """Drop names that are bound to themselves, or had only served what is cut."""
+        read, names = _read(node), _bound(node)
         self.generic_visit(node)
         if len(node.targets) == 1 and ast.unparse(node.targets[0]) == ast.unparse(node.value):
             self._idle |= read
             return self._drop(node)
+        if self._needed is not None and names & self._idle and not names & self._needed:
+            return self._drop(node)
         return node
 
-    def _drop_idle(self, node: ast.FunctionDef) -> bool:
-        """Drop the bindings that had served only what is cut; return whether there were any."""
-        read = _read(*node.body)
-        for inner in ast.walk(node):
-            for block in (getattr(inner, "body", None), getattr(inner, "orelse", None)):
-                for statement in block if isinstance(block, list) else ():
-                    names = _bound(statement)
-                    if names & self._idle and not names & read:
-                        block.remove(statement)
-                        self._drop(statement)
-                        return True
-        return False
-
     def _drop(self, node: ast.stmt) -> None:
+        self._dropped += 1
         self._note(node)
         self._cut_lines(node)
 
@@ -313,10 +310,8 @@ def _is_name(node: ast.AST) -> bool:
     return isinstance(node, ast.Name)
 
 
-def _bound(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement binds and does nothing else."""
-    if not isinstance(statement, ast.Assign):
-        return set()
+def _bound(statement: ast.Assign) -> set[str]:
+    """Return the names that a statement binds, if it does nothing else."""
     targets = [inner for target in statement.targets for inner in ast.walk(target)]
     if not all(isinstance(t, ast.Name | ast.Tuple | ast.expr_context) for t in targets):
         return set()
