@@ -51,6 +51,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
+    app.connect("env-check-consistency", _name_references)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
@@ -96,6 +97,13 @@ def _caches(app: Sphinx) -> Path:
 def _cache(app: Sphinx, name: str) -> Path:
     """Return the folder of the results of a page: another one for every change below it."""
     return _caches(app) / f"{name.replace('/', '-')}-{app.env.page_keys[name]}"
+
+
+def _name_references(app: Sphinx, env: BuildEnvironment) -> None:
+    """Let `references.md#key` link to an entry of the bibliography, from notebooks as well."""
+    for citation in env.get_domain("cite").citations:
+        slugs = env.metadata[citation.docname].setdefault("myst_slugs", {})
+        slugs[citation.key] = (0, citation.citation_id, citation.key)
 
 
 def _drop_live_code(app: Sphinx) -> None:
