@@ -98,6 +98,17 @@ def test_what_is_left_computes_the_same(name):
     assert all(map(same, again, args)), "an argument was changed"
 
 
+@pytest.mark.parametrize("room", ["gating", "geometry", "kalman", "slam", "walls"])
+def test_what_is_left_of_any_function_of_a_room_computes_the_same(room):
+    calls = importlib.import_module(f"tests.hostile.calls.{room}").CALLS
+    functions = [function for function in calls if inspect.isfunction(python(function))]
+    assert len(functions) >= 5
+    for function in functions:
+        (args, kwargs), (again, named) = calls[function](), calls[function]()
+        found = from_listing(function)(*again, **named)
+        assert same(found, function(*args, **kwargs)), function.__qualname__
+
+
 @pytest.mark.parametrize("name", SHOWN)
 def test_what_is_left_has_no_validation_no_annotation_and_no_docstring(name):
     code = reduced(python(SHOWN[name]))
