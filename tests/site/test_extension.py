@@ -181,3 +181,23 @@ def test_states_that_no_page_shows_are_removed(tmp_path: Path):
 def test_words_to_the_tests_are_not_shown_to_readers(tmp_path: Path):
     body = f"<pre><span></span>{sphinx_extension.COMPARED}print(1)</pre>"
     assert finished(body, tmp_path)["body"] == "<pre><span></span>print(1)</pre>"
+
+
+def waiting(answer: str) -> str:
+    """Return a bet as a notebook puts it on a page."""
+    return f'<div class="rp-bet">?</div><p class="rp-bet-answer" data-waiting>{answer}</p>'
+
+
+def test_answers_of_bets_move_to_the_ends_of_their_sections(tmp_path: Path):
+    inner = f"<section id='b'>{waiting('2')}<p>two</p></section>"
+    outer = f"<section id='a'>{waiting('1')}<p>one</p>{waiting('3')}{inner}<p>last</p></section>"
+    body = finished(f"<section>{outer}<p>end</p></section>", tmp_path)["body"]
+    bet, answer = '<div class="rp-bet">?</div>', '<p class="rp-bet-answer">{}</p>'.format
+    inner = f"<section id='b'>{bet}<p>two</p>{answer(2)}</section>"
+    outer = f"{bet}<p>one</p>{bet}{inner}<p>last</p>{answer(1)}{answer(3)}"
+    assert body == f"<section><section id='a'>{outer}</section><p>end</p></section>"
+
+
+def test_an_answer_outside_of_all_sections_stays(tmp_path: Path):
+    body = finished(f"{waiting('1')}<section>one</section>", tmp_path)["body"]
+    assert body.startswith('<div class="rp-bet">?</div><p class="rp-bet-answer">1</p><section>')

@@ -68,7 +68,9 @@ def lab(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     small = nbformat.v4.new_notebook(cells=cells, metadata={"kernelspec": kernel})
     path = tmp_path_factory.mktemp("notebook") / "small.ipynb"
     nbformat.write(small, path)
-    with jupyterlab([path, *(BOOK / f"{name}.ipynb" for name in CHAPTERS)]) as running:
+    words = Path(__file__).with_name("words.ipynb")
+    book = (BOOK / f"{name}.ipynb" for name in (*CHAPTERS, "scorecard"))
+    with jupyterlab([path, words, *book]) as running:
         yield running
 
 
@@ -171,3 +173,28 @@ def test_a_saved_notebook_shows_its_pictures(small: Page, lab: Lab) -> None:
             expect(picture).to_be_visible()
             assert picture.bounding_box()["width"] > 50
         expect(small.locator(".jp-OutputArea-output:visible", has_text="widget")).to_have_count(0)
+
+
+def test_words_between_figures_are_those_of_the_page(lab: Lab, visit: Visit) -> None:
+    """A bet is answered by keys, badges have their style, and lead to the scorecard beside."""
+    page = visit.page
+    lab.open(page, "words.ipynb")
+    lab.run_all(page, "words.ipynb")
+    place = "() => jupyterapp.shell.currentWidget.content.activeCellIndex"
+    replies = page.locator(".rp-reply")
+    coin = page.locator(".rp-bet").first
+    expect(coin).to_be_visible()
+    assert not any(reply.is_visible() for reply in replies.all())
+    coin.locator("input").first.focus()
+    before = page.evaluate(place)
+    for key in ("Space", "ArrowDown"):
+        page.keyboard.press(key)
+    assert [reply.is_visible() for reply in replies.all()] == [False, True, *[False] * 4]
+    assert page.evaluate(place) == before
+    expect(page.locator(".rp-badges .rp-badge").first).to_have_css("border-radius", "999px")
+    expect(page.locator(".rp-claims th").first).to_have_css("text-align", "left")
+    page.locator(".rp-badges a.rp-badge").first.click()
+    page.wait_for_function(
+        "() => jupyterapp.shell.currentWidget?.context?.path === 'scorecard.ipynb'"
+    )
+    assert not visit.strangers

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 from playwright.sync_api import Browser, BrowserContext, ElementHandle, Page
 
 from robot_perception.teaching.figures import film
-from tests.site import pictures
+from tests.site import extra
 from tests.site.conftest import Visit
 from tests.site.test_explorers import PICTURE
 from tests.site.test_pages import WIDE_ELEMENTS, violations
@@ -26,7 +26,7 @@ DRAWN = "([root, frame]) => root.dataset.drawn === String(frame)"
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of pictures."""
-    return pictures.build(tmp_path_factory.mktemp("pictures"))
+    return extra.build("pictures", tmp_path_factory.mktemp("pictures"))
 
 
 @pytest.fixture

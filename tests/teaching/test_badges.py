@@ -43,6 +43,7 @@ def ledger(monkeypatch):
         )
     )
     monkeypatch.setattr(module, "recorded", lambda: shown)
+    monkeypatch.setenv("ROBOT_PERCEPTION_PAGE", "1")  # links as a page has them
     return shown
 
 

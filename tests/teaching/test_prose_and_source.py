@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from robot_perception import checks
+from robot_perception import checks, kalman
 from robot_perception.teaching import prose
 from robot_perception.teaching.prose import tell
 from robot_perception.teaching.source import show_source
@@ -24,18 +24,26 @@ def test_tell_refuses_missing_and_unused_numbers():
         tell("No number.", gain=1)
 
 
-def test_source_is_the_library_s_with_its_line_and_without_the_docstring():
-    shown = show_source(checks.check_finite)
-    text = shown.bundle["text/plain"]
-    first = inspect.unwrap(checks.check_finite).__code__.co_firstlineno
-    assert f"robot_perception/checks.py, line {first}" in text
-    assert "np.isfinite(value)" in text
-    assert "Raise ``ValueError``" not in text
-    assert "Raise ``ValueError``" in repr(show_source(checks.check_finite, docstring=True))
+def test_source_is_the_library_s_with_its_line_cut_to_what_a_reader_needs():
+    text = repr(show_source(kalman.predict))
+    heading, definition, *body = text.splitlines()
+    first = inspect.unwrap(kalman.predict).__code__.co_firstlineno
+    place = f"robot_perception/kalman.py, line {first}"
+    assert heading == f"# predict in {place}; validation left out"
+    assert definition == "def predict(prior, motion):"
+    assert "Q)) # eq. (5)" in " ".join(body[-1].split())
+    assert "; validation left out" not in repr(show_source(tell, whole=True))
+
+
+def test_all_of_the_source_is_shown_on_demand():
+    whole = repr(show_source(kalman.predict, whole=True))
+    assert 'checks.instance("prior", prior, Gaussian)' in whole
+    assert "Return the belief after a motion." in whole
+    assert "def __post_init__" in repr(show_source(kalman.Motion))
 
 
 def test_source_links_to_the_page_only_in_the_built_book(monkeypatch):
-    assert "href" not in show_source(tell).bundle["text/html"]
+    assert "href" not in show_source(tell).bundle["text/html"].split("</style>")[1]
     monkeypatch.setenv("ROBOT_PERCEPTION_PAGE", "1")
     html = show_source(tell).bundle["text/html"]
     assert f'href="_modules/robot_perception/teaching/prose.html#{prose.__name__}.tell"' in html

@@ -7,8 +7,12 @@ from html import escape
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown
+from robot_perception.teaching.outputs import output
 from robot_perception.teaching.records import records
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin, Verdict
+
+SHEETS = ("badge.css", "table.css")
+"""What badges and tables look like. Tables of results bring no sheet: tests compare their HTML."""
 
 EXPLAINED = {
     Verdict.REPRODUCED: "the whole interval of our number lies inside the stated range",
@@ -47,7 +51,7 @@ def badges(*claim_ids: str) -> Shown:
     entries = [recorded()[claim_id] for claim_id in claim_ids]
     html = "\n".join(_badge(entry) for entry in entries)
     text = "\n".join(f"{e.id}: {e.verdict} ({e.place}; ours {_value(e)})" for e in entries)
-    return Shown({"text/html": f'<p class="rp-badges">{html}</p>', "text/plain": text})
+    return output(f'<p class="rp-badges">{html}</p>', text, *SHEETS)
 
 
 def _badge(entry: Entry) -> str:
@@ -69,7 +73,7 @@ def score() -> Shown:
         for v, count in counts.items()
     )
     text = ", ".join(f"{count} {v}" for v, count in counts.items())
-    return Shown({"text/html": f'<p class="rp-badges">{html}</p>', "text/plain": text})
+    return output(f'<p class="rp-badges">{html}</p>', text, *SHEETS)
 
 
 def claim_table(chapter: str | None = None) -> Shown:
@@ -90,7 +94,7 @@ def claim_table(chapter: str | None = None) -> Shown:
         f'<table class="rp-claims"><thead><tr>{head}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )
-    return Shown({"text/html": html, "text/plain": as_text(ledger)})
+    return output(html, as_text(ledger), *SHEETS)
 
 
 def _row(entry: Entry, *, anchor: bool) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robot_perception.checks import entries, instance, instances, not_negative, shown
 from robot_perception.teaching.media import Shown
+from robot_perception.teaching.outputs import output
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,4 +103,4 @@ class Sheet(Mapping[str, Exercise]):
         outcome, words = self._exercises[key].judge(answer)
         style = outcome.replace(" ", "-")
         html = f'<p class="rp-check rp-check--{style}" role="status">{escape(words)}</p>'
-        return Shown({"text/html": html, "text/plain": f"{key}: {outcome}. {words}"})
+        return output(html, f"{key}: {outcome}. {words}", "check.css")

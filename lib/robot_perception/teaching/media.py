@@ -1,7 +1,11 @@
 """Objects that a notebook shows: one plain value with its representations."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
+
+_MATHEMATICS = re.compile(r"(?<!\\)\$([^$]+)\$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,3 +26,8 @@ class Shown:
 
     def __repr__(self) -> str:
         return self.bundle.get("text/plain", "")
+
+
+def with_mathematics(text: str) -> str:
+    """Return a text as HTML; MathJax sets what stands between dollars, in `mathjax_process`."""
+    return _MATHEMATICS.sub(r"\\(\1\\)", escape(text, quote=False))

@@ -1,8 +1,6 @@
 """Library source beside the equation it computes."""
 
-import ast
 import inspect
-import textwrap
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
@@ -13,10 +11,12 @@ from pygments.lexers import PythonLexer
 
 from robot_perception.checks import flag, shown
 from robot_perception.teaching.figures.output import on_page
+from robot_perception.teaching.listings import reduced, validates
 from robot_perception.teaching.media import Shown
+from robot_perception.teaching.outputs import output
 
 
-def show_source(function: Callable | type, *, docstring: bool = False) -> Shown:
+def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
     """Return the highlighted source of a library function with a link to its line.
 
     In the built book the link opens the source page at that function; in a live notebook the
@@ -26,22 +26,25 @@ def show_source(function: Callable | type, *, docstring: bool = False) -> Shown:
     ----------
     function
         A function or class of the library, compiled ones included.
-    docstring
-        Whether to keep the docstring; without it the code stands beside the equation.
+    whole
+        Whether to show all of the source. Otherwise a function is cut to what stands beside the
+        equation, without docstring, validation and annotations, and the heading says so.
 
     Raises
     ------
     TypeError
         If the object has no Python source.
     """
-    flag("docstring", docstring)
+    flag("whole", whole)
     function = inspect.unwrap(getattr(function, "py_func", function))
     try:
         lines, first = inspect.getsourcelines(function)
         module = inspect.getmodule(function).__name__
     except (OSError, TypeError, AttributeError) as error:
         raise TypeError(f"function {shown(function)} has no Python source to show") from error
-    code = "".join(lines if docstring else _without_docstring(function, lines)).rstrip() + "\n"
+    cut = not whole and inspect.isfunction(function)
+    code = reduced(function) if cut else "".join(lines)
+    left_out = "; validation left out" if cut and validates(function) else ""
     name = function.__qualname__
     place = f"{module.replace('.', '/')}.py, line {first}"
     if on_page():
@@ -50,15 +53,6 @@ def show_source(function: Callable | type, *, docstring: bool = False) -> Shown:
     else:
         link = f"<code>{escape(name)}</code> in {escape(place)}"
     body = highlight(code, PythonLexer(), HtmlFormatter(cssclass="highlight"))
-    html = f'<div class="rp-source"><p class="rp-source-place">{link}</p>{body}</div>'
-    return Shown({"text/html": html, "text/plain": f"# {name} in {Path(place).as_posix()}\n{code}"})
-
-
-def _without_docstring(function: Callable | type, lines: list[str]) -> list[str]:
-    """Return the source lines with the docstring cut out."""
-
-    node = ast.parse(textwrap.dedent("".join(lines))).body[0]
-    if ast.get_docstring(node) is None:
-        return lines
-    first = node.body[0]
-    return lines[: first.lineno - 1] + lines[first.end_lineno :]
+    html = f'<div class="rp-source"><p class="rp-source-place">{link}{left_out}</p>{body}</div>'
+    text = f"# {name} in {Path(place).as_posix()}{left_out}\n{code}"
+    return output(html, text, "listing.css")

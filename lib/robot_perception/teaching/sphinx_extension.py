@@ -2,8 +2,9 @@
 
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 results of a page only as long as all they depend on is the same, copies MathJax from its
-package into the site, moves the states of explorers and films into files beside the page, numbers
-figures and what refers to them, and drops every script that would ask another host for something.
+package into the site, moves the states of explorers and films into files beside the page and the
+answers of bets to the ends of their sections, numbers figures and what refers to them, and drops
+every script that would ask another host for something.
 """
 
 import base64
@@ -29,6 +30,10 @@ from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
 STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
+SHEETS = tuple(
+    f"{name}.css"
+    for name in ("figure", "explorer", "film", "badge", "bet", "check", "listing", "table")
+)
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
 _LOG = logging.getLogger(__name__)
@@ -36,6 +41,9 @@ _FIGURE = re.compile(
     r'<figure class="rp-figure[^"]*"(?: id="(?P<id>[^"]*)")?>(?P<inside>.*?)</figure>', re.S
 )
 _CAPTION = re.compile(r"<figcaption[^>]*>")
+_WAITING = " data-waiting"
+_ANSWER = re.compile(rf'<p class="rp-bet-answer[^>]*{_WAITING}>.*?</p>', re.S)
+_SECTION = re.compile(r"<section\b|</section>")
 _STATES = re.compile(
     r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
@@ -52,12 +60,13 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
     connect_figures(app)
+    app.connect("env-check-consistency", _name_references)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
     for script in ("explorer.js", "film.js"):
         app.add_js_file(script)
-    for sheet in ("figure.css", "explorer.css", "film.css"):
+    for sheet in SHEETS:
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -182,6 +191,13 @@ def _cache(app: Sphinx, name: str) -> Path:
     return _caches(app) / f"{name.replace('/', '-')}-{app.env.page_keys[name]}"
 
 
+def _name_references(app: Sphinx, env: BuildEnvironment) -> None:
+    """Let `references.md#key` link to an entry of the bibliography, from notebooks as well."""
+    for citation in env.get_domain("cite").citations:
+        slugs = env.metadata[citation.docname].setdefault("myst_slugs", {})
+        slugs[citation.key] = (0, citation.citation_id, citation.key)
+
+
 def _drop_live_code(app: Sphinx) -> None:
     """Disconnect sphinx-thebe, which cannot be configured away and names other hosts."""
     for listeners in app.events.listeners.values():
@@ -212,7 +228,7 @@ def _finish_page(
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
-    body = body.replace(COMPARED, "")
+    body = _answers_last(body.replace(COMPARED, ""))
 
     def store(match: re.Match[str]) -> str:
         kind, identifier, name = match["kind"], match["id"], match["name"]
@@ -222,6 +238,21 @@ def _finish_page(
         return f"{opening}{match['inside']}</div>"
 
     context["body"] = _STATES.sub(store, body)
+
+
+def _answers_last(body: str) -> str:
+    """Move the answer of each bet, which only paper shows, to the end of its section."""
+    while waiting := _ANSWER.search(body):
+        start, end = waiting.span()
+        deep = 0
+        for edge in _SECTION.finditer(body, end):
+            deep += -1 if edge[0].startswith("</") else 1
+            if deep < 0:
+                break
+        answer = waiting[0].replace(_WAITING, "", 1)
+        last = edge.start() if deep < 0 else end
+        body = body[:start] + body[end:last] + answer + body[last:]
+    return body
 
 
 def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:

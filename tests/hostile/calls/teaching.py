@@ -10,6 +10,7 @@ import numpy as np
 
 from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching import (
+    bets,
     claims,
     controls,
     exercises,
@@ -180,6 +181,7 @@ CALLS = {
     exercises.Exercise.judge: lambda: call(exercises.Exercise(1.0), 1.0),
     exercises.Sheet: lambda: call({"a": exercises.Exercise(1.0)}),
     exercises.Sheet.check: lambda: call(SHEET, "a", 1.0),
+    bets.bet: lambda: call("Is it so?", {"yes": "It is.", "no": "It is."}, "yes"),
     prose.tell: lambda: call("There are {many}.", many=2),
-    source.show_source: lambda: call(exact, docstring=True),
+    source.show_source: lambda: call(exact, whole=True),
 }

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from robot_perception.checks import flag, instance
 from robot_perception.teaching.figures.svg import to_html
 from robot_perception.teaching.figures.webp import check_image, to_webp
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, with_mathematics
 
 PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
 """Environment variable that is 1 while the book is built: no kernel stands behind the output."""
@@ -24,7 +24,6 @@ PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
 _SHORTEST_ALT = 20
 _FILE_NAME = re.compile(r"\S+\.[A-Za-z0-9]{2,5}")
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_MATHEMATICS = re.compile(r"(?<!\\)\$([^$]+)\$")
 
 
 def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None = None) -> Shown:
@@ -198,8 +197,7 @@ def figcaption(caption: str | None) -> str:
     """
     if not caption:
         return ""
-    text = _MATHEMATICS.sub(r"\\(\1\\)", html.escape(caption, quote=False))
-    return f'<figcaption class="mathjax_process">{text}</figcaption>'
+    return f'<figcaption class="mathjax_process">{with_mathematics(caption)}</figcaption>'
 
 
 def on_page() -> bool:
