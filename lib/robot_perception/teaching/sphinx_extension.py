@@ -2,8 +2,9 @@
 
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 results of a page only as long as all they depend on is the same, copies MathJax from its
-package into the site, moves the states of explorers and films into files beside the page, and drops
-every script that would ask another host for something.
+package into the site, moves the states of explorers and films into files beside the page, writes
+pages of source code, lets pages link to what outputs name, and drops every script that would ask
+another host for something.
 """
 
 import base64
@@ -16,11 +17,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from jupyter_client import KernelManager
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
+from sphinx.transforms.post_transforms import SphinxPostTransform
 
+from robot_perception.teaching import source_pages
 from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
@@ -28,6 +32,19 @@ STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
+UNWANTED = {"sphinx_thebe": None, "sphinx.ext.viewcode": "html-collect-pages"}
+"""Listeners that cannot be configured away, by module: to one event, or to all."""
+
+NO_SCRIPTS = (
+    '<noscript><p class="rp-note">Your browser runs no scripts. Everything can be read, but '
+    "formulas stand as LaTeX source, and controls need scripts: each figure shows its first state."
+    "</p></noscript>"
+)
+SCRIPTED = ('class="math', 'class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
+
+_MATHEMATICS = re.compile(r"\$([^$]+)\$")
+_NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
+_BADGE = re.compile(r'(<a\b[^>]*) id="(claim-[^"]+)"')
 _STATES = re.compile(
     r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
@@ -39,12 +56,15 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension with Sphinx."""
     app.add_config_value("book_contents", "", "env")  # a change of it renews every page's menu
     app.connect("config-inited", _configure)
-    app.connect("builder-inited", _drop_live_code)
+    app.connect("builder-inited", _drop_listeners)
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
+    app.connect("doctree-read", _name_outputs)
+    app.connect("html-collect-pages", _source_pages)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
+    app.add_post_transform(SetMathematics)
     app.add_js_file(None, body=_theme_script(), priority=100)
     for script in ("explorer.js", "film.js"):
         app.add_js_file(script)
@@ -90,12 +110,42 @@ def _cache(app: Sphinx, name: str) -> Path:
     return _caches(app) / f"{name.replace('/', '-')}-{app.env.page_keys[name]}"
 
 
-def _drop_live_code(app: Sphinx) -> None:
-    """Disconnect sphinx-thebe, which cannot be configured away and names other hosts."""
-    for listeners in app.events.listeners.values():
+def _drop_listeners(app: Sphinx) -> None:
+    """Disconnect live code, which names other hosts, and viewcode's pages, which ours replace."""
+    for event, listeners in app.events.listeners.items():
         for listener in list(listeners):
-            if listener.handler.__module__ == "sphinx_thebe":
+            if UNWANTED.get(listener.handler.__module__, "") in (None, event):
                 app.disconnect(listener.id)
+
+
+def _source_pages(app: Sphinx) -> Iterable[tuple[str, dict[str, Any], str]]:
+    def highlight(code: str) -> str:
+        return app.builder.highlighter.highlight_block(code, "python")
+
+    return source_pages.pages(ROOT, Path(app.outdir), highlight)
+
+
+def _name_outputs(app: Sphinx, doctree: nodes.document) -> None:
+    """Let `page.ipynb#name` link to what an output names, a claim for instance."""
+    slugs = app.env.metadata[app.env.docname].setdefault("myst_slugs", {})
+    for node in doctree.findall(nodes.raw):
+        slugs.update((name, (0, name, name)) for name in _NAMED.findall(node.astext()))
+
+
+class SetMathematics(SphinxPostTransform):
+    """Sets the mathematics between dollars in the titles of the bibliography."""
+
+    default_priority = 6  # after that of sphinxcontrib-bibtex
+
+    def run(self, **kwargs: object) -> None:
+        """Replace `$…$` in each entry by a formula."""
+        texts = [t for c in self.document.findall(nodes.citation) for t in c.findall(nodes.Text)]
+        for text in texts:
+            parts = _MATHEMATICS.split(text.astext())
+            if len(parts) > 1:
+                made = [nodes.math("", p) if n % 2 else nodes.Text(p) for n, p in enumerate(parts)]
+                text.parent.replace(text, made)
+                self.env.get_domain("math").data["has_equations"][self.env.docname] = True
 
 
 def _copy_mathjax(app: Sphinx) -> None:
@@ -120,7 +170,9 @@ def _finish_page(
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
-    body = body.replace(COMPARED, "")
+    body = _first_only(body.replace(COMPARED, ""))
+    if any(word in body for word in SCRIPTED):
+        body = NO_SCRIPTS + body
 
     def store(match: re.Match[str]) -> str:
         kind, identifier, name = match["kind"], match["id"], match["name"]
@@ -130,6 +182,18 @@ def _finish_page(
         return f"{opening}{match['inside']}</div>"
 
     context["body"] = _STATES.sub(store, body)
+
+
+def _first_only(body: str) -> str:
+    """Drop the name of every badge of a claim but the first: a page names a thing once."""
+    seen: set[str] = set()
+
+    def keep(match: re.Match[str]) -> str:
+        again = match[2] in seen
+        seen.add(match[2])
+        return match[1] if again else match[0]
+
+    return _BADGE.sub(keep, body)
 
 
 def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:
