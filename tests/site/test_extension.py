@@ -200,6 +200,17 @@ def test_pages_with_formulas_or_controls_say_what_needs_scripts(tmp_path: Path):
         assert finished(part, tmp_path)["body"] == sphinx_extension.NO_SCRIPTS + part
 
 
+def test_the_source_of_a_page_comes_as_a_script_too(tmp_path: Path):
+    source = tmp_path / "page.md"
+    source.write_text('A "quoted" word, ε\n', "utf-8")
+    context = {"sourcename": "library/page.md"}
+    with unchecked():
+        sphinx_extension._store_source(tmp_path / "_sources", source, context)
+    script = (tmp_path / "_sources" / "library" / "page.md.js").read_text("utf-8")
+    name, text = json.loads(script.replace("robotPerceptionSave(", "[").replace(");", "]"))
+    assert (name, text) == ("page.md", source.read_text("utf-8"))
+
+
 def test_what_outputs_name_can_be_linked_to():
     document = new_document("")
     html = (

@@ -1,6 +1,5 @@
 """Every page, in both themes and on a telephone: no errors, no other host, readable."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
 from tests.site.conftest import Visit
-from tests.site.contents import NOTEBOOKS, PAGES
+from tests.site.contents import BOOK, NOTEBOOKS, PAGES
 
 WIDE_ELEMENTS = """
 () => {
@@ -125,17 +124,18 @@ def test_search_finds(visit: Callable[..., Visit], address: str) -> None:
     assert not visitor.errors
 
 
+@pytest.mark.parametrize("served", [True, False])
 @pytest.mark.parametrize("name", NOTEBOOKS)
-def test_notebook_downloads(name: str, visit: Callable[..., Visit], address: str) -> None:
-    """The download button of a chapter hands over its notebook."""
-    page = visit().open(f"{address}{name}.html")
+def test_notebook_downloads(
+    name: str, served: bool, visit: Callable[..., Visit], address: str, site: Path
+) -> None:
+    """The download button of a chapter hands over its notebook, from a folder too."""
+    page = visit().open((address if served else f"{site.as_uri()}/") + f"{name}.html")
     page.click(".dropdown-download-buttons button")
     with page.expect_download() as download:
         page.click(".dropdown-download-buttons a[href$='.ipynb']")
     assert download.value.suggested_filename == f"{name}.ipynb"
-    notebook = json.loads(Path(download.value.path()).read_text("utf-8"))
-    assert notebook["nbformat"] == 4
-    assert notebook["cells"]
+    assert Path(download.value.path()).read_bytes() == (BOOK / f"{name}.ipynb").read_bytes()
 
 
 def test_paper_is_light_and_has_no_buttons(visit: Callable[..., Visit], address: str) -> None:

@@ -166,6 +166,8 @@ def _finish_page(
     context["default_mode"] = "auto"
     context["script_files"] = list(_local(context["script_files"]))
     context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
+    if context.get("sourcename"):
+        _store_source(Path(app.outdir) / "_sources", Path(app.env.doc2path(pagename)), context)
     if not context.get("body"):
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
@@ -205,6 +207,14 @@ def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any
             (folder / state[0]).write_bytes(data)
     script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
     (folder / f"{name}.js").write_text(script, "utf-8")
+
+
+def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
+    """Write the source of a page as a script too, by which it is saved without a server."""
+    script = folder / f"{context['sourcename']}.js"
+    script.parent.mkdir(parents=True, exist_ok=True)
+    name, text = json.dumps(source.name), json.dumps(source.read_text("utf-8"))
+    script.write_text(f"robotPerceptionSave({name}, {text});\n", "utf-8")
 
 
 def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:
