@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from docutils import nodes
+from docutils.utils import new_document
 from jupyter_client import KernelManager
 from myst_nb.core.config import NbParserConfig
 
@@ -201,3 +203,73 @@ def test_answers_of_bets_move_to_the_ends_of_their_sections(tmp_path: Path):
 def test_an_answer_outside_of_all_sections_stays(tmp_path: Path):
     body = finished(f"{waiting('1')}<section>one</section>", tmp_path)["body"]
     assert body.startswith('<div class="rp-bet">?</div><p class="rp-bet-answer">1</p><section>')
+
+
+def test_a_badge_that_stands_twice_names_its_place_once(tmp_path: Path):
+    badge = '<a class="rp-badge" id="claim-a" href="scorecard.html#a">a</a>'
+    body = finished(badge + badge.replace("-a", "-b") + badge, tmp_path)["body"]
+    assert body.count('id="claim-a"') == 1
+    assert body.index('id="claim-a"') < body.index('id="claim-b"')
+    assert body.count('href="scorecard.html#a"') == 3
+
+
+def test_pages_with_formulas_or_controls_say_what_needs_scripts(tmp_path: Path):
+    plain = finished("<p>words</p>", tmp_path)["body"]
+    assert plain == "<p>words</p>"
+    for part in ('<span class="math notranslate">', '<div class="rp-scorecard">'):
+        assert finished(part, tmp_path)["body"] == sphinx_extension.NO_SCRIPTS + part
+
+
+def test_the_source_of_a_page_comes_as_a_script_too(tmp_path: Path):
+    source = tmp_path / "page.md"
+    source.write_text('A "quoted" word, ε\n', "utf-8")
+    context = {"sourcename": "library/page.md"}
+    with unchecked():
+        sphinx_extension._store_source(tmp_path / "_sources", source, context)
+    script = (tmp_path / "_sources" / "library" / "page.md.js").read_text("utf-8")
+    name, text = json.loads(script.replace("robotPerceptionSave(", "[").replace(");", "]"))
+    assert (name, text) == ("page.md", source.read_text("utf-8"))
+
+
+def test_what_outputs_name_can_be_linked_to():
+    document = new_document("")
+    html = (
+        '<article class="rp-claim" id="dp-a"><a id="claim-b" href="#"></a><g id="glyph"/></article>'
+    )
+    document += nodes.raw("", html, format="html")
+    metadata = {"walls": {"myst_slugs": {"a-heading": (1, "id1", "A heading")}}}
+    with unchecked():
+        app = SimpleNamespace(env=SimpleNamespace(docname="walls", metadata=metadata))
+        sphinx_extension._name_outputs(app, document)
+    assert list(metadata["walls"]["myst_slugs"]) == ["a-heading", "dp-a", "claim-b"]
+    assert metadata["walls"]["myst_slugs"]["dp-a"] == (0, "dp-a", "dp-a")
+
+
+def test_mathematics_of_the_bibliography_becomes_formulas():
+    document = new_document("")
+    paragraph = nodes.paragraph("", "", nodes.Text(r"Lines in $O(n)$ or $n \log n$ time, for 5 $."))
+    document += [nodes.citation("", paragraph), nodes.paragraph("", "costs $1 or $2")]
+    domain = SimpleNamespace(data={"has_equations": {}})
+    env = SimpleNamespace(docname="references", get_domain=lambda name: domain)
+    document.settings.env = env
+    transform = sphinx_extension.SetMathematics(document)
+    transform.run()
+    assert [node.astext() for node in document.findall(nodes.math)] == ["O(n)", r"n \log n"]
+    assert paragraph.astext() == r"Lines in O(n) or n \log n time, for 5 $."
+    assert domain.data["has_equations"] == {"references": True}
+    assert document[1].astext() == "costs $1 or $2"
+
+
+def test_pages_of_source_are_ours_and_live_code_is_nobodys():
+    def listener(module: str, number: int) -> SimpleNamespace:
+        return SimpleNamespace(id=number, handler=SimpleNamespace(__module__=module))
+
+    events = {
+        "html-collect-pages": [listener("sphinx.ext.viewcode", 1), listener("gallery", 2)],
+        "doctree-read": [listener("sphinx.ext.viewcode", 3), listener("sphinx_thebe", 4)],
+    }
+    dropped: list[int] = []
+    with unchecked():
+        app = SimpleNamespace(events=SimpleNamespace(listeners=events), disconnect=dropped.append)
+        sphinx_extension._drop_listeners(app)
+    assert dropped == [1, 4]

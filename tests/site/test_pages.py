@@ -1,6 +1,5 @@
 """Every page, in both themes and on a telephone: no errors, no other host, readable."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
 from tests.site.conftest import Visit
-from tests.site.contents import NOTEBOOKS, PAGES
+from tests.site.contents import BOOK, NOTEBOOKS, PAGES
 
 WIDE_ELEMENTS = """
 () => {
@@ -125,17 +124,18 @@ def test_search_finds(visit: Callable[..., Visit], address: str) -> None:
     assert not visitor.errors
 
 
+@pytest.mark.parametrize("served", [True, False])
 @pytest.mark.parametrize("name", NOTEBOOKS)
-def test_notebook_downloads(name: str, visit: Callable[..., Visit], address: str) -> None:
-    """The download button of a chapter hands over its notebook."""
-    page = visit().open(f"{address}{name}.html")
+def test_notebook_downloads(
+    name: str, served: bool, visit: Callable[..., Visit], address: str, site: Path
+) -> None:
+    """The download button of a chapter hands over its notebook, from a folder too."""
+    page = visit().open((address if served else f"{site.as_uri()}/") + f"{name}.html")
     page.click(".dropdown-download-buttons button")
     with page.expect_download() as download:
         page.click(".dropdown-download-buttons a[href$='.ipynb']")
     assert download.value.suggested_filename == f"{name}.ipynb"
-    notebook = json.loads(Path(download.value.path()).read_text("utf-8"))
-    assert notebook["nbformat"] == 4
-    assert notebook["cells"]
+    assert Path(download.value.path()).read_bytes() == (BOOK / f"{name}.ipynb").read_bytes()
 
 
 def test_paper_is_light_and_has_no_buttons(visit: Callable[..., Visit], address: str) -> None:
@@ -147,3 +147,51 @@ def test_paper_is_light_and_has_no_buttons(visit: Callable[..., Visit], address:
     assert page.locator("h1:visible").count() == 1
     page.emulate_media(media="screen")
     page.wait_for_function("document.documentElement.dataset.theme === 'dark'")
+
+
+COLUMNS = """
+() => [...document.querySelectorAll("div.cell_output div.output > div.highlight pre")].filter(
+  (text) => text.scrollWidth > text.clientWidth + 1 || getComputedStyle(text).whiteSpace !== "pre"
+).map((text) => text.textContent.slice(0, 200))
+"""
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_paper_keeps_columns_and_offers_no_code(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """On A4 text tables keep their lines whole, and no word of a button is left."""
+    page = visit(viewport={"width": 718, "height": 1000}).open(f"{address}{name}.html")
+    page.emulate_media(media="print")
+    assert page.evaluate(COLUMNS) == []
+    assert page.locator("details.hide > summary:visible").count() == 0
+
+
+def test_mathematics_of_the_bibliography_is_set(visit: Callable[..., Visit], address: str) -> None:
+    """No entry shows a dollar."""
+    page = visit().open(f"{address}references.html")
+    assert page.locator(".citation mjx-container").count() > 0
+    assert "$" not in page.locator(".bd-article").inner_text()
+
+
+def test_errata_are_whole_on_a_telephone(visit: Callable[..., Visit], address: str) -> None:
+    """Nothing on the page has to be moved sideways to be read, and each erratum has its claim."""
+    page = visit(viewport={"width": 390, "height": 844}).open(f"{address}errata.html")
+    held = """() => [...document.querySelectorAll(".bd-article *")].filter(
+      (box) => box.clientWidth && box.scrollWidth > box.clientWidth + 1
+        && getComputedStyle(box).overflowX !== "visible").map((box) => box.outerHTML)"""
+    assert page.evaluate(held) == []
+    claims = page.locator(".bd-article a[href^='scorecard.html#']")
+    assert claims.count() == page.locator(".bd-article h2").count() > 0
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS[:1])
+def test_without_scripts_a_page_says_so(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """A reader is told why formulas are source and why no control is there."""
+    page = visit(java_script_enabled=False).page
+    page.goto(f"{address}{name}.html")
+    assert page.get_by_text("controls need scripts").is_visible()
+    page = visit().open(f"{address}{name}.html")
+    assert not page.get_by_text("controls need scripts").is_visible()

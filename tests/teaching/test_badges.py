@@ -1,38 +1,19 @@
-"""Badges, tables and the scorecard show what the ledger records, and escape it."""
-
-import math
+"""Badges and the claim table of a chapter show what the ledger records, and escape it."""
 
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.teaching import badges as module
-from robot_perception.teaching.claims import Claim, Finding
-from robot_perception.teaching.ledger import Ledger, entry
-from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Basis, Condition
-
-
-def made(name, finding, **changes):
-    fields = {
-        "id": name,
-        "chapter": "walls",
-        "paper": "perception-issues",
-        "place": "Fig. 1 & Table 2",
-        "basis": Basis.SUBSTITUTE,
-        "statement": "Distances are <squared>.",
-        "method": "counted",
-        "accepted": Accepted(1, math.inf, "a round number", "our choice"),
-        "compute": lambda size, rng: finding,
-    }
-    claim = Claim(**(fields | changes))
-    return entry(claim, finding)
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.ledger import Ledger
+from robot_perception.teaching.verdicts import Basis, Condition
+from tests.teaching.entries import made
 
 
 @pytest.fixture
 def ledger(monkeypatch):
     good = Finding(
-        Interval(1.5, 1.4, 1.6, "m"),
-        tables={"all of it": Table({"first": [2]}, {"x <m>": "a length"})},
+        Interval(1.5, 1.4, 1.6, "m", "of 3 < 4 runs"),
         conditions=(Condition("the chain is simple", True),),
     )
     shown = Ledger(
@@ -61,49 +42,31 @@ def test_badge_names_verdict_claim_and_place_escaped(ledger):
     ]
 
 
+def test_badge_is_where_the_scorecard_leads_and_leads_there(ledger):
+    html = module.badges("good").bundle["text/html"]
+    assert 'id="claim-good"' in html
+    assert 'href="scorecard.html#good"' in html
+
+
 def test_badge_of_an_unknown_claim_is_an_error(ledger):
     with pytest.raises(KeyError, match="good, bad, dark"):
         module.badges("ugly")
 
 
-def test_table_has_anchors_only_on_the_scorecard(ledger):
-    html = module.claim_table().bundle["text/html"]
-    assert 'id="good"' in html
-    assert "<dt>Stands on</dt><dd>a substitute for the paper's world</dd>" in html.replace(
-        "&#x27;", "'"
-    )
-    assert "<dt>Holds from 1</dt><dd>Our choice (another verdict with the lower end 0.4" in html
-    assert "x &lt;m&gt;" in html
-    assert 'id="good"' not in module.claim_table("walls").bundle["text/html"]
+def test_table_of_a_chapter_leads_to_the_cards_and_says_on_what_a_claim_depends(ledger):
+    html = module.claim_table("walls").bundle["text/html"]
+    assert 'href="scorecard.html#good">good</a>' in html
+    assert 'id="' not in html, "the badge has that name"
+    assert html.count("Only if the chain is simple.") == 1
+    assert html.count("<tr>") == 4
+    assert "Andrade-Cetto 2004, Fig. 1 &amp; Table 2" in html
+    assert "<td>1.5 [1.4, 1.6] m<br><small>of 3 &lt; 4 runs</small></td>" in html
+    assert "<td>–<br><small></small></td>" in html
+
+
+def test_table_of_an_unknown_chapter_is_an_error(ledger):
     with pytest.raises(ValueError, match="kitchen"):
         module.claim_table("kitchen")
-
-
-def test_rows_lead_to_the_chapter_and_back_and_say_on_what_a_claim_depends(ledger):
-    everything, chapter = (module.claim_table(*c).bundle["text/html"] for c in ((), ("walls",)))
-    assert 'href="walls.html">good</a>' in everything
-    assert 'href="scorecard.html#good">good</a>' in chapter
-    for html in (everything, chapter):
-        assert html.count("<p>Only if the chain is simple.</p>") == 1
-
-
-@pytest.mark.parametrize(
-    ("accepted", "value", "words"),
-    [
-        (
-            Accepted(1, 3, "why", "our choice"),
-            Interval(1.5, 1.4, 1.6),
-            "the lower end 0.4 further in",
-        ),
-        (Accepted(1, 3, "why", "our choice"), Interval(9, 8, 10), "the upper end 5 further out"),
-        (Accepted(1, 3, "why", "our choice"), Interval(2, 0.5, 6), "both ends 3 further out"),
-        (Accepted(1, 3, "why", "paper"), Interval(2, 2, 2), "Set by the paper: why"),
-    ],
-)
-def test_who_set_a_range_and_where_the_verdict_turns(accepted, value, words):
-    some = made("x", Finding(value), accepted=accepted, paper_value="a <half>")
-    assert words in module._details(some)
-    assert "<small>Paper: a &lt;half&gt;</small>" in module._row(some, anchor=False)
 
 
 def test_columns_of_the_text_table_stand_below_their_names(ledger):
@@ -120,20 +83,6 @@ def test_score_counts_every_entry(ledger):
 def test_text_table_shows_conditions(ledger):
     line = module.as_text(ledger).splitlines()[2]
     assert line.endswith("the chain is simple")
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "words"),
-    [
-        (-math.inf, 2.0, "up to 2"),
-        (1.0, math.inf, "from 1"),
-        (1.0, 1.0, "at 1"),
-        (1, 2, "from 1 to 2"),
-    ],
-)
-def test_ranges_are_written_in_words(low, high, words):
-    some = made("x", Finding(exact(1.0)), accepted=Accepted(low, high, "counted"))
-    assert f"<dt>Holds {words}</dt><dd>Set by theory: counted</dd>" in module._details(some)
 
 
 def test_every_verdict_and_basis_has_words():

@@ -1,11 +1,43 @@
-"""The benchmark page shows what was recorded, row by row, and says what was not reached."""
+"""The benchmark page shows what was recorded, row by row, and says what was missed."""
 
 import json
 
+import numpy as np
 import pytest
 
 from robot_perception.teaching import performance
-from robot_perception.teaching.performance import duration, performance_table, times
+from robot_perception.teaching.performance import Record, duration, times
+
+FAST = "median ≤ 100 ms, none above 500 ms"
+
+
+def row(work, ours, peer="", peer_s=None, target="–", reached=True):
+    ratio = None if peer_s is None else peer_s / ours
+    times = {"ours_s": ours, "peer": peer, "peer_s": peer_s, "ratio": ratio}
+    return {"work": work, **times, "target": target, "reached": reached}
+
+
+ROWS = [
+    row("walls, Step, in JupyterLab (16 moves, longest 90 ms)", 0.05, target=FAST),
+    row("walls, Step, built page (16 moves, longest 3 ms)", 0.004, target="median ≤ 50 ms, none"),
+    row("simplify a <scan>", 6e-6, "fastrdp", 4e-6, "≥ 0.75× fastrdp", reached=False),
+    row("planar EKF-SLAM, 20 steps", 2e-3, "filterpy", 0.3, "≥ 9× filterpy"),
+    row("planar EKF-SLAM, 20 steps", 2e-3, "toolbox", 0.1),
+    row("path hulls: exponent 1.02", 0.09, target="exponent ≤ 1.35"),
+]
+
+
+@pytest.fixture
+def store(tmp_path, monkeypatch):
+    """Return a function that records rows."""
+    monkeypatch.setattr(performance, "records", lambda: tmp_path)
+
+    def write(rows):
+        plain = {"date": "2026-01-01", "machine": "a & b", "versions": {"numpy": "2"}}
+        (tmp_path / "performance.json").write_text(json.dumps(plain | {"rows": rows}))
+        return Record.read()
+
+    return write
 
 
 @pytest.mark.parametrize(
@@ -21,27 +53,81 @@ def test_ratios_are_never_powers_of_ten(ratio, text):
     assert times(ratio) == text
 
 
-def test_table_shows_every_row_and_names_what_is_missed(tmp_path, monkeypatch):
-    rows = [
-        {"work": "a <scan>", "ours_s": 6e-6, "peer": "fastrdp", "peer_s": 4e-6, "ratio": 0.67}
-        | {"target": "≥ 0.5× fastrdp", "reached": True},
-        {"work": "a page", "ours_s": 0.2, "peer": "", "peer_s": None, "ratio": None}
-        | {"target": "≤ 100 ms", "reached": False},
-        {"work": "a map", "ours_s": 2.0, "peer": "one", "peer_s": 1.0, "ratio": 0.5}
-        | {"target": "≥ 1×", "reached": False},
-    ]
-    record = {"date": "2026-01-01", "machine": "a & b", "versions": {"numpy": "2"}, "rows": rows}
-    (tmp_path / "performance.json").write_text(json.dumps(record))
-    monkeypatch.setattr(performance, "records", lambda: tmp_path)
-    shown = performance_table()
-    html = shown.bundle["text/html"]
-    assert "a &lt;scan&gt;" in html
-    assert "a &amp; b" in html
-    assert html.count("<strong>no</strong>") == 2
-    assert repr(shown) == "1 of 3 targets reached on 2026-01-01"
+def test_where_and_when_and_how_many_targets_were_reached(store):
+    shown = store(ROWS).about()
+    assert repr(shown) == "5 of 6 targets reached on 2026-01-01"
+    assert "a &amp; b" in shown.bundle["text/html"]
+
+
+def test_tables_by_theme_show_every_row_and_name_what_is_missed(store):
+    shown = store(ROWS).tables()
+    planar, lines = shown.bundle["text/html"].split("<h3>Planar EKF-SLAM</h3>")[1].split("<h3>")
+    assert planar.count("<tr>") == 3
+    assert lines.startswith("Simplifying a line</h3>")
+    assert lines.count("<tr>") == 3
+    assert "a &lt;scan&gt;" in lines
+    assert '<td data-name="Ratio"><strong>0.667×</strong></td>' in lines
+    assert '<td data-name="Target">≥ 0.75× <strong>missed</strong></td>' in lines
+    assert '<td data-name="Target">exponent ≤ 1.35</td>' in lines
+    assert (planar + lines).count("missed") == 1
+    assert "JupyterLab" not in planar + lines
+    assert repr(shown).splitlines()[0] == "simplify a <scan>: 6 µs, 0.667× against fastrdp"
+
+
+def test_work_without_a_theme_is_a_clear_error(store):
+    with pytest.raises(ValueError, match="'monobot', 'planar'"):
+        store([row("cooking an egg", 300.0)]).tables()
+
+
+def points(ax):
+    """Return the places of the round marks of a picture, from top to bottom."""
+    marks = [line.get_xydata() for line in ax.lines if line.get_marker() == "o"]
+    return np.array(sorted((y, x) for places in marks for x, y in places))
+
+
+def test_picture_has_each_ratio_once_inside_the_axes_and_its_target(store):
+    (ax,) = performance.draw_ratios(store(ROWS)).axes
+    found = points(ax)
+    np.testing.assert_allclose(found[:, 1], [150, 50, 2 / 3])
+    targets = [line.get_xdata()[0] for line in ax.lines if line.get_marker() == "|"]
+    np.testing.assert_allclose(targets, [9, 0.75])
+    low, high = ax.get_xlim()
+    assert low < min(*targets, *found[:, 1], 1)
+    assert max(found[:, 1]) < high
+    words = [text.get_text() for text in ax.texts]
+    assert {"150×", "50×", "0.667×"} <= {word.strip() for word in words}
+    assert max(map(len, words)) <= performance.LINE
+
+
+def test_rows_of_a_picture_do_not_meet(store):
+    for fig in (performance.draw_ratios(store(ROWS)), performance.draw_latencies(store(ROWS))):
+        (ax,) = fig.axes
+        words = [
+            text.get_position()[1] for text in ax.texts if text.get_transform() != ax.transData
+        ]
+        heights = sorted({*words, *points(ax)[:, 0]})
+        assert min(np.diff(heights)) >= 0.99, "a line apart"
+        bottom, top = ax.get_ylim()
+        assert top < heights[0]
+        assert heights[-1] < bottom
+
+
+def test_picture_of_latencies_has_both_media_and_their_targets(store):
+    (ax,) = performance.draw_latencies(store(ROWS)).axes
+    np.testing.assert_allclose(sorted(points(ax)[:, 1]), [4, 50])
+    assert len(set(points(ax)[:, 0])) == 1, "one explorer, one row"
+    dashed = [line.get_xdata()[0] for line in ax.lines if line.is_dashed()]
+    assert sorted(dashed) == [50, 100]
+    assert [text.get_text() for text in ax.texts] == ["walls", "Step"]
+
+
+def test_what_is_recorded_can_be_read():
+    record = Record.read()
+    assert record.latencies
+    assert {work.theme for work in record.work} == set(performance.ORDER)
 
 
 def test_nothing_recorded_is_a_clear_error(tmp_path, monkeypatch):
     monkeypatch.setattr(performance, "records", lambda: tmp_path)
     with pytest.raises(FileNotFoundError, match=r"performance\.json"):
-        performance_table()
+        Record.read()

@@ -30,6 +30,15 @@ def studies(stem: str) -> tuple[ModuleType, ...]:
     return tuple(import_module(f"{package.__name__}.{name}") for name in package.STUDIES)
 
 
+def titles() -> dict[str, str]:
+    """Return the titles of the chapters by stem, in the order of the book.
+
+    A title is what stands before the colon in the first line of the chapter's package.
+    """
+    packages = {stem: import_module(f"{__name__}.{stem}") for stem in CHAPTERS}
+    return {stem: package.__doc__.partition(":")[0] for stem, package in packages.items()}
+
+
 def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
     """Return the claims of chapters in the order of the book.
 

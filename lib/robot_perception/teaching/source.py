@@ -14,6 +14,7 @@ from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.listings import reduced, validates
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.outputs import output
+from robot_perception.teaching.source_pages import address
 
 
 def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
@@ -48,7 +49,7 @@ def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
     name = function.__qualname__
     place = f"{module.replace('.', '/')}.py, line {first}"
     if on_page():
-        page = f"_modules/{module.replace('.', '/')}.html#{module}.{name}"
+        page = address(module, name)
         link = f'<a href="{escape(page)}"><code>{escape(name)}</code> in {escape(place)}</a>'
     else:
         link = f"<code>{escape(name)}</code> in {escape(place)}"

@@ -3,8 +3,9 @@
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 results of a page only as long as all they depend on is the same, copies MathJax from its
 package into the site, moves the states of explorers and films into files beside the page and the
-answers of bets to the ends of their sections, numbers figures and what refers to them, and drops
-every script that would ask another host for something.
+answers of bets to the ends of their sections, numbers figures and what refers to them, writes pages
+of source code, lets pages link to what outputs name, and drops every script that would ask another
+host for something.
 """
 
 import base64
@@ -23,8 +24,10 @@ from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
+from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 
+from robot_perception.teaching import source_pages
 from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 
@@ -44,6 +47,19 @@ _CAPTION = re.compile(r"<figcaption[^>]*>")
 _WAITING = " data-waiting"
 _ANSWER = re.compile(rf'<p class="rp-bet-answer[^>]*{_WAITING}>.*?</p>', re.S)
 _SECTION = re.compile(r"<section\b|</section>")
+UNWANTED = {"sphinx_thebe": None, "sphinx.ext.viewcode": "html-collect-pages"}
+"""Listeners that cannot be configured away, by module: to one event, or to all."""
+
+NO_SCRIPTS = (
+    '<noscript><p class="rp-note">Your browser runs no scripts. Everything can be read, but '
+    "formulas stand as LaTeX source, and controls need scripts: each figure shows its first state."
+    "</p></noscript>"
+)
+SCRIPTED = ('class="math', 'class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
+
+_MATHEMATICS = re.compile(r"\$([^$]+)\$")
+_NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
+_BADGE = re.compile(r'(<a\b[^>]*) id="(claim-[^"]+)"')
 _STATES = re.compile(
     r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
@@ -55,14 +71,17 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension with Sphinx."""
     app.add_config_value("book_contents", "", "env")  # a change of it renews every page's menu
     app.connect("config-inited", _configure)
-    app.connect("builder-inited", _drop_live_code)
+    app.connect("builder-inited", _drop_listeners)
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
     connect_figures(app)
     app.connect("env-check-consistency", _name_references)
+    app.connect("doctree-read", _name_outputs)
+    app.connect("html-collect-pages", _source_pages)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
+    app.add_post_transform(SetMathematics)
     app.add_js_file(None, body=_theme_script(), priority=100)
     for script in ("explorer.js", "film.js"):
         app.add_js_file(script)
@@ -198,12 +217,42 @@ def _name_references(app: Sphinx, env: BuildEnvironment) -> None:
         slugs[citation.key] = (0, citation.citation_id, citation.key)
 
 
-def _drop_live_code(app: Sphinx) -> None:
-    """Disconnect sphinx-thebe, which cannot be configured away and names other hosts."""
-    for listeners in app.events.listeners.values():
+def _drop_listeners(app: Sphinx) -> None:
+    """Disconnect live code, which names other hosts, and viewcode's pages, which ours replace."""
+    for event, listeners in app.events.listeners.items():
         for listener in list(listeners):
-            if listener.handler.__module__ == "sphinx_thebe":
+            if UNWANTED.get(listener.handler.__module__, "") in (None, event):
                 app.disconnect(listener.id)
+
+
+def _source_pages(app: Sphinx) -> Iterable[tuple[str, dict[str, Any], str]]:
+    def highlight(code: str) -> str:
+        return app.builder.highlighter.highlight_block(code, "python")
+
+    return source_pages.pages(ROOT, Path(app.outdir), highlight)
+
+
+def _name_outputs(app: Sphinx, doctree: nodes.document) -> None:
+    """Let `page.ipynb#name` link to what an output names, a claim for instance."""
+    slugs = app.env.metadata[app.env.docname].setdefault("myst_slugs", {})
+    for node in doctree.findall(nodes.raw):
+        slugs.update((name, (0, name, name)) for name in _NAMED.findall(node.astext()))
+
+
+class SetMathematics(SphinxPostTransform):
+    """Sets the mathematics between dollars in the titles of the bibliography."""
+
+    default_priority = 6  # after that of sphinxcontrib-bibtex
+
+    def run(self, **kwargs: object) -> None:
+        """Replace `$…$` in each entry by a formula."""
+        texts = [t for c in self.document.findall(nodes.citation) for t in c.findall(nodes.Text)]
+        for text in texts:
+            parts = _MATHEMATICS.split(text.astext())
+            if len(parts) > 1:
+                made = [nodes.math("", p) if n % 2 else nodes.Text(p) for n, p in enumerate(parts)]
+                text.parent.replace(text, made)
+                self.env.get_domain("math").data["has_equations"][self.env.docname] = True
 
 
 def _copy_mathjax(app: Sphinx) -> None:
@@ -224,11 +273,15 @@ def _finish_page(
     context["default_mode"] = "auto"
     context["script_files"] = list(_local(context["script_files"]))
     context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
+    if context.get("sourcename"):
+        _store_source(Path(app.outdir) / "_sources", Path(app.env.doc2path(pagename)), context)
     if not context.get("body"):
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
-    body = _answers_last(body.replace(COMPARED, ""))
+    body = _first_only(_answers_last(body.replace(COMPARED, "")))
+    if any(word in body for word in SCRIPTED):
+        body = NO_SCRIPTS + body
 
     def store(match: re.Match[str]) -> str:
         kind, identifier, name = match["kind"], match["id"], match["name"]
@@ -255,6 +308,18 @@ def _answers_last(body: str) -> str:
     return body
 
 
+def _first_only(body: str) -> str:
+    """Drop the name of every badge of a claim but the first: a page names a thing once."""
+    seen: set[str] = set()
+
+    def keep(match: re.Match[str]) -> str:
+        again = match[2] in seen
+        seen.add(match[2])
+        return match[1] if again else match[0]
+
+    return _BADGE.sub(keep, body)
+
+
 def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:
     """Write the states of an explorer or a film as a classic script, pictures as files."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -264,6 +329,14 @@ def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any
             (folder / state[0]).write_bytes(data)
     script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
     (folder / f"{name}.js").write_text(script, "utf-8")
+
+
+def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
+    """Write the source of a page as a script too, by which it is saved without a server."""
+    script = folder / f"{context['sourcename']}.js"
+    script.parent.mkdir(parents=True, exist_ok=True)
+    name, text = json.dumps(source.name), json.dumps(source.read_text("utf-8"))
+    script.write_text(f"robotPerceptionSave({name}, {text});\n", "utf-8")
 
 
 def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:

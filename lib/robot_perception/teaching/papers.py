@@ -1,0 +1,43 @@
+"""The papers that the book rebuilds: their keys in claims, and how a reader cites them."""
+
+from dataclasses import dataclass
+
+from robot_perception.checks import one_of
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """A paper as the book names it.
+
+    Parameters
+    ----------
+    citation
+        Author and year, for a line of text.
+    title
+        Its title.
+    reference
+        Its key in the bibliography.
+    """
+
+    citation: str
+    title: str
+    reference: str
+
+
+PAPERS = {
+    "perception-issues": Paper(
+        "Andrade-Cetto 2004", "Perception Issues in Mobile Robotics", "andrade2004perception"
+    ),
+}
+"""Papers by the key that a claim names."""
+
+
+def paper(key: str) -> Paper:
+    """Return a paper by its key.
+
+    Raises
+    ------
+    ValueError
+        If no paper has that key.
+    """
+    return PAPERS[one_of("key", key, PAPERS)]

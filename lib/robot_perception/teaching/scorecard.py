@@ -1,0 +1,187 @@
+"""The scorecard: every recorded claim as a card, by chapter, with what a reader can check."""
+
+import inspect
+import math
+from collections.abc import Iterable, Mapping
+from html import escape
+
+from robot_perception.teaching.badges import (
+    EXPLAINED,
+    STANDS_ON,
+    as_text,
+    in_words,
+    recorded,
+    style,
+)
+from robot_perception.teaching.claims import Claim
+from robot_perception.teaching.figures.output import on_page
+from robot_perception.teaching.ledger import Entry, Ledger, verdicts
+from robot_perception.teaching.media import Shown
+from robot_perception.teaching.papers import PAPERS, paper
+from robot_perception.teaching.source_pages import address
+from robot_perception.teaching.verdicts import Accepted, Basis, Origin
+
+
+def scorecard(claims: Iterable[Claim], titles: Mapping[str, str]) -> Shown:
+    """Return the recorded claims as cards by chapter, with a filter by verdict and by paper.
+
+    Without scripts there is no filter, and all cards are shown.
+
+    Parameters
+    ----------
+    claims
+        The declared claims, whose functions compute what is recorded.
+    titles
+        Titles of the chapters by stem, in the order of the book.
+    """
+    ledger, computed = recorded(), {claim.id: claim for claim in claims}
+    chapters = "".join(
+        _chapter(stem, title, ledger.chapter(stem), computed) for stem, title in titles.items()
+    )
+    html = f'<div class="rp-scorecard">{_bar(ledger)}{_filter(ledger)}{chapters}</div>'
+    return Shown({"text/html": html, "text/plain": as_text(ledger)})
+
+
+def _bar(ledger: Ledger) -> str:
+    """Return the shares of the verdicts as a bar."""
+    counts = verdicts(ledger)
+    told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    parts = "".join(
+        f'<span class="{style(verdict, "rp-share")}" style="flex-grow: {count}"></span>'
+        for verdict, count in counts.items()
+    )
+    return f'<div class="rp-shares" role="img" aria-label="{told}">{parts}</div>'
+
+
+def _filter(ledger: Ledger) -> str:
+    """Return the form by which a script chooses cards; the script shows it."""
+    papers = [entry.paper for entry in ledger.entries]
+    by_verdict = [
+        (str(verdict), str(verdict), count, style(verdict, "rp-badge"), EXPLAINED[verdict])
+        for verdict, count in verdicts(ledger).items()
+    ]
+    by_paper = [
+        (key, paper(key).citation, papers.count(key), "rp-badge", paper(key).title)
+        for key in PAPERS
+        if key in papers
+    ]
+    return (
+        '<form class="rp-filter" autocomplete="off" aria-label="Choose claims" hidden>'
+        f"{_choices('verdict', by_verdict, len(papers))}{_choices('paper', by_paper, len(papers))}"
+        '<p><span role="status"></span> <button type="button">Open all</button></p></form>'
+    )
+
+
+def _choices(name: str, options: Iterable[tuple[str, str, int, str, str]], total: int) -> str:
+    every = ("", "all", total, "rp-badge", "")
+    labels = "".join(
+        f'<label class="{kind}" title="{escape(title)}"><input type="radio" name="{name}" '
+        f'value="{escape(value)}"{"" if value else " checked"}> {escape(text)} '
+        f"<small>{count}</small></label>"
+        for value, text, count, kind, title in (every, *options)
+    )
+    return f"<fieldset><legend>{name.capitalize()}</legend>{labels}</fieldset>"
+
+
+def _chapter(stem: str, title: str, ledger: Ledger, computed: Mapping[str, Claim]) -> str:
+    cards = "".join(_card(entry, computed[entry.id], title) for entry in ledger.entries)
+    return (
+        f'<section aria-labelledby="claims-of-{stem}"><h2 id="claims-of-{stem}">'
+        f'<a href="{_page(stem)}">{escape(title)}</a></h2>'
+        f'<div class="rp-claim-cards">{cards}</div></section>'
+    )
+
+
+def _card(entry: Entry, claim: Claim, title: str) -> str:
+    numbers = [("Ours", in_words(entry.value), "" if entry.value is None else entry.value.about)]
+    if entry.paper_value:
+        numbers.insert(0, ("Paper", entry.paper_value, ""))
+    listed = "".join(
+        f"<div><dt>{name}</dt><dd>{escape(text)} <small>{escape(about)}</small></dd></div>"
+        for name, text, about in numbers
+    )
+    conditions = "".join(
+        f'<p class="rp-condition">Only if {escape(text)}.</p>' for text in entry.conditions
+    )
+    where = f"{paper(entry.paper).citation}, {entry.place}"
+    return (
+        f'<article class="{style(entry.verdict, "rp-claim")}" id="{entry.id}" '
+        f'data-verdict="{entry.verdict}" data-paper="{escape(entry.paper)}" '
+        f'aria-labelledby="{entry.id}-says">'
+        f'<p class="rp-claim-head"><span class="{style(entry.verdict, "rp-badge")}">'
+        f'{entry.verdict}</span> <a href="#{entry.id}">{escape(entry.id)}</a> '
+        f"<small>{escape(where)}</small></p>"
+        f'<h3 id="{entry.id}-says">{escape(entry.statement)}</h3>{conditions}'
+        f'<dl class="rp-claim-numbers">{listed}</dl>{_links(entry, claim, title)}'
+        f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
+        f"</summary>{_details(entry)}</details></article>"
+    )
+
+
+def _links(entry: Entry, claim: Claim, title: str) -> str:
+    """Return where a claim is shown, which function computes it, and what tests it."""
+    function = inspect.unwrap(claim.compute)
+    module, line = function.__module__, inspect.getsourcelines(function)[1]
+    place = f"{module.removeprefix('robot_perception.').replace('.', '/')}.py, line {line}"
+    tests = f"tests.chapters.{entry.chapter}.test_claims"
+    links = [
+        ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
+        ("Computed by", address(module, function.__qualname__), place),
+        ("Tested by", address(tests, "TestLedger"), f"{tests.replace('.', '/')}.py"),
+    ]
+    items = "".join(
+        f'<li>{what} <a href="{escape(page)}">{escape(text)}</a></li>'
+        if on_page() or not page.startswith("_")
+        else f"<li>{what} {escape(text)}</li>"
+        for what, page, text in links
+    )
+    return f'<ul class="rp-claim-links">{items}</ul>'
+
+
+def _page(stem: str, name: str = "") -> str:
+    """Return the address of a chapter: its page in the book, its file beside a notebook."""
+    return f"{stem}.html{name and f'#{name}'}" if on_page() else f"{stem}.ipynb"
+
+
+def _details(entry: Entry) -> str:
+    """Return how a claim was measured, what range counts as holding and why, and what else."""
+    items = [("Stands on", STANDS_ON[Basis(entry.basis)]), ("Measured", entry.method)]
+    if entry.accepted is not None:
+        items += [(f"Holds {_range(entry.accepted)}", f"{_origin(entry)} {entry.accepted.why}")]
+    items += [(key, str(value)) for key, value in entry.evidence.items()]
+    if entry.note:
+        items.append(("Note", entry.note))
+    items += [
+        ("Sabotage", f"The same with {found.text}: {in_words(found.value)}, {found.verdict}")
+        for found in entry.sabotages
+    ]
+    listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
+    command = f"robot-perception claims --run full --claim {entry.id}"
+    tables = "".join(
+        f"<p>{escape(name[:1].upper() + name[1:])}</p>{table.show().bundle['text/html']}"
+        for name, table in entry.tables.items()
+    )
+    return (
+        f"<dl>{listed}<dt>Compute it</dt><dd><code>{command}</code></dd>"
+        f"<dt>Recorded</dt><dd>{escape(entry.date)}: {escape(entry.versions)}</dd></dl>{tables}"
+    )
+
+
+def _range(accepted: Accepted) -> str:
+    low, high = accepted.low, accepted.high
+    if low == high:
+        return f"at {low:.4g}"
+    if math.isinf(low):
+        return f"up to {high:.4g}"
+    return f"from {low:.4g}" if math.isinf(high) else f"from {low:.4g} to {high:.4g}"
+
+
+def _origin(entry: Entry) -> str:
+    """Return who set the accepted range; for our choice, how far from another verdict it is."""
+    if entry.accepted.origin is not Origin.CHOICE:
+        return f"Set by {'theory' if entry.accepted.origin is Origin.THEORY else 'the paper'}:"
+    if entry.turn is None:
+        return "Our choice:"
+    ends = "both ends" if entry.turn.end == "both" else f"the {entry.turn.end} end"
+    way = "further out" if entry.turn.by > 0 else "further in"
+    return f"Our choice (another verdict with {ends} {abs(entry.turn.by):.2g} {way}):"

@@ -1,0 +1,33 @@
+"""Entries of a ledger that is made for a test."""
+
+import math
+
+from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.ledger import Entry, entry
+from robot_perception.teaching.verdicts import Accepted, Basis
+
+
+def compute(size: Size, rng: object) -> Finding:
+    """Stand for the function of a claim."""
+    raise AssertionError("nothing is computed here")
+
+
+def claim(name: str, **changes: object) -> Claim:
+    """Return a claim with fields that must be escaped."""
+    fields = {
+        "id": name,
+        "chapter": "walls",
+        "paper": "perception-issues",
+        "place": "Fig. 1 & Table 2",
+        "basis": Basis.SUBSTITUTE,
+        "statement": "Distances are <squared>.",
+        "method": "counted",
+        "accepted": Accepted(1, math.inf, "a round number", "our choice"),
+        "compute": compute,
+    }
+    return Claim(**(fields | changes))
+
+
+def made(name: str, finding: Finding, **changes: object) -> Entry:
+    """Return the entry of such a claim."""
+    return entry(claim(name, **changes), finding)

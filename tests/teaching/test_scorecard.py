@@ -1,0 +1,160 @@
+"""The scorecard has a card for every claim, with all that a reader can check."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from robot_perception import chapters
+from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.teaching import scorecard as module
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.ledger import Ledger
+from robot_perception.teaching.papers import PAPERS, paper
+from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted, Condition
+from tests.teaching.entries import claim, made
+
+BOOK = Path(__file__).parents[2] / "book"
+TITLES = {"walls": "Walls & scans", "monobot": "On a rail"}
+
+
+@pytest.fixture
+def ledger(monkeypatch):
+    good = Finding(
+        Interval(1.5, 1.4, 1.6, "m"),
+        tables={"all of it": Table({"first": [2]}, {"x <m>": "a length"})},
+        conditions=(Condition("the chain is simple", True),),
+    )
+    shown = Ledger(
+        (
+            made("good", good, paper_value="a <half>"),
+            made("bad", Finding(exact(0)), chapter="monobot"),
+            made("dark", Finding(None, note="Nobody has it.")),
+        )
+    )
+    monkeypatch.setattr(module, "recorded", lambda: shown)
+    return shown
+
+
+def card(html, name):
+    """Return the HTML of one card."""
+    return next(part for part in html.split("<article")[1:] if f' id="{name}"' in part)
+
+
+def html_of(ledger):
+    claims = [claim(entry.id, chapter=entry.chapter) for entry in ledger.entries]
+    return module.scorecard(claims, TITLES).bundle["text/html"]
+
+
+def test_cards_stand_below_their_chapters_in_the_order_of_the_book(ledger):
+    html = html_of(ledger)
+    places = [html.index(text) for text in ("Walls &amp; scans</a></h2>", 'id="good"')]
+    places += [html.index(text) for text in ('id="dark"', "On a rail</a></h2>", 'id="bad"')]
+    assert places == sorted(places)
+    assert html.count("<article") == 3
+
+
+def test_a_card_says_everything_escaped(ledger):
+    html = html_of(ledger)
+    good = card(html, "good")
+    for text in (
+        'data-verdict="conditional"',
+        'data-paper="perception-issues"',
+        "Andrade-Cetto 2004, Fig. 1 &amp; Table 2",
+        "Distances are &lt;squared&gt;.",
+        '<p class="rp-condition">Only if the chain is simple.</p>',
+        "<dt>Paper</dt><dd>a &lt;half&gt;",
+        "<dt>Ours</dt><dd>1.5 [1.4, 1.6] m",
+        "<dt>Stands on</dt><dd>a substitute for the paper&#x27;s world</dd>",
+        "<dt>Holds from 1</dt><dd>Our choice (another verdict with the lower end 0.4",
+        "<p>All of it</p>",
+        "x &lt;m&gt;",
+        "robot-perception claims --run full --claim good",
+    ):
+        assert text in good
+    dark = card(html, "dark")
+    assert "<dt>Ours</dt><dd>–" in dark
+    assert "<dt>Paper</dt>" not in dark
+    assert "Nobody has it." in dark
+
+
+def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch):
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    bad = card(html_of(ledger), "bad")
+    assert 'Shown in <a href="monobot.html#claim-bad">On a rail</a>' in bad
+    assert '<a href="_modules/tests/teaching/entries.html#compute">tests/teaching/entries.py' in bad
+    tests = "tests/chapters/monobot/test_claims"
+    assert f'Tested by <a href="_modules/{tests}.html#TestLedger">{tests}.py</a>' in bad
+
+
+def test_in_a_notebook_a_card_leads_to_the_notebook_and_names_the_rest(ledger, monkeypatch):
+    monkeypatch.delenv(PAGE_VARIABLE, raising=False)
+    bad = card(html_of(ledger), "bad")
+    assert 'Shown in <a href="monobot.ipynb">On a rail</a>' in bad
+    assert "_modules" not in bad
+    assert "Tested by tests/chapters/monobot/test_claims.py" in bad
+
+
+def test_the_filter_counts_each_verdict_and_paper_and_waits_for_its_script(ledger):
+    form = html_of(ledger).split("<form", 1)[1].split("</form>")[0]
+    assert form.split(">")[0].endswith(" hidden")
+    for value, count in (("conditional", 1), ("not reproduced", 1), ("perception-issues", 3)):
+        option = form.split(f'value="{value}"')[1].split("</label>")[0]
+        assert option.endswith(f"<small>{count}</small>")
+    assert form.count(" checked>") == 2
+
+
+def test_the_text_is_the_table_of_all(ledger):
+    text = repr(module.scorecard(map(claim, ("good", "bad", "dark")), TITLES))
+    assert [line.split()[0] for line in text.splitlines()[2:]] == ["good", "bad", "dark"]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "value", "words"),
+    [
+        (
+            Accepted(1, 3, "why", "our choice"),
+            Interval(1.5, 1.4, 1.6),
+            "the lower end 0.4 further in",
+        ),
+        (Accepted(1, 3, "why", "our choice"), Interval(9, 8, 10), "the upper end 5 further out"),
+        (Accepted(1, 3, "why", "our choice"), Interval(2, 0.5, 6), "both ends 3 further out"),
+        (Accepted(1, 3, "why", "paper"), Interval(2, 2, 2), "Set by the paper: why"),
+    ],
+)
+def test_who_set_a_range_and_where_the_verdict_turns(accepted, value, words):
+    assert words in module._details(made("x", Finding(value), accepted=accepted))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (-math.inf, 2.0, "up to 2"),
+        (1.0, math.inf, "from 1"),
+        (1.0, 1.0, "at 1"),
+        (1, 2, "from 1 to 2"),
+    ],
+)
+def test_ranges_are_written_in_words(low, high, words):
+    some = made("x", Finding(exact(1.0)), accepted=Accepted(low, high, "counted"))
+    assert f"<dt>Holds {words}</dt><dd>Set by theory: counted</dd>" in module._details(some)
+
+
+def test_papers_have_a_citation_and_an_entry_in_the_bibliography():
+    bibliography = (BOOK / "references.bib").read_text("utf-8")
+    for key in {declared.paper for declared in chapters.claims()}:
+        assert paper(key).citation
+    for known in PAPERS.values():
+        assert f"{{{known.reference}," in bibliography
+        assert f"title = {{{known.title}}}" in bibliography
+    with pytest.raises(ValueError, match="'perception-issues'"):
+        paper("perception")
+
+
+def test_titles_of_chapters_are_those_of_their_notebooks():
+    for stem, title in chapters.titles().items():
+        first = json.loads((BOOK / f"{stem}.ipynb").read_text("utf-8"))["cells"][0]
+        assert "".join(first["source"]).splitlines()[0] == f"# {title}"
