@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -138,6 +138,7 @@ def _expected_ratio(start: float) -> float:
     return float(many / few)
 
 
+@cache
 def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states states"]:
     """Return the covariance after 100 steps at V = W = 1 m² with a start known to ``start``, m."""
     return rail.covariances(replace(FIG3, landmarks=landmarks, start_deviation=start)).covs[0, -1]
@@ -232,6 +233,7 @@ def _expected_ratio(start: float) -> float:
     return float(many / few)
 
 
+@cache
 def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states states"]:
     """Return the covariance after 100 steps at V = W = 1 m² with a start known to ``start``, m."""
     return rail.covariances(replace(FIG3, landmarks=landmarks, start_deviation=start)).covs[0, -1]
