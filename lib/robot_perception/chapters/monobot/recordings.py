@@ -65,15 +65,13 @@ def filter_corridor(stretch: Corridor, *, origin: float) -> MonobotRun:
 def compared(here: MonobotRun, there: MonobotRun) -> dict[str, float]:
     """Return how two maps of the corridor differ, and how the innovations of the first judge it.
 
-    ``shift`` and ``level`` are mean and range of the difference, m; ``wall`` and ``start`` two
-    deviations at the end and at the start, cm; ``share`` is the mean normalised squared innovation
-    of ``count``, and ``percentile`` how often, in %, chance makes it as small.
+    ``shift`` is the mean of the difference, m; ``wall`` and ``start`` are two deviations of the
+    wall at the end and of the robot at the start, cm; ``share`` is the mean normalised squared
+    innovation of ``count``, and ``percentile`` how often, in %, chance makes it as small.
     """
-    shift = there.means - here.means
     squares = here.innovations[0, :, 0] ** 2 / here.innovation_covs[0, :, 0, 0]
     return {
-        "shift": float(shift.mean()),
-        "level": float(np.ptp(shift)),
+        "shift": float((there.means - here.means).mean()),
         "wall": float(200 * here.deviations[0, -1, 1]),
         "start": float(200 * here.deviations[0, 0, 0]),
         "share": float(squares.mean()),
