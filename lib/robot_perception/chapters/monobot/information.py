@@ -125,7 +125,7 @@ def planes(*, anchored: bool, rng: np.random.Generator) -> list[Plane]:
     "and with the number of landmarks.",
     paper_value="Fig. 3: rising curves for various sizes of the measurement vector",
     method="Eq. 14 at P0 = V = W = 1 m², n = 1, 2, 5, 10, 20, 50, 100 steps, landmarks from "
-    "the first look, predict before update: least relative increase from step to step and "
+    "the first measurement, predict before update: least relative increase from step to step and "
     "from n to n.",
     accepted=Accepted(
         1e-6,
