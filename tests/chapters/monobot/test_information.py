@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.monobot import information, rail
-from robot_perception.chapters.monobot.rail import FIG3, GOLDEN
+from robot_perception.chapters.monobot.rail import FIG3, FIG4, GOLDEN
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.kalman import scale_free_rank
 
