@@ -16,6 +16,7 @@ from robot_perception.kalman import (
     predict,
     scale_free_rank,
     start_information,
+    state_information,
     steady_state,
     update,
 )
@@ -215,6 +216,40 @@ def test_information_on_the_start_equals_the_joint_likelihood_of_all_measurement
 
 
 @pytest.mark.parametrize("seed", range(6))
+def test_information_on_the_state_with_a_prior_is_the_inverse_covariance_of_the_filter(seed):
+    """Oracle: the covariance form, which never sees an information matrix."""
+    rng = np.random.default_rng(seed)
+    n, m, steps = 3, 2, 6
+    motions = [Motion(rng.normal(size=(n, n)), covariance(n, rng)) for _ in range(steps)]
+    sensors = [
+        Sensor(rng.normal(size=(m, n)), covariance(m, rng) + np.eye(m)) for _ in range(steps)
+    ]
+    now = Gaussian(np.zeros(n), covariance(n, rng))
+    ours = state_information(motions, sensors, np.linalg.inv(now.cov))
+    for found, motion, sensor in zip(ours, motions, sensors, strict=True):
+        now, _ = update(predict(now, motion), np.zeros(m), sensor)
+        np.testing.assert_allclose(found @ now.cov, np.eye(n), atol=1e-8)
+
+
+def test_information_without_a_prior_is_the_limit_of_ever_weaker_ones():
+    rng = np.random.default_rng(3)
+    n, steps = 3, 4
+    motions = [Motion(rng.normal(size=(n, n)), covariance(n, rng)) for _ in range(steps)]
+    sensors = [Sensor(rng.normal(size=(1, n)), np.eye(1)) for _ in range(steps)]
+    ours = state_information(motions, sensors)
+    assert scale_free_rank(ours).tolist() == [1, 2, 3, 3]
+    weak = state_information(motions, sensors, 1e-9 * np.eye(n))
+    np.testing.assert_allclose(ours, weak, rtol=1e-5, atol=1e-7)
+
+
+def test_information_on_a_state_that_does_not_move_is_the_sum_over_the_measurements():
+    still, sensor = Motion(np.eye(2), np.zeros((2, 2))), Sensor(np.array([[1.0, -1.0]]), np.eye(1))
+    found = state_information([still] * 5, [sensor] * 5)
+    term = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    np.testing.assert_allclose(found, np.arange(1, 6)[:, None, None] * term)
+
+
+@pytest.mark.parametrize("seed", range(6))
 def test_steady_state_equals_scipy_and_the_recursion(seed):
     rng = np.random.default_rng(seed)
     n, m = 3, 2
@@ -348,6 +383,8 @@ def test_rank_does_not_depend_on_units(n, rank, seed):
 
 GOOD = Gaussian(np.zeros(2), np.eye(2))
 EYE, NAN = np.eye(2), np.full((2, 2), np.nan)
+STILL, FORGETFUL = Motion(EYE, EYE), Motion(np.diag([1.0, 0.0]), EYE)
+WHOLE, EXACT = Sensor(EYE, EYE), Sensor(EYE, 0 * EYE)
 
 
 @pytest.mark.parametrize(
@@ -375,6 +412,11 @@ EYE, NAN = np.eye(2), np.full((2, 2), np.nan)
         (lambda: fisher_information(EYE, np.ones((4, 3, 3))), "innovation_covs must be"),
         (lambda: fisher_information(EYE, np.zeros((4, 2, 2))), "innovation_covs is singular"),
         (lambda: start_information([], []), "as many motions as sensors"),
+        (lambda: state_information([], []), "as many motions as sensors"),
+        (lambda: state_information([STILL], [Sensor(np.eye(3), np.eye(3))]), "all be of 2 states"),
+        (lambda: state_information([FORGETFUL], [WHOLE]), "motions: a transition is singular"),
+        (lambda: state_information([STILL], [WHOLE], -np.eye(2)), "start"),
+        (lambda: state_information([STILL], [EXACT]), "noise of a sensor is singular"),
         (lambda: steady_state(Motion(EYE, EYE), Sensor(EYE, 0 * EYE)), "the sensor is singular"),
         (lambda: fisher_information(EYE, np.full((4, 2, 2), np.nan)), "innovation_covs must be fi"),
         (

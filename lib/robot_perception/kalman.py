@@ -204,8 +204,8 @@ def fisher_information(
 
     .. math:: J_k = \sum_{i=1}^k H^\top S_i^{-1} H
 
-    The sum counts every innovation as a fresh look at one fixed state; see
-    :func:`start_information` for the information on the state at the start.
+    The sum takes every innovation for news about one fixed state; see :func:`state_information`
+    for what is known of the state as it is, and :func:`start_information` for the start.
 
     Parameters
     ----------
@@ -281,6 +281,67 @@ def start_information(
         total = total + seen.T @ np.linalg.solve(info.innovation_cov, seen)
         sensitivity = sensitivity - info.gain @ seen
         history.append(_symmetric(total))
+    return np.stack(history)
+
+
+def state_information(
+    motions: Sequence[Motion],
+    sensors: Sequence[Sensor],
+    start: Float[np.ndarray, "n n"] | None = None,
+) -> Float[np.ndarray, "steps n n"]:
+    r"""Return the Fisher information of the measurements about the state as it is now.
+
+    .. math::
+        Y_k = \left(F_k Y_{k-1}^{-1} F_k^\top + Q_k\right)^{-1} + H_k^\top R_k^{-1} H_k
+
+    A motion takes away from what is known, a measurement adds to it. :math:`Y_{k-1}` may be
+    singular: with :math:`M = F_k^{-\top} Y_{k-1} F_k^{-1}` the first term is
+    :math:`(I + M Q_k)^{-1} M`. With the inverse of a prior covariance as ``start``, :math:`Y_k` is
+    the inverse of the filter's own covariance.
+
+    Parameters
+    ----------
+    motions, sensors
+        The steps, in order; each motion is followed by its measurement.
+    start : (n, n), optional
+        Information about the state before the first motion; none if left out.
+
+    Returns
+    -------
+    (steps, n, n)
+        :math:`Y_1, …, Y_k`.
+
+    Raises
+    ------
+    ValueError
+        If the sequences are empty, differ in length or in the number of states, ``start`` is no
+        information, or a transition or the noise of a sensor is singular.
+
+    References
+    ----------
+    Tichavský, Muravchik and Nehorai, "Posterior Cramér–Rao bounds for discrete-time nonlinear
+    filtering", IEEE Transactions on Signal Processing 46(5), 1998.
+    """
+    motions = checks.instances("motions", motions, Motion)
+    sensors = checks.instances("sensors", sensors, Sensor)
+    if not motions or len(motions) != len(sensors):
+        raise ValueError(f"need as many motions as sensors, got {len(motions)}, {len(sensors)}")
+    n = motions[0].transition.shape[-1]
+    Y = np.zeros((n, n)) if start is None else checks.covariance("start", start, (n, n))
+    history = []
+    for motion, sensor in zip(motions, sensors, strict=True):
+        F, Q, H, R = motion.transition, motion.noise, sensor.matrix, sensor.noise
+        if F.shape != (n, n) or H.shape[1:] != (n,):
+            raise ValueError(
+                f"motions and sensors must all be of {n} states, got {F.shape} and {H.shape}"
+            )
+        _log_determinant("noise of a sensor", R)
+        if np.linalg.matrix_rank(F) < n:
+            raise ValueError("motions: a transition is singular, it forgets a direction for good")
+        M = np.linalg.solve(F.T, np.linalg.solve(F.T, Y).T)
+        Y = np.linalg.solve(np.eye(n) + M @ Q, M)  # a motion
+        Y = _symmetric(Y + H.T @ np.linalg.solve(R, H))  # a measurement
+        history.append(Y)
     return np.stack(history)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from robot_perception.chapters.monobot import rail, steady
 from robot_perception.chapters.monobot.rail import FIG4, GOLDEN
+from robot_perception.evaluation import intervals
 from robot_perception.slam.monobot import settled
 from robot_perception.teaching.claims import Finding
 from tests.chapters.ledger import LedgerTests, quick
@@ -20,8 +21,8 @@ def test_information_slopes_are_the_closed_forms():
     finding = quick("fisher-growth")
     for slope, form in finding.tables["slopes"].rows.values():
         assert slope == pytest.approx(form, rel=1e-9)
-    start = finding.evidence["information on the start itself, n = 1"].estimate
-    assert start == pytest.approx(1 / GOLDEN, rel=1e-9)
+    known = finding.evidence["information on the state itself after 100 steps, n = 1"].estimate
+    assert known == pytest.approx(GOLDEN, rel=1e-9)
 
 
 def test_nothing_but_a_shift_is_dark():
@@ -34,21 +35,33 @@ def test_gain_decays_by_a_power_where_the_paper_expects_a_time_constant():
     assert slow.estimate == pytest.approx(-1, abs=0.01)
 
 
-def test_the_share_that_the_first_look_explains_has_its_closed_form():
+def test_the_share_that_the_first_look_explains_is_the_one_that_is_measured():
     finding = quick("first-look-stays")
-    share = finding.tables["the same in other settings"]["P0 = V = W = 1 (theory: φ/2)", "share"]
-    assert share.low < GOLDEN / 2 < share.high
-    exact = finding.evidence["share by the filter's covariance"].estimate
-    assert finding.value.low < exact < finding.value.high
+    elsewhere = finding.tables["the same in other settings"]
+    form = elsewhere["P0 = V = W = 1 (theory: φ/2)", "share"]
+    assert form == pytest.approx(GOLDEN / 2, rel=1e-9)
+    measured = finding.evidence["the same, measured"]
+    assert measured.low < finding.value.estimate < measured.high
     factors = finding.tables["factors that the paper leaves out"]
-    assert {factors[name, "ours"] for name in factors.rows} == {exact}
+    assert {factors[name, "ours"] for name in factors.rows} == {finding.value.estimate}
 
 
-def test_the_error_that_persists_has_its_closed_form():
-    over_form = quick("initial-error-persists").evidence[
-        "variance at P0 = V = W = 1 over its limit φ"
-    ]
-    assert over_form.low < 1 < over_form.high
+@pytest.mark.parametrize("changes", [{"start_deviation": 0.0}, {"landmarks": 5}, {"reach": 2.0}])
+def test_a_share_by_covariance_is_the_squared_correlation_of_many_runs(changes):
+    config = replace(FIG4, runs=4000, **changes)
+    result = rail.run(config, rng=np.random.default_rng(9))
+    first, last = (e.mean(axis=1) for e in (result.first_errors, result.last_errors))
+    found = intervals.explained(first, last)
+    assert found.low - 0.02 < steady.explained_share(config) < found.high + 0.02
+
+
+def test_the_error_that_persists_is_the_one_that_is_measured():
+    finding = quick("initial-error-persists")
+    over_form = finding.evidence["variance at P0 = V = W = 1 over its limit φ"]
+    assert over_form.estimate == pytest.approx(1, rel=1e-9)
+    measured = finding.evidence["the same, measured"]
+    width = measured.high - measured.low
+    assert measured.low - width < finding.value.estimate < measured.high + width
 
 
 @pytest.mark.parametrize("scale", [1e-3, 0.3])
@@ -74,8 +87,9 @@ def test_an_exact_start_and_first_look_leave_no_error_and_nothing_to_explain():
     assert rail.run(start_only, rng=np.random.default_rng(4)).explained.estimate == pytest.approx(1)
 
 
-def test_both_claims_about_many_landmarks_name_the_start_beside_which_they_hold():
-    ratios = quick("many-landmarks-help").tables["other starts"]
+def test_the_ratio_of_variances_has_its_closed_form():
+    finding = quick("many-landmarks-help")
+    ratios = finding.tables["other starts"]
     for start, (ratio,) in ratios.rows.items():
         forms = (
             settled(n, start_variance=float(start) ** 2, motion_variance=1, look_variance=1)
@@ -83,13 +97,42 @@ def test_both_claims_about_many_landmarks_name_the_start_beside_which_they_hold(
         )
         many, one = (form.landmark_variance for form in forms)
         assert ratio == pytest.approx(many / one, abs=0.02)  # 100 looks are not all of them
-    powers = quick("statement-proportional").tables["other starts"]
-    found = [powers[start, "exponent"].estimate for start in powers.rows]
+    found = [ratios[start, "n = 50 over n = 1"] for start in ratios.rows]
     assert found == sorted(found)
-    assert found[0] < 0.5 < 0.9 < found[-1]
-    for name in ("many-landmarks-help", "statement-proportional"):
-        needed = [c.text for c in quick(name).conditions if c.needed]
-        assert any("start" in text and "beside looks of 1 m" in text for text in needed)
+    measured = finding.evidence["the same, measured"]
+    assert measured.low < finding.value.estimate < measured.high
+
+
+def test_the_sum_of_squares_grows_along_a_straight_line_that_misses_the_origin():
+    """Closed form: (n + 1) P0 + W a/(a + W) (1 + 2/n) after infinitely many measurements."""
+    finding = quick("statement-proportional")
+    adds = finding.evidence["what each further landmark adds to it"]
+    assert adds.low == pytest.approx(1, abs=0.02)
+    assert adds.high == pytest.approx(1, abs=0.02)
+    for n, name in (
+        (1, "what doubling one landmark multiplies it by"),
+        (50, "what doubling 50 landmarks multiplies it by"),
+    ):
+        few, many = (rail.limit(k) for k in (n, 2 * n))
+        sums = [
+            form.vehicle_variance + k * form.landmark_variance
+            for k, form in ((n, few), (2 * n, many))
+        ]
+        assert finding.evidence[name].estimate == pytest.approx(sums[1] / sums[0], abs=0.02)
+        assert finding.evidence[name].estimate < 2
+
+
+def test_whether_the_error_is_proportional_hangs_on_which_error_is_meant():
+    readings = quick("statement-proportional").tables["readings"]
+    assert [readings[name, "proportional"] for name in readings.rows] == ["no", "no", "yes"]
+    powers = [readings[name, "exponent"] for name in readings.rows]
+    value = quick("statement-proportional").value
+    assert [value.low, value.high] == [min(powers), max(powers)]
+    assert powers[1] == pytest.approx(0.5, abs=0.05)
+    assert max(readings[name, "start known"] for name in readings.rows) < 0.5
+    starts = quick("statement-proportional").tables["other starts"]
+    found = [starts[start, "exponent"] for start in starts.rows]
+    assert found == sorted(found)
 
 
 def test_more_landmarks_never_remove_the_vehicles_own_error():

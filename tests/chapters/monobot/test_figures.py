@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from robot_perception.chapters.monobot import broken, information, rail
+from robot_perception.chapters.monobot import broken, explorers, information, rail
 from robot_perception.chapters.monobot import figures as draw
 from robot_perception.chapters.monobot.rail import FIG3, FIG4
 from robot_perception.evaluation.consistency import average_bounds
@@ -17,7 +17,7 @@ RNG = np.random.default_rng
 
 
 def corners():
-    values = {name: (c.values[0], c.values[-1]) for name, c in draw.CONTROLS.items()}
+    values = {name: (c.values[0], c.values[-1]) for name, c in explorers.STUDY_CONTROLS.items()}
     for chosen in product(*values.values()):
         yield dict(zip(values, chosen, strict=True))
 
@@ -65,27 +65,27 @@ def test_one_run_is_drawn_from_its_own_truth_estimates_and_gains(landmarks):
     np.testing.assert_array_equal(gains[:2], result.filtered.gains[0, :, :2, 0].T)
 
 
-def test_a_known_landmark_closes_the_strip_to_an_ellipse():
+def test_an_anchor_closes_the_strip_to_an_ellipse():
     _, ax = figure()
-    for known, edges in ((False, 2), (True, 0)):
-        draw.plane(ax, information.plane_after(5, known_landmark=known, rng=RNG(3)))
+    for anchored, edges in ((False, 2), (True, 0)):
+        draw.plane(ax, information.planes(anchored=anchored, rng=RNG(3))[5])
         straight = [line for line in ax.lines if len(line.get_xdata()) == 2]
         assert len(straight) == edges
         assert len(ax.patches) == 2  # the inside of the strip or ellipse, and of the belief
 
 
-@pytest.mark.parametrize("known", [False, True])
-def test_what_is_drawn_of_the_information_lies_two_deviations_away(known):
+@pytest.mark.parametrize("anchored", [False, True])
+def test_what_is_drawn_of_the_information_lies_two_deviations_away(anchored):
     """Law: (p - m)ᵀ J (p - m) = 4 on the edges of the strip and on the rim of the ellipse."""
-    plane = information.plane_after(5, known_landmark=known, rng=RNG(3))
+    plane = information.planes(anchored=anchored, rng=RNG(3))[5]
     _, ax = figure()
     draw.plane(ax, plane)
     drawn = [line for line in ax.lines if line.get_color() == MEANING["information"]]
     for line in drawn:
-        off = np.stack(line.get_data(), axis=-1) - plane.belief.mean
+        off = np.stack(line.get_data(), axis=-1) - (plane.belief.mean - plane.truth)
         off = off[np.isfinite(off).all(axis=1)]
         np.testing.assert_allclose(np.einsum("ki,ij,kj->k", off, plane.information, off), 4.0)
-    assert len(drawn) == (1 if known else 2)
+    assert len(drawn) == (1 if anchored else 2)
 
 
 def test_mean_so_far_lies_in_a_band_that_narrows_with_the_root_of_the_runs():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.monobot import information, rail
-from robot_perception.chapters.monobot.rail import FIG3, GOLDEN
+from robot_perception.chapters.monobot.rail import FIG3, FIG4, GOLDEN
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.kalman import scale_free_rank
 
@@ -25,28 +25,64 @@ def test_likelihood_is_level_along_a_shift_and_curved_across():
     np.testing.assert_allclose(curvature, -GOLDEN, rtol=1e-6)
 
 
-@pytest.mark.parametrize("known", [False, True])
-def test_plane_is_dark_in_one_direction_unless_a_landmark_is_known(known):
+@pytest.mark.parametrize("anchored", [False, True])
+def test_plane_is_dark_in_one_direction_unless_there_is_an_anchor(anchored):
+    planes = information.planes(anchored=anchored, rng=RNG(3))
     for looks in (1, 5, 30):
-        now = information.plane_after(looks, known_landmark=known, rng=RNG(3))
-        assert scale_free_rank(now.information) == (2 if known else 1)
-    assert (np.sqrt(now.belief.cov[1, 1]) < 0.3) == known
+        assert scale_free_rank(planes[looks].information) == (2 if anchored else 1)
+    assert (np.sqrt(planes[30].belief.cov[1, 1]) < 0.3) == anchored
 
 
-def test_plane_is_that_of_the_run_after_so_many_looks():
+@pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
+def test_measurements_and_the_start_together_know_what_the_filter_knows(base):
+    """With a prior on the start the information is the inverse of the filter's covariance."""
+    config = replace(base, landmarks=2, steps=20)
+    vague = replace(config, start_deviation=1e4)
+    gap = np.linalg.inv(rail.covariances(vague).covs[0]) - information.exact_information(config)
+    assert np.abs(gap).max() < 1e-4 * np.abs(information.exact_information(config)).max()
+
+
+@pytest.mark.parametrize("anchored", [False, True])
+def test_plane_is_what_the_measurements_allow_and_the_start_narrows(anchored):
+    """The filter knows the measurements and the start; only an anchor makes the start forgotten."""
+    planes = information.planes(anchored=anchored, rng=RNG(3))
+    added = [np.linalg.inv(now.belief.cov) - now.information for now in planes]
+    assert np.linalg.eigvalsh(added).min() > -1e-6
+    size = np.abs(added).max(axis=(1, 2))
+    assert (size[-1] < 0.05 * size[0]) == anchored
+
+
+def test_information_for_one_landmark_is_that_of_neighbouring_fibonacci_numbers():
+    known = information.exact_information(FIG3)[:, 0, 0]
+    fibonacci = [1, 1]
+    for _ in range(14):
+        fibonacci.append(fibonacci[-2] + fibonacci[-1])
+    ratios = np.divide(fibonacci[1:], fibonacci[:-1])
+    np.testing.assert_allclose(known[:8], ratios[::2])
+    assert known[-1] == pytest.approx(GOLDEN)
+
+
+def test_planes_are_those_of_the_run():
     world = rail.simulate(replace(FIG3, runs=1), rng=RNG(3))
-    run, total = rail.refilter(FIG3, world), rail.total_information(FIG3)
+    run, known = rail.refilter(FIG3, world), information.exact_information(FIG3)
+    planes = information.planes(anchored=False, rng=RNG(3))
+    assert len(planes) == FIG3.steps + 1
     for looks in (0, 1, 7):
-        now = information.plane_after(looks, known_landmark=False, rng=RNG(3))
+        now = planes[looks]
         np.testing.assert_array_equal(now.truth, [world.positions[0, looks], FIG3.landmarks_at])
         np.testing.assert_array_equal(now.belief.mean, run.means[0, looks])
         np.testing.assert_array_equal(now.belief.cov, run.covs[0, looks])
-        expected = total[looks - 1] if looks else np.zeros((2, 2))
-        np.testing.assert_array_equal(now.information, expected)
+        np.testing.assert_array_equal(now.information, known[looks])
 
 
-def test_plane_is_honest_with_a_known_landmark():
-    planes = [information.plane_after(30, known_landmark=True, rng=own) for own in RNG(4).spawn(60)]
+def test_plane_is_honest_with_an_anchor():
+    planes = [information.planes(anchored=True, rng=own)[30] for own in RNG(4).spawn(60)]
     errors = np.stack([now.belief.mean - now.truth for now in planes])
     low, high = average_bounds(2, len(planes), 1 - 1e-4)
     assert low < normalised_squared(errors, planes[0].belief.cov).mean() < high
+
+
+def test_setup_of_fig_3_says_what_the_configuration_holds():
+    shown = information.setup()
+    assert shown["P0, V, W", "ours"] == "1, 1, 1 m²"
+    assert shown["landmarks", "ours"] == "1 to 50"

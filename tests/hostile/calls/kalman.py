@@ -18,6 +18,7 @@ CALLS = {
     kalman.update: lambda: call(PRIOR, np.ones(2), SENSOR),
     kalman.fisher_information: lambda: call(EYE, np.stack([EYE, EYE])),
     kalman.start_information: lambda: call([MOTION, MOTION], [SENSOR, SENSOR]),
+    kalman.state_information: lambda: call([MOTION, MOTION], [SENSOR, SENSOR], EYE),
     kalman.steady_state: lambda: call(MOTION, SENSOR, tolerance=1e-13),
     kalman.scale_free_rank: lambda: call(EYE),
 }

@@ -63,7 +63,7 @@ def table(variants: Sequence[Variant]) -> Table:
     return Table(
         {v.name: [v.errors[:, -1].mean(), v.rms[-1], v.deviations[-1]] for v in variants},
         {"mean (m)": "", "rms (m)": "root mean square error", "states (m)": "σ of the filter"},
-        f"landmark error after the last look, {len(variants[0].errors)} runs",
+        f"landmark error after the last measurement, {len(variants[0].errors)} runs",
         "filter",
     )
 

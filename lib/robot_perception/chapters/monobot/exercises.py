@@ -29,11 +29,11 @@ EXERCISES = Sheet(
         "monobot-1": Exercise(
             1 / GOLDEN,
             mistakes=(
-                (GOLDEN, "that is the variance before the look; ask for the one after it."),
+                (GOLDEN, "that is the variance before the measurement; ask for the one after it."),
                 (GOLDEN**-2, "that is the pole, by which errors shrink."),
-                (1.0, "that is the variance after the very first look; it still shrinks."),
+                (1.0, "that is the variance after the very first measurement; it still shrinks."),
             ),
-            hint="After a move and a look p becomes (p + 1) / (p + 2). Where does it stay?",
+            hint="After a move and a measurement p becomes (p + 1) / (p + 2). Where does it stay?",
             rtol=1e-4,
         ),
         "monobot-2": Exercise(

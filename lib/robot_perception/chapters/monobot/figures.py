@@ -14,24 +14,14 @@ from robot_perception.chapters.monobot.rail import Result
 from robot_perception.chapters.monobot.steady import Gains
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
-from robot_perception.teaching.explore import choice, slider
 from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 
 AxesRow = Sequence[Axes] | np.ndarray
 
-LOOKS = "looks after the first"
+LOOKS = "measurements after the first"
 
 VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
 """What the variants of the filter mean, in the order of `broken.run`."""
-
-CONTROLS = {
-    "landmarks": slider("Landmarks", (1, 5, 20), 1),
-    "start_deviation": slider("σ of the start", (0.0, 0.1, 0.3), 0.1, "m"),
-    "motion_share": slider("σ of a move", (0.1, 0.5), 0.5, "of the command"),
-    "look_share": slider("σ of a look", (0.05, 0.2), 0.05, "of the distance"),
-    "shape": choice("Path", ("sine", "there and back", "at rest"), "sine"),
-}
-"""Controls over the settings of a study; their names are those of :class:`.rail.Config`."""
 
 
 # The rail --------------------------------------------------------------------------------------
@@ -40,8 +30,8 @@ CONTROLS = {
 def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     """Draw one run as in the first column of Fig. 4: true path, estimates with ±2σ, sightings.
 
-    A sighting is where one look alone, from the true path, puts the first landmark; every third is
-    drawn.
+    A sighting is where one measurement alone, from the true path, puts the first landmark; every
+    third is drawn.
     """
     position, means = result.world.positions[run], result.filtered.means[run]
     sightings = position + result.world.looks[run, :, 0]
@@ -162,7 +152,7 @@ def first_against_last(ax: Axes, result: Result) -> Axes:
         first, last, "o", color=MEANING["landmark"], markersize=3.5, alpha=0.6, markeredgewidth=0
     )
     label(ax, 0.66 * reach, 0.86 * reach, "equal", equal, ha="right", fontweight=400)
-    what = "error after the {} look (m)"
+    what = "error after the {} measurement (m)"
     ax.set(xlim=ends, ylim=ends, xlabel=what.format("first"), ylabel=what.format("last"))
     ax.set_aspect("equal")
     return ax
@@ -195,7 +185,7 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
     k = np.arange(1, steps + 1)
     limit, colour = MEANING["expected"], MEANING["paper"]
     ax.plot(k, k, color=limit, linewidth=1.2, linestyle="--")
-    label(ax, 1.02 * steps, 1.03 * steps, "1/V a look", limit, fontsize=9, fontweight=400)
+    label(ax, 1.02 * steps, 1.03 * steps, "1/V a step", limit, fontsize=9, fontweight=400)
     last = np.inf
     for n, curve in reversed(curves.items()):
         ax.plot(k, curve, color=colour)
@@ -207,15 +197,15 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
     return ax
 
 
-def information_kinds(ax: Axes, summed: np.ndarray, on_start: np.ndarray) -> Axes:
-    """Draw the sum of eq. (14) beside the information on the start, (steps,), for one landmark."""
+def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
+    """Draw the sum of eq. (14) beside the exact information, (steps,), for one landmark."""
     k, top = np.arange(1, len(summed) + 1), summed[-1]
-    paper, exact = MEANING["paper"], MEANING["information"]
+    paper, known = MEANING["paper"], MEANING["information"]
     ax.plot(k, summed, color=paper)
-    ax.plot(k, on_start, color=exact)
+    ax.plot(k, exact, color=known)
     ax.set(xlim=(0, k[-1]), ylim=(0, 1.08 * top), xlabel=LOOKS, ylabel="information (1/m²)")
     label(ax, 0.98 * k[-1], 0.42 * top, "sum of eq. (14)", paper, ha="right")
-    label(ax, 0.98 * k[-1], on_start[-1] + 0.07 * top, "on the start", exact, ha="right")
+    label(ax, 0.98 * k[-1], exact[-1] + 0.07 * top, "of the state as it is", known, ha="right")
     return ax
 
 
@@ -234,14 +224,14 @@ def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     return ax
 
 
-def plane(ax: Axes, known: Plane, *, reach: float = 5.0) -> Axes:
+def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
     """Draw the filter's 2σ ellipse and the 2σ region of the information, on axes cleared first.
 
-    The region is a strip where the information is singular; the window, ±``reach`` in m, follows
-    the truth.
+    The region is a strip where the information is singular; the truth is the middle of the
+    window, ±``reach`` in m.
     """
     ax.clear()
-    mean, cov = known.belief.mean, known.belief.cov
+    mean, cov = known.belief.mean - known.truth, known.belief.cov
     values, vectors = np.linalg.eigh(known.information)
     style = {"width": 1.8, "fill": 0.18, "corners": 72}
     filtered, exact, truth = (MEANING[name] for name in ("estimate", "information", "truth"))
@@ -255,11 +245,10 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.0) -> Axes:
             ax.plot(*edge.T, color=exact, linewidth=1.6)
     ellipses(ax, mean[None], cov[None], filtered, **style)
     ax.plot(*mean, "o", color=filtered, markersize=5)
-    ax.plot(*known.truth, "P", color=truth, markersize=9)
-    (left, right), (low, high) = (known.truth[:, None] + [-reach, reach]).tolist()
-    ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
-    ax.set(xlabel="vehicle now (m)", ylabel="landmark (m)")
-    lines = (("filter, 2σ", filtered), ("information, 2σ", exact), ("+ truth", truth))
+    ax.plot(0, 0, "P", color=truth, markersize=9)
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    ax.set(xlabel="vehicle error (m)", ylabel="landmark error (m)")
+    lines = (("filter, 2σ", filtered), ("measurements, 2σ", exact), ("+ truth", truth))
     for i, (text, colour) in enumerate(lines):
         label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
     return ax

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from scipy import stats
 
 from robot_perception import datasets
 from robot_perception.beliefs import Gaussian
@@ -59,3 +60,21 @@ def filter_corridor(stretch: Corridor, *, origin: float) -> MonobotRun:
         motion_variance=MOTION**2,
         look_variance=LOOK**2,
     )
+
+
+def compared(here: MonobotRun, there: MonobotRun) -> dict[str, float]:
+    """Return how two maps of the corridor differ, and how the innovations of the first judge it.
+
+    ``shift`` is the mean of the difference, m; ``wall`` and ``start`` are two deviations of the
+    wall at the end and of the robot at the start, cm; ``share`` is the mean normalised squared
+    innovation of ``count``, and ``percentile`` how often, in %, chance makes it as small.
+    """
+    squares = here.innovations[0, :, 0] ** 2 / here.innovation_covs[0, :, 0, 0]
+    return {
+        "shift": float((there.means - here.means).mean()),
+        "wall": float(200 * here.deviations[0, -1, 1]),
+        "start": float(200 * here.deviations[0, 0, 0]),
+        "share": float(squares.mean()),
+        "count": squares.size,
+        "percentile": float(100 * stats.chi2.cdf(squares.sum(), squares.size)),
+    }
