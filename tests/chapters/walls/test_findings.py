@@ -113,6 +113,12 @@ def test_between_noise_and_furniture_the_tolerance_does_not_matter(knob):
     assert found.high == 0.4
 
 
+@pytest.mark.parametrize(("deviations", "enough"), [(1, False), (2, False), (5, True)])
+def test_replies_of_the_first_bet_are_true_of_the_opening_scan(deviations, enough):
+    look = splitting.one_scan(deviations * 0.015)
+    assert (len(look.segments) == 8) == enough
+
+
 def test_noise_at_five_centimetres_fills_the_chain_and_takes_walls(knob):
     row = [knob[value / 100, 0.05] for value in explorers.KNOB["sigma"].values]
     assert all(one.vertices <= two.vertices for one, two in pairwise(row))
@@ -135,14 +141,14 @@ def test_walls_once_found_stay_found_and_corners_are_cut_off_before_walls(knob, 
 # The replay --------------------------------------------------------------------------------------
 
 
-def test_a_red_step_adds_a_vertex_and_a_green_one_closes_its_stretch_for_good():
+def test_a_filled_vertex_is_kept_and_a_hollow_one_closes_its_stretch_for_good():
     for step, call in enumerate(CALLS):
         before = {0, len(CHAIN) - 1, *(c.f for c in CALLS[:step] if c.split)}
         later = [c for c in CALLS[step + 1 :] if call.i <= c.i and c.j <= call.j]
         assert not call.split or call.f not in before
         assert call.split or not later
-    red = [call.f for call in CALLS if call.split]
-    assert len(set(red)) == len(red) == len(walls.simplify(CHAIN, splitting.TOLERANCE)) - 2
+    splits = [call.f for call in CALLS if call.split]
+    assert len(set(splits)) == len(splits) == len(walls.simplify(CHAIN, splitting.TOLERANCE)) - 2
 
 
 def test_the_scan_is_far_from_the_worst_line():

@@ -98,7 +98,7 @@ def setup() -> Table:
         "scanner": [
             "Leuze Rotoscan RS4",
             f"simulated, {scanner.beams} beams over half a turn, up to {scanner.max_range:g} m",
-            "little",
+            "not varied here",
         ],
         "noise σ of a range": [
             "not given",
@@ -117,12 +117,14 @@ def setup() -> Table:
             "yes: see “Break it”",
         ],
         "scans that show a wall": [
-            "“consecutive readings”", f"{config.least_scans} at least", "little: see the map"
+            "“consecutive readings”",
+            f"{config.least_scans} at least",
+            "little: see the map of the office",
         ],
         "poses": ["estimated", "known exactly", "yes: see “Break it”"],
-    }  # fmt: skip
+    }
     columns = {"the paper": "", "ours": "", "does it matter?": ""}
-    return Table(rows, columns, corner="what")
+    return Table(rows, columns, corner="the experiment")
 
 
 def scores(drive: Result, recorded: Entry) -> Table:

@@ -132,7 +132,7 @@ COLUMNS = {
     "exact readings": "share of the straight parts that has more than half of its readings in "
     "common with one chord, and that chord with it",
     "noise of 1.5 cm": "the same with noise, mixed pixels and lost readings",
-    "the same, four fifths": "at least four fifths in common",
+    "the same, four fifths": "more than four fifths in common",
 }
 
 
