@@ -68,10 +68,9 @@ def band(readings: float, sigma: float, rough: bool) -> office.SearchRange:
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """One scan with one tolerance and noise, m.
+    """What is found in one scan with one tolerance and noise, m.
 
-    How large the tolerance is beside the noise of the readings and their rounding together; how
-    many walls are found and how many vertices are kept.
+    ``deviations`` is the tolerance over the noise of the readings and of their rounding together.
     """
 
     tolerance: float
@@ -81,47 +80,53 @@ class Knob:
     vertices: int
 
 
+def knob(tolerance: float, sigma: float) -> Knob:
+    """Return a state of the explorer of the tolerance; both in m."""
+    look = splitting.one_scan(tolerance, sigma)
+    deviations = tolerance / float(np.hypot(sigma, splitting.ROUNDING))
+    return Knob(tolerance, sigma, deviations, len(look.segments), len(look.kept))
+
+
 def knob_states() -> list[Knob]:
     """Return what is found in every state of the explorer of the tolerance."""
-    states = []
-    for tolerance in KNOB["tolerance"].values:
-        for sigma in (value / 100 for value in KNOB["sigma"].values):
-            look = splitting.one_scan(tolerance, sigma)
-            deviations = tolerance / float(np.hypot(sigma, splitting.ROUNDING))
-            states.append(Knob(tolerance, sigma, deviations, len(look.segments), len(look.kept)))
-    return states
+    sigmas = [value / 100 for value in KNOB["sigma"].values]
+    return [knob(tolerance, sigma) for tolerance in KNOB["tolerance"].values for sigma in sigmas]
+
+
+def near_the_noise() -> list[Knob]:
+    """Return what is found between the steps of the slider, at one to six times the noise."""
+    sigmas = [value / 100 for value in KNOB["sigma"].values if value > 0]
+    noises = [(sigma, float(np.hypot(sigma, splitting.ROUNDING))) for sigma in sigmas]
+    factors = np.arange(1.0, 6.1, 0.25).tolist()
+    return [knob(k * noise, sigma) for sigma, noise in noises for k in factors]
 
 
 @dataclass(frozen=True, slots=True)
 class Plateau:
-    """Where the number of walls does not depend on the tolerance.
+    """Where the walls found do not depend on the tolerance.
 
-    All ``walls`` are found at every tolerance from ``low`` times the noise up to ``high`` m; at
-    ``too_low`` times the noise and below it is ``at_most`` walls, above ``high`` it is ``beyond``.
+    All ``walls`` are found at every tolerance from ``low`` times the noise up to ``high`` m; nearer
+    to the noise there are up to ``most``, above ``high`` there are ``beyond``.
     """
 
     walls: int
     low: float
     high: float
-    too_low: float
-    at_most: int
+    most: int
     beyond: int
 
 
 def plateau() -> Plateau:
-    """Return the range of tolerances in which every state of the explorer has the same walls."""
-    states = knob_states()
-    most = max(state.walls for state in states)
-    largest = max(state.tolerance for state in states)
-    inside = [state for state in states if state.tolerance < largest]
-    lost = [state for state in inside if state.walls < most]
-    too_low = max(state.deviations for state in lost)
-    found = [state for state in inside if state.deviations > too_low]
+    """Return the range of tolerances in which the same walls are found at every noise."""
+    walls = len(splitting.one_scan().segments)
+    *_, high, largest = KNOB["tolerance"].values
+    states = [*knob_states(), *near_the_noise()]
+    inside = sorted((s for s in states if s.tolerance <= high), key=lambda s: s.deviations)
+    last = max(k for k, state in enumerate(inside) if state.walls != walls)
     return Plateau(
-        walls=most,
-        low=min(state.deviations for state in found),
-        high=max(state.tolerance for state in found),
-        too_low=too_low,
-        at_most=max(state.walls for state in lost),
+        walls=walls,
+        low=inside[last + 1].deviations,
+        high=high,
+        most=max(state.walls for state in inside[: last + 1]),
         beyond=max(state.walls for state in states if state.tolerance == largest),
     )

@@ -21,7 +21,7 @@ Simplify = Callable[[np.ndarray, float], np.ndarray | list[int]]
 """Vertices kept of a chain with a tolerance."""
 TOLERANCE = 0.08
 """The chapter's tolerance ε, m."""
-TOLERANCES = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8)
+TOLERANCES = (0.02, 0.03, 0.04, 0.05, 0.08, 0.2, 0.4, 0.8)
 """Tolerances ε of the explorer, m."""
 ROUNDING = 0.01 / np.sqrt(12)
 """Standard deviation of rounding a reading to 1 cm, m."""
