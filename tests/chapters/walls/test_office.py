@@ -100,8 +100,8 @@ def test_scores_stand_beside_those_of_the_ledger():
     drive, claim = office.run(SMALL, rng=np.random.default_rng(4)), recorded()["walls-fig1"]
     table = office.scores(drive, claim)
     assert table["this office", "walls"] == len(drive.found)
-    assert table["this office", "real (%)"] == pytest.approx(100 * drive.score.precision)
-    many = table["twenty offices", "real (%)"]
-    assert many.estimate == pytest.approx(100 * claim.value.estimate)
-    assert many.low < many.estimate < many.high
+    assert table["this office", "not real (%)"] == pytest.approx(100 - 100 * drive.score.precision)
+    many = table["twenty offices", "not real (%)"]
+    assert many.estimate == pytest.approx(100 - 100 * claim.value.estimate)
+    assert 0 < many.low < many.estimate < many.high
     assert drive.seconds > 0

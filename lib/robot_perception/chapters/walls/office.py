@@ -133,10 +133,10 @@ def scores(drive: Result, recorded: Entry) -> Table:
     ``recorded`` is the entry of the claim ``walls-fig1``.
     """
     score, others = drive.score, recorded.evidence
-    ours = [100 * score.precision, 100 * score.recall, 1e3 * score.rms_offset]
+    ours = [100 * (1 - score.precision), 100 * (1 - score.recall), 1e3 * score.rms_offset]
     theirs = [
-        _times(100, recorded.value),
-        _times(100, others["recall of the faces the beams reached"]),
+        _missing(recorded.value),
+        _missing(others["recall of the faces the beams reached"]),
         others["offset of a wall, rms"],
     ]
     rows = {
@@ -145,17 +145,18 @@ def scores(drive: Result, recorded: Entry) -> Table:
     }
     columns = {
         "walls": "in the map; of the twenty, the median and the range of nineteen",
-        "real (%)": "share of the map's length that lies on a face of the floor plan, within 5 cm "
-        "and 5°",
-        "found (%)": "share of the length of the faces that beams reached that is in the map",
+        "not real (%)": "share of the map's length that lies on no face of the floor plan, within "
+        "5 cm and 5°",
+        "missed (%)": "share of the length of the faces that beams reached that is not in the map",
         "offset (mm)": "root mean square distance of a wall from its face",
         "turn (°)": "root mean square difference of direction",
     }
     return Table(rows, columns, "mean and 95 % interval over offices", "map of")
 
 
-def _times(factor: float, value: Interval) -> Interval:
-    return Interval(*(factor * end for end in (value.estimate, value.low, value.high)))
+def _missing(share: Interval) -> Interval:
+    """Return what a share leaves, in per cent."""
+    return Interval(*(100 * (1 - end) for end in (share.estimate, share.high, share.low)))
 
 
 def world_points(
