@@ -186,6 +186,42 @@ def test_segment_across_two_walls_joins_them():
     assert len(known) == 2  # the old map is left alone
 
 
+def together(*segments):
+    """Several segments of one scan."""
+    names = "lines", "covs", "ends", "spans"
+    return Segments(*(np.concatenate([getattr(s, name) for s in segments]) for name in names))
+
+
+def test_a_scan_counts_once_for_a_wall_that_it_shows_in_parts():
+    left, right = wall(2.0, 0.0, [[2, -2], [2, -0.2]]), wall(2.0, 0.0, [[2, 0.2], [2, 2]])
+    far = wall(3.0, np.pi / 2, [[-1, 3], [1, 3]])
+    known = WallMap.empty()
+    for seen in range(1, 4):
+        known = merge(known, together(left, far, right, left), Gate())
+        assert known.scans.tolist() == [seen, seen]
+    once = merge(known, right, Gate())
+    assert sorted(once.scans.tolist()) == [3, 4]
+    parts = wall(2.0, 0.0, [[2, 3], [2, 4]])  # a wall of its own, until the hole is seen to be none
+    apart = merge(merge(once, parts, Gate()), parts, Gate())
+    assert sorted(apart.scans.tolist()) == [2, 3, 4]
+    joined = merge(apart, together(right, wall(2.0, 0.0, [[2, 2], [2, 3]])), Gate())
+    assert sorted(joined.scans.tolist()) == [3, 5]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_wall_is_seen_in_more_scans_than_there_are(seed):
+    """Of a room with pillars, whose walls most scans show in parts."""
+    pillars = np.random.default_rng(seed).uniform([0.5, 0.4], [5.5, 3.6], (6, 2))
+    box = np.array([[-0.1, -0.1], [-0.1, 0.1], [0.1, 0.1], [0.1, -0.1], [-0.1, -0.1]])
+    sides = np.stack([box[:-1], box[1:]], axis=1)
+    faces = np.concatenate([FACES, (pillars[:, None, None] + sides).reshape(-1, 2, 2)])
+    poses = POSES[np.hypot(*(POSES[:, None, :2] - pillars).T).min(axis=0) > 0.4]
+    scans = scan(faces, poses, FLAT, rng=np.random.default_rng(seed))
+    found, _ = build_map(scans.ranges, FLAT.angles, poses, CAREFUL, Gate())
+    assert len(poses) > 1
+    assert found.scans.max() <= len(poses)
+
+
 def test_order_of_the_scans_hardly_matters():
     scans = scan(FACES, POSES, FLAT, rng=np.random.default_rng(0))
     maps = [

@@ -233,14 +233,15 @@ def merge(walls: WallMap, segments: Segments, gate: Gate) -> WallMap:
 
     .. math:: C^{-1} = \sum_m C_m^{-1}, \qquad \mu = C \sum_m C_m^{-1} \mu_m ,
 
-    and the ends move outwards to hold all of them.
+    and the ends move outwards to hold all of them. Several segments of the scan may join one wall,
+    as its parts left and right of a pillar do: the scan counts once for it.
 
     Parameters
     ----------
     walls
         The map so far.
     segments
-        Segments in the frame of the world.
+        Segments of one scan in the frame of the world.
     gate
         The search range.
 
@@ -252,6 +253,7 @@ def merge(walls: WallMap, segments: Segments, gate: Gate) -> WallMap:
     instance("segments", segments, Segments)
     instance("gate", gate, Gate)
     lines, covs, ends, scans = walls.lines, walls.covs, walls.ends, walls.scans
+    before = scans  # without this scan
     for k in range(len(segments)):
         accepted, _ = search(WallMap(lines, covs, ends, scans), segments, k, gate)
         one = slice(k, k + 1)
@@ -259,12 +261,12 @@ def merge(walls: WallMap, segments: Segments, gate: Gate) -> WallMap:
         group_covs = np.concatenate([covs[accepted], segments.covs[one]])
         group_ends = np.concatenate([ends[accepted], segments.ends[one]])
         line, cov = _fuse(group_lines, group_covs, segments.ends[k].mean(axis=0))
-        # a wall seen twice in one scan (past a pillar) still counts as seen in one scan more
-        count = scans[accepted].max(initial=0) + 1
+        earlier = before[accepted].max(initial=0)
         lines = np.concatenate([lines[~accepted], line[None]])
         covs = np.concatenate([covs[~accepted], cov[None]])
         ends = np.concatenate([ends[~accepted], _hull(line, group_ends)[None]])
-        scans = np.append(scans[~accepted], count)
+        before = np.append(before[~accepted], earlier)
+        scans = np.append(scans[~accepted], earlier + 1)
     return WallMap(lines, covs, ends, scans)
 
 

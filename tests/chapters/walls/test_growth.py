@@ -1,5 +1,7 @@
 """The worst case and what is fitted to its costs."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from robot_perception import walls
 from robot_perception.chapters.walls import growth, splitting
 from robot_perception.evaluation.intervals import exponent
 from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.records import records
 
 
 def test_worst_case_cuts_off_one_vertex_at_each_split_and_is_simple():
@@ -50,6 +53,20 @@ def test_a_surplus_needs_sizes_that_double():
     made = growth.fit(lambda chain, tolerance: float(len(chain)), np.array([10, 20, 30]))
     with pytest.raises(ValueError, match=r"twice the one before, got \[10 20 30\]"):
         growth.surplus(made)
+
+
+def test_times_of_the_worst_case_are_those_of_the_benchmarks():
+    times = growth.recorded_times()
+    rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
+    (row,) = [row for row in rows if "zigzag of 10⁵ points" in row["work"]]
+    assert (times.hulls, times.plain, times.peer) == (row["ours_s"], row["peer_s"], row["peer"])
+
+
+def test_a_record_without_the_worst_case_is_named(tmp_path, monkeypatch):
+    (tmp_path / "performance.json").write_text('{"rows": []}', encoding="utf-8")
+    monkeypatch.setattr(growth, "records", lambda: tmp_path)
+    with pytest.raises(LookupError, match="has no row 'simplify a zigzag"):
+        growth.recorded_times()
 
 
 def test_growth_is_that_of_the_worst_case():

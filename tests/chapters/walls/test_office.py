@@ -6,6 +6,7 @@ from scipy import stats
 
 from robot_perception import walls
 from robot_perception.chapters.walls import office
+from robot_perception.teaching.badges import recorded
 
 SMALL = office.Config(rooms=2, step=0.8)
 
@@ -87,8 +88,20 @@ def test_gate_without_roughness_founds_new_walls_and_a_wide_one_loses_them():
     assert study.believed[0] < 0.005
 
 
-def test_three_looks_weed_out_what_is_not_there():
-    looks = office.looks_study()
-    assert looks.gone > 0
-    assert looks.after > looks.before
-    assert looks.cost < 0.02
+def test_set_up_says_what_the_paper_leaves_out_and_what_we_take():
+    table = office.setup()
+    assert len(table.rows) <= 6
+    assert table["tolerance ε", "the paper"] == "not given"
+    assert table["tolerance ε", "ours"] == "8 cm, or 5σ"
+    assert table["noise σ of a range", "ours"] == "1.5 cm, and steps of 1 cm"
+
+
+def test_scores_stand_beside_those_of_the_ledger():
+    drive, claim = office.run(SMALL, rng=np.random.default_rng(4)), recorded()["walls-fig1"]
+    table = office.scores(drive, claim)
+    assert table["this office", "walls"] == len(drive.found)
+    assert table["this office", "not real (%)"] == pytest.approx(100 - 100 * drive.score.precision)
+    many = table["twenty offices", "not real (%)"]
+    assert many.estimate == pytest.approx(100 - 100 * claim.value.estimate)
+    assert 0 < many.low < many.estimate < many.high
+    assert drive.seconds > 0

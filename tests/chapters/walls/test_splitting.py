@@ -40,22 +40,6 @@ def test_true_faces_pass_through_the_readings_of_a_perfect_scanner():
     assert np.median(away) < 0.01
 
 
-def test_any_tolerance_from_three_sigma_to_the_size_of_things_finds_all_walls():
-    truth = len(splitting.one_scan().segments)
-    enough, too_small = [], []
-    for tolerance in splitting.TOLERANCES:
-        for sigma in (0.0, 0.005, 0.015, 0.03, 0.06):
-            found = len(splitting.one_scan(tolerance, sigma).segments) == truth
-            noise = np.hypot(sigma, 0.01 / np.sqrt(12))  # and the rounding to 1 cm
-            if 3 * noise <= tolerance < splitting.TOLERANCES[-1]:
-                enough.append(found)
-            elif tolerance < 2 * noise:
-                too_small.append(found)
-    assert len(enough) > 10
-    assert all(enough)
-    assert sum(too_small) <= len(too_small) / 2
-
-
 def test_printed_measure_is_distance_over_length():
     rng = np.random.default_rng(0)
     for triple in rng.normal(size=(20, 3, 2)):

@@ -3,4 +3,4 @@
 The paper gives neither a noise of the scanner nor a tolerance: wherever they stand, they are ours.
 """
 
-STUDIES = ("splitting", "growth", "crossings", "office")
+STUDIES = ("straight", "splitting", "growth", "crossings", "office")

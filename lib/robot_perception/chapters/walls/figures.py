@@ -37,12 +37,12 @@ def scan_chain(ax: Axes, look: OneScan, kept: Sequence[int] | Int[np.ndarray, " 
     return ax
 
 
-def scan_state(ax: Axes, look: OneScan) -> Axes:
-    """Draw one scan with the chain kept of it and the true faces behind."""
+def scan_state(ax: Axes, look: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axes:
+    """Draw one scan, the chain kept of it and the true faces, on axes that hold ``extent``."""
     lines(ax, look.truth, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
     scan_chain(ax, look, look.kept)
     ax.set_title(f"{len(look.kept)} vertices, {len(look.segments)} walls")
-    return ax
+    return plan(ax, np.vstack([extent, [[0, 0]]]))
 
 
 def _readings(ax: Axes, look: OneScan) -> None:
@@ -141,7 +141,7 @@ def crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axe
 
 
 def search_range(ax: Axes, found: SearchRange) -> Axes:
-    """Draw a wall hypothesis with the band in which another look at the same wall may lie.
+    """Draw a wall hypothesis with the band in which the same wall may lie in another scan.
 
     The scale across the wall is enlarged.
     """
@@ -188,7 +188,7 @@ def map_state(ax: Axes, state: Growing, least: int, extent: Float[np.ndarray, "n
     """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
     found = state.found.seen_in(least)
     _wall_map(ax, state.points, found.ends, state.way)
-    ax.set_title(f"{state.scans} scans, {len(found)} walls")
+    ax.set_title(f"after {state.scans} scans: {len(found)} walls")
     return plan(ax, extent, margin=0.6)
 
 

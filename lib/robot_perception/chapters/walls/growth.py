@@ -1,5 +1,6 @@
 """What splitting costs on the worst case, vertex by vertex and with path hulls."""
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,11 +18,14 @@ from robot_perception.chapters.walls.splitting import recursion
 from robot_perception.evaluation.intervals import Interval, exact, exponent
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.records import records
 from robot_perception.teaching.verdicts import Accepted
 
 SIZES = {"quick": 500 * 2 ** np.arange(5), "full": 1000 * 2 ** np.arange(6)}
 """Numbers of vertices for the growth; counts are exact, so few sizes are enough."""
 HULL_SIZES = {"quick": 4000 * 2 ** np.arange(5), "full": 16_000 * 2 ** np.arange(6)}
+ZIGZAG = "simplify a zigzag of 10⁵ points"
+"""How the row of the benchmarks begins that has the times of the worst case."""
 UNSPLIT = 1e9
 """A tolerance, m, above the size of every chain: it is looked at once and never split."""
 PEERS = {
@@ -81,6 +85,30 @@ def n_log_n_exponent(size: str) -> float:
     """Return the exponent that n log n itself shows over the sizes."""
     sizes = HULL_SIZES[size].astype(float)
     return exponent(sizes, sizes * np.log2(sizes)).estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Recorded times for a zigzag of 100 000 vertices, s: path hulls, and a peer without them."""
+
+    hulls: float
+    plain: float
+    peer: str
+
+
+def recorded_times() -> Times:
+    """Return the times that the benchmarks recorded for a zigzag of 100 000 vertices.
+
+    Raises
+    ------
+    LookupError
+        If the record has no such row.
+    """
+    rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
+    for row in rows:
+        if row["work"].startswith(ZIGZAG) and row["peer"]:
+            return Times(row["ours_s"], row["peer_s"], row["peer"])
+    raise LookupError(f"performance.json has no row {ZIGZAG!r}; `make bench` records one")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

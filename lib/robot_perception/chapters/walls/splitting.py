@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,8 +10,7 @@ from jaxtyping import Float, Int
 from data_synth.laser import Scanner, scan
 from data_synth.office import Office, drive, make_office
 from robot_perception import walls
-from robot_perception.evaluation.intervals import Interval, exact, spread
-from robot_perception.evaluation.sweep import sweep
+from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.geometry import act, inverse
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.verdicts import Accepted
@@ -20,8 +19,12 @@ Measure = Callable[[np.ndarray, int, int], np.ndarray]
 """How far from its chord each inner vertex of a sub-chain is: chain, i, j."""
 Simplify = Callable[[np.ndarray, float], np.ndarray | list[int]]
 """Vertices kept of a chain with a tolerance."""
-TOLERANCES = (0.02, 0.05, 0.08, 0.2, 0.4, 0.8)
+TOLERANCE = 0.08
+"""The chapter's tolerance ε, m."""
+TOLERANCES = (0.02, 0.03, 0.04, 0.05, 0.08, 0.2, 0.4, 0.8)
 """Tolerances ε of the explorer, m."""
+ROUNDING = 0.01 / np.sqrt(12)
+"""Standard deviation of rounding a reading to 1 cm, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,13 +39,13 @@ class OneScan:
     segments: walls.Segments
 
 
-def one_scan(tolerance: float = 0.08, sigma: float = 0.015) -> OneScan:
+def one_scan(tolerance: float = TOLERANCE, sigma: float = 0.015) -> OneScan:
     """Take one scan of the chapter's office and extract its walls; tolerance ε and noise σ in m."""
     office, pose = _place()
     scanner = Scanner(range_sigma=sigma)
     ranges = scan(office.faces, pose[None], scanner, rng=np.random.default_rng(7)).ranges[0]
     points = to_chain(ranges, scanner)
-    noise = walls.RangeNoise(float(np.hypot(max(sigma, 1e-3), 0.01 / np.sqrt(12))))
+    noise = walls.RangeNoise(float(np.hypot(max(sigma, 1e-3), ROUNDING)))
     extraction = walls.Extraction(noise, tolerance)
     segments, _ = walls.extract_segments(ranges, scanner.angles, extraction)
     truth = act(inverse(pose), office.faces)
@@ -118,58 +121,6 @@ def heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
     return np.abs(level.imag) if z[i] != z[j] else np.abs(level)
 
 
-@claim(
-    "dp-recursive",
-    paper="perception-issues",
-    place="§2.1, Tables 1 and 2",
-    basis="substitute",  # scans of our own office
-    statement="Splitting a chain at the vertex farthest from its chord, again and again, "
-    "extracts its straight parts.",
-    method="share of synthetic scans on which our vertices are those of a brute-force "
-    "simplification that shares no formula with ours",
-    accepted=Accepted(1.0, 1.0, "the vertices are defined without freedom, so all must agree"),
-)
-def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
-    """Simplify the scans of drives and compare the vertices with the brute-force ones."""
-    drives = 1 if size is Size.QUICK else 5
-    agree, kept, readings = _compared(drives, walls.simplify, rng=rng)
-    evidence = {
-        "vertices kept of a scan": spread(kept),
-        "readings per vertex kept": exact(readings.sum() / kept.sum()),
-    }
-    return Finding(exact(agree.mean(), "", f"all {agree.size} scans of {drives} drives"), evidence)
-
-
-@dp_recursive.sabotage("a split at the middle vertex in place of the farthest")
-def split_in_the_middle(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare what halving keeps."""
-    return Finding(exact(_compared(1, _halved, step=4.0, rng=rng)[0].mean()))
-
-
-def _halved(chain: np.ndarray, tolerance: float) -> list[int]:
-    return split(chain, tolerance, heights, lambda far: far.size // 2)
-
-
-def _compared(
-    drives: int, simplify: Simplify, *, step: float = 0.5, rng: np.random.Generator
-) -> Float[np.ndarray, "3 scans"]:
-    """Return of each scan whether the vertices agree, how many, of how many readings."""
-    task = partial(_compared_drive, simplify, step)
-    return np.concatenate(sweep(task, [0.08] * drives, rng=rng, desc="drives")).T.astype(float)
-
-
-def _compared_drive(
-    simplify: Simplify, step: float, tolerance: float, *, rng: np.random.Generator
-) -> np.ndarray:
-    office, scanner = make_office(rng=rng), Scanner(resolution=0.0)
-    rows = []
-    for ranges in scan(office.faces, drive(office, step=step), scanner, rng=rng).ranges:
-        chain = to_chain(ranges, scanner)
-        kept = list(simplify(chain, tolerance))
-        rows.append((kept == reference_vertices(chain, tolerance), len(kept), len(chain)))
-    return np.array(rows)
-
-
 def printed_measure(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> Float[np.ndarray, " inner"]:
     r"""Return what Table 2 prints for the vertices between two: |det| / ‖v_i − v_j‖²."""
     chord, arms = chain[j] - chain[i], chain[i + 1 : j] - chain[i]
@@ -191,7 +142,7 @@ class KeptByScale:
     printed: Int[np.ndarray, " scales"]
 
 
-def kept_by_scale(epsilon: float = 0.08) -> KeptByScale:
+def kept_by_scale(epsilon: float = TOLERANCE) -> KeptByScale:
     """Count the vertices kept of one scan at several scales, by the right and the printed rule."""
     scales = np.array([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
     chains = [one_scan().points * scale for scale in scales]
@@ -219,8 +170,8 @@ def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
     evidence = {
         "triples where it is the squared distance within 1 %": exact(squared),
         "triples where it is the distance within 1 %": exact(plain),
-        "vertices of one scan, right rule": exact(len(walls.simplify(kept, 0.08))),
-        "vertices of one scan, printed rule": exact(len(simplify_as_printed(kept, 0.08))),
+        "vertices of one scan, right rule": exact(len(walls.simplify(kept, TOLERANCE))),
+        "vertices of one scan, printed rule": exact(len(simplify_as_printed(kept, TOLERANCE))),
     }
     note = "A number without unit: the distance in units of the chord, so ε is a slope."
     return Finding(_power_of_scale(printed_measure, triples), evidence, note=note)

@@ -1,0 +1,84 @@
+"""Straight parts of scans, and which chords extract them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from robot_perception import walls
+from robot_perception.chapters.walls import straight
+
+CORNER = np.array([[0.1 * k, 0.0] for k in range(10)] + [[0.9, 0.1 * k] for k in range(1, 10)])
+FACES = np.repeat([3, 7], [10, 9])
+
+
+def test_parts_are_the_runs_on_one_face_that_are_long_enough():
+    config = straight.Config()
+    np.testing.assert_array_equal(
+        straight.straight_parts(CORNER, FACES, config), [[0, 9], [10, 18]]
+    )
+    mixed = FACES.copy()
+    mixed[4] = -1  # leaves four readings, too few, and five
+    np.testing.assert_array_equal(straight.straight_parts(CORNER, mixed, config), [[10, 18]])
+    mixed[:] = -1
+    assert not len(straight.straight_parts(CORNER, mixed, config))
+    short = straight.straight_parts(0.4 * CORNER, FACES, config)  # 36 and 32 cm
+    assert not len(short)
+    assert len(straight.straight_parts(CORNER, FACES, straight.Config(least_length=0.85))) == 1
+
+
+@pytest.mark.parametrize(
+    ("kept", "shares"),
+    [
+        ([0, 9, 18], [1.0, 9 / 10]),  # the corner belongs to both chords
+        ([0, 18], [10 / 19, 9 / 19]),
+        ([0, 4, 9, 18], [6 / 10, 9 / 10]),
+        (list(range(19)), [2 / 10, 2 / 9]),
+    ],
+)
+def test_overlap_is_the_shared_readings_over_those_of_the_larger(kept, shares):
+    """Oracle: sets of readings."""
+    parts = np.array([[0, 9], [10, 18]])
+    found = straight.overlaps(parts, np.array(kept))
+    np.testing.assert_allclose(found, shares)
+    sets = [set(range(a, b + 1)) for a, b in parts]
+    chords = [set(range(a, b + 1)) for a, b in pairwise(kept)]
+    best = [max(len(s & c) / max(len(s), len(c)) for c in chords) for s in sets]
+    np.testing.assert_allclose(found, best)
+
+
+def test_above_one_half_a_part_has_one_chord_and_a_chord_one_part():
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        kept = np.unique(np.r_[0, 99, rng.integers(1, 99, rng.integers(1, 30))])
+        cuts = np.unique(rng.integers(1, 99, rng.integers(1, 20)))
+        parts = np.stack([np.r_[0, cuts], np.r_[cuts - 1, 99]], axis=-1)
+        chords = np.stack([kept[:-1], kept[1:]], axis=-1)
+        shared = np.minimum(parts[:, None, 1], chords[:, 1])
+        shared = shared - np.maximum(parts[:, None, 0], chords[:, 0]) + 1
+        sizes = [pair[:, 1] - pair[:, 0] + 1 for pair in (parts, chords)]
+        claims = shared > np.maximum(sizes[0][:, None], sizes[1]) / 2
+        assert claims.sum(axis=0).max() <= 1
+        assert claims.sum(axis=1).max() <= 1
+        np.testing.assert_array_equal(straight.overlaps(parts, kept) > 0.5, claims.any(axis=1))
+
+
+def test_a_room_without_noise_is_extracted_and_a_tolerance_of_its_size_extracts_nothing():
+    config = straight.Config(tolerances=(1e-3, 0.08, 100.0), step=8.0)
+    found = straight.run(config, 2, straight.EXACT, rng=np.random.default_rng(0))
+    fine, ours, huge = (found.share(e, 0.5).estimate for e in config.tolerances)
+    assert fine >= ours > 0.9
+    assert huge < 0.05
+    assert found.extracted.shape == (2, 3, 3)
+    assert (np.diff(found.extracted, axis=2) <= 0).all()  # more asked for, fewer extracted
+
+
+def test_what_is_extracted_does_not_depend_on_how_the_vertices_are_found():
+    config = straight.Config(step=8.0)
+
+    def found(simplify):
+        return straight.run(config, 2, straight.NOISY, simplify, rng=np.random.default_rng(1))
+
+    plain, recursive = found(walls.simplify), found(walls.simplify_recursive)
+    np.testing.assert_array_equal(plain.extracted, recursive.extracted)
+    assert (plain.agree == 1.0).all()
