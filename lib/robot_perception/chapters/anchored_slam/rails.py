@@ -24,6 +24,7 @@ from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.slam import monobot
 from robot_perception.slam.monobot import MonobotRun, Reference
 from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.explore import choice, slider
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
@@ -124,6 +125,20 @@ def figures(*, rng: np.random.Generator) -> dict[str, Result]:
         name: Result(FIG4, world, refilter(config, world, rng=next(own)))
         for name, config in FIGURES.items()
     }
+
+
+def setup_table() -> Table:
+    """Return what the paper says of Figs 4 to 6, what is ours, and what of it matters."""
+    share = f"{FIG5.share:.0%} of the distance"
+    rows = {
+        "measurements": ("100", str(FIG4.steps), "yes: what is left falls like 1/k"),
+        "place of the anchor": ("origin", f"{FIG5.position:g} m", "no"),
+        "noise of wheels": ("–", f"{FIG4.motion_share:.0%} of the move", "little"),
+        "noise of a measurement": ("–", share, "yes: scales all errors"),
+        "noise of the anchor": ("–", f"{share} + {100 * FIG5.deviation:g} cm", "yes: how fast"),
+        "noise of the camera": ("–", f"{100 * FIG6.deviation:g} cm", "yes: how fast"),
+    }
+    return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})
 
 
 # How long the first error stays ---------------------------------------------------------------
@@ -237,8 +252,18 @@ def anchored_and_relative(
 # Broken on purpose ----------------------------------------------------------------------------
 
 
-CONTROL_DEVIATIONS, CONTROL_OFFSETS = (0.02, 0.1, 0.5), (0.0, 0.1, 0.3)
-"""Settings of the explorer: noise of the reference, and how far it stands off, m."""
+CONTROLS = {
+    "reference": choice("Reference", KINDS, "anchor"),
+    "deviation": slider("σ of the reference", (0.02, 0.1, 0.5), 0.1, "m"),
+    "offset": slider("It stands off by", (0.0, 0.1, 0.3), 0.0, "m"),
+}
+"""Controls of the explorer: noise of the reference, and how far it stands off."""
+PRESETS = {
+    "no reference": {"reference": "none"},
+    "a good anchor": {"deviation": 0.02},
+    "an anchor 10 cm off": {"offset": 0.1},
+    "a camera 30 cm off": {"reference": "external sensor", "offset": 0.3},
+}
 
 
 def studies(*, rng: np.random.Generator) -> dict[tuple[Kind, float, float], Result]:
@@ -259,7 +284,7 @@ def studies(*, rng: np.random.Generator) -> dict[tuple[Kind, float, float], Resu
                 rng=np.random.default_rng(seed),
             ),
         )
-        for kind, deviation, offset in product(KINDS, CONTROL_DEVIATIONS, CONTROL_OFFSETS)
+        for kind, deviation, offset in product(*(control.values for control in CONTROLS.values()))
     }
 
 
