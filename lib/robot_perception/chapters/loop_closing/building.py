@@ -1,28 +1,30 @@
 """Fig. 7: the planar filter round the loop of a building, on scans, and the claim about it.
 
-The paper's data set, ``usc-sal200``, is not to be had: a building of the same size stands in for
-it. It shows what happens to a whole system, landmarks and association included; the posts of
-:mod:`.posts` show what linearisation alone does.
+The paper's data set, ``usc-sal200``, is unavailable: a building of the same size stands in for it.
+It shows what happens to a whole system, landmarks and association included; the posts of
+:mod:`.posts` show what linearisation alone does. With an exactly known start the first landmark is
+nearly an anchor already, so that the claim is tested from an uncertain one.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from data_synth.building import Building, drive, make_building
 from data_synth.laser import Scanner, measure, sight
-from robot_perception.chapters.anchored_slam import loops
-from robot_perception.chapters.anchored_slam.loops import SLIPS, Case, Drive, Fixes, Runs
-from robot_perception.chapters.anchored_slam.mrclam import UTIAS
+from robot_perception.chapters.loop_closing import loops
+from robot_perception.chapters.loop_closing.loops import SLIPS, Case, Drive, Fixes, Runs
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import (
     Interval,
     bootstrap_mean,
     bootstrap_median,
     bootstrap_ratio,
+    spread,
 )
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act
@@ -74,12 +76,14 @@ def _world(plan: int, step: float, beyond: float, scanner: Scanner) -> tuple:
 class Result:
     """What came out of a study, by case.
 
-    The sightings are the landmarks found in a scan on average, and the share of them that are none.
+    The sightings are the landmarks found in a scan on average, and the share of them that are none;
+    ``most`` is how often the landmark was seen that was seen most often, by drive.
     """
 
     config: Config
     runs: Mapping[Case, Runs]
     sightings: tuple[float, float]
+    most: Int[np.ndarray, " drives"]
 
     def table(self, circumstances: str) -> Table:
         """Return the errors of the filters under some circumstances."""
@@ -108,16 +112,43 @@ class Result:
         about = f"mean and 95 % bootstrap interval over {self.config.seeds} drives"
         return Table(rows, columns, about, "filter")
 
+    def anchor_table(self) -> Table:
+        """Return what the anchor does to the end error, wherever it was tried without the rule."""
+        rows = {
+            case.circumstances: (
+                bootstrap_mean(self.runs[replace(case, variant="plain")].distance(), "m"),
+                bootstrap_mean(runs.distance(), "m"),
+                self.over_plain(case),
+            )
+            for case, runs in self.runs.items()
+            if case.variant == "anchored"
+        }
+        columns = {
+            "plain (m)": "error of the position at the end without an anchor",
+            "anchored (m)": "the same with the first observed landmark as anchor",
+            "ratio": "of the two, on the same noise",
+        }
+        about = f"mean and 95 % bootstrap interval over {self.config.seeds} drives"
+        return Table(rows, columns, about, "noise, association, start")
+
+    def over_plain(self, case: Case) -> Interval:
+        """Return the end error of a case over that of the plain filter in the same case."""
+        plain = self.runs[replace(case, variant="plain")].distance()
+        return bootstrap_ratio(self.runs[case].distance(), plain, f"{case.variant} over plain")
+
+
+FILTERS = ("plain", "anchored", "first estimates", "anchored, rule at 15", "external")
+"""Variants that have to find out themselves what they see."""
+
 
 def _cases() -> tuple[Case, ...]:
-    common = ("plain", "anchored", "first estimates", "anchored, rule at 15")
     cases = []
     for noise in SLIPS:
-        cases += [Case(v, noise, "gated") for v in (*common, "external")]
-        cases += [Case(v, noise, "known") for v in (*common, "rule at 15", "considered at 15")]
-        cases += [Case(v, noise, "known", "uncertain") for v in common[:3]]
-    cases += [Case(v, "large", "joint") for v in common[:2]]
-    cases += [Case(v, "large", "gated", "uncertain") for v in common[:2]]
+        cases += [Case(v, noise, "gated", s) for s in ("uncertain", "exact") for v in FILTERS]
+        cases += [Case(v, noise, "known", "uncertain") for v in FILTERS[:3]]
+        cases += [Case(v, noise, "known") for v in (*FILTERS[:4], "rule at 15", "considered at 15")]
+    cases += [Case(v, "large", "joint") for v in FILTERS[:2]]
+    cases += [Case(v, "small", "gated", "displaced") for v in FILTERS[:2]]
     return tuple(cases)
 
 
@@ -125,10 +156,8 @@ CASES = _cases()
 QUICK_CASES = tuple(
     case
     for case in CASES
-    if case.noise == "large"
-    and case.start == "exact"
-    and (case.association == "gated" or case.variant in ("plain", "anchored"))
-    and case.association != "joint"
+    if (case.noise == "large" and case.association != "joint" and case.variant in FILTERS[:2])
+    or (case.noise, case.association, case.start) == ("large", "gated", "uncertain")
 )
 
 
@@ -139,7 +168,8 @@ def run(config: Config, *, rng: np.random.Generator, cases: Sequence[Case] = CAS
     runs = {case: loops.stack(rows) for case, rows in zip(cases, columns, strict=True)}
     ids = np.concatenate([ids for _, ids in done])
     number = len(ids) / (config.seeds * len(config.world[1]))
-    return Result(config, runs, (number, np.count_nonzero(ids < 0) / max(len(ids), 1)))
+    most = np.array([np.bincount(own[own >= 0]).max() for _, own in done])
+    return Result(config, runs, (number, np.count_nonzero(ids < 0) / max(len(ids), 1)), most)
 
 
 def _accounts(
@@ -186,14 +216,20 @@ class Maps:
 
 @cache
 def two_maps(
-    variants: tuple[str, ...] = ("plain", "anchored, rule at 15"), *, every: int = 8, beams: int = 6
+    variants: tuple[str, ...] = ("plain", "anchored, rule at 15"),
+    start: Literal["exact", "uncertain"] = "uncertain",
+    *,
+    every: int = 8,
+    beams: int = 6,
 ) -> Maps:
-    """Return Fig. 7 rebuilt: the maps of one drive, large noise, gated association, exact start.
+    """Return Fig. 7 rebuilt: the maps of one drive with large noise and gated association.
 
     Parameters
     ----------
     variants
         The filters to compare.
+    start
+        How well each knows where it starts.
     every, beams
         Every how many scans, and beams in them, a reading is drawn.
     """
@@ -202,7 +238,7 @@ def two_maps(
     ranges = ranges[::every, ::beams]
     valid = np.isfinite(ranges)
     local = to_points(np.where(valid, ranges, 0.0), config.scanner.angles[::beams])
-    histories = {name: loops.filter_drive(Case(name), one) for name in variants}
+    histories = {name: loops.filter_drive(Case(name, start=start), one) for name in variants}
     readings = {
         name: act(history.poses[::every], local)[valid] for name, history in histories.items()
     }
@@ -217,9 +253,10 @@ def two_maps(
     statement="Round a loop of about 90 m in 300 m² plain EKF-SLAM ends with large errors; "
     "with the first observed landmark as an anchor it does not.",
     paper_value="Fig. 7a against Fig. 7b: one run each",
-    method="Synthetic building of that size (the data set usc-sal200 is not to be had), "
-    "corners and columns from rendered scans, nearest neighbour in a gate, large odometry "
-    "noise, exact start: mean position error at the loop end, anchored over plain.",
+    method="Synthetic building of that size (the data set usc-sal200 is unavailable), corners and "
+    "columns from rendered scans, nearest neighbour in a gate, large odometry noise, a start known "
+    "to 0.1 m and 3° (with an exact one the first landmark is nearly an anchor already): mean "
+    "position error at the loop end, anchored over plain.",
     accepted=Accepted(
         0,
         0.5,
@@ -230,45 +267,42 @@ def two_maps(
     seed=7,
 )
 def planar_loop(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare the filters at the loop end, and five real robots with and without anchors."""
+    """Compare the filters at the loop end, from uncertain starts and from exact ones."""
     full = size is Size.FULL
     config = Config(seeds=50 if full else 4)
     result = run(config, rng=rng, cases=CASES if full else QUICK_CASES)
-    plain = result.runs[Case()].distance()
     ratios = {
-        name: _over_plain(result, Case(name))
+        name: result.over_plain(Case(name, start="uncertain"))
         for name in ("anchored", "anchored, rule at 15", "external", "first estimates")
     }
-    told = result.runs[Case(association="known")].distance()
-    errors = UTIAS.stored().result.errors["lasting"].ate.T  # by anchors and robot
-    robots = {
-        name: (Interval(e.mean(), e.min(), e.max(), "m", "mean and range of five robots"),)
-        for name, e in zip(("no anchor", "one anchor", "two anchors"), errors, strict=True)
-    }
-    columns = {"error (m)": "root mean square error of the position over the whole drive"}
-    about = "mean and range of the five, as stored"
-    tables = {
+    value, exactly = ratios["anchored"], result.over_plain(Case("anchored"))
+    told = Case("anchored", association="known", start="uncertain")
+    plain = result.runs[Case(association="known")].distance()
+    tables = {"what the anchor does": result.anchor_table()} | {
         name: result.table(name) for name in dict.fromkeys(c.circumstances for c in result.runs)
     }
-    none, one, two = errors.mean(axis=1)
     return Finding(
-        ratios["anchored"],
-        {f"end error, {name} over plain": value for name, value in ratios.items()},
-        tables | {"five real robots": Table(robots, columns, about, "anchors")},
-        note=f"With the anchor the mean error at the loop end is "
-        f"{result.runs[Case('anchored')].distance().mean():.2f} m, without "
-        f"it {plain.mean():.2f} m: after 90 m the anchor is as far out of sight as all the rest. "
-        f"What fails is to see that the robot is back; told which landmark is which, even the "
-        f"plain filter closes the loop to {100 * told.mean():.0f} cm. A sensor that watches the "
-        f"vehicle does help. So do anchors that stay in sight: five real robots in one room are "
-        f"{none:.2f} m off with none, {one:.2f} m with one and {two:.2f} m with two.",
+        value,
+        {f"end error, {name} over plain": ratio for name, ratio in ratios.items()}
+        | {
+            "end error, anchored over plain, exact start": exactly,
+            "end error, anchored over plain, names known": result.over_plain(told),
+            "sightings of the landmark seen most often in a drive": spread(result.most),
+            "landmarks removed by the rule at 15": bootstrap_mean(
+                result.runs[Case("anchored, rule at 15", start="uncertain")].retired.astype(float)
+            ),
+        },
+        tables,
+        note=f"With the anchor the error at the loop end is {value.estimate:.2f} of that without; "
+        f"every limit below {value.low:.2f} gives this verdict. After 90 m the anchor is as far "
+        f"out of sight as everything else, and the filter does not recognise where it is: told "
+        f"which landmark is which, even the plain one closes the loop to {100 * plain.mean():.0f} "
+        f"cm from an exact start. What an anchor does remove is the error of the start: with names "
+        f"known and an uncertain start {result.over_plain(told).estimate:.2f} of the error is "
+        f"left, with an exact start, where there is nothing to remove, {exactly.estimate:.2f}. The "
+        f"paper's limit of 50 revisions is here one of 15, since between scans every "
+        f"{config.step:g} m no landmark is seen 50 times.",
     )
-
-
-def _over_plain(result: Result, case: Case) -> Interval:
-    """Return the end error of a case over that of the plain filter in the same circumstances."""
-    plain = result.runs[replace(case, variant="plain")].distance()
-    return bootstrap_ratio(result.runs[case].distance(), plain, f"{case.variant} over plain")
 
 
 @planar_loop.sabotage("small noise of the wheels, and a start whose place is known to a metre only")
@@ -276,4 +310,4 @@ def displaced_start(size: Size, rng: np.random.Generator) -> Finding:
     """Give the anchor something to cure: where the world is."""
     anchored = Case("anchored", "small", "gated", "displaced")
     cases = (replace(anchored, variant="plain"), anchored)
-    return Finding(_over_plain(run(Config(seeds=2), rng=rng, cases=cases), anchored))
+    return Finding(run(Config(seeds=2), rng=rng, cases=cases).over_plain(anchored))

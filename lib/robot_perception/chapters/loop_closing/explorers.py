@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 
-from robot_perception.chapters.anchored_slam import loops, posts
-from robot_perception.chapters.anchored_slam.loops import Case, Drive, Runs
+from robot_perception.chapters.loop_closing import loops, posts
+from robot_perception.chapters.loop_closing.loops import Case, Drive, Runs
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.slam.planar import History
 from robot_perception.teaching.explore import choice, slider, timeline

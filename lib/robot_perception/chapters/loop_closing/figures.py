@@ -1,14 +1,14 @@
-"""Drawings of the loop: maps of the building, errors, consistency, and the states of explorers."""
+"""Drawings of the chapter: maps of the building, errors, consistency, and explorers."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.anchored_slam.building import Maps
-from robot_perception.chapters.anchored_slam.explorers import Nailed, Played
-from robot_perception.chapters.anchored_slam.loops import first_observed
-from robot_perception.chapters.anchored_slam.posts import Result
+from robot_perception.chapters.loop_closing.building import Maps
+from robot_perception.chapters.loop_closing.explorers import Nailed, Played
+from robot_perception.chapters.loop_closing.loops import first_observed
+from robot_perception.chapters.loop_closing.posts import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures.maps import dots, lines, plan

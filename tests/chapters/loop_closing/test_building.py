@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.anchored_slam import building
-from robot_perception.chapters.anchored_slam.figures import loops as draw
-from robot_perception.chapters.anchored_slam.loops import Case
+from robot_perception.chapters.loop_closing import building
+from robot_perception.chapters.loop_closing import figures as draw
+from robot_perception.chapters.loop_closing.loops import Case
 from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
