@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.loop_closing.building import Maps
+from robot_perception.chapters.loop_closing.building import Built
 from robot_perception.chapters.loop_closing.explorers import Nailed, Played
-from robot_perception.chapters.loop_closing.loops import first_observed
+from robot_perception.chapters.loop_closing.loops import VARIANTS, first_observed
 from robot_perception.chapters.loop_closing.posts import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
@@ -47,25 +47,25 @@ def tint(variant: str) -> str:
 # The building ------------------------------------------------------------------------------------
 
 
-def two_maps(axes: AxesRow, maps: Maps) -> AxesRow:
-    """Draw Fig. 7 again: for each filter its readings over the true plan, path and end error."""
-    truth = maps.drive.poses
-    for ax, (name, history) in zip(axes, maps.histories.items(), strict=True):
-        path, readings = history.poses, maps.readings[name]
-        lines(ax, maps.faces, FAINT, 3.0, zorder=0)
-        dots(ax, readings, BLUE, 1.1)
-        ax.plot(*truth[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-        ax.plot(*path[:, :2].T, color=ORANGE, linewidth=1.6)
-        ends = np.stack([truth[-1, :2], path[-1, :2]])
-        ax.plot(*ends.T, color=RED, linewidth=2.2)
-        ax.plot(*ends[1], "o", color=RED, markersize=5)
-        if name.startswith("anchored"):
-            anchor = maps.drive.landmarks[first_observed(maps.drive.seen)]
-            ax.plot(*anchor, "P", color=INK, markersize=9)
-        ax.set_title(f"{name}: {np.hypot(*(ends[1] - ends[0])):.2f} m off at the end")
-        plan(ax, np.vstack([maps.faces.reshape(-1, 2), readings]))
-        ax.locator_params(nbins=5)
-    return axes
+def built_map(ax: Axes, built: Built) -> Axes:
+    """Draw Fig. 7 again, on axes cleared first: readings over the plan, path and end error."""
+    ax.clear()
+    truth, path = built.drive.poses, built.history.poses
+    lines(ax, built.faces, FAINT, 3.0, zorder=0)
+    dots(ax, built.readings, BLUE, 1.1)
+    ax.plot(*truth[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=ORANGE, linewidth=1.6)
+    ends = np.stack([truth[-1, :2], path[-1, :2]])
+    ax.plot(*ends.T, color=RED, linewidth=2.2)
+    ax.plot(*ends[1], "o", color=RED, markersize=5)
+    if VARIANTS[built.case.variant].anchored:
+        anchor = built.drive.landmarks[first_observed(built.drive.seen)]
+        ax.plot(*anchor, "P", color=INK, markersize=9)
+    twice = f"{built.off:.2f} m off at the end, {built.twice} landmarks twice"
+    ax.set_title(f"given {built.given}: {twice}")
+    plan(ax, built.faces.reshape(-1, 2), margin=4.0)
+    ax.locator_params(nbins=5)
+    return ax
 
 
 def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) -> AxesRow:
