@@ -269,8 +269,7 @@ def test_a_gate_locks_right_sightings_out_and_one_that_gives_in_lets_them_in_aga
     rng = np.random.default_rng(6)
     robot = make_robot(rng, seconds=120.0, bias=np.zeros(2), wander=(0.02, 0.03))
     drive = mrclam.make_drive(robot, known_sensors(0.0))
-    right = np.ones(len(robot.landmarks.times), dtype=bool)
-    right[drive.rows[:3]] = False
+    right = np.arange(len(robot.landmarks.times)) % 7 > 0
     anchors = dict(zip(LANDMARKS.ids.tolist(), LANDMARKS.positions, strict=True))
     wrong = MapBelief.start(drive.truth[0] + [0, 0, 0.5], mrclam.START)
     found = {}
@@ -282,11 +281,29 @@ def test_a_gate_locks_right_sightings_out_and_one_that_gives_in_lets_them_in_aga
         found[patience] = *mrclam.gate_account(history, drive, right), off
         assert found[patience][0] == history.counts.rejected
     rejected, kept, longest, off = found[None]
-    assert rejected - 3 <= kept <= rejected
+    assert 0.8 * rejected < kept < 0.92 * rejected
     assert longest > 100
     assert off > 1.0
     assert found[mrclam.PATIENCE][2] < longest / 2
     assert found[mrclam.PATIENCE][3] < 0.3
+
+
+def test_the_account_of_a_gate_counts_right_ones_and_the_longest_stretch():
+    robot = make_robot(np.random.default_rng(2), seconds=30.0)
+    late = robot.truth.times >= 1005.0  # so that the first sightings are not in the drive
+    robot = replace(robot, truth=Track(robot.truth.times[late], robot.truth.poses[late]))
+    drive = mrclam.make_drive(robot, known_sensors(0.0))
+    assert drive.rows[0] > 0
+    start = MapBelief.start(drive.truth[0], mrclam.START)
+    history = run_filter(start, drive.steps, Settings(RangeBearing(np.diag(np.square(SIGMA)))))
+    names = np.concatenate(history.used)
+    names[[1, 4, 5, 6, 9, 10]] = -1
+    ends = np.cumsum([len(used) for used in history.used])[:-1]
+    marked = replace(history, used=tuple(np.split(names, ends)))
+    right = np.ones(len(robot.landmarks.times), dtype=bool)
+    right[drive.rows[[4, 9, 11]]] = False
+    assert mrclam.gate_account(history, drive, right) == (0, 0, 0)
+    assert mrclam.gate_account(marked, drive, right) == (6, 4, 3)
 
 
 def test_any_of_the_nine_data_sets_is_computed_by_its_number(monkeypatch, tmp_path):
