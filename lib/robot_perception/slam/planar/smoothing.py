@@ -18,6 +18,8 @@ MOST = 60
 """Linearisations before the search is given up."""
 NEAR = 1e-9
 """Relative decrease of the sum of squares at which it ends."""
+STILL = 1e-10
+"""Step, over the largest number of the state, at which it ends."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,14 +90,15 @@ def smooth(steps: Iterable[Step], guess: History, sensor: LandmarkSensor) -> Opt
     squares, matrix, slope = problem.linearise(state)
     for _ in range(MOST):
         scale = sparse.diags(damping * matrix.diagonal())
-        moved = state - splu((matrix + scale).tocsc(), permc_spec="MMD_AT_PLUS_A").solve(slope)
-        found = problem.linearise(moved)
-        if found[0] > (1 + 1e-12) * squares:
+        step = splu((matrix + scale).tocsc(), permc_spec="MMD_AT_PLUS_A").solve(slope)
+        still = np.abs(step).max() <= STILL * (1 + np.abs(state).max())
+        found = problem.linearise(state - step)
+        if found[0] <= squares:
+            still |= squares - found[0] <= NEAR * squares
+            state, (squares, matrix, slope), damping = state - step, found, damping / 10
+        else:
             damping *= 10
-            continue
-        done = squares - found[0] <= NEAR * squares
-        state, (squares, matrix, slope), damping = moved, found, damping / 10
-        if done:
+        if still:
             return problem.optimum(state, squares)
     raise ValueError(f"the search did not end within {MOST} linearisations")
 
