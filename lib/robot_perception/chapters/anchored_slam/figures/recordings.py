@@ -36,7 +36,9 @@ def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
     ax.plot(*one.dead.T, ":", color=MUTED, linewidth=1.2)
     ax.plot(*one.truth.T, color=FAINT, linewidth=4.5)
     ax.plot(*one.paths[anchors].T, color=colour, linewidth=1.4)
-    ellipses(ax, one.marks[anchors], one.mark_covs[anchors], colour, deviations=REACH)
+    marks, covs = one.marks[anchors], one.mark_covs[anchors]
+    seen = np.isfinite(marks).all(axis=1)
+    ellipses(ax, marks[seen], covs[seen], colour, deviations=REACH)
     ax.plot(*found.landmarks.T, "+", color=INK, markersize=8, markeredgewidth=1.6)
     ax.plot(*one.anchors[:anchors].T, "s", color=INK, markersize=9)
     error = found.errors["lasting"].ate[list(found.robots).index(robot), anchors]
@@ -91,6 +93,8 @@ def park_map(ax: Axes, found: Park) -> Axes:
         label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {name} estimates", colour, fontsize=9,
               transform=ax.transAxes, ha="right")  # fmt: skip
     dots(ax, found.fixes, INK, 1.8)
+    ax.plot(*found.batch.trees.T, "+", color=INK, markersize=5)
+    label(ax, 0.02, 0.86, "+ trees of the batch optimum", INK, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.96, "dots: satellite fixes", INK, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.91, "ellipses: trees, 95 %", INK, fontsize=9, transform=ax.transAxes)
     low, high = found.fixes.min(axis=0), found.fixes.max(axis=0)
