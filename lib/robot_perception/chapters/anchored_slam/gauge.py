@@ -29,7 +29,7 @@ from robot_perception.slam.observability import (
 )
 from robot_perception.slam.observability.symbolic import ANCHORS, Reading, pose
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.explore import choice, slider
+from robot_perception.teaching.explore import choice
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 

@@ -242,7 +242,7 @@ class Built:
 @cache
 def built(
     given: str,
-    start: Literal["exact", "uncertain"] = "uncertain",
+    start: Literal["exact", "uncertain"] = "exact",
     *,
     every: int = 8,
     beams: int = 6,

@@ -17,12 +17,13 @@ from robot_perception.teaching.explore import choice, slider, timeline
 
 BUILT_CONTROLS = {
     "given": choice("The filter is given", tuple(building.GIVEN), "an anchor"),
-    "start": choice("Start", {"exact": "exact", "10 cm and 3° (1σ)": "uncertain"}, "uncertain"),
+    "start": choice("Start", {"exact": "exact", "10 cm and 3° (1σ)": "uncertain"}, "exact"),
 }
 BUILT_PRESETS = {
     "the names": {"given": "the names"},
     "a sensor of the position": {"given": "a sensor of the position"},
-    "anchor, exact start": {"start": "exact"},
+    "names, uncertain start": {"given": "the names", "start": "uncertain"},
+    "and an anchor": {"given": "the names and an anchor", "start": "uncertain"},
 }
 GROWTH_FILTERS = ("plain", "anchored", "first estimates", "external")
 GROWTH_CONTROLS = {

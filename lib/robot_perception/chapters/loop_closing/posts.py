@@ -92,6 +92,8 @@ JACOBIANS = (
 """Variants whose consistency is compared."""
 RULE = Config(step=0.1)
 """The world of the rule: observations every 10 cm, so that each post is seen more than 50 times."""
+RULE_DRAWN = replace(RULE, runs=8)
+"""The same with as few runs as a figure needs."""
 RULE_VARIANTS = ("plain", "rule at 50", "considered at 50")
 
 
@@ -139,6 +141,26 @@ def _accounts(config: Config, variants: Sequence[str], *, rng: np.random.Generat
     one = simulate(config, rng=rng)
     histories = (loops.filter_drive(case(config, name), one) for name in variants)
     return [loops.account(history, one) for history in histories]
+
+
+def setup_table() -> Table:
+    """Return what the studies round the posts take, and what of it matters."""
+    wheels, rule = TURNED.slip, RULE.slip
+    x, _, heading = loops.STARTS["uncertain"]
+    consistent, removed = (100 * c.noise * c.look_sigma for c in (TURNED, RULE))
+    rows = {
+        "posts": (f"every {TURNED.apart:g} m", f"every {RULE.apart:g} m", "little"),
+        "noise of an observation": (f"{consistent:.1g} cm", f"{removed:.1g} cm", "yes: see below"),
+        "wheels, per √m": (
+            f"{100 * wheels.along:.1g} cm, {np.degrees(wheels.bend):.2g}°",
+            f"{100 * rule.along:.1g} cm, {np.degrees(rule.bend):.2g}°",
+            "yes: see below",
+        ),
+        "start": (f"{100 * x:.0f} cm, {np.degrees(heading):.0f}°", "exact", "most of all"),
+        "observations every": (f"{TURNED.step:g} m", f"{RULE.step:g} m", "for the rule"),
+    }
+    columns = {"consistency": "all values are ours, 1σ", "rule of fifty": "", "matters": ""}
+    return Table(rows, columns)
 
 
 # Is it honest? -----------------------------------------------------------------------------------
