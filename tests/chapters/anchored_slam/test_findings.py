@@ -1,5 +1,7 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -80,7 +82,7 @@ def test_the_band_shrinks_and_more_slowly_with_a_worse_reference(settings):
                 for d in rails.CONTROLS["deviation"].values
             ]
             assert all((np.diff(one) < 0).all() for one in bands)
-            assert all((a[1:] < b[1:]).all() for a, b in zip(bands, bands[1:], strict=False))
+            assert all((a[1:] < b[1:]).all() for a, b in itertools.pairwise(bands))
 
 
 def test_a_wrong_place_goes_into_the_map_and_no_innovation_complains(settings):

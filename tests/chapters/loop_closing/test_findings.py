@@ -1,5 +1,7 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -153,7 +155,7 @@ def test_less_noise_makes_the_filter_better_and_not_more_honest():
         runs = [
             explorers.growth(n, length)["plain"] for n in explorers.GROWTH_CONTROLS["noise"].values
         ]
-        assert all(a.rms.max() < b.rms.max() for a, b in zip(runs, runs[1:], strict=False))
+        assert all(a.rms.max() < b.rms.max() for a, b in itertools.pairwise(runs))
         assert runs[0].nees.mean() > 0.9 * runs[-1].nees.mean()
 
 
