@@ -8,15 +8,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.cbook import get_sample_data
+from matplotlib.figure import Figure
 from PIL import Image
 
 from robot_perception.teaching.figures import (
-    BLUE,
-    COLOURS,
-    INK,
-    MUTED,
-    ORANGE,
-    RED,
     band,
     figure,
     image_axes,
@@ -24,10 +19,12 @@ from robot_perception.teaching.figures import (
     picture,
     show,
     style,
+    to_html,
     to_svg,
 )
 from robot_perception.teaching.figures.maps import plan
 from robot_perception.teaching.figures.output import PAGE_VARIABLE, front_end
+from robot_perception.teaching.figures.style import BLUE, COLOURS, INK, MUTED, ORANGE, RED
 from robot_perception.teaching.figures.svg import HEAVY
 from robot_perception.teaching.figures.webp import to_webp
 from robot_perception.teaching.states import pack, render
@@ -194,6 +191,128 @@ def test_rasterised_points_lie_where_the_axes_have_them():
         outermost = pixels[pixels[:, 0] > pixels[:, 0].max() - 2]
         assert np.abs(in_vectors - expected).max() < 0.1
         assert np.abs(outermost.mean(axis=0) - expected).max() < 1
+
+
+# ---- columns ----
+
+OPENING = re.compile(r"<svg[^>]*>")
+LETTERS = re.compile(r">([^<>]+)</text>")
+
+
+def grid(**options: object) -> Figure:
+    """Return two rows of three panels, each with its own title, a legend and a band."""
+    fig, axes = figure(2, 3, width=7.4, height=4.0, **options)
+    for number, ax in enumerate(axes.flat):
+        ax.plot([0, 1], [number, 1], "o-", label=f"line {number}")
+        band(ax, np.array([0.0, 1.0]), np.zeros(2), np.ones(2), BLUE)
+        ax.set_title(f"panel {number}")
+        ax.legend()
+    return fig
+
+
+def windows(markup: str) -> np.ndarray:
+    """Return the viewBox of each drawing."""
+    boxes = re.findall(r'viewBox="([^"]*)"', markup)
+    return np.array([[float(number) for number in box.split()] for box in boxes])
+
+
+def test_each_column_is_a_drawing_with_its_own_panels():
+    fig = grid()
+    markup = to_html(fig, alt=ALT)
+    first, *drawings = re.split(OPENING, markup)
+    for column, drawing in enumerate(drawings):
+        own = {f"panel {column}", f"panel {column + 3}", f"line {column}", f"line {column + 3}"}
+        named = {text for text in LETTERS.findall(drawing) if text.startswith(("panel", "line"))}
+        assert named == own
+    assert first == f'<div class="rp-row" role="img" aria-label="{ALT}">'
+    assert markup.count("role=") == markup.count("aria-label=") == 1
+    assert markup.count('aria-hidden="true"') == len(drawings) == 3
+    assert markup.endswith("</div>")
+
+
+def test_the_windows_of_the_columns_tile_the_figure():
+    fig = grid()
+    boxes, (whole,) = windows(to_html(fig)), windows(to_svg(fig))
+    lefts, widths = boxes[:, 0], boxes[:, 2]
+    np.testing.assert_allclose([lefts[0], (lefts + widths)[-1]], [0, whole[2]], atol=0.01)
+    np.testing.assert_allclose((lefts + widths)[:-1], lefts[1:], atol=0.01)
+    assert (boxes[:, [1, 3]] == whole[[1, 3]]).all()
+    for ax, left, width in zip(fig.axes[:3], lefts, widths, strict=True):
+        panel = ax.get_position()
+        assert left < 72 * fig.get_figwidth() * panel.x0
+        assert 72 * fig.get_figwidth() * panel.x1 < left + width
+
+
+def test_taking_a_figure_apart_adds_and_loses_nothing():
+    fig = grid()
+    row, whole = to_html(fig), to_svg(fig)
+    assert sorted(LETTERS.findall(row)) == sorted(LETTERS.findall(whole))
+    for mark in ("<path ", "<use ", "<text"):
+        drawn = [re.sub(r"<defs>.*?</defs>", "", text, flags=re.S) for text in (row, whole)]
+        assert drawn[0].count(mark) == drawn[1].count(mark)
+    assert len(row) < 1.2 * len(whole)
+    assert all(ax.get_visible() for ax in fig.axes)
+
+
+def test_the_drawings_of_a_row_do_not_share_identifiers():
+    fig, axes = figure(1, 2)
+    for ax in axes:  # alike
+        ax.plot([0, 1], [1, 0], "s")
+    for prefix in (None, "x"):
+        markup = to_html(fig, prefix=prefix)
+        found = re.findall(r' id="([^"]*)"', markup)
+        assert len(found) == len(set(found))
+        for drawing in re.split(OPENING, markup)[1:]:
+            references = set(re.findall(r'(?:url\(#|href="#)([^)"]*)', drawing))
+            assert references <= set(re.findall(r' id="([^"]*)"', drawing))
+
+
+def spanning() -> Figure:
+    """Return a figure with one panel over two."""
+    fig, _ = figure(2, 2, height=4.0)
+    upper = fig.axes[0].get_gridspec()[0, :]
+    for ax in fig.axes[:2]:
+        ax.remove()
+    fig.add_subplot(upper)
+    return fig
+
+
+def annotated() -> Figure:
+    """Return a figure with words beside its panels."""
+    fig, _ = figure(1, 2)
+    fig.text(0.5, 0.99, "over both")
+    return fig
+
+
+@pytest.mark.parametrize("made", [drawn, spanning, annotated, lambda: figure(3, 1, height=6)[0]])
+def test_what_has_no_columns_stays_one_drawing(made):
+    fig = made()
+    assert to_html(fig, alt=ALT) == to_svg(fig, alt=ALT)
+
+
+def test_heavy_columns_are_rasterised_and_left_as_they_were():
+    fig, axes = figure(1, 2)
+    cloud = np.random.default_rng(0).normal(size=(2, 20_000))
+    for ax in axes:
+        ax.scatter(*cloud, s=3)
+    assert len(to_html(fig)) < HEAVY
+    assert not any(points.get_rasterized() for ax in axes for points in ax.collections)
+
+
+def test_columns_with_a_shared_axis_keep_their_numbers():
+    fig, axes = figure(1, 2, sharey=True)
+    axes[0].set_ylim(0, 30)
+    for drawing in re.split(OPENING, to_html(fig))[1:]:
+        assert {"0", "10", "20", "30"} <= set(LETTERS.findall(drawing))
+
+
+def test_powers_of_ten_are_text():
+    fig, (left, right) = figure(1, 2)
+    left.loglog([1e-4, 1e3], [0.01, 100])
+    right.semilogy([0, 1], [0.2, 0.9])
+    texts = set(LETTERS.findall(to_html(fig)))
+    assert {"10⁻⁴", "1", "100", "0.01", "0.3"} <= texts
+    assert "DejaVu" not in to_html(fig)  # outlines of letters
 
 
 # ---- images in figures ----
@@ -399,6 +518,26 @@ def test_a_shown_figure_has_caption_and_alternative_text():
     assert f'aria-label="{ALT}"' in html
 
 
+def test_a_name_is_the_address_of_a_figure():
+    html = show(drawn(), alt=ALT, caption="One.", name="worst-line").bundle["text/html"]
+    assert '<figure class="rp-figure" id="fig-worst-line">' in html
+    assert " id=" not in show(drawn(), alt=ALT).bundle["text/html"].split("<svg")[0]
+    image = np.zeros((4, 4), np.uint8)
+    html = picture(image, alt=ALT, caption="One.", name="dark").bundle["text/html"]
+    assert '<figure class="rp-figure" id="fig-dark">' in html
+
+
+@pytest.mark.parametrize("name", ["Worst", "worst line", "worst_line", "-worst", "", "fig:a"])
+def test_a_name_that_is_no_address_is_refused(name):
+    with pytest.raises(ValueError, match="name must be"):
+        show(drawn(), alt=ALT, caption="One.", name=name)
+
+
+def test_a_name_without_a_caption_is_refused():
+    with pytest.raises(ValueError, match="needs a caption"):
+        show(drawn(), alt=ALT, name="worst-line")
+
+
 def test_a_page_carries_the_style_sheet_itself(monkeypatch):
     fig = drawn()
     assert "<style>" in show(fig, alt=ALT)._repr_mimebundle_()["text/html"]
@@ -425,12 +564,12 @@ def test_an_array_that_is_no_image_is_refused(shape):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_series_colours_can_be_read_as_text(theme):
     colours = palette(theme)
-    names = ("ink", "muted", "blue", "orange", "green", "purple", "red", "teal")
+    names = ("ink", "muted", "blue", "orange", "green", "purple", "red", "teal", "magenta", "olive")
     ratios = {name: contrast(colours[name], colours["ground"]) for name in names}
     assert min(ratios.values()) >= 4.5, ratios
 
 
 def test_fallback_colours_are_those_of_the_light_theme():
     light = palette("light")
-    for name in ("MUTED", "FAINT", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL"):
-        assert getattr(style, name) == light[name.lower()]
+    for name in light.keys() - {"ink", "ground"}:
+        assert getattr(style, name.upper()) == light[name]

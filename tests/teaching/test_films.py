@@ -11,8 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image, ImageSequence
 
-from robot_perception.teaching.figures import BLUE, figure, film, films
+from robot_perception.teaching.figures import figure, film, films
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.figures.style import BLUE
 from tests.unchecked import unchecked
 
 ALT = "A bright square moves over a dark ground, left to right."

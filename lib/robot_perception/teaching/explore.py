@@ -25,9 +25,11 @@ from robot_perception.teaching.controls import Control, choice, slider, timeline
 from robot_perception.teaching.figures.output import (
     check_alt,
     check_caption,
+    check_name,
     figcaption,
     front_end,
     on_page,
+    opening,
 )
 from robot_perception.teaching.states import WEBP, Frame, pack, render
 
@@ -50,6 +52,7 @@ def explore(
     *,
     alt: Alt,
     caption: str | None = None,
+    name: str | None = None,
     presets: Mapping[str, Mapping[str, Any]] | None = None,
     pixelated: bool = False,
     lossless: bool = False,
@@ -64,8 +67,8 @@ def explore(
         makes it twice as fast.
     alt
         Alternative text, or a function of the same parameters that returns it.
-    caption
-        May hold mathematics between dollars.
+    caption, name
+        As for `robot_perception.teaching.figures.show`.
     presets
         Settings worth visiting: name of the button, and the values it sets. A control that a preset
         does not name goes to its default.
@@ -104,7 +107,7 @@ def explore(
     1.0
     """
     return Explorer(
-        draw, alt, caption, {} if presets is None else presets, controls, pixelated, lossless
+        draw, alt, caption, name, {} if presets is None else presets, controls, pixelated, lossless
     )
 
 
@@ -129,6 +132,7 @@ class Explorer(anywidget.AnyWidget):
         draw: Callable[..., Any],
         alt: Alt,
         caption: str | None,
+        name: str | None,
         presets: Mapping[str, Mapping[str, Any]],
         controls: Mapping[str, Control],
         pixelated: bool,
@@ -138,6 +142,7 @@ class Explorer(anywidget.AnyWidget):
         if not callable(alt):
             check_alt(alt)
         check_caption(caption)
+        check_name(name, caption)
         entries("presets", presets, Mapping)
         flag("pixelated", pixelated)
         flag("lossless", lossless)
@@ -148,6 +153,7 @@ class Explorer(anywidget.AnyWidget):
         self._alt = alt
         self._controls = dict(controls)
         self._caption = caption
+        self._name = name
         self._watched = False
         self._moving = False
         self._presets = {name: self._complete(values, name) for name, values in presets.items()}
@@ -190,9 +196,16 @@ class Explorer(anywidget.AnyWidget):
         Frame
         """
         whole("effort", effort, 0, 6)
+        return self._rendered(*self._drawn(parameters), effort=effort)
+
+    def _drawn(self, parameters: Mapping[str, Any]) -> tuple[object, str]:
+        """Return what `draw` makes of some parameters, and its alternative text."""
         values = self._complete(parameters, "frame")
         alt = self._alt(**values) if callable(self._alt) else self._alt
-        frame = render(self._draw(**values), check_alt(alt), effort=effort, lossless=self._lossless)
+        return self._draw(**values), check_alt(alt)
+
+    def _rendered(self, drawing: object, alt: str, **options: Any) -> Frame:
+        frame = render(drawing, alt, lossless=self._lossless, **options)
         if (self._pixelated or self._lossless) and frame.mime != WEBP:
             raise TypeError("pixelated and lossless are for a draw that returns uint8 arrays")
         return frame
@@ -264,16 +277,18 @@ class Explorer(anywidget.AnyWidget):
             "caption": figcaption(self._caption),
             "spoken": callable(self._alt),
             "figure": "rp-figure rp-pixelated" if self._pixelated else "rp-figure",
+            "name": f"fig-{self._name}" if self._name else "",
         }
 
     def _still(self) -> str:
-        self._default = self.frame()
+        drawing, alt = self._drawn({})
+        self._default = self._rendered(drawing, alt)
         self.picture = _described(self._default) | {"data": self._default.data}
         self.still = f"explorer-{self.model_id}"
-        picture = self._default.element(inline=False)
+        picture = self._rendered(drawing, alt, together=True).element(inline=False)
         paper = f'<div style="background-color: white">{picture}</div>'  # its ink is black
-        kind = self.spec["figure"]
-        figure = f'<figure class="{kind}">{paper}{figcaption(self._caption)}</figure>'
+        start = opening(self.spec["figure"], self._name)
+        figure = f"{start}{paper}{figcaption(self._caption)}</figure>"
         style = STILL_STYLE.format(still=self.still)
         return f'<div class="explorer-still" id="{self.still}">{figure}</div>{style}'
 
@@ -285,8 +300,9 @@ class Explorer(anywidget.AnyWidget):
         spec = json.dumps(self.spec, ensure_ascii=False).replace("</", "<\\/")
         states = pack(frames).replace("</", "<\\/")
         name = sha256((spec + states).encode()).hexdigest()[:12]
+        start = opening(self.spec["figure"], self._name)
         return (
-            f'<div class="explorer" id="explorer-{name}"><figure class="{self.spec["figure"]}">'
+            f'<div class="explorer" id="explorer-{name}">{start}'
             f'<div class="rp-canvas">{self._default.element(inline=True)}</div>'
             f"{figcaption(self._caption)}</figure>"
             f'<script type="application/json" class="rp-spec">{spec}</script>'

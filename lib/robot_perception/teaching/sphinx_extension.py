@@ -2,8 +2,8 @@
 
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 results of a page only as long as all they depend on is the same, copies MathJax from its
-package into the site, moves the states of explorers and films into files beside the page, and drops
-every script that would ask another host for something.
+package into the site, moves the states of explorers and films into files beside the page, numbers
+figures and what refers to them, and drops every script that would ask another host for something.
 """
 
 import base64
@@ -16,10 +16,13 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from jupyter_client import KernelManager
+from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
+from sphinx.util import logging
 
 from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
@@ -28,6 +31,11 @@ STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
+_LOG = logging.getLogger(__name__)
+_FIGURE = re.compile(
+    r'<figure class="rp-figure[^"]*"(?: id="(?P<id>[^"]*)")?>(?P<inside>.*?)</figure>', re.S
+)
+_CAPTION = re.compile(r"<figcaption[^>]*>")
 _STATES = re.compile(
     r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
     r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
@@ -43,6 +51,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
     app.connect("source-read", _choose_cache)
+    connect_figures(app)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_js_file(None, body=_theme_script(), priority=100)
@@ -51,6 +60,15 @@ def setup(app: Sphinx) -> dict[str, Any]:
     for sheet in ("figure.css", "explorer.css", "film.css"):
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def connect_figures(app: Sphinx) -> None:
+    """Have figures numbered: what `setup` does for them, for a book that wants nothing else."""
+    app.connect("env-purge-doc", _forget_figures)
+    app.connect("env-merge-info", _merge_figures)
+    app.connect("doctree-read", _note_figures)
+    app.connect("env-get-updated", _number_figures, priority=900)  # after the chapters
+    app.connect("html-page-context", _write_numbers)
 
 
 def _configure(app: Sphinx, config: Config) -> None:
@@ -79,6 +97,80 @@ def _choose_cache(app: Sphinx, name: str, source: list[str]) -> None:
     if name in app.env.page_keys:
         path = str(_cache(app, name))
         app.env.mystnb_config = app.env.mystnb_config.copy(execution_cache_path=path)
+
+
+def _figures(env: BuildEnvironment) -> dict[str, list[str]]:
+    """The captioned figures of each page in their order: addresses, empty without a name."""
+    if not hasattr(env, "book_figures"):
+        env.book_figures, env.book_links, env.book_numbers = {}, {}, {}
+    return env.book_figures
+
+
+def _forget_figures(app: Sphinx, env: BuildEnvironment, page: str) -> None:
+    _figures(env).pop(page, None)
+    env.book_links.pop(page, None)
+
+
+def _merge_figures(
+    app: Sphinx, env: BuildEnvironment, pages: Iterable[str], other: BuildEnvironment
+) -> None:
+    known, read = _figures(env), _figures(other)
+    for page in pages:
+        known[page], env.book_links[page] = read[page], other.book_links[page]
+
+
+def _note_figures(app: Sphinx, doctree: nodes.document) -> None:
+    """Note which figures a page shows and which it refers to."""
+    page = app.env.docname
+    outputs = [node.astext() for node in doctree.findall(nodes.raw) if node["format"] == "html"]
+    _figures(app.env)[page] = [
+        match["id"] or ""
+        for output in outputs
+        for match in _FIGURE.finditer(output)
+        if _CAPTION.search(match["inside"])
+    ]
+    links = {node["reftarget"] for node in doctree.findall(pending_xref) if "reftarget" in node}
+    app.env.book_links[page] = {target for target in links if target.startswith("fig-")}
+
+
+def _number_figures(app: Sphinx, env: BuildEnvironment) -> list[str]:
+    """Number the figures of the book; return the pages that refer to a number that has changed."""
+    names = env.get_domain("std")
+    numbers: dict[str, tuple[str, str]] = {}
+    for page, figures in sorted(_figures(env).items()):
+        for figure, number in zip(figures, _numbers(env, page), strict=True):
+            if figure in numbers:
+                _LOG.warning("figure %s stands twice: %s", figure, numbers[figure], location=page)
+            if figure:
+                numbers[figure] = page, number
+                names.anonlabels[figure] = page, figure
+                names.labels[figure] = page, figure, number
+    changed = {name for name, place in numbers.items() if env.book_numbers.get(name) != place}
+    changed |= env.book_numbers.keys() - numbers.keys()
+    env.book_numbers = numbers
+    return [page for page, links in env.book_links.items() if links & changed]
+
+
+def _numbers(env: BuildEnvironment, page: str) -> list[str]:
+    chapter = env.toc_secnumbers.get(page, {}).get("", ())
+    count = len(_figures(env).get(page, ()))
+    return [f"Fig. {'.'.join(map(str, (*chapter, k)))}" for k in range(1, count + 1)]
+
+
+def _write_numbers(
+    app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Write into each caption the number of its figure."""
+    numbers = iter(_numbers(app.env, pagename))
+
+    def write(match: re.Match[str]) -> str:
+        return _CAPTION.sub(
+            lambda caption: f'{caption[0]}<span class="rp-number">{next(numbers)}</span> ',
+            match[0],
+        )
+
+    if context.get("body"):
+        context["body"] = _FIGURE.sub(write, context["body"])
 
 
 def _caches(app: Sphinx) -> Path:

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.teaching.figures.output import image_element
-from robot_perception.teaching.figures.svg import to_svg
+from robot_perception.teaching.figures.svg import to_html, to_svg
 from robot_perception.teaching.figures.webp import to_webp
 
 SVG = "image/svg+xml"
@@ -47,7 +47,7 @@ class Frame:
         ----------
         inline
             Put SVG into the page, where it follows the theme, instead of an `<img>`, which
-            sanitisers let through.
+            sanitisers let through and which can hold one drawing.
 
         Returns
         -------
@@ -58,7 +58,14 @@ class Frame:
         return image_element(self.data, self.mime, self.size, self.alt)
 
 
-def render(drawing: object, alt: str, *, effort: int = 4, lossless: bool = False) -> Frame:
+def render(
+    drawing: object,
+    alt: str,
+    *,
+    effort: int = 4,
+    lossless: bool = False,
+    together: bool = False,
+) -> Frame:
     """Encode what an explorer's `draw` has returned.
 
     Parameters
@@ -71,6 +78,8 @@ def render(drawing: object, alt: str, *, effort: int = 4, lossless: bool = False
         Effort of the WebP encoder, 0 (fast) to 6 (small).
     lossless
         Keep every value of an image.
+    together
+        Keep the columns of a figure in one drawing, which an `<img>` can show.
 
     Returns
     -------
@@ -84,7 +93,8 @@ def render(drawing: object, alt: str, *, effort: int = 4, lossless: bool = False
         If the array is no 8-bit image.
     """
     if isinstance(drawing, Figure):
-        return Frame(SVG, to_svg(drawing, alt=alt, prefix="x", effort=effort).encode(), alt)
+        write = to_svg if together else to_html
+        return Frame(SVG, write(drawing, alt=alt, prefix="x", effort=effort).encode(), alt)
     if isinstance(drawing, np.ndarray):
         data = to_webp(drawing, effort=effort, lossless=lossless)
         return Frame(WEBP, data, alt, drawing.shape[1::-1])

@@ -38,6 +38,7 @@ from robot_perception.slam.planar import (
 )
 from robot_perception.streams import Held
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.records import records
 from robot_perception.walls import LandmarkReport, ScanReport
 
@@ -563,8 +564,8 @@ def test_drawings_show_the_numbers(stored):
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), park.microseconds[0])
     _, ax = figure()
     drawings.loop_errors(ax, building)
-    red = [line for line in ax.lines if line.get_color() == drawings.RED]
-    np.testing.assert_array_equal(red[0].get_ydata(), building.errors["blind"][:, 1, 0])
+    blind = [line for line in ax.lines if line.get_color() == MEANING["names unknown"]]
+    np.testing.assert_array_equal(blind[0].get_ydata(), building.errors["blind"][:, 1, 0])
 
 
 @given(st.integers(0, 2**31))
@@ -575,7 +576,7 @@ def test_ellipses_hold_their_share(seed):
     root = rng.normal(size=(3, 2, 2))
     covs, centres = root @ root.mT + 0.1 * np.eye(2), rng.normal(size=(3, 2))
     _, ax = figure()
-    drawings.ellipses(ax, centres, covs, drawings.RED, deviations=np.sqrt(stats.chi2.ppf(0.9, 2)))
+    drawings.ellipses(ax, centres, covs, "black", deviations=np.sqrt(stats.chi2.ppf(0.9, 2)))
     rings = np.stack(ax.lines[0].get_data(), axis=-1).reshape(3, -1, 2)[:, :-1]
     offsets = rings - centres[:, None]
     squared = np.einsum("nki,nij,nkj->nk", offsets, np.linalg.inv(covs), offsets)

@@ -9,6 +9,7 @@ from robot_perception.chapters.loop_closing import explorers, posts
 from robot_perception.chapters.loop_closing import figures as draw
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.style import MEANING
 from tests.unchecked import unchecked
 
 
@@ -76,8 +77,8 @@ def test_explorer_of_the_ellipses():
 
 
 def test_every_variant_has_its_own_colour():
-    assert len(set(draw.TINTS.values())) == len(draw.TINTS)
-    assert set(posts.JACOBIANS) == set(draw.TINTS)
+    assert len({draw.tint(name) for name in posts.JACOBIANS}) == len(posts.JACOBIANS)
+    assert MEANING["rule"] not in map(draw.tint, posts.JACOBIANS)
 
 
 def test_words_say_what_the_pictures_show():

@@ -11,6 +11,7 @@ from robot_perception.chapters.monobot import figures as draw
 from robot_perception.chapters.monobot.rail import FIG3, FIG4
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.style import MEANING
 
 RNG = np.random.default_rng
 
@@ -79,12 +80,12 @@ def test_what_is_drawn_of_the_information_lies_two_deviations_away(known):
     plane = information.plane_after(5, known_landmark=known, rng=RNG(3))
     _, ax = figure()
     draw.plane(ax, plane)
-    orange = [line for line in ax.lines if line.get_color() == draw.ORANGE]
-    for line in orange:
+    drawn = [line for line in ax.lines if line.get_color() == MEANING["information"]]
+    for line in drawn:
         off = np.stack(line.get_data(), axis=-1) - plane.belief.mean
         off = off[np.isfinite(off).all(axis=1)]
         np.testing.assert_allclose(np.einsum("ki,ij,kj->k", off, plane.information, off), 4.0)
-    assert len(orange) == (1 if known else 2)
+    assert len(drawn) == (1 if known else 2)
 
 
 def test_mean_so_far_lies_in_a_band_that_narrows_with_the_root_of_the_runs():

@@ -12,36 +12,13 @@ from robot_perception.chapters.loop_closing.posts import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    TEAL,
-    band,
-    ellipses,
-    label,
-)
+from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 from robot_perception.teaching.tables import Table
-
-TINTS = {
-    "plain": RED,
-    "anchored": ORANGE,
-    "external": GREEN,
-    "first estimates": BLUE,
-    "anchored, first estimates": TEAL,
-    "true Jacobians": PURPLE,
-}
-"""The colour of each filter; the same in all pictures."""
 
 
 def tint(variant: str) -> str:
-    """Return the colour of a filter; variants of the rule share the ink's."""
-    return TINTS.get(variant, INK)
+    """Return the colour of a filter; variants of the rule share one."""
+    return MEANING.get(variant, MEANING["rule"])
 
 
 # The building ------------------------------------------------------------------------------------
@@ -50,17 +27,17 @@ def tint(variant: str) -> str:
 def built_map(ax: Axes, built: Built) -> Axes:
     """Draw Fig. 7 again, on axes cleared first: readings over the plan, path and end error."""
     ax.clear()
-    truth, path = built.drive.poses, built.history.poses
-    lines(ax, built.faces, FAINT, 3.0, zorder=0)
-    dots(ax, built.readings, BLUE, 1.1)
-    ax.plot(*truth[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-    ax.plot(*path[:, :2].T, color=ORANGE, linewidth=1.6)
+    truth, path, error = built.drive.poses, built.history.poses, MEANING["error"]
+    lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
+    dots(ax, built.readings, size=1.1)
+    ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
     ends = np.stack([truth[-1, :2], path[-1, :2]])
-    ax.plot(*ends.T, color=RED, linewidth=2.2)
-    ax.plot(*ends[1], "o", color=RED, markersize=5)
+    ax.plot(*ends.T, color=error, linewidth=2.2)
+    ax.plot(*ends[1], "o", color=error, markersize=5)
     if VARIANTS[built.case.variant].anchored:
         anchor = built.drive.landmarks[first_observed(built.drive.seen)]
-        ax.plot(*anchor, "P", color=INK, markersize=9)
+        ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
     twice = f"{built.off:.2f} m off at the end, {built.twice} landmarks twice"
     ax.set_title(f"given {built.given}: {twice}")
     plan(ax, built.faces.reshape(-1, 2), margin=4.0)
@@ -114,7 +91,7 @@ def nees_along(ax: Axes, result: Result) -> Axes:
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
     at = _places(1 + len(next(iter(nees.values()))))
     along, nees = result.config.step * at, {name: v[at - 1] for name, v in nees.items()}
-    band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MUTED)
+    band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name))
     top = max(max(v.max() for v in nees.values()), 2 * high)
@@ -159,35 +136,36 @@ def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
     here, there = axes
     posts, poses = state.config.world
     at, shown = _places(len(poses)), np.linspace(1, len(poses) - 1, 14).astype(int)
-    here.plot(*poses[:, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-    here.plot(*posts.T, "o", color=MUTED, markersize=3)
-    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], BLUE)
+    truth, robot, heading = MEANING["truth"], MEANING["robot"], MEANING["heading"]
+    here.plot(*poses[:, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    here.plot(*posts.T, "o", color=truth, markersize=3)
+    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], robot)
     if state.anchors:
-        here.plot(*posts[list(state.anchors)].T, "P", color=ORANGE, markersize=10)
+        here.plot(*posts[list(state.anchors)].T, "P", color=MEANING["anchor"], markersize=10)
     plan(here, posts, margin=3.0)
     along, top = state.config.step * at, 1.8
-    there.plot(along, state.runs.rms[at], color=BLUE)
-    there.plot(along, state.runs.rms_heading[at] / 10, color=PURPLE)
+    there.plot(along, state.runs.rms[at], color=robot)
+    there.plot(along, state.runs.rms_heading[at] / 10, color=heading)
     there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
     for ax in axes:
         ax.locator_params(nbins=4)
-    label(there, 0.02 * along[-1], 0.93 * top, "position (m)", BLUE)
-    label(there, 0.02 * along[-1], 0.83 * top, "heading (10°)", PURPLE)
+    label(there, 0.02 * along[-1], 0.93 * top, "position (m)", robot)
+    label(there, 0.02 * along[-1], 0.83 * top, "heading (10°)", heading)
     return axes
 
 
 def moment(ax: Axes, played: Played, time: int) -> Axes:
     """Draw what a filter believes at one moment, with 2σ ellipses, on axes cleared first."""
     ax.clear()
-    step, colour = played.steps[time], tint(played.case.variant)
+    step, robot, truth = played.steps[time], MEANING["robot"], MEANING["truth"]
     belief, path = played.history.kept[step], played.history.poses[: step + 1]
-    ax.plot(*played.drive.landmarks.T, "o", color=MUTED, markersize=3)
-    ax.plot(*played.drive.poses[: step + 1, :2].T, color=MUTED, linewidth=1.0, linestyle="--")
-    ax.plot(*path[:, :2].T, color=colour, linewidth=1.6)
-    ellipses(ax, belief.landmarks, belief.landmark_covs, BLUE, width=1.1)
-    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], colour, width=2.2)
+    ax.plot(*played.drive.landmarks.T, "o", color=truth, markersize=3)
+    ax.plot(*played.drive.poses[: step + 1, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=robot, linewidth=1.6)
+    ellipses(ax, belief.landmarks, belief.landmark_covs, MEANING["landmark"], width=1.1)
+    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], robot, width=2.2)
     heading = np.degrees(path[-1, 2]) - 90
-    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=colour, markersize=9)
+    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=robot, markersize=9)
     along = step * played.config.step
     ax.set_title(f"{played.case.variant}: {along:.0f} m driven, {played.off(time):.2f} m off")
     ax.set(xlim=(-11, 30), ylim=(-7, 22), xlabel="x (m)", ylabel="y (m)")

@@ -14,23 +14,14 @@ from robot_perception.chapters.monobot.steady import Gains
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
 from robot_perception.teaching.explore import choice, slider
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    COLOURS,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    band,
-    ellipses,
-    label,
-)
+from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 
 AxesRow = Sequence[Axes] | np.ndarray
 
 LOOKS = "looks after the first"
+
+VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
+"""What the variants of the filter mean, in the order of `broken.run`."""
 
 CONTROLS = {
     "landmarks": slider("Landmarks", (1, 5, 20), 1),
@@ -54,29 +45,32 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     position, means = result.world.positions[run], result.filtered.means[run]
     sightings = position + result.world.looks[run, :, 0]
     k, reach = np.arange(len(position)), 2 * result.deviations
-    for i, colour, alpha in ((0, BLUE, 0.18), (1, ORANGE, 0.28)):
+    vehicle, landmark, truth = MEANING["robot"], MEANING["landmark"], MEANING["truth"]
+    for i, colour, alpha in ((0, vehicle, 0.18), (1, landmark, 0.28)):
         band(ax, k, means[:, i] - reach[:, i], means[:, i] + reach[:, i], colour, alpha=alpha)
-    ax.plot(k[::3], sightings[::3], ".", color=MUTED, markersize=3, alpha=0.8)
-    ax.plot(k, position, color=INK, linewidth=1.4)
-    ax.plot(k, means[:, 0], color=BLUE, linewidth=1.2)
-    ax.plot(k, means[:, 1], color=ORANGE, linewidth=1.6)
-    ax.axhline(result.config.landmarks_at, color=INK, linewidth=0.8, linestyle="--")
+    ax.plot(k[::3], sightings[::3], ".", color=MEANING["readings"], markersize=3, alpha=0.8)
+    ax.plot(k, position, color=truth, linewidth=1.4)
+    ax.plot(k, means[:, 0], color=vehicle, linewidth=1.2)
+    ax.plot(k, means[:, 1], color=landmark, linewidth=1.6)
+    ax.axhline(result.config.landmarks_at, color=truth, linewidth=0.8, linestyle="--")
     ax.set(xlim=(0, k[-1]), xlabel=LOOKS, ylabel="position (m)")
     return ax
 
 
 def landmark_error(ax: Axes, result: Result, run: int) -> Axes:
     """Draw the landmark errors of one run inside the stated ±2σ; a dot is after the first look."""
-    errors, style = result.landmark_errors[run], {"color": ORANGE, "linewidth": 1.3}
-    _errors(ax, errors, result.deviations[:, 1], ORANGE, "landmark error (m)", **style)
-    ax.plot(np.zeros(errors.shape[1]), errors[0], "o", color=INK, markersize=4, clip_on=False)
+    errors, colour = result.landmark_errors[run], MEANING["landmark"]
+    style = {"color": colour, "linewidth": 1.3}
+    _errors(ax, errors, result.deviations[:, 1], colour, "landmark error (m)", **style)
+    ax.plot(np.zeros(errors.shape[1]), errors[0], "o", color=colour, markersize=5, clip_on=False)
     return ax
 
 
 def vehicle_error(ax: Axes, result: Result, run: int) -> Axes:
     """Draw the vehicle's error in one run inside the stated ±2σ."""
-    errors, style = result.vehicle_errors[run, :, None], {"color": BLUE, "linewidth": 1.3}
-    return _errors(ax, errors, result.deviations[:, 0], BLUE, "vehicle error (m)", **style)
+    errors, colour = result.vehicle_errors[run, :, None], MEANING["robot"]
+    style = {"color": colour, "linewidth": 1.3}
+    return _errors(ax, errors, result.deviations[:, 0], colour, "vehicle error (m)", **style)
 
 
 def error_fan(ax: Axes, result: Result, *, picked: int | None = None) -> Axes:
@@ -84,12 +78,13 @@ def error_fan(ax: Axes, result: Result, *, picked: int | None = None) -> Axes:
     errors, last = result.landmark_errors[..., 0].T, result.config.steps
     # an error freezes: each look at first, then every fifth
     looks = np.unique([*range(min(last + 1, 25)), *range(0, last + 1, 5), last])
-    style = {"color": BLUE, "linewidth": 0.9, "alpha": 0.55}
-    stated = result.deviations[:, 1]
-    _errors(ax, errors, stated, MUTED, "landmark error (m)", looks=looks, **style)
+    colour, stated = MEANING["landmark"], result.deviations[:, 1]
+    style = {"color": colour, "linewidth": 0.9, "alpha": 0.55 if picked is None else 0.4}
+    grey = MEANING["expected"]
+    _errors(ax, errors, stated, grey, "landmark error (m)", looks=looks, **style)
     if picked is not None:
-        ax.plot(looks, errors[looks, picked], color=ORANGE, linewidth=2.4)
-        ax.plot(0, errors[0, picked], "o", color=ORANGE, markersize=6)
+        ax.plot(looks, errors[looks, picked], color=colour, linewidth=2.6)
+        ax.plot(0, errors[0, picked], "o", color=colour, markersize=6)
     return ax
 
 
@@ -107,7 +102,7 @@ def _errors(
     k, errors, reach = np.arange(len(errors))[looks], errors[looks], 2 * deviations[looks]
     band(ax, k, -reach, reach, tint)
     ax.plot(k, errors, **style)
-    ax.axhline(0, color=INK, linewidth=0.8)
+    ax.axhline(0, color=MEANING["truth"], linewidth=0.8)
     top = 1.15 * max(reach.max(), np.abs(errors).max())
     ax.set(xlim=(0, k[-1]), ylim=(-top, top), xlabel=LOOKS, ylabel=what)
     return ax
@@ -117,14 +112,17 @@ def gains(ax: Axes, result: Result) -> Axes:
     """Draw the gains of vehicle and first landmark on that landmark's innovation, as in Fig. 4."""
     vehicle, landmark = result.gains.T
     k = np.arange(1, len(vehicle) + 1)
-    ax.plot(k, vehicle, color=BLUE, linewidth=1.5)
-    ax.plot(k, landmark, color=ORANGE, linewidth=1.8)
-    ax.axhline(0, color=INK, linewidth=0.8)
+    ax.plot(k, vehicle, color=MEANING["robot"], linewidth=1.5)
+    ax.plot(k, landmark, color=MEANING["landmark"], linewidth=1.8)
+    ax.axhline(0, color=MEANING["expected"], linewidth=0.8)
     low, high = min(vehicle.min(), 0), max(landmark.max(), 0)
     room = 0.12 * (high - low)
     ax.set(xlim=(0, k[-1]), ylim=(low - 2 * room, high + room), xlabel=LOOKS, ylabel="gain")
-    label(ax, 0.97 * k[-1], room, "landmark", ORANGE, ha="right", fontsize=9)
-    label(ax, 0.97 * k[-1], low - 1.1 * room, "vehicle", BLUE, ha="right", fontsize=9)
+    for y, name, meaning in (
+        (room, "landmark", "landmark"),
+        (low - 1.1 * room, "vehicle", "robot"),
+    ):
+        label(ax, 0.97 * k[-1], y, name, MEANING[meaning], ha="right", fontsize=9)
     return ax
 
 
@@ -156,10 +154,13 @@ def first_against_last(ax: Axes, result: Result) -> Axes:
     first, last = result.first_errors[:, 0], result.last_errors[:, 0]
     reach = 1.08 * max(np.abs(first).max(), np.abs(last).max())
     ends = np.array([-reach, reach])
-    ax.plot(ends, ends, color=MUTED, linestyle="--", linewidth=1.2)
-    ax.plot(ends, ends * (first @ last) / (first @ first), color=ORANGE)
-    ax.plot(first, last, "o", color=BLUE, markersize=3.5, alpha=0.6, markeredgewidth=0)
-    label(ax, 0.66 * reach, 0.86 * reach, "equal", MUTED, ha="right", fontweight=400)
+    equal, fitted = MEANING["expected"], MEANING["mean"]
+    ax.plot(ends, ends, color=equal, linestyle="--", linewidth=1.2)
+    ax.plot(ends, ends * (first @ last) / (first @ first), color=fitted)
+    ax.plot(
+        first, last, "o", color=MEANING["landmark"], markersize=3.5, alpha=0.6, markeredgewidth=0
+    )
+    label(ax, 0.66 * reach, 0.86 * reach, "equal", equal, ha="right", fontweight=400)
     what = "error after the {} look (m)"
     ax.set(xlim=ends, ylim=ends, xlabel=what.format("first"), ylabel=what.format("last"))
     ax.set_aspect("equal")
@@ -171,15 +172,16 @@ def ensemble(ax: Axes, result: Result) -> Axes:
     last, deviation = result.last_errors[:, 0], result.deviations[-1, 1]
     runs = np.unique(np.geomspace(2, last.size, 200).astype(int))
     half = 2 * deviation / np.sqrt(runs)
-    ax.semilogx(np.arange(1, last.size + 1)[:300], last[:300], ".", color=MUTED, markersize=3)
-    band(ax, runs, -half, half, BLUE)
-    ax.semilogx(runs, np.cumsum(last)[runs - 1] / runs, color=BLUE)
-    ax.axhline(0, color=INK, linewidth=0.8)
+    one, mean = MEANING["landmark"], MEANING["mean"]
+    ax.semilogx(np.arange(1, last.size + 1)[:300], last[:300], ".", color=one, markersize=3)
+    band(ax, runs, -half, half, MEANING["expected"])
+    ax.semilogx(runs, np.cumsum(last)[runs - 1] / runs, color=mean)
+    ax.axhline(0, color=MEANING["expected"], linewidth=0.8)
     ax.xaxis.set_major_formatter(ScalarFormatter())
     top = 3.4 * deviation
     ax.set(xlim=(1, 1.6 * last.size), ylim=(-top, top), xlabel="runs", ylabel="landmark error (m)")
-    label(ax, 1.3, 2.9 * deviation, "each dot: one run", MUTED, fontweight=400)
-    label(ax, last.size, -0.75 * deviation, "mean so far", BLUE, ha="right")
+    label(ax, 1.3, 2.9 * deviation, "each dot: one run", one, fontweight=400)
+    label(ax, last.size, -0.75 * deviation, "mean so far", mean, ha="right")
     return ax
 
 
@@ -190,10 +192,11 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
     """Draw the first entry of eq. (14) against the step, one curve for each number of landmarks."""
     steps = len(next(iter(curves.values())))
     k = np.arange(1, steps + 1)
-    ax.plot(k, k, color=MUTED, linewidth=1.2, linestyle="--")
-    label(ax, 1.02 * steps, 1.03 * steps, "1/V a look", MUTED, fontsize=9, fontweight=400)
+    limit, colour = MEANING["expected"], MEANING["paper"]
+    ax.plot(k, k, color=limit, linewidth=1.2, linestyle="--")
+    label(ax, 1.02 * steps, 1.03 * steps, "1/V a look", limit, fontsize=9, fontweight=400)
     last = np.inf
-    for (n, curve), colour in zip(reversed(curves.items()), COLOURS, strict=False):
+    for n, curve in reversed(curves.items()):
         ax.plot(k, curve, color=colour)
         last = min(curve[-1], last - 0.065 * steps, 0.95 * steps)
         name = "1 landmark" if n == 1 else f"{n}"
@@ -206,11 +209,12 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
 def information_kinds(ax: Axes, summed: np.ndarray, on_start: np.ndarray) -> Axes:
     """Draw the sum of eq. (14) beside the information on the start, (steps,), for one landmark."""
     k, top = np.arange(1, len(summed) + 1), summed[-1]
-    ax.plot(k, summed, color=BLUE)
-    ax.plot(k, on_start, color=ORANGE)
+    paper, exact = MEANING["paper"], MEANING["information"]
+    ax.plot(k, summed, color=paper)
+    ax.plot(k, on_start, color=exact)
     ax.set(xlim=(0, k[-1]), ylim=(0, 1.08 * top), xlabel=LOOKS, ylabel="information (1/m²)")
-    label(ax, 0.98 * k[-1], 0.42 * top, "sum of eq. (14)", BLUE, ha="right")
-    label(ax, 0.98 * k[-1], on_start[-1] + 0.07 * top, "on the start", ORANGE, ha="right")
+    label(ax, 0.98 * k[-1], 0.42 * top, "sum of eq. (14)", paper, ha="right")
+    label(ax, 0.98 * k[-1], on_start[-1] + 0.07 * top, "on the start", exact, ha="right")
     return ax
 
 
@@ -221,9 +225,9 @@ def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     ax.contourf(vehicle, landmark, values, levels=levels, cmap="cividis", alpha=0.85)
     row, column = np.unravel_index(np.argmax(values), values.shape)
     middle = vehicle.mean() + np.array([0.0, landmark[row] - vehicle[column]])
-    arrow = {"arrowstyle": "<->", "color": RED, "linewidth": 2.2}
+    arrow = {"arrowstyle": "<->", "color": MEANING["unobservable"], "linewidth": 2.2}
     ax.annotate("", middle + 1.6, middle - 1.6, arrowprops=arrow)
-    label(ax, *(middle + np.array([0.25, -1.0])), "(1, 1)", RED)
+    label(ax, *(middle + np.array([0.25, -1.0])), "(1, 1)", MEANING["unobservable"])
     ax.set(xlim=vehicle[[0, -1]], ylim=landmark[[0, -1]], aspect="equal")
     ax.set(xlabel="start of the vehicle (m)", ylabel="landmark (m)")
     return ax
@@ -239,21 +243,22 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.0) -> Axes:
     mean, cov = known.belief.mean, known.belief.cov
     values, vectors = np.linalg.eigh(known.information)
     style = {"width": 1.8, "fill": 0.18, "corners": 72}
+    filtered, exact, truth = (MEANING[name] for name in ("estimate", "information", "truth"))
     if values[0] > 1e-9 * values[1]:
-        ellipses(ax, mean[None], np.linalg.inv(known.information)[None], ORANGE, **style)
+        ellipses(ax, mean[None], np.linalg.inv(known.information)[None], exact, **style)
     elif values[1] > 0:
         along, across = 4 * reach * vectors[:, 0], 2 / np.sqrt(values[1]) * vectors[:, 1]
         edges = [np.stack([mean + side - along, mean + side + along]) for side in (across, -across)]
-        ax.fill(*np.vstack([edges[0], edges[1][::-1]]).T, color=ORANGE, alpha=0.18, linewidth=0)
+        ax.fill(*np.vstack([edges[0], edges[1][::-1]]).T, color=exact, alpha=0.18, linewidth=0)
         for edge in edges:
-            ax.plot(*edge.T, color=ORANGE, linewidth=1.6)
-    ellipses(ax, mean[None], cov[None], BLUE, **style)
-    ax.plot(*mean, "o", color=BLUE, markersize=5)
-    ax.plot(*known.truth, "P", color=INK, markersize=9)
+            ax.plot(*edge.T, color=exact, linewidth=1.6)
+    ellipses(ax, mean[None], cov[None], filtered, **style)
+    ax.plot(*mean, "o", color=filtered, markersize=5)
+    ax.plot(*known.truth, "P", color=truth, markersize=9)
     (left, right), (low, high) = (known.truth[:, None] + [-reach, reach]).tolist()
     ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
     ax.set(xlabel="vehicle now (m)", ylabel="landmark (m)")
-    lines = (("filter, 2σ", BLUE), ("information, 2σ", ORANGE), ("+ truth", INK))
+    lines = (("filter, 2σ", filtered), ("information, 2σ", exact), ("+ truth", truth))
     for i, (text, colour) in enumerate(lines):
         label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
     return ax
@@ -267,7 +272,8 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
 
     Curves are by number of landmarks.
     """
-    for (n, gain), colour in zip(curves.items(), COLOURS, strict=False):
+    colour = MEANING["landmark"]
+    for n, gain in curves.items():
         k = np.arange(1, len(gain.common) + 1)
         seen = gain.common > 1e-9
         ax.semilogy(k[seen], gain.common[seen], color=colour)
@@ -282,23 +288,24 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
 
 def error_of_one(ax: Axes, result: many.Result) -> Axes:
     """Draw the root mean square error of one landmark against the number of landmarks."""
-    ax.axhline(result.floor, color=MUTED, linestyle="--", linewidth=1.2)
-    ax.semilogx(result.counts, result.expected, color=BLUE)
-    ax.semilogx(result.counts, result.measured, "o", color=ORANGE, markersize=5)
+    law = MEANING["expected"]
+    ax.axhline(result.floor, color=law, linestyle="--", linewidth=1.2)
+    ax.semilogx(result.counts, result.expected, color=law)
+    ax.semilogx(result.counts, result.measured, "o", color=MEANING["landmark"], markersize=5)
     top = 1.25 * max(result.measured.max(), result.expected.max())
     ax.set(ylim=(0, top), ylabel="error of one landmark (m)")
     low = result.floor - 0.09 * top
-    label(ax, result.counts[0], low, "floor: vehicle's start", MUTED, fontweight=400)
+    label(ax, result.counts[0], low, "floor: vehicle's start", law, fontweight=400)
     return _over_landmarks(ax, result.counts)
 
 
 def total_of_all(ax: Axes, result: many.Result) -> Axes:
     """Draw the expected sum of squared errors over the state against the number of landmarks."""
-    counts, total = result.counts, result.total
-    ax.loglog(counts, total, "-", color=PURPLE)
-    ax.loglog(counts, counts * total[-1] / counts[-1], color=MUTED, linestyle="--", linewidth=1.2)
+    counts, total, law = result.counts, result.total, MEANING["expected"]
+    ax.loglog(counts, total, "-", color=MEANING["error"])
+    ax.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
     ax.set(ylabel="sum of squared errors (m²)")
-    label(ax, counts[1], total[-1] / 1.6, "proportional: dashed", MUTED, fontweight=400)
+    label(ax, counts[1], total[-1] / 1.6, "proportional: dashed", law, fontweight=400)
     return _over_landmarks(ax, counts)
 
 
@@ -313,7 +320,8 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
     Grey is where the mean lies by chance, 95 %.
     """
-    ax.axhspan(*average_bounds(1, len(variants[0].errors)), color=MUTED, alpha=0.25, linewidth=0)
+    chance = average_bounds(1, len(variants[0].errors))
+    ax.axhspan(*chance, color=MEANING["expected"], alpha=0.25, linewidth=0)
     _curves(ax, {v.name: v.nees for v in variants}, "squared error / variance")
     ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
     return ax
@@ -325,22 +333,23 @@ def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
-    for (name, curve), colour in zip(curves.items(), COLOURS, strict=False):
-        ax.plot(curve, color=colour, label=name)
+    for (name, curve), meaning in zip(curves.items(), VARIANTS, strict=True):
+        ax.plot(curve, color=MEANING[meaning], label=name)
     ax.set(xlim=(0, len(curve) - 1), ylim=(0, None), xlabel=LOOKS, ylabel=what)
     return ax
 
 
 def two_origins(axes: AxesRow, runs: Mapping[str, MonobotRun]) -> AxesRow:
     """Draw a corridor mapped from several origins, by name, an axes each."""
-    for ax, (name, run), colour in zip(axes, runs.items(), (BLUE, GREEN), strict=True):
+    end, robot = MEANING["walls"], MEANING["robot"]
+    for ax, (name, run) in zip(axes, runs.items(), strict=True):
         (vehicle, wall), reach = run.means[0].T, 2 * run.deviations[0, :, 1]
         k = np.arange(len(vehicle))
-        band(ax, k, wall - reach, wall + reach, ORANGE, alpha=0.3)
-        ax.plot(k, wall, color=ORANGE)
-        ax.plot(k, vehicle, ".-", color=colour)
+        band(ax, k, wall - reach, wall + reach, end, alpha=0.3)
+        ax.plot(k, wall, color=end)
+        ax.plot(k, vehicle, ".-", color=robot)
         ax.set(xlabel=LOOKS, ylabel="along the corridor (m)", title=name)
         ax.set(ylim=(vehicle[0] - 1.5, wall[0] + 3.0), xticks=k[::3])
-        label(ax, 0.4, wall[0] + 1.5, "end wall", ORANGE)
-        label(ax, 0.62 * k[-1], vehicle[0] + 2.2, "robot", colour)
+        label(ax, 0.4, wall[0] + 1.5, "end wall", end)
+        label(ax, 0.62 * k[-1], vehicle[0] + 2.2, "robot", robot)
     return axes

@@ -3,36 +3,16 @@
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.output import picture, show
 from robot_perception.teaching.figures.style import (
-    BLUE,
-    COLOURS,
-    FAINT,
-    GREEN,
-    GROUND,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RED,
-    TEAL,
+    MEANING,
     band,
     figure,
     image_axes,
     label,
 )
-from robot_perception.teaching.figures.svg import to_svg
+from robot_perception.teaching.figures.svg import to_html, to_svg
 
 __all__ = [
-    "BLUE",
-    "COLOURS",
-    "FAINT",
-    "GREEN",
-    "GROUND",
-    "INK",
-    "MUTED",
-    "ORANGE",
-    "PURPLE",
-    "RED",
-    "TEAL",
+    "MEANING",
     "band",
     "figure",
     "film",
@@ -40,5 +20,6 @@ __all__ = [
     "label",
     "picture",
     "show",
+    "to_html",
     "to_svg",
 ]

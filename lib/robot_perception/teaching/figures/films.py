@@ -16,10 +16,12 @@ from robot_perception.checks import instance, iterable
 from robot_perception.teaching.figures.output import (
     check_alt,
     check_caption,
+    check_name,
     figcaption,
     front_end,
     image_element,
     on_page,
+    opening,
     style_element,
 )
 from robot_perception.teaching.figures.style import GROUND, STYLE
@@ -37,7 +39,12 @@ MOST_BYTES = 3_000_000
 
 
 def film(
-    frames: Iterable[np.ndarray | Figure], *, fps: float, alt: str, caption: str | None = None
+    frames: Iterable[np.ndarray | Figure],
+    *,
+    fps: float,
+    alt: str,
+    caption: str | None = None,
+    name: str | None = None,
 ) -> Shown:
     """Show a film that the reader starts; nothing moves before.
 
@@ -54,8 +61,8 @@ def film(
         Frames per second, at most 60.
     alt
         What a reader who cannot see the film has to know: what is shown, and what happens.
-    caption
-        May hold mathematics between dollars.
+    caption, name
+        As for `show`.
 
     Returns
     -------
@@ -76,6 +83,7 @@ def film(
     """
     text = check_alt(alt)
     check_caption(caption)
+    check_name(name, caption)
     if not 0 < instance("fps", fps, Real) <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
     images = _images(frames)
@@ -86,7 +94,9 @@ def film(
             f"{len(images)} frames of {_size(images[0])} pixels take {len(data) / 1e6:.1f} MB, more"
             f" than {MOST_BYTES / 1e6:.1f} MB: show fewer or smaller ones"
         )
-    return Shown({"text/html": _markup(images, data, duration, text, caption), "text/plain": text})
+    return Shown(
+        {"text/html": _markup(images, data, duration, text, caption, name), "text/plain": text}
+    )
 
 
 def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
@@ -120,7 +130,12 @@ def _size(image: np.ndarray) -> str:
 
 
 def _markup(
-    images: list[np.ndarray], data: bytes, duration: int, alt: str, caption: str | None
+    images: list[np.ndarray],
+    data: bytes,
+    duration: int,
+    alt: str,
+    caption: str | None,
+    name: str | None,
 ) -> str:
     count = len(images)
     places = np.unique(np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)).tolist()
@@ -130,12 +145,12 @@ def _markup(
     spec = json.dumps(
         {"count": count, "duration": duration, "width": width, "height": height, "alt": alt}
     ).replace("</", "<\\/")
-    name = sha256(data + alt.encode()).hexdigest()[:12]
+    key = sha256(data + alt.encode()).hexdigest()[:12]
     states = base64.b64encode(data).decode()
     script = "" if on_page() else f"<script>{front_end('film.js')}</script>"
     return (
         f"{style_element('figure.css', 'explorer.css', 'film.css')}"
-        f'<div class="rp-film" id="film-{name}"><figure class="rp-figure">'
+        f'<div class="rp-film" id="film-{key}">{opening("rp-figure", name)}'
         f'<div class="rp-canvas" style="--rp-columns: {columns}">{keys}</div>'
         f"{figcaption(caption)}</figure>"
         f'<script type="application/json" class="rp-spec">{spec}</script>'

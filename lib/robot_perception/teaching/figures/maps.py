@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from robot_perception.teaching.figures.style import BLUE
+from robot_perception.teaching.figures.style import MEANING
 
 
 def lines(ax: Axes, ends: np.ndarray, colour: str, width: float = 2.0, **kwargs: object) -> None:
@@ -12,12 +12,18 @@ def lines(ax: Axes, ends: np.ndarray, colour: str, width: float = 2.0, **kwargs:
     ax.add_collection(LineCollection(ends, colors=colour, linewidths=width, **kwargs))
 
 
-def dots(ax: Axes, points: np.ndarray, colour: str = BLUE, size: float = 1.3) -> None:
+def dots(
+    ax: Axes,
+    points: np.ndarray,
+    colour: str = MEANING["readings"],
+    size: float = 1.3,
+    **kwargs: object,
+) -> None:
     """Draw many points as one path: small as SVG, and the same in every renderer."""
     pen = np.full((len(points), 3, 2), np.nan)
     pen[:, 0] = points
     pen[:, 1] = points + np.array([1e-3, 0.0])
-    (drawn,) = ax.plot(*pen.reshape(-1, 2).T, color=colour, linewidth=size)
+    (drawn,) = ax.plot(*pen.reshape(-1, 2).T, color=colour, linewidth=size, **kwargs)
     drawn.set_solid_capstyle("round")
     drawn.get_path().should_simplify = False
 

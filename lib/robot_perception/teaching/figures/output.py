@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.checks import flag, instance
-from robot_perception.teaching.figures.svg import to_svg
+from robot_perception.teaching.figures.svg import to_html
 from robot_perception.teaching.figures.webp import check_image, to_webp
 from robot_perception.teaching.media import Shown
 
@@ -23,11 +23,15 @@ PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
 
 _SHORTEST_ALT = 20
 _FILE_NAME = re.compile(r"\S+\.[A-Za-z0-9]{2,5}")
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _MATHEMATICS = re.compile(r"(?<!\\)\$([^$]+)\$")
 
 
-def show(fig: Figure, *, alt: str, caption: str | None = None) -> Shown:
+def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None = None) -> Shown:
     """Show a figure as themed SVG with its alternative text.
+
+    A page numbers its captions; a text refers to the figure of the name ``worst-line`` by
+    ``[](#fig-worst-line)``, which becomes its number.
 
     Parameters
     ----------
@@ -37,6 +41,9 @@ def show(fig: Figure, *, alt: str, caption: str | None = None) -> Shown:
         What a reader who cannot see the figure has to know: what is drawn and what it shows.
     caption
         May hold mathematics between dollars.
+    name
+        Words in small letters joined by hyphens, unique in the book; a figure that is referred to
+        by number needs a caption.
 
     Returns
     -------
@@ -46,10 +53,11 @@ def show(fig: Figure, *, alt: str, caption: str | None = None) -> Shown:
     Raises
     ------
     ValueError
-        If the alternative text is missing, short, or a file name.
+        If the alternative text is missing, short, or a file name, or the name does not serve.
     """
     check_caption(caption)
-    return _output(to_svg(fig, alt=check_alt(alt)), alt, caption)
+    check_name(name, caption)
+    return _output(to_html(fig, alt=check_alt(alt)), alt, caption, name)
 
 
 def picture(
@@ -57,6 +65,7 @@ def picture(
     *,
     alt: str,
     caption: str | None = None,
+    name: str | None = None,
     pixelated: bool = False,
     lossless: bool = False,
 ) -> Shown:
@@ -66,10 +75,8 @@ def picture(
     ----------
     array
         Image of type uint8, shape (height, width) or (height, width, 3 or 4).
-    alt
+    alt, caption, name
         As for `show`.
-    caption
-        May hold mathematics between dollars.
     pixelated
         Enlarge without smoothing, for images whose pixels matter.
     lossless
@@ -86,10 +93,11 @@ def picture(
         If the array is no 8-bit image or the alternative text does not serve.
     """
     check_caption(caption)
+    check_name(name, caption)
     flag("pixelated", pixelated)
     data = to_webp(check_image(array), lossless=flag("lossless", lossless))
     element = image_element(data, "image/webp", array.shape[1::-1], check_alt(alt))
-    return _output(element, alt, caption, pixelated)
+    return _output(element, alt, caption, name, pixelated)
 
 
 def image_element(data: bytes, mime: str, size: tuple[int, int], alt: str) -> str:
@@ -147,6 +155,34 @@ def check_caption(caption: str | None) -> None:
     instance("caption", caption, str, NoneType)
 
 
+def check_name(name: str | None, caption: str | None) -> None:
+    """Raise ``ValueError`` unless a name can be an address and its figure has a caption."""
+    if instance("name", name, str, NoneType) is None:
+        return
+    if not _NAME.fullmatch(name):
+        raise ValueError(f"name must be small letters and digits joined by hyphens, got {name!r}")
+    if not caption:
+        raise ValueError(f"name: figure {name!r} needs a caption, where its number stands")
+
+
+def opening(kind: str, name: str | None = None) -> str:
+    """Write the opening tag of a `<figure>` of some classes, with the address that its name gives.
+
+    Parameters
+    ----------
+    kind
+        The classes, ``rp-figure`` first.
+    name
+        The name, or None.
+
+    Returns
+    -------
+    str
+    """
+    address = f' id="fig-{name}"' if name else ""
+    return f'<figure class="{kind}"{address}>'
+
+
 def figcaption(caption: str | None) -> str:
     """Write the `<figcaption>` element; mathematics between dollars is handed to MathJax.
 
@@ -182,7 +218,13 @@ def style_element(*names: str) -> str:
     return "" if on_page() else f"<style>{''.join(map(front_end, names))}</style>"
 
 
-def _output(element: str, alt: str, caption: str | None, pixelated: bool = False) -> Shown:
+def _output(
+    element: str,
+    alt: str,
+    caption: str | None,
+    name: str | None,
+    pixelated: bool = False,
+) -> Shown:
     kind = "rp-figure rp-pixelated" if pixelated else "rp-figure"
-    figure = f'<figure class="{kind}">{element}{figcaption(caption)}</figure>'
+    figure = f"{opening(kind, name)}{element}{figcaption(caption)}</figure>"
     return Shown({"text/html": style_element("figure.css") + figure, "text/plain": alt})

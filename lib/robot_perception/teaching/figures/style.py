@@ -13,11 +13,13 @@ import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
 from matplotlib.text import Text
+from matplotlib.ticker import Formatter
 
 from robot_perception.checks import array as checked_array
 from robot_perception.checks import flag, instance, number, positive, whole
@@ -33,9 +35,62 @@ GREEN = "#237a3d"
 PURPLE = "#7a4fb5"
 RED = "#c2302e"
 TEAL = "#0e7780"
+MAGENTA = "#b3247c"
+OLIVE = "#756400"
 
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL)
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL, MAGENTA, OLIVE)
 """The series colours, in the order in which plots use them."""
+
+MEANING = {
+    # a picture of the world: readings blue, walls green, path red, as in Fig. 1b of the first paper
+    "truth": INK,
+    "readings": BLUE,
+    "kept": ORANGE,  # of the readings: vertices and chain
+    "walls": GREEN,
+    "landmark": GREEN,
+    "robot": RED,
+    "estimate": RED,  # of all that the filter estimates
+    "error": MAGENTA,
+    "agreement": GREEN,
+    "anchor": PURPLE,
+    "position sensor": TEAL,
+    "world": MUTED,
+    "moved world": BLUE,
+    "heading": TEAL,
+    "odometry": MUTED,
+    # what a picture is compared with
+    "expected": MUTED,  # a law, a guide, what chance allows
+    "mean": INK,  # over runs, or the line fitted to them
+    "paper": OLIVE,  # as it stands in print
+    "information": TEAL,
+    "unobservable": MAGENTA,
+    # filters, side by side
+    "plain": ORANGE,
+    "standard": ORANGE,
+    "anchored": PURPLE,
+    "two anchors": TEAL,
+    "external": TEAL,
+    "first estimates": BLUE,
+    "anchored, first estimates": RED,
+    "ideal": GREEN,
+    "true Jacobians": GREEN,
+    "rule": INK,
+    "names unknown": ORANGE,
+    "names known": TEAL,
+    "overconfident": RED,
+    "out of order": OLIVE,
+    "uncorrelated": BLUE,
+    # algorithms, side by side
+    "every vertex": ORANGE,
+    "path hulls": PURPLE,
+    "other hull": TEAL,
+    "tag": INK,
+    "missed": INK,
+}
+"""What a colour stands for, through the whole book; figures name the meaning, never the colour."""
+
+LEFT, RIGHT = 0.78, 0.16
+"""Room at the sides of a panel for its labels, inches."""
 
 LOSSLESS = "rp-lossless"
 """Part of the gid of an image that is stored without loss."""
@@ -86,6 +141,24 @@ STYLE: dict[str, Any] = {
 }
 
 
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class _Powers(Formatter):
+    """Labels powers of ten as text, whose size the page can change; formulas become outlines.
+
+    Where an axis spans less than a factor of ten, the values between are labelled too.
+    """
+
+    def __call__(self, value: float, pos: int | None = None) -> str:
+        """Return the label of a tick."""
+        exponent = round(float(np.log10(value)))
+        if np.isclose(value, 10.0**exponent):
+            return f"{value:g}" if abs(exponent) <= 2 else "10" + str(exponent).translate(_RAISED)
+        low, high = sorted(self.axis.get_view_interval())
+        return f"{value:g}" if high < 10 * low else ""
+
+
 class BookAxes(Axes):
     """Axes that keep the book's style when they are cleared and drawn on again."""
 
@@ -96,6 +169,16 @@ class BookAxes(Axes):
         """Empty the axes and put the style back."""
         with mpl.rc_context(STYLE):
             super().clear()
+
+    def set_xscale(self, value: Any, **kwargs: Any) -> None:
+        """Set the scale; on a logarithmic one label powers of ten."""
+        super().set_xscale(value, **kwargs)
+        _label_powers(self.xaxis)
+
+    def set_yscale(self, value: Any, **kwargs: Any) -> None:
+        """Set the scale; on a logarithmic one label powers of ten."""
+        super().set_yscale(value, **kwargs)
+        _label_powers(self.yaxis)
 
     def imshow(self, X: Any, *args: Any, **kwargs: Any) -> AxesImage:
         """Show an image at its own resolution; data (not 8-bit) without loss, cell by cell."""
@@ -122,6 +205,12 @@ class BookAxes(Axes):
         """Place a legend without a frame."""
         with mpl.rc_context(STYLE):
             return super().legend(*args, **kwargs)
+
+
+def _label_powers(axis: Axis) -> None:
+    if axis.get_scale() == "log":
+        axis.set_major_formatter(_Powers())
+        axis.set_minor_formatter(_Powers())
 
 
 class ImageAxes(BookAxes):
@@ -195,20 +284,23 @@ def figure(
     rows: int = 1,
     cols: int = 1,
     *,
-    width: float = 7.0,
+    width: float | None = None,
     height: float = 3.4,
     **kwargs: Any,
 ) -> tuple[Figure, Any]:
     """Make a figure in the book's style, with fixed margins and no layout engine.
 
-    To draw again, keep the figure and clear its axes (`ax.clear()`): twice as fast as a new one.
+    On a page the columns become drawings of their own, which stand above each other where the page
+    is narrow. To draw again, keep the figure and clear its axes (`ax.clear()`): twice as fast as a
+    new one.
 
     Parameters
     ----------
     rows, cols
         Number of axes.
     width, height
-        Size in inches; 7 inches is the width of the text.
+        Size in inches. By default one column is 5.6 inches wide, as much as a telephone shows with
+        labels that can be read, and several are 7 inches together.
     **kwargs
         Passed to `matplotlib.figure.Figure.subplots`: `sharex`, `sharey`, `width_ratios`,
         `squeeze`, `gridspec_kw` (which may override the margins).
@@ -221,8 +313,9 @@ def figure(
     """
     whole("rows", rows, 1, 100)
     whole("cols", cols, 1, 100)
-    width, height = positive("width", width), positive("height", height)
-    left, right, bottom, top = 0.78, 0.16, 0.56, 0.32
+    width = (5.6 if cols == 1 else 7.0) if width is None else positive("width", width)
+    height = positive("height", height)
+    left, right, bottom, top = LEFT, RIGHT, 0.56, 0.32
     gap_x, gap_y = 0.98, 0.82
     panel_width = (width - left - right - gap_x * (cols - 1)) / cols
     panel_height = (height - bottom - top - gap_y * (rows - 1)) / rows
@@ -243,10 +336,12 @@ def figure(
     with mpl.rc_context(STYLE):
         fig = Figure(figsize=(width, height), dpi=100, facecolor="none", layout="none")
         axes = fig.subplots(rows, cols, gridspec_kw=grid, subplot_kw=subplot_kw, **kwargs)
+    for ax in fig.axes:
+        ax.tick_params(labelleft=True)  # also of a shared axis: a column may stand by itself
     return fig, axes
 
 
-def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **kwargs: Any) -> Text:
+def label(ax: Axes, x: float, y: float, text: str, colour: str, **kwargs: Any) -> Text:
     """Write a direct label at a point, with a halo that keeps lines off it.
 
     Parameters
@@ -258,7 +353,7 @@ def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **kwargs: 
     text
         The label.
     colour
-        One of the palette's constants, mostly that of the curve it names.
+        That of the curve it names, from `MEANING`.
     **kwargs
         Passed to `Axes.text`, for instance `ha`, `va`, `transform`.
 
@@ -275,7 +370,7 @@ def label(ax: Axes, x: float, y: float, text: str, colour: str = INK, **kwargs: 
 
 
 def band(
-    ax: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str = BLUE, **kwargs: Any
+    ax: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, **kwargs: Any
 ) -> Artist:
     """Fill the band between two curves, for instance ±2σ.
 
@@ -286,7 +381,7 @@ def band(
     x, low, high
         Abscissae and the two curves, each of shape (n,).
     colour
-        One of the palette's constants.
+        From `MEANING`.
     **kwargs
         Passed to `Axes.fill_between`.
 

@@ -6,6 +6,9 @@ themselves as fall-back; the ink becomes `currentColor`. A figure whose SVG woul
 `HEAVY` characters is saved again with its heavy artists (many vertices) rasterised: their colours
 then no longer follow the theme, but the page stays light. An image that matplotlib does not
 interpolate is stored as WebP at its own resolution, and does not count as heavy.
+
+On a page each column of a figure is a drawing of its own, with its part of the figure for a window:
+where the page is narrow, the row of them wraps.
 """
 
 from __future__ import annotations
@@ -15,13 +18,15 @@ import hashlib
 import html
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from types import NoneType
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import RendererSVG
@@ -44,7 +49,19 @@ RASTER_DPI = 144
 
 _VARIABLES = {
     name: getattr(style, name)
-    for name in ("MUTED", "FAINT", "GROUND", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL")
+    for name in (
+        "MUTED",
+        "FAINT",
+        "GROUND",
+        "BLUE",
+        "ORANGE",
+        "GREEN",
+        "PURPLE",
+        "RED",
+        "TEAL",
+        "MAGENTA",
+        "OLIVE",
+    )
 }
 _PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIABLES.items()}
 _PAINT |= {style.INK: "currentColor", "#000000": "currentColor"}
@@ -92,15 +109,83 @@ def to_svg(
     str
         One `<svg>` element without a prologue.
     """
+    _check(fig, alt, prefix, effort)
+    ((raw,), (window,)) = _saved(fig, [_whole(fig)], effort)
+    return _rewrite(raw, window, prefix, _named(alt))
+
+
+def to_html(
+    fig: Figure, *, alt: str | None = None, prefix: str | None = None, effort: int = 4
+) -> str:
+    """Render a figure as `to_svg` does; several columns as a row of drawings that a page wraps.
+
+    The row is one image with one alternative text. A figure whose axes do not stand in columns, or
+    that has something of its own beside them, is one drawing.
+
+    Parameters
+    ----------
+    fig, alt, prefix, effort
+        As for `to_svg`.
+
+    Returns
+    -------
+    str
+        One `<svg>` element, or a `<div>` with one for each column.
+    """
+    _check(fig, alt, prefix, effort)
+    columns = _columns(fig)
+    if len(columns) == 1:
+        return to_svg(fig, alt=alt, prefix=prefix, effort=effort)
+    raws, windows = _saved(fig, columns, effort)
+    prefix = prefix or _hashed("".join(raws))
+    panels = "\n".join(
+        _rewrite(raw, window, f"{prefix}{place}", ' aria-hidden="true"')
+        for place, (raw, window) in enumerate(zip(raws, windows, strict=True))
+    )
+    return f'<div class="rp-row"{_named(alt)}>{panels}</div>'
+
+
+def _check(fig: Figure, alt: str | None, prefix: str | None, effort: int) -> None:
     instance("fig", fig, Figure)
     instance("alt", alt, str, NoneType)
     instance("prefix", prefix, str, NoneType)
     whole("effort", effort, 0, 6)
-    raw = _save(fig, effort)
-    if len(_EMBEDDED.sub("", raw)) > HEAVY:
-        with _rasterised(_heavy(fig)):
-            raw = _save(fig, effort)
-    return _rewrite(raw, alt, prefix)
+
+
+def _named(alt: str | None) -> str:
+    return ' role="img"' + (f' aria-label="{html.escape(alt)}"' if alt else "")
+
+
+def _hashed(text: str) -> str:
+    return "f" + hashlib.sha256(text.encode()).hexdigest()[:8]
+
+
+Column = tuple[Sequence[Axes], float, float]
+"""Axes that make a drawing, and where its window begins and ends, in points."""
+
+
+def _whole(fig: Figure) -> Column:
+    return fig.axes, 0.0, 72 * fig.get_figwidth()
+
+
+def _columns(fig: Figure) -> list[Column]:
+    """Return the columns of a figure, or the whole figure if it cannot be taken apart."""
+    own = [artist for artist in fig.get_children() if artist.get_visible()]
+    places = [ax.get_subplotspec() for ax in fig.axes]
+    if len(own) > 1 + sum(ax.get_visible() for ax in fig.axes) or None in places:
+        return [_whole(fig)]
+    grids = {place.get_gridspec() for place in places}
+    if len(grids) != 1 or any(len(place.colspan) > 1 for place in places):
+        return [_whole(fig)]
+    *_, lefts, rights = grids.pop().get_grid_positions(fig)
+    share = style.RIGHT / (style.LEFT + style.RIGHT)
+    cuts = [right + share * (left - right) for right, left in zip(rights, lefts[1:], strict=False)]
+    ends = 72 * fig.get_figwidth() * np.array([0.0, *cuts, 1.0])
+    return [
+        ([ax for ax, place in zip(fig.axes, places, strict=True) if place.colspan.start == column],
+         left, right)
+        for column, (left, right) in enumerate(pairwise(ends.tolist()))
+    ]  # fmt: skip
 
 
 class _Renderer(RendererSVG):
@@ -168,6 +253,32 @@ class _Renderer(RendererSVG):
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
 
 
+def _saved(
+    fig: Figure, columns: Sequence[Column], effort: int
+) -> tuple[list[str], list[tuple[float, float]]]:
+    """Return what matplotlib writes of each column, and the columns' windows."""
+
+    def save() -> list[str]:
+        return [_save_only(axes, fig, effort) for axes, *_ in columns]
+
+    raws = save()
+    if sum(len(_EMBEDDED.sub("", raw)) for raw in raws) > HEAVY:
+        with _rasterised(_heavy(fig)):
+            raws = save()
+    return raws, [(left, right) for _, left, right in columns]
+
+
+def _save_only(axes: Sequence[Axes], fig: Figure, effort: int) -> str:
+    hidden = [ax for ax in fig.axes if ax not in axes and ax.get_visible()]
+    for ax in hidden:
+        ax.set_visible(False)
+    try:
+        return _save(fig, effort)
+    finally:
+        for ax in hidden:
+            ax.set_visible(True)
+
+
 def _save(fig: Figure, effort: int) -> str:
     stream = io.StringIO()
     width, height = fig.get_size_inches()
@@ -222,15 +333,16 @@ def _shorten_path(match: re.Match[str]) -> str:
     return _NUMBER.sub(lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), match[0])
 
 
-def _rewrite(raw: str, alt: str | None, prefix: str | None) -> str:
+def _rewrite(raw: str, window: tuple[float, float], prefix: str | None, attributes: str) -> str:
     body = raw[raw.index(">", raw.index("<svg")) + 1 :]
-    box = re.search(r'viewBox="([^"]*)"', raw)[1]
+    height = float(re.search(r'viewBox="[^"]* ([^ "]*)"', raw)[1])
+    left, width = window[0], window[1] - window[0]
     body = re.sub(r"\s*<defs>\s*<style.*?</style>\s*</defs>", "", body, count=1, flags=re.S)
     body = _NOTHING.sub("", body)
     body = re.sub(r"<defs>.*?</defs>", lambda m: _GEOMETRY.sub(_shorten, m[0]), body, flags=re.S)
     body = _GEOMETRY.sub(_shorten_path, body) if "<defs>" not in body else _shorten_outside(body)
     used = {a or b for a, b in _REFERENCE.findall(body)}
-    prefix = prefix or "f" + hashlib.sha256(body.encode()).hexdigest()[:8]
+    prefix = prefix or _hashed(body)
 
     def identifier(match: re.Match[str]) -> str:
         name = match[1]
@@ -245,12 +357,11 @@ def _rewrite(raw: str, alt: str | None, prefix: str | None) -> str:
     body = _FAMILY.sub("", body)
     body = _SIZE.sub(r"font-size: calc(\1px * var(--rp-text, 1))", body)
     body = _SENTINEL.sub(lambda m: _PAINT[m[0]], body)
-    name = f' aria-label="{html.escape(alt)}"' if alt else ""
-    width = round(float(box.split()[2]))
     return (
         f'<svg class="rp-svg" xmlns="http://www.w3.org/2000/svg"'
-        f' xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box}" width="100%"'
-        f' style="--rp-width:{width}" role="img"{name}'
+        f' xmlns:xlink="http://www.w3.org/1999/xlink"'
+        f' viewBox="{left:g} 0 {width:g} {height:g}" width="100%"'
+        f' style="--rp-width:{width:.0f};--rp-height:{height:.0f}"{attributes}'
         f' fill="currentColor" font-family="system-ui, sans-serif"'
         f' stroke-linejoin="round" stroke-linecap="butt">'
         f"{body.strip()}"

@@ -172,7 +172,7 @@ globalThis.robotPerception ??= (() => {
       clearTimeout(announcement);
       announcement = setTimeout(() => {
         const setting = spec.controls.map((c) => `${c.label}: ${c.shown[indices[c.name]]}`).join("; ");
-        const picture = canvas.firstElementChild;
+        const picture = canvas.firstElementChild; // a drawing, a row of them, or an image
         const alt = picture?.getAttribute("aria-label") ?? picture?.getAttribute("alt") ?? "";
         status.textContent = spec.spoken ? `${setting}. ${alt}` : `${setting}.`;
       }, SILENCE_MS);
@@ -235,7 +235,11 @@ globalThis.robotPerception ??= (() => {
         "span", { class: "rp-presets", role: "group", "aria-labelledby": `${id}-try` }, ...presets.map(([, node]) => node)));
     }
     buttons.append(reset);
-    before(element("div", { class: "rp-controls" }, ...rows, buttons, complaint, notice, status));
+    const box = element("div", { class: "rp-controls" }, ...rows, buttons, complaint, notice, status);
+    before(box);
+    new ResizeObserver(() => { // the picture leaves room for them in the window
+      root.style.setProperty("--rp-below", `${Math.ceil(box.getBoundingClientRect().height)}px`);
+    }).observe(box);
     set({});
 
     return {
@@ -341,7 +345,7 @@ globalThis.robotPerception ??= (() => {
   function render({ model, el }) {
     const spec = model.get("spec");
     const canvas = element("div", { class: "rp-canvas" });
-    const figure = element("figure", { class: model.get("spec").figure }, canvas);
+    const figure = element("figure", { class: spec.figure, id: spec.name || undefined }, canvas);
     const root = element("div", { class: "explorer" }, figure);
     const text = new TextDecoder();
     let request = Date.now() * 1000 + Math.floor(Math.random() * 1000);
@@ -400,7 +404,9 @@ globalThis.robotPerception ??= (() => {
     el.append(root);
     const observer = new ResizeObserver(() => { // the view is in the document: it replaces the still picture
       const outputs = root.closest(".jp-OutputArea") ?? document;
-      outputs.querySelector(`#${model.get("still")}`)?.setAttribute("hidden", "");
+      const still = outputs.querySelector(`#${model.get("still")}`);
+      still?.setAttribute("hidden", "");
+      still?.querySelector("figure").removeAttribute("id"); // links lead to the view
     });
     observer.observe(root);
     const indices = model.get("indices"); // another view, or Python, may have moved it

@@ -8,7 +8,10 @@ from matplotlib.axes import Axes
 from robot_perception.chapters.monobot import figures
 from robot_perception.chapters.monobot.figures import LOOKS, AxesRow
 from robot_perception.chapters.monobot.rail import Result
-from robot_perception.teaching.figures.style import COLOURS, MUTED, label
+from robot_perception.teaching.figures.style import MEANING, label
+
+REFERENCES = ("plain", "anchored", "external")
+"""What the studies of Figs 4, 5 and 6 mean, in the order of `rails.FIGURES`."""
 
 ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
 
@@ -56,12 +59,14 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
     shares
         By name of the study, from the first look (share 1) on.
     """
-    for (name, share), colour in zip(shares.items(), COLOURS, strict=False):
+    for (name, share), meaning in zip(shares.items(), REFERENCES, strict=True):
+        colour = MEANING[meaning]
         k = np.arange(1, len(share))
         ax.loglog(k, share[1:], color=colour)
         label(ax, 1.1 * k[-1], share[-1], name, colour, va="center", fontsize=9)
-    ax.loglog(k, 1 / k, color=MUTED, linestyle="--", linewidth=1.2)
-    label(ax, 12, 0.11, "1/k", MUTED, fontweight=400)
+    law = MEANING["expected"]
+    ax.loglog(k, 1 / k, color=law, linestyle="--", linewidth=1.2)
+    label(ax, 12, 0.11, "1/k", law, fontweight=400)
     ax.set(xlim=(1, 1.1 * k[-1]), ylim=(None, 1.5), xlabel=LOOKS, ylabel="share of the variance")
     ax.minorticks_off()
     return ax

@@ -1,0 +1,130 @@
+"""Every figure of the book: letters on a telephone, room for controls, numbers and links."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page
+
+from tests.site.conftest import Visit
+from tests.site.contents import NOTEBOOKS, PAGES
+from tests.site.test_pages import WIDE_ELEMENTS
+
+SMALLEST_PX = 10
+LETTERS = """
+(smallest) => {
+  const found = [];
+  for (const picture of document.querySelectorAll("main .rp-svg")) {
+    const named = picture.closest("[aria-label]");
+    const place = picture.closest("figure")?.id || named.getAttribute("aria-label").slice(0, 60);
+    const tell = (words) => found.push(`${place}: ${words}`);
+    for (const text of picture.querySelectorAll("text")) {
+      const box = text.getBoundingClientRect();
+      if (!text.textContent.trim() || !box.width) continue;
+      const { a, b } = text.getScreenCTM();
+      const size = parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
+      if (size < smallest - 0.05) tell(`${text.textContent} has ${size.toFixed(1)} px`);
+      if (box.left < 0 || box.right > innerWidth) tell(`${text.textContent} leaves the window`);
+    }
+    for (const outline of picture.querySelectorAll("use")) { // letters of formulas, 100 units high
+      if (!/DejaVu|STIX|cmr/.test(outline.getAttribute("xlink:href"))) continue;
+      const { a, b } = outline.getScreenCTM();
+      const size = 100 * Math.hypot(a, b); // raised letters have 0.7 of it
+      if (size < 0.69 * smallest) tell(`a formula has letters of ${size.toFixed(1)} px`);
+    }
+  }
+  return found;
+}
+"""
+TOGETHER = """
+() => [...document.querySelectorAll("div.explorer")].map((root) => {
+  const canvas = root.querySelector(".rp-canvas").getBoundingClientRect();
+  const controls = root.querySelector(".rp-controls").getBoundingClientRect();
+  const header = document.querySelector(".bd-header-article")?.getBoundingClientRect().height ?? 0;
+  const height = controls.bottom - canvas.top + header;
+  return { name: root.querySelector("figure").id || root.id, height };
+})
+"""
+WINDOW = {"width": 1280, "height": 800}
+TELEPHONE = {"width": 390, "height": 844}
+
+
+def settled(page: Page) -> Page:
+    """Return the page once its explorers have given their controls a place."""
+    page.evaluate(
+        "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    )
+    return page
+
+
+@pytest.mark.parametrize("viewport", [TELEPHONE, WINDOW], ids=["telephone", "window"])
+@pytest.mark.parametrize("name", [PAGES[0], *NOTEBOOKS])
+def test_letters_of_figures_can_be_read(
+    name: str, viewport: dict[str, int], visit: Callable[..., Visit], address: str
+) -> None:
+    """Letters have ten pixels or more, and none leaves the window."""
+    page = settled(visit(viewport=viewport).open(f"{address}{name}.html"))
+    small = page.evaluate(LETTERS, SMALLEST_PX)
+    if name == PAGES[0] and viewport == WINDOW:  # cards beside each other are thumbnails
+        small = [found for found in small if "leaves" in found]
+    assert not small, "\n".join(small)
+
+
+def test_letters_that_are_too_small_are_found(visit: Callable[..., Visit], address: str) -> None:
+    """The measure of letters measures: a picture made narrow has letters that are too small."""
+    page = settled(visit(viewport=TELEPHONE).open(f"{address}{NOTEBOOKS[0]}.html"))
+    page.add_style_tag(content=".rp-svg { width: 120px !important; flex: none !important; }")
+    assert page.evaluate(LETTERS, SMALLEST_PX)
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_columns_stand_above_each_other_on_a_telephone(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """Drawings of a row stand in a line where there is room, else one under the other."""
+    page = settled(visit(viewport=WINDOW).open(f"{address}{name}.html"))
+    tops = (
+        "(row) => [...row.children].map((child) => Math.round(child.getBoundingClientRect().top))"
+    )
+    rows = page.query_selector_all(".rp-row")
+    for row in rows:
+        assert len(set(row.evaluate(tops))) == 1
+    page.set_viewport_size(TELEPHONE)
+    for row in rows:
+        found = row.evaluate(tops)
+        assert len(set(found)) > 1
+        assert found == sorted(found)
+    assert not page.evaluate(WIDE_ELEMENTS)
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_picture_and_controls_are_seen_together(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """In a window of 1280 × 800 a reader sees what he moves."""
+    page = settled(visit(viewport=WINDOW).open(f"{address}{name}.html"))
+    high = [found for found in page.evaluate(TOGETHER) if found["height"] > WINDOW["height"]]
+    assert not high
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_captions_are_numbered_and_links_have_targets(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """Captions count from one, by chapter; a link to a figure shows the number of its target."""
+    visitor = visit()
+    page = visitor.open(f"{address}{name}.html")
+    captions = "(nodes) => nodes.map((node) => node.querySelector('.rp-number')?.textContent ?? '')"
+    numbers = page.eval_on_selector_all("main figure.rp-figure > figcaption", captions)
+    counted = [re.fullmatch(r"Fig\. (?:(.*)\.)?(\d+)", number) for number in numbers]
+    assert all(counted), numbers
+    assert [int(match[2]) for match in counted] == list(range(1, 1 + len(numbers)))
+    assert len({match[1] for match in counted}) <= 1
+    texts = "(nodes) => nodes.map((node) => [node.href, node.textContent])"
+    for target, text in page.eval_on_selector_all("main a[href*='#fig-']", texts):
+        other = page if target.startswith(page.url.split("#")[0]) else visit().open(target)
+        figure = other.query_selector(f"figure[id='{target.split('#')[1]}']")
+        assert figure, target
+        number = figure.query_selector(".rp-number").text_content()
+        assert number == text or not text.startswith("Fig. ")
+        assert text
