@@ -150,6 +150,15 @@ def test_errors_grow_with_the_loop_except_with_the_external_sensor():
         assert most["external"][-1] < 1.5 * most["external"][0]
 
 
+def test_axes_of_noise_and_length_stay():
+    _, axes = figure(2, 1)
+    seen = set()
+    for state in states(explorers.GROWTH_CONTROLS):
+        draw.growth(axes, explorers.growth(**state), explorers.growth_reach())
+        seen.add(tuple(limits(ax) for ax in axes))
+    assert len(seen) == 1
+
+
 def test_less_noise_makes_the_filter_better_and_not_more_honest():
     for length in lengths():
         runs = [

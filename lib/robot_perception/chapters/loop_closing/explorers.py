@@ -82,6 +82,14 @@ def _grow(state: tuple[float, float], *, rng: np.random.Generator) -> posts.Resu
     return posts.run(_config(*state), GROWTH_FILTERS, rng=np.random.default_rng(5))
 
 
+@cache
+def growth_reach() -> tuple[float, float, float]:
+    """Return how far the axes of all states go together: path (m), error (m), average NEES."""
+    runs = [runs for result in _growth().values() for runs in result.runs.values()]
+    far = max(r.config.step * len(r.config.world[1]) for r in _growth().values())
+    return far, max(r.rms.max() for r in runs), max(r.nees.mean(axis=0).max() for r in runs)
+
+
 def describe_growth(noise: float, length: float) -> str:
     """Return what a state of the explorer of noise and loop length shows, in words."""
     parts = [

@@ -46,23 +46,23 @@ def built_map(ax: Axes, built: Built) -> Axes:
 
 
 def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) -> AxesRow:
-    """Draw the column "end (m)" of tables as dots with intervals, a panel for each level of noise.
+    """Draw the column "end (m)" of tables as dots with intervals, a panel for each table.
 
     Parameters
     ----------
     axes
-        One for each level of noise, one above the other.
+        One for each table, one above the other.
     studies
-        Recorded errors by noise.
+        Recorded errors by title of the panel.
     """
     ends = {
-        noise: {name: table[name, "end (m)"] for name in table.rows}
-        for noise, table in studies.items()
+        title: {name: table[name, "end (m)"] for name in table.rows}
+        for title, table in studies.items()
     }
     values = [end for rows in ends.values() for end in rows.values()]
     low, high = 0.7 * min(v.low for v in values), 1.4 * max(v.high for v in values)
     ticks = [t for t in (0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
-    for ax, (noise, rows) in zip(axes, ends.items(), strict=True):
+    for ax, (title, rows) in zip(axes, ends.items(), strict=True):
         for k, (name, end) in enumerate(rows.items()):
             ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
@@ -71,7 +71,7 @@ def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) 
         ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
-        ax.set_title(f"{noise} noise of the wheels")
+        ax.set_title(title)
     axes[-1].set_xlabel("error at the loop end (m)")
     return axes
 
@@ -84,8 +84,11 @@ def _places(steps: int) -> np.ndarray:
     return np.linspace(1, steps - 1, 60).astype(int)
 
 
-def nees_along(ax: Axes, result: Result) -> Axes:
-    """Draw the average NEES of the pose along the way, and the 95 % band of χ² of such averages."""
+def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
+    """Draw the average NEES of the pose along the path, and the 95 % band of χ² of such averages.
+
+    The axis goes up to ``most``, or as far as the values need.
+    """
     # logarithms on a plain axis: a logarithmic one takes twice as long to draw
     low, high = average_bounds(3, result.config.runs)
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
@@ -94,10 +97,10 @@ def nees_along(ax: Axes, result: Result) -> Axes:
     band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name))
-    top = max(max(v.max() for v in nees.values()), 2 * high)
+    top = max(most, max(v.max() for v in nees.values()), 2 * high)
     ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
     ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
-    ax.set(xlabel="way (m)", ylabel="average NEES")
+    ax.set(xlabel="path (m)", ylabel="average NEES")
     ax.set_yticks(np.log10(ticks), [str(t) for t in ticks])
     ax.locator_params(axis="x", nbins=4)
     _names(ax, {name: np.log10(values[-1]) for name, values in nees.items()})
@@ -113,24 +116,38 @@ def _names(ax: Axes, ends: Mapping[str, float]) -> None:
         label(ax, 1.02 * ax.get_xlim()[1], place, name, tint(name), fontsize=9)
 
 
-def growth(axes: AxesRow, result: Result) -> AxesRow:
-    """Draw errors above and NEES below along the way, on two axes cleared first."""
+def growth(
+    axes: AxesRow, result: Result, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> AxesRow:
+    """Draw errors above and NEES below along the path, on two axes cleared first.
+
+    Parameters
+    ----------
+    axes
+        Two.
+    result
+        The study.
+    reach
+        How far the axes go at least: path (m), error (m), NEES.
+    """
     for ax in axes:
         ax.clear()
     errors = {name: runs.rms for name, runs in result.runs.items()}
     at = _places(len(next(iter(errors.values()))))
     for name, values in errors.items():
         axes[0].plot(result.config.step * at, values[at], color=tint(name))
-    top = 1.1 * max(values[at].max() for values in errors.values())
-    axes[0].set(xlim=(0, result.config.step * at[-1]), ylim=(0, top))
-    axes[0].set(xlabel="way (m)", ylabel="position error (m)")
+    far = max(reach[0], result.config.step * at[-1])
+    top = 1.1 * max(reach[1], *(values[at].max() for values in errors.values()))
+    axes[0].set(xlim=(0, far), ylim=(0, top))
+    axes[0].set(xlabel="path (m)", ylabel="position error (m)")
     axes[0].locator_params(nbins=4)
-    nees_along(axes[1], result)
+    nees_along(axes[1], result, reach[2])
+    axes[1].set_xlim(0, far)
     return axes
 
 
 def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
-    """Draw a state of the explorer of anchors: map with ellipses, and errors along the way."""
+    """Draw a state of the explorer of anchors: map with ellipses, and errors along the path."""
     for ax in axes:
         ax.clear()
     here, there = axes
@@ -146,7 +163,7 @@ def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
     along, top = state.config.step * at, 1.8
     there.plot(along, state.runs.rms[at], color=robot)
     there.plot(along, state.runs.rms_heading[at] / 10, color=heading)
-    there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
+    there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="path (m)", ylabel="error")
     for ax in axes:
         ax.locator_params(nbins=4)
     label(there, 0.02 * along[-1], 0.93 * top, "position (m)", robot)
