@@ -40,19 +40,22 @@ def test_no_preset_shows_the_default(presets, controls):
 # The building
 
 
-def test_names_or_a_position_close_the_loop_and_nothing_else_does():
+def test_only_names_or_a_position_close_the_loop():
     for state in states(explorers.BUILT_CONTROLS):
         made = building.built(**state)
-        assert (made.twice == 0) == (state["given"] in CLOSES), state
-        if state["given"] not in CLOSES:
-            assert made.off > 1.0
+        assert (made.off < 0.5) == (state["given"] in CLOSES), state
+        assert (made.off > 2.0) == (state["given"] not in CLOSES), state
+        assert (made.twice == 0) == state["given"].startswith("the names"), state
 
 
-def test_an_anchor_changes_nothing_and_names_leave_centimetres_from_an_exact_start():
-    off = {given: building.built(given).off for given in building.GIVEN}
-    assert off["an anchor"] == pytest.approx(off["nothing"], rel=0.02)
-    assert off["the names"] < 0.1
-    assert off["a sensor of the position"] < 0.5
+def test_an_anchor_changes_nothing_unless_the_names_are_known_and_the_start_is_not():
+    off = {tuple(s.values()): building.built(**s).off for s in states(explorers.BUILT_CONTROLS)}
+    for start in ("exact", "uncertain"):
+        assert off["an anchor", start] == pytest.approx(off["nothing", start], rel=0.02)
+    assert off["the names and an anchor", "exact"] == pytest.approx(
+        off["the names", "exact"], rel=0.02
+    )
+    assert off["the names and an anchor", "uncertain"] < off["the names", "uncertain"] / 2
 
 
 def test_axes_of_the_map_stay_and_hold_it():
@@ -80,7 +83,7 @@ def test_ellipses_grow_across_the_path_and_shrink_when_the_first_posts_return():
     for variant in ("plain", "anchored"):
         played = explorers.play(variant)
         reach = [ellipse(played, time) for time in range(explorers.FRAMES)]
-        assert max(reach[:20]) > 5 * reach[0] or max(reach) > 5 * reach[0]
+        assert max(reach) > 5 * reach[0]
         assert reach[after["time"]] < reach[before["time"]] / 2
         first, last = (played.history.kept[played.steps[p["time"]]] for p in (before, after))
         shrunk = np.trace(last.landmark_covs[: len(first.landmarks)], axis1=1, axis2=2)
@@ -89,7 +92,7 @@ def test_ellipses_grow_across_the_path_and_shrink_when_the_first_posts_return():
 
 def test_the_anchor_opens_the_same_fan_from_a_sharper_point():
     plain, anchored, external = map(explorers.play, explorers.PLAY_CONTROLS["variant"].values)
-    assert ellipse(anchored, 0) < ellipse(plain, 0) / 1.5
+    assert ellipse(anchored, 0) < 0.8 * ellipse(plain, 0)
     widest = [max(ellipse(p, t) for t in range(explorers.FRAMES)) for p in (plain, anchored)]
     assert widest[1] > 0.7 * widest[0]
     assert max(ellipse(external, t) for t in range(explorers.FRAMES)) < widest[0] / 3
@@ -112,7 +115,7 @@ def test_an_anchor_works_where_the_robot_has_had_time_to_err():
     ones = {place: rms[1, place] for place in explorers.ANCHOR_CONTROLS["place"].values}
     assert max(ones.values()) < rms[0, 0]
     best = min(ones, key=ones.get)
-    assert 30 <= best <= 60
+    assert 15 <= best <= 45
     assert ones[best] < min(ones[0], ones[75])
     twos = [rms[2, place] for place in ones]
     assert all(two < one for two, one in zip(twos, ones.values(), strict=True))
@@ -140,14 +143,14 @@ def lengths():
     return explorers.GROWTH_CONTROLS["length"].values
 
 
-def test_errors_grow_with_the_loop_except_with_the_external_sensor():
+def test_errors_grow_with_the_loop_and_hardly_with_the_external_sensor():
     for noise in explorers.GROWTH_CONTROLS["noise"].values:
-        most = {
-            name: [explorers.growth(noise, length)[name].rms.max() for length in lengths()]
+        plain, external = (
+            [explorers.growth(noise, length)[name].rms.max() for length in lengths()]
             for name in ("plain", "external")
-        }
-        assert most["plain"][-1] > most["plain"][0]
-        assert most["external"][-1] < 1.5 * most["external"][0]
+        )
+        assert plain[-1] > 5 * plain[0]
+        assert max(external) < 0.6
 
 
 def test_axes_of_noise_and_length_stay():
@@ -159,13 +162,13 @@ def test_axes_of_noise_and_length_stay():
     assert len(seen) == 1
 
 
-def test_less_noise_makes_the_filter_better_and_not_more_honest():
+def test_the_quietest_filter_is_not_better_and_less_honest():
+    quiet, next_to_it, *_ = explorers.GROWTH_CONTROLS["noise"].values
     for length in lengths():
-        runs = [
-            explorers.growth(n, length)["plain"] for n in explorers.GROWTH_CONTROLS["noise"].values
-        ]
-        assert all(a.rms.max() < b.rms.max() for a, b in itertools.pairwise(runs))
-        assert runs[0].nees.mean() > 0.9 * runs[-1].nees.mean()
+        first, other = explorers.growth(quiet, length), explorers.growth(next_to_it, length)
+        assert first["plain"].nees.mean() > 1.5 * other["plain"].nees.mean()
+        assert first["plain"].rms.max() > other["plain"].rms.max()
+        assert first["first estimates"].nees.mean() < 0.6 * first["plain"].nees.mean()
 
 
 # The rule

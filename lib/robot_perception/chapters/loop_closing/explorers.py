@@ -35,7 +35,7 @@ ANCHOR_CONTROLS = {
     "count": slider("Anchors", (0, 1, 2), 1),
     "place": slider("First anchor at", tuple(range(0, 90, 15)), 0, "m along the loop"),
 }
-ANCHOR_PRESETS = {"none": {"count": 0}, "half-way": {"place": 45}, "two": {"count": 2}}
+ANCHOR_PRESETS = {"none": {"count": 0}, "a third round": {"place": 30}, "two": {"count": 2}}
 FRAMES = 40
 PLAY_CONTROLS = {
     "variant": choice("Filter", ("plain", "anchored", "external"), "plain"),
