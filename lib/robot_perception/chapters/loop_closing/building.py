@@ -146,7 +146,7 @@ def _cases() -> tuple[Case, ...]:
     for noise in SLIPS:
         cases += [Case(v, noise, "gated", s) for s in ("uncertain", "exact") for v in FILTERS]
         cases += [Case(v, noise, "known", "uncertain") for v in FILTERS[:3]]
-        cases += [Case(v, noise, "known") for v in (*FILTERS[:4], "rule at 15", "considered at 15")]
+        cases += [Case(v, noise, "known") for v in FILTERS[:4]]
     cases += [Case(v, "large", "joint") for v in FILTERS[:2]]
     cases += [Case(v, "small", "gated", "displaced") for v in FILTERS[:2]]
     return tuple(cases)

@@ -65,9 +65,7 @@ VARIANTS: Mapping[str, Variant] = {
     "true Jacobians": Variant(linearisation="true"),
     "rule at 50": Variant(limit=50),
     "considered at 50": Variant(limit=50, retirement="consider"),
-    "rule at 15": Variant(limit=15),
     "anchored, rule at 15": Variant(anchored=True, limit=15),
-    "considered at 15": Variant(limit=15, retirement="consider"),
 }
 """By name. How soon a landmark is revised 50 times depends on the distance between scans, which the
 paper does not tell. Between scans every 20 cm no landmark of the building is seen so often; a limit
