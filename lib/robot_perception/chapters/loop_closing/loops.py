@@ -65,13 +65,11 @@ VARIANTS: Mapping[str, Variant] = {
     "true Jacobians": Variant(linearisation="true"),
     "rule at 50": Variant(limit=50),
     "considered at 50": Variant(limit=50, retirement="consider"),
-    "rule at 15": Variant(limit=15),
     "anchored, rule at 15": Variant(anchored=True, limit=15),
-    "considered at 15": Variant(limit=15, retirement="consider"),
 }
 """By name. How soon a landmark is revised 50 times depends on the distance between scans, which the
-paper does not tell. Between scans every 20 cm no landmark of the building is seen so often; a limit
-of 15 is there what 50 is between scans every 6 cm, one each fifth of a second at 0.3 m/s."""
+paper does not tell. With a scan every 20 cm hardly a landmark of the building is seen so often; a
+limit of 15 is there what 50 is with a scan every 6 cm, one each fifth of a second at 0.3 m/s."""
 
 
 @dataclass(frozen=True, slots=True)
