@@ -13,6 +13,7 @@ NOTEBOOKS = sorted(BOOK.glob("*.ipynb"))
 CHECKED = "# NBVAL_CHECK_OUTPUT"
 LONGEST_CELL = 10
 LONGEST_FOLDED = 30
+"""Of a cell whose code a reader opens: a figure with its axes, words and controls in one."""
 LONGEST_FUNCTION = 5
 
 

@@ -32,6 +32,7 @@ STEP = planar.Step(MOTION, SEEN, (planar.Compass(0.5, 0.1),), 1.0)
 TRUTH = planar.Truth(np.zeros((2, 3)), {4: np.ones(2)})
 SETTINGS = planar.Settings(POINTS)
 HISTORY = planar.run_filter(BELIEF, [STEP], SETTINGS)
+UNAIDED = planar.Step(MOTION, SEEN)
 
 STATE, ABOUT = np.arange(5.0), np.ones(2)
 SENSORS = (observability.Landmarks(), observability.Anchor(8.0, 9.0))
@@ -45,6 +46,7 @@ RESULTS = {
     planar.Counts,
     planar.History,
     planar.Innovation,
+    planar.Optimum,
     symbolic.Reading,
 }
 OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
@@ -100,6 +102,7 @@ CALLS = {
     planar.Truth: lambda: call(np.zeros((2, 3)), {4: np.ones(2)}),
     planar.Settings: lambda: call(POINTS, ANCHORS, "gated", TRUTH, 50, "consider", [0]),
     planar.run_filter: lambda: call(BELIEF, [STEP], SETTINGS),
+    planar.smooth: lambda: call([UNAIDED], HISTORY, POINTS),
     planar.History.to_csv: lambda: call(HISTORY, "path.csv"),
     planar.History.to_tum: lambda: call(HISTORY, "path.txt"),
     planar.predict: lambda: call(BELIEF, MOTION, POSE, POSE),

@@ -166,6 +166,38 @@ def test_the_gate_of_known_names_has_its_level():
         assert run.counts.rejected == (used == IGNORED)
 
 
+def test_a_patient_gate_gives_in_after_so_many_rejections_in_a_row_of_one_landmark():
+    def seen(*pairs):
+        ids, shifts = zip(*pairs, strict=True)
+        return Step(None, Observations(np.array(ids), two_posts().landmarks[list(ids)] + shifts))
+
+    far, near = (np.array([4.0, 0.0]), np.zeros(2))
+    steps = [
+        seen((0, far)),
+        seen((0, far), (1, far)),
+        seen((1, near)),
+        seen((1, far)),
+        seen((0, far)),
+    ]
+    for patience, used in (
+        (None, [[-1], [-1, -1], [1], [-1], [-1]]),
+        (2, [[-1], [-1, -1], [1], [-1], [0]]),  # of landmark 1 the row was broken
+        (3, [[-1], [-1, -1], [1], [-1], [-1]]),
+    ):
+        association = Association("known", 0.99, patience=patience)
+        run = run_filter(two_posts(), steps, Settings(CART, association=association))
+        assert [names.tolist() for names in run.used] == used
+        assert run.counts.rejected == sum(names.count(-1) for names in used)
+
+
+def test_patience_needs_known_names_and_a_gate():
+    for kind, level in (("gated", 0.99), ("known", 1.0)):
+        with unchecked(), pytest.raises(ValueError, match="patience is for known names"):
+            Association(kind, level, patience=3)
+    with unchecked(), pytest.raises(ValueError, match="patience must be"):
+        Association("known", 0.99, patience=0)
+
+
 @pytest.mark.parametrize("association", [Association("gated"), Association("joint")])
 def test_a_singular_covariance_is_no_reason_for_a_new_landmark(association):
     """Whether the observation is where it should be or not, for one of the landmarks or for all."""

@@ -6,8 +6,18 @@ import pytest
 from gtsam.symbol_shorthand import L, X
 from scipy.optimize import least_squares
 
-from robot_perception.slam.planar import CartesianSensor, RangeBearing, Settings, run_filter
+from robot_perception.slam.planar import (
+    CartesianSensor,
+    Compass,
+    Odometry,
+    RangeBearing,
+    Settings,
+    Step,
+    run_filter,
+    smooth,
+)
 from tests.slam.planar.drives import R_POLAR, Q, R, drive, wrapped
+from tests.unchecked import unchecked
 
 STEPS, LANDMARKS = 40, 6
 
@@ -111,3 +121,63 @@ def test_the_filter_nears_gtsams_optimum():
     ours, cov = filtered(world, True, noise)
     assert distance(ours, best, cov) < 0.01
     np.testing.assert_allclose(cov[:3, :3], pose_cov, rtol=0, atol=0.01 * np.diag(pose_cov).max())
+
+
+def run(world, polar, noise):
+    """Return a run of the filter, and its sensor."""
+    sensor = RangeBearing(noise**2 * R_POLAR) if polar else CartesianSensor(noise**2 * R)
+    return run_filter(world.start, world.steps, Settings(sensor)), sensor
+
+
+@pytest.mark.parametrize("polar", [False, True])
+def test_the_batch_optimum_is_scipys(polar):
+    """Oracle: dense least squares of residuals written from positions, at full noise."""
+    world = drive(np.random.default_rng(14), steps=STEPS, landmarks=LANDMARKS, polar=polar)
+    history, sensor = run(world, polar, 1.0)
+    ours = smooth(world.steps, history, sensor)
+    best, cov = batch(world, polar, 1.0)
+    places = [ours.landmarks[history.belief.slot(n) // 2 - 1] for n in range(LANDMARKS)]
+    assert distance(np.concatenate([ours.path[-1], *places]), best, cov) < 1e-3
+    x = np.concatenate([ours.path[1:].ravel(), *places])
+    left = residuals(world, x, polar, 1.0)
+    assert ours.squares == pytest.approx(left @ left, rel=1e-9)
+    assert ours.dof == left.size - x.size
+    assert ours.squares < np.sum(residuals(world, guess(world), polar, 1.0) ** 2)
+
+
+def guess(world):
+    return np.concatenate([world.poses[1:].ravel(), world.landmarks.ravel()])
+
+
+def test_without_noise_the_batch_optimum_is_the_truth_wherever_the_search_begins():
+    """The guess is a run over the same steps with noise added to the motions."""
+    world = drive(np.random.default_rng(15), steps=STEPS, landmarks=LANDMARKS, noise=1e-6)
+    rng, bent = np.random.default_rng(16), []
+    for step in world.steps:
+        wrong = step.motion.increment + np.sqrt(np.diag(Q)) * rng.standard_normal(3)
+        bent.append(Step(Odometry(wrong, Q), step.observations))
+    sensor = CartesianSensor(R)
+    history = run_filter(world.start, bent, Settings(sensor))
+    assert np.abs(history.poses - world.poses[1:])[:, :2].max() > 0.01
+    found = smooth([Step(Odometry(s.motion.increment, Q), s.observations) for s in world.steps],
+                   history, sensor)  # fmt: skip
+    np.testing.assert_allclose(found.path[:, :2], world.poses[:, :2], atol=1e-5)
+    np.testing.assert_allclose(found.landmarks, world.landmarks[found.ids], atol=1e-5)
+
+
+def test_a_drive_that_cannot_be_smoothed_is_named():
+    world = drive(np.random.default_rng(17), steps=4, landmarks=LANDMARKS)
+    history, sensor = run(world, False, 1.0)
+    first = world.steps[0]
+    exact = CartesianSensor(0 * R)
+    strange = history.belief.ids.max() + 1
+    unknown = first.observations.named(np.full(len(first.observations), strange))
+    for steps, using, words in (
+        (world.steps[:2], sensor, "of one drive, got 2 and 4"),
+        ([Step(None), *world.steps[1:]], sensor, "step 0 must have a motion"),
+        ([Step(first.motion, None, (Compass(0.0, 1.0),)), *world.steps[1:]], sensor, "no fixes"),
+        ([Step(first.motion, unknown), *world.steps[1:]], sensor, "no landmark of the guess"),
+        (world.steps, exact, "noise of an observation is singular"),
+    ):
+        with unchecked(), pytest.raises(ValueError, match=words):
+            smooth(steps, history, using)

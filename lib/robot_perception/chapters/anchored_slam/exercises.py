@@ -34,8 +34,6 @@ def _is_unseen(answer: object, of_it: tuple[float, ...] = (1, 1, 1, 1, 1)) -> bo
     return bool(np.abs(H @ (of_it * direction)).max() < 1e-9 * np.abs(direction).max())
 
 
-_BEND, _WAY, _FROZEN, _LOOK = np.deg2rad(0.5), 88.3, 0.10, 0.03
-
 EXERCISES = Sheet(
     {
         "anchored-1": Exercise(
@@ -68,30 +66,6 @@ EXERCISES = Sheet(
                 ((0, 1, 0, 0, 1), "a shift: the anchor cannot follow, so it is seen elsewhere."),
             ),
             hint="Five numbers: J (t - a), then 1, then J (p - a), where J turns by a quarter.",
-        ),
-        "anchored-drift": Exercise(
-            _BEND * np.sqrt(_WAY**3 / 3),
-            mistakes=(
-                (_BEND * np.sqrt(_WAY) * _WAY, "that is the last heading error held all the way."),
-                (0.5 * np.sqrt(_WAY**3 / 3), "degrees: the heading must be in radians."),
-                (
-                    _BEND * np.sqrt(_WAY),
-                    "that is the heading at the end, in radians, not the position.",
-                ),
-            ),
-            hint="Each metre driven adds its own error of the heading, and it moves all that "
-            "follows: add up σ² (L − s)² over the way s.",
-            rtol=0.02,
-        ),
-        "anchored-frozen": Exercise(
-            (_FROZEN**2 + _LOOK**2) / _LOOK**2,
-            mistakes=(
-                (_FROZEN**2 / _LOOK**2, "the look has an error, too."),
-                (_LOOK**2 / (_FROZEN**2 + _LOOK**2), "upside down: real over claimed."),
-                (1.0, "that it would be if the frozen place were right."),
-            ),
-            hint="The filter claims the variance of the look alone. What is the real one?",
-            rtol=1e-3,
         ),
     }
 )

@@ -29,7 +29,7 @@ from robot_perception.slam.observability import (
 )
 from robot_perception.slam.observability.symbolic import ANCHORS, Reading, pose
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.explore import choice, slider
+from robot_perception.teaching.explore import choice
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
@@ -106,9 +106,10 @@ def rank_table(*, moving: bool = True) -> Table:
 # Worlds really moved -----------------------------------------------------------------------------
 
 AT_REST = "position sensor, robot at rest"
-DIRECTIONS = ("shift in x", "shift in y", "turn about the anchor", "turn about the robot")
+TURN = "turn about the anchor"
+DIRECTIONS = ("shift in x", "shift in y", TURN, "turn about the robot")
 TURN_STEP = np.deg2rad(15.0)
-"""One unit of the slider: 1 m of a shift, 15° of a turn."""
+"""One unit of an amount: 1 m of a shift, 15° of a turn."""
 PLACES = (Anchor(0.0, 0.0), Anchor(5.0, 0.5))
 PATH = np.array([[1.0, 2.2, -0.2], [2.3, 2.0, 0.1], [3.6, 2.3, 0.4], [4.6, 3.1, 0.9]])
 LANDMARKS = np.array([[0.4, 4.0], [2.6, 3.9], [5.8, 2.4], [3.4, 0.4]])
@@ -200,15 +201,17 @@ def describe(sensing: str, direction: str, amount: float) -> str:
 
 CONTROLS = {
     "sensing": choice("Sensors", (*SETS, AT_REST), "one anchor"),
-    "direction": choice("Move the world", DIRECTIONS, "turn about the anchor"),
-    "amount": slider("By", (-2, -1, 0, 1, 2), 1, "m, or × 15°"),
+    "direction": choice("Move the world", DIRECTIONS, "shift in x"),
+    "amount": choice(
+        "By", {f"{m} m, or {15 * m}°".replace("-", "−"): m for m in (-2, -1, 1, 2)}, 1
+    ),
 }
 """Controls of the gauge explorer; their names are those of :func:`move_world`."""
 PRESETS = {
-    "one anchor, turned about it": {},
-    "one anchor, shifted": {"direction": "shift in x"},
-    "two anchors": {"sensing": "two anchors"},
-    "position sensor": {"sensing": "position sensor"},
+    "one anchor, turned about it": {"direction": TURN},
+    "two anchors": {"sensing": "two anchors", "direction": TURN},
+    "anchor and compass": {"sensing": "anchor + compass", "direction": TURN},
+    "position sensor": {"sensing": "position sensor", "direction": "turn about the robot"},
     "robot at rest": {"sensing": AT_REST, "direction": "turn about the robot"},
 }
 

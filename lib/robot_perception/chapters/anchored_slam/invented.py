@@ -4,6 +4,7 @@ The paper is Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2,
 """
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -18,6 +19,7 @@ from robot_perception.geometry import wrap_angle
 from robot_perception.slam import planar
 from robot_perception.slam.observability import gauge_directions, information_along
 from robot_perception.slam.planar import History, MapBelief, Step
+from robot_perception.teaching.tables import Table
 
 Filter = Literal["standard", "first estimates", "ideal"]
 FILTERS: tuple[Filter, ...] = ("standard", "first estimates", "ideal")
@@ -191,3 +193,20 @@ def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[n
         values.append(information_along(N, belief.cov))
         before = belief
     return np.array(values)
+
+
+def start_table(degrees: Sequence[float], *, rng: np.random.Generator) -> Table:
+    """Return what the standard filter invents, by how well its start heading is known (1σ, °).
+
+    Every start has the same noise.
+    """
+    rows, count = {}, Config().runs
+    for known in degrees:
+        config = Config(heading_deviation=np.deg2rad(known))
+        found = run(config, ("standard",), rng=deepcopy(rng))["standard"]
+        rows[f"±{known:g}°"] = (float(np.median(found.gains[:, -1])), float(found.nees[-1]))
+    columns = {
+        "information": "about the turn, claimed over that of the start, median",
+        "NEES of the heading": "squared error over stated variance, mean; 1 is right",
+    }
+    return Table(rows, columns, f"{count} runs each", "start heading")

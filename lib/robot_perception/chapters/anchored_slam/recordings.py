@@ -4,7 +4,7 @@ No claim of the paper rests on them, for its own recording is not to be had.
 """
 
 from robot_perception.chapters.anchored_slam.intel import INTEL
-from robot_perception.chapters.anchored_slam.mrclam import UTIAS
+from robot_perception.chapters.anchored_slam.mrclam import UTIAS, robots
 from robot_perception.chapters.anchored_slam.victoria import VICTORIA
 
-__all__ = ["INTEL", "UTIAS", "VICTORIA"]
+__all__ = ["INTEL", "UTIAS", "VICTORIA", "robots"]

@@ -3,7 +3,8 @@
 The covariances are those of the file: a centimetre and two milliradians per step of half a metre,
 0.63 m for each tree. The drive begins at the origin, which is exact by definition, so that there
 is nothing to anchor; but the heading is observed by nothing else. The filter runs twice, with
-Jacobians at the latest and at the first estimates.
+Jacobians at the latest and at the first estimates, and beside them stands the batch optimum, for
+which all measurements are linearised anew until nothing moves.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,17 +18,21 @@ from jaxtyping import Bool, Float
 
 from robot_perception.datasets import LandmarkGraph, read_fixes, read_landmark_graph, read_vehicle
 from robot_perception.datasets.victoria import Fixes, VehicleLog
+from robot_perception.evaluation.consistency import normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error, align
 from robot_perception.geometry import act, rotation
 from robot_perception.slam import planar
 from robot_perception.slam.planar import History, Step
 from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
 
 AXLES, TRACK = 2.83, 0.76
 """Distance of the axles, and of the encoder's wheel from the middle of the car, m."""
 FASTEST = 10.0
 """Speed in m/s from which two fixes are taken for a jump; the car's encoders say 6.6 at most."""
 LINEARISATIONS = ("latest", "first")
+SENSOR = planar.CartesianSensor(np.eye(2))
+"""The trees as points; each observation brings its own covariance."""
 SIZES = np.arange(0, 161, 20)
 """Edges of the map sizes whose times per step are given."""
 DRAWN = 500
@@ -50,6 +55,25 @@ class Filtered:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Batch:
+    """The batch optimum in the frame of the fixes (m), and how far the filters' maps are from it.
+
+    ``ate`` is as for a filter; ``fit`` is the sum of squares over its degrees of freedom, 1 if the
+    file's covariances are right. By `LINEARISATIONS`: the distance of the maps (``apart``, root
+    mean square, m), the deviations that the filter states for its trees (``stated``, the same), and
+    the median of the trees' ``squared`` distances over their stated covariances, 1.4 if right.
+    """
+
+    path: Float[np.ndarray, "points 2"]
+    trees: Float[np.ndarray, "trees 2"]
+    ate: float
+    fit: float
+    apart: Float[np.ndarray, "2"]
+    stated: Float[np.ndarray, "2"]
+    squared: Float[np.ndarray, "2"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Park:
     """The drive by both `LINEARISATIONS`, in the frame into which the second path fits best.
 
@@ -59,6 +83,7 @@ class Park:
     """
 
     runs: Mapping[str, Filtered]
+    batch: Batch
     fixes: Float[np.ndarray, "fixes 2"]
     ate_dead: float
     apart: float
@@ -68,6 +93,27 @@ class Park:
     length: float
     sizes: Float[np.ndarray, " sizes"]
     microseconds: Float[np.ndarray, "2 sizes"]
+
+    def batch_table(self) -> Table:
+        """Return the maps of both filters beside the batch optimum."""
+        best, cells = self.batch, zip(LINEARISATIONS, self.runs.values(), strict=True)
+        rows = {
+            f"Jacobians at the {name} estimates": (
+                best.apart[k],
+                best.stated[k],
+                best.squared[k],
+                run.ate,
+            )
+            for k, (name, run) in enumerate(cells)
+        }
+        columns = {
+            "apart (m)": "trees from those of the batch optimum, root mean square",
+            "stated (m)": "deviation that the filter states for its trees, root mean square",
+            "squared": "distance of a tree over its stated covariance, median; 1.4 if right",
+            "fixes (m)": "path from the satellite fixes, root mean square after alignment",
+        }
+        about = f"the optimum itself is {best.ate:.1f} m from the fixes"
+        return Table(rows, columns, about, "filter")
 
 
 def make_steps(graph: LandmarkGraph) -> list[Step]:
@@ -93,7 +139,7 @@ def make_steps(graph: LandmarkGraph) -> list[Step]:
 
 def run_drive(steps: Iterable[Step], linearisation: Literal["latest", "first"]) -> History:
     """Run the filter from an exact start; every scan brings its own noise."""
-    settings = planar.Settings(planar.CartesianSensor(np.eye(2)), linearisation=linearisation)
+    settings = planar.Settings(SENSOR, linearisation=linearisation)
     start = planar.MapBelief.start(np.zeros(3), np.zeros((3, 3)))
     return planar.run_filter(start, steps, settings)
 
@@ -146,6 +192,7 @@ def study(folder: Path) -> Park:
     car, fixes = read_vehicle(folder / "aa3_dr.mat"), read_fixes(folder / "aa3_gpsx.mat")
     steps = make_steps(graph)
     runs = {name: run_drive(steps, name) for name in LINEARISATIONS}
+    best = planar.smooth(steps, runs["first"], SENSOR)
     dead = planar.dead_reckoning(np.zeros(3), (step.motion for step in steps))
     good = positions_at_fixes(dead, graph, car, fixes)[1] & ~jumps(fixes)
     truth = fixes.positions[good]
@@ -166,8 +213,21 @@ def study(folder: Path) -> Park:
         for name, run in runs.items()
     }
     latest, first = (runs[name].belief.landmarks for name in LINEARISATIONS)
+    beliefs = [runs[name].belief for name in LINEARISATIONS]
+    gaps = [belief.landmarks - best.landmarks for belief in beliefs]
+    covs = [belief.landmark_covs for belief in beliefs]
+    batch = Batch(
+        act(frame, best.path[thin, :2]),
+        act(frame, best.landmarks),
+        absolute_error(there(best.path), truth, aligned=True),
+        best.squares / best.dof,
+        np.array([np.sqrt((gap**2).sum(axis=1).mean()) for gap in gaps]),
+        np.array([np.sqrt(np.trace(cov, axis1=1, axis2=2).mean()) for cov in covs]),
+        np.array([np.median(normalised_squared(*pair)) for pair in zip(gaps, covs, strict=True)]),
+    )
     return Park(
         filtered,
+        batch,
         truth[:: len(truth) // DRAWN],
         absolute_error(there(dead), truth, aligned=True),
         absolute_error(latest, first, aligned=False),

@@ -18,6 +18,7 @@ from robot_perception.slam.planar.sensors import (
     PositionFix,
     RangeBearing,
 )
+from robot_perception.slam.planar.smoothing import Optimum, smooth
 
 __all__ = [
     "Association",
@@ -29,6 +30,7 @@ __all__ = [
     "MapBelief",
     "Observations",
     "Odometry",
+    "Optimum",
     "PositionFix",
     "RangeBearing",
     "Settings",
@@ -41,5 +43,6 @@ __all__ = [
     "dead_reckoning",
     "predict",
     "run_filter",
+    "smooth",
     "update",
 ]

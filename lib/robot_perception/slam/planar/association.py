@@ -37,17 +37,23 @@ class Association:
         The same for the outer gate, 0.9999 if left out. An observation without a name that is
         outside the outer gates of all landmarks is of a new one; one between the gates is ignored.
         Known names have none.
+    patience
+        Of a gate for known names: so many observations of one landmark are rejected in a row at
+        most, and the next is used. A misread name is rarely misread again, while a filter that is
+        wrong and sure of itself rejects right observations for ever. ``None``: the gate never
+        gives in.
 
     Raises
     ------
     ValueError
         If the kind is none of these, unless 0 < level <= outer < 1, or 0 < level <= 1 where names
-        are known.
+        are known, or if there is patience without known names and a gate, or less than 1.
     """
 
     kind: Literal["known", "gated", "joint"] = "known"
     level: float | None = None
     outer: float | None = None
+    patience: int | None = None
     limit: float = field(init=False)
     outer_limit: float = field(init=False)
 
@@ -63,6 +69,12 @@ class Association:
         outer = 0.9999 if self.outer is None else self.outer
         if not known and not 0 < level <= outer < 1:
             raise ValueError(f"need 0 < level <= outer < 1, got {level}, {outer}")
+        if self.patience is not None:
+            checks.whole("patience", self.patience, 1)
+            if not known or level == 1:
+                raise ValueError(
+                    f"patience is for known names with a gate, got {self.kind!r} with level {level}"
+                )
         object.__setattr__(self, "level", level)
         object.__setattr__(self, "outer", None if known else outer)
         object.__setattr__(self, "limit", np.inf if level == 1 else gate(level, 2))

@@ -354,6 +354,7 @@ class _Run:
         self.anchors = checked_anchors(settings.anchors, start)  # and what gets frozen
         self.frozen: dict[int, np.ndarray] = {}
         self.revisions: dict[int, int] = {}
+        self.rejections: dict[int, int] = {}  # in a row, by landmark
         self.next_id = max((-1, *self.work.ids, *self.anchors)) + 1
         self.tally = dict.fromkeys(Counts.__dataclass_fields__, 0)
         self.start, self.times = start.pose.copy(), []
@@ -460,8 +461,9 @@ class _Run:
         )
         if association.kind == "known" and np.isfinite(association.limit):
             distances = work.distances(by_pose, by_point, slots, innovation, noises)
-            inside = np.flatnonzero(distances <= association.limit)
-            used[[seen[i] for i in np.flatnonzero(distances > association.limit)]] = IGNORED
+            passed = self._passed([names[i] for i in seen], distances)
+            inside = np.flatnonzero(passed)
+            used[[seen[i] for i in np.flatnonzero(~passed)]] = IGNORED
             self.tally["rejected"] += len(seen) - inside.size
             seen = [seen[i] for i in inside]
             if not seen:
@@ -472,6 +474,16 @@ class _Run:
         for i in seen:
             self._count(names[i])
         return squared, seen
+
+    def _passed(self, names: list[int], distances: np.ndarray) -> np.ndarray:
+        """Tell which observations pass the gate of known names, or wear out its patience."""
+        association = self.settings.association
+        passed = distances <= association.limit
+        if association.patience is not None:
+            for i, name in enumerate(names):
+                passed[i] |= self.rejections.get(name, 0) >= association.patience
+                self.rejections[name] = 0 if passed[i] else self.rejections.get(name, 0) + 1
+        return passed
 
     def _count(self, name: int) -> None:
         """Note a use of a landmark, and retire it after too many."""

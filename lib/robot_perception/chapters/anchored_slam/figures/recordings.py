@@ -26,7 +26,9 @@ def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
     ax.plot(*one.dead.T, ":", color=wheels, linewidth=1.2)
     ax.plot(*one.truth.T, color=truth, linewidth=4.5, alpha=0.2)
     ax.plot(*one.paths[anchors].T, color=path, linewidth=1.4)
-    ellipses(ax, one.marks[anchors], one.mark_covs[anchors], post, deviations=REACH)
+    marks, covs = one.marks[anchors], one.mark_covs[anchors]
+    seen = np.isfinite(marks).all(axis=1)
+    ellipses(ax, marks[seen], covs[seen], post, deviations=REACH)
     ax.plot(*found.landmarks.T, "+", color=truth, markersize=8, markeredgewidth=1.6)
     ax.plot(*one.anchors[:anchors].T, "s", color=anchor, markersize=9)
     error = found.errors["lasting"].ate[list(found.robots).index(robot), anchors]
@@ -80,9 +82,12 @@ def park_map(ax: Axes, found: Park) -> Axes:
     for i, ((name, run), colour) in enumerate(zip(found.runs.items(), tints, strict=True)):
         ax.plot(*run.path.T, color=colour, linewidth=1.1)
         ellipses(ax, run.trees, run.tree_covs, colour, deviations=REACH)
-        label(ax, 0.98, 0.085 - 0.05 * i, f"slopes at the {name} estimates", colour, fontsize=9,
+        label(ax, 0.98, 0.085 - 0.05 * i, f"Jacobians at the {name} estimates", colour, fontsize=9,
               transform=ax.transAxes, ha="right")  # fmt: skip
     dots(ax, found.fixes, truth, 1.8)
+    best = MEANING["ideal"]
+    ax.plot(*found.batch.trees.T, "+", color=best, markersize=5)
+    label(ax, 0.02, 0.86, "+ trees of the optimum", best, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.96, "dots: satellite fixes", truth, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.91, "ellipses: trees, 95 %", truth, fontsize=9, transform=ax.transAxes)
     low, high = found.fixes.min(axis=0), found.fixes.max(axis=0)

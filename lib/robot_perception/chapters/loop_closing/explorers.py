@@ -1,6 +1,6 @@
-"""The states of three explorers round the posts: noise and length, anchors, and one drive.
+"""The states of the explorers: what a filter is given, noise and length, anchors, one drive.
 
-All states of an explorer are computed at the first, on the same noise, so that they compare.
+All states of an explorer have the same noise, so that they compare.
 """
 
 from dataclasses import dataclass
@@ -9,26 +9,54 @@ from itertools import product
 
 import numpy as np
 
-from robot_perception.chapters.anchored_slam import loops, posts
-from robot_perception.chapters.anchored_slam.loops import Case, Drive, Runs
+from robot_perception.chapters.loop_closing import building, loops, posts
+from robot_perception.chapters.loop_closing.loops import Case, Drive, Runs
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.slam.planar import History
 from robot_perception.teaching.explore import choice, slider, timeline
 
+BUILT_CONTROLS = {
+    "given": choice("The filter is given", tuple(building.GIVEN), "an anchor"),
+    "start": choice("Start", {"exact": "exact", "10 cm and 3° (1σ)": "uncertain"}, "exact"),
+}
+BUILT_PRESETS = {
+    "the names": {"given": "the names"},
+    "a sensor of the position": {"given": "a sensor of the position"},
+    "names, uncertain start": {"given": "the names", "start": "uncertain"},
+    "and an anchor": {"given": "the names and an anchor", "start": "uncertain"},
+}
 GROWTH_FILTERS = ("plain", "anchored", "first estimates", "external")
 GROWTH_CONTROLS = {
     "noise": slider("Noise", (0.3, 1.0, 3.0, 6.0), 3.0, "× small"),
     "length": slider("Loop", (30.0, 60.0, 90.0, 120.0), 90.0, "m"),
 }
+GROWTH_PRESETS = {"quiet": {"noise": 0.3}, "rough and long": {"noise": 6.0, "length": 120.0}}
 ANCHOR_CONTROLS = {
     "count": slider("Anchors", (0, 1, 2), 1),
     "place": slider("First anchor at", tuple(range(0, 90, 15)), 0, "m along the loop"),
 }
+ANCHOR_PRESETS = {"none": {"count": 0}, "a third round": {"place": 30}, "two": {"count": 2}}
 FRAMES = 40
 PLAY_CONTROLS = {
     "variant": choice("Filter", ("plain", "anchored", "external"), "plain"),
     "time": timeline("Time", range(FRAMES), 24, fps=6),
 }
+PLAY_PRESETS = {
+    "just before": {"time": 33},
+    "just after": {"time": 35},
+    "with the anchor": {"variant": "anchored"},
+    "watched from outside": {"variant": "external"},
+}
+
+
+def describe_built(given: str, start: str) -> str:
+    """Return what a state of the explorer of maps shows, in words."""
+    made = building.built(given, start)
+    return (
+        f"Map of a ring of corridors, drawn by a filter that is given {given} and starts "
+        f"{'exactly known' if start == 'exact' else 'uncertain'}; at the end it is "
+        f"{made.off:.2f} m off and has {made.twice} landmarks twice."
+    )
 
 
 def _config(noise: float, length: float = 90.0) -> posts.Config:
@@ -52,6 +80,14 @@ def _growth() -> dict[tuple[float, float], posts.Result]:
 
 def _grow(state: tuple[float, float], *, rng: np.random.Generator) -> posts.Result:
     return posts.run(_config(*state), GROWTH_FILTERS, rng=np.random.default_rng(5))
+
+
+@cache
+def growth_reach() -> tuple[float, float, float]:
+    """Return how far the axes of all states go together: path (m), error (m), average NEES."""
+    runs = [runs for result in _growth().values() for runs in result.runs.values()]
+    far = max(r.config.step * len(r.config.world[1]) for r in _growth().values())
+    return far, max(r.rms.max() for r in runs), max(r.nees.mean(axis=0).max() for r in runs)
 
 
 def describe_growth(noise: float, length: float) -> str:
@@ -104,6 +140,12 @@ def _nail(state: tuple[int, float], *, rng: np.random.Generator) -> Nailed:
     histories = [loops.filter_drive(case, drive, anchors=anchors) for drive in drives]
     accounts = [loops.account(*pair) for pair in zip(histories, drives, strict=True)]
     return Nailed(config, tuple(anchors), loops.stack(accounts), histories[0])
+
+
+def path_errors() -> dict[tuple[int, float], float]:
+    """Return the root mean square error over drives and paths, m, by count and place of anchors."""
+    states = _all_nailed().items()
+    return {key: float(np.sqrt(np.mean(state.runs.rms**2))) for key, state in states}
 
 
 def describe_nailed(count: int, place: float) -> str:

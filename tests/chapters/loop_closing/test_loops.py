@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.anchored_slam import loops
-from robot_perception.chapters.anchored_slam.loops import Drive
+from robot_perception.chapters.loop_closing import loops
+from robot_perception.chapters.loop_closing.loops import Drive
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.observations import Observations
 from robot_perception.slam import planar
@@ -53,13 +53,14 @@ def test_wrong_associations_are_counted_against_who_a_landmark_was_at_first():
     assert runs.twice.tolist() == [1]  # the third came into the map again, as 2
     np.testing.assert_allclose(runs.map_error, 0, atol=1e-12)
     assert runs.states[0] == pytest.approx((49 + 49 + 81) / 3)
+    np.testing.assert_allclose(runs.stated, [[np.sqrt(2), 1]])
 
 
 def test_errors_of_runs_are_reduced_over_runs_or_over_steps():
     errors = np.random.default_rng(0).normal(size=(4, 5, 3))
     nees = np.random.default_rng(1).chisquare(3, size=(4, 5))
     rest = np.zeros(4, int), np.zeros(4, int), np.zeros(4), np.zeros(4), np.zeros(4)
-    runs = loops.Runs(errors, nees, *rest, np.zeros(4, int))
+    runs = loops.Runs(errors, nees, *rest, np.zeros(4, int), np.zeros((4, 2)))
     for k in range(5):
         squared = [e[k] @ e[k] - e[k, 2] ** 2 for e in errors]
         assert runs.rms[k] ** 2 == pytest.approx(np.mean(squared))

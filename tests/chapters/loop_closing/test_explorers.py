@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from robot_perception.chapters.anchored_slam import explorers, posts
-from robot_perception.chapters.anchored_slam.figures import loops as draw
+from robot_perception.chapters.loop_closing import explorers, posts
+from robot_perception.chapters.loop_closing import figures as draw
 from robot_perception.teaching.explore import MOST_STATES, Explorer
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING

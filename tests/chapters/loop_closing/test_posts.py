@@ -7,8 +7,8 @@ import pytest
 
 from data_synth.posts import glimpse
 from data_synth.wheels import roll
-from robot_perception.chapters.anchored_slam import posts
-from robot_perception.chapters.anchored_slam.posts import LINEAR, TURNED
+from robot_perception.chapters.loop_closing import loops, posts
+from robot_perception.chapters.loop_closing.posts import LINEAR, TURNED
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.intervals import bootstrap_mean
 from tests.unchecked import unchecked
@@ -85,6 +85,25 @@ def test_considered_landmarks_keep_the_filter_honest_and_frozen_ones_do_not():
     assert considered.nees.mean() == pytest.approx(plain.nees.mean(), rel=0.2)
 
 
+def test_the_rule_states_less_than_it_errs_and_the_others_what_they_err():
+    result = posts.run(replace(posts.RULE, runs=8), posts.RULE_VARIANTS, rng=RNG(4))
+    table = posts.rule_table(result)
+    assert list(table.rows) == list(posts.RULE_VARIANTS)
+    for name in ("plain", "considered at 50"):
+        stated, error = (table[name, c].estimate for c in ("stated (m)", "path error (m)"))
+        assert 0.5 < stated / error < 2
+    assert table["rule at 50", "stated (m)"].estimate < table["rule at 50", "path error (m)"].low
+
+
+def test_a_shifted_start_errs_in_place_and_not_in_heading():
+    config = replace(posts.RULE, step=0.5, start="shifted")
+    drive = posts.simulate(config, rng=RNG(3))
+    history = loops.filter_drive(posts.case(config, "plain"), drive)
+    off = history.start - drive.poses[0]
+    np.testing.assert_allclose(off[:2], 0.1 * drive.start[:2], atol=1e-12)
+    assert off[2] == 0
+
+
 def test_table_has_the_numbers_of_each_filter(linear):
     table = posts.consistency(linear)
     assert list(table.rows) == list(linear.runs)
@@ -92,23 +111,6 @@ def test_table_has_the_numbers_of_each_filter(linear):
         assert table[name, "NEES"] == bootstrap_mean(runs.nees.mean(axis=1))
         assert table[name, "in band"] == runs.coverage.averaged_share
         assert table[name, "end (m)"].estimate == runs.distance().mean()
-
-
-def test_only_the_first_sightings_are_reported_and_all_else_stays():
-    config = replace(posts.RULE, step=0.5)
-    everything = posts.simulate(config, rng=RNG(6))
-    some = posts.simulate(replace(config, sightings=7), rng=RNG(6))
-    counts = {}
-    for full, kept in zip(everything.seen, some.seen, strict=True):
-        fresh = [counts.get(name, 0) < 7 for name in full.ids.tolist()]
-        for name in full.ids.tolist():
-            counts[name] = counts.get(name, 0) + 1
-        for field in ("ids", "values", "covs"):
-            np.testing.assert_array_equal(getattr(kept, field), getattr(full, field)[fresh])
-    assert max(counts.values()) > 7
-    np.testing.assert_array_equal(
-        some.wheels["own"].increments, everything.wheels["own"].increments
-    )
 
 
 def test_a_filter_may_believe_less_of_its_wheels_than_is_true():

@@ -4,9 +4,7 @@ There are no scans here, each observation comes with its name and its true covar
 the linearisation can make the filter wrong.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from typing import Literal
@@ -17,8 +15,9 @@ from jaxtyping import Float
 from data_synth.building import drive, first_leg
 from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import SMALL, Slip
-from robot_perception.chapters.anchored_slam import loops
-from robot_perception.chapters.anchored_slam.loops import Case, Drive, Fixes, Runs
+from robot_perception.chapters.anchored_slam import gauge
+from robot_perception.chapters.loop_closing import loops
+from robot_perception.chapters.loop_closing.loops import Case, Drive, Fixes, Runs
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.intervals import (
@@ -26,7 +25,6 @@ from robot_perception.evaluation.intervals import (
     bootstrap_mean,
     bootstrap_ratio,
     exact,
-    largest,
 )
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.observations import Observations
@@ -43,8 +41,7 @@ class Config:
     drives on ``beyond`` the closing of the loop, no farther than to the first bend, and sees as far
     as it can ``reach``. The noise is a multiple of the small slip of the wheels and of
     ``look_sigma``, the deviation of each coordinate of an observed place. The filter believes the
-    wheels' deviations to be a share ``believed`` of what they are. Of each post only the first
-    ``sightings`` observations are reported.
+    wheels' deviations to be a share ``believed`` of what they are.
     """
 
     runs: int = 50
@@ -55,10 +52,9 @@ class Config:
     noise: float = 1.0
     look_sigma: float = 0.03
     reach: float = 6.0
-    start: Literal["exact", "uncertain"] = "exact"
+    start: Literal["exact", "shifted", "uncertain"] = "exact"
     fixes: Fixes = field(default_factory=lambda: Fixes(4, 0.3))
     believed: float = 1.0
-    sightings: int | None = None
 
     @property
     def slip(self) -> Slip:
@@ -95,7 +91,9 @@ JACOBIANS = (
 )
 """Variants whose consistency is compared."""
 RULE = Config(step=0.1)
-"""The world of the rule: observations every 10 cm, so that each post is seen some 60 times."""
+"""The world of the rule: observations every 10 cm, so that each post is seen more than 50 times."""
+RULE_DRAWN = replace(RULE, runs=8)
+"""The same with as few runs as a figure needs."""
 RULE_VARIANTS = ("plain", "rule at 50", "considered at 50")
 
 
@@ -128,23 +126,10 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     seen = glimpse(landmarks, poses, sigma=sigma, reach=config.reach, rng=looks)
     cov = sigma**2 * np.eye(2)
     seen = [Observations(ids, at, np.tile(cov, (len(ids), 1, 1))) for ids, at in seen]
-    if config.sightings is not None:
-        seen = _first_sightings(seen, config.sightings)
     one = loops.draw_drive(landmarks, poses, seen, {"own": config.slip}, config.fixes, streams)
     report = one.wheels["own"]
     believed = replace(report, deviations=config.believed * report.deviations)
     return replace(one, wheels={"own": believed})
-
-
-def _first_sightings(seen: Sequence[Observations], most: int) -> list[Observations]:
-    """Return the observations without those of landmarks that were seen ``most`` times before."""
-    counts: Counter[int] = Counter()
-    kept = []
-    for one in seen:
-        fresh = np.array([counts[name] < most for name in one.ids.tolist()], dtype=bool)
-        counts.update(one.ids.tolist())
-        kept.append(Observations(one.ids[fresh], one.values[fresh], one.covs[fresh]))
-    return kept
 
 
 def case(config: Config, variant: str) -> Case:
@@ -156,6 +141,26 @@ def _accounts(config: Config, variants: Sequence[str], *, rng: np.random.Generat
     one = simulate(config, rng=rng)
     histories = (loops.filter_drive(case(config, name), one) for name in variants)
     return [loops.account(history, one) for history in histories]
+
+
+def setup_table() -> Table:
+    """Return what the studies round the posts take, and what of it matters."""
+    wheels, rule = TURNED.slip, RULE.slip
+    x, _, heading = loops.STARTS["uncertain"]
+    consistent, removed = (100 * c.noise * c.look_sigma for c in (TURNED, RULE))
+    rows = {
+        "posts": (f"every {TURNED.apart:g} m", f"every {RULE.apart:g} m", "little"),
+        "noise of an observation": (f"{consistent:.1g} cm", f"{removed:.1g} cm", "yes: see below"),
+        "wheels, per √m": (
+            f"{100 * wheels.along:.1g} cm, {np.degrees(wheels.bend):.2g}°",
+            f"{100 * rule.along:.1g} cm, {np.degrees(rule.bend):.2g}°",
+            "yes: see below",
+        ),
+        "start": (f"{100 * x:.0f} cm, {np.degrees(heading):.0f}°", "exact", "most of all"),
+        "observations every": (f"{TURNED.step:g} m", f"{RULE.step:g} m", "for the rule"),
+    }
+    columns = {"consistency": "all values are ours, 1σ", "rule of fifty": "", "matters": ""}
+    return Table(rows, columns)
 
 
 # Is it honest? -----------------------------------------------------------------------------------
@@ -191,102 +196,127 @@ def consistency(result: Result) -> Table:
     return Table(rows, columns, about, "filter")
 
 
+EXCESS = average_bounds(3, 50)[1] / 3
+"""How many times its expectation a consistent filter's average NEES over 50 runs is (97.5 %)."""
+
+
+def rule_table(result: Result) -> Table:
+    """Return how consistent the filters with and without the rule are, how far off, how costly."""
+    rows = {
+        name: (
+            bootstrap_mean(runs.mean_nees),
+            bootstrap_mean(runs.path_error, "m"),
+            bootstrap_mean(runs.stated[:, 0], "m"),
+            bootstrap_mean(runs.distance(), "m"),
+            runs.states.mean(),
+        )
+        for name, runs in result.runs.items()
+    }
+    columns = {
+        "NEES": "of the pose, averaged over time; 3 if the filter is right",
+        "path error (m)": "of the position, root mean square along the path",
+        "stated (m)": "the same as the filter states it",
+        "loop end (m)": "error of the position at the end",
+        "cost": "entries of the covariance, averaged over time",
+    }
+    about = f"mean and 95 % bootstrap interval over {result.config.runs} runs"
+    return Table(rows, columns, about, "filter")
+
+
 @claim(
     "controllability-rule",
     paper=PAPER,
     place="§2.2, text after eq. 27",
     basis="substitute",
-    statement="A landmark revised more than 50 times can leave the state; its observations "
-    "still correct the rest.",
-    paper_value="every landmark revised more than 50 times removed",
-    method="Posts along the loop, known association, observations every 10 cm: error with the rule "
-    "over that without, on the same noise, as root mean square along the path and at the loop end, "
-    "where only removed landmarks are in sight; the larger of the two ratios.",
+    statement="To remove from the state every landmark that was revised more than 50 times, and "
+    "still use its observations, guarantees full observability during the entire run.",
+    paper_value="“to guarantee full observability during the entire run”",
+    method="Posts along the loop, known association, observations every 10 cm, exact start: NEES "
+    "of the pose with the rule over that without. What can be observed is what the measurements "
+    "tell; a filter that takes for observed what they do not tell understates its errors.",
     accepted=Accepted(
         0,
-        2**0.5,
-        "still correct means that what the rule adds is at most as large as what was there; "
-        "two independent errors of one size add up to √2 of it",
+        EXCESS,
+        "the rule multiplies the NEES by no more than chance does: the average over 50 runs of a "
+        f"consistent filter is at most {EXCESS:.2f} times its expectation (97.5 %)",
         "our choice",
     ),
     seed=8,
 )
 def controllability_rule(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare path error and NEES with the rule, without it, and if landmarks are considered."""
+    """Compare NEES and errors with the rule, without it, and if landmarks are considered."""
     config = replace(RULE, runs=50 if size is Size.FULL else 15)
-    runs = run(config, RULE_VARIANTS, rng=rng).runs
-    plain, rule, _ = runs.values()
-    dishonest = bootstrap_ratio(rule.mean_nees, plain.mean_nees, "NEES, with over without")
-    rows = {
-        name: (
-            bootstrap_mean(r.mean_nees),
-            bootstrap_mean(r.path_error, "m"),
-            bootstrap_mean(r.distance(), "m"),
-            r.states.mean(),
-        )
-        for name, r in runs.items()
-    }
-    columns = {
-        "NEES": "of the pose, averaged over time",
-        "path error (m)": "root mean square along the path",
-        "loop end (m)": "error of the position at the end",
-        "cost": "entries of the covariance, averaged over time",
-    }
+    exactly, turned = (
+        run(replace(config, start=start), RULE_VARIANTS, rng=own)
+        for start, own in zip(("exact", "uncertain"), (rng, rng.spawn(1)[0]), strict=True)
+    )
+    plain, rule, considered = exactly.runs.values()
+    value = _inconsistency(exactly, "rule at 50")
+    path = bootstrap_ratio(rule.path_error, plain.path_error, "path error, with over without")
     return Finding(
-        _worsened(rule, plain),
+        value,
         {
-            "NEES, with over without": dishonest,
+            "NEES from an uncertain start, with over without": _inconsistency(turned, "rule at 50"),
+            "NEES, considered over without": _inconsistency(exactly, "considered at 50"),
+            "path error, with over without": path,
+            "error at the loop end, with over without": bootstrap_ratio(
+                rule.distance(), plain.distance(), "loop end, with over without"
+            ),
             "cost (entries of the covariance), with over without": exact(
                 rule.states.mean() / plain.states.mean(), about="ratio of means, runs alike"
             ),
             "landmarks retired": bootstrap_mean(rule.retired.astype(float)),
+        }
+        | {
+            f"directions unseen by rank with {count} known landmarks": exact(missing)
+            for count, missing in enumerate(_unseen_by_rank())
         },
         {
-            "with and without the rule": Table(
-                rows, columns, f"mean and 95 % bootstrap interval over {config.runs} runs", "filter"
-            )
+            "with and without the rule": rule_table(exactly),
+            "with and without the rule, uncertain start": rule_table(turned),
         },
-        (
-            Condition(
-                "only the error counts, not what the filter says of it: the rule forgets the "
-                f"uncertainty of the frozen landmarks, and the NEES grows {dishonest.estimate:.0f}"
-                "-fold",
-                dishonest.low > 1.0,
-            ),
-        ),
-        "The rule makes the filter cheap, not honest. To let the estimate stand and still "
-        "count its uncertainty (Schmidt's filter) keeps the NEES where it was, at full cost.",
+        note=f"With the rule the NEES is {rule.mean_nees.mean():.0f}, without it "
+        f"{plain.mean_nees.mean():.1f}; 3 is right. A removed landmark keeps its error and loses "
+        f"its uncertainty: the filter states {100 * rule.stated[:, 0].mean():.0f} cm and is "
+        f"{100 * rule.path_error.mean():.0f} cm off. By rank two landmarks at known places make "
+        f"everything observable, but nobody measured these places. The observations do still "
+        f"correct the rest: the error grows by a factor of {path.estimate:.2f} only. To let an "
+        f"estimate stand and still count its uncertainty (Schmidt's filter) gives a NEES of "
+        f"{considered.mean_nees.mean():.1f}, at full cost.",
     )
 
 
-def _worsened(rule: Runs, plain: Runs) -> Interval:
-    """Return the larger of the ratios of the errors along the path and at the loop end."""
-    return largest(
-        bootstrap_ratio(rule.path_error, plain.path_error, "path error, with over without"),
-        bootstrap_ratio(rule.distance(), plain.distance(), "loop end, with over without"),
-    )
+def _inconsistency(result: Result, variant: str) -> Interval:
+    """Return the NEES of a variant over that of the plain filter on the same noise."""
+    above, below = result[variant].mean_nees, result["plain"].mean_nees
+    return bootstrap_ratio(above, below, f"NEES, {variant} over plain")
 
 
-@controllability_rule.sabotage("landmarks that are no longer observed once they were removed")
-def removed_for_good(size: Size, rng: np.random.Generator) -> Finding:
-    """Observe no landmark after the revision that removes it, on the same noise."""
-    config, limit = replace(RULE, runs=10), loops.VARIANTS["rule at 50"].limit
-    plain = run(config, ("plain",), rng=deepcopy(rng))["plain"]
-    config = replace(config, sightings=1 + limit + 1)  # one enters it, one is too many
-    return Finding(_worsened(run(config, ("rule at 50",), rng=rng)["rule at 50"], plain))
+def _unseen_by_rank() -> list[int]:
+    """Return the directions unseen along the true path with 0, 1 and 2 landmarks known."""
+    found = gauge.ranks(moving=True)
+    readings = (found[name, "true path"] for name in ("plain", "one anchor", "two anchors"))
+    return [reading.dimension - reading.rank for reading in readings]
 
 
-@controllability_rule.sabotage("landmarks removed after one revision")
-def removed_at_once(size: Size, rng: np.random.Generator) -> Finding:
-    """Freeze every landmark almost where its first look put it."""
-    runs = run(replace(RULE, runs=6), ("plain", "rule at 1"), rng=rng)
-    return Finding(_worsened(runs["rule at 1"], runs["plain"]))
+@controllability_rule.sabotage("removed landmarks whose uncertainty is still counted")
+def considered_landmarks(size: Size, rng: np.random.Generator) -> Finding:
+    """Let the estimate of a landmark stand, and count its uncertainty (Schmidt's filter)."""
+    runs = run(replace(RULE, runs=10), ("plain", "considered at 50"), rng=rng)
+    return Finding(_inconsistency(runs, "considered at 50"))
 
 
-EXCESS = average_bounds(3, 50)[1] / 3
-"""How many times its expectation a consistent filter's average NEES over 50 runs is (97.5 %)."""
+@controllability_rule.sabotage("a limit that no landmark reaches")
+def unreached_limit(size: Size, rng: np.random.Generator) -> Finding:
+    """Take the world of the building's steps, in which no post is seen 50 times."""
+    runs = run(replace(RULE, step=0.2, runs=10), ("plain", "rule at 50"), rng=rng)
+    return Finding(_inconsistency(runs, "rule at 50"))
+
+
 CHANGING = ("plain", "first estimates")
 """The filter whose Jacobians change with its estimates, and the one whose do not."""
+EXCESS_SHARE = "share of the excess NEES that goes with first estimates"
+ERROR_SHARE = "share of the path error that goes with first estimates"
 
 
 @claim(
@@ -320,13 +350,23 @@ def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
     tables = {name: consistency(result) for name, result in studies.items()}
     factors = {name: _excess(result, *CHANGING) for name, result in studies.items()}
     cures = {f"NEES, plain over first estimates, {name}": f for name, f in factors.items()}
-    for name in ("turned", "rough"):  # how much of the excess NEES removed the anchor removes, too
+    for name in ("turned", "rough"):
         plain, anchored, first = (
-            studies[name][v].mean_nees for v in ("plain", "anchored", "first estimates")
+            studies[name][v] for v in ("plain", "anchored", "first estimates")
         )
-        cures[f"share of the cure that is the anchor's, {name}"] = bootstrap_ratio(
-            plain - anchored, plain - first, "excess NEES removed"
-        )
+        cures |= {
+            f"{EXCESS_SHARE}, {name}": bootstrap_ratio(
+                plain.mean_nees - first.mean_nees, plain.mean_nees - 3.0, "excess NEES removed"
+            ),
+            f"{ERROR_SHARE}, {name}": bootstrap_ratio(
+                plain.path_error - first.path_error, plain.path_error, "path error removed"
+            ),
+            f"share of the cure that is the anchor's, {name}": bootstrap_ratio(
+                plain.mean_nees - anchored.mean_nees,
+                plain.mean_nees - first.mean_nees,
+                "excess NEES removed",
+            ),
+        }
     inside = tables["linear"]["first estimates", "in band"]
     turned = {name: float(runs.nees.mean()) for name, runs in studies["turned"].runs.items()}
     return Finding(
@@ -335,9 +375,9 @@ def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
         tables,
         (
             Condition(
-                "the heading is uncertain from the start: with an exact one the factor is "
-                f"{factors['linear'].estimate:.2f} with noise of linear size, and "
-                f"{factors['rough'].estimate:.2f} with noise that loses the heading on the way",
+                "the heading is uncertain from the start: with an exact start and noise of linear "
+                f"size the factor is {factors['linear'].shown(3)}, with noise that loses the "
+                f"heading on the way {factors['rough'].shown(3)}",
                 factors["linear"].high < EXCESS,
             ),
         ),
@@ -345,7 +385,11 @@ def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
         f"{turned['anchored']:.1f}, with Jacobians at first estimates "
         f"{turned['first estimates']:.1f}; 3 is right. With noise of linear size and an exact "
         f"start the average NEES of the first-estimates filter over {count} runs is inside its "
-        f"95 % band at {inside:.1%} of the steps.",
+        f"95 % band at {inside:.1%} of the steps. Jacobians that agree remove "
+        f"{cures[f'{EXCESS_SHARE}, turned'].estimate:.0%} of the excess NEES; of the error along "
+        f"the path they remove {cures[f'{ERROR_SHARE}, turned'].estimate:.0%} "
+        f"({cures[f'{ERROR_SHARE}, rough'].estimate:.0%} with rough noise): they make the filter "
+        "consistent, not much better.",
     )
 
 
@@ -362,10 +406,10 @@ def _excess_of(
     return Finding(_excess(run(replace(config, runs=10), compared, rng=rng), *compared))
 
 
-@jacobian_consistency.sabotage("a start whose heading is exact")
+@jacobian_consistency.sabotage("a start whose heading is exact and whose place is not")
 def exact_heading(size: Size, rng: np.random.Generator) -> Finding:
-    """Leave the noise so small that all errors stay of linear size, and the start exact."""
-    return _excess_of(LINEAR, rng)
+    """Leave the noise so small that all errors stay of linear size; only the place is uncertain."""
+    return _excess_of(replace(LINEAR, start="shifted"), rng)
 
 
 @jacobian_consistency.sabotage(

@@ -1,4 +1,4 @@
-"""Drawings of the loop: maps of the building, errors, consistency, and the states of explorers."""
+"""Drawings of the chapter: maps of the building, errors, consistency, and explorers."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
@@ -6,10 +6,10 @@ from textwrap import fill
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.anchored_slam.building import Maps
-from robot_perception.chapters.anchored_slam.explorers import Nailed, Played
-from robot_perception.chapters.anchored_slam.loops import first_observed
-from robot_perception.chapters.anchored_slam.posts import Result
+from robot_perception.chapters.loop_closing.building import Built
+from robot_perception.chapters.loop_closing.explorers import Nailed, Played
+from robot_perception.chapters.loop_closing.loops import VARIANTS, first_observed
+from robot_perception.chapters.loop_closing.posts import Result
 from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures.maps import dots, lines, plan
@@ -25,45 +25,44 @@ def tint(variant: str) -> str:
 # The building ------------------------------------------------------------------------------------
 
 
-def two_maps(axes: AxesRow, maps: Maps) -> AxesRow:
-    """Draw Fig. 7 again: for each filter its readings over the true plan, path and end error."""
-    truth, error = maps.drive.poses, MEANING["error"]
-    for ax, (name, history) in zip(axes, maps.histories.items(), strict=True):
-        path, readings = history.poses, maps.readings[name]
-        lines(ax, maps.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
-        dots(ax, readings, size=1.1)
-        ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
-        ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
-        ends = np.stack([truth[-1, :2], path[-1, :2]])
-        ax.plot(*ends.T, color=error, linewidth=2.2)
-        ax.plot(*ends[1], "o", color=error, markersize=5)
-        if name.startswith("anchored"):
-            anchor = maps.drive.landmarks[first_observed(maps.drive.seen)]
-            ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
-        ax.set_title(f"{name}: {np.hypot(*(ends[1] - ends[0])):.2f} m off at the end")
-        plan(ax, np.vstack([maps.faces.reshape(-1, 2), readings]))
-        ax.locator_params(nbins=5)
-    return axes
+def built_map(ax: Axes, built: Built) -> Axes:
+    """Draw Fig. 7 again, on axes cleared first: readings over the plan, path and end error."""
+    ax.clear()
+    truth, path, error = built.drive.poses, built.history.poses, MEANING["error"]
+    lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
+    dots(ax, built.readings, size=1.1)
+    ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
+    ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
+    ends = np.stack([truth[-1, :2], path[-1, :2]])
+    ax.plot(*ends.T, color=error, linewidth=2.2)
+    ax.plot(*ends[1], "o", color=error, markersize=5)
+    if VARIANTS[built.case.variant].anchored:
+        anchor = built.drive.landmarks[first_observed(built.drive.seen)]
+        ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
+    ax.set_title(f"given {built.given}: {built.off:.2f} m off, {built.twice} landmarks twice")
+    plan(ax, built.faces.reshape(-1, 2), margin=4.0)
+    ax.locator_params(nbins=5)
+    return ax
 
 
 def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) -> AxesRow:
-    """Draw the column "end (m)" of tables as dots with intervals, a panel for each level of noise.
+    """Draw the column "end (m)" of tables as dots with intervals, a panel for each table.
 
     Parameters
     ----------
     axes
-        One for each level of noise, one above the other.
+        One for each table, one above the other.
     studies
-        Recorded errors by noise.
+        Recorded errors by title of the panel.
     """
     ends = {
-        noise: {name: table[name, "end (m)"] for name in table.rows}
-        for noise, table in studies.items()
+        title: {name: table[name, "end (m)"] for name in table.rows}
+        for title, table in studies.items()
     }
     values = [end for rows in ends.values() for end in rows.values()]
     low, high = 0.7 * min(v.low for v in values), 1.4 * max(v.high for v in values)
     ticks = [t for t in (0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10) if low <= t <= high]
-    for ax, (noise, rows) in zip(axes, ends.items(), strict=True):
+    for ax, (title, rows) in zip(axes, ends.items(), strict=True):
         for k, (name, end) in enumerate(rows.items()):
             ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
@@ -72,7 +71,7 @@ def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) 
         ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
-        ax.set_title(f"{noise} noise of the wheels")
+        ax.set_title(title)
     axes[-1].set_xlabel("error at the loop end (m)")
     return axes
 
@@ -85,8 +84,11 @@ def _places(steps: int) -> np.ndarray:
     return np.linspace(1, steps - 1, 60).astype(int)
 
 
-def nees_along(ax: Axes, result: Result) -> Axes:
-    """Draw the average NEES of the pose along the way, and the 95 % band of χ² of such averages."""
+def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
+    """Draw the average NEES of the pose along the path, and the 95 % band of χ² of such averages.
+
+    The axis goes up to ``most``, or as far as the values need.
+    """
     # logarithms on a plain axis: a logarithmic one takes twice as long to draw
     low, high = average_bounds(3, result.config.runs)
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
@@ -95,10 +97,10 @@ def nees_along(ax: Axes, result: Result) -> Axes:
     band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name))
-    top = max(max(v.max() for v in nees.values()), 2 * high)
+    top = max(most, max(v.max() for v in nees.values()), 2 * high)
     ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
     ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
-    ax.set(xlabel="way (m)", ylabel="average NEES")
+    ax.set(xlabel="path (m)", ylabel="average NEES")
     ax.set_yticks(np.log10(ticks), [str(t) for t in ticks])
     ax.locator_params(axis="x", nbins=4)
     _names(ax, {name: np.log10(values[-1]) for name, values in nees.items()})
@@ -117,24 +119,38 @@ def _names(ax: Axes, ends: Mapping[str, float]) -> None:
         top = place + half
 
 
-def growth(axes: AxesRow, result: Result) -> AxesRow:
-    """Draw errors above and NEES below along the way, on two axes cleared first."""
+def growth(
+    axes: AxesRow, result: Result, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> AxesRow:
+    """Draw errors above and NEES below along the path, on two axes cleared first.
+
+    Parameters
+    ----------
+    axes
+        Two.
+    result
+        The study.
+    reach
+        How far the axes go at least: path (m), error (m), NEES.
+    """
     for ax in axes:
         ax.clear()
     errors = {name: runs.rms for name, runs in result.runs.items()}
     at = _places(len(next(iter(errors.values()))))
     for name, values in errors.items():
         axes[0].plot(result.config.step * at, values[at], color=tint(name))
-    top = 1.1 * max(values[at].max() for values in errors.values())
-    axes[0].set(xlim=(0, result.config.step * at[-1]), ylim=(0, top))
-    axes[0].set(xlabel="way (m)", ylabel="position error (m)")
+    far = max(reach[0], result.config.step * at[-1])
+    top = 1.1 * max(reach[1], *(values[at].max() for values in errors.values()))
+    axes[0].set(xlim=(0, far), ylim=(0, top))
+    axes[0].set(xlabel="path (m)", ylabel="position error (m)")
     axes[0].locator_params(nbins=4)
-    nees_along(axes[1], result)
+    nees_along(axes[1], result, reach[2])
+    axes[1].set_xlim(0, far)
     return axes
 
 
 def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
-    """Draw a state of the explorer of anchors: map with ellipses, and errors along the way."""
+    """Draw a state of the explorer of anchors: map with ellipses, and errors along the path."""
     for ax in axes:
         ax.clear()
     here, there = axes
@@ -150,7 +166,7 @@ def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
     along, top = state.config.step * at, 1.8
     there.plot(along, state.runs.rms[at], color=robot)
     there.plot(along, state.runs.rms_heading[at] / 10, color=heading)
-    there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="way (m)", ylabel="error")
+    there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="path (m)", ylabel="error")
     for ax in axes:
         ax.locator_params(nbins=4)
     label(there, 0.02 * along[-1], 0.93 * top, "position (m)", robot)

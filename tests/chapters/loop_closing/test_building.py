@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.anchored_slam import building
-from robot_perception.chapters.anchored_slam.figures import loops as draw
-from robot_perception.chapters.anchored_slam.loops import Case
+from robot_perception.chapters.loop_closing import building
+from robot_perception.chapters.loop_closing import figures as draw
+from robot_perception.chapters.loop_closing.loops import Case
 from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
@@ -53,15 +53,21 @@ def test_closing_the_loop_with_known_names_makes_the_error_small(study):
     assert (plain.distance() < plain.distance(study.config.before) / 5).all()
 
 
-def test_readings_of_a_good_path_lie_on_the_plan():
-    maps = building.two_maps(("external", "plain"), every=40, beams=12)
-    for name, points in maps.readings.items():
-        gaps = _distance(points, maps.faces)
-        assert (np.median(gaps) < 0.15) == (name == "external")
-    _, axes = figure(1, 2)
-    draw.two_maps(axes, maps)
-    off = np.hypot(*(maps.histories["external"].poses - maps.drive.poses)[-1, :2])
-    assert f"{off:.2f} m" in axes[0].get_title(loc="left")
+@pytest.mark.parametrize("given", ["a sensor of the position", "nothing"])
+def test_readings_of_a_good_path_lie_on_the_plan(given):
+    made = building.built(given, every=40, beams=12)
+    gaps = _distance(made.readings, made.faces)
+    assert (np.median(gaps) < 0.15) == (given != "nothing")
+    _, ax = figure()
+    draw.built_map(ax, made)
+    assert f"{made.off:.2f} m off" in ax.get_title(loc="left")
+    assert f"{made.twice} landmarks twice" in ax.get_title(loc="left")
+
+
+def test_set_up_says_what_is_driven():
+    rows = building.setup_table().rows
+    assert rows["floor, loop"][1] == f"{building.Config().world[0].area:.0f} m², 88 m"
+    assert rows["drives"][1] == str(building.Config().seeds)
 
 
 def _distance(points, faces):

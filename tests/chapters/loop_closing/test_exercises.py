@@ -1,0 +1,61 @@
+"""The exercises judge right and wrong answers, and their answers are what happens."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from data_synth.wheels import Slip, roll
+from robot_perception.chapters.loop_closing.exercises import EXERCISES
+from robot_perception.slam import planar
+
+RNG = np.random.default_rng
+
+
+def test_drift_of_the_exercise_is_what_the_wheels_do():
+    poses = np.stack([np.linspace(0, 88.3, 442), np.zeros(442), np.zeros(442)], axis=-1)
+    slip = Slip(along=0.0, across=0.0, bend=np.deg2rad(0.5), turn=0.0)
+    ends = []
+    for own in RNG(0).spawn(1000):
+        ahead, _, turned = roll(poses, slip, rng=own).increments.T
+        heading = np.r_[0.0, np.cumsum(turned)[:-1]]
+        ends.append(ahead @ np.sin(heading))
+    answer = EXERCISES["loop-drift"].answer
+    low, high = np.sqrt(stats.chi2.ppf([1e-4, 1 - 1e-4], 1000) / 1000)
+    assert low < np.std(ends) / answer < high
+
+
+def test_exercise_of_the_frozen_landmark_is_the_nees_of_many_measurements():
+    rng = RNG(1)
+    error = 0.10 * rng.standard_normal(20_000) + 0.03 * rng.standard_normal(20_000)
+    answer = EXERCISES["loop-frozen"].answer
+    assert np.mean(error**2) / 0.03**2 == pytest.approx(answer, rel=0.05)
+
+
+@pytest.mark.parametrize("key", list(EXERCISES))
+def test_each_mistake_has_its_words(key):
+    exercise = EXERCISES[key]
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        outcome, said = exercise.judge(wrong)
+        assert outcome == "wrong"
+        assert words in said
+
+
+def test_exercise_of_the_start_is_what_the_filter_says():
+    sensor = planar.CartesianSensor(0.03**2 * np.eye(2))
+    seen = planar.Observations(np.array([7]), np.array([[4.0, 0.0]]))
+    aside = []
+    for deviations in ((0.10, 0.10, np.deg2rad(3.0)), (0.0, 0.0, 0.0)):
+        start = planar.MapBelief.start(np.zeros(3), np.diag(deviations) ** 2)
+        aside.append(planar.add_landmarks(start, seen, sensor).deviations[-1])
+    assert EXERCISES["loop-start"].answer == pytest.approx(aside[0] / aside[1])
+
+
+def test_chapter_asks_each_exercise_once():
+    notebook = Path(__file__).parents[3] / "book" / "loop_closing.ipynb"
+    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
+    assert sorted(asked) == sorted(EXERCISES)
