@@ -170,8 +170,7 @@ def test_a_drive_that_cannot_be_smoothed_is_named():
     history, sensor = run(world, False, 1.0)
     first = world.steps[0]
     exact = CartesianSensor(0 * R)
-    strange = history.belief.ids.max() + 1
-    unknown = first.observations.named(np.full(len(first.observations), strange))
+    unknown = first.observations.named(first.observations.ids + 1000)
     for steps, using, words in (
         (world.steps[:2], sensor, "of one drive, got 2 and 4"),
         ([Step(None), *world.steps[1:]], sensor, "step 0 must have a motion"),

@@ -68,6 +68,14 @@ LEVEL = 0.9999
 """Probability that a right sighting passes the gate of its barcode, if the filter is right."""
 PATIENCE = 5
 """Sightings of one post that a gate that gives in rejects in a row at most."""
+GATES = {
+    "lasting": Association("known", LEVEL),
+    "patient": Association("known", LEVEL, patience=PATIENCE),
+    "ungated": Association("known"),
+}
+"""The same noise behind three gates: one that never gives in, one that does, and none."""
+ASTRAY = np.deg2rad(30.0)
+"""Error of the start heading that a robot is not told of where gates are compared, rad."""
 ANCHORS = ("no anchor", "one anchor", "two anchors")
 GATED = ("white", "lasting", "patient", "first")
 """Methods of which the gate's account is kept."""
@@ -174,6 +182,18 @@ class Gate:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Misled:
+    """Robots with two anchors that are sure of a start heading which is `ASTRAY` off, by `GATES`.
+
+    The error over the drive (``ate``, m), and the ``longest`` stretch of sightings in a row that
+    the gate rejects.
+    """
+
+    ate: Float[np.ndarray, "robots gates"]
+    longest: Int[np.ndarray, "robots gates"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Robot:
     """One robot: its sensors, and its drive by ``lasting`` at some covered times, s from its start.
 
@@ -214,6 +234,7 @@ class Robots:
     dead: Float[np.ndarray, " robots"]
     errors: Mapping[str, Errors]
     gates: Mapping[str, Gate]
+    misled: Misled
 
     def sensor_table(self) -> Table:
         """Return what motion capture says of each robot's wheels and camera."""
@@ -296,6 +317,22 @@ class Robots:
         cells = zip(*(part[:, anchors].tolist() for part in (*counts, *errors)), strict=True)
         rows = dict(zip(map(str, self.robots), cells, strict=True))
         return Table(rows, columns, ANCHORS[anchors], "robot")
+
+    def misled_table(self) -> Table:
+        """Return what each gate makes of a start heading that is wrong and believed."""
+        words = ("a gate", f"one that gives in after {PATIENCE}", "none")
+        ate, longest = self.misled.ate, self.misled.longest
+        rows = {
+            name: (float(ate[:, k].mean()), float(ate[:, k].max()), int(longest[:, k].max()))
+            for k, name in enumerate(words)
+        }
+        columns = {
+            "mean (m)": "error over the drive, root mean square, mean of the robots",
+            "worst (m)": "of the robots",
+            "longest": "sightings in a row, all rejected, most of the robots",
+        }
+        about = f"two anchors, start heading wrong by {np.rad2deg(ASTRAY):.0f}° and believed"
+        return Table(rows, columns, about, "gate")
 
     def innovation_table(self) -> Table:
         """Return why innovations are smaller than the filter expects, mean of the robots."""
@@ -475,17 +512,12 @@ def run_robot(
     nameless = (replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
     sparse = replace(sparse, steps=tuple(nameless))
     one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
-    known = Association("known", LEVEL)
+    known = GATES["lasting"]
     ways = {
         "white": (drive, RangeBearing(one), known, "latest"),
         "lasting": (drive, RangeBearing(many), known, "latest"),
-        "ungated": (drive, RangeBearing(many), "known", "latest"),
-        "patient": (
-            drive,
-            RangeBearing(many),
-            Association("known", LEVEL, patience=PATIENCE),
-            "latest",
-        ),
+        "ungated": (drive, RangeBearing(many), GATES["ungated"], "latest"),
+        "patient": (drive, RangeBearing(many), GATES["patient"], "latest"),
         "first": (drive, RangeBearing(many), known, "first"),
         "unbiased": (drive, RangeBearing(many, range_bias), known, "latest"),
         "nearest": (sparse, RangeBearing(one), "gated", "latest"),
@@ -499,17 +531,34 @@ def run_robot(
     return drive, found
 
 
+def mislead(
+    drive: Drive,
+    anchors: Mapping[int, np.ndarray],
+    sensors: Calibration,
+    right: Bool[np.ndarray, " sightings"],
+) -> list[tuple[float, int]]:
+    """Run the filter from a start that is `ASTRAY`; return error and longest stretch by `GATES`."""
+    start = MapBelief.start(drive.truth[0] + [0.0, 0.0, ASTRAY], START)
+    sensor, found = RangeBearing(np.diag(sensors.sigma**2 * sensors.inflation)), []
+    for gate in GATES.values():
+        history = planar.run_filter(start, drive.steps, planar.Settings(sensor, anchors, gate))
+        found.append((judge(history, drive).ate, gate_account(history, drive, right)[2]))
+    return found
+
+
 def study(folder: Path) -> Robots:
     """Run all robots, each with the sensors of the others."""
     data = read_mrclam(folder)
     sensors = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
     one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
     runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
-    robots, dead, judged, gates = zip(*runs, strict=True)
+    robots, dead, judged, gates, misled = zip(*runs, strict=True)
     errors = {m: Errors(*np.moveaxis([one[m] for one in judged], -1, 0)) for m in METHODS}
     gates = {m: Gate(*np.moveaxis([one[m] for one in gates], -1, 0)) for m in GATED}
     robots = dict(zip(data.robots, robots, strict=True))
-    return Robots(data.landmarks.positions, robots, np.array(dead), errors, gates)
+    ate, longest = np.moveaxis(np.array(misled), -1, 0)
+    misled = Misled(ate, longest.astype(int))
+    return Robots(data.landmarks.positions, robots, np.array(dead), errors, gates, misled)
 
 
 def _robot(
@@ -518,8 +567,8 @@ def _robot(
     landmarks: SurveyedLandmarks,
     sensors: Mapping[int, Calibration],
     rng: np.random.Generator,
-) -> tuple[Robot, float, dict[str, list[tuple]], dict[str, list[tuple]]]:
-    """Return what is shown of a robot, the error of its wheels, by method `Errors` and `Gate`."""
+) -> tuple[Robot, float, dict[str, list[tuple]], dict[str, list[tuple]], list[tuple]]:
+    """Return a robot, the error of its wheels, `Errors` and `Gate` by method, and `Misled`."""
     number, robot = item
     own, told = sensors[number], of_others(sensors, number)
     drive, found = run_robot(robot, landmarks, told, float(own.bias[0]))
@@ -561,6 +610,7 @@ def _robot(
         absolute_error(dead[drive.covered], drive.truth[drive.covered], aligned=False),
         {method: [numbers(run) for run in runs] for method, runs in found.items()},
         {m: [gate_account(run.history, drive, right) for run in found[m]] for m in GATED},
+        mislead(drive, chosen[-1], told, right),
     )
 
 
