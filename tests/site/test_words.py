@@ -146,7 +146,9 @@ def test_paper_has_the_answer_at_the_end_of_the_section(enter: Callable[..., Vis
     for root in asked(page):
         assert told(root) == []
         assert not root.locator("input").first.is_visible()
-        assert [label.is_visible() for label in root.locator("label").all()] == [True] * 3
+        labels = root.locator("label").all()
+        assert [label.is_visible() for label in labels] == [True] * 3
+        assert len({label.bounding_box()["y"] for label in labels}) == 3, "two answers in a line"
     shown = page.locator("main").inner_text()
     assert "is right." not in shown
     assert "is wrong." not in shown

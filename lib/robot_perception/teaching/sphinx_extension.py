@@ -213,7 +213,7 @@ def _cache(app: Sphinx, name: str) -> Path:
 def _name_references(app: Sphinx, env: BuildEnvironment) -> None:
     """Let `references.md#key` link to an entry of the bibliography, from notebooks as well."""
     for citation in env.get_domain("cite").citations:
-        slugs = env.metadata[citation.docname].setdefault("myst_slugs", {})
+        slugs = env.metadata[citation.bibliography_key.docname].setdefault("myst_slugs", {})
         slugs[citation.key] = (0, citation.citation_id, citation.key)
 
 
