@@ -19,7 +19,6 @@ from robot_perception.teaching.figures.style import (
     ORANGE,
     RED,
     figure,
-    label,
 )
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
@@ -42,7 +41,7 @@ MOVES = re.compile(
 )
 LEAST = re.compile(r"≥ (?P<ratio>[\d.]+)×")
 MOST = re.compile(r"median ≤ (?P<median>[\d.]+) ms")
-LINE = 54
+LINE = 46
 """Characters of a line in the pictures, so that it can be read on a telephone."""
 INCHES = 0.19
 """Height of a line in the pictures."""
@@ -217,7 +216,9 @@ def draw_ratios(record: Record) -> Figure:
         ax.plot([work.ratio], [height], "o", color=colour, markersize=6)
         if work.least is not None:
             ax.plot([work.least], [height], "|", color=ORANGE, markersize=12, markeredgewidth=2.4)
-        label(ax, max(work.ratio, work.least or 1, 1), height, f"  {times(work.ratio)}", colour)
+        end = max(work.ratio, work.least or 1, 1)
+        beside = {"textcoords": "offset points", "va": "center", "fontweight": "bold"}
+        ax.annotate(times(work.ratio), (end, height), xytext=(8, 0), color=colour, **beside)
     _decades(ax, [value for w in compared for value in (w.ratio, w.least or w.ratio, 1)], 0.5, 8)
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}×")
     return fig
