@@ -44,7 +44,7 @@ def ends(setting):
 
 def test_the_error_of_one_landmark_stops_within_two_dozen_measurements_in_every_run():
     errors = explorers.watched(landmarks=1, known=False, shape="sine").landmark_errors
-    assert np.abs(errors[:, 24:] - errors[:, -1:]).max() < 1e-4
+    assert np.abs(errors[:, 24:] - errors[:, -1:]).max() < 1e-3
     assert np.abs(errors[:, :2] - errors[:, -1:]).max(axis=1).min() > 1e-3
 
 
