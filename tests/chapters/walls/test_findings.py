@@ -184,18 +184,16 @@ def far_end(state):
     return explorers.band(**state).half_width[-1]
 
 
-def test_twice_the_readings_close_the_fan_by_more_than_half_and_half_the_noise_by_half():
+def test_twice_the_readings_close_the_fan_more_than_half_the_noise_which_closes_it_by_half():
     for state in states(explorers.BAND):
         if state["rough"]:
             continue
-        for name, factor in (("readings", 2), ("sigma", 0.5)):
-            other = state | {name: factor * state[name]}
-            if other[name] in explorers.BAND[name].values:
-                ratio = far_end(other) / far_end(state)
-                if name == "sigma":
-                    assert ratio == pytest.approx(0.5, rel=0.02)
-                else:
-                    assert ratio < 0.48
+        quieter = state | {"sigma": state["sigma"] / 2}
+        halved = far_end(quieter) / far_end(state)
+        assert halved == pytest.approx(0.5, rel=0.1)
+        longer = state | {"readings": 2 * state["readings"]}
+        if longer["readings"] in explorers.BAND["readings"].values:
+            assert far_end(longer) / far_end(state) < 0.85 * halved
 
 
 def test_the_band_is_never_thinner_than_the_wall_is_flat():

@@ -30,10 +30,10 @@ def test_parts_are_the_runs_on_one_face_that_are_long_enough():
 @pytest.mark.parametrize(
     ("kept", "shares"),
     [
-        ([0, 9, 18], [1.0, 9 / 10]),  # the corner belongs to both chords
+        ([0, 9, 18], [9 / 10, 9 / 10]),  # the corner belongs to the second chord
         ([0, 18], [10 / 19, 9 / 19]),
-        ([0, 4, 9, 18], [6 / 10, 9 / 10]),
-        (list(range(19)), [2 / 10, 2 / 9]),
+        ([0, 4, 9, 18], [5 / 10, 9 / 10]),
+        (list(range(19)), [1 / 10, 2 / 9]),
     ],
 )
 def test_overlap_is_the_shared_readings_over_those_of_the_larger(kept, shares):
@@ -42,7 +42,7 @@ def test_overlap_is_the_shared_readings_over_those_of_the_larger(kept, shares):
     found = straight.overlaps(parts, np.array(kept))
     np.testing.assert_allclose(found, shares)
     sets = [set(range(a, b + 1)) for a, b in parts]
-    chords = [set(range(a, b + 1)) for a, b in pairwise(kept)]
+    chords = [set(range(a, b + (b == 18))) for a, b in pairwise(kept)]
     best = [max(len(s & c) / max(len(s), len(c)) for c in chords) for s in sets]
     np.testing.assert_allclose(found, best)
 
@@ -53,7 +53,7 @@ def test_above_one_half_a_part_has_one_chord_and_a_chord_one_part():
         kept = np.unique(np.r_[0, 99, rng.integers(1, 99, rng.integers(1, 30))])
         cuts = np.unique(rng.integers(1, 99, rng.integers(1, 20)))
         parts = np.stack([np.r_[0, cuts], np.r_[cuts - 1, 99]], axis=-1)
-        chords = np.stack([kept[:-1], kept[1:]], axis=-1)
+        chords = np.stack([kept[:-1], np.r_[kept[1:-1] - 1, 99]], axis=-1)
         shared = np.minimum(parts[:, None, 1], chords[:, 1])
         shared = shared - np.maximum(parts[:, None, 0], chords[:, 0]) + 1
         sizes = [pair[:, 1] - pair[:, 0] + 1 for pair in (parts, chords)]

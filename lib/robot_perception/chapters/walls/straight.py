@@ -98,9 +98,11 @@ def overlaps(
 ) -> Float[np.ndarray, " parts"]:
     """Return the largest share of the readings of both that a part has in common with a chord.
 
-    Above one half no other chord has as much of the part, and no other part of that chord.
+    Of the readings at its ends a chord has the first, and the last one only if no other begins
+    there. So above one half no other chord has as much of the part, and no other part of the chord.
     """
-    chords = np.stack([kept[:-1], kept[1:]], axis=-1)
+    chords = np.stack([kept[:-1], kept[1:] - 1], axis=-1)
+    chords[-1, 1] += 1
     first = np.maximum(parts[:, None, 0], chords[:, 0])
     shared = np.minimum(parts[:, None, 1], chords[:, 1]) - first + 1
     return (shared / np.maximum(_readings(parts)[:, None], _readings(chords))).max(axis=1)
