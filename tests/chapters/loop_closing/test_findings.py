@@ -1,6 +1,5 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
-
 import numpy as np
 import pytest
 
