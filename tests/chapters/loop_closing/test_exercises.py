@@ -51,7 +51,7 @@ def test_exercise_of_the_start_is_what_the_filter_says():
     aside = []
     for deviations in ((0.10, 0.10, np.deg2rad(3.0)), (0.0, 0.0, 0.0)):
         start = planar.MapBelief.start(np.zeros(3), np.diag(deviations) ** 2)
-        aside.append(planar.add_landmarks(start, seen, sensor).deviations[-1])
+        aside.append(np.sqrt(planar.add_landmarks(start, seen, sensor).cov[-1, -1]))
     assert EXERCISES["loop-start"].answer == pytest.approx(aside[0] / aside[1])
 
 
