@@ -363,8 +363,8 @@ def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
         f"{turned['anchored']:.1f}, with Jacobians at first estimates "
         f"{turned['first estimates']:.1f}; 3 is right. With noise of linear size and an exact "
         f"start the average NEES of the first-estimates filter over {count} runs is inside its "
-        f"95 % band at {inside:.1%} of the steps. From a turned start Jacobians that agree remove a "
-        f"share of {cures[f'{EXCESS_SHARE}, turned'].shown(2)} of the excess NEES, and of "
+        f"95 % band at {inside:.1%} of the steps. From a turned start Jacobians that agree remove "
+        f"a share of {cures[f'{EXCESS_SHARE}, turned'].shown(2)} of the excess NEES, and of "
         f"{cures[f'{ERROR_SHARE}, turned'].shown(2)} of the error along the path: they make the "
         "filter consistent, not better.",
     )
