@@ -692,7 +692,7 @@ def test_on_the_first_stretch_of_the_park_filters_and_optima_agree():
         ours = smooth(steps, history, victoria.SENSOR).landmarks
         for best in (ours, theirs):  # m; the trees' deviations are 0.9 m
             assert np.sqrt(np.mean(np.sum((history.belief.landmarks - best) ** 2, axis=1))) < 0.1
-        np.testing.assert_allclose(ours, theirs, atol=0.05)
+        np.testing.assert_allclose(ours, theirs, atol=0.1)  # m; for the noises differ in form
 
 
 def test_in_the_park_first_estimates_end_at_the_batch_optimum_and_latest_ones_do_not(stored):

@@ -79,7 +79,7 @@ ASTRAY = np.deg2rad(30.0)
 ANCHORS = ("no anchor", "one anchor", "two anchors")
 GATED = ("white", "lasting", "patient", "first")
 """Methods of which the gate's account is kept."""
-SAMPLES = 170
+SAMPLES = 160
 """Times of each drive at which paths and errors are kept."""
 
 
