@@ -22,15 +22,21 @@ def tint(variant: str) -> str:
     return MEANING.get(variant, MEANING["rule"])
 
 
+def _line(variant: str) -> str:
+    """Return the line of a filter: two variants of the rule share a colour."""
+    return "--" if variant.startswith("considered") else "-"
+
+
 # The building ------------------------------------------------------------------------------------
 
 
 def built_map(ax: Axes, built: Built) -> Axes:
-    """Draw Fig. 7 again, on axes cleared first: readings over the plan, path and end error."""
+    """Draw Fig. 7 again, on axes cleared first: readings and map over the plan, path, end error."""
     ax.clear()
     truth, path, error = built.drive.poses, built.history.poses, MEANING["error"]
     lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
     dots(ax, built.readings, size=1.1)
+    ax.plot(*built.history.belief.landmarks.T, "o", color=MEANING["landmark"], markersize=3.5)
     ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
     ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
     ends = np.stack([truth[-1, :2], path[-1, :2]])
@@ -96,7 +102,7 @@ def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
     along, nees = result.config.step * at, {name: v[at - 1] for name, v in nees.items()}
     band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
-        ax.plot(along, np.log10(values), color=tint(name))
+        ax.plot(along, np.log10(values), color=tint(name), linestyle=_line(name))
     top = max(most, max(v.max() for v in nees.values()), 2 * high)
     ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
     ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
@@ -138,7 +144,7 @@ def growth(
     errors = {name: runs.rms for name, runs in result.runs.items()}
     at = _places(len(next(iter(errors.values()))))
     for name, values in errors.items():
-        axes[0].plot(result.config.step * at, values[at], color=tint(name))
+        axes[0].plot(result.config.step * at, values[at], color=tint(name), linestyle=_line(name))
     far = max(reach[0], result.config.step * at[-1])
     top = 1.1 * max(reach[1], *(values[at].max() for values in errors.values()))
     axes[0].set(xlim=(0, far), ylim=(0, top))
