@@ -95,4 +95,7 @@ def test_anchored_errors_are_as_large_as_the_filter_says_and_small(base):
     for look in (1, 7, 100):
         nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
         assert low < nees.mean() < high, f"look {look}"
+    nis = normalised_squared(result.filtered.innovations, result.filtered.innovation_covs[0])
+    low, high = average_bounds(3, RUNS * base.steps, 1 - 1e-4)
+    assert low < nis.mean() < high
     assert result.deviations[-1, 1] < 0.5 * study(base, landmarks=2).deviations[-1, 1]

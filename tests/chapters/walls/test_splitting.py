@@ -24,7 +24,7 @@ def test_brute_force_reference_agrees_on_every_kind_of_simple_chain():
         assert kept == splitting.reference_vertices(chain, 0.3)
 
 
-def test_brute_force_reference_measures_to_the_point_where_there_is_no_line():
+def test_oracle_measures_to_the_point_where_there_is_no_line():
     closed = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     assert splitting.reference_vertices(closed, 1.5) == [0, 1, 3]
 
