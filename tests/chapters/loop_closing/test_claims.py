@@ -42,7 +42,7 @@ def test_an_exact_start_leaves_the_anchor_nothing_to_do_and_an_uncertain_one_doe
         )
         assert uncertain.high < 1
         assert uncertain.estimate < exact.low
-    assert table["small noise, gated, displaced start", "ratio"].high < 0.1
+    assert table["small noise, gated, displaced start", "ratio"].high < 0.2
 
 
 def test_hardly_a_landmark_of_the_building_is_seen_often_enough_for_the_papers_limit():

@@ -352,7 +352,8 @@ def planar_loop(size: Size, rng: np.random.Generator) -> Finding:
             "end error, anchored over plain, exact start": exactly,
             "end error, anchored over plain, names known": result.over_plain(told),
             "sightings of a landmark in a drive": spread(
-                result.counts, about="median and central 95 % of the landmarks of all drives"
+                result.counts.astype(float),
+                about="median and central 95 % of the landmarks of all drives",
             ),
             "landmarks removed by the rule at 15": bootstrap_mean(
                 result.runs[Case("anchored, rule at 15", start="uncertain")].retired.astype(float)
