@@ -5,6 +5,7 @@ import re
 import pytest
 
 from robot_perception.teaching.bets import MOST_ANSWERS, bet
+from tests.unchecked import unchecked
 
 QUESTION = "A post is <seen> twice. How much of $P_0$ is left?"
 REPLIES = {
@@ -86,7 +87,7 @@ def test_the_style_shows_as_many_replies_as_there_may_be_answers():
     ],
 )
 def test_what_is_no_bet_is_refused(question, replies, right, error, match):
-    with pytest.raises(error, match=match):
+    with unchecked(), pytest.raises(error, match=match):
         bet(question, replies, right)
 
 

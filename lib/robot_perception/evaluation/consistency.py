@@ -47,12 +47,16 @@ def normalised_squared(
         raise ValueError(f"error must be (…, n) with n >= 1, got {error.shape}")
     cov = checks.covariance("cov", cov, (..., n, n), f"error {error.shape}")
     checks.check_batches(error=error.shape[:-1], cov=cov.shape[:-2])
+    white = np.linalg.solve(_cholesky(cov), error[..., None])[..., 0]
+    return np.asarray((white**2).sum(axis=-1))
+
+
+def _cholesky(cov: np.ndarray) -> np.ndarray:
+    """Return the Cholesky factors of covariances, or raise an error that names them."""
     try:
-        factor = np.linalg.cholesky(cov)
+        return np.linalg.cholesky(cov)
     except np.linalg.LinAlgError:
         raise ValueError("cov must be positive definite, got a singular one") from None
-    white = np.linalg.solve(factor, error[..., None])[..., 0]
-    return np.asarray((white**2).sum(axis=-1))
 
 
 def average_bounds(dimension: int, runs: int, level: float = 0.95) -> tuple[float, float]:

@@ -51,9 +51,9 @@ UNWANTED = {"sphinx_thebe": None, "sphinx.ext.viewcode": "html-collect-pages"}
 """Listeners that cannot be configured away, by module: to one event, or to all."""
 
 NO_SCRIPTS = (
-    '<noscript><p class="rp-note">Your browser runs no scripts. Everything can be read, but '
+    '<p class="rp-note rp-unscripted">Your browser runs no scripts. Everything can be read, but '
     "formulas stand as LaTeX source, and controls need scripts: each figure shows its first state."
-    "</p></noscript>"
+    "</p>"
 )
 SCRIPTED = ('class="math', 'class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
 
@@ -362,8 +362,12 @@ def _local(scripts: Iterable[Any]) -> Iterable[Any]:
 
 
 def _theme_script() -> str:
-    """Set the theme before the first paint; the theme's own script accepts only light and dark."""
+    """Set the theme before the first paint; the theme's own script accepts only light and dark.
+
+    A page whose scripts run says so, to its style sheet.
+    """
     return (
+        'document.documentElement.classList.add("rp-scripted");'
         "{const page = document.documentElement.dataset;"
         'if (page.theme !== "light" && page.theme !== "dark")'
         ' page.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";}'

@@ -242,4 +242,6 @@ def test_the_gate_without_roughness_has_many_more_walls():
     assert study.walls[0] > 2 * study.walls[1]
     assert study.walls[1] > 2 * study.walls[2]
     assert study.believed[0] < 0.1 * 0.02  # the error of the poses is many times larger
-    assert study.precision[1] > max(study.precision[0], study.precision[2])
+    assert study.missed[1] < 0.5 * min(study.missed[0], study.missed[2])
+    assert (study.precision[:2] > 0.95).all()
+    assert study.precision[2] < 0.3

@@ -1,7 +1,7 @@
 """Five robots against motion capture: the UTIAS recordings, nine data sets of one room.
 
 The book's is data set 6: of the nine it is the one whose files are pinned in the registry of
-recordings. It was not picked for its result, but it is one room and five robots; :func:`robots`
+recordings. It is one room and five robots; :func:`robots`
 computes any other set that a reader has.
 
 What the filter is told of a robot's wheels and camera is estimated from the other four robots, for

@@ -1,3 +1,3 @@
-"""Chapter "Round the loop": Andrade-Cetto, "Perception Issues", section 2.2, Fig. 7."""
+"""Round the loop: Andrade-Cetto, "Perception Issues", section 2.2, Fig. 7."""
 
 STUDIES = ("building", "posts")

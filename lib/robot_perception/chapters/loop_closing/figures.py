@@ -45,7 +45,7 @@ def built_map(ax: Axes, built: Built) -> Axes:
     if VARIANTS[built.case.variant].anchored:
         anchor = built.drive.landmarks[first_observed(built.drive.seen)]
         ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
-    ax.set_title(f"given {built.given}: {built.off:.2f} m off, {built.twice} landmarks twice")
+    ax.set_title(f"{built.off:.2f} m off, {built.twice} landmarks twice")
     plan(ax, built.faces.reshape(-1, 2), margin=4.0)
     ax.locator_params(nbins=5)
     return ax

@@ -86,7 +86,7 @@ def recursion_state(
     done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
     one_split(ax, chain, last, done).set_aspect("auto" if stretch else "equal")
     verdict = "split" if last.split else "near enough"
-    ax.set_title(f"farthest {last.d:.2f} m: {verdict}; {cost} distances so far")
+    ax.set_title(f"{last.d:.2f} m: {verdict}; {cost} distances")
     return ax
 
 

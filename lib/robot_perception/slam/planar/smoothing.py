@@ -1,6 +1,6 @@
 """The batch optimum: path and map of a drive at once, relinearised until nothing moves."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,7 +106,7 @@ def smooth(steps: Iterable[Step], guess: History, sensor: LandmarkSensor) -> Opt
 class _Problem:
     """Residuals and Jacobians of a drive; the state is the poses after the steps, then the map."""
 
-    def __init__(self, steps: tuple[Step, ...], guess: History, sensor: LandmarkSensor) -> None:
+    def __init__(self, steps: Sequence[Step], guess: History, sensor: LandmarkSensor) -> None:
         if not steps or len(steps) != len(guess.poses):
             poses = len(guess.poses)
             raise ValueError(f"steps and guess must be of one drive, got {len(steps)} and {poses}")
