@@ -248,7 +248,7 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
     ax.plot(0, 0, "P", color=truth, markersize=9)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.set(xlabel="vehicle error (m)", ylabel="landmark error (m)")
-    lines = (("filter, 2σ", filtered), ("measurements, 2σ", exact), ("+ truth", truth))
+    lines = (("filter, 2σ", filtered), ("measured, 2σ", exact), ("+ truth", truth))
     for i, (text, colour) in enumerate(lines):
         label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
     return ax
