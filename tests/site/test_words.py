@@ -131,8 +131,8 @@ def test_mathematics_is_set(enter: Callable[..., Visit]) -> None:
     coin, _ = asked(page)
     for place in ("legend mjx-container", "label mjx-container"):
         assert coin.locator(place).first.is_visible()
-    assert page.locator(".rp-reply mjx-container").count() == 1
-    assert "\\(" not in page.locator(".rp-bet").all_inner_texts()
+    assert page.locator(".rp-reply mjx-container").count() > 0
+    assert not [text for text in page.locator(".rp-bet").all_inner_texts() if "\\(" in text]
 
 
 def test_paper_has_the_answer_at_the_end_of_the_section(enter: Callable[..., Visit]) -> None:
@@ -150,8 +150,7 @@ def test_paper_has_the_answer_at_the_end_of_the_section(enter: Callable[..., Vis
         assert [label.is_visible() for label in labels] == [True] * 3
         assert len({label.bounding_box()["y"] for label in labels}) == 3, "two answers in a line"
     shown = page.locator("main").inner_text()
-    assert "is right." not in shown
-    assert "is wrong." not in shown
+    assert not re.search(r"\b[A-F] is (right|wrong)\.", shown)
     for name, reply in (("a-coin", "Each throw halves it"), ("a-filter", "It does:")):
         section = page.locator(f"section#{name}")
         last = section.locator("> :last-child")
