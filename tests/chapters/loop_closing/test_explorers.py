@@ -15,7 +15,7 @@ from tests.unchecked import unchecked
 
 @pytest.fixture(autouse=True, scope="module")
 def computed():
-    """All states, computed once, without the checks of shapes, which double their time."""
+    """All states, computed once, without the checks of shapes, which take most of the time."""
     with unchecked():
         explorers.growth(3.0, 90.0)
         explorers.nailed(0, 0)

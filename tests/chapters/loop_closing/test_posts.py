@@ -18,7 +18,7 @@ RNG = np.random.default_rng
 
 @pytest.fixture(scope="module")
 def linear():
-    with unchecked():  # the checks of shapes double the time of fifty drives
+    with unchecked():  # the checks of shapes take six sevenths of the time
         return posts.run(replace(LINEAR, runs=50), posts.JACOBIANS[:5], rng=RNG(11))
 
 
