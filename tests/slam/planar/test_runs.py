@@ -114,7 +114,7 @@ def gauge(pose):
 def test_first_estimates_keep_the_unobservable_space(polar, monkeypatch):
     """H_k Φ_{k-1} … Φ_0 N = 0 for all k: no measurement of the run sees a shift or turn of it all.
 
-    The standard filter's own Jacobians see the turn, from nowhere: its measurements cannot.
+    The plain filter's own Jacobians see the turn, from nowhere: its measurements cannot.
     """
     world = drive(np.random.default_rng(6), noise=3.0, polar=polar)
     truth = Truth(world.poses, dict(enumerate(world.landmarks)))

@@ -21,8 +21,8 @@ from robot_perception.slam.observability import gauge_directions, information_al
 from robot_perception.slam.planar import History, MapBelief, Step
 from robot_perception.teaching.tables import Table
 
-Filter = Literal["standard", "first estimates", "ideal"]
-FILTERS: tuple[Filter, ...] = ("standard", "first estimates", "ideal")
+Filter = Literal["plain", "first estimates", "ideal"]
+FILTERS: tuple[Filter, ...] = ("plain", "first estimates", "ideal")
 ANCHOR = 0
 
 
@@ -147,7 +147,7 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
 def filter_drive(config: Config, drive: Drive, kind: Filter) -> History:
     """Run one of the three filters over a run; it keeps its belief after every step."""
     truth = planar.Truth(drive.path, dict(enumerate(drive.places)))
-    points = {"standard": "latest", "first estimates": "first", "ideal": truth}
+    points = {"plain": "latest", "first estimates": "first", "ideal": truth}
     settings = planar.Settings(
         planar.CartesianSensor(config.look_deviation**2 * np.eye(2)),
         anchors=dict(enumerate(drive.places[: config.anchors])),
@@ -184,7 +184,7 @@ def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[n
         match kind:
             case "ideal":
                 at, places = drive.path[k + 1], drive.places[belief.ids]
-            case "standard":
+            case "plain":
                 at, places = belief.pose, belief.landmarks
             case "first estimates":
                 at = step.motion.move(before.pose)
@@ -196,14 +196,14 @@ def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[n
 
 
 def start_table(degrees: Sequence[float], *, rng: np.random.Generator) -> Table:
-    """Return what the standard filter invents, by how well its start heading is known (1σ, °).
+    """Return what the plain filter invents, by how well its start heading is known (1σ, °).
 
     Every start has the same noise.
     """
     rows, count = {}, Config().runs
     for known in degrees:
         config = Config(heading_deviation=np.deg2rad(known))
-        found = run(config, ("standard",), rng=deepcopy(rng))["standard"]
+        found = run(config, ("plain",), rng=deepcopy(rng))["plain"]
         rows[f"±{known:g}°"] = (float(np.median(found.gains[:, -1])), float(found.nees[-1]))
     columns = {
         "information": "about the turn, claimed over that of the start, median",

@@ -86,7 +86,7 @@ JACOBIANS = (
     "anchored",
     "first estimates",
     "anchored, first estimates",
-    "true Jacobians",
+    "ideal",
     "external",
 )
 """Variants whose consistency is compared."""
@@ -422,4 +422,4 @@ def understated_noise(size: Size, rng: np.random.Generator) -> Finding:
 @jacobian_consistency.sabotage("Jacobians at the true states in place of the changing estimates")
 def unchanging_jacobians(size: Size, rng: np.random.Generator) -> Finding:
     """Compare two filters whose Jacobians do not change with the estimates."""
-    return _excess_of(TURNED, rng, ("true Jacobians", "first estimates"))
+    return _excess_of(TURNED, rng, ("ideal", "first estimates"))
