@@ -196,3 +196,14 @@ def test_without_scripts_a_page_says_so(
     assert page.get_by_text("controls need scripts").is_visible()
     page = visit().open(f"{address}{name}.html")
     assert not page.get_by_text("controls need scripts").is_visible()
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_tables_of_results_can_be_taken_in_at_a_glance(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """They have six rows at most outside of folds."""
+    page = visit().open(f"{address}{name}.html")
+    rows = """tables => tables.filter(table => !table.closest("details"))
+      .map(table => table.tBodies[0].rows.length).filter(rows => rows > 6)"""
+    assert page.eval_on_selector_all("table.rp-results", rows) == []
