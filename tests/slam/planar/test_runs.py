@@ -183,7 +183,7 @@ def test_retired_landmarks_are_frozen():
     run = run_filter(world.start, world.steps, settings)
     assert run.counts.retired == 4
     assert sorted(run.frozen) == [0, 1, 2, 3]
-    assert run.sizes[5:8].tolist() == [4, 0, 0]  # first look, then six revisions
+    assert run.sizes[5:8].tolist() == [4, 0, 0]  # first measurement, then six revisions
     early = run_filter(world.start, world.steps[:7], Settings(CART)).belief
     for name, place in run.frozen.items():
         np.testing.assert_allclose(place, early.landmark(name).mean, atol=1e-12)

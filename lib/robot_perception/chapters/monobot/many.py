@@ -115,10 +115,12 @@ def many_landmarks_help(size: Size, rng: np.random.Generator) -> Finding:
 
 
 @many_landmarks_help.sabotage("one error that all measurements of a step share")
-def shared_look_error(size: Size, rng: np.random.Generator) -> Finding:
+def shared_measurement_error(size: Size, rng: np.random.Generator) -> Finding:
     """Give all landmarks the noise of the first, so that nothing averages out over them."""
     few, many = _one_and_fifty(2_000, rng)
-    world = replace(many.world, looks=np.repeat(many.world.looks[..., :1], 50, axis=-1))
+    world = replace(
+        many.world, measurements=np.repeat(many.world.measurements[..., :1], 50, axis=-1)
+    )
     return Finding(
         _variance_ratio(few, replace(many, world=world, filtered=rail.refilter(many.config, world)))
     )
