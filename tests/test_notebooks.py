@@ -121,6 +121,17 @@ def test_cell_ids_are_unique_and_notebook_is_valid(notebook):
     assert len(ids) == len(set(ids))
 
 
+def test_the_first_cell_is_the_title(notebook):
+    """What stands before it for one reader, front matter for instance, is text to another."""
+    assert notebook.cells[0].source.startswith("# ")
+
+
+def test_no_formula_gets_a_number_that_is_not_the_papers(notebook):
+    """JupyterLab with the MyST extension numbers every formula between two dollars."""
+    for cell in notebook.cells:
+        assert cell.cell_type != "markdown" or "$$" not in cell.source, cell.id
+
+
 def test_no_numbers_are_drawn_from_global_state(notebook):
     for cell in code_cells(notebook):
         for node in ast.walk(ast.parse(cell.source)):
