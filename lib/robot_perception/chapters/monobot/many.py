@@ -221,26 +221,6 @@ def known_start(size: Size, rng: np.random.Generator) -> Finding:
     return Finding(_over_readings(_exponents(QUICK_COUNTS, 0.0), QUICK_COUNTS))
 
 
-def _one_and_fifty(runs: int, rng: np.random.Generator) -> tuple[rail.Result, rail.Result]:
-    base = replace(FIG3, runs=runs)
-    return rail.run(base, rng=rng), rail.run(replace(base, landmarks=50), rng=rng)
-
-
-def _variance_ratio(few: rail.Result, many: rail.Result) -> Interval:
-    return intervals.variance_ratio(many.last_errors[:, 0], few.last_errors[:, 0])
-
-
-def _expected_ratio(start: float) -> float:
-    few, many = (_last_cov(n, start)[1, 1] for n in (1, 50))
-    return float(many / few)
-
-
-@cache
-def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states states"]:
-    """Return the covariance after 100 steps at V = W = 1 m² with a start known to ``start``, m."""
-    return rail.covariances(replace(FIG3, landmarks=landmarks, start_deviation=start)).covs[0, -1]
-
-
 def _exponents(counts: tuple[int, ...], start: float = 1.0) -> dict[str, float]:
     return {name: _growth(error, counts, start) for name, error in READINGS.items()}
 
