@@ -67,7 +67,7 @@ class Config:
 
 
 FIG5 = Config(reference="anchor", deviation=0.01, share=FIG4.measurement_share)
-"""The anchor is looked at like a landmark; the centimetre is ours, since the planned path runs over
+"""The anchor is measured like a landmark; the centimetre is ours, since the planned path runs over
 the origin, where noise in proportion to distance would vanish."""
 FIG6 = Config(reference="external sensor", deviation=0.1)
 """The paper leaves the noise of the external sensor out; 0.1 m is ours."""
