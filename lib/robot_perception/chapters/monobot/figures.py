@@ -14,7 +14,7 @@ from robot_perception.chapters.monobot.rail import Result
 from robot_perception.chapters.monobot.steady import Gains
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
-from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
+from robot_perception.teaching.figures.style import GROUND, MEANING, band, ellipses, label
 
 AxesRow = Sequence[Axes] | np.ndarray
 
@@ -129,6 +129,15 @@ def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
     return axes
 
 
+def common_scales(axes: np.ndarray) -> np.ndarray:
+    """Give the axes of each row the same ordinate, so that columns compare."""
+    for row in axes:
+        low, high = np.transpose([ax.get_ylim() for ax in row])
+        for ax in row:
+            ax.set_ylim(low.min(), high.max())
+    return axes
+
+
 def study(axes: AxesRow, result: Result) -> AxesRow:
     """Draw the landmark errors of all runs and the gains, on two axes that are cleared first."""
     for ax in axes:
@@ -213,11 +222,13 @@ def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     """Draw the log-likelihood over start and landmark, with the direction it is blind to."""
     vehicle, landmark, values = ridge.vehicle, ridge.landmark, ridge.log_likelihood
     levels = [-40, -18, -8, -2, -0.5, 0.1]
-    ax.contourf(vehicle, landmark, values, levels=levels, cmap="cividis", alpha=0.85)
+    steps = ax.contourf(vehicle, landmark, values, levels=levels, cmap="cividis")
+    steps.set_edgecolor("face")  # no ground shines through between two steps
     row, column = np.unravel_index(np.argmax(values), values.shape)
     middle = vehicle.mean() + np.array([0.0, landmark[row] - vehicle[column]])
-    arrow = {"arrowstyle": "<->", "color": MEANING["unobservable"], "linewidth": 2.2}
-    ax.annotate("", middle + 1.6, middle - 1.6, arrowprops=arrow)
+    for colour, width in ((GROUND, 5.0), (MEANING["unobservable"], 2.2)):
+        arrow = {"arrowstyle": "<->", "color": colour, "linewidth": width}
+        ax.annotate("", middle + 1.6, middle - 1.6, arrowprops=arrow)
     label(ax, *(middle + np.array([0.25, -1.0])), "(1, 1)", MEANING["unobservable"])
     ax.set(xlim=vehicle[[0, -1]], ylim=landmark[[0, -1]], aspect="equal")
     ax.set(xlabel="start of the vehicle (m)", ylabel="landmark (m)")
@@ -250,7 +261,7 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
     ax.set(xlabel="vehicle error (m)", ylabel="landmark error (m)")
     lines = (("filter, 2σ", filtered), ("measured, 2σ", exact), ("+ truth", truth))
     for i, (text, colour) in enumerate(lines):
-        label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
+        label(ax, 0.03, 0.95 - 0.08 * i, text, colour, transform=ax.transAxes)
     return ax
 
 
@@ -262,16 +273,18 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
 
     Curves are by number of landmarks.
     """
-    colour = MEANING["landmark"]
+    colour, right = MEANING["landmark"], 0
     for n, gain in curves.items():
         k = np.arange(1, len(gain.common) + 1)
         seen = gain.common > 1e-9
         ax.semilogy(k[seen], gain.common[seen], color=colour)
-        label(ax, k[seen][-1] + 0.7, 5e-9, "n = 1" if n == 1 else f"{n}", colour)
+        right = max(right, k[seen][-1])
         if n > 1:
             ax.semilogy(k, gain.own, color=colour, linestyle="--")
             apart = 3.0 if n == max(curves) else 1 / 3
             label(ax, 0.97 * k[-1], apart * gain.own[-1], f"own, {n}", colour, ha="right")
+    names = ", ".join(str(n) for n in sorted(curves, reverse=True))
+    label(ax, right + 1, 5e-9, f"n = {names}, left to right", colour)
     ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=LOOKS, ylabel="gain of a landmark")
     return ax
 
@@ -319,7 +332,7 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
     """Draw the root mean square landmark error of each variant against the looks."""
-    return _curves(ax, {v.name: v.rms for v in variants}, "rms landmark error (m)")
+    return _curves(ax, {v.name: v.rms for v in variants}, "landmark error (m)")
 
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:

@@ -121,7 +121,8 @@ def update(
 
     def points(state: np.ndarray) -> np.ndarray:
         pairs = zip(observations.ids.tolist(), slots, strict=True)
-        return np.array([anchors[i] if s is None else state[s : s + 2] for i, s in pairs])
+        found = (anchors[i] if s is None else state[s : s + 2] for i, s in pairs)
+        return np.array(list(found))
 
     expected, _, _ = sensor.look(belief.pose, points(belief.mean))
     H = measurement_matrix(at, slots, points(at), sensor)
