@@ -10,7 +10,8 @@ from nbformat.v4 import new_code_cell, new_notebook, new_output
 STRIP = ".venv/bin/nbstripout --keep-id --keep-count"
 BOOK = Path(__file__).parents[1] / "book"
 NOTEBOOKS = sorted(BOOK.glob("*.ipynb"))
-CHECKED = "# NBVAL_CHECK_OUTPUT"
+CHECKED = "nbval-check-output"
+"""The tag of a cell whose output nbval compares."""
 LONGEST_CELL = 10
 LONGEST_FOLDED = 30
 """Of a cell whose code a reader opens: a figure with its axes, words and controls in one."""
@@ -47,9 +48,9 @@ def wrong_outputs(notebook, name):
     """Return a line for each cell whose output is there and should not be, or the other way."""
     found = []
     for cell in code_cells(notebook):
-        compared, where = cell.source.startswith(CHECKED), f"{name}, cell {cell.id}"
+        compared, where = CHECKED in cell.metadata.get("tags", []), f"{name}, cell {cell.id}"
         if bool(cell.metadata.get("keep_output")) != compared:
-            found.append(f'{where}: "{CHECKED}" and "keep_output": true go together')
+            found.append(f'{where}: the tag "{CHECKED}" and "keep_output": true go together')
         elif cell.outputs and not compared:
             found.append(f"{where} has outputs: clear them with `{STRIP} book/{name}`")
         elif compared and not cell.outputs:
@@ -62,7 +63,7 @@ def code_cells(notebook):
 
 
 def code_lines(source):
-    return [line for line in source.splitlines() if line.strip() and line.strip() != CHECKED]
+    return [line for line in source.splitlines() if line.strip()]
 
 
 def test_the_book_has_notebooks():
@@ -92,11 +93,11 @@ def test_what_is_wrong_with_a_cell_is_said_in_words():
         new_code_cell(source, id=name)
         for name, source in (
             ("long", "a = 1\n" * 11),
-            ("kept", CHECKED),
+            ("kept", "1 + 1"),
             ("hero-show", "show(fig)"),
         )
     ]
-    cells[1].metadata["keep_output"] = True
+    cells[1].metadata |= {"keep_output": True, "tags": [CHECKED]}
     cells[2].outputs = [new_output("stream", text="old")]
     folded = new_code_cell("a = 1\n" * 30, id="folded")
     folded.metadata["jupyter"] = {"source_hidden": True}

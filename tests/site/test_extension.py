@@ -180,11 +180,6 @@ def test_states_that_no_page_shows_are_removed(tmp_path: Path):
     assert sorted(path.name for path in stored.iterdir()) == ["kept-0.webp", "kept.js"]
 
 
-def test_words_to_the_tests_are_not_shown_to_readers(tmp_path: Path):
-    body = f"<pre><span></span>{sphinx_extension.COMPARED}print(1)</pre>"
-    assert finished(body, tmp_path)["body"] == "<pre><span></span>print(1)</pre>"
-
-
 def waiting(answer: str) -> str:
     """Return a bet as a notebook puts it on a page."""
     return f'<div class="rp-bet">?</div><p class="rp-bet-answer" data-waiting>{answer}</p>'

@@ -167,6 +167,8 @@ class Table:
             shown = ""
             for column, cell in zip(self.columns, cells, strict=True):
                 value, ends = escape(_shown(cell, digits)), ""
+                if not isinstance(cell, str):
+                    value = value.replace("-", "−")
                 if isinstance(cell, Interval):
                     value, _, ends = value.partition(" [")
                 strong = {name, column, (name, column)} & set(bold)
