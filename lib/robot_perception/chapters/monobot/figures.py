@@ -14,7 +14,7 @@ from robot_perception.chapters.monobot.rail import Result
 from robot_perception.chapters.monobot.steady import Gains
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
-from robot_perception.teaching.figures.style import GROUND, MEANING, band, ellipses, label
+from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 
 AxesRow = Sequence[Axes] | np.ndarray
 
@@ -221,14 +221,13 @@ def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
 def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     """Draw the log-likelihood over start and landmark, with the direction it is blind to."""
     vehicle, landmark, values = ridge.vehicle, ridge.landmark, ridge.log_likelihood
-    levels = [-40, -18, -8, -2, -0.5, 0.1]
-    steps = ax.contourf(vehicle, landmark, values, levels=levels, cmap="cividis")
-    steps.set_edgecolor("face")  # no ground shines through between two steps
+    style = {"colors": [MEANING["information"]], "alpha": 0.16}
+    for low in (-40, -18, -8, -2, -0.5):  # each region lies in the one before
+        ax.contourf(vehicle, landmark, values, levels=[low, 0.1], **style)
     row, column = np.unravel_index(np.argmax(values), values.shape)
     middle = vehicle.mean() + np.array([0.0, landmark[row] - vehicle[column]])
-    for colour, width in ((GROUND, 5.0), (MEANING["unobservable"], 2.2)):
-        arrow = {"arrowstyle": "<->", "color": colour, "linewidth": width}
-        ax.annotate("", middle + 1.6, middle - 1.6, arrowprops=arrow)
+    arrow = {"arrowstyle": "<->", "color": MEANING["unobservable"], "linewidth": 2.2}
+    ax.annotate("", middle + 1.6, middle - 1.6, arrowprops=arrow)
     label(ax, *(middle + np.array([0.25, -1.0])), "(1, 1)", MEANING["unobservable"])
     ax.set(xlim=vehicle[[0, -1]], ylim=landmark[[0, -1]], aspect="equal")
     ax.set(xlabel="start of the vehicle (m)", ylabel="landmark (m)")
