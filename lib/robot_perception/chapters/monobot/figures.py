@@ -307,7 +307,7 @@ def total_of_all(ax: Axes, result: many.Result) -> Axes:
     ax.loglog(counts, total, "-", color=MEANING["error"])
     ax.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
     ax.set(ylabel="sum of squared errors (m²)")
-    label(ax, counts[1], total[-1] / 1.6, "proportional: dashed", law, fontweight=400)
+    label(ax, counts[0], total[-1] / 1.4, "proportional: dashed", law, fontweight=400)
     return _over_landmarks(ax, counts)
 
 
