@@ -1,6 +1,7 @@
 """The rules that every notebook of the book keeps."""
 
 import ast
+import re
 from pathlib import Path
 
 import nbformat
@@ -110,6 +111,13 @@ def test_what_is_wrong_with_a_cell_is_said_in_words():
     ]
     folded.source += "a = 1"
     assert "31 lines of code, at most 30" in too_long(made, "a.ipynb")[-1]
+
+
+def test_captions_name_no_colour_that_the_theme_changes(notebook):
+    for cell in code_cells(notebook):
+        if re.search(r"\b(caption|words)\b", cell.source):
+            named = re.findall(r"\b(?:black|white)\b", cell.source, re.IGNORECASE)
+            assert not named, f"{cell.id}: ink is {named[0]} in one theme only"
 
 
 def test_cell_ids_are_unique_and_notebook_is_valid(notebook):

@@ -193,7 +193,7 @@ def update(
     whitened = np.linalg.solve(S, innovation[..., None])[..., 0]
     squared = (innovation * whitened).sum(axis=-1)
     log_likelihood = -0.5 * (m * np.log(2 * np.pi) + log_det + squared)  # eq. (11)
-    info = UpdateInfo(innovation, S, K, np.asarray(squared), np.asarray(log_likelihood))
+    info = UpdateInfo(innovation, S, K, *map(np.asarray, (squared, log_likelihood)))
     return Gaussian(mean, _symmetric(cov)), info
 
 

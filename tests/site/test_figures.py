@@ -18,13 +18,25 @@ LETTERS = """
     const named = picture.closest("[aria-label]");
     const place = picture.closest("figure")?.id || named.getAttribute("aria-label").slice(0, 60);
     const tell = (words) => found.push(`${place}: ${words}`);
+    const canvas = picture.closest(".rp-canvas")?.getBoundingClientRect(); // it cuts off
+    const [first, last] = canvas ? [canvas.left - 0.5, canvas.right + 0.5] : [0, innerWidth];
+    const others = [];
     for (const text of picture.querySelectorAll("text")) {
       const box = text.getBoundingClientRect();
-      if (!text.textContent.trim() || !box.width) continue;
+      const words = text.textContent;
+      if (!words.trim() || !box.width) continue;
       const { a, b } = text.getScreenCTM();
       const size = parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
-      if (size < smallest - 0.05) tell(`${text.textContent} has ${size.toFixed(1)} px`);
-      if (box.left < 0 || box.right > innerWidth) tell(`${text.textContent} leaves the window`);
+      if (size < smallest - 0.05) tell(`${words} has ${size.toFixed(1)} px`);
+      if (box.left < first || box.right > last) tell(`${words} leaves the window`);
+      const lying = Math.abs(a) > Math.abs(b); // above and below letters a line has room
+      const [x, y] = lying ? [1, 0.16 * box.height] : [0.1 * box.width, 1];
+      const own = [box.left + x, box.right - x, box.top + y, box.bottom - y, words];
+      for (const [left, right, top, bottom, name] of others) {
+        const apart = own[0] >= right || left >= own[1] || own[2] >= bottom || top >= own[3];
+        if (!apart) tell(`${words} and ${name} overlap`);
+      }
+      others.push(own);
     }
     for (const outline of picture.querySelectorAll("use")) { // letters of formulas, 100 units high
       if (!/DejaVu|STIX|cmr/.test(outline.getAttribute("xlink:href"))) continue;
@@ -62,19 +74,29 @@ def settled(page: Page) -> Page:
 def test_letters_of_figures_can_be_read(
     name: str, viewport: dict[str, int], visit: Callable[..., Visit], address: str
 ) -> None:
-    """Letters have ten pixels or more, and none leaves the window."""
+    """Letters have ten pixels or more, none leaves the window or overlaps, in presets too."""
     page = settled(visit(viewport=viewport).open(f"{address}{name}.html"))
     small = page.evaluate(LETTERS, SMALLEST_PX)
+    for preset in page.query_selector_all(".rp-preset"):
+        preset.click()
+        page.wait_for_selector(".explorer[data-busy]", state="detached")
+        small += page.evaluate(LETTERS, SMALLEST_PX)
     if name == PAGES[0] and viewport == WINDOW:  # cards beside each other are thumbnails
-        small = [found for found in small if "leaves" in found]
-    assert not small, "\n".join(small)
+        small = [found for found in small if not found.endswith("px")]
+    assert not small, "\n".join(sorted(set(small)))
 
 
 def test_letters_that_are_too_small_are_found(visit: Callable[..., Visit], address: str) -> None:
     """The measure of letters measures: a picture made narrow has letters that are too small."""
     page = settled(visit(viewport=TELEPHONE).open(f"{address}{NOTEBOOKS[0]}.html"))
     page.add_style_tag(content=".rp-svg { width: 120px !important; flex: none !important; }")
-    assert page.evaluate(LETTERS, SMALLEST_PX)
+    assert any(found.endswith("px") for found in page.evaluate(LETTERS, SMALLEST_PX))
+    page.add_style_tag(content=".rp-svg { width: 340px !important; --rp-text: 2.5 !important; }")
+    found = page.evaluate(LETTERS, SMALLEST_PX)
+    assert {words for line in found for words in ("overlap", "leaves") if words in line} == {
+        "overlap",
+        "leaves",
+    }
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)

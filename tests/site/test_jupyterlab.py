@@ -192,7 +192,9 @@ def test_words_between_figures_are_those_of_the_page(lab: Lab, visit: Visit) -> 
     assert [reply.is_visible() for reply in replies.all()] == [False, True, *[False] * 4]
     assert page.evaluate(place) == before
     expect(page.locator(".rp-badges .rp-badge").first).to_have_css("border-radius", "999px")
-    expect(page.locator(".rp-claims th").first).to_have_css("text-align", "left")
+    for column in ("thead th", "tbody th"):
+        expect(page.locator(f".rp-claims {column}").first).to_have_css("text-align", "left")
+    expect(page.locator(".rp-source pre").first).to_have_css("white-space", "pre")
     page.locator(".rp-badges a.rp-badge").first.click()
     page.wait_for_function(
         "() => jupyterapp.shell.currentWidget?.context?.path === 'scorecard.ipynb'"

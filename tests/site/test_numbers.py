@@ -27,7 +27,7 @@ PAGES = {
     + shown(None, None)
     + shown(None, "Without a name.")
     + shown("two", WORDS["two"]),
-    "beta": "# Beta\n\nAs [](#fig-one) and [](#fig-three) say.\n\n"
+    "beta": "# Beta\n\nAs [the figure](#fig-one) and [](#fig-three) say.\n\n"
     + shown("three", WORDS["three"]),
 }
 

@@ -186,6 +186,28 @@ def test_errata_are_whole_on_a_telephone(visit: Callable[..., Visit], address: s
     assert claims.count() == page.locator(".bd-article h2").count() > 0
 
 
+SIDEWAYS = """
+(selector) => [...document.querySelectorAll(selector)].filter(
+  (box) => box.checkVisibility() && box.scrollWidth > box.clientWidth + 1
+).map((box) => `${box.scrollWidth} px in ${box.clientWidth}: ${box.textContent.slice(0, 200)}`)
+"""
+WHOLE = ".bd-article :is(.rp-table, div.math, mjx-container[display='true'])"
+CODE = ".bd-article div.highlight pre"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_nothing_has_to_be_moved_sideways(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """Tables and formulas are whole on a telephone; in a window code is, too."""
+    page = visit(viewport={"width": 390, "height": 844}).open(f"{address}{name}.html")
+    page.wait_for_timeout(150)
+    assert page.evaluate(SIDEWAYS, WHOLE) == []
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.wait_for_timeout(150)
+    assert page.evaluate(SIDEWAYS, f"{WHOLE}, {CODE}") == []
+
+
 @pytest.mark.parametrize("name", NOTEBOOKS[:1])
 def test_without_scripts_a_page_says_so(
     name: str, visit: Callable[..., Visit], address: str

@@ -16,6 +16,14 @@ def test_tell_formats_numbers_and_keeps_braces_for_mathematics():
     assert shown.bundle["text/markdown"] == r"The gain is 0.25, $\frac{1}{4}$, 25.0%."
 
 
+@pytest.mark.parametrize(
+    ("number", "spec", "shown"),
+    [(-2.4, ".1f", "−2.4"), (-0.001, ".0%", "0%"), (2e-15, ".0e", "2 × 10⁻¹⁵"), ("a-b", "", "a-b")],
+)
+def test_tell_sets_numbers_as_print_does(number: float | str, spec: str, shown: str):
+    assert tell(f"It is {{x:{spec}}}.", x=number).bundle["text/plain"] == f"It is {shown}."
+
+
 def test_tell_refuses_missing_and_unused_numbers():
     with pytest.raises(ValueError, match="slope"):
         tell("The slope is {slope}.", gain=1)

@@ -48,8 +48,8 @@ def test_numbers_are_named_by_row_and_column_with_their_ends():
 def test_html_defines_columns_escapes_and_marks_what_to_compare():
     html = ENDS.show(bold=["NEES", ("plain", "runs")]).bundle["text/html"]
     assert "<strong>5400</strong>" in html
-    assert "<td><strong>3</strong></td>" in html
-    assert "<td>1.8 <small>[1.3, 2.2]</small></td>" in html
+    assert '<td data-name="runs"><strong>3</strong></td>' in html
+    assert '<td data-name="end (m)">1.8 <small>[1.3, 2.2]</small></td>' in html
     assert "<strong>lost</strong>" not in html
     row = ENDS.show(bold=["anchored <A>"]).bundle["text/html"]
     assert [word in row for word in ("<strong>lost", "<strong>–", "<strong>3")] == [
@@ -60,6 +60,17 @@ def test_html_defines_columns_escapes_and_marks_what_to_compare():
     assert "anchored &lt;A&gt;" in html
     assert "<i>NEES</i>: 3 is right" in html
     assert '<th scope="row">plain</th>' in html
+
+
+def test_a_table_of_words_is_known_and_numbers_have_minus_signs():
+    assert 'class="rp-results rp-words"' in ENDS.show().bundle["text/html"]
+    numbers = Table({"a-b": [Interval(-0.12, -0.25, 0.1), -3, None]}, {"x": "", "y": "", "z": ""})
+    html = numbers.show().bundle["text/html"]
+    assert 'class="rp-results"' in html
+    assert ">a-b</th>" in html
+    assert "−0.12 <small>[−0.25, 0.10]" in html
+    assert "−3" in html
+    assert "-0.12 [-0.25, 0.10]" in numbers.text()
 
 
 def test_cells_are_found_by_name_and_a_part_keeps_them():

@@ -1,7 +1,26 @@
 """Numbers in prose, computed where they stand."""
 
+import re
+from string import Formatter
+
 from robot_perception.checks import instance
 from robot_perception.teaching.media import Shown
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER = re.compile(r"e([+-]\d+)")
+
+
+class _Typeset(Formatter):
+    """Writes numbers as print does: −2 with a minus sign, 2 × 10⁻¹⁵, and no negative zero."""
+
+    def format_field(self, value: object, spec: str) -> str:
+        text = super().format_field(value, spec)
+        if not hasattr(value, "__float__"):
+            return text
+        if not re.search("[1-9]", text):
+            text = text.replace("-", "")
+        text = _POWER.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
+        return text.replace("-", "−")
 
 
 def tell(text: str, **numbers: object) -> Shown:
@@ -38,7 +57,7 @@ def tell(text: str, **numbers: object) -> Shown:
             unused.pop(name, None)
             return super().__getitem__(name)
 
-    written = text.format_map(Numbers(numbers))
+    written = _Typeset().vformat(text, (), Numbers(numbers))
     if unused:
         raise ValueError(f"given but not used in the text: {', '.join(unused)}")
     return Shown({"text/markdown": written, "text/plain": written})

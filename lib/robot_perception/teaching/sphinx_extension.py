@@ -34,6 +34,9 @@ from robot_perception.teaching.formulas import with_mathml
 
 STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
+UNNUMBERED = "the figure"
+"""What a link to a figure says in a notebook; on a page it is the number."""
+
 SHEETS = tuple(
     f"{name}.css"
     for name in ("figure", "explorer", "film", "badge", "bet", "check", "listing", "table")
@@ -157,8 +160,13 @@ def _note_figures(app: Sphinx, doctree: nodes.document) -> None:
         for match in _FIGURE.finditer(output)
         if _CAPTION.search(match["inside"])
     ]
-    links = {node["reftarget"] for node in doctree.findall(pending_xref) if "reftarget" in node}
-    app.env.book_links[page] = {target for target in links if target.startswith("fig-")}
+    links = [node for node in doctree.findall(pending_xref) if "reftarget" in node]
+    links = [node for node in links if node["reftarget"].startswith("fig-")]
+    app.env.book_links[page] = {node["reftarget"] for node in links}
+    for node in links:
+        if node.astext() == UNNUMBERED:
+            node["refexplicit"] = False
+            node.children = [nodes.inline()]
 
 
 def _number_figures(app: Sphinx, env: BuildEnvironment) -> list[str]:

@@ -167,10 +167,13 @@ class Table:
             shown = ""
             for column, cell in zip(self.columns, cells, strict=True):
                 value, ends = escape(_shown(cell, digits)), ""
+                if not isinstance(cell, str):
+                    value = value.replace("-", "−")
                 if isinstance(cell, Interval):
                     value, _, ends = value.partition(" [")
                 strong = {name, column, (name, column)} & set(bold)
-                shown += f"<td>{f'<strong>{value}</strong>' if strong else value}"
+                shown += f'<td data-name="{escape(column)}">'
+                shown += f"<strong>{value}</strong>" if strong else value
                 shown += f" <small>[{ends}</small></td>" if ends else "</td>"
             body += f'<tr><th scope="row">{escape(name)}</th>{shown}</tr>'
         words = "; ".join(
@@ -178,10 +181,12 @@ class Table:
         )
         about = escape(self.about[:1].upper() + self.about[1:])
         caption = ". ".join(part for part in (about, words) if part)
+        words_only = any(isinstance(c, str) for cells in self.rows.values() for c in cells)
+        kind = "rp-results rp-words" if words_only else "rp-results"
         label = escape(self.about or self.corner or "Results", quote=True)
         return (
             f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
-            f'<table class="rp-results"><thead><tr><th scope="col">{escape(self.corner)}</th>'
+            f'<table class="{kind}"><thead><tr><th scope="col">{escape(self.corner)}</th>'
             f"{head}</tr></thead><tbody>{body}</tbody></table></div>"
             + (f'<p class="rp-defined">{caption}.</p>' if caption else "")
         )

@@ -87,7 +87,7 @@ def find_split(chain: Float[np.ndarray, "n 2"], i: int, j: int) -> tuple[int, fl
     for k in range(i + 1, j):
         arm = chain[k] - chain[i]
         turn = chord[0] * arm[1] - chord[1] * arm[0]
-        height_k = abs(turn) if length > 0.0 else np.hypot(*arm)  # no line through one point
+        height_k = abs(turn) if length > 0.0 else np.hypot(*arm)  # chain closed
         if height_k > height:
             f, height = k, height_k
     return f, float(height / length if length > 0.0 else height)  # Table 2, mended

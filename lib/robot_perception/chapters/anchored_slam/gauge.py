@@ -192,7 +192,7 @@ def describe(sensing: str, direction: str, amount: float) -> str:
     """Return the words for a reader who does not see the moved world."""
     world = move_world(sensing, direction, amount)
     by = f"{15 * amount:g}°" if direction.startswith("turn") else f"{amount:g} m"
-    heading = f" and {np.degrees(world.radians):.0f}° of heading" if world.radians > 0 else ""
+    heading = f", heading {np.degrees(world.radians):.0f}°" if world.radians > 0 else ""
     return (
         f"Robot and landmarks, grey, and again in blue after a {direction} by {by}. Sensors: "
         f"{sensing}. The largest residual is {world.metres:.2f} m{heading}."

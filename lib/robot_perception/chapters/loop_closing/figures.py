@@ -72,7 +72,7 @@ def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) 
         for k, (name, end) in enumerate(rows.items()):
             ax.plot([end.low, end.high], [k, k], color=tint(name), linewidth=2.4)
             ax.plot(end.estimate, k, "o", color=tint(name), markersize=7)
-        ax.set_yticks(range(len(rows)), [fill(name, 14) for name in rows])
+        ax.set_yticks(range(len(rows)), list(rows))
         ax.set_xscale("log")
         ax.set(xlim=(low, high), ylim=(len(rows) - 0.5, -0.5))
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -119,9 +119,10 @@ def _names(ax: Axes, ends: Mapping[str, float]) -> None:
     top = low
     for name, value in sorted(ends.items(), key=lambda item: item[1]):
         text = fill(name, 15)
-        half = 0.0425 * (high - low) * (1 + text.count("\n"))
+        half = 0.0425 * (high - low) * (1 + 1.2 * text.count("\n"))
         place = max(value, top + half)
-        label(ax, 1.02 * ax.get_xlim()[1], place, text, tint(name), fontsize=9)
+        end = 1.02 * ax.get_xlim()[1]
+        label(ax, end, place, text, tint(name), fontsize=9, linespacing=1.5)
         top = place + half
 
 
@@ -187,6 +188,9 @@ def moment(ax: Axes, played: Played, time: int) -> Axes:
     belief, path = played.history.kept[step], played.history.poses[: step + 1]
     ax.plot(*played.drive.landmarks.T, "o", color=truth, markersize=3)
     ax.plot(*played.drive.poses[: step + 1, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    if VARIANTS[played.case.variant].anchored:
+        anchor = played.drive.landmarks[first_observed(played.drive.seen)]
+        ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
     ax.plot(*path[:, :2].T, color=robot, linewidth=1.6)
     ellipses(ax, belief.landmarks, belief.landmark_covs, MEANING["landmark"], width=1.1)
     ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], robot, width=2.2)

@@ -129,6 +129,15 @@ def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
     return axes
 
 
+def common_scales(axes: np.ndarray) -> np.ndarray:
+    """Give the axes of each row the same ordinate, so that columns compare."""
+    for row in axes:
+        low, high = np.transpose([ax.get_ylim() for ax in row])
+        for ax in row:
+            ax.set_ylim(low.min(), high.max())
+    return axes
+
+
 def study(axes: AxesRow, result: Result) -> AxesRow:
     """Draw the landmark errors of all runs and the gains, on two axes that are cleared first."""
     for ax in axes:
@@ -212,8 +221,9 @@ def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
 def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     """Draw the log-likelihood over start and landmark, with the direction it is blind to."""
     vehicle, landmark, values = ridge.vehicle, ridge.landmark, ridge.log_likelihood
-    levels = [-40, -18, -8, -2, -0.5, 0.1]
-    ax.contourf(vehicle, landmark, values, levels=levels, cmap="cividis", alpha=0.85)
+    style = {"colors": [MEANING["information"]], "alpha": 0.16}
+    for low in (-40, -18, -8, -2, -0.5):  # each region lies in the one before
+        ax.contourf(vehicle, landmark, values, levels=[low, 0.1], **style)
     row, column = np.unravel_index(np.argmax(values), values.shape)
     middle = vehicle.mean() + np.array([0.0, landmark[row] - vehicle[column]])
     arrow = {"arrowstyle": "<->", "color": MEANING["unobservable"], "linewidth": 2.2}
@@ -250,7 +260,7 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
     ax.set(xlabel="vehicle error (m)", ylabel="landmark error (m)")
     lines = (("filter, 2σ", filtered), ("measured, 2σ", exact), ("+ truth", truth))
     for i, (text, colour) in enumerate(lines):
-        label(ax, 1.06, 0.95 - 0.09 * i, text, colour, transform=ax.transAxes)
+        label(ax, 0.03, 0.95 - 0.08 * i, text, colour, transform=ax.transAxes)
     return ax
 
 
@@ -262,16 +272,18 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
 
     Curves are by number of landmarks.
     """
-    colour = MEANING["landmark"]
+    colour, right = MEANING["landmark"], 0
     for n, gain in curves.items():
         k = np.arange(1, len(gain.common) + 1)
         seen = gain.common > 1e-9
         ax.semilogy(k[seen], gain.common[seen], color=colour)
-        label(ax, k[seen][-1] + 0.7, 5e-9, "n = 1" if n == 1 else f"{n}", colour)
+        right = max(right, k[seen][-1])
         if n > 1:
             ax.semilogy(k, gain.own, color=colour, linestyle="--")
             apart = 3.0 if n == max(curves) else 1 / 3
             label(ax, 0.97 * k[-1], apart * gain.own[-1], f"own, {n}", colour, ha="right")
+    names = ", ".join(str(n) for n in sorted(curves, reverse=True))
+    label(ax, right + 1, 5e-9, f"n = {names}, left to right", colour)
     ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=MEASUREMENTS, ylabel="gain of a landmark")
     return ax
 
@@ -295,7 +307,7 @@ def total_of_all(ax: Axes, result: many.Result) -> Axes:
     ax.loglog(counts, total, "-", color=MEANING["error"])
     ax.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
     ax.set(ylabel="sum of squared errors (m²)")
-    label(ax, counts[1], total[-1] / 1.6, "proportional: dashed", law, fontweight=400)
+    label(ax, counts[0], total[-1] / 1.4, "proportional: dashed", law, fontweight=400)
     return _over_landmarks(ax, counts)
 
 
@@ -318,8 +330,8 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 
 def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the root mean square landmark error of each variant, by measurement."""
-    return _curves(ax, {v.name: v.rms for v in variants}, "rms landmark error (m)")
+    """Draw the root mean square landmark error of each variant by measurement."""
+    return _curves(ax, {v.name: v.rms for v in variants}, "landmark error (m)")
 
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:

@@ -151,7 +151,7 @@ def search_range(ax: Axes, found: SearchRange) -> Axes:
     ax.plot(*(found.readings * [1, 100]).T, ".", color=MEANING["readings"], markersize=5)
     ax.set(xlim=along[[0, -1]], xlabel="along the wall (m)")
     ax.set(ylim=(-40, 40), ylabel="across the wall (cm)")
-    ax.set_title(f"99 % band: ±{half[0]:.1f} cm at 3 m, ±{half.min():.1f} cm at best")
+    ax.set_title(f"±{half[0]:.1f} cm at 3 m, ±{half.min():.1f} cm at best")
     return ax
 
 

@@ -117,11 +117,13 @@ def update(
     checked_sensor(sensor)
     anchors = checked_anchors({} if anchors is None else anchors, belief)
     at = belief.mean if at is None else checks.vector("at", at, belief.mean.size)
-    slots = [None if i in anchors else belief.slot(i) for i in observations.ids.tolist()]
+    ids = observations.ids.tolist()
+    slots = [None if i in anchors else belief.slot(i) for i in ids]
 
     def points(state: np.ndarray) -> np.ndarray:
-        pairs = zip(observations.ids.tolist(), slots, strict=True)
-        return np.array([anchors[i] if s is None else state[s : s + 2] for i, s in pairs])
+        pairs = zip(ids, slots, strict=True)
+        found = (anchors[i] if s is None else state[s : s + 2] for i, s in pairs)
+        return np.array(list(found))
 
     expected, _, _ = sensor.expect(belief.pose, points(belief.mean))
     H = measurement_matrix(at, slots, points(at), sensor)

@@ -30,7 +30,7 @@ def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None 
     """Show a figure as themed SVG with its alternative text.
 
     A page numbers its captions; a text refers to the figure of the name ``worst-line`` by
-    ``[](#fig-worst-line)``, which becomes its number.
+    ``[the figure](#fig-worst-line)``, which becomes its number there.
 
     Parameters
     ----------

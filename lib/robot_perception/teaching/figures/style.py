@@ -87,8 +87,20 @@ MEANING = {
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
-LEFT, RIGHT = 0.78, 0.16
+LEFT, RIGHT = 0.8, 0.2
 """Room at the sides of a panel for its labels, inches."""
+
+Y_PAD = 9.0
+"""Between tick labels and the label of the ordinate, points: on a telephone letters are larger."""
+
+TICKS = {
+    "color": MUTED,
+    "labelcolor": INK,
+    "labelsize": 9.5,
+    "grid_color": FAINT,
+    "grid_linewidth": 0.6,
+}
+"""Of ticks and grid, said to the axes: a tick that is made later asks matplotlib's own settings."""
 
 LOSSLESS = "rp-lossless"
 """Part of the gid of an image that is stored without loss."""
@@ -167,6 +179,8 @@ class BookAxes(Axes):
         """Empty the axes and put the style back."""
         with mpl.rc_context(STYLE):
             super().clear()
+        self.yaxis.labelpad = Y_PAD
+        self.tick_params(which="both", **TICKS)
 
     def set_xscale(self, value: Any, **kwargs: Any) -> None:
         """Set the scale; on a logarithmic one label powers of ten."""

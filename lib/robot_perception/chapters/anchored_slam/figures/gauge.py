@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import ScalarFormatter
 
 from robot_perception.chapters.anchored_slam.gauge import MovedWorld
 from robot_perception.chapters.anchored_slam.invented import Result
@@ -19,7 +18,7 @@ _ROBOT = np.array([[0.35, 0.0], [-0.2, 0.2], [-0.2, -0.2], [0.35, 0.0]])
 def moved_world(ax: Axes, world: MovedWorld) -> Axes:
     """Draw a world before (grey) and after (blue) it was moved, on axes cleared first.
 
-    A measurement that no longer fits is a red line: from where it asks a known thing to be, to
+    A measurement that no longer fits is a magenta line: from where it asks a known thing to be, to
     where that is.
     """
     ax.clear()
@@ -47,11 +46,11 @@ def moved_world(ax: Axes, world: MovedWorld) -> Axes:
     ax.plot(*world.anchors.T, "s", color=anchor, markersize=9)
     ax.plot(*world.fixes.T, "+", color=sensor, markersize=10, markeredgewidth=2)
     unseen = max(world.metres, world.radians) < 1e-9
-    heading = f" and {np.degrees(world.radians):.0f}° of heading" if world.radians > 1e-9 else ""
+    heading = f", heading {np.degrees(world.radians):.0f}°" if world.radians > 1e-9 else ""
     words = f"largest residual {world.metres:.2f} m{heading}"
     colour = MEANING["agreement"] if unseen else error
     label(ax, 0.02, 0.96, words, colour, transform=ax.transAxes, fontsize=11)
-    legend = [("● landmark", old), ("● moved", new)]
+    legend = [("● the world", old), ("● moved", new)]
     legend += [("■ anchor", anchor)] if len(world.anchors) else []
     legend += [("+ position sensor", sensor)] if len(world.fixes) else []
     for i, (text, colour) in enumerate(legend):
@@ -81,9 +80,8 @@ def claimed_information(ax: Axes, study: Mapping[str, Result]) -> Axes:
         band(ax, k, low, high, colour)
         ax.semilogy(k, middle, color=colour, linestyle=line)
         label(ax, 0.97 * k[-1], place, name, colour, ha="right")
-    ax.yaxis.set_major_formatter(ScalarFormatter())
     ax.minorticks_off()
-    ax.set(xlim=(0, k[-1]), xlabel="steps", ylabel="information on the turn / start")
+    ax.set(xlim=(0, k[-1]), xlabel="steps", ylabel="information / start")
     ax.set_ylim(0.3, 3 * top)
     return ax
 

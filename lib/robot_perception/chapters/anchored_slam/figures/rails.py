@@ -34,10 +34,9 @@ def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> n
         figures.landmark_error(column[2], result, run)
         figures.gains(column[3], result)
         column[0].set_title(name)
-    for row, what in zip(axes, ROWS, strict=True):
-        limits = np.array([ax.get_ylim() for ax in row])
+    for row, what in zip(figures.common_scales(axes), ROWS, strict=True):
         for ax in row:
-            ax.set(ylim=(limits[:, 0].min(), limits[:, 1].max()), xlabel="", ylabel=what)
+            ax.set(xlabel="", ylabel=what)
             ax.locator_params(nbins=4)
     for ax in axes[:-1].flat:
         ax.tick_params(labelbottom=False)

@@ -35,7 +35,7 @@ def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
     ax.set_title(f"robot {robot}, {ANCHOR_WORDS[anchors]}: {error:.2f} m")
     words = (("broad: motion capture", truth), ("dotted: wheels alone", wheels))
     words += (("path by the filter", path), ("landmarks, 95 %", post))
-    words += (("+ surveyed", truth), ("■ anchor", anchor))
+    words += (("+ surveyed", truth), ("■ anchor", anchor))[: 2 if anchors else 1]
     for i, (text, tint) in enumerate(words):
         label(ax, 0.02, 0.97 - 0.045 * i, text, tint, transform=ax.transAxes, fontsize=9)
     ax.set(xlim=(-2.6, 7.6), ylim=(-6.6, 7.9), xlabel="x (m)", ylabel="y (m)", aspect="equal")
@@ -91,7 +91,7 @@ def park_map(ax: Axes, found: Park) -> Axes:
     label(ax, 0.02, 0.96, "dots: satellite fixes", truth, fontsize=9, transform=ax.transAxes)
     label(ax, 0.02, 0.91, "ellipses: trees, 95 %", truth, fontsize=9, transform=ax.transAxes)
     low, high = found.fixes.min(axis=0), found.fixes.max(axis=0)
-    ax.set(xlim=(low[0] - 60, high[0] + 30), ylim=(low[1] - 45, high[1] + 70))
+    ax.set(xlim=(low[0] - 60, high[0] + 30), ylim=(low[1] - 60, high[1] + 100))
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
     return ax
 
