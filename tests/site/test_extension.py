@@ -15,6 +15,7 @@ from robot_perception.teaching import sphinx_extension
 from robot_perception.teaching.explore import explore, slider
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.media import with_mathematics
 from tests.unchecked import unchecked
 
 ALT = "A line whose slope is the gain that was chosen."
