@@ -65,25 +65,25 @@ class RailRuns:
         True positions of the posts, m.
     commands : (steps,)
         Displacements that the robot was told to make, m.
-    looks : (runs, steps + 1, n)
+    measurements : (runs, steps + 1, n)
         Measured distances to the posts, positive ahead, m.
     motion_deviation : (steps,)
         Standard deviation of each displacement, m.
-    look_deviation : (steps + 1, n)
+    measurement_deviation : (steps + 1, n)
         Standard deviation of each measurement, m.
     """
 
     positions: np.ndarray
     landmarks: np.ndarray
     commands: np.ndarray
-    looks: np.ndarray
+    measurements: np.ndarray
     motion_deviation: np.ndarray
-    look_deviation: np.ndarray
+    measurement_deviation: np.ndarray
 
     @property
-    def look_errors(self) -> np.ndarray:
+    def measurement_errors(self) -> np.ndarray:
         """Measured minus true distances, (runs, steps + 1, n), m."""
-        return self.looks - (self.landmarks - self.positions[:, :, None])
+        return self.measurements - (self.landmarks - self.positions[:, :, None])
 
 
 def simulate_rail(
@@ -93,7 +93,7 @@ def simulate_rail(
     *,
     start_deviation: float,
     motion_deviation: np.ndarray | float,
-    look_deviation: np.ndarray | float,
+    measurement_deviation: np.ndarray | float,
     rng: np.random.Generator,
 ) -> RailRuns:
     """Drive the robot along a plan, many times.
@@ -112,7 +112,7 @@ def simulate_rail(
         Standard deviation of the true start about the first planned position, m.
     motion_deviation : number or (steps,)
         Standard deviation of each displacement, m.
-    look_deviation : number or (steps + 1, n)
+    measurement_deviation : number or (steps + 1, n)
         Standard deviation of each measured distance, m.
     rng
         Generator from which each run's own is spawned.
@@ -141,14 +141,14 @@ def simulate_rail(
     steps, n = plan.size - 1, landmarks.size
     start_deviation = deviations("start_deviation", start_deviation, ())
     slip = deviations("motion_deviation", motion_deviation, (steps,))
-    blur = deviations("look_deviation", look_deviation, (steps + 1, n))
+    blur = deviations("measurement_deviation", measurement_deviation, (steps + 1, n))
     noise = np.stack([g.standard_normal(1 + steps + (steps + 1) * n) for g in rng.spawn(runs)])
     begin = plan[0] + start_deviation * noise[:, :1]
     moves = np.diff(plan) + slip * noise[:, 1 : steps + 1]
     positions = np.cumsum(np.hstack([begin, moves]), axis=1)
     errors = blur * noise[:, steps + 1 :].reshape(runs, steps + 1, n)
-    looks = (landmarks[None, None, :] - positions[:, :, None]) + errors
-    return RailRuns(positions, landmarks, np.diff(plan), looks, slip, blur)
+    measurements = (landmarks[None, None, :] - positions[:, :, None]) + errors
+    return RailRuns(positions, landmarks, np.diff(plan), measurements, slip, blur)
 
 
 def measure_anchor(

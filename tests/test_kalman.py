@@ -96,7 +96,7 @@ def test_update_is_conditioning_of_the_joint_gaussian(case):
 
 @given(systems)
 @settings(max_examples=40)
-def test_a_look_never_adds_uncertainty_and_a_motion_never_removes_it(case):
+def test_a_measurement_never_adds_uncertainty_and_a_motion_never_removes_it(case):
     n, m, seed = case
     rng = np.random.default_rng(seed)
     prior, (motion, sensor) = belief(n, rng), system(n, m, rng)
@@ -157,7 +157,7 @@ def test_inputs_are_not_written_to():
 
 
 def test_joseph_form_stays_a_covariance_where_the_short_form_does_not():
-    """A look far more accurate than the prior: what is left is the look's, or (I - KH)P is broken.
+    """A measurement far more accurate than the prior: the rest is its own, or (I - KH)P is broken.
 
     The prior spans eight decades and the sensor sees all of the state, so that the posterior is
     the noise; the short form leaves rounding of the prior's size there.

@@ -54,7 +54,7 @@ def wrong_outputs(notebook, name):
             found.append(f'{where}: the tag "{CHECKED}" and "keep_output": true go together')
         elif cell.outputs and not compared:
             found.append(f"{where} has outputs: clear them with `{STRIP} book/{name}`")
-        elif compared and not cell.outputs:
+        elif compared and not (cell.outputs and cell.execution_count):  # nbval wants a count
             found.append(f"{where} has no output to compare: run the notebook and save it")
     return found
 
@@ -95,17 +95,20 @@ def test_what_is_wrong_with_a_cell_is_said_in_words():
         for name, source in (
             ("long", "a = 1\n" * 11),
             ("kept", "1 + 1"),
+            ("unrun", "1 + 1"),
             ("hero-show", "show(fig)"),
         )
     ]
-    cells[1].metadata |= {"keep_output": True, "tags": [CHECKED]}
-    cells[2].outputs = [new_output("stream", text="old")]
+    for cell in cells[1:3]:
+        cell.metadata |= {"keep_output": True, "tags": [CHECKED]}
+    cells[2].outputs = cells[3].outputs = [new_output("stream", text="old")]
     folded = new_code_cell("a = 1\n" * 30, id="folded")
     folded.metadata["jupyter"] = {"source_hidden": True}
     made = new_notebook(cells=[*cells, folded])
     assert too_long(made, "a.ipynb") == ["a.ipynb, cell long (a = 1): 11 lines of code, at most 10"]
     assert wrong_outputs(made, "a.ipynb") == [
         "a.ipynb, cell kept has no output to compare: run the notebook and save it",
+        "a.ipynb, cell unrun has no output to compare: run the notebook and save it",
         f"a.ipynb, cell hero-show has outputs: clear them with `{STRIP} book/a.ipynb`",
     ]
     folded.source += "a = 1"
@@ -123,6 +126,17 @@ def test_cell_ids_are_unique_and_notebook_is_valid(notebook):
     nbformat.validate(notebook)
     ids = [cell.id for cell in notebook.cells]
     assert len(ids) == len(set(ids))
+
+
+def test_the_first_cell_is_the_title(notebook):
+    """What stands before it for one reader, front matter for instance, is text to another."""
+    assert notebook.cells[0].source.startswith("# ")
+
+
+def test_no_formula_gets_a_number_that_is_not_the_papers(notebook):
+    """JupyterLab with the MyST extension numbers every formula between two dollars."""
+    for cell in notebook.cells:
+        assert cell.cell_type != "markdown" or "$$" not in cell.source, cell.id
 
 
 def test_no_numbers_are_drawn_from_global_state(notebook):

@@ -30,15 +30,15 @@ def main(kind: str, commands: str, observations: str, out: str) -> None:
     values = np.column_stack([seen[column] for column in measured])
     merged = merge(times, np.column_stack(speeds), seen["time_s"], delay=DELAY)
     motions = map(planar.Odometry, *planar.compound(merged.held, WHEELS))
-    looks = [planar.Observations(ids[rows], values[rows]) for rows in merged.rows]
-    steps = map(planar.Step, motions, looks, repeat(()), merged.times[1:])
+    seen = [planar.Observations(ids[rows], values[rows]) for rows in merged.rows]
+    steps = map(planar.Step, motions, seen, repeat(()), merged.times[1:])
     found = planar.Association("known" if ids.min() >= 0 else "gated", level=GATE)
     run = planar.run_filter(START, steps, planar.Settings(sensor, association=found))
     run.to_csv(f"{out}.csv")
     run.to_tum(f"{out}.tum")
     places = np.column_stack([run.belief.ids, run.belief.landmarks])
     np.savetxt(f"{out}_map.csv", places, "%.6g", ",", header="landmark,x_m,y_m", comments="")
-    print(f"steps: {len(looks)}, not between commands: {merged.early + merged.late}\n{run.counts}")
+    print(f"steps: {len(seen)}, not between commands: {merged.early + merged.late}\n{run.counts}")
 
 
 if __name__ == "__main__":

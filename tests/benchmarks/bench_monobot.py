@@ -3,37 +3,35 @@
 import numpy as np
 
 from robot_perception.beliefs import Gaussian
-from robot_perception.slam.monobot import first_look, run_filter, sensor_matrix
+from robot_perception.slam.monobot import first_measurement, run_filter, sensor_matrix
 from tests.benchmarks.harness import Row
 
 RUNS, STEPS = 100, 100
 
 
-def filterpy_means(
-    looks: np.ndarray, commands: np.ndarray, V: np.ndarray, W: np.ndarray
-) -> np.ndarray:
+def filterpy_means(z: np.ndarray, commands: np.ndarray, V: np.ndarray, W: np.ndarray) -> np.ndarray:
     """Return the last estimates of filterpy, one filter per run."""
     from filterpy.kalman import KalmanFilter
 
-    runs, _, n = looks.shape
+    runs, _, n = z.shape
     start = Gaussian(np.array([-1.0]), np.eye(1))
     eye, last = np.eye(n + 1), np.empty((runs, n + 1))
     for run in range(runs):
-        belief = first_look(start, looks[run, 0], W[min(run, len(W) - 1), 0])
+        belief = first_measurement(start, z[run, 0], W[min(run, len(W) - 1), 0])
         peer = KalmanFilter(dim_x=n + 1, dim_z=n, dim_u=1)
         peer.x, peer.P = belief.mean[:, None].copy(), belief.cov.copy()
         peer.F, peer.B, peer.H = eye, eye[:, :1], sensor_matrix(n)
-        for k in range(1, looks.shape[1]):
+        for k in range(1, z.shape[1]):
             slip = V[min(run, len(V) - 1), k - 1]
             peer.predict(u=commands[k - 1], Q=slip * np.outer(eye[0], eye[0]))
-            peer.update(looks[run, k][:, None], R=np.diag(W[min(run, len(W) - 1), k]))
+            peer.update(z[run, k][:, None], R=np.diag(W[min(run, len(W) - 1), k]))
         last[run] = peer.x[:, 0]
     return last
 
 
 def _row(n: int, per_run: bool, ratio: float) -> Row:
     rng = np.random.default_rng(0)
-    looks = 2 + rng.standard_normal((RUNS, STEPS + 1, n))
+    z = 2 + rng.standard_normal((RUNS, STEPS + 1, n))
     commands = rng.standard_normal(STEPS)
     start = Gaussian(np.array([-1.0]), np.eye(1))
     batch = RUNS if per_run else 1
@@ -43,11 +41,13 @@ def _row(n: int, per_run: bool, ratio: float) -> Row:
     def ours() -> np.ndarray:
         # shared noise has no leading axis of runs
         noise = (V, W) if per_run else (V[0], W[0])
-        run = run_filter(start, commands, looks, motion_variance=noise[0], look_variance=noise[1])
+        run = run_filter(
+            start, commands, z, motion_variance=noise[0], measurement_variance=noise[1]
+        )
         return run.means[:, -1]
 
     def peer() -> np.ndarray:
-        return filterpy_means(looks, commands, V, W)
+        return filterpy_means(z, commands, V, W)
 
     def agree() -> None:
         np.testing.assert_allclose(ours(), peer(), rtol=0, atol=1e-9)

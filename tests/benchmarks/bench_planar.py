@@ -37,7 +37,7 @@ def world(landmarks: int) -> tuple[MapBelief, Step]:
     belief = MapBelief(mean, cov, np.arange(landmarks))
     ids = rng.permutation(landmarks)[:SEEN]
     motion = Odometry(np.array([0.1, 0.0, 0.02]), Q)
-    values = CART.look(motion.move(belief.pose), belief.landmarks[ids])[0]
+    values = CART.expect(motion.move(belief.pose), belief.landmarks[ids])[0]
     return belief, Step(motion, Observations(ids, values + 0.05 * rng.standard_normal((SEEN, 2))))
 
 
@@ -51,7 +51,7 @@ def matrices(belief: MapBelief, step: Step) -> tuple[np.ndarray, ...]:
     slots = [belief.slot(name) for name in step.observations.ids]
     places = belief.landmarks[step.observations.ids]
     H = textbook.measurement_matrix(moved.mean, slots, places, CART)
-    return F, noise, H, CART.look(moved.pose, places)[0].ravel(), moved.mean
+    return F, noise, H, CART.expect(moved.pose, places)[0].ravel(), moved.mean
 
 
 class Filterpy:

@@ -18,7 +18,7 @@ def world(runs=3, *, seed=0, start=0.5, slip=0.1, blur=0.2, landmarks=(1.0, 3.0)
         runs,
         start_deviation=start,
         motion_deviation=slip,
-        look_deviation=blur,
+        measurement_deviation=blur,
         rng=np.random.default_rng(seed),
     )
 
@@ -37,13 +37,15 @@ def test_without_noise_the_robot_follows_its_plan_and_measures_exactly():
     runs = world(start=0.0, slip=0.0, blur=0.0)
     plan = planned_path("sine", 40, start=-1.0, reach=1.0)
     np.testing.assert_allclose(runs.positions, np.broadcast_to(plan, (3, 41)), atol=1e-12)
-    np.testing.assert_allclose(runs.looks[..., 0], np.broadcast_to(1.0 - plan, (3, 41)), atol=1e-12)
+    np.testing.assert_allclose(
+        runs.measurements[..., 0], np.broadcast_to(1.0 - plan, (3, 41)), atol=1e-12
+    )
 
 
 def test_a_run_is_the_same_however_many_are_made():
     few, many = world(2), world(50)
     np.testing.assert_array_equal(few.positions, many.positions[:2])
-    np.testing.assert_array_equal(few.looks, many.looks[:2])
+    np.testing.assert_array_equal(few.measurements, many.measurements[:2])
 
 
 def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
@@ -51,13 +53,13 @@ def test_noises_have_the_spread_that_was_asked_for_and_are_independent():
     runs = world(4000, slip=slip, seed=5)
     starts = runs.positions[:, 0] + 1.0
     moves = np.diff(runs.positions, axis=1) - runs.commands
-    looks = runs.look_errors[:, 7, 1]
+    measurements = runs.measurement_errors[:, 7, 1]
     assert np.abs(moves[:, 0]).max() < 1e-12
-    for samples, deviation in ((starts, 0.5), (moves[:, -1], 0.5), (looks, 0.2)):
+    for samples, deviation in ((starts, 0.5), (moves[:, -1], 0.5), (measurements, 0.2)):
         low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], 4000) / 4000
         assert low < np.mean(samples**2) / deviation**2 < high
     # every draw of a run but the first move, which has none here
-    together = np.column_stack([starts, moves[:, 1:], runs.look_errors.reshape(4000, -1)])
+    together = np.column_stack([starts, moves[:, 1:], runs.measurement_errors.reshape(4000, -1)])
     correlations = np.corrcoef(together.T)[np.triu_indices(together.shape[1], 1)]
     assert np.abs(correlations).max() < 6 / np.sqrt(4000)
     runs = world(4000, seed=6)
@@ -73,8 +75,8 @@ def test_references_measure_what_they_say_with_the_same_errors():
     np.testing.assert_allclose(camera - (runs.positions[:, 1:] - 0.7), errors, atol=1e-12)
     low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], errors.size) / errors.size
     assert low < np.mean(errors**2) / 0.2**2 < high
-    looks = runs.look_errors[:, 1:, 0].ravel()
-    assert abs(np.corrcoef(errors.ravel(), looks)[0, 1]) < 4.5 / np.sqrt(errors.size)
+    measurements = runs.measurement_errors[:, 1:, 0].ravel()
+    assert abs(np.corrcoef(errors.ravel(), measurements)[0, 1]) < 4.5 / np.sqrt(errors.size)
     few = measure_anchor(world(3), 0.7, 0.2, rng=np.random.default_rng(1))
     np.testing.assert_array_equal(few, anchor[:3])
 
@@ -95,7 +97,7 @@ def test_reference_noise_may_differ_from_step_to_step():
         (lambda: world(0), "need a run and a landmark, got 0"),
         (lambda: world(landmarks=()), "need a run and a landmark"),
         (lambda: world(slip=-0.1), "motion_deviation must be finite and >= 0, got -0.1"),
-        (lambda: world(blur=np.nan), "look_deviation must be finite"),
+        (lambda: world(blur=np.nan), "measurement_deviation must be finite"),
         (lambda: world(start=-1.0), "start_deviation must be finite"),
         (
             lambda: measure_anchor(world(), 0.0, -0.1, rng=np.random.default_rng(0)),

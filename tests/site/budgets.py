@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from bs4 import BeautifulSoup, NavigableString, Tag
 
 NO_PROSE = (
-    "script, style, svg, table, form, fieldset, button, .cell_input, .rp-source, .highlight, "
-    ".rp-badges, .rp-controls, .rp-table, .rp-cards, .rp-check, .rp-bet, details.sd-dropdown"
+    "script, noscript, style, svg, table, form, fieldset, button, .cell_input, .rp-source, "
+    ".highlight, .rp-badges, .rp-controls, .rp-table, .rp-cards, .rp-check, .rp-bet, "
+    "details.sd-dropdown"
 )
 """What is no prose of the main line: code, drawings, tables, controls, badges and folds."""
 

@@ -208,11 +208,25 @@ def test_a_badge_that_stands_twice_names_its_place_once(tmp_path: Path):
     assert body.count('href="scorecard.html#a"') == 3
 
 
-def test_pages_with_formulas_or_controls_say_what_needs_scripts(tmp_path: Path):
+def test_pages_with_controls_say_what_needs_scripts(tmp_path: Path):
     plain = finished("<p>words</p>", tmp_path)["body"]
     assert plain == "<p>words</p>"
-    for part in ('<span class="math notranslate">', '<div class="rp-scorecard">'):
+    for part in ('<div class="rp-film">', '<div class="rp-scorecard">'):
         assert finished(part, tmp_path)["body"] == sphinx_extension.NO_SCRIPTS + part
+
+
+def test_beside_each_formula_stands_mathml(tmp_path: Path):
+    page = (
+        r'<p>a <span class="math notranslate">\(x &lt; 1\)</span></p><div class="math">\[y\]</div>'
+    )
+    inline, block = finished(page, tmp_path)["body"].split("</p>")
+    assert inline.startswith(
+        r'<p>a <span class="math notranslate"><span class="rp-tex">\(x &lt; 1\)'
+    )
+    assert (
+        "<mo>&#x0003C;</mo>" in inline.split("<noscript><math ")[1].split("</noscript></span>")[0]
+    )
+    assert 'display="block"' in block.split(r"\[y\]</span><noscript><math ")[1]
 
 
 def test_the_source_of_a_page_comes_as_a_script_too(tmp_path: Path):
@@ -233,11 +247,24 @@ def test_what_outputs_name_can_be_linked_to():
     )
     document += nodes.raw("", html, format="html")
     metadata = {"walls": {"myst_slugs": {"a-heading": (1, "id1", "A heading")}}}
-    with unchecked():
-        app = SimpleNamespace(env=SimpleNamespace(docname="walls", metadata=metadata))
-        sphinx_extension._name_outputs(app, document)
+    assert noted(document, metadata) == {}
     assert list(metadata["walls"]["myst_slugs"]) == ["a-heading", "dp-a", "claim-b"]
     assert metadata["walls"]["myst_slugs"]["dp-a"] == (0, "dp-a", "dp-a")
+
+
+def test_a_page_whose_outputs_have_formulas_has_formulas():
+    document = new_document("")
+    document += nodes.raw("", with_mathematics("a length $x$"), format="html")
+    assert noted(document, {"walls": {}}) == {"walls": True}
+
+
+def noted(document: nodes.document, metadata: dict[str, dict]) -> dict[str, bool]:
+    """Have the outputs of a page noted; return which pages have formulas."""
+    domain = SimpleNamespace(data={"has_equations": {}})
+    env = SimpleNamespace(docname="walls", metadata=metadata, get_domain=lambda name: domain)
+    with unchecked():
+        sphinx_extension._note_outputs(SimpleNamespace(env=env), document)
+    return domain.data["has_equations"]
 
 
 def test_mathematics_of_the_bibliography_becomes_formulas():

@@ -212,9 +212,44 @@ def test_nothing_has_to_be_moved_sideways(
 def test_without_scripts_a_page_says_so(
     name: str, visit: Callable[..., Visit], address: str
 ) -> None:
-    """A reader is told why formulas are source and why no control is there."""
+    """A reader is told why no control is there."""
     page = visit(java_script_enabled=False).page
     page.goto(f"{address}{name}.html")
     assert page.get_by_text("controls need scripts").is_visible()
     page = visit().open(f"{address}{name}.html")
     assert not page.get_by_text("controls need scripts").is_visible()
+
+
+UNSET = r"""
+() => [...document.querySelectorAll(".math")].filter((formula) => {
+  const box = formula.querySelector("math")?.getBoundingClientRect();
+  const set = box?.width && box.height && !/[\\&]/.test(formula.innerText);
+  return formula.checkVisibility() && !set;
+}).map((formula) => formula.textContent)
+"""
+SOURCE = r"""
+() => [...document.querySelectorAll("p, li, td, th, dt, dd, legend, label, figcaption, h1, h2, h3")]
+  .filter((text) => text.checkVisibility() && /\\[(\[]/.test(text.innerText))
+  .map((text) => text.innerText)
+"""
+
+
+def test_without_scripts_formulas_are_set(visit: Callable[..., Visit], address: str) -> None:
+    """Each has a size and shows no LaTeX; no other text shows any either."""
+    page = visit(java_script_enabled=False).page
+    for name in ("monobot", "anchored_slam", "notation", "references", "library/slam"):
+        page.goto(f"{address}{name}.html")
+        assert page.locator(".math").count() > 0
+        assert page.evaluate(UNSET) == []
+        assert page.evaluate(SOURCE) == []
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_tables_of_results_can_be_taken_in_at_a_glance(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """They have six rows at most outside of folds."""
+    page = visit().open(f"{address}{name}.html")
+    rows = """tables => tables.filter(table => !table.closest("details"))
+      .map(table => table.tBodies[0].rows.length).filter(rows => rows > 6)"""
+    assert page.eval_on_selector_all("table.rp-results", rows) == []

@@ -513,8 +513,8 @@ def test_a_shown_figure_has_caption_and_alternative_text():
     shown = show(drawn(), alt=ALT, caption="With $\\sigma < 1$ & more")._repr_mimebundle_()
     assert shown["text/plain"] == ALT
     html = shown["text/html"]
-    assert 'class="mathjax_process"' in html
-    assert "With \\(\\sigma &lt; 1\\) &amp; more</figcaption></figure>" in html
+    formula = '<span class="math">\\(\\sigma &lt; 1\\)</span>'
+    assert f"<figcaption>With {formula} &amp; more</figcaption></figure>" in html
     assert f'aria-label="{ALT}"' in html
 
 

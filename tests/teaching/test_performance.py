@@ -75,6 +75,15 @@ def test_tables_by_theme_show_every_row_and_name_what_is_missed(store):
     assert repr(shown).splitlines()[0] == "simplify a <scan>: 6 µs, 0.667× against fastrdp"
 
 
+def test_the_themes_count_their_work_and_its_peers(store):
+    themes = store(ROWS).themes()
+    assert themes.rows == {
+        "The robot on a line": (0, 0),
+        "Planar EKF-SLAM": (2, 2),
+        "Simplifying a line": (2, 1),
+    }
+
+
 def test_work_without_a_theme_is_a_clear_error(store):
     with pytest.raises(ValueError, match="'monobot', 'planar'"):
         store([row("cooking an egg", 300.0)]).tables()

@@ -1,7 +1,8 @@
 r"""The monobot: a robot on a line that measures its distance to n landmarks.
 
-The state is :math:`x = (r, f_1, …, f_n)`, vehicle first, in metres. Step 0 is the first look, which
-puts the landmarks into the map; every later step first moves (predict), then looks (update).
+The state is :math:`x = (r, f_1, …, f_n)`, vehicle first, in metres. Step 0 is the first
+measurement, which puts the landmarks into the map; every later step first moves (predict), then
+measures (update).
 
 References
 ----------
@@ -21,7 +22,8 @@ from robot_perception.kalman import Motion, Sensor, predict, update
 
 VarianceLike = float | np.ndarray
 SINGULAR = (
-    "innovation covariance is singular: look_variance is 0, or nothing beside motion_variance"
+    "innovation covariance is singular: measurement_variance is 0, or nothing beside"
+    " motion_variance"
 )
 
 
@@ -81,10 +83,10 @@ def motion(command: float, motion_variance: float, landmarks: int) -> Motion:
     return Motion(eye, variance * np.outer(eye[0], eye[0]), shift)
 
 
-def first_look(
-    start: Gaussian, look: Float[np.ndarray, "... n"], look_variance: VarianceLike
+def first_measurement(
+    start: Gaussian, measurement: Float[np.ndarray, "... n"], measurement_variance: VarianceLike
 ) -> Gaussian:
-    r"""Return the belief after the first look, which puts the landmarks into the map.
+    r"""Return the belief after the first measurement, which puts the landmarks into the map.
 
     .. math::
         \hat f_i = \hat r + z_i, \qquad
@@ -98,9 +100,9 @@ def first_look(
     ----------
     start
         Belief in the vehicle alone, one state, m.
-    look : (…, n)
+    measurement : (…, n)
         First distances, m.
-    look_variance : (…, n) or number
+    measurement_variance : (…, n) or number
         Their variances, m².
 
     Returns
@@ -114,11 +116,16 @@ def first_look(
         If there is no landmark, a shape is wrong, or a variance is negative.
     """
     _check_start(start)
-    z, W = checks.array("look", look, (..., "n")), _variances("look_variance", look_variance)
-    n = _counted(z.shape[-1], "look")
+    z = checks.array("measurement", measurement, (..., "n"))
+    W = _variances("measurement_variance", measurement_variance)
+    n = _counted(z.shape[-1], "measurement")
     if W.shape[-1:] not in {(), (1,), (n,)}:
-        raise ValueError(f"look_variance must be (…, {n}) for look {z.shape}, got {W.shape}")
-    checks.check_batches(start=start.mean.shape[:-1], look=z.shape[:-1], look_variance=W.shape[:-1])
+        raise ValueError(
+            f"measurement_variance must be (…, {n}) for measurement {z.shape}, got {W.shape}"
+        )
+    checks.check_batches(
+        start=start.mean.shape[:-1], measurement=z.shape[:-1], measurement_variance=W.shape[:-1]
+    )
     mean = start.mean + np.insert(z, 0, 0.0, axis=-1)
     W = np.broadcast_to(W, (*W.shape[:-1], n))
     own = np.insert(W, 0, 0.0, axis=-1)[..., None] * np.eye(n + 1)
@@ -195,7 +202,7 @@ class MonobotRun:
     Parameters
     ----------
     means : (runs, steps + 1, n + 1)
-        Estimates after each look, m; step 0 is the first look.
+        Estimates after each measurement, m; step 0 is the first measurement.
     covs : (runs or 1, steps + 1, n + 1, n + 1)
         Their covariances, m².
     innovations : (runs, steps, m)
@@ -206,14 +213,14 @@ class MonobotRun:
         :math:`K`, eq. (7).
     """
 
-    means: Float[np.ndarray, "runs looks states"]
-    covs: Float[np.ndarray, "covs looks states states"]
+    means: Float[np.ndarray, "runs measurements states"]
+    covs: Float[np.ndarray, "covs measurements states states"]
     innovations: Float[np.ndarray, "runs steps m"]
     innovation_covs: Float[np.ndarray, "covs steps m m"]
     gains: Float[np.ndarray, "covs steps states m"]
 
     @property
-    def deviations(self) -> Float[np.ndarray, "covs looks states"]:
+    def deviations(self) -> Float[np.ndarray, "covs measurements states"]:
         """Standard deviations of vehicle and landmarks, m."""
         return np.sqrt(np.diagonal(self.covs, axis1=-2, axis2=-1))
 
@@ -221,10 +228,10 @@ class MonobotRun:
 def run_filter(
     start: Gaussian,
     commands: Float[np.ndarray, "steps"],
-    looks: Float[np.ndarray, "runs looks n"],
+    measurements: Float[np.ndarray, "runs measurements n"],
     *,
     motion_variance: VarianceLike,
-    look_variance: VarianceLike,
+    measurement_variance: VarianceLike,
 ) -> MonobotRun:
     """Run the filter over many runs at once, by compiled loops.
 
@@ -233,14 +240,15 @@ def run_filter(
     Parameters
     ----------
     start
-        Belief in the vehicle before the first look, one state; a leading axis of runs is allowed.
+        Belief in the vehicle before the first measurement, one state; a leading axis of runs is
+        allowed.
     commands : (steps,)
         Commanded displacements, m.
-    looks : (runs, steps + 1, n)
+    measurements : (runs, steps + 1, n)
         Measured distances, m; the first of each run puts the landmarks into the map.
     motion_variance : number, (steps,) or (runs, steps)
         Plant noise, m².
-    look_variance : number, (steps + 1, n) or (runs, steps + 1, n)
+    measurement_variance : number, (steps + 1, n) or (runs, steps + 1, n)
         Measurement noise, m².
 
     Returns
@@ -253,52 +261,57 @@ def run_filter(
         If there is no landmark, a shape is wrong, a number is not finite, a variance is negative,
         or an innovation covariance is singular.
     """
-    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
-    runs = looks.shape[0]
+    start, commands, z, V, W = _checked(
+        start, commands, measurements, motion_variance, measurement_variance
+    )
+    runs = z.shape[0]
     batch = max(start.cov.shape[0], V.shape[0], W.shape[0])
     P0 = np.ascontiguousarray(np.broadcast_to(start.cov[:, 0, 0], (batch,)))
     covs, innovation_covs, gains, regular = _covariance_kernel(P0, V, W)
     if not regular:
         raise ValueError(SINGULAR)
     origin = np.ascontiguousarray(np.broadcast_to(start.mean[:, 0], (runs,)))
-    means, innovations = _mean_kernel(origin, commands, looks, gains)
+    means, innovations = _mean_kernel(origin, commands, z, gains)
     return MonobotRun(means, covs, innovations, innovation_covs, gains)
 
 
 def run_filter_stepwise(
     start: Gaussian,
     commands: Float[np.ndarray, "steps"],
-    looks: Float[np.ndarray, "runs looks n"],
+    measurements: Float[np.ndarray, "runs measurements n"],
     *,
     motion_variance: VarianceLike,
-    look_variance: VarianceLike,
+    measurement_variance: VarianceLike,
 ) -> MonobotRun:
     """Run the filter over many runs at once, step by step in the words of the paper.
 
     Parameters, returns and errors are those of :func:`run_filter`.
     """
-    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
-    matrix, noise = sensor_matrix(looks.shape[-1]), W[:, 1:]
-    return _stepwise(first_look(start, looks[:, 0], W[:, 0]), commands, V, matrix, noise, looks)
+    start, commands, z, V, W = _checked(
+        start, commands, measurements, motion_variance, measurement_variance
+    )
+    matrix, noise = sensor_matrix(z.shape[-1]), W[:, 1:]
+    belief = first_measurement(start, z[:, 0], W[:, 0])
+    return _stepwise(belief, commands, V, matrix, noise, z)
 
 
 def run_referenced(
     start: Gaussian,
     commands: Float[np.ndarray, "steps"],
-    looks: Float[np.ndarray, "runs looks n"],
+    measurements: Float[np.ndarray, "runs measurements n"],
     reference: Reference,
     *,
     motion_variance: VarianceLike,
-    look_variance: VarianceLike,
+    measurement_variance: VarianceLike,
 ) -> MonobotRun:
     """Run the filter over many runs at once, with an anchor or an external sensor after each move.
 
-    The first look is that of :func:`run_filter`: all maps begin with the same landmarks, and the
-    reference speaks from the first move on.
+    The first measurement is that of :func:`run_filter`: all maps begin with the same landmarks, and
+    the reference speaks from the first move on.
 
     Parameters
     ----------
-    start, commands, looks, motion_variance, look_variance
+    start, commands, measurements, motion_variance, measurement_variance
         As in :func:`run_filter`.
     reference
         What else is measured after each move.
@@ -317,19 +330,21 @@ def run_referenced(
     ----------
     Andrade-Cetto, eqs (19), (20) and (23).
     """
-    start, commands, looks, V, W = _checked(start, commands, looks, motion_variance, look_variance)
-    runs, steps = looks.shape[0], commands.size
+    start, commands, z, V, W = _checked(
+        start, commands, measurements, motion_variance, measurement_variance
+    )
+    runs, steps = z.shape[0], commands.size
     checks.instance("reference", reference, Reference)
     if reference.values.shape != (runs, steps):
         shape = reference.values.shape
         raise ValueError(f"reference must have values ({runs}, {steps}), got {shape}")
     own = _per_run("variance of the reference", reference.variance, (steps,), runs)
     batch = max(len(own), len(W))
-    noise = np.empty((batch, steps, looks.shape[2] + 1))
+    noise = np.empty((batch, steps, z.shape[2] + 1))
     noise[..., 0], noise[..., 1:] = own, W[:, 1:]
     values = reference.values + reference.sign * reference.position
-    stacked = np.insert(looks, 0, np.insert(values, 0, 0.0, axis=1), axis=2)
-    matrix, belief = reference.matrix(looks.shape[2]), first_look(start, looks[:, 0], W[:, 0])
+    stacked = np.insert(z, 0, np.insert(values, 0, 0.0, axis=1), axis=2)
+    matrix, belief = reference.matrix(z.shape[2]), first_measurement(start, z[:, 0], W[:, 0])
     return _stepwise(belief, commands, V, matrix, noise, stacked)
 
 
@@ -339,9 +354,9 @@ def _stepwise(
     V: np.ndarray,
     matrix: np.ndarray,
     noise: np.ndarray,
-    looks: np.ndarray,
+    measurements: np.ndarray,
 ) -> MonobotRun:
-    """Move and look, step by step, from the belief after the first look."""
+    """Move and measure, step by step, from the belief after the first measurement."""
     n = belief.mean.shape[-1] - 1
     vehicle = np.eye(n + 1)[0]
     beliefs, infos = [belief], []
@@ -350,7 +365,7 @@ def _stepwise(
         moved = predict(belief, Motion(np.eye(n + 1), slip, command * vehicle))  # eq. (19)
         sensor = Sensor(matrix, noise[:, k, :, None] * np.eye(len(matrix)))
         try:
-            belief, info = update(moved, looks[:, k + 1], sensor)
+            belief, info = update(moved, measurements[:, k + 1], sensor)
         except ValueError as error:
             raise ValueError(SINGULAR) from error
         beliefs.append(belief)
@@ -366,7 +381,7 @@ def _stepwise(
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """Closed forms of the steady state for constant noise, landmarks taken from the first look.
+    """Closed forms of the steady state for constant noise, landmarks by the first measurement.
 
     Parameters
     ----------
@@ -376,8 +391,8 @@ class Settled:
     information_rate
         Growth of the first entry of eq. (14) per step, 1/m².
     landmark_variance, vehicle_variance
-        Variances after infinitely many looks, m². With several landmarks all of them share one
-        error, so this is also the covariance of any two.
+        Variances after infinitely many measurements, m². With several landmarks all of them share
+        one error, so this is also the covariance of any two.
     pole
         Factor by which the gain on the common innovation shrinks at every step.
     """
@@ -390,7 +405,7 @@ class Settled:
 
 
 def settled(
-    landmarks: int, *, start_variance: float, motion_variance: float, look_variance: float
+    landmarks: int, *, start_variance: float, motion_variance: float, measurement_variance: float
 ) -> Settled:
     r"""Return where the filter settles, in closed form.
 
@@ -404,7 +419,7 @@ def settled(
     ----------
     landmarks
         n, at least 1.
-    start_variance, motion_variance, look_variance
+    start_variance, motion_variance, measurement_variance
         :math:`P_0 \ge 0`, :math:`V > 0`, :math:`W > 0`, m².
 
     Returns
@@ -418,7 +433,7 @@ def settled(
     """
     n, P0 = _counted(landmarks), checks.not_negative("start_variance", start_variance)
     V = checks.positive("motion_variance", motion_variance)
-    W = checks.positive("look_variance", look_variance)
+    W = checks.positive("measurement_variance", measurement_variance)
     a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
     landmark = P0 + W / n * a / (a + W)
     return Settled(
@@ -431,7 +446,7 @@ def settled(
 
 
 def relative_system(
-    landmarks: int, *, motion_variance: float, look_variance: float
+    landmarks: int, *, motion_variance: float, measurement_variance: float
 ) -> tuple[Motion, Sensor]:
     r"""Return the system of the distances :math:`d_i = f_i - r`, which is observable.
 
@@ -441,7 +456,7 @@ def relative_system(
     ----------
     landmarks
         n, at least 1.
-    motion_variance, look_variance
+    motion_variance, measurement_variance
         V and W, m².
 
     Returns
@@ -455,7 +470,7 @@ def relative_system(
         If there is no landmark or a variance is negative.
     """
     n, V = _counted(landmarks), checks.not_negative("motion_variance", motion_variance)
-    W = checks.not_negative("look_variance", look_variance)
+    W = checks.not_negative("measurement_variance", measurement_variance)
     eye, ones = np.eye(n), np.ones((n, n))
     return Motion(eye, V * ones), Sensor(eye, W * eye)
 
@@ -464,7 +479,7 @@ def one_landmark_term(
     vehicle_deviation: np.ndarray,
     landmark_deviation: np.ndarray,
     correlation: np.ndarray,
-    look_deviation: np.ndarray,
+    measurement_deviation: np.ndarray,
 ) -> Float[np.ndarray, "... 2 2"]:
     r"""Return one term of the information of a monobot with one landmark.
 
@@ -474,7 +489,7 @@ def one_landmark_term(
 
     Parameters
     ----------
-    vehicle_deviation, landmark_deviation, look_deviation : (…,)
+    vehicle_deviation, landmark_deviation, measurement_deviation : (…,)
         :math:`\sigma_r, \sigma_f, \sigma_w`, m, before the update.
     correlation : (…,)
         :math:`\rho` of vehicle and landmark.
@@ -494,7 +509,7 @@ def one_landmark_term(
     """
     own = _variances("vehicle_deviation", vehicle_deviation)
     other = _variances("landmark_deviation", landmark_deviation)
-    look = _variances("look_deviation", look_deviation)
+    sensor = _variances("measurement_deviation", measurement_deviation)
     correlation = checks.array("correlation", correlation)
     if np.abs(correlation).max(initial=0.0) > 1:
         raise ValueError(f"correlation must be from -1 to 1, got {checks.shown(correlation)}")
@@ -502,11 +517,13 @@ def one_landmark_term(
         vehicle_deviation=own.shape,
         landmark_deviation=other.shape,
         correlation=correlation.shape,
-        look_deviation=look.shape,
+        measurement_deviation=sensor.shape,
     )
-    s = own**2 - 2 * correlation * (own * other) + other**2 + look**2
+    s = own**2 - 2 * correlation * (own * other) + other**2 + sensor**2
     if not (s > 0).all():
-        raise ValueError("vehicle_deviation, landmark_deviation and look_deviation leave no noise")
+        raise ValueError(
+            "vehicle_deviation, landmark_deviation and measurement_deviation leave no noise"
+        )
     return np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.asarray(s)[..., None, None]  # eq. (17)
 
 
@@ -531,23 +548,27 @@ def _variances(name: str, value: VarianceLike) -> np.ndarray:
 
 
 def _checked(
-    start: Gaussian, commands: np.ndarray, looks: np.ndarray, V: VarianceLike, W: VarianceLike
+    start: Gaussian,
+    commands: np.ndarray,
+    measurements: np.ndarray,
+    V: VarianceLike,
+    W: VarianceLike,
 ) -> tuple[Gaussian, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the arguments of a run with a leading axis of runs (or of 1) on each."""
-    looks = checks.array("looks", looks, ("runs", "steps + 1", "n"))
-    runs, n = looks.shape[0], _counted(looks.shape[2], "looks")
-    steps = looks.shape[1] - 1
+    z = checks.array("measurements", measurements, ("runs", "steps + 1", "n"))
+    runs, n = z.shape[0], _counted(z.shape[2], "measurements")
+    steps = z.shape[1] - 1
     if steps < 1 or runs < 1:
-        raise ValueError(f"need at least 1 run and 2 looks, got looks {looks.shape}")
-    commands = checks.array("commands", commands, (steps,), f"looks {looks.shape}")
+        raise ValueError(f"need at least 1 run and 2 measurements, got measurements {z.shape}")
+    commands = checks.array("commands", commands, (steps,), f"measurements {z.shape}")
     _check_start(start)
     if start.mean.shape not in {(1,), (1, 1), (runs, 1)}:
         raise ValueError(f"start must be one belief or {runs}, got mean {start.mean.shape}")
     mean = start.mean.reshape(-1, 1)
     cov = np.broadcast_to(start.cov, (*start.cov.shape[:-2], 1, 1)).reshape(-1, 1, 1)
     V = _per_run("motion_variance", V, (steps,), runs)
-    W = _per_run("look_variance", W, (steps + 1, n), runs)
-    return Gaussian(mean, cov), commands, looks, V, W
+    W = _per_run("measurement_variance", W, (steps + 1, n), runs)
+    return Gaussian(mean, cov), commands, z, V, W
 
 
 def _per_run(name: str, value: VarianceLike, shape: tuple[int, ...], runs: int) -> np.ndarray:
@@ -649,9 +670,9 @@ def _covariance_kernel(P0, V, W):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def _mean_kernel(origin, commands, looks, gains):  # pragma: no cover - compiled
+def _mean_kernel(origin, commands, z, gains):  # pragma: no cover - compiled
     """Return estimates and innovations of each run, eqs (3), (4) and (6)."""
-    runs, n = looks.shape[0], looks.shape[2]
+    runs, n = z.shape[0], z.shape[2]
     steps = commands.size
     means = np.empty((runs, steps + 1, n + 1))
     innovations = np.empty((runs, steps, n))
@@ -659,13 +680,13 @@ def _mean_kernel(origin, commands, looks, gains):  # pragma: no cover - compiled
         g = min(run, gains.shape[0] - 1)
         means[run, 0, 0] = origin[run]
         for i in range(n):
-            means[run, 0, i + 1] = origin[run] + looks[run, 0, i]
+            means[run, 0, i + 1] = origin[run] + z[run, 0, i]
         for k in range(steps):
             x, after = means[run, k], means[run, k + 1]
             K, innovation = gains[g, k], innovations[run, k]
             vehicle = x[0] + commands[k]
             for m in range(n):
-                innovation[m] = looks[run, k + 1, m] - (x[m + 1] - vehicle)
+                innovation[m] = z[run, k + 1, m] - (x[m + 1] - vehicle)
             for i in range(n + 1):
                 total = x[i] if i > 0 else vehicle
                 for m in range(n):

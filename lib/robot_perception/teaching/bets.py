@@ -93,14 +93,13 @@ def _html(question: str, replies: Mapping[str, str], right: str) -> str:
         if answer == right:
             answered = f'<br><b class="rp-letter">{letter}</b> {words}<br>{reply}'
     html = (
-        f'<div class="rp-bet mathjax_process"><fieldset><legend><strong>A bet.</strong> {asked}'
+        f'<div class="rp-bet"><fieldset><legend><strong>A bet.</strong> {asked}'
         f'</legend><div class="rp-answers">{answers}'
         f'<div class="rp-replies" role="status">{told}</div></div></fieldset></div>'
     )
     if on_page():  # the extension moves it to the end of the section
         html += (
-            '<p class="rp-bet-answer mathjax_process" data-waiting>'
-            f"<strong>The bet.</strong> {asked}{answered}</p>"
+            f'<p class="rp-bet-answer" data-waiting><strong>The bet.</strong> {asked}{answered}</p>'
         )
     return html
 

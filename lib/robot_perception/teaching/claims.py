@@ -6,7 +6,7 @@
            statement="…", method="…", accepted=Accepted(0.3819, 0.3820, "the pole 1/φ² …"))
     def gain_vanishes(size: Size, rng: Generator) -> Finding: ...
 
-    @gain_vanishes.sabotage("a landmark that wanders, so that looks never stop counting")
+    @gain_vanishes.sabotage("a landmark that wanders, so that measurements never stop counting")
     def wandering(size: Size, rng: Generator) -> Finding: ...
 
 The decorated function becomes a :class:`Claim`. Its verdict follows from the finding and the

@@ -29,5 +29,5 @@ class Shown:
 
 
 def with_mathematics(text: str) -> str:
-    """Return a text as HTML; MathJax sets what stands between dollars, in `mathjax_process`."""
-    return _MATHEMATICS.sub(r"\\(\1\\)", escape(text, quote=False))
+    """Return a text as HTML; MathJax sets what stands between dollars."""
+    return _MATHEMATICS.sub(r'<span class="math">\\(\1\\)</span>', escape(text, quote=False))

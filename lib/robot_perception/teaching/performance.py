@@ -22,6 +22,7 @@ from robot_perception.teaching.figures.style import (
 )
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
+from robot_perception.teaching.tables import Table
 
 THEMES = {
     "monobot": "The robot on a line",
@@ -149,6 +150,16 @@ class Record:
         text = f"{self.reached} of {rows} targets reached on {self.date}"
         html = f"<p>{text}, on {escape(self.machine)}, one thread; {escape(self.versions)}.</p>"
         return Shown({"text/html": html, "text/plain": text})
+
+    def themes(self) -> Table:
+        """Return how many pieces of work each theme has, and how many of them have a peer."""
+        by_theme = {theme: [w for w in self.work if w.theme == theme] for theme in ORDER}
+        rows = {
+            theme: (len(work), sum(w.ratio is not None for w in work))
+            for theme, work in by_theme.items()
+        }
+        columns = {"work": "pieces that are timed", "with a peer": "that does the same"}
+        return Table(rows, columns, corner="theme")
 
     def tables(self) -> Shown:
         """Return the work as tables, one a theme."""

@@ -43,42 +43,37 @@ def scorecard(claims: Iterable[Claim], titles: Mapping[str, str]) -> Shown:
 
 
 def _bar(ledger: Ledger) -> str:
-    """Return the shares of the verdicts as a bar."""
-    counts = verdicts(ledger)
-    told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    """Return the shares of the verdicts as a bar; the counts stand in words above the cards."""
     parts = "".join(
         f'<span class="{style(verdict, "rp-share")}" style="flex-grow: {count}"></span>'
-        for verdict, count in counts.items()
+        for verdict, count in verdicts(ledger).items()
     )
-    return f'<div class="rp-shares" role="img" aria-label="{told}">{parts}</div>'
+    return f'<div class="rp-shares" aria-hidden="true">{parts}</div>'
 
 
 def _filter(ledger: Ledger) -> str:
     """Return the form by which a script chooses cards; the script shows it."""
-    papers = [entry.paper for entry in ledger.entries]
+    papers = {entry.paper for entry in ledger.entries}
     by_verdict = [
-        (str(verdict), str(verdict), count, style(verdict, "rp-badge"), EXPLAINED[verdict])
-        for verdict, count in verdicts(ledger).items()
+        (str(verdict), str(verdict), style(verdict, "rp-badge"), EXPLAINED[verdict])
+        for verdict in verdicts(ledger)
     ]
     by_paper = [
-        (key, paper(key).citation, papers.count(key), "rp-badge", paper(key).title)
-        for key in PAPERS
-        if key in papers
+        (key, paper(key).citation, "rp-badge", paper(key).title) for key in PAPERS if key in papers
     ]
     return (
         '<form class="rp-filter" autocomplete="off" aria-label="Choose claims" hidden>'
-        f"{_choices('verdict', by_verdict, len(papers))}{_choices('paper', by_paper, len(papers))}"
+        f"{_choices('verdict', by_verdict)}{_choices('paper', by_paper)}"
         '<p><span role="status"></span> <button type="button">Open all</button></p></form>'
     )
 
 
-def _choices(name: str, options: Iterable[tuple[str, str, int, str, str]], total: int) -> str:
-    every = ("", "all", total, "rp-badge", "")
+def _choices(name: str, options: Iterable[tuple[str, str, str, str]]) -> str:
+    every = ("", "all", "rp-badge", "")
     labels = "".join(
         f'<label class="{kind}" title="{escape(title)}"><input type="radio" name="{name}" '
-        f'value="{escape(value)}"{"" if value else " checked"}> {escape(text)} '
-        f"<small>{count}</small></label>"
-        for value, text, count, kind, title in (every, *options)
+        f'value="{escape(value)}"{"" if value else " checked"}> {escape(text)}</label>'
+        for value, text, kind, title in (every, *options)
     )
     return f"<fieldset><legend>{name.capitalize()}</legend>{labels}</fieldset>"
 

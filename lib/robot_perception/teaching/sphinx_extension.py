@@ -4,8 +4,8 @@ It sets the environment variable by which kernels know that no reader sits behin
 results of a page only as long as all they depend on is the same, copies MathJax from its
 package into the site, moves the states of explorers and films into files beside the page and the
 answers of bets to the ends of their sections, numbers figures and what refers to them, writes pages
-of source code, lets pages link to what outputs name, and drops every script that would ask another
-host for something.
+of source code, lets pages link to what outputs name, puts MathML beside formulas, and drops every
+script that would ask another host for something.
 """
 
 import base64
@@ -30,6 +30,7 @@ from sphinx.util import logging
 from robot_perception.teaching import source_pages
 from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.formulas import with_mathml
 
 STORED = "_static/explorers"
 UNNUMBERED = "the figure"
@@ -54,10 +55,9 @@ UNWANTED = {"sphinx_thebe": None, "sphinx.ext.viewcode": "html-collect-pages"}
 
 NO_SCRIPTS = (
     '<p class="rp-note rp-unscripted">Your browser runs no scripts. Everything can be read, but '
-    "formulas stand as LaTeX source, and controls need scripts: each figure shows its first state."
-    "</p>"
+    "controls need scripts: each figure shows its first state.</p>"
 )
-SCRIPTED = ('class="math', 'class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
+SCRIPTED = ('class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
 
 _MATHEMATICS = re.compile(r"\$([^$]+)\$")
 _NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
@@ -79,7 +79,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("source-read", _choose_cache)
     connect_figures(app)
     app.connect("env-check-consistency", _name_references)
-    app.connect("doctree-read", _name_outputs)
+    app.connect("doctree-read", _note_outputs)
     app.connect("html-collect-pages", _source_pages)
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
@@ -239,11 +239,16 @@ def _source_pages(app: Sphinx) -> Iterable[tuple[str, dict[str, Any], str]]:
     return source_pages.pages(ROOT, Path(app.outdir), highlight)
 
 
-def _name_outputs(app: Sphinx, doctree: nodes.document) -> None:
-    """Let `page.ipynb#name` link to what an output names, a claim for instance."""
+def _note_outputs(app: Sphinx, doctree: nodes.document) -> None:
+    """Let `page.ipynb#name` link to what an output names, a claim for instance.
+
+    A page has formulas, too, if its outputs have.
+    """
     slugs = app.env.metadata[app.env.docname].setdefault("myst_slugs", {})
     for node in doctree.findall(nodes.raw):
         slugs.update((name, (0, name, name)) for name in _NAMED.findall(node.astext()))
+        if 'class="math' in node.astext():
+            app.env.get_domain("math").data["has_equations"][app.env.docname] = True
 
 
 class SetMathematics(SphinxPostTransform):
@@ -286,7 +291,7 @@ def _finish_page(
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
-    body = _first_only(_answers_last(body))
+    body = with_mathml(_first_only(_answers_last(body)))
     if any(word in body for word in SCRIPTED):
         body = NO_SCRIPTS + body
 

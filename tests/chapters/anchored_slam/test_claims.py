@@ -38,7 +38,7 @@ def test_without_the_anchor_a_rank_is_missing():
     finding = quick("anchor-full-rank")
     assert finding.evidence["missing ranks without the anchor, n = 1"].estimate == 1
     table = finding.tables["information on the start (1/m²)"]
-    ratio = table["landmark", "200 looks"] / table["landmark", "100 looks"]
+    ratio = table["landmark", "200 measurements"] / table["landmark", "100 measurements"]
     assert ratio == pytest.approx(2, rel=0.01)
 
 
@@ -57,8 +57,8 @@ def test_anchor_and_sensor_are_one_system_with_one_range_and_one_condition():
 
 
 @pytest.mark.parametrize("key", ["anchor-unbiased", "external-sensor"])
-def test_dependence_falls_like_one_over_the_looks(key):
-    name = "exponent of the explained share against the looks, by the covariances"
+def test_dependence_falls_like_one_over_the_measurements(key):
+    name = "exponent of the explained share against the measurements, by the covariances"
     assert quick(key).evidence[name].estimate == pytest.approx(-1, abs=0.01)
 
 

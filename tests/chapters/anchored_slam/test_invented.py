@@ -28,9 +28,9 @@ def test_at_consistent_points_nothing_is_invented(study, kind):
     assert (np.diff(study[kind].gains, axis=1) < 1e-6).all()
 
 
-def test_the_standard_filter_invents_information(study):
-    assert study["standard"].invented.all()
-    assert np.median(study["standard"].gains[:, -1]) > 5
+def test_the_plain_filter_invents_information(study):
+    assert study["plain"].invented.all()
+    assert np.median(study["plain"].gains[:, -1]) > 5
 
 
 def test_without_noise_of_the_wheels_the_information_stands_still():
@@ -48,22 +48,22 @@ def test_no_honest_heading_is_surer_than_the_turn_it_started_with():
         N = gauge_directions(point, drive.places[invented.ANCHOR])["turn"]
         floor = 1 / information_along(N, drive.start.cov)
         lowest = invented.filter_drive(config, drive, kind).pose_covs[:, 2, 2].min()
-        assert (lowest >= floor * (1 - 1e-9)) == (kind != "standard")
+        assert (lowest >= floor * (1 - 1e-9)) == (kind != "plain")
 
 
 @pytest.mark.parametrize("kind", FILTERS)
 def test_who_states_the_error_of_the_heading(study, kind):
     low, high = average_bounds(1, RUNS, 1 - 1e-4)
     after = study[kind].nees[[0, 40, 70, -1]]
-    if kind == "standard":
+    if kind == "plain":
         assert (after[1:] > high).all()
     else:
         assert ((low < after) & (after < high)).all()
 
 
-def test_a_second_anchor_makes_the_standard_filter_honest_and_sharp(study):
+def test_a_second_anchor_makes_the_plain_filter_honest_and_sharp(study):
     config = Config(runs=RUNS, steps=100, anchors=2)
-    two = invented.run(config, ("standard",), rng=np.random.default_rng(8))["standard"]
+    two = invented.run(config, ("plain",), rng=np.random.default_rng(8))["plain"]
     low, high = average_bounds(1, RUNS, 1 - 1e-4)
     assert low < two.nees[-1] < high
     assert two.rms[-1] < study["ideal"].rms[-1] / 5
@@ -71,7 +71,7 @@ def test_a_second_anchor_makes_the_standard_filter_honest_and_sharp(study):
 
 def test_a_start_known_in_heading_leaves_little_to_invent():
     config = Config(runs=RUNS, steps=100, heading_deviation=np.deg2rad(1.0))
-    result = invented.run(config, ("standard",), rng=np.random.default_rng(9))["standard"]
+    result = invented.run(config, ("plain",), rng=np.random.default_rng(9))["plain"]
     assert np.median(result.gains[:, -1]) < 1.2
 
 

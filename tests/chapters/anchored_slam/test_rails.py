@@ -30,15 +30,15 @@ def test_errors_and_innovations_are_as_large_as_the_filter_says(config, landmark
     result = study(config, landmarks=landmarks)
     errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
     low, high = average_bounds(landmarks + 1, RUNS, 1 - 1e-4)
-    for look in (0, 1, 7, 25, 100):
-        nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
-        assert low < nees.mean() < high, f"look {look}"
+    for step in (0, 1, 7, 25, 100):
+        nees = normalised_squared(errors[:, step], result.filtered.covs[0, step])
+        assert low < nees.mean() < high, f"step {step}"
     nis = normalised_squared(result.filtered.innovations, result.filtered.innovation_covs[0])
     low, high = average_bounds(landmarks + 1, nis.size, 1 - 1e-4)
     assert low < nis.mean() < high
 
 
-def test_figures_share_their_worlds_and_their_first_look():
+def test_figures_share_their_worlds_and_their_first_measurement():
     four, five, six = rails.figures(rng=RNG(3)).values()
     alone = rail.run(FIG4, rng=RNG(3))
     np.testing.assert_array_equal(four.filtered.means, alone.filtered.means)
@@ -56,7 +56,7 @@ def test_gain_drawn_is_that_of_the_landmarks_own_innovation():
 def test_configurations_hold_what_the_captions_print():
     assert (FIG5.position, FIG5.base, FIG6.base) == (0.0, FIG4, FIG4)
     distance = np.abs(FIG4.plan[1:])
-    np.testing.assert_allclose(FIG5.deviations, 0.01 + FIG4.look_share * distance)
+    np.testing.assert_allclose(FIG5.deviations, 0.01 + FIG4.measurement_share * distance)
     np.testing.assert_allclose(FIG6.deviations, 0.1)
 
 
@@ -72,7 +72,7 @@ def test_share_left_is_how_much_of_the_first_error_is_still_there(config):
     assert z < 4
 
 
-def test_share_left_sees_an_error_that_is_large_and_one_that_the_first_look_fixes():
+def test_share_left_sees_an_error_that_is_large_and_one_that_the_first_measurement_fixes():
     result = study(FIG5, runs=4000, seed=5)
     first, last = result.first_errors[:, 0], result.last_errors[:, 0]
     allowed, value = rails.anchor_unbiased.accepted, rails.share_left(result)

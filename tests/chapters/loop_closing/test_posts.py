@@ -51,10 +51,10 @@ def test_share_of_steps_in_the_band_is_what_honest_errors_of_such_memory_give(li
 
 def test_an_uncertain_start_breaks_the_plain_filter_and_not_the_one_with_first_estimates():
     config = replace(TURNED, runs=30)
-    runs = posts.run(config, ("plain", "first estimates", "true Jacobians"), rng=RNG(2))
+    runs = posts.run(config, ("plain", "first estimates", "ideal"), rng=RNG(2))
     high = average_bounds(3, 30, 1 - 1e-6)[1]
     assert runs["plain"].nees[:, -1].mean() > high
-    for variant in ("first estimates", "true Jacobians"):
+    for variant in ("first estimates", "ideal"):
         assert runs[variant].nees[:, -1].mean() < high
 
 

@@ -57,7 +57,7 @@ def test_known_landmark_repairs(variants):
     assert np.all(np.diff(known.deviations) < 0)
 
 
-def test_table_has_the_errors_after_the_last_look(variants):
+def test_table_has_the_errors_after_the_last_measurement(variants):
     shown = broken.table(variants)
     assert list(shown.rows) == [v.name for v in variants]
     for v in variants:

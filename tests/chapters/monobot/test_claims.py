@@ -35,7 +35,7 @@ def test_gain_decays_by_a_power_where_the_paper_expects_a_time_constant():
     assert slow.estimate == pytest.approx(-1, abs=0.01)
 
 
-def test_the_share_that_the_first_look_explains_is_the_one_that_is_measured():
+def test_the_share_that_the_first_measurement_explains_is_the_one_that_is_measured():
     finding = quick("first-look-stays")
     elsewhere = finding.tables["the same in other settings"]
     form = elsewhere["P0 = V = W = 1 (theory: φ/2)", "share"]
@@ -78,8 +78,8 @@ def test_an_error_persists_in_metres_not_by_correlation(scale):
     assert steady.initial_error_persists.verdict(Finding(steady.persistence(small))) == expected
 
 
-def test_an_exact_start_and_first_look_leave_no_error_and_nothing_to_explain():
-    exact = replace(FIG4, runs=50, start_deviation=0.0, first_look_factor=0.0)
+def test_an_exact_start_and_first_measurement_leave_no_error_and_nothing_to_explain():
+    exact = replace(FIG4, runs=50, start_deviation=0.0, first_measurement_factor=0.0)
     result = rail.run(exact, rng=np.random.default_rng(4))
     assert steady.persistence(result).estimate == 0.0
     assert result.explained.estimate == 0.0
@@ -92,11 +92,11 @@ def test_the_ratio_of_variances_has_its_closed_form():
     ratios = finding.tables["other starts"]
     for start, (ratio,) in ratios.rows.items():
         forms = (
-            settled(n, start_variance=float(start) ** 2, motion_variance=1, look_variance=1)
+            settled(n, start_variance=float(start) ** 2, motion_variance=1, measurement_variance=1)
             for n in (50, 1)
         )
         many, one = (form.landmark_variance for form in forms)
-        assert ratio == pytest.approx(many / one, abs=0.02)  # 100 looks are not all of them
+        assert ratio == pytest.approx(many / one, abs=0.02)  # 100 measurements are not all of them
     found = [ratios[start, "n = 50 over n = 1"] for start in ratios.rows]
     assert found == sorted(found)
     measured = finding.evidence["the same, measured"]

@@ -20,14 +20,16 @@ from robot_perception.slam.monobot import run_filter, settled
 def test_exercises_judge_right_and_wrong(key, right, wrong):
     if key == "monobot-3":  # by the recursion, not by the closed form that the exercise uses
         start = Gaussian(np.zeros(1), np.array([[0.25]]))
-        looks = np.zeros((1, 500, 4))
-        run = run_filter(start, np.zeros(499), looks, motion_variance=1.0, look_variance=1.0)
+        z = np.zeros((1, 500, 4))
+        run = run_filter(start, np.zeros(499), z, motion_variance=1.0, measurement_variance=1.0)
         right = run.covs[0, -1, 1:, 1:].mean()
     if key == "monobot-4":
         right = next(
             n
             for n in range(80, 120)
-            if settled(n, start_variance=1, motion_variance=1, look_variance=1).landmark_variance
+            if settled(
+                n, start_variance=1, motion_variance=1, measurement_variance=1
+            ).landmark_variance
             <= 1.01
         )
     exercise = EXERCISES[key]

@@ -49,7 +49,7 @@ def test_one_run_is_drawn_from_its_own_truth_estimates_and_gains(landmarks):
     _, axes = figure(4, 1, height=9)
     draw.one_run(axes, result, 1)
     path, errors, vehicle, gains = (ordinates(ax) for ax in axes)
-    sightings = result.world.positions[1] + result.world.looks[1, :, 0]
+    sightings = result.world.positions[1] + result.world.measurements[1, :, 0]
     np.testing.assert_array_equal(path[0], sightings[::3])
     assert len(axes[0].collections) == 2
     means, reach = result.filtered.means[1], 2 * result.deviations

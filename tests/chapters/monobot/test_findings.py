@@ -81,29 +81,29 @@ def test_errors_fall_for_good_only_at_rest_and_from_a_known_start(setting):
 
 # Vehicle and landmark --------------------------------------------------------------------------
 
-LOOKS = explorers.PLANE_CONTROLS["looks"].values
+MEASUREMENTS = explorers.PLANE_CONTROLS["measurements"].values
 
 
 def deviations(anchored):
     """Return two deviations of vehicle and landmark in every state of the explorer."""
     planes = explorers.planes(anchored=anchored)
-    return np.array([2 * np.sqrt(np.diagonal(planes[k].belief.cov)) for k in LOOKS])
+    return np.array([2 * np.sqrt(np.diagonal(planes[k].belief.cov)) for k in MEASUREMENTS])
 
 
 @pytest.mark.parametrize("anchored", [False, True])
 def test_the_ellipse_never_sticks_out_of_what_the_measurements_allow(anchored):
-    for looks in LOOKS:
-        state = explorers.planes(anchored=anchored)[looks]
+    for k in MEASUREMENTS:
+        state = explorers.planes(anchored=anchored)[k]
         root = np.linalg.cholesky(state.belief.cov)
         reach = np.linalg.eigvalsh(root.T @ state.information @ root).max()
-        assert 0.9 < reach < 1 + 1e-9, looks  # 1: it touches the edge
+        assert 0.9 < reach < 1 + 1e-9, k  # 1: it touches the edge
 
 
 def test_without_an_anchor_strip_and_ellipse_stand_still_after_a_few_measurements():
     planes = explorers.planes(anchored=False)
-    width = [np.linalg.eigvalsh(planes[k].information)[1] ** -0.5 for k in LOOKS]
+    width = [np.linalg.eigvalsh(planes[k].information)[1] ** -0.5 for k in MEASUREMENTS]
     assert np.ptp(width[3:]) < 0.01 * width[0] < np.ptp(width[:3])
-    length = [np.linalg.eigvalsh(planes[k].belief.cov)[1] for k in LOOKS]
+    length = [np.linalg.eigvalsh(planes[k].belief.cov)[1] for k in MEASUREMENTS]
     assert np.all(np.diff(length) > -1e-9)
     vehicle, landmark = deviations(False).T
     assert np.ptp(landmark[3:]) < 0.01
@@ -113,7 +113,7 @@ def test_without_an_anchor_strip_and_ellipse_stand_still_after_a_few_measurement
 
 def test_with_an_anchor_the_landmark_closes_with_the_root_and_the_vehicle_stays():
     vehicle, landmark = deviations(True).T
-    np.testing.assert_allclose(landmark * np.sqrt(np.add(LOOKS, 1)), landmark[0])
+    np.testing.assert_allclose(landmark * np.sqrt(np.add(MEASUREMENTS, 1)), landmark[0])
     assert np.all(np.diff(vehicle) < 0)
     assert 1.2 < vehicle[-1] < vehicle[-4] < 1.25
 
@@ -141,8 +141,9 @@ def test_from_a_known_start_a_robot_at_rest_averages_and_a_moving_one_does_not()
 
 
 def test_worse_wheels_and_a_better_sensor_leave_more_of_what_averaging_would_remove():
-    for n, look in product((1, 5, 20), (0.05, 0.1)):
-        fixed = {"landmarks": n, "look_share": look, "start_deviation": 0.0, "shape": "sine"}
+    for n, share in product((1, 5, 20), (0.05, 0.1)):
+        fixed = {"landmarks": n, "start_deviation": 0.0, "shape": "sine"}
+        fixed["measurement_share"] = share
         good, bad = explorers.persistences(**fixed)  # in the order of the control
         assert bad > good
     for n, move in product((1, 5, 20), (0.1, 0.5)):

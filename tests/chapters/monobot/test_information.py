@@ -19,7 +19,7 @@ def test_likelihood_is_level_along_a_shift_and_curved_across():
     assert values.max() == 0
     for offset in (-5, 0, 9):
         assert np.ptp(np.diagonal(values, offset)) < 1e-9
-    # across: the information on the distance at the start, with the first look's own 1/W
+    # across: the information on the distance at the start, with the first measurement's own 1/W
     row = values[12]
     curvature = np.diff(row, 2) / np.diff(places)[0] ** 2
     np.testing.assert_allclose(curvature, -GOLDEN, rtol=1e-6)
@@ -28,8 +28,8 @@ def test_likelihood_is_level_along_a_shift_and_curved_across():
 @pytest.mark.parametrize("anchored", [False, True])
 def test_plane_is_dark_in_one_direction_unless_there_is_an_anchor(anchored):
     planes = information.planes(anchored=anchored, rng=RNG(3))
-    for looks in (1, 5, 30):
-        assert scale_free_rank(planes[looks].information) == (2 if anchored else 1)
+    for k in (1, 5, 30):
+        assert scale_free_rank(planes[k].information) == (2 if anchored else 1)
     assert (np.sqrt(planes[30].belief.cov[1, 1]) < 0.3) == anchored
 
 
@@ -66,12 +66,12 @@ def test_planes_are_those_of_the_run():
     run, known = rail.refilter(FIG3, world), information.exact_information(FIG3)
     planes = information.planes(anchored=False, rng=RNG(3))
     assert len(planes) == FIG3.steps + 1
-    for looks in (0, 1, 7):
-        now = planes[looks]
-        np.testing.assert_array_equal(now.truth, [world.positions[0, looks], FIG3.landmarks_at])
-        np.testing.assert_array_equal(now.belief.mean, run.means[0, looks])
-        np.testing.assert_array_equal(now.belief.cov, run.covs[0, looks])
-        np.testing.assert_array_equal(now.information, known[looks])
+    for k in (0, 1, 7):
+        now = planes[k]
+        np.testing.assert_array_equal(now.truth, [world.positions[0, k], FIG3.landmarks_at])
+        np.testing.assert_array_equal(now.belief.mean, run.means[0, k])
+        np.testing.assert_array_equal(now.belief.cov, run.covs[0, k])
+        np.testing.assert_array_equal(now.information, known[k])
 
 
 def test_plane_is_honest_with_an_anchor():

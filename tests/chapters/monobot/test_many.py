@@ -11,7 +11,7 @@ from robot_perception.chapters.monobot.rail import FIG3
 RUNS = 400
 
 
-def test_expected_errors_are_those_of_the_covariances_after_the_last_look():
+def test_expected_errors_are_those_of_the_covariances_after_the_last_measurement():
     base = replace(FIG3, runs=2, steps=9, start_deviation=0.5)
     found = many.run(base, (1, 4), rng=np.random.default_rng(0))
     assert found.floor == 0.5

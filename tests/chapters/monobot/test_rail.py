@@ -24,10 +24,10 @@ def test_errors_are_as_large_as_the_filter_says(base, landmarks):
     result = study(base, landmarks=landmarks)
     errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
     low, high = average_bounds(landmarks + 1, RUNS, 1 - 1e-4)
-    for look in (0, 1, 7, 100):
-        # whitened by the square root, as the covariance of many looks is close to singular
-        nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
-        assert low < nees.mean() < high, f"look {look}"
+    for step in (0, 1, 7, 100):
+        # whitened by the square root, as the covariance of many measurements is close to singular
+        nees = normalised_squared(errors[:, step], result.filtered.covs[0, step])
+        assert low < nees.mean() < high, f"step {step}"
 
 
 @pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
@@ -63,7 +63,7 @@ def test_information_grows_in_the_end_at_the_rate_of_the_closed_form(landmarks):
     assert total[-1] - total[-2] == pytest.approx(rail.limit(landmarks).information_rate, rel=1e-9)
 
 
-def test_share_explained_by_the_first_look_is_the_ratio_of_variances():
+def test_share_explained_by_the_first_measurement_is_the_ratio_of_variances():
     """Estimates later in time differ from the first by what is orthogonal to the last error."""
     share = study(FIG3, steps=40, runs=4000).explained
     assert share.low < GOLDEN / 2 < share.high
@@ -77,14 +77,16 @@ def test_same_seed_same_result_and_a_run_does_not_depend_on_its_number():
 
 
 def test_configurations_hold_what_the_captions_print():
-    assert (FIG3.start_deviation, FIG3.motion_deviation, FIG3.look_deviation) == (1.0, 1.0, 1.0)
+    assert FIG3.start_deviation == FIG3.motion_deviation == FIG3.measurement_deviation == 1.0
     np.testing.assert_array_equal(FIG3.motion_deviations, np.ones(100))
     assert (FIG4.start, FIG4.landmarks_at, FIG4.steps) == (-1.0, 1.0, 100)
     assert FIG4.plan[0] == -1.0
     assert FIG4.plan[-1] == pytest.approx(-1.0)
     commands, distances = np.diff(FIG4.plan), 1.0 - FIG4.plan
     np.testing.assert_allclose(FIG4.motion_deviations / np.abs(commands), FIG4.motion_share)
-    np.testing.assert_allclose(FIG4.look_deviations[:, 0] / distances, FIG4.look_share)
+    np.testing.assert_allclose(
+        FIG4.measurement_deviations[:, 0] / distances, FIG4.measurement_share
+    )
 
 
 @pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
@@ -92,9 +94,9 @@ def test_anchored_errors_are_as_large_as_the_filter_says_and_small(base):
     result = rail.run_anchored(replace(base, runs=RUNS, landmarks=2), rng=RNG(5))
     errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
     low, high = average_bounds(3, RUNS, 1 - 1e-4)
-    for look in (1, 7, 100):
-        nees = normalised_squared(errors[:, look], result.filtered.covs[0, look])
-        assert low < nees.mean() < high, f"look {look}"
+    for step in (1, 7, 100):
+        nees = normalised_squared(errors[:, step], result.filtered.covs[0, step])
+        assert low < nees.mean() < high, f"step {step}"
     nis = normalised_squared(result.filtered.innovations, result.filtered.innovation_covs[0])
     low, high = average_bounds(3, RUNS * base.steps, 1 - 1e-4)
     assert low < nis.mean() < high

@@ -30,7 +30,7 @@ def test_corridor_reads_distances_and_moves_from_a_log(tmp_path, turn):
     write_log(tmp_path, wall=50.0, turn=turn)
     stretch = recordings.corridor(tmp_path)
     x = 0.5 * np.arange(90)[recordings.SCANS]
-    np.testing.assert_allclose(stretch.looks, 50.0 - x, atol=0.02)
+    np.testing.assert_allclose(stretch.measurements, 50.0 - x, atol=0.02)
     np.testing.assert_allclose(stretch.commands, 1.02 * 0.5, atol=1e-5)
     np.testing.assert_allclose(stretch.track, x - x[0], atol=1e-5)
 
@@ -50,5 +50,5 @@ def test_real_corridor_is_a_monobot():
     nis = normalised_squared(run.innovations[0], run.innovation_covs[0])
     low, high = average_bounds(1, nis.size, 0.99)
     assert low < nis.mean() < high
-    wall = stretch.track + stretch.looks
+    wall = stretch.track + stretch.measurements
     assert abs(run.means[0, -1, 1] - np.median(wall)) < 0.1

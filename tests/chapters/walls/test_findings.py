@@ -58,9 +58,9 @@ def test_presets_differ_from_the_default_and_from_one_another(name, frames):
 def test_no_preset_shows_an_empty_picture(frames):
     for preset in explorers.KNOB["presets"].values():
         chosen = {"tolerance": splitting.TOLERANCE, "sigma": 1.5} | preset
-        look = splitting.one_scan(chosen["tolerance"], chosen["sigma"] / 100)
-        assert len(look.segments) > 0
-        assert len(look.kept) > 2
+        scan = splitting.one_scan(chosen["tolerance"], chosen["sigma"] / 100)
+        assert len(scan.segments) > 0
+        assert len(scan.kept) > 2
     by_scans = {frame.scans: frame for frame in frames}
     for preset in explorers.growing(frames)["presets"].values():
         chosen = {"scans": frames[-1].scans, "least": 3} | preset
@@ -121,8 +121,8 @@ def test_lower_tolerances_find_too_many_walls_and_then_too_few(knob):
 
 @pytest.mark.parametrize(("deviations", "enough"), [(1, False), (2, False), (5, True)])
 def test_replies_of_the_first_bet_are_true_of_the_opening_scan(deviations, enough):
-    look = splitting.one_scan(deviations * 0.015)
-    assert (len(look.segments) == 8) == enough
+    scan = splitting.one_scan(deviations * 0.015)
+    assert (len(scan.segments) == 8) == enough
 
 
 def test_noise_at_five_centimetres_fills_the_chain_and_takes_walls(knob):

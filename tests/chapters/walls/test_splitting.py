@@ -30,13 +30,13 @@ def test_oracle_measures_to_the_point_where_there_is_no_line():
 
 
 def test_the_scan_of_the_opening_has_361_readings_and_eight_walls():
-    look = splitting.one_scan()
-    assert (look.ranges.size, len(look.segments)) == (361, 8)
+    scan = splitting.one_scan()
+    assert (scan.ranges.size, len(scan.segments)) == (361, 8)
 
 
 def test_true_faces_pass_through_the_readings_of_a_perfect_scanner():
-    look = splitting.one_scan(0.02, 0.0)
-    away = walls.distance_to_segments(look.points, look.truth).min(axis=1)
+    scan = splitting.one_scan(0.02, 0.0)
+    away = walls.distance_to_segments(scan.points, scan.truth).min(axis=1)
     assert np.median(away) < 0.01
 
 

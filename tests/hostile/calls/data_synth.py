@@ -12,7 +12,7 @@ SCANNER = laser.Scanner(beams=5)
 FACES = np.array([[[2.0, -9], [2, 9]], [[-2, 9], [-2, -9]], [[9, 2], [-9, 2]], [[-9, -2], [9, -2]]])
 PLAN = np.array([0.0, 1.0, 2.0])
 AT = np.array([3.0, 5.0])
-SIGMAS = {"start_deviation": 0.1, "motion_deviation": 0.1, "look_deviation": 0.1}
+SIGMAS = {"start_deviation": 0.1, "motion_deviation": 0.1, "measurement_deviation": 0.1}
 
 
 def rng() -> np.random.Generator:

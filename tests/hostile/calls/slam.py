@@ -15,10 +15,10 @@ from tests.hostile.sweep import call
 EYE, Q = np.eye(2), np.eye(3)
 POSE = np.array([1.0, 2.0, 0.5])
 
-START, LOOKS, STEPS = Gaussian(np.zeros(1), np.eye(1)), np.ones((2, 4, 3)), np.ones(3)
+START, MEASUREMENTS, STEPS = Gaussian(np.zeros(1), np.eye(1)), np.ones((2, 4, 3)), np.ones(3)
 REFERENCE = monobot.Reference(1, np.ones((2, 3)), 0.1)
 DEVIATIONS = (np.ones(2), np.ones(2), 0.5 * np.ones(2), np.ones(2))
-NOISES = {"motion_variance": 0.1, "look_variance": 0.2}
+NOISES = {"motion_variance": 0.1, "measurement_variance": 0.2}
 
 RANGES, POINTS = planar.RangeBearing(0.01 * EYE), planar.CartesianSensor(0.01 * EYE)
 BELIEF = planar.MapBelief(np.arange(5.0), np.eye(5), np.array([4]))
@@ -51,8 +51,8 @@ RESULTS = {
 }
 OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
 INNER = {
-    *(getattr(planar.CartesianSensor, name) for name in ("check", "look", "residual")),
-    *(getattr(planar.RangeBearing, name) for name in ("check", "look", "residual")),
+    *(getattr(planar.CartesianSensor, name) for name in ("check", "expect", "residual")),
+    *(getattr(planar.RangeBearing, name) for name in ("check", "expect", "residual")),
     *(getattr(planar.CartesianSensor, name) for name in ("locate", "locate_jacobians")),
     *(getattr(planar.RangeBearing, name) for name in ("locate", "locate_jacobians")),
     observability.Anchor.see,
@@ -68,12 +68,12 @@ CALLS = {
     **{thing: observations.CALLS[thing] for thing in OFFERED_TOO},
     monobot.sensor_matrix: lambda: call(2),
     monobot.motion: lambda: call(0.5, 0.1, 2),
-    monobot.first_look: lambda: call(START, np.ones(2), 0.1),
+    monobot.first_measurement: lambda: call(START, np.ones(2), 0.1),
     monobot.Reference: lambda: call(-1, np.ones((2, 3)), 0.1, 5.0),
     monobot.Reference.matrix: lambda: call(REFERENCE, 2),
-    monobot.run_filter: lambda: call(START, STEPS, LOOKS, **NOISES),
-    monobot.run_filter_stepwise: lambda: call(START, STEPS, LOOKS, **NOISES),
-    monobot.run_referenced: lambda: call(START, STEPS, LOOKS, REFERENCE, **NOISES),
+    monobot.run_filter: lambda: call(START, STEPS, MEASUREMENTS, **NOISES),
+    monobot.run_filter_stepwise: lambda: call(START, STEPS, MEASUREMENTS, **NOISES),
+    monobot.run_referenced: lambda: call(START, STEPS, MEASUREMENTS, REFERENCE, **NOISES),
     monobot.settled: lambda: call(2, start_variance=0.0, **NOISES),
     monobot.relative_system: lambda: call(2, **NOISES),
     monobot.one_landmark_term: lambda: call(*DEVIATIONS),

@@ -100,11 +100,11 @@ class Dense:
             self.anchors[name] if known else state[self.rows(name)] for state in (at, self.x)
         )
         sensor, H = self.settings.sensor, np.zeros((2, self.x.size))
-        _, by_pose, by_place = sensor.look(at[:3], there[None])
+        _, by_pose, by_place = sensor.expect(at[:3], there[None])
         H[:, :3] = by_pose[0]
         if not known:
             H[:, self.rows(name)] = by_place[0]
-        expected = sensor.look(self.x[:3], here[None])[0]
+        expected = sensor.expect(self.x[:3], here[None])[0]
         return sensor.residual(value[None], expected)[0], H
 
     def see(self, observed):

@@ -34,7 +34,7 @@ def wrapped(angle):
     return np.angle(np.exp(1j * angle))
 
 
-def drive(rng, *, steps=60, landmarks=12, noise=1.0, polar=False, seen=4, look=True):
+def drive(rng, *, steps=60, landmarks=12, noise=1.0, polar=False, seen=4, observe=True):
     """Return a drive with noises of ``noise`` times the standard deviations above.
 
     ``noise`` scales what is measured and what the filter is told. Positions are complex numbers.
@@ -60,7 +60,7 @@ def drive(rng, *, steps=60, landmarks=12, noise=1.0, polar=False, seen=4, look=T
         values = values + noise * deviations * rng.standard_normal(values.shape)
         if polar:
             values[:, 1] = wrapped(values[:, 1])
-        observed = Observations(ids, values) if look else None
+        observed = Observations(ids, values) if observe else None
         taken.append(Step(Odometry(increment, noise**2 * Q), observed))
     poses = np.stack([place.real, place.imag, heading], axis=-1)
     return Drive(poses, np.stack([posts.real, posts.imag], axis=-1), taken)

@@ -61,7 +61,7 @@ def test_pairs_are_chosen_by_the_textbooks_covariances(seed, jointly):
     places = np.vstack([belief.landmarks, anchors[80]])
     seen = rng.permutation(6)[:3]
     spread = rng.choice([0.3, 1.0])
-    values = CART.look(belief.pose, places[seen])[0] + spread * rng.standard_normal((3, 2))
+    values = CART.expect(belief.pose, places[seen])[0] + spread * rng.standard_normal((3, 2))
     noises = rng.choice([1.0, 200.0], (3, 1, 1)) * R
     observed = Observations(np.full(3, -1), values, noises)
     chosen = Association("joint", 0.9, 0.95) if jointly else Association("gated", 0.9, 0.95)
@@ -78,7 +78,7 @@ def test_pairs_are_chosen_by_the_textbooks_covariances(seed, jointly):
         slots = [None if names[j] == 80 else belief.slot(names[j]) for j in pairs[:, 1]]
         H = textbook.measurement_matrix(belief.mean, slots, places[pairs[:, 1]], CART)
         S = H @ belief.cov @ H.T + block_diag(*noises[pairs[:, 0]])
-        expected = values[pairs[:, 0]] - CART.look(belief.pose, places[pairs[:, 1]])[0]
+        expected = values[pairs[:, 0]] - CART.expect(belief.pose, places[pairs[:, 1]])[0]
         limits = np.array([gate(0.9, 2 * k + 2) for k in range(len(pairs))])
         best = pairs[joint_compatibility(pairs, expected, S, limits)]
     else:

@@ -37,8 +37,8 @@ def residuals(world, x, polar, noise):
     error = np.array([step.observations.values for step in world.steps]) - np.stack(parts, axis=-1)
     if polar:
         error[..., 1] = wrapped(error[..., 1])
-    look = np.sqrt(np.diag(R_POLAR if polar else R))
-    return np.r_[(moved / np.sqrt(np.diag(Q))).ravel(), (error / look).ravel()] / noise
+    blur = np.sqrt(np.diag(R_POLAR if polar else R))
+    return np.r_[(moved / np.sqrt(np.diag(Q))).ravel(), (error / blur).ravel()] / noise
 
 
 def batch(world, polar, noise):
@@ -54,7 +54,7 @@ def smoothed(world, noise):
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
     graph.add(gtsam.NonlinearEqualityPose2(X(0), gtsam.Pose2(*world.poses[0])))
     odometry = gtsam.noiseModel.Diagonal.Sigmas(noise * np.sqrt(np.diag(Q)))
-    look = gtsam.noiseModel.Diagonal.Sigmas(noise * np.sqrt(np.diag(R_POLAR))[::-1])
+    noise_seen = gtsam.noiseModel.Diagonal.Sigmas(noise * np.sqrt(np.diag(R_POLAR))[::-1])
     for k, pose in enumerate(world.poses):
         values.insert(X(k), gtsam.Pose2(*pose))
     for name, post in enumerate(world.landmarks):
@@ -66,7 +66,7 @@ def smoothed(world, noise):
             step.observations.ids.tolist(), step.observations.values, strict=True
         ):
             direction = gtsam.Rot2(bearing)
-            graph.add(gtsam.BearingRangeFactor2D(X(k + 1), L(name), direction, reach, look))
+            graph.add(gtsam.BearingRangeFactor2D(X(k + 1), L(name), direction, reach, noise_seen))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setRelativeErrorTol(1e-14)
     best = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()

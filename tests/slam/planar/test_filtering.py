@@ -40,7 +40,7 @@ def case(seed, sensor):
     anchors = {77: rng.uniform(-5, 5, 2)}
     ids = np.append(seen, 77)
     places = np.array([anchors[i] if i in anchors else belief.landmark(i).mean for i in ids])
-    values = sensor.look(belief.pose, places)[0] + 0.1 * rng.standard_normal((ids.size, 2))
+    values = sensor.expect(belief.pose, places)[0] + 0.1 * rng.standard_normal((ids.size, 2))
     values[:, 0] = 0.06 + np.abs(values[:, 0])  # farther than the bias
     noises = rng.standard_normal((ids.size, 2, 2))
     noises = noises @ noises.mT if seed % 2 else None
@@ -136,7 +136,7 @@ def test_a_linearised_step_is_the_linear_filter_and_filterpy(seed):
     )
     H = textbook.measurement_matrix(moved.mean, slots, places, sensor)
     noise = np.kron(np.eye(observed.ids.size), TILTED)
-    offset = sensor.look(moved.pose, places)[0].ravel() - H @ moved.mean
+    offset = sensor.expect(moved.pose, places)[0].ravel() - H @ moved.mean
     linear, info = kalman.update(linear, observed.values.ravel() - offset, kalman.Sensor(H, noise))
     peer = ExtendedKalmanFilter(n, H.shape[0])
     peer.x, peer.P, peer.F, peer.Q = moved.mean[:, None].copy(), belief.cov.copy(), F, G @ Q @ G.T
@@ -205,7 +205,7 @@ def million_updates(count, noise, considered):
     for k in range(count):
         work.predict(motion)
         slots, points = work.targets(range(k % n, min(k % n + 3, n)), {})
-        _, by_pose, by_point = CART.look(work.mean[:3], points)
+        _, by_pose, by_point = CART.expect(work.mean[:3], points)
         work.revise(by_pose, by_point, slots, np.zeros_like(points), R[None])
         if (k + 1) % (count // 10) == 0:
             P = work.snapshot().cov

@@ -123,7 +123,7 @@ def test_sensor_and_its_jacobians(sensor, pose, offset):
     reach, bearing = offset
     away = complex(*pose[:2]) + reach * np.exp(1j * (pose[2] + bearing))
     point = np.array([[away.real, away.imag]])
-    expected, by_pose, by_point = sensor.look(pose, point)
+    expected, by_pose, by_point = sensor.expect(pose, point)
     if isinstance(sensor, CartesianSensor):
         by_hand = [reach * np.cos(bearing), reach * np.sin(bearing)]
     else:
@@ -132,7 +132,7 @@ def test_sensor_and_its_jacobians(sensor, pose, offset):
     # differences of expected values run through the residual, so that bearings do not jump
 
     def seen(p, q):
-        return sensor.residual(sensor.look(p, q[None])[0], expected)[0]
+        return sensor.residual(sensor.expect(p, q[None])[0], expected)[0]
 
     near, point = 1e-6 * (1 + 30 / reach), point[0]
     np.testing.assert_allclose(by_pose[0], derivative(lambda p: seen(p, point), pose), atol=near)
@@ -145,7 +145,7 @@ def test_location_is_the_inverse_of_looking(sensor, pose, offset):
     reach, bearing = offset
     away = complex(*pose[:2]) + reach * np.exp(1j * (pose[2] + bearing))
     point = np.array([[away.real, away.imag]])
-    values, _, _ = sensor.look(pose, point)
+    values, _, _ = sensor.expect(pose, point)
     found = sensor.locate(pose, values)
     np.testing.assert_allclose(found, point, atol=1e-9)
     by_pose, by_value = sensor.locate_jacobians(pose, found, values)
@@ -163,7 +163,7 @@ def test_location_is_the_inverse_of_looking(sensor, pose, offset):
 def test_an_anchor_at_the_origin_has_the_jacobian_of_eq_25(pose):
     c, s = np.cos(pose[2]), np.sin(pose[2])
     rotation, slope = np.array([[c, -s], [s, c]]), np.array([[-s, -c], [c, -s]])  # R and its dR/dφ
-    h, by_pose, _ = CartesianSensor(R).look(pose, np.zeros((1, 2)))
+    h, by_pose, _ = CartesianSensor(R).expect(pose, np.zeros((1, 2)))
     np.testing.assert_allclose(h[0], -rotation.T @ pose[:2], atol=1e-12)  # eq. (24)
     printed = np.column_stack([-rotation.T, -slope.T @ pose[:2]])  # eq. (25)
     np.testing.assert_allclose(by_pose[0], printed, atol=1e-12)
@@ -235,7 +235,7 @@ BAD = [
     (lambda: Velocity(1.0, 0.0, 1.0, TILTED), "noise must be finite, symmetric"),
     (lambda: CartesianSensor(np.array([[1.0, 2.0], [2.0, 1.0]])), "positive semi-definite"),
     (lambda: RangeBearing(R, range_bias=NAN), "range_bias must be finite"),
-    (lambda: RangeBearing(R).look(np.zeros(3), np.zeros((1, 2))), "exactly at the robot"),
+    (lambda: RangeBearing(R).expect(np.zeros(3), np.zeros((1, 2))), "exactly at the robot"),
     (lambda: RangeBearing(R).check(np.array([[-0.5, 0.0]])), "not be negative, got -0.5"),
     (lambda: RangeBearing(R, 0.5).check(np.array([[0.2, 0.0]])), "exceed the bias, 0.5 m, got 0.2"),
     (lambda: RangeBearing(R, -0.5).check(np.array([[-0.1, 0.0]])), "not be negative, got -0.1"),
@@ -292,7 +292,7 @@ def test_one_bad_landmark_of_many_is_found(place):
     points, values = np.ones((3, 2)), np.ones((3, 2))
     points[place], values[place, 0] = 0.0, 0.2
     with pytest.raises(ValueError, match="exactly at the robot"):
-        RangeBearing(R).look(np.zeros(3), points)
+        RangeBearing(R).expect(np.zeros(3), points)
     with pytest.raises(ValueError, match=r"got 0\.2"):
         RangeBearing(R, 0.5).check(values)
 

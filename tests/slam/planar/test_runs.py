@@ -114,7 +114,7 @@ def gauge(pose):
 def test_first_estimates_keep_the_unobservable_space(polar, monkeypatch):
     """H_k Φ_{k-1} … Φ_0 N = 0 for all k: no measurement of the run sees a shift or turn of it all.
 
-    The standard filter's own Jacobians see the turn, from nowhere: its measurements cannot.
+    The plain filter's own Jacobians see the turn, from nowhere: its measurements cannot.
     """
     world = drive(np.random.default_rng(6), noise=3.0, polar=polar)
     truth = Truth(world.poses, dict(enumerate(world.landmarks)))
@@ -183,7 +183,7 @@ def test_retired_landmarks_are_frozen():
     run = run_filter(world.start, world.steps, settings)
     assert run.counts.retired == 4
     assert sorted(run.frozen) == [0, 1, 2, 3]
-    assert run.sizes[5:8].tolist() == [4, 0, 0]  # first look, then six revisions
+    assert run.sizes[5:8].tolist() == [4, 0, 0]  # first measurement, then six revisions
     early = run_filter(world.start, world.steps[:7], Settings(CART)).belief
     for name, place in run.frozen.items():
         np.testing.assert_allclose(place, early.landmark(name).mean, atol=1e-12)

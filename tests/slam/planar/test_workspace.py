@@ -94,7 +94,7 @@ def test_a_considered_landmark_stays_one_while_others_come_and_go():
     work.remove(first)
     before = work.snapshot()
     slots, points = work.targets([last, 91, still], {})
-    seen = sensor.look(before.pose, points)[0] + 0.1
+    seen = sensor.expect(before.pose, points)[0] + 0.1
     innovation, by_pose, by_point = work.linearise(slots, points, seen, sensor, None)
     work.revise(by_pose, by_point, slots, innovation, R[None])
     after = work.snapshot()
@@ -125,7 +125,7 @@ def test_a_covariance_is_symmetric_to_a_share_of_its_largest_variance(size, scal
 
 
 def test_the_update_keeps_its_digits_where_the_observations_almost_repeat():
-    """Against 60 digits: a prior over ten decades, noise of 1e-10, two looks 1e-7 apart."""
+    """Against 60 digits: a prior over ten decades, noise of 1e-10, two measurements 1e-7 apart."""
     rng = np.random.default_rng(0)
     n, k = 7, 2
     turn = np.linalg.qr(rng.standard_normal((n, n)))[0]

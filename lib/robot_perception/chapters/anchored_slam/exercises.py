@@ -16,7 +16,7 @@ def _is_heading_column(answer: object, sign: float = 1.0) -> bool:
     sensor, step = CartesianSensor(np.eye(2)), np.array([0.0, 0.0, 1e-6])
     for pose, point in (((0.3, -1.2, 0.7), (2.0, 1.5)), ((-4.0, 2.0, -2.6), (0.5, 3.0))):
         pose, point = np.array(pose), np.array(point)
-        ahead, behind = (sensor.look(pose + s * step, point[None])[0][0] for s in (1, -1))
+        ahead, behind = (sensor.expect(pose + s * step, point[None])[0][0] for s in (1, -1))
         column = np.asarray(answer(pose, point), dtype=float)
         if column.shape != (2,) or not np.allclose(
             column, sign * (ahead - behind) / 2e-6, atol=1e-6
@@ -26,7 +26,7 @@ def _is_heading_column(answer: object, sign: float = 1.0) -> bool:
 
 
 def _is_unseen(answer: object, of_it: tuple[float, ...] = (1, 1, 1, 1, 1)) -> bool:
-    """Return whether looks at anchor and landmark stay the same along a direction."""
+    """Return whether the measurements of anchor and landmark stay the same along a direction."""
     direction = np.asarray(answer, dtype=float)
     if direction.shape != (5,) or not direction.any():
         return False
@@ -39,11 +39,14 @@ EXERCISES = Sheet(
         "anchored-1": Exercise(
             1 / (0.03 + 0.01),
             mistakes=(
-                (1 / 0.01, "that is the look at the landmark alone; from where was it taken?"),
-                (1 / 0.03, "that is what the look at the anchor tells about the robot."),
-                (1 / 0.03 + 1 / 0.01, "two looks in a row add their variances, not their weights."),
+                (
+                    1 / 0.01,
+                    "that is the measurement of the landmark alone; from where was it taken?",
+                ),
+                (1 / 0.03, "that is what the measurement of the anchor tells about the robot."),
+                (1 / 0.03 + 1 / 0.01, "two measurements in a row add variances, not weights."),
             ),
-            hint="The difference of the two looks is landmark minus anchor. What is its variance?",
+            hint="The difference of the two is landmark minus anchor. What is its variance?",
             rtol=1e-6,
         ),
         "anchored-2": Exercise(

@@ -266,8 +266,8 @@ def planar_anchor(size: Size, rng: np.random.Generator) -> Finding:
         note=f"With one anchor the analysis at one point finds rank {one.rank} of "
         f"{one.dimension}, those along the true path and without linearisation find "
         f"{found['one anchor', 'true path'].rank}: the turn of the world about the anchor stays "
-        f"unseen. A standard filter believes the first: in "
-        f"{study['standard'].invented.sum()} of {RUNS[size]} runs it claims information about "
+        f"unseen. A plain filter believes the first: in "
+        f"{study['plain'].invented.sum()} of {RUNS[size]} runs it claims information about "
         f"the turn that no sensor sent; at consistent points, in "
         f"{study['first estimates'].invented.sum()}.",
     )

@@ -21,8 +21,8 @@ from robot_perception.slam.observability import gauge_directions, information_al
 from robot_perception.slam.planar import History, MapBelief, Step
 from robot_perception.teaching.tables import Table
 
-Filter = Literal["standard", "first estimates", "ideal"]
-FILTERS: tuple[Filter, ...] = ("standard", "first estimates", "ideal")
+Filter = Literal["plain", "first estimates", "ideal"]
+FILTERS: tuple[Filter, ...] = ("plain", "first estimates", "ideal")
 ANCHOR = 0
 
 
@@ -31,8 +31,8 @@ class Config:
     """A robot that circles among posts, one or more of which stand at known places; all ours.
 
     Lengths are in m, angles in rad. The anchors, 1 or 2, are there besides the posts. The start
-    errs in each coordinate and in the heading, a look in each coordinate of a post in the frame of
-    the robot; posts ahead and within reach are seen.
+    errs in each coordinate and in the heading, a measurement in each coordinate of a post in the
+    frame of the robot; posts ahead and within reach are seen.
     """
 
     runs: int = 50
@@ -43,7 +43,7 @@ class Config:
     anchors: int = 1
     start_deviation: float = 0.5
     heading_deviation: float = np.deg2rad(10.0)
-    look_deviation: float = 0.05
+    measurement_deviation: float = 0.05
     reach: float = 6.0
     slip: Slip = SMALL
 
@@ -69,7 +69,7 @@ class Result:
     invents nothing stays at or below 1. Deviations (as stated) and errors are of the heading, rad.
     """
 
-    gains: Float[np.ndarray, "runs looks"]
+    gains: Float[np.ndarray, "runs beliefs"]
     deviations: Float[np.ndarray, "runs steps"]
     errors: Float[np.ndarray, "runs steps"]
 
@@ -132,13 +132,13 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     own = [0.0, config.radius] + (config.radius + off)[:, None] * ring
     places = np.vstack([known, own])
     wheels = roll(path, config.slip, rng=rng)
-    looks = glimpse(places, path, sigma=config.look_deviation, reach=config.reach, rng=rng)
+    seen = glimpse(places, path, sigma=config.measurement_deviation, reach=config.reach, rng=rng)
     deviations = np.array([config.start_deviation] * 2 + [config.heading_deviation])
     believed = path[0] + deviations * rng.standard_normal(3)
     steps = tuple(
-        Step(planar.Odometry(increment, np.diag(deviation**2)), planar.Observations(*look))
-        for increment, deviation, look in zip(
-            wheels.increments, wheels.deviations, looks[1:], strict=True
+        Step(planar.Odometry(increment, np.diag(deviation**2)), planar.Observations(*observed))
+        for increment, deviation, observed in zip(
+            wheels.increments, wheels.deviations, seen[1:], strict=True
         )
     )
     return Drive(path, places, steps, MapBelief.start(believed, np.diag(deviations**2)))
@@ -147,9 +147,9 @@ def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
 def filter_drive(config: Config, drive: Drive, kind: Filter) -> History:
     """Run one of the three filters over a run; it keeps its belief after every step."""
     truth = planar.Truth(drive.path, dict(enumerate(drive.places)))
-    points = {"standard": "latest", "first estimates": "first", "ideal": truth}
+    points = {"plain": "latest", "first estimates": "first", "ideal": truth}
     settings = planar.Settings(
-        planar.CartesianSensor(config.look_deviation**2 * np.eye(2)),
+        planar.CartesianSensor(config.measurement_deviation**2 * np.eye(2)),
         anchors=dict(enumerate(drive.places[: config.anchors])),
         linearisation=points[kind],
         keep=range(config.steps),
@@ -157,15 +157,17 @@ def filter_drive(config: Config, drive: Drive, kind: Filter) -> History:
     return planar.run_filter(drive.start, drive.steps, settings)
 
 
-def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[np.ndarray, "looks"]:
+def claimed_information(
+    drive: Drive, history: History, kind: Filter
+) -> Float[np.ndarray, "beliefs"]:
     r"""Return the information that a filter claims about a turn of the world about the anchor.
 
     .. math:: I_k = N_k^\top P_k^{-1} N_k, \qquad
         N = \big(J (t - a),\, 1,\, J (p_1 - a), …\big)
 
     N is taken where the filter takes its Jacobians. If these points hang together, the next N is
-    F N and H N = 0, so that :math:`I_k` can only fall: looks add nothing, and noise of the wheels
-    takes away.
+    F N and H N = 0, so that :math:`I_k` can only fall: measurements add nothing, and noise of the
+    wheels takes away.
 
     Returns
     -------
@@ -184,7 +186,7 @@ def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[n
         match kind:
             case "ideal":
                 at, places = drive.path[k + 1], drive.places[belief.ids]
-            case "standard":
+            case "plain":
                 at, places = belief.pose, belief.landmarks
             case "first estimates":
                 at = step.motion.move(before.pose)
@@ -196,14 +198,14 @@ def claimed_information(drive: Drive, history: History, kind: Filter) -> Float[n
 
 
 def start_table(degrees: Sequence[float], *, rng: np.random.Generator) -> Table:
-    """Return what the standard filter invents, by how well its start heading is known (1σ, °).
+    """Return what the plain filter invents, by how well its start heading is known (1σ, °).
 
     Every start has the same noise.
     """
     rows, count = {}, Config().runs
     for known in degrees:
         config = Config(heading_deviation=np.deg2rad(known))
-        found = run(config, ("standard",), rng=deepcopy(rng))["standard"]
+        found = run(config, ("plain",), rng=deepcopy(rng))["plain"]
         rows[f"±{known:g}°"] = (float(np.median(found.gains[:, -1])), float(found.nees[-1]))
     columns = {
         "information": "about the turn, claimed over that of the start, median",

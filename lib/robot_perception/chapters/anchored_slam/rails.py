@@ -1,7 +1,7 @@
 """Figs 5 and 6: the monobot with an anchor, and with a sensor that watches it.
 
-World, seed and first look are those of Fig. 4 (chapter "The unobservable monobot"). What is added
-is one measurement after each move. The paper is Andrade-Cetto, "Perception Issues in Mobile
+World, seed and first measurement are those of Fig. 4 (chapter "The unobservable monobot"). What is
+added is one measurement after each move. The paper is Andrade-Cetto, "Perception Issues in Mobile
 Robotics", section 2.2, eqs (19) to (23).
 """
 
@@ -66,8 +66,8 @@ class Config:
         return self.deviation + self.share * np.abs(self.base.plan[1:] - self.position)
 
 
-FIG5 = Config(reference="anchor", deviation=0.01, share=FIG4.look_share)
-"""The anchor is looked at like a landmark; the centimetre is ours, since the planned path runs over
+FIG5 = Config(reference="anchor", deviation=0.01, share=FIG4.measurement_share)
+"""The anchor is measured like a landmark; the centimetre is ours, since the planned path runs over
 the origin, where noise in proportion to distance would vanish."""
 FIG6 = Config(reference="external sensor", deviation=0.1)
 """The paper leaves the noise of the external sensor out; 0.1 m is ours."""
@@ -90,7 +90,7 @@ def refilter(config: Config, world: RailRuns, *, rng: np.random.Generator) -> Mo
         return rail.refilter(config.base, world)
     measure = {"anchor": measure_anchor, "external sensor": watch_vehicle}[config.reference]
     values = measure(world, config.position, config.deviations, rng=rng)
-    return _filtered(config, world.commands, world.looks, values)
+    return _filtered(config, world.commands, world.measurements, values)
 
 
 def covariances(config: Config) -> MonobotRun:
@@ -98,22 +98,22 @@ def covariances(config: Config) -> MonobotRun:
     if config.reference == "none":
         return rail.covariances(config.base)
     steps = config.base.steps
-    looks = np.zeros((1, steps + 1, config.base.landmarks))
-    return _filtered(config, np.zeros(steps), looks, np.zeros((1, steps)))
+    measurements = np.zeros((1, steps + 1, config.base.landmarks))
+    return _filtered(config, np.zeros(steps), measurements, np.zeros((1, steps)))
 
 
 def _filtered(
-    config: Config, commands: np.ndarray, looks: np.ndarray, values: np.ndarray
+    config: Config, commands: np.ndarray, measurements: np.ndarray, values: np.ndarray
 ) -> MonobotRun:
     believed = config.position + config.misplaced
     reference = Reference(SIGNS[config.reference], values, config.deviations**2, believed)
     return monobot.run_referenced(
         config.base.belief,
         commands,
-        looks,
+        measurements,
         reference,
         motion_variance=config.base.motion_deviations**2,
-        look_variance=config.base.look_deviations**2,
+        measurement_variance=config.base.measurement_deviations**2,
     )
 
 
@@ -144,8 +144,8 @@ def setup_table() -> Table:
 # How long the first error stays ---------------------------------------------------------------
 
 
-def remaining_shares(config: Config) -> Float[np.ndarray, "looks"]:
-    """Return the share of the first error's variance that is left after each look.
+def remaining_shares(config: Config) -> Float[np.ndarray, "measurements"]:
+    """Return the share of the first error's variance that is left after each measurement.
 
     For a filter whose model is right this is also the squared correlation of the error with the
     first one, and the factor by which the first error is expected to be still there.
@@ -172,11 +172,11 @@ def total_information(config: Config) -> Float[np.ndarray, "steps states states"
 def information_on_start(config: Config) -> Float[np.ndarray, "steps states states"]:
     """Return the information of all measurements on the state at the start, 1/m².
 
-    Eq. (14) counts each innovation as a fresh look at one state; this does not.
+    Eq. (14) counts each innovation as a fresh measurement of one state; this does not.
     """
     base, matrix = config.base, _matrix(config)
     moves = [monobot.motion(0.0, float(s) ** 2, base.landmarks) for s in base.motion_deviations]
-    noises = base.look_deviations[1:] ** 2
+    noises = base.measurement_deviations[1:] ** 2
     if config.reference != "none":
         noises = np.insert(noises, 0, config.deviations**2, axis=1)
     return kalman.start_information(moves, [kalman.Sensor(matrix, np.diag(w)) for w in noises])
@@ -214,37 +214,37 @@ def symbolic_information(
 
 def anchored_and_relative(
     runs: int, *, rng: np.random.Generator
-) -> tuple[Float[np.ndarray, "runs looks"], Float[np.ndarray, "runs looks"]]:
+) -> tuple[Float[np.ndarray, "runs measurements"], Float[np.ndarray, "runs measurements"]]:
     """Return the landmark by a filter with an anchor, and landmark minus anchor by one without.
 
     Both estimate the same distance, m, in worlds with the noise of Figs 4 and 5. The first filter
-    learns where it starts from its first look at the anchor, and from nothing else. The second
+    learns where it starts from its first measurement of the anchor, from nothing else. The second
     takes the anchor for a landmark like any other and believes in its own start.
     """
     base, plan = replace(FIG4, runs=runs), FIG4.plan
     posts = np.array([FIG5.position, base.landmarks_at])
     to_anchor = FIG5.deviation + FIG5.share * np.abs(plan - FIG5.position)
-    deviations = np.column_stack([to_anchor, base.look_deviations])
+    deviations = np.column_stack([to_anchor, base.measurement_deviations])
     world = simulate_rail(
         plan,
         posts,
         runs,
         start_deviation=base.start_deviation,
         motion_deviation=base.motion_deviations,
-        look_deviation=deviations,
+        measurement_deviation=deviations,
         rng=rng,
     )
-    V, W, looks = base.motion_deviations**2, deviations**2, world.looks
+    V, W, measurements = base.motion_deviations**2, deviations**2, world.measurements
     plain = monobot.run_filter(
-        base.belief, world.commands, looks, motion_variance=V, look_variance=W
+        base.belief, world.commands, measurements, motion_variance=V, measurement_variance=W
     )
     tied = monobot.run_referenced(
-        Gaussian(FIG5.position - looks[:, 0, :1], W[:1, :1]),
+        Gaussian(FIG5.position - measurements[:, 0, :1], W[:1, :1]),
         world.commands,
-        looks[..., 1:],
-        Reference(-1, looks[:, 1:, 0], W[1:, 0], FIG5.position),
+        measurements[..., 1:],
+        Reference(-1, measurements[:, 1:, 0], W[1:, 0], FIG5.position),
         motion_variance=V,
-        look_variance=W[:, 1:],
+        measurement_variance=W[:, 1:],
     )
     return tied.means[..., 1] - FIG5.position, plain.means[..., 2] - plain.means[..., 1]
 
@@ -313,7 +313,7 @@ def anchor_full_rank(size: Size, rng: np.random.Generator) -> Finding:
         least[str(n)] = [np.linalg.eigvalsh(m)[..., 0].min() for m in (terms, total[-1])]
     plain = 2 - int(kalman.scale_free_rank(rail.total_information(FIG4)[-1]))
     start = {
-        f"{k} looks": information_on_start(lengthened(FIG5, k))[-1]
+        f"{k} measurements": information_on_start(lengthened(FIG5, k))[-1]
         for k in (FIG4.steps, 2 * FIG4.steps)
     }
     return Finding(
@@ -324,12 +324,14 @@ def anchor_full_rank(size: Size, rng: np.random.Generator) -> Finding:
                 sum(_symbolic_identity(n) for n in (1, 2, 3))
             ),
             "missing ranks of the information on the start, n = 1": exact(
-                2 - int(kalman.scale_free_rank(start["100 looks"]))
+                2 - int(kalman.scale_free_rank(start["100 measurements"]))
             ),
         },
         {
             "smallest eigenvalue (1/m²)": Table(
-                least, {"term (22)": "of a single term", "sum (14)": "after all looks"}, corner="n"
+                least,
+                {"term (22)": "of a single term", "sum (14)": "after all measurements"},
+                corner="n",
             ),
             "information on the start (1/m²)": Table(
                 {
@@ -437,10 +439,10 @@ def _measures(
         "correlation with the first error over 100 runs": intervals.correlation(
             tied.first_errors[:100, 0], tied.last_errors[:100, 0]
         ),
-        "exponent of the explained share against the looks, by the covariances": (
+        "exponent of the explained share against the measurements, by the covariances": (
             intervals.exponent(counts, shares)
         ),
-        "gain on the landmark's own innovation at the last look": exact(tied.gains[-1, 1]),
+        "gain on the landmark's own innovation at the last measurement": exact(tied.gains[-1, 1]),
     }
     about = f"95 % over {tied.config.runs} runs"
     return share_left(tied), evidence, Table(rows, columns, about, "reference")
@@ -459,7 +461,7 @@ def _effect(config: Config, size: Size, rng: np.random.Generator) -> Finding:
     """Return what a reference does to the first error: one verdict for the anchor and the sensor.
 
     With equal noise the two are one system, which the evidence shows; their noise decides how much
-    is left after the paper's hundred looks.
+    is left after the paper's hundred measurements.
     """
     value, evidence, table = _measures(config, size, rng)
     (other,) = set(SIGNS) - {config.reference}
@@ -481,13 +483,13 @@ def _effect(config: Config, size: Size, rng: np.random.Generator) -> Finding:
         for d, config in noises.items()
     }
     columns = {
-        "stated (m)": "deviation of the landmark after 100 looks",
-        "left": "share of the first error's variance after 100 looks, by the covariances",
+        "stated (m)": "deviation of the landmark after 100 measurements",
+        "left": "share of the first error's variance after 100 measurements, by the covariances",
     }
     worse = min((d for d, share in shares.items() if share > UNSEEN), default=np.inf)
     good_enough = Condition(
-        f"the reference is good enough for the number of looks: the constant part of its error is "
-        f"{config.deviation} m here (ours); with {worse} m a hundred looks leave too much",
+        f"the reference is good enough for the number of measurements: the constant part of its "
+        f"error is {config.deviation} m here (ours); with {worse} m a hundred leave too much",
         bool(shares[NOISES[-1]] > UNSEEN),
     )
     tables = {
@@ -505,9 +507,9 @@ def _effect(config: Config, size: Size, rng: np.random.Generator) -> Finding:
     statement="With the anchor observed, the error of a landmark fades, and what is left no longer "
     "depends on its first estimate.",
     paper_value="Fig. 5, second and third column",
-    method="How much of the error after the first look is left at the last (step 100): the larger "
-    "of squared correlation and ratio of mean squares; n = 1, worlds of Fig. 4, anchor at the "
-    "origin; and covariances and information against an external sensor of equal noise.",
+    method="How much of the error after the first measurement is left at the last (step 100): the "
+    "larger of squared correlation and ratio of mean squares; n = 1, worlds of Fig. 4, anchor at "
+    "the origin; and covariances and information against an external sensor of equal noise.",
     accepted=_FADED,
     seed=21,
 )
@@ -525,9 +527,9 @@ def anchor_unbiased(size: Size, rng: np.random.Generator) -> Finding:
     return replace(
         found,
         evidence={**found.evidence, **more},
-        note="The dependence fades like one over the number of looks: at 100 looks it "
-        "is small, not zero. The distance to the anchor is what the filter without an "
-        "anchor knows as well: the anchor names the origin, it does not sharpen the map.",
+        note="The dependence fades like one over the number of measurements: at 100 it is small, "
+        "not zero. The distance to the anchor is what the filter without an anchor knows as well: "
+        "the anchor names the origin, it does not sharpen the map.",
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from robot_perception.teaching.exercises import Exercise, Sheet
 
-_BEND, _WAY, _FROZEN, _LOOK = np.deg2rad(0.5), 88.3, 0.10, 0.03
+_BEND, _WAY, _FROZEN, _SIGMA = np.deg2rad(0.5), 88.3, 0.10, 0.03
 _PLACE, _TURN, _AHEAD = 0.10, np.deg2rad(3.0), 4.0
 
 EXERCISES = Sheet(
@@ -24,28 +24,28 @@ EXERCISES = Sheet(
             rtol=0.02,
         ),
         "loop-frozen": Exercise(
-            (_FROZEN**2 + _LOOK**2) / _LOOK**2,
+            (_FROZEN**2 + _SIGMA**2) / _SIGMA**2,
             mistakes=(
-                (_FROZEN**2 / _LOOK**2, "the measurement has an error, too."),
-                (_LOOK**2 / (_FROZEN**2 + _LOOK**2), "upside down: real over claimed."),
+                (_FROZEN**2 / _SIGMA**2, "the measurement has an error, too."),
+                (_SIGMA**2 / (_FROZEN**2 + _SIGMA**2), "upside down: real over claimed."),
                 (1.0, "that it would be if the frozen place were right."),
             ),
             hint="The filter claims the variance of the measurement alone. What is the real one?",
             rtol=1e-3,
         ),
         "loop-start": Exercise(
-            np.sqrt(_PLACE**2 + (_AHEAD * _TURN) ** 2 + _LOOK**2) / _LOOK,
+            np.sqrt(_PLACE**2 + (_AHEAD * _TURN) ** 2 + _SIGMA**2) / _SIGMA,
             mistakes=(
                 (
-                    np.sqrt(_PLACE**2 + _LOOK**2) / _LOOK,
+                    np.sqrt(_PLACE**2 + _SIGMA**2) / _SIGMA,
                     "the heading: 3° at 4 m move a landmark aside, too.",
                 ),
                 (
-                    (_PLACE + _AHEAD * _TURN + _LOOK) / _LOOK,
+                    (_PLACE + _AHEAD * _TURN + _SIGMA) / _SIGMA,
                     "independent errors add their variances, not their deviations.",
                 ),
                 (
-                    np.sqrt(_PLACE**2 + (_AHEAD * 3.0) ** 2 + _LOOK**2) / _LOOK,
+                    np.sqrt(_PLACE**2 + (_AHEAD * 3.0) ** 2 + _SIGMA**2) / _SIGMA,
                     "degrees: the heading must be in radians.",
                 ),
             ),

@@ -62,7 +62,7 @@ VARIANTS: Mapping[str, Variant] = {
     "external": Variant(external=True),
     "first estimates": Variant(linearisation="first"),
     "anchored, first estimates": Variant(anchored=True, linearisation="first"),
-    "true Jacobians": Variant(linearisation="true"),
+    "ideal": Variant(linearisation="true"),
     "rule at 50": Variant(limit=50),
     "considered at 50": Variant(limit=50, retirement="consider"),
     "anchored, rule at 15": Variant(anchored=True, limit=15),

@@ -40,8 +40,8 @@ class Config:
     There is a post every ``apart`` along the loop and an observation every ``step``; the robot
     drives on ``beyond`` the closing of the loop, no farther than to the first bend, and sees as far
     as it can ``reach``. The noise is a multiple of the small slip of the wheels and of
-    ``look_sigma``, the deviation of each coordinate of an observed place. The filter believes the
-    wheels' deviations to be a share ``believed`` of what they are.
+    ``measurement_sigma``, the deviation of each coordinate of an observed place. The filter
+    believes the wheels' deviations to be a share ``believed`` of what they are.
     """
 
     runs: int = 50
@@ -50,7 +50,7 @@ class Config:
     beyond: float = 8.0
     apart: float = 3.0
     noise: float = 1.0
-    look_sigma: float = 0.03
+    measurement_sigma: float = 0.03
     reach: float = 6.0
     start: Literal["exact", "shifted", "uncertain"] = "exact"
     fixes: Fixes = field(default_factory=lambda: Fixes(4, 0.3))
@@ -86,7 +86,7 @@ JACOBIANS = (
     "anchored",
     "first estimates",
     "anchored, first estimates",
-    "true Jacobians",
+    "ideal",
     "external",
 )
 """Variants whose consistency is compared."""
@@ -121,9 +121,9 @@ def run(config: Config, variants: Sequence[str], *, rng: np.random.Generator) ->
 def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
     """Return one run round the posts."""
     landmarks, poses = config.world
-    looks, *streams = rng.spawn(4)
-    sigma = config.noise * config.look_sigma
-    seen = glimpse(landmarks, poses, sigma=sigma, reach=config.reach, rng=looks)
+    seeing, *streams = rng.spawn(4)
+    sigma = config.noise * config.measurement_sigma
+    seen = glimpse(landmarks, poses, sigma=sigma, reach=config.reach, rng=seeing)
     cov = sigma**2 * np.eye(2)
     seen = [Observations(ids, at, np.tile(cov, (len(ids), 1, 1))) for ids, at in seen]
     one = loops.draw_drive(landmarks, poses, seen, {"own": config.slip}, config.fixes, streams)
@@ -147,7 +147,7 @@ def setup_table() -> Table:
     """Return what the studies round the posts take, and what of it matters."""
     wheels, rule = TURNED.slip, RULE.slip
     x, _, heading = loops.STARTS["uncertain"]
-    consistent, removed = (100 * c.noise * c.look_sigma for c in (TURNED, RULE))
+    consistent, removed = (100 * c.noise * c.measurement_sigma for c in (TURNED, RULE))
     rows = {
         "posts": (f"every {TURNED.apart:g} m", f"every {RULE.apart:g} m", "little"),
         "noise of an observation": (f"{consistent:.1g} cm", f"{removed:.1g} cm", "yes: see below"),
@@ -422,4 +422,4 @@ def understated_noise(size: Size, rng: np.random.Generator) -> Finding:
 @jacobian_consistency.sabotage("Jacobians at the true states in place of the changing estimates")
 def unchanging_jacobians(size: Size, rng: np.random.Generator) -> Finding:
     """Compare two filters whose Jacobians do not change with the estimates."""
-    return _excess_of(TURNED, rng, ("true Jacobians", "first estimates"))
+    return _excess_of(TURNED, rng, ("ideal", "first estimates"))

@@ -11,7 +11,7 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.monobot.rail import Config, simulate
 from robot_perception.evaluation.consistency import normalised_squared
 from robot_perception.kalman import Sensor, predict, update
-from robot_perception.slam.monobot import first_look, motion, sensor_matrix
+from robot_perception.slam.monobot import first_measurement, motion, sensor_matrix
 from robot_perception.teaching.tables import Table
 
 
@@ -20,16 +20,16 @@ class Variant:
     """One way to run the filter, right or broken: landmark errors, and what it states, m."""
 
     name: str
-    errors: Float[np.ndarray, "runs looks"]
-    deviations: Float[np.ndarray, "looks"]
+    errors: Float[np.ndarray, "runs measurements"]
+    deviations: Float[np.ndarray, "measurements"]
 
     @property
-    def rms(self) -> Float[np.ndarray, "looks"]:
+    def rms(self) -> Float[np.ndarray, "measurements"]:
         """Root mean square error over the runs at each step, m."""
         return np.sqrt((self.errors**2).mean(axis=0))
 
     @property
-    def nees(self) -> Float[np.ndarray, "looks"]:
+    def nees(self) -> Float[np.ndarray, "measurements"]:
         """Mean squared error over variance at each step; 1 for an honest filter."""
         value = normalised_squared(self.errors[..., None], self.deviations[:, None, None] ** 2)
         return value.mean(axis=0)
@@ -42,11 +42,11 @@ def run(config: Config, *, rng: np.random.Generator) -> tuple[Variant, ...]:
     -------
     tuple of Variant
         As the paper says; P0 a hundredth of the truth; update before predict; no cross-covariance
-        at the first look; with a second landmark whose position is known.
+        at the first measurement; with a second landmark whose position is known.
     """
     config = replace(config, landmarks=1)
     world = simulate(config, rng=rng)
-    posts = rng.standard_normal(world.positions.shape) * config.look_deviations[:, 0]
+    posts = rng.standard_normal(world.positions.shape) * config.measurement_deviations[:, 0]
     posts -= world.positions  # distances to a post at the origin
     timid = replace(config, start_deviation=config.start_deviation / 10)
     return (
@@ -59,7 +59,7 @@ def run(config: Config, *, rng: np.random.Generator) -> tuple[Variant, ...]:
 
 
 def table(variants: Sequence[Variant]) -> Table:
-    """Return the errors after the last look."""
+    """Return the errors after the last measurement."""
     return Table(
         {v.name: [v.errors[:, -1].mean(), v.rms[-1], v.deviations[-1]] for v in variants},
         {"mean (m)": "", "rms (m)": "root mean square error", "states (m)": "σ of the filter"},
@@ -77,14 +77,14 @@ def _variant(
     forget: bool = False,
     posts: np.ndarray | None = None,
 ) -> Variant:
-    W = config.look_deviations**2
-    belief = first_look(config.belief, world.looks[:, 0], W[0])
+    W = config.measurement_deviations**2
+    belief = first_measurement(config.belief, world.measurements[:, 0], W[0])
     if forget:
         belief = Gaussian(belief.mean, belief.cov * np.eye(2))
     history = [belief]
     for k in range(1, config.steps + 1):
         move = motion(world.commands[k - 1], config.motion_deviations[k - 1] ** 2, 1)
-        sensor, z = Sensor(sensor_matrix(1), W[k][None]), world.looks[:, k]
+        sensor, z = Sensor(sensor_matrix(1), W[k][None]), world.measurements[:, k]
         if posts is not None:
             sensor = Sensor(np.array([[-1.0, 0.0], [-1.0, 1.0]]), W[k] * np.eye(2))
             z = np.stack([posts[:, k], z[:, 0]], axis=-1)

@@ -47,7 +47,9 @@ EXERCISES = Sheet(
             hint="It must be a row of three numbers: vehicle, first landmark, second landmark.",
         ),
         "monobot-3": Exercise(
-            settled(4, start_variance=0.25, motion_variance=1, look_variance=1).landmark_variance,
+            settled(
+                4, start_variance=0.25, motion_variance=1, measurement_variance=1
+            ).landmark_variance,
             mistakes=(
                 (limit(1).landmark_variance, "that is one landmark and P0 = 1."),
                 (0.25, "that is the floor; four landmarks do not reach it."),

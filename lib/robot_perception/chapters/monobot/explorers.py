@@ -71,12 +71,14 @@ def _span(errors: np.ndarray) -> str:
 # Vehicle and landmark --------------------------------------------------------------------------
 
 PLANE_CONTROLS = {
-    "looks": timeline("Measurements after the first", (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89), 3),
+    "measurements": timeline(
+        "Measurements after the first", (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89), 3
+    ),
     "anchored": toggle("One more landmark is an anchor"),
 }
 PLANE_PRESETS = {
-    "34 measurements": {"looks": 34},
-    "34 measurements, with an anchor": {"looks": 34, "anchored": True},
+    "34 measurements": {"measurements": 34},
+    "34 measurements, with an anchor": {"measurements": 34, "anchored": True},
 }
 
 
@@ -86,19 +88,19 @@ def planes(anchored: bool) -> list[Plane]:
     return information.planes(anchored=anchored, rng=np.random.default_rng(3))
 
 
-def draw_plane(ax: Axes, looks: int, anchored: bool) -> None:
+def draw_plane(ax: Axes, measurements: int, anchored: bool) -> None:
     """Draw the filter's ellipse in the region that the measurements allow."""
-    draw.plane(ax, planes(anchored)[looks])
+    draw.plane(ax, planes(anchored)[measurements])
 
 
-def describe_plane(looks: int, anchored: bool) -> str:
+def describe_plane(measurements: int, anchored: bool) -> str:
     """Return the alternative text of a state."""
-    vehicle, landmark = 2 * np.sqrt(np.diagonal(planes(anchored)[looks].belief.cov))
-    region = "an ellipse" if anchored and looks else "a strip along the diagonal"
+    vehicle, landmark = 2 * np.sqrt(np.diagonal(planes(anchored)[measurements].belief.cov))
+    region = "an ellipse" if anchored and measurements else "a strip along the diagonal"
     return (
-        f"After {looks} more measurements {'with' if anchored else 'without'} an anchor: they "
-        f"allow {region}. The filter's ellipse lies inside and touches it or nearly so; its two "
-        f"deviations are {vehicle:.2f} m for the vehicle and {landmark:.2f} m for the landmark."
+        f"After {measurements} more measurements {'with' if anchored else 'without'} an anchor: "
+        f"they allow {region}. The filter's ellipse lies inside and touches it or nearly so; its "
+        f"two deviations are {vehicle:.2f} m for the vehicle and {landmark:.2f} m for the landmark."
     )
 
 
@@ -108,7 +110,7 @@ STUDY_CONTROLS = {
     "landmarks": slider("Landmarks", (1, 5, 20), 1),
     "start_deviation": slider("σ of the start", (0.0, 0.1, 0.3), 0.1, "m"),
     "motion_share": slider("σ of a move", (0.1, 0.5), 0.5, "of the command"),
-    "look_share": slider("σ of a measurement", (0.05, 0.1), 0.05, "of the distance"),
+    "measurement_share": slider("σ of a measurement", (0.05, 0.1), 0.05, "of the distance"),
     "shape": choice("Path", PATHS, "sine"),
 }
 """Controls over the settings of a study; their names are those of :class:`.rail.Config`."""

@@ -18,7 +18,7 @@ from robot_perception.teaching.figures.style import MEANING, band, ellipses, lab
 
 AxesRow = Sequence[Axes] | np.ndarray
 
-LOOKS = "measurements after the first"
+MEASUREMENTS = "measurements after the first"
 
 VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
 """What the variants of the filter mean, in the order of `broken.run`."""
@@ -34,7 +34,7 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     third is drawn.
     """
     position, means = result.world.positions[run], result.filtered.means[run]
-    sightings = position + result.world.looks[run, :, 0]
+    sightings = position + result.world.measurements[run, :, 0]
     k, reach = np.arange(len(position)), 2 * result.deviations
     vehicle, landmark, truth = MEANING["robot"], MEANING["landmark"], MEANING["truth"]
     for i, colour, alpha in ((0, vehicle, 0.18), (1, landmark, 0.28)):
@@ -44,12 +44,12 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     ax.plot(k, means[:, 0], color=vehicle, linewidth=1.2)
     ax.plot(k, means[:, 1], color=landmark, linewidth=1.6)
     ax.axhline(result.config.landmarks_at, color=truth, linewidth=0.8, linestyle="--")
-    ax.set(xlim=(0, k[-1]), xlabel=LOOKS, ylabel="position (m)")
+    ax.set(xlim=(0, k[-1]), xlabel=MEASUREMENTS, ylabel="position (m)")
     return ax
 
 
 def landmark_error(ax: Axes, result: Result, run: int) -> Axes:
-    """Draw the landmark errors of one run inside the stated ±2σ; a dot is after the first look."""
+    """Draw the landmark errors of one run inside the stated ±2σ; a dot is where it began."""
     errors, colour = result.landmark_errors[run], MEANING["landmark"]
     style = {"color": colour, "linewidth": 1.3}
     _errors(ax, errors, result.deviations[:, 1], colour, "landmark error (m)", **style)
@@ -67,14 +67,14 @@ def vehicle_error(ax: Axes, result: Result, run: int) -> Axes:
 def error_fan(ax: Axes, result: Result, *, picked: int | None = None) -> Axes:
     """Draw the first landmark's error in all runs inside the stated ±2σ, one run picked out."""
     errors, last = result.landmark_errors[..., 0].T, result.config.steps
-    # an error freezes: each look at first, then every fifth
-    looks = np.unique([*range(min(last + 1, 25)), *range(0, last + 1, 5), last])
+    # an error freezes: each measurement at first, then every fifth
+    times = np.unique([*range(min(last + 1, 25)), *range(0, last + 1, 5), last])
     colour, stated = MEANING["landmark"], result.deviations[:, 1]
     style = {"color": colour, "linewidth": 0.9, "alpha": 0.55 if picked is None else 0.4}
     grey = MEANING["expected"]
-    _errors(ax, errors, stated, grey, "landmark error (m)", looks=looks, **style)
+    _errors(ax, errors, stated, grey, "landmark error (m)", times=times, **style)
     if picked is not None:
-        ax.plot(looks, errors[looks, picked], color=colour, linewidth=2.6)
+        ax.plot(times, errors[times, picked], color=colour, linewidth=2.6)
         ax.plot(0, errors[0, picked], "o", color=colour, markersize=6)
     return ax
 
@@ -86,16 +86,16 @@ def _errors(
     tint: str,
     what: str,
     *,
-    looks: np.ndarray | slice = slice(None),
+    times: np.ndarray | slice = slice(None),
     **style: float | str,
 ) -> Axes:
-    """Draw errors, (looks, lines) in m, at some looks inside ±2σ."""
-    k, errors, reach = np.arange(len(errors))[looks], errors[looks], 2 * deviations[looks]
+    """Draw errors, (measurements, lines) in m, at some times inside ±2σ."""
+    k, errors, reach = np.arange(len(errors))[times], errors[times], 2 * deviations[times]
     band(ax, k, -reach, reach, tint)
     ax.plot(k, errors, **style)
     ax.axhline(0, color=MEANING["truth"], linewidth=0.8)
     top = 1.15 * max(reach.max(), np.abs(errors).max())
-    ax.set(xlim=(0, k[-1]), ylim=(-top, top), xlabel=LOOKS, ylabel=what)
+    ax.set(xlim=(0, k[-1]), ylim=(-top, top), xlabel=MEASUREMENTS, ylabel=what)
     return ax
 
 
@@ -108,7 +108,7 @@ def gains(ax: Axes, result: Result) -> Axes:
     ax.axhline(0, color=MEANING["expected"], linewidth=0.8)
     low, high = min(vehicle.min(), 0), max(landmark.max(), 0)
     room = 0.12 * (high - low)
-    ax.set(xlim=(0, k[-1]), ylim=(low - 2 * room, high + room), xlabel=LOOKS, ylabel="gain")
+    ax.set(xlim=(0, k[-1]), ylim=(low - 2 * room, high + room), xlabel=MEASUREMENTS, ylabel="gain")
     for y, name, meaning in (
         (room, "landmark", "landmark"),
         (low - 1.1 * room, "vehicle", "robot"),
@@ -202,7 +202,7 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
         name = "1 landmark" if n == 1 else f"{n}"
         label(ax, 1.02 * steps, last, name, colour, fontsize=9.5)
     ax.set(xlim=(0, 1.3 * steps), ylim=(0, 1.08 * steps), xticks=np.linspace(0, steps, 6))
-    ax.set(xlabel=LOOKS, ylabel="first entry of the information (1/m²)")
+    ax.set(xlabel=MEASUREMENTS, ylabel="first entry of the information (1/m²)")
     return ax
 
 
@@ -212,7 +212,7 @@ def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
     paper, known = MEANING["paper"], MEANING["information"]
     ax.plot(k, summed, color=paper)
     ax.plot(k, exact, color=known)
-    ax.set(xlim=(0, k[-1]), ylim=(0, 1.08 * top), xlabel=LOOKS, ylabel="information (1/m²)")
+    ax.set(xlim=(0, k[-1]), ylim=(0, 1.08 * top), xlabel=MEASUREMENTS, ylabel="information (1/m²)")
     label(ax, 0.98 * k[-1], 0.42 * top, "sum of eq. (14)", paper, ha="right")
     label(ax, 0.98 * k[-1], exact[-1] + 0.07 * top, "of the state as it is", known, ha="right")
     return ax
@@ -284,7 +284,7 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
             label(ax, 0.97 * k[-1], apart * gain.own[-1], f"own, {n}", colour, ha="right")
     names = ", ".join(str(n) for n in sorted(curves, reverse=True))
     label(ax, right + 1, 5e-9, f"n = {names}, left to right", colour)
-    ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=LOOKS, ylabel="gain of a landmark")
+    ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=MEASUREMENTS, ylabel="gain of a landmark")
     return ax
 
 
@@ -318,7 +318,7 @@ def _over_landmarks(ax: Axes, counts: np.ndarray) -> Axes:
 
 
 def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the mean squared error over the stated variance of each variant against the looks.
+    """Draw the mean squared error over the stated variance of each variant, by measurement.
 
     Grey is where the mean lies by chance, 95 %.
     """
@@ -330,14 +330,14 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 
 def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the root mean square landmark error of each variant against the looks."""
+    """Draw the root mean square landmark error of each variant, by measurement."""
     return _curves(ax, {v.name: v.rms for v in variants}, "landmark error (m)")
 
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
     for (name, curve), meaning in zip(curves.items(), VARIANTS, strict=True):
         ax.plot(curve, color=MEANING[meaning], label=fill(name, 16, break_on_hyphens=False))
-    ax.set(xlim=(0, len(curve) - 1), ylim=(0, None), xlabel=LOOKS, ylabel=what)
+    ax.set(xlim=(0, len(curve) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
     return ax
 
 
@@ -350,7 +350,7 @@ def two_origins(axes: AxesRow, runs: Mapping[str, MonobotRun]) -> AxesRow:
         band(ax, k, wall - reach, wall + reach, end, alpha=0.3)
         ax.plot(k, wall, color=end)
         ax.plot(k, vehicle, ".-", color=robot)
-        ax.set(xlabel=LOOKS, ylabel="along the corridor (m)", title=name)
+        ax.set(xlabel=MEASUREMENTS, ylabel="along the corridor (m)", title=name)
         ax.set(ylim=(vehicle[0] - 1.5, wall[0] + 3.0), xticks=k[::3])
         label(ax, 0.4, wall[0] + 1.5, "end wall", end)
         label(ax, 0.62 * k[-1], vehicle[0] + 2.2, "robot", robot)

@@ -23,14 +23,14 @@ def first_entries(counts: tuple[int, ...] = COUNTS, base: Config = FIG3) -> dict
 
 def exact_information(
     config: Config, *, anchored: bool = False
-) -> Float[np.ndarray, "looks states states"]:
-    """Return the information of all measurements about the state after each look, 1/m².
+) -> Float[np.ndarray, "measurements states states"]:
+    """Return the information about the state, of all measurements up to each, 1/m².
 
-    The first look counts; the belief in the start does not. With the anchor of
+    The first measurement counts; the belief in the start does not. With the anchor of
     :func:`.rail.run_anchored` or without.
     """
     n = config.landmarks
-    H, (first, *noises) = slam.sensor_matrix(n), config.look_deviations**2
+    H, (first, *noises) = slam.sensor_matrix(n), config.measurement_deviations**2
     start = H.T @ np.diag(1 / first) @ H
     if anchored:
         H = slam.Reference(-1, np.zeros((1, 1)), 0.0).matrix(n)
@@ -42,7 +42,7 @@ def exact_information(
 
 def setup() -> Table:
     """Return the set-up of Fig. 3: the paper's values, ours, and which of them matters."""
-    values = FIG3.start_deviation, FIG3.motion_deviation, FIG3.look_deviation
+    values = FIG3.start_deviation, FIG3.motion_deviation, FIG3.measurement_deviation
     unit = ", ".join(f"{value**2:g}" for value in values)
     return Table(
         {
@@ -80,8 +80,8 @@ def likelihood_of_shift(
         if k > 0:
             move = slam.motion(world.commands[k - 1], config.motion_deviations[k - 1] ** 2, 1)
             belief = kalman.predict(belief, move)
-        sensor = Sensor(slam.sensor_matrix(1), config.look_deviations[k][None] ** 2)
-        belief, info = kalman.update(belief, world.looks[0, k], sensor)
+        sensor = Sensor(slam.sensor_matrix(1), config.measurement_deviations[k][None] ** 2)
+        belief, info = kalman.update(belief, world.measurements[0, k], sensor)
         total = total + info.log_likelihood
     return Ridge(vehicle, landmark, total - np.max(total))
 
@@ -99,7 +99,7 @@ class Plane:
 
 
 def planes(*, anchored: bool, rng: np.random.Generator) -> list[Plane]:
-    """Return what is known after each look of one run at one landmark.
+    """Return what is known after each measurement of one run at one landmark.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def on_the_state_itself(size: Size, rng: np.random.Generator) -> Finding:
 @fisher_growth.sabotage("a sensor that shares its time among n landmarks, so that W = n m²")
 def shared_sensor(size: Size, rng: np.random.Generator) -> Finding:
     """Compare curves of landmarks that are seen the worse the more there are."""
-    bases = (replace(FIG3, look_deviation=n**0.5) for n in COUNTS)
+    bases = (replace(FIG3, measurement_deviation=n**0.5) for n in COUNTS)
     curves = [first_entries((n,), base)[n] for n, base in zip(COUNTS, bases, strict=True)]
     return Finding(_least_increase(np.stack(curves)))
 
@@ -270,7 +270,9 @@ def _eq17_gap(share: float) -> Interval:
         before[:, 0, 0] += base.motion_deviations**2
         deviations = np.sqrt(np.diagonal(before, axis1=1, axis2=2))
         correlation = share * before[:, 0, 1] / deviations.prod(axis=1)
-        terms = slam.one_landmark_term(*deviations.T, correlation, base.look_deviations[1:, 0])
+        terms = slam.one_landmark_term(
+            *deviations.T, correlation, base.measurement_deviations[1:, 0]
+        )
         general = rail.total_information(base)
         gap = np.abs(np.cumsum(terms, axis=0) - general).max(axis=(1, 2))
         worst = max(worst, (gap / general[:, 0, 0]).max())

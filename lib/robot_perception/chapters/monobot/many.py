@@ -115,10 +115,12 @@ def many_landmarks_help(size: Size, rng: np.random.Generator) -> Finding:
 
 
 @many_landmarks_help.sabotage("one error that all measurements of a step share")
-def shared_look_error(size: Size, rng: np.random.Generator) -> Finding:
+def shared_measurement_error(size: Size, rng: np.random.Generator) -> Finding:
     """Give all landmarks the noise of the first, so that nothing averages out over them."""
     few, many = _one_and_fifty(2_000, rng)
-    world = replace(many.world, looks=np.repeat(many.world.looks[..., :1], 50, axis=-1))
+    world = replace(
+        many.world, measurements=np.repeat(many.world.measurements[..., :1], 50, axis=-1)
+    )
     return Finding(
         _variance_ratio(few, replace(many, world=world, filtered=rail.refilter(many.config, world)))
     )
@@ -217,26 +219,6 @@ def statement_proportional(size: Size, rng: np.random.Generator) -> Finding:
 def known_start(size: Size, rng: np.random.Generator) -> Finding:
     """Fit the growth where no error is common to all landmarks from the first."""
     return Finding(_over_readings(_exponents(QUICK_COUNTS, 0.0), QUICK_COUNTS))
-
-
-def _one_and_fifty(runs: int, rng: np.random.Generator) -> tuple[rail.Result, rail.Result]:
-    base = replace(FIG3, runs=runs)
-    return rail.run(base, rng=rng), rail.run(replace(base, landmarks=50), rng=rng)
-
-
-def _variance_ratio(few: rail.Result, many: rail.Result) -> Interval:
-    return intervals.variance_ratio(many.last_errors[:, 0], few.last_errors[:, 0])
-
-
-def _expected_ratio(start: float) -> float:
-    few, many = (_last_cov(n, start)[1, 1] for n in (1, 50))
-    return float(many / few)
-
-
-@cache
-def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states states"]:
-    """Return the covariance after 100 steps at V = W = 1 m² with a start known to ``start``, m."""
-    return rail.covariances(replace(FIG3, landmarks=landmarks, start_deviation=start)).covs[0, -1]
 
 
 def _exponents(counts: tuple[int, ...], start: float = 1.0) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """The robot on the rail, its world and its filter: Figs 3 and 4.
 
-Step 0 is the first look, which puts the landmarks into the map; every later step first moves, then
-looks.
+Step 0 is the first measurement, which puts the landmarks into the map; every later step first
+moves, then measures.
 """
 
 from dataclasses import dataclass
@@ -50,10 +50,10 @@ class Config:
         Of the true start about the believed one, m; 1 in Fig. 3, ours in Fig. 4.
     motion_deviation, motion_share
         Of a move: constant part, m, and share of the commanded distance.
-    look_deviation, look_share
-        Of a look: constant part, m, and share of the planned distance.
-    first_look_factor
-        Factor on the deviation of the first look, which puts the landmarks into the map.
+    measurement_deviation, measurement_share
+        Of a measurement: constant part, m, and share of the planned distance.
+    first_measurement_factor
+        Factor on the deviation of the first measurement, which puts the landmarks into the map.
     """
 
     runs: int = 100
@@ -66,12 +66,12 @@ class Config:
     start_deviation: float = 1.0
     motion_deviation: float = 1.0
     motion_share: float = 0.0
-    look_deviation: float = 1.0
-    look_share: float = 0.0
-    first_look_factor: float = 1.0
+    measurement_deviation: float = 1.0
+    measurement_share: float = 0.0
+    first_measurement_factor: float = 1.0
 
     @property
-    def plan(self) -> Float[np.ndarray, "looks"]:
+    def plan(self) -> Float[np.ndarray, "measurements"]:
         """Commanded positions, m."""
         return planned_path(self.shape, self.steps, start=self.start, reach=self.reach)
 
@@ -81,10 +81,11 @@ class Config:
         return self.motion_deviation + self.motion_share * np.abs(np.diff(self.plan))
 
     @property
-    def look_deviations(self) -> Float[np.ndarray, "looks n"]:
-        """Standard deviation of each look, m."""
-        deviation = self.look_deviation + self.look_share * np.abs(self.landmarks_at - self.plan)
-        deviation[0] *= self.first_look_factor
+    def measurement_deviations(self) -> Float[np.ndarray, "measurements n"]:
+        """Standard deviation of each measurement, m."""
+        share = self.measurement_share * np.abs(self.landmarks_at - self.plan)
+        deviation = self.measurement_deviation + share
+        deviation[0] *= self.first_measurement_factor
         return np.tile(deviation[:, None], self.landmarks)
 
     @property
@@ -99,8 +100,8 @@ FIG4 = Config(
     start_deviation=0.1,
     motion_deviation=0.0,
     motion_share=0.5,
-    look_deviation=0.0,
-    look_share=0.05,
+    measurement_deviation=0.0,
+    measurement_share=0.05,
 )
 """Noise in proportion to command and distance, as in Fig. 4; the three factors are ours."""
 
@@ -117,27 +118,27 @@ class Result:
     filtered: MonobotRun
 
     @property
-    def vehicle_errors(self) -> Float[np.ndarray, "runs looks"]:
+    def vehicle_errors(self) -> Float[np.ndarray, "runs measurements"]:
         """Estimate minus truth of the vehicle, m."""
         return self.filtered.means[..., 0] - self.world.positions
 
     @property
-    def landmark_errors(self) -> Float[np.ndarray, "runs looks n"]:
+    def landmark_errors(self) -> Float[np.ndarray, "runs measurements n"]:
         """Estimate minus truth of each landmark, m."""
         return self.filtered.means[..., 1:] - self.world.landmarks
 
     @property
     def first_errors(self) -> Float[np.ndarray, "runs n"]:
-        """Landmark errors after the first look, m."""
+        """Landmark errors after the first measurement, m."""
         return self.landmark_errors[:, 0]
 
     @property
     def last_errors(self) -> Float[np.ndarray, "runs n"]:
-        """Landmark errors after the last look, m."""
+        """Landmark errors after the last measurement, m."""
         return self.landmark_errors[:, -1]
 
     @property
-    def deviations(self) -> Float[np.ndarray, "looks states"]:
+    def deviations(self) -> Float[np.ndarray, "measurements states"]:
         """Standard deviations that the filter states in every run, vehicle first, m."""
         return self.filtered.deviations[0]
 
@@ -166,7 +167,7 @@ def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
         config.runs,
         start_deviation=config.start_deviation,
         motion_deviation=config.motion_deviations,
-        look_deviation=config.look_deviations,
+        measurement_deviation=config.measurement_deviations,
         rng=rng,
     )
 
@@ -179,28 +180,28 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
 
 def run_anchored(config: Config, *, rng: np.random.Generator) -> Result:
     """Simulate a study with an anchor at the origin, eq. (20), that is seen as the landmark is."""
-    world, noise = simulate(config, rng=rng), config.look_deviations[1:, 0]
+    world, noise = simulate(config, rng=rng), config.measurement_deviations[1:, 0]
     distances = noise * rng.standard_normal((config.runs, config.steps)) - world.positions[:, 1:]
     run = run_referenced(
         config.belief,
         world.commands,
-        world.looks,
+        world.measurements,
         Reference(-1, distances, noise**2),
         motion_variance=config.motion_deviations**2,
-        look_variance=config.look_deviations**2,
+        measurement_variance=config.measurement_deviations**2,
     )
     return Result(config, world, run)
 
 
 def refilter(config: Config, world: RailRuns) -> MonobotRun:
     """Filter a world with the noise that ``config`` believes in, which need not be the true one."""
-    return _filtered(config, world.commands, world.looks)
+    return _filtered(config, world.commands, world.measurements)
 
 
 def covariances(config: Config) -> MonobotRun:
     """Return the covariances and gains of a study, which need no data (all of it is zero)."""
-    looks = np.zeros((1, config.steps + 1, config.landmarks))
-    return _filtered(config, np.zeros(config.steps), looks)
+    measurements = np.zeros((1, config.steps + 1, config.landmarks))
+    return _filtered(config, np.zeros(config.steps), measurements)
 
 
 def total_information(config: Config) -> Float[np.ndarray, "steps states states"]:
@@ -211,14 +212,14 @@ def total_information(config: Config) -> Float[np.ndarray, "steps states states"
 
 def limit(landmarks: int) -> Settled:
     """Return where the filter of Fig. 3 settles, in closed form at P0 = V = W = 1 m²."""
-    return settled(landmarks, start_variance=1, motion_variance=1, look_variance=1)
+    return settled(landmarks, start_variance=1, motion_variance=1, measurement_variance=1)
 
 
-def _filtered(config: Config, commands: np.ndarray, looks: np.ndarray) -> MonobotRun:
+def _filtered(config: Config, commands: np.ndarray, measurements: np.ndarray) -> MonobotRun:
     return run_filter(
         config.belief,
         commands,
-        looks,
+        measurements,
         motion_variance=config.motion_deviations**2,
-        look_variance=config.look_deviations**2,
+        measurement_variance=config.measurement_deviations**2,
     )

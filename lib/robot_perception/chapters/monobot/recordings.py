@@ -15,7 +15,7 @@ from robot_perception.teaching.recordings import Recording
 LOG = "intel_odom_and_corrected.log.gz"
 SCANS = slice(72, 88)
 """A straight stretch that ends in front of a wall; our choice."""
-START, MOTION, LOOK = 0.1, 0.05, 0.03
+START, MOTION, MEASUREMENT = 0.1, 0.05, 0.03
 """Deviations that we assume for it, m; odometry per step from the log's description."""
 
 
@@ -24,28 +24,28 @@ class Corridor:
     """Moves by the wheels alone, distances to the end wall, and the way by corrected poses, m."""
 
     commands: Float[np.ndarray, "steps"]
-    looks: Float[np.ndarray, "looks"]
-    track: Float[np.ndarray, "looks"]
+    measurements: Float[np.ndarray, "measurements"]
+    track: Float[np.ndarray, "measurements"]
 
 
 def corridor(folder: Path) -> Corridor:
     """Return the stretch from the folder of the data set ``carmen_intel``.
 
-    The beam that looks along the corridor is picked with the heading of the corrected log, since a
+    The beam that points along the corridor is picked with the heading of the corrected log, since a
     monobot has no heading.
     """
     log = datasets.read_carmen_log(folder / LOG)
     poses, wheels = log.poses[SCANS], log.odometry[SCANS]
     way = poses[-1, :2] - poses[0, :2]
     direction = np.arctan2(way[1], way[0])
-    looks = []
+    measurements = []
     for pose, ranges in zip(poses, log.ranges[SCANS], strict=True):
         turn = np.angle(np.exp(1j * (log.angles - direction + pose[2])))
         nearest = np.argsort(np.abs(turn))[:3]
-        looks.append(np.median(ranges[nearest]))
+        measurements.append(np.median(ranges[nearest]))
     along = (poses[:, :2] - poses[0, :2]) @ way / np.linalg.norm(way)
     commands = np.linalg.norm(np.diff(wheels[:, :2], axis=0), axis=1)
-    return Corridor(commands, np.array(looks), along)
+    return Corridor(commands, np.array(measurements), along)
 
 
 CORRIDOR = Recording("carmen_intel", corridor, Corridor, store="monobot-corridor")
@@ -56,9 +56,9 @@ def filter_corridor(stretch: Corridor, *, origin: float) -> MonobotRun:
     return run_filter(
         Gaussian(np.array([origin]), np.array([[START**2]])),
         stretch.commands,
-        stretch.looks[None, :, None],
+        stretch.measurements[None, :, None],
         motion_variance=MOTION**2,
-        look_variance=LOOK**2,
+        measurement_variance=MEASUREMENT**2,
     )
 
 

@@ -11,7 +11,7 @@ from robot_perception.chapters.monobot.rail import DECIMALS, FIG3, FIG4, GOLDEN,
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.kalman import Motion, Sensor, predict, steady_state, update
-from robot_perception.slam.monobot import first_look, relative_system, sensor_matrix
+from robot_perception.slam.monobot import first_measurement, relative_system, sensor_matrix
 from robot_perception.teaching.claims import Accepted, Condition, Finding, Size, claim
 from robot_perception.teaching.tables import Table
 
@@ -54,7 +54,7 @@ def gain_curves(counts: tuple[int, ...], base: Config) -> dict[int, Gains]:
 def gain_vanishes(size: Size, rng: np.random.Generator) -> Finding:
     """Fit the rate of the gain for one landmark, and the power of its own part for two."""
     gain = _gains(wander=0.0)
-    state = steady_state(*relative_system(1, motion_variance=1.0, look_variance=1.0))
+    state = steady_state(*relative_system(1, motion_variance=1.0, measurement_variance=1.0))
     pole = abs(state.poles[0])
     own = gain_curves((2,), replace(FIG3, steps=1000))[2].own
     slow = intervals.exponent(np.arange(500.0, 1001.0), own[499:]).estimate
@@ -88,7 +88,7 @@ def wandering_landmark(size: Size, rng: np.random.Generator) -> Finding:
 
 def _gains(wander: float) -> Float[np.ndarray, "steps"]:
     """Return the landmark's gains at P0 = V = W = 1 m² if it moves by ``wander``, m, at a step."""
-    belief, gains = first_look(FIG3.belief, np.zeros(1), 1.0), []
+    belief, gains = first_measurement(FIG3.belief, np.zeros(1), 1.0), []
     move = Motion(np.eye(2), np.diag([1.0, wander**2]))
     for _ in range(15):
         belief, info = update(
@@ -188,9 +188,9 @@ def nothing_to_lose(size: Size, rng: np.random.Generator) -> Finding:
 @initial_error_persists.sabotage(
     "a start known exactly and a first measurement a thousand times as exact"
 )
-def exact_first_look(size: Size, rng: np.random.Generator) -> Finding:
+def exact_first_measurement(size: Size, rng: np.random.Generator) -> Finding:
     """Leave no initial error that could persist."""
-    config = replace(FIG4, runs=2_000, start_deviation=0.0, first_look_factor=1e-3)
+    config = replace(FIG4, runs=2_000, start_deviation=0.0, first_measurement_factor=1e-3)
     return Finding(persistence(rail.run(config, rng=rng)))
 
 
@@ -201,7 +201,7 @@ def error_with_an_anchor(size: Size, rng: np.random.Generator) -> Finding:
 
 
 def persistence(result: rail.Result) -> Interval:
-    """Return the last error of the first landmark in units of what independent looks leave."""
+    """Return the last error of the first landmark over what independent measurements leave."""
     last = result.last_errors[:, 0].round(DECIMALS)
     return intervals.root_mean_square(last / independent(result.config))
 
@@ -212,8 +212,8 @@ def expected_persistence(config: Config) -> float:
 
 
 def independent(config: Config) -> float:
-    """Return the σ that the looks at a landmark after the first would leave if independent, m."""
-    return float(np.sum(config.look_deviations[1:, 0] ** -2.0) ** -0.5)
+    """Return the σ that independent measurements of a landmark after the first would leave, m."""
+    return float(np.sum(config.measurement_deviations[1:, 0] ** -2.0) ** -0.5)
 
 
 def _runs(size: Size) -> int:
@@ -287,7 +287,7 @@ def explained_share(config: Config) -> float:
 VARIED = {
     "σ of the start": "start_deviation",
     "σ of a move": "motion_share",
-    "σ of a measurement": "look_share",
+    "σ of a measurement": "measurement_share",
     "reach of the swing": "reach",
 }
 """What the paper leaves out of Fig. 4, by the field of :class:`.rail.Config`."""
@@ -313,7 +313,7 @@ def setup() -> Table:
         "reach of the swing": ("not printed", f"{FIG4.reach:g} m"),
         "σ of the start": ("not printed", f"{100 * FIG4.start_deviation:g} cm"),
         "σ of a move": ("a share of it", f"{FIG4.motion_share:.0%} of the command"),
-        "σ of a measurement": ("a share of it", f"{FIG4.look_share:.0%} of the distance"),
+        "σ of a measurement": ("a share of it", f"{FIG4.measurement_share:.0%} of the distance"),
     }
     ends = {name: _varied(_end, field) for name, field in VARIED.items()}
     return Table(
@@ -354,7 +354,7 @@ def share_with_an_anchor(size: Size, rng: np.random.Generator) -> Finding:
 @first_look_stays.sabotage("a start known exactly and an exact first measurement")
 def no_first_error(size: Size, rng: np.random.Generator) -> Finding:
     """Leave no first error that could explain anything."""
-    config = replace(FIG4, runs=500, start_deviation=0.0, first_look_factor=0.0)
+    config = replace(FIG4, runs=500, start_deviation=0.0, first_measurement_factor=0.0)
     return Finding(rail.run(config, rng=rng).explained)
 
 
@@ -393,11 +393,11 @@ def monte_carlo_unbiased(size: Size, rng: np.random.Generator) -> Finding:
 
 
 @monte_carlo_unbiased.sabotage("a sensor that reads too long by a fifth of the spread of the runs")
-def long_looks(size: Size, rng: np.random.Generator) -> Finding:
+def long_measurements(size: Size, rng: np.random.Generator) -> Finding:
     """Filter measurements with an error that does not average out over the runs."""
     result = rail.run(replace(FIG4, runs=2_000), rng=rng)
     deviation = result.deviations[-1, 1]
-    world = replace(result.world, looks=result.world.looks + 0.2 * deviation)
+    world = replace(result.world, measurements=result.world.measurements + 0.2 * deviation)
     biased = replace(result, filtered=rail.refilter(result.config, world))
     return Finding(_bias(biased.last_errors[:, 0], deviation))
 

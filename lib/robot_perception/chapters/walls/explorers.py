@@ -82,9 +82,9 @@ class Knob:
 
 def knob(tolerance: float, sigma: float) -> Knob:
     """Return a state of the explorer of the tolerance; both in m."""
-    look = splitting.one_scan(tolerance, sigma)
+    scan = splitting.one_scan(tolerance, sigma)
     deviations = tolerance / float(np.hypot(sigma, splitting.ROUNDING))
-    return Knob(tolerance, sigma, deviations, len(look.segments), len(look.kept))
+    return Knob(tolerance, sigma, deviations, len(scan.segments), len(scan.kept))
 
 
 def knob_states() -> list[Knob]:

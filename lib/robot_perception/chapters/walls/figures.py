@@ -15,40 +15,40 @@ from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, band, label
 
 
-def raw_scan(ax: Axes, look: OneScan) -> Axes:
+def raw_scan(ax: Axes, scan: OneScan) -> Axes:
     """Draw the readings of a scan as the scanner gives them: range against direction."""
-    ax.plot(np.rad2deg(look.angles), look.ranges, ".", color=MEANING["readings"], markersize=2.5)
+    ax.plot(np.rad2deg(scan.angles), scan.ranges, ".", color=MEANING["readings"], markersize=2.5)
     ax.set(xlabel="direction of the beam (°)", ylabel="range (m)", ylim=(0, None))
     ax.set(xlim=(-92, 92), xticks=[-90, -45, 0, 45, 90])
     return ax
 
 
-def scan_walls(ax: Axes, look: OneScan) -> Axes:
+def scan_walls(ax: Axes, scan: OneScan) -> Axes:
     """Draw the readings of one scan in the plane and the walls that are found."""
-    _readings(ax, look)
-    lines(ax, look.segments.ends, MEANING["walls"], 3.0)
+    _readings(ax, scan)
+    lines(ax, scan.segments.ends, MEANING["walls"], 3.0)
     return ax
 
 
-def scan_chain(ax: Axes, look: OneScan, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
+def scan_chain(ax: Axes, scan: OneScan, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
     """Draw the readings of one scan and the chain of the vertices kept of it."""
-    _readings(ax, look)
-    ax.plot(*look.points[kept].T, "o-", color=MEANING["kept"], linewidth=1.4, markersize=4.5)
+    _readings(ax, scan)
+    ax.plot(*scan.points[kept].T, "o-", color=MEANING["kept"], linewidth=1.4, markersize=4.5)
     return ax
 
 
-def scan_state(ax: Axes, look: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axes:
+def scan_state(ax: Axes, scan: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axes:
     """Draw one scan, the chain kept of it and the true faces, on axes that hold ``extent``."""
-    lines(ax, look.truth, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
-    scan_chain(ax, look, look.kept)
-    ax.set_title(f"{len(look.kept)} vertices, {len(look.segments)} walls")
+    lines(ax, scan.truth, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
+    scan_chain(ax, scan, scan.kept)
+    ax.set_title(f"{len(scan.kept)} vertices, {len(scan.segments)} walls")
     return plan(ax, np.vstack([extent, [[0, 0]]]))
 
 
-def _readings(ax: Axes, look: OneScan) -> None:
-    dots(ax, look.points, size=1.8)
+def _readings(ax: Axes, scan: OneScan) -> None:
+    dots(ax, scan.points, size=1.8)
     ax.plot(0, 0, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
-    plan(ax, np.vstack([look.points, [[0, 0]]]))
+    plan(ax, np.vstack([scan.points, [[0, 0]]]))
 
 
 def one_split(

@@ -47,7 +47,7 @@ class Landmarks:
 
     def see(self, state: np.ndarray) -> Seen:
         """Return the measurement (2n,) and its Jacobian (2n, 3 + 2n)."""
-        z, by_pose, by_point = self.sensor.look(state[:3], state[3:].reshape(-1, 2))
+        z, by_pose, by_point = self.sensor.expect(state[:3], state[3:].reshape(-1, 2))
         H = np.zeros((z.size, state.size))
         H[:, :3] = by_pose.reshape(-1, 3)
         for i, block in enumerate(by_point):
@@ -85,7 +85,7 @@ class Anchor:
             raise TypeError(
                 f"sensors see an anchor at a place in numbers, got {self.x}, {self.y}"
             ) from None
-        z, by_pose, _ = self.sensor.look(state[:3], place)
+        z, by_pose, _ = self.sensor.expect(state[:3], place)
         return z[0], np.hstack([by_pose[0], np.zeros((2, state.size - 3))])
 
 

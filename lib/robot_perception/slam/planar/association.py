@@ -106,7 +106,7 @@ def associate(
     if not names:
         return found
     slots, points = work.targets(names, anchors)
-    expected, by_pose, by_point = sensor.look(work.mean[:3], points)
+    expected, by_pose, by_point = sensor.expect(work.mean[:3], points)
     m, n = unnamed.size, len(names)
     innovations = sensor.residual(
         np.repeat(observations.values[unnamed], n, axis=0), np.tile(expected, (m, 1))

@@ -109,7 +109,7 @@ class Settings:
     association
         :class:`Association`, or one of ``"known"``, ``"gated"`` and ``"joint"`` for its defaults.
     linearisation
-        ``"latest"``: Jacobians at the latest estimate, the standard filter. ``"first"``: at the
+        ``"latest"``: Jacobians at the latest estimate, the plain filter. ``"first"``: at the
         first estimate of each quantity, so that all Jacobians of a run agree on what cannot be
         observed. :class:`Truth`: at the true states.
     revision_limit

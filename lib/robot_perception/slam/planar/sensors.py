@@ -19,7 +19,7 @@ class LandmarkSensor(Protocol):
 
     noise: np.ndarray
 
-    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    def expect(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
 
     def residual(self, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
@@ -45,7 +45,7 @@ class CartesianSensor:
         h = R(\varphi)^\top (p - t), \qquad
         \frac{\partial h}{\partial x} = \big[-R^\top \;\big|\; -J h \;\big|\; R^\top\big]
 
-    An anchor (eqs 24 and 25) is the same sensor, looking at a point that is known.
+    An anchor (eqs 24 and 25) is measured by the same sensor; its place is known.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class CartesianSensor:
     def __post_init__(self) -> None:
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
 
-    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    def expect(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
         return kernels.cartesian(pose, points)
 
@@ -108,7 +108,7 @@ class RangeBearing:
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
         object.__setattr__(self, "range_bias", checks.number("range_bias", self.range_bias))
 
-    def look(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    def expect(self, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return expected values (k, 2), Jacobians by pose (k, 2, 3), by landmark (k, 2, 2)."""
         h, by_pose, by_point, regular = kernels.range_bearing(pose, points, self.range_bias)
         if not regular:

@@ -131,13 +131,13 @@ class _Problem:
             self.seen.append((k, [slots[name] for name in names], step.observations.values))
         self.increments = np.array(increments)
         self.weights = _whitening("noise of a motion", np.array(noises))
-        self.looks = _whitening(
+        self.seen_weights = _whitening(
             "noise of an observation", np.concatenate(roots) if roots else np.empty((0, 2, 2))
         )
 
     def linearise(self, state: np.ndarray) -> tuple[float, sparse.csc_matrix, np.ndarray]:
         """Return the sum of squares, its curvature JᵀJ, and half its slope Jᵀr."""
-        k, m = self.count, len(self.looks)
+        k, m = self.count, len(self.seen_weights)
         poses = np.vstack([self.first, state[: 3 * k].reshape(-1, 3)])
         points = state[3 * k :].reshape(-1, 2)
         moved, by_before, by_after = _between(poses)
@@ -148,26 +148,26 @@ class _Problem:
             _blocks(self.weights[1:] @ by_before[1:], 3 * np.arange(1, k), 3 * np.arange(k - 1)),
             _blocks(self.weights @ by_after, 3 * np.arange(k), 3 * np.arange(k)),
         ]
-        look = np.empty(0)
+        observed = np.empty(0)
         if m:
-            errors, by_pose, by_point, owners, places = self._look(poses[1:], points)
+            errors, by_pose, by_point, owners, places = self._errors(poses[1:], points)
             rows = 3 * k + 2 * np.arange(m)
-            look = (self.looks @ errors[..., None])[..., 0].ravel()
+            observed = (self.seen_weights @ errors[..., None])[..., 0].ravel()
             parts += [
-                _blocks(self.looks @ by_pose, rows, 3 * owners),
-                _blocks(self.looks @ by_point, rows, 3 * k + 2 * places),
+                _blocks(self.seen_weights @ by_pose, rows, 3 * owners),
+                _blocks(self.seen_weights @ by_point, rows, 3 * k + 2 * places),
             ]
-        residuals = np.concatenate([motion.ravel(), look])
+        residuals = np.concatenate([motion.ravel(), observed])
         values, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
         shape = (residuals.size, state.size)
         jacobian = sparse.csr_matrix((values, (rows, columns)), shape)
         return float(residuals @ residuals), jacobian.T @ jacobian, jacobian.T @ residuals
 
-    def _look(self, poses: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _errors(self, poses: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return expected minus measured values, their Jacobians, and whose they are."""
         errors, by_pose, by_point, owners, places = [], [], [], [], []
         for k, slots, values in self.seen:
-            expected, pose_part, point_part = self.sensor.look(poses[k], points[slots])
+            expected, pose_part, point_part = self.sensor.expect(poses[k], points[slots])
             errors.append(-self.sensor.residual(values, expected))
             by_pose.append(pose_part)
             by_point.append(point_part)
@@ -180,7 +180,7 @@ class _Problem:
         """Return the result."""
         path = np.vstack([self.first, state[: 3 * self.count].reshape(-1, 3)])
         path[:, 2] = wrap_angle(path[:, 2])
-        dof = 3 * self.count + 2 * len(self.looks) - state.size
+        dof = 3 * self.count + 2 * len(self.seen_weights) - state.size
         return Optimum(path, self.ids, state[3 * self.count :].reshape(-1, 2), squares, dof)
 
 

@@ -63,7 +63,7 @@ def measurement_matrix(
     points : (m, 2)
         Where each landmark is, m.
     sensor
-        What looks at them.
+        What measures them.
     """
     at = checks.array("at", at, ("states",))
     points = checks.array("points", points, ("m", 2))
@@ -73,7 +73,7 @@ def measurement_matrix(
     outside = [s for s in slots if s is not None and not 3 <= s < len(at) - 1]
     if outside or len(at) < 3:
         raise ValueError(f"slots must be in the state at {at.shape} behind its pose, got {outside}")
-    _, by_pose, by_point = checked_sensor(sensor).look(at[:3], points)
+    _, by_pose, by_point = checked_sensor(sensor).expect(at[:3], points)
     H = np.zeros((2 * len(slots), len(at)))
     for i, slot in enumerate(slots):
         H[2 * i : 2 * i + 2, :3] = by_pose[i]
@@ -125,7 +125,7 @@ def update(
         found = (anchors[i] if s is None else state[s : s + 2] for i, s in pairs)
         return np.array(list(found))
 
-    expected, _, _ = sensor.look(belief.pose, points(belief.mean))
+    expected, _, _ = sensor.expect(belief.pose, points(belief.mean))
     H = measurement_matrix(at, slots, points(at), sensor)
     innovation = sensor.residual(observations.values, expected).ravel()
     return _joseph(belief, H, block_diag(*_noises(observations, sensor)), innovation)

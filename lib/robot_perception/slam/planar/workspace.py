@@ -82,11 +82,11 @@ class Workspace:
         at: np.ndarray | None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return innovations and Jacobians; the latter at the estimate or at a given state."""
-        expected, by_pose, by_point = sensor.look(self.mean[:3], points)
+        expected, by_pose, by_point = sensor.expect(self.mean[:3], points)
         if at is not None:
             elsewhere = points.copy()
             kernels.gather(at, slots, elsewhere)
-            _, by_pose, by_point = sensor.look(at[:3], elsewhere)
+            _, by_pose, by_point = sensor.expect(at[:3], elsewhere)
         return sensor.residual(values, expected), by_pose, by_point
 
     def revise(

@@ -197,7 +197,7 @@ def figcaption(caption: str | None) -> str:
     """
     if not caption:
         return ""
-    return f'<figcaption class="mathjax_process">{with_mathematics(caption)}</figcaption>'
+    return f"<figcaption>{with_mathematics(caption)}</figcaption>"
 
 
 def on_page() -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from robot_perception.chapters.monobot import figures
-from robot_perception.chapters.monobot.figures import LOOKS, AxesRow
+from robot_perception.chapters.monobot.figures import MEASUREMENTS, AxesRow
 from robot_perception.chapters.monobot.rail import Result
 from robot_perception.teaching.figures.style import MEANING, label
 
@@ -41,19 +41,19 @@ def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> n
     for ax in axes[:-1].flat:
         ax.tick_params(labelbottom=False)
     for ax in axes[-1]:
-        ax.set_xlabel(LOOKS)
+        ax.set_xlabel(MEASUREMENTS)
     return axes
 
 
 def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
-    """Draw which share of the first error's variance is left, look by look, on two log scales.
+    """Draw the share of the first error's variance left after each measurement, on log scales.
 
     Parameters
     ----------
     ax
         Where to draw.
     shares
-        By name of the study, from the first look (share 1) on.
+        By name of the study, from the first measurement (share 1) on.
     """
     for (name, share), meaning in zip(shares.items(), REFERENCES, strict=True):
         colour = MEANING[meaning]
@@ -63,7 +63,9 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
     law = MEANING["expected"]
     ax.loglog(k, 1 / k, color=law, linestyle="--", linewidth=1.2)
     label(ax, 12, 0.11, "1/k", law, fontweight=400)
-    ax.set(xlim=(1, 1.1 * k[-1]), ylim=(None, 1.5), xlabel=LOOKS, ylabel="share of the variance")
+    ax.set(
+        xlim=(1, 1.1 * k[-1]), ylim=(None, 1.5), xlabel=MEASUREMENTS, ylabel="share of the variance"
+    )
     ax.minorticks_off()
     return ax
 
