@@ -13,7 +13,7 @@
   }
 
   function measure() { // a wide formula is set smaller by the style sheet
-    for (const box of document.querySelectorAll(".bd-article div.math > mjx-container[display='true']:not(.rp-wide)")) {
+    for (const box of document.querySelectorAll(".bd-article div.math mjx-container[display='true']:not(.rp-wide)")) {
       const size = parseFloat(getComputedStyle(box).fontSize);
       const letters = box.firstElementChild.getBoundingClientRect().width / size;
       if (letters < 15) continue; // it fits, or it is folded

@@ -30,7 +30,7 @@ LETTERS = """
       if (size < smallest - 0.05) tell(`${words} has ${size.toFixed(1)} px`);
       if (box.left < first || box.right > last) tell(`${words} leaves the window`);
       const lying = Math.abs(a) > Math.abs(b); // above and below letters a line has room
-      const [x, y] = lying ? [1, 0.16 * box.height] : [0.1 * box.width, 1];
+      const [x, y] = lying ? [2, 0.16 * box.height] : [0.1 * box.width, 2];
       const own = [box.left + x, box.right - x, box.top + y, box.bottom - y, words];
       for (const [left, right, top, bottom, name] of others) {
         const apart = own[0] >= right || left >= own[1] || own[2] >= bottom || top >= own[3];

@@ -195,7 +195,7 @@ WHOLE = ".bd-article :is(.rp-table, div.math, mjx-container[display='true'])"
 CODE = ".bd-article div.highlight pre"
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", NOTEBOOKS)
 def test_nothing_has_to_be_moved_sideways(
     name: str, visit: Callable[..., Visit], address: str
 ) -> None:

@@ -458,8 +458,8 @@ def test_panels_stand_where_their_margins_leave_them():
     """Inches to the left, right, below, above, and between panels."""
     _, axes = figure(2, 3, width=9, height=5)
     boxes = np.array([[ax.get_position().extents for ax in row] for row in axes]) * [9, 5, 9, 5]
-    np.testing.assert_allclose(boxes[-1, 0, :2], [0.78, 0.56])
-    np.testing.assert_allclose(boxes[0, -1, 2:], [9 - 0.16, 5 - 0.32])
+    np.testing.assert_allclose(boxes[-1, 0, :2], [0.8, 0.56])
+    np.testing.assert_allclose(boxes[0, -1, 2:], [9 - 0.2, 5 - 0.32])
     np.testing.assert_allclose(boxes[:, 1:, 0] - boxes[:, :-1, 2], 0.98)
     np.testing.assert_allclose(boxes[:-1, :, 1] - boxes[1:, :, 3], 0.82)
 

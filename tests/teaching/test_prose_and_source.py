@@ -13,12 +13,17 @@ from robot_perception.teaching.source import show_source
 
 def test_tell_formats_numbers_and_keeps_braces_for_mathematics():
     shown = tell(r"The gain is {gain:.2f}, $\frac{{1}}{{4}}$, {gain:.1%}.", gain=0.25)
-    assert shown.bundle["text/markdown"] == r"The gain is 0.25, $\frac{1}{4}$, 25.0%."
+    assert shown.bundle["text/markdown"] == "The gain is 0.25, $\\frac{1}{4}$, 25.0\xa0%."
 
 
 @pytest.mark.parametrize(
     ("number", "spec", "shown"),
-    [(-2.4, ".1f", "−2.4"), (-0.001, ".0%", "0%"), (2e-15, ".0e", "2 × 10⁻¹⁵"), ("a-b", "", "a-b")],
+    [
+        (-2.4, ".1f", "−2.4"),
+        (-0.001, ".0%", "0\xa0%"),
+        (2e-15, ".0e", "2 × 10⁻¹⁵"),
+        ("a-b", "", "a-b"),
+    ],
 )
 def test_tell_sets_numbers_as_print_does(number: float | str, spec: str, shown: str):
     assert tell(f"It is {{x:{spec}}}.", x=number).bundle["text/plain"] == f"It is {shown}."

@@ -67,7 +67,7 @@ def test_a_room_without_noise_is_extracted_and_a_tolerance_of_its_size_extracts_
     config = straight.Config(tolerances=(1e-3, 0.08, 100.0), step=8.0)
     found = straight.run(config, 2, straight.EXACT, rng=np.random.default_rng(0))
     fine, ours, huge = (found.share(e, 0.5).estimate for e in config.tolerances)
-    assert fine >= ours > 0.9
+    assert min(fine, ours) > 0.99  # without noise the tolerance does not matter, if it is small
     assert huge < 0.05
     assert found.extracted.shape == (2, 3, 3)
     assert (np.diff(found.extracted, axis=2) <= 0).all()  # more asked for, fewer extracted

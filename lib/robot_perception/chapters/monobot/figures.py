@@ -330,7 +330,7 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
 
 
 def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the root mean square landmark error of each variant by measurement."""
+    """Draw the root mean square landmark error of each variant, by measurement."""
     return _curves(ax, {v.name: v.rms for v in variants}, "landmark error (m)")
 
 
