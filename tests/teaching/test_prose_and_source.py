@@ -20,6 +20,7 @@ def test_tell_formats_numbers_and_keeps_braces_for_mathematics():
     ("number", "spec", "shown"),
     [
         (-2.4, ".1f", "−2.4"),
+        (168587, ",", "168\u202f587"),
         (-0.001, ".0%", "0\xa0%"),
         (2e-15, ".0e", "2 × 10⁻¹⁵"),
         ("a-b", "", "a-b"),

@@ -11,7 +11,7 @@ _POWER = re.compile(r"e([+-]\d+)")
 
 
 class _Typeset(Formatter):
-    """Writes numbers as print does: −2 with a minus sign, 2 × 10⁻¹⁵, 5 %, and no negative zero."""
+    """Writes numbers as print does: −2, 2 × 10⁻¹⁵, 5 %, 10 000, and no negative zero."""
 
     def format_field(self, value: object, spec: str) -> str:
         text = super().format_field(value, spec)
@@ -20,6 +20,7 @@ class _Typeset(Formatter):
         if not re.search("[1-9]", text):
             text = text.replace("-", "")
         text = _POWER.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
+        text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
         return text.replace("-", "−").replace("%", "\N{NO-BREAK SPACE}%")
 
 

@@ -225,7 +225,7 @@ def _unseen(name: str, *, moving: bool = True) -> Interval:
     """Return how many directions a set of sensors leaves unseen, by the worst of the analyses."""
     found = ranks(moving=moving)
     worst = max(found[name, reading].dimension - found[name, reading].rank for reading in READINGS)
-    return exact(worst, "directions")
+    return exact(worst, "unseen direction" if worst == 1 else "unseen directions")
 
 
 @claim(

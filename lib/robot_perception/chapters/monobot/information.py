@@ -236,7 +236,9 @@ def _nullity(total: list[np.ndarray]) -> Interval:
     """Return median and range of the number of null directions of all matrices."""
     nullity = np.concatenate([J.shape[-1] - kalman.scale_free_rank(J) for J in total])
     low, middle, high = (float(f(nullity)) for f in (np.min, np.median, np.max))
-    return Interval(middle, low, high, about=f"null directions, all of {nullity.size} matrices")
+    return Interval(
+        middle, low, high, about=f"dimension of the null space, all of {nullity.size} matrices"
+    )
 
 
 @claim(
