@@ -144,7 +144,7 @@ class Rig:
         if not isinstance(self.size, tuple) or len(self.size) != 2:
             raise TypeError(f"size must be width and height, got {self.size!r:.60}")
         for side in self.size:
-            whole("size", side, 1, 8192)
+            whole("size", side, 1, 4096)
         number("blur_px", self.blur_px, 0.0, 100.0)
         number("vignetting", self.vignetting, 0.0, 1.0)
         for name in ("read_noise", "photon_noise", "flicker", "imbalance"):
@@ -490,66 +490,63 @@ def _shade(warps, seen, pictures, tiles, gains, texels, starts, sizes, image):
     rows, columns = image.shape
     for row in range(rows):
         for column in range(columns):
-            first = seen[2 * row, 2 * column]
-            plain = True
-            for k in range(1, 4):
-                plain &= seen[2 * row + k // 2, 2 * column + k % 2] == first
+            s = seen[2 * row, 2 * column]
+            plain = (
+                seen[2 * row, 2 * column + 1] == s
+                and seen[2 * row + 1, 2 * column] == s
+                and seen[2 * row + 1, 2 * column + 1] == s
+            )
             total, parts = 0.0, 1 if plain else 4
             for k in range(parts):
-                s = seen[2 * row + k // 2, 2 * column + k % 2]
-                if s < 0:
-                    continue
-                u = column + (0.0 if plain else 0.5 * (k % 2) - 0.25)
-                v = row + (0.0 if plain else 0.5 * (k // 2) - 0.25)
-                p = pictures[s]
-                grey = _grey(warps[s], u, v, tiles[s], texels, starts[p], sizes[p])
-                total += gains[s] * grey
+                u, v = float(column), float(row)
+                if not plain:
+                    s = seen[2 * row + k // 2, 2 * column + k % 2]
+                    u, v = u + 0.5 * (k % 2) - 0.25, v + 0.5 * (k // 2) - 0.25
+                if s >= 0:
+                    grey = _grey(warps, s, u, v, tiles, texels, starts, sizes, pictures[s])
+                    total += gains[s] * grey
             image[row, column] = total / parts
 
 
 @numba.njit(cache=True)
-def _grey(warp, u, v, tiles, texels, starts, sizes):
+def _grey(warps, s, u, v, tiles, texels, starts, sizes, picture):
     """Mean of a picture over a pixel: probes along the longer side of the pixel's footprint, each
-    from copies in which its shorter side is about one texel.
+    bilinear in the two copies of which a texel is about as large as its shorter side.
     """
-    w = warp[2, 0] * u + warp[2, 1] * v + warp[2, 2]
-    a = (warp[0, 0] * u + warp[0, 1] * v + warp[0, 2]) / w
-    b = (warp[1, 0] * u + warp[1, 1] * v + warp[1, 2]) / w
-    wide, high = tiles[0] * sizes[0, 1], tiles[1] * sizes[0, 0]
-    ax, ay = wide * (warp[0, 0] - a * warp[2, 0]) / w, wide * (warp[0, 1] - a * warp[2, 1]) / w
-    bx, by = high * (warp[1, 0] - b * warp[2, 0]) / w, high * (warp[1, 1] - b * warp[2, 1]) / w
-    along, other = np.hypot(ax, bx), np.hypot(ay, by)
-    if along < other:
-        along, other, ax, bx = other, along, ay, by
-    probes = min(_PROBES, max(1, int(np.ceil(along / max(other, 1.0)))))
-    level = np.log2(max(along / probes, other, 1.0))
+    w = warps[s, 2, 0] * u + warps[s, 2, 1] * v + warps[s, 2, 2]
+    a = (warps[s, 0, 0] * u + warps[s, 0, 1] * v + warps[s, 0, 2]) / w
+    b = (warps[s, 1, 0] * u + warps[s, 1, 1] * v + warps[s, 1, 2]) / w
+    wide, high = tiles[s, 0] * sizes[picture, 0, 1], tiles[s, 1] * sizes[picture, 0, 0]
+    au = wide * (warps[s, 0, 0] - a * warps[s, 2, 0]) / w  # texels from a pixel to the next
+    av = wide * (warps[s, 0, 1] - a * warps[s, 2, 1]) / w
+    bu = high * (warps[s, 1, 0] - b * warps[s, 2, 0]) / w
+    bv = high * (warps[s, 1, 1] - b * warps[s, 2, 1]) / w
+    longer, shorter = np.sqrt(au * au + bu * bu), np.sqrt(av * av + bv * bv)
+    if longer < shorter:
+        longer, shorter, au, bu = shorter, longer, av, bv
+    probes = min(_PROBES, max(1, int(np.ceil(longer / max(shorter, 1.0)))))
+    level = min(np.log2(max(longer / probes, shorter, 1.0)), starts.shape[1] - 1.0)
     total = 0.0
-    for k in range(probes):
-        share = (k + 0.5) / probes - 0.5
-        x, y = wide * a + share * ax, high * b + share * bx
-        total += _texel(x, y, level, tiles, texels, starts, sizes)
+    for at in range(int(level), min(int(level) + 2, starts.shape[1])):
+        share = 1.0 - abs(level - at)
+        rows, columns, begin = sizes[picture, at, 0], sizes[picture, at, 1], starts[picture, at]
+        down, across = rows / sizes[picture, 0, 0], columns / sizes[picture, 0, 1]
+        for k in range(probes):
+            along = (k + 0.5) / probes - 0.5
+            i = (high * b + along * bu) * down - 0.5
+            j = (wide * a + along * au) * across - 0.5
+            top, left = int(np.floor(i)), int(np.floor(j))
+            i, j, below, right = i - top, j - left, top + 1, left + 1
+            if tiles[s, 1] == 1.0:
+                top, below = min(max(top, 0), rows - 1), min(max(below, 0), rows - 1)
+            if tiles[s, 0] == 1.0:
+                left, right = min(max(left, 0), columns - 1), min(max(right, 0), columns - 1)
+            top, below = (
+                begin + (top & (rows - 1)) * columns,
+                begin + (below & (rows - 1)) * columns,
+            )
+            left, right = left & (columns - 1), right & (columns - 1)
+            upper = (1 - j) * texels[top + left] + j * texels[top + right]
+            lower = (1 - j) * texels[below + left] + j * texels[below + right]
+            total += share * ((1 - i) * upper + i * lower)
     return total / probes
-
-
-@numba.njit(cache=True)
-def _texel(x, y, level, tiles, texels, starts, sizes):
-    """Grey value at texels (x, y) between the two copies nearest to a level, bilinear in each."""
-    lower = min(int(level), len(starts) - 1)
-    upper = min(lower + 1, len(starts) - 1)
-    mix = min(level - lower, 1.0)
-    total = 0.0
-    for at, share in ((lower, 1.0 - mix), (upper, mix)):
-        if share == 0.0:
-            continue
-        rows, columns = sizes[at]
-        i = y * rows / sizes[0, 0] - 0.5
-        j = x * columns / sizes[0, 1] - 0.5
-        top, left = int(np.floor(i)), int(np.floor(j))
-        i, j = i - top, j - left
-        for r, part in ((top, 1 - i), (top + 1, i)):
-            r = min(max(r, 0), rows - 1) if tiles[1] == 1.0 else r & (rows - 1)
-            begin = starts[at] + r * columns
-            for c, piece in ((left, 1 - j), (left + 1, j)):
-                c = min(max(c, 0), columns - 1) if tiles[0] == 1.0 else c & (columns - 1)
-                total += share * part * piece * texels[begin + c]
-    return total

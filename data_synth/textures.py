@@ -215,15 +215,15 @@ def _books(rng: np.random.Generator) -> np.ndarray:
         floor, left = (shelf + 1) * high - 16, 16
         picture[floor : floor + 16] = 130
         while left < 470:
-            wide = int(rng.integers(12, 30))
+            wide = int(rng.integers(14, 36))
             if rng.random() < 0.12:
                 left += int(rng.integers(20, 70))
                 continue
             tall = int(high * rng.uniform(0.6, 0.86))
             spine = picture[floor - tall : floor, left : min(left + wide, 496)]
-            spine[:] = rng.uniform(45, 225)
+            spine[:] = rng.uniform(55, 185)
             top, size = rng.integers(8, tall // 2), rng.integers(12, 40)
-            spine[top : top + size, 3:-3] = rng.uniform(20, 250)
+            spine[top : top + size, 3:-3] = rng.uniform(40, 210)
             spine[:, -1:] = 20
             left += wide
     picture[:, :16] = picture[:, -16:] = picture[:12] = 130
