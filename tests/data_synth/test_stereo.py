@@ -67,7 +67,7 @@ def measured(image: np.ndarray, near: np.ndarray) -> np.ndarray:
 )
 def test_corners_lie_where_the_pinhole_puts_them_in_both_eyes(distance, side, turn):
     card = upright((distance, side, 1.0), (0.3 * distance, 0.35 * distance), turn)
-    scene, rig = make_scene([card], [board()]), replace(QUIET, blur_px=0.7)
+    scene, rig = make_scene([card], [board()]), replace(QUIET, blur_px=1.0)
     pair = render(scene, rig, START, rng=np.random.default_rng(0))
     points = corners(card)
     depth, left, up = points[:, 0], points[:, 1], points[:, 2] - rig.height
@@ -80,7 +80,7 @@ def test_corners_lie_where_the_pinhole_puts_them_in_both_eyes(distance, side, tu
 
 
 def test_floor_and_ceiling_lie_where_the_pinhole_puts_them():
-    rig = replace(QUIET, height=2.0, blur_px=0.7)
+    rig = replace(QUIET, height=2.0, blur_px=1.0)
     floor = Surface([9.0, 1.2, 0.0], [0.0, -2.4, 0.0], [-4.0, 0.0, 0.0], 0)  # its far edge is above
     ceiling = Surface([5.0, 1.2, 4.0], [0.0, -2.4, 0.0], [4.0, 0.0, 0.0], 0)
     for surface in (floor, ceiling):
@@ -185,6 +185,16 @@ def named(scene: Scene) -> Scene:
         gains=np.ones(count),
         atlas=greys,
     )
+
+
+@pytest.mark.parametrize("k", [90, 240])
+def test_images_are_means_of_finer_images(k):
+    finer = Rig(focal_px=4 * QUIET.focal_px, size=(4 * 320, 4 * 240))
+    wanted = ideal_image(BUILDING.scene, finer, DRIVE[k]).reshape(240, 4, 320, 4).mean(axis=(1, 3))
+    off = ideal_image(BUILDING.scene, QUIET, DRIVE[k]) - wanted
+    assert np.abs(off.mean()) < 0.3
+    assert np.abs(off).mean() < 1.5
+    assert wanted.std() > 30
 
 
 @pytest.mark.parametrize("k", [0, 70, 230, 300, 420])
