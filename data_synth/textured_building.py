@@ -167,7 +167,7 @@ def drive(
 ) -> np.ndarray:
     """Return poses (x, y, heading) along the way, closer to each other where the robot turns.
 
-    The way leads three times along the corridor and twice through two of the rooms, in the same
+    Two of the rooms are passed twice and parts of the corridor three times, always in the same
     direction; the robot is steered by hand and never takes quite the same line.
 
     Parameters
