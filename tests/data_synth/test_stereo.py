@@ -22,7 +22,7 @@ from data_synth.stereo import (
     visible,
 )
 from data_synth.textured_building import drive, make_textured_building
-from data_synth.textures import make_atlas
+from data_synth.textures import make_atlas, paint
 
 QUIET = Rig(blur_px=0.0, vignetting=0.0, read_noise=0.0, photon_noise=0.0, imbalance=0.0)
 START = np.zeros(3)
@@ -141,7 +141,7 @@ def test_a_surface_is_seen_from_one_side():
 
 
 def test_edges_are_shaded_by_the_share_of_the_pixel_they_cover():
-    edge = 12.5  # pixels right of the middle of the image: in the middle of a pixel
+    edge = 12.4  # pixels right of the middle of the image: a little less than half a pixel more
     wide = 2 * (edge / 280) * 2.0
     image = ideal_image(make_scene([upright((2.0, 0, 1.1), (wide, 1.0))], flat(100)), QUIET, START)
     assert image[119, 171] == 100
@@ -187,14 +187,32 @@ def named(scene: Scene) -> Scene:
     )
 
 
+def off_the_mean(scene: Scene, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return an image less the mean of one four times finer, and that mean."""
+    finer = Rig(focal_px=4 * QUIET.focal_px, size=(4 * 320, 4 * 240))
+    wanted = ideal_image(scene, finer, pose).reshape(240, 4, 320, 4).mean(axis=(1, 3))
+    return ideal_image(scene, QUIET, pose) - wanted, wanted
+
+
 @pytest.mark.parametrize("k", [90, 240])
 def test_images_are_means_of_finer_images(k):
-    finer = Rig(focal_px=4 * QUIET.focal_px, size=(4 * 320, 4 * 240))
-    wanted = ideal_image(BUILDING.scene, finer, DRIVE[k]).reshape(240, 4, 320, 4).mean(axis=(1, 3))
-    off = ideal_image(BUILDING.scene, QUIET, DRIVE[k]) - wanted
+    off, wanted = off_the_mean(BUILDING.scene, DRIVE[k])
     assert np.abs(off.mean()) < 0.3
     assert np.abs(off).mean() < 1.5
     assert wanted.std() > 30
+
+
+FLOOR = Surface([8.0, 3, 0], [0.0, -6, 0], [-6.0, 0, 0], 0, tiles=(6.0, 12.0))
+WALL = Surface([1.0, 1, 2.5], [5.0, 0, 0], [0.0, 0, -2.5], 0, tiles=(5.0, 5.0))
+BEFORE = Surface([2.0, 1, 1.6], [0.0, -2, 0], [0.0, 0, -1], 0, tiles=(2.0, 2.0))
+
+
+@pytest.mark.parametrize(("surface", "most"), [(FLOOR, 2.0), (WALL, 5.0), (BEFORE, 1.0)])
+def test_slanting_bricks_are_means_of_finer_images(surface, most):
+    scene = make_scene([surface], [paint("brick", rng=np.random.default_rng(0))])
+    off, wanted = off_the_mean(scene, START)
+    assert np.abs(off[wanted > 0]).mean() < most
+    assert wanted[wanted > 0].std() > 10
 
 
 @pytest.mark.parametrize("k", [0, 70, 230, 300, 420])
