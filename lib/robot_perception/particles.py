@@ -66,8 +66,8 @@ def effective_number(
 
     .. math:: M_{\mathrm{eff}} = \frac{(\sum_i \omega_i)^2}{\sum_i \omega_i^2}
 
-    It lies between 1 and M. Eq. 7 of the thesis' visual SLAM prints :math:`1 / \sum_i \omega_i`,
-    which is 1 for all normalised weights.
+    It lies between 1 and M. Eq. (7) of [1] prints :math:`1 / \sum_i \omega_i`, which is 1 for any
+    normalised weights.
 
     Parameters
     ----------
@@ -82,7 +82,10 @@ def effective_number(
     References
     ----------
     Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", Journal of the
-    American Statistical Association 89(425), 1994, section 4.1, in the estimate usual since.
+    American Statistical Association 89(425), 1994.
+
+    [1] Gil, Payá, Reinoso, Fernández and Puerto, "Simultaneous localization and mapping in indoor
+    environments using SIFT features", VIIP 2006.
     """
     if isinstance(log_weights, ParticleSet):
         log_weights = log_weights.log_weights
@@ -416,19 +419,18 @@ def _comb(weights, offsets):  # pragma: no cover - compiled
     loop of unknown length costs three times as much, as the processor cannot foresee its end.
     """
     count = offsets.size
-    total, last = _sum(weights)
+    total, _ = _sum(weights)
     drawn = np.empty(count + 4, dtype=np.int64)
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]
-        teeth = reached * (count / total)
+        teeth = reached / total * count  # in the end exactly the count
         below = int(teeth)
         below = below + (offsets[below] < teeth - below) if below < count else count
         drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i
         for rest in range(k + 4, below):
             drawn[rest] = i
         k = below
-    drawn[k:] = last
     return drawn[:count]
 
 
@@ -455,7 +457,7 @@ def _inverse(weights, points):  # pragma: no cover - compiled
 def _sum(weights):  # pragma: no cover - compiled
     """Return the sum in the order in which it will be reached, and the last particle with a weight.
 
-    To that one fall the points that rounding leaves above the sum.
+    The last one takes a point just below 1 that rounding lifts to the sum.
     """
     total, last = 0.0, 0
     for i in range(weights.size):
