@@ -97,7 +97,7 @@ def test_points_are_looked_up_in_the_cumulative_sum(weights, count, seed):
 
 
 class Fixed(np.random.Generator):
-    """A generator whose points of [0, 1) all lie in one place."""
+    """A generator whose points of [0, 1) all lie in one place; those of `multinomial` at 1."""
 
     def __init__(self, value):
         super().__init__(np.random.PCG64(0))
@@ -105,6 +105,9 @@ class Fixed(np.random.Generator):
 
     def random(self, size=None):
         return np.full(size, self.value) if size else self.value
+
+    def standard_exponential(self, size):
+        return np.eye(1, size)[0]
 
 
 @pytest.mark.parametrize("scheme", [systematic, stratified])
@@ -114,6 +117,14 @@ def test_a_point_on_an_edge_belongs_to_the_next_particle_with_a_weight(scheme):
     last = Fixed(np.nextafter(1, 0))
     assert scheme(weights, 4, rng=last).tolist() == [1, 3, 5, 5]
     assert scheme(weights, 1, rng=last).tolist() == [5]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_point_that_rounding_leaves_over_falls_to_the_last_particle_with_a_weight(scheme):
+    rng, last = np.random.default_rng(0), Fixed(np.nextafter(1, 0))
+    for m in range(1, 200):
+        weights = np.append(rng.random(m), [0.0, 0.0])
+        assert scheme(weights, 7, rng=last).max() == m - 1
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

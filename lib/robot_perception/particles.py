@@ -127,8 +127,8 @@ def systematic(
     Kitagawa, "Monte Carlo filter and smoother for non-Gaussian nonlinear state space models",
     Journal of Computational and Graphical Statistics 5(1), 1996, appendix.
     """
-    weights, count = _checked(weights, count, rng)
-    return _comb(weights, np.broadcast_to(rng.random(), count))
+    weights, total, count = _checked(weights, count, rng)
+    return _comb(weights, total, np.broadcast_to(rng.random(), count))
 
 
 def stratified(
@@ -144,8 +144,8 @@ def stratified(
     ----------
     Kitagawa 1996 (see `systematic`), appendix.
     """
-    weights, count = _checked(weights, count, rng)
-    return _comb(weights, rng.random(count))
+    weights, total, count = _checked(weights, count, rng)
+    return _comb(weights, total, rng.random(count))
 
 
 def multinomial(
@@ -163,8 +163,8 @@ def multinomial(
     Gordon, Salmond and Smith, "Novel approach to nonlinear/non-Gaussian Bayesian state estimation",
     IEE Proceedings F 140(2), 1993.
     """
-    weights, count = _checked(weights, count, rng)
-    return _inverse(weights, _ordered_uniform(count, rng))
+    weights, total, count = _checked(weights, count, rng)
+    return _inverse(weights, total, _ordered_uniform(count, rng))
 
 
 def residual(
@@ -186,13 +186,14 @@ def residual(
     Liu and Chen, "Sequential Monte Carlo methods for dynamic systems", Journal of the American
     Statistical Association 93(443), 1998, section 3.2.
     """
-    weights, count = _checked(weights, count, rng)
-    expected = count * (weights / weights.sum())
+    weights, total, count = _checked(weights, count, rng)
+    expected = count * (weights / total)
     copies = np.floor(expected * (1 + 1e-13))  # 3 that came out as 2.9999999999999996 is 3
     rest = count - int(copies.sum())
     copies = copies.astype(np.int64)
     if rest:
-        drawn = _inverse(np.maximum(expected - copies, 0), _ordered_uniform(rest, rng))
+        left = np.maximum(expected - copies, 0)
+        drawn = _inverse(left, left.sum(), _ordered_uniform(rest, rng))
         copies += np.bincount(drawn, minlength=copies.size)
     return np.repeat(np.arange(copies.size), copies)
 
@@ -387,8 +388,10 @@ def auxiliary(
     return posterior, _info(posterior, True, ancestors, first_sum + log_sum - np.log(len(states)))
 
 
-def _checked(weights: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, int]:
-    """Check the arguments of a resampling scheme; two passes over the weights."""
+def _checked(
+    weights: np.ndarray, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, float, int]:
+    """Check the arguments of a resampling scheme; return the weights, their sum and the count."""
     weights = checks.reals("weights", weights)
     checks.shaped("weights", weights, ("m",))
     if not weights.size:
@@ -400,7 +403,7 @@ def _checked(weights: np.ndarray, count: int, rng: np.random.Generator) -> tuple
             f"got a least weight of {lowest:.6g} and a sum of {total:.6g}"
         )
     checks.generator("rng", rng)
-    return weights, checks.whole("count", count, 1)
+    return weights, total, checks.whole("count", count, 1)
 
 
 def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -411,7 +414,7 @@ def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
 
 @njit(cache=True)
 @no_type_check
-def _comb(weights, offsets):  # pragma: no cover - compiled
+def _comb(weights, total, offsets):  # pragma: no cover - compiled
     """Return what `_inverse` does for the points (k + offset of k) / N, one in each N-th of [0, 1).
 
     So many points lie below a cumulative sum that no search is needed. The first four places are
@@ -419,29 +422,29 @@ def _comb(weights, offsets):  # pragma: no cover - compiled
     loop of unknown length costs three times as much, as the processor cannot foresee its end.
     """
     count = offsets.size
-    total, _ = _sum(weights)
     drawn = np.empty(count + 4, dtype=np.int64)
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]
-        teeth = reached / total * count  # in the end exactly the count
+        teeth = reached / total * count
         below = int(teeth)
         below = below + (offsets[below] < teeth - below) if below < count else count
         drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i
         for rest in range(k + 4, below):
             drawn[rest] = i
         k = below
+    drawn[k:] = _last(weights)
     return drawn[:count]
 
 
 @njit(cache=True)
 @no_type_check
-def _inverse(weights, points):  # pragma: no cover - compiled
+def _inverse(weights, total, points):  # pragma: no cover - compiled
     """Return for each ascending point of [0, 1) the first particle whose cumulative sum is above.
 
     Above, not at it: a particle without weight is not drawn, not even by a point on the edge.
     """
-    total, last = _sum(weights)
+    last = _last(weights)
     drawn = np.empty(points.size, dtype=np.int64)
     particle, reached = 0, weights[0]
     for k in range(points.size):
@@ -454,17 +457,12 @@ def _inverse(weights, points):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def _sum(weights):  # pragma: no cover - compiled
-    """Return the sum in the order in which it will be reached, and the last particle with a weight.
-
-    The last one takes a point just below 1 that rounding lifts to the sum.
-    """
-    total, last = 0.0, 0
-    for i in range(weights.size):
-        total += weights[i]
-        if weights[i] > 0:
-            last = i
-    return total, last
+def _last(weights):  # pragma: no cover - compiled
+    """Return the last particle with a weight: it takes the points that rounding leaves above."""
+    last = weights.size - 1
+    while weights[last] == 0:
+        last -= 1
+    return last
 
 
 def _check_step(
