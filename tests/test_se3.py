@@ -1,6 +1,5 @@
-"""Rigid motions of space against matrices, and homographies against OpenCV."""
+"""Rigid motions of space against matrices and the matrix exponential."""
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +8,7 @@ from hypothesis.extra import numpy as hnp
 from scipy.linalg import expm
 
 from robot_perception import geometry
-from robot_perception.geometry import homographies, se3
+from robot_perception.geometry import se3
 from tests.unchecked import unchecked
 
 TWISTS = hnp.arrays(float, 6, elements=st.floats(-1.5, 1.5))
@@ -76,25 +75,9 @@ def test_six_digits_of_a_rotation_are_enough():
     assert se3.checked("pose", rough) is rough
 
 
-@given(SEEDS)
-def test_homographies_are_opencvs_and_compose(seed):
-    rng = np.random.default_rng(seed)
-    H, G = np.eye(3) + rng.uniform(-0.2, 0.2, (2, 3, 3))
-    points = rng.uniform(-1, 1, (7, 2))
-    image = homographies.apply(H, points)
-    theirs = cv2.perspectiveTransform(points[:, None], H)[:, 0]
-    np.testing.assert_allclose(image, theirs, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(homographies.apply(-3 * H, points), image, rtol=1e-9)
-    np.testing.assert_allclose(homographies.apply(np.linalg.inv(H), image), points, atol=1e-9)
-    both = homographies.apply(np.stack([H, G @ H]), points)
-    np.testing.assert_allclose(both[0], image, rtol=1e-12)
-    np.testing.assert_allclose(homographies.apply(G, image), both[1], rtol=1e-7, atol=1e-9)
-
-
 EYE = np.eye(4)
 SHEAR, MIRROR, FAR = EYE.copy(), np.diag([1.0, 1, -1, 1]), EYE.copy()
 SHEAR[0, 1], FAR[3, 0] = 2e-5, 1e-3
-HORIZON = np.array([[1.0, 0, 0], [0, 1, 0], [0.5, 0, -1]])
 
 
 @pytest.mark.parametrize(
@@ -109,9 +92,6 @@ HORIZON = np.array([[1.0, 0, 0], [0, 1, 0], [0.5, 0, -1]])
         (lambda: se3.act(np.stack([EYE] * 2), np.ones((3, 4, 3))), "leading axes must broadcast"),
         (lambda: se3.exp(np.full(6, np.nan)), "twist must be finite, got 6 of 6"),
         (lambda: se3.from_se2(np.zeros(3), np.inf), "height must be finite, got inf"),
-        (lambda: homographies.apply(HORIZON, np.array([[2.0, 1], [0, 0]])), "got 1 of 2 that do"),
-        (lambda: homographies.apply(np.ones((3, 3)), np.ones((1, 2))), "must not be singular"),
-        (lambda: homographies.apply(EYE, np.ones((1, 2))), r"homography must be \(…, 3, 3\)"),
     ],
 )
 def test_bad_input_is_named(build, message):
