@@ -34,7 +34,8 @@ class RelativeErrors:
     translation : (pairs,)
         Length of the error of each motion's translation, m.
     rotation : (pairs,)
-        Error of each motion's rotation (estimate minus truth), rad, from -π to π.
+        Error of each motion's rotation, rad: in the plane estimate minus truth, from -π to π; in
+        space its angle, from 0 to π.
     """
 
     translation: Float[np.ndarray, " pairs"]
@@ -223,16 +224,35 @@ def relative_error_over(
         If the paths are empty, of different length or not finite, or the true path is shorter.
     """
     estimate, truth = _poses(estimate, truth)
-    steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
-    travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    if not 0 < checks.number("distance", distance) <= travelled[-1]:
-        raise ValueError(
-            f"distance must be from 0 to {travelled[-1]:.6g} m, the length of truth, got {distance}"
-        )
-    end = np.searchsorted(travelled, travelled + distance)
-    first = np.flatnonzero(end < len(truth))
-    pairs = np.stack([first, end[first]], axis=1)
+    pairs = _pairs_over("truth", truth[:, :2], distance)
     return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
+
+
+def pairs_over(positions: Float[np.ndarray, "k _"], distance: float) -> Int[np.ndarray, "pairs 2"]:
+    """Return from which position to which a path goes over a distance.
+
+    Parameters
+    ----------
+    positions : (k, 2) or (k, 3)
+        Positions along the path, m.
+    distance
+        Length of path, m.
+
+    Returns
+    -------
+    (pairs, 2)
+        Rows of (from, to): each position, and the first that is at least so far along the path;
+        positions nearer to its end are in no row as the first.
+
+    Raises
+    ------
+    ValueError
+        If the positions are not finite or of another shape, or the path is shorter.
+    """
+    positions = checks.array("positions", positions, ("k", "n"))
+    if positions.shape[1] not in (2, 3) or not len(positions):
+        raise ValueError(f"positions must be (k, 2) or (k, 3), k >= 1, got {positions.shape}")
+    return _pairs_over("positions", positions, distance)
 
 
 def relative_poses(
@@ -284,6 +304,20 @@ def motion_errors(
     estimate, truth = _poses(estimate, truth)
     x, y, turn = (estimate - truth).T
     return RelativeErrors(np.hypot(x, y), np.asarray(wrap_angle(turn)))
+
+
+def _pairs_over(name: str, positions: np.ndarray, distance: float) -> np.ndarray:
+    """Return the pairs of `pairs_over`; ``name`` is what the caller calls the path."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    most = travelled[-1]
+    if not 0 < checks.number("distance", distance) <= most:
+        raise ValueError(
+            f"distance must be from 0 to {most:.6g} m, the length of {name}, got {distance}"
+        )
+    end = np.searchsorted(travelled, travelled + distance)
+    first = np.flatnonzero(end < len(positions))
+    return np.stack([first, end[first]], axis=1)
 
 
 def _poses(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
