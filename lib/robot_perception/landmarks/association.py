@@ -1,0 +1,276 @@
+r"""Which landmark is this? Distances from descriptors to classes, as products of matrices.
+
+.. math:: E_{ij} = (d_i - \bar d_j)^\top (d_i - \bar d_j) = |d_i|^2 - 2 d_i^\top \bar d_j + |\bar d_j|^2
+
+.. math:: L_{ij} = (d_i - \bar d_j)^\top S_j^{-1} (d_i - \bar d_j) = (d_i \circ d_i)^\top w_j
+    - 2 d_i^\top (w_j \circ \bar d_j) + \bar d_j^\top (w_j \circ \bar d_j), \quad
+    w_j = \operatorname{diag} S_j^{-1}
+
+One product for the Euclidean distance (eq. 8), two for the Mahalanobis distance (eq. 9). In single
+precision they take half the time and lose the last digits; the two nearest are exact all the same,
+since every class that may be one of them within the bound of rounding is looked at again in double
+precision.
+"""
+
+from dataclasses import dataclass, field
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.landmarks.features import check_descriptors
+
+UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Nearest:
+    """The two nearest classes of each of m descriptors.
+
+    Parameters
+    ----------
+    classes : (m, 2)
+        The nearest and the second; -1 where there are fewer classes.
+    distances : (m, 2)
+        Their squared distances; infinite where there are fewer classes.
+    """
+
+    classes: Int[np.ndarray, "m 2"]
+    distances: Float[np.ndarray, "m 2"]
+
+    def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:
+        r"""Return the nearest class of each descriptor, or -1 for a new landmark.
+
+        Parameters
+        ----------
+        limit
+            Largest squared distance to a class.
+        ratio
+            Largest ratio of the distances (not squared) to the nearest and to the second.
+
+        Raises
+        ------
+        ValueError
+            If the limit is not a number or the ratio not from 0 to 1.
+
+        References
+        ----------
+        Gil et al. (2006), §4: threshold. Lowe (2004), §7.1: ratio.
+        """
+        limit = checks.number("limit", limit, finite=False)
+        ratio = checks.share("ratio", ratio)
+        first, second = self.distances.T
+        near = (first <= limit) & (self.classes[:, 0] >= 0)
+        if ratio < 1:
+            near &= first <= ratio**2 * second
+        return np.where(near, self.classes[:, 0], -1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Euclidean:
+    """The squared Euclidean distance of eq. (8).
+
+    Parameters
+    ----------
+    means : (n, d)
+        Mean descriptor of each class.
+
+    Raises
+    ------
+    ValueError
+        If the means are not (n, d) or not finite.
+    """
+
+    means: Float[np.ndarray, "n d"]
+    _single: np.ndarray = field(init=False, repr=False)
+    _offsets: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        means = np.ascontiguousarray(checks.array("means", self.means, ("n", "d")))
+        object.__setattr__(self, "means", means)
+        object.__setattr__(self, "_single", check_descriptors(means, name="means"))
+        object.__setattr__(self, "_offsets", np.einsum("nd,nd->n", means, means))
+
+    def distances(self, descriptors: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m n"]:
+        """Return the squared distance of each descriptor to each class.
+
+        Parameters
+        ----------
+        descriptors : (m, d)
+            Descriptors of the length of the means.
+
+        Raises
+        ------
+        ValueError
+            If the descriptors are not (m, d) or not finite.
+        """
+        found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        own = np.einsum("md,md->m", found, found)[:, None]
+        return np.maximum(own - 2 * found @ self.means.T + self._offsets, 0.0)
+
+    def two_nearest(self, descriptors: Float[np.ndarray, "m d"]) -> Nearest:
+        """Return the two nearest classes of each descriptor; of equal ones the first.
+
+        Parameters
+        ----------
+        descriptors : (m, d)
+            Descriptors of the length of the means.
+
+        Raises
+        ------
+        ValueError
+            If the descriptors are not (m, d) or not finite.
+        """
+        found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        squares = np.ones((1, found.shape[1]))
+        return _two_nearest(
+            -2 * found, self._single, self._offsets, found, self.means, squares, np.zeros(1)
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mahalanobis:
+    r"""The Mahalanobis distance of eq. (9), with a variance of each class and entry.
+
+    With the logarithm of the determinant it is, up to a constant, -2 times the log likelihood of a
+    normal class; without, a class gains by a large variance.
+
+    .. math:: L_{ij} + \ln \det S_j
+
+    Parameters
+    ----------
+    means : (n, d)
+        Mean descriptor of each class.
+    variances : (n, d)
+        Variance of each entry.
+    log_determinant
+        Whether to add it.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree, a number is not finite or a variance not positive.
+    """
+
+    means: Float[np.ndarray, "n d"]
+    variances: Float[np.ndarray, "n d"]
+    log_determinant: bool = False
+    _centre: np.ndarray = field(init=False, repr=False)
+    _single: np.ndarray = field(init=False, repr=False)
+    _offsets: np.ndarray = field(init=False, repr=False)
+    _logs: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        means = np.ascontiguousarray(checks.array("means", self.means, ("n", "d")))
+        variances = checks.array("variances", self.variances, means.shape, f"means {means.shape}")
+        variances = np.ascontiguousarray(variances)
+        if variances.size and not variances.min() > 0:
+            raise ValueError(f"variances must be positive, got {variances.min()}")
+        logs = np.zeros(len(means))
+        if checks.flag("log_determinant", self.log_determinant):
+            logs = np.log(variances).sum(axis=1)
+        weights = 1 / variances
+        check_descriptors(weights, name="variances")
+        centre = means.mean(axis=0) if len(means) else np.zeros(means.shape[1])
+        apart = means - centre  # less is lost where the numbers are small
+        single = np.concatenate([weights, weights * apart], axis=1)
+        object.__setattr__(self, "means", means)
+        object.__setattr__(self, "variances", variances)
+        object.__setattr__(self, "_centre", centre)
+        object.__setattr__(self, "_single", check_descriptors(single, name="means"))
+        object.__setattr__(self, "_offsets", np.einsum("nd,nd,nd->n", weights, apart, apart) + logs)
+        object.__setattr__(self, "_logs", logs)
+
+    def distances(self, descriptors: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m n"]:
+        """Return the squared distance of each descriptor to each class.
+
+        Parameters
+        ----------
+        descriptors : (m, d)
+            Descriptors of the length of the means.
+
+        Raises
+        ------
+        ValueError
+            If the descriptors are not (m, d) or not finite.
+        """
+        found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        apart, weights = found - self._centre, 1 / self.variances
+        cross = apart @ (weights * (self.means - self._centre)).T
+        squared = apart**2 @ weights.T - 2 * cross + (self._offsets - self._logs)
+        return np.maximum(squared, 0.0) + self._logs
+
+    def two_nearest(self, descriptors: Float[np.ndarray, "m d"]) -> Nearest:
+        """Return the two nearest classes of each descriptor; of equal ones the first.
+
+        Parameters
+        ----------
+        descriptors : (m, d)
+            Descriptors of the length of the means.
+
+        Raises
+        ------
+        ValueError
+            If the descriptors are not (m, d) or not finite.
+        """
+        found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        apart = found - self._centre
+        factors = np.concatenate([apart**2, -2 * apart], axis=1)
+        return _two_nearest(
+            factors, self._single, self._offsets, found, self.means, self.variances, self._logs
+        )
+
+
+def _two_nearest(
+    factors: np.ndarray,
+    single: np.ndarray,
+    offsets: np.ndarray,
+    found: np.ndarray,
+    means: np.ndarray,
+    variances: np.ndarray,
+    logs: np.ndarray,
+) -> Nearest:
+    """Return the two classes with the least sums of product and offset.
+
+    The product of two rows of K numbers in single precision is off by no more than (K + 16) units
+    of rounding times their lengths: K for the sum, the rest for the factors and the lengths.
+    """
+    factors, found = factors.astype(np.float32), np.ascontiguousarray(found)
+    reach = np.linalg.norm(single, axis=1).max(initial=0.0)
+    bounds = (factors.shape[1] + 16) * UNIT * np.linalg.norm(factors, axis=1) * reach
+    if not bounds.max(initial=0.0) < 1e30:
+        raise ValueError(
+            f"descriptors and means must fit single precision, got {np.abs(found).max():g}"
+        )
+    return Nearest(*_pick(factors @ single.T, offsets, bounds, found, means, variances, logs))
+
+
+@njit(cache=True)
+@no_type_check
+def _pick(products, offsets, bounds, found, means, variances, logs):  # pragma: no cover - compiled
+    """Pick by the rounded sums all that may be among the two nearest, and these by exact ones."""
+    m, n = products.shape
+    classes, distances = np.full((m, 2), -1), np.full((m, 2), np.inf)
+    for i in range(m):
+        first = second = np.inf
+        for j in range(n):
+            rounded = products[i, j] + offsets[j]
+            if rounded < second:
+                second = max(rounded, first)
+                first = min(rounded, first)
+        limit = second + 2 * bounds[i]
+        for j in range(n):
+            if products[i, j] + offsets[j] <= limit:
+                row = j if len(variances) == n else 0
+                total = logs[j if len(logs) == n else 0]
+                for k in range(found.shape[1]):
+                    step = found[i, k] - means[j, k]
+                    total += step * step / variances[row, k]
+                if total < distances[i, 0]:
+                    classes[i, 1], distances[i, 1] = classes[i, 0], distances[i, 0]
+                    classes[i, 0], distances[i, 0] = j, total
+                elif total < distances[i, 1]:
+                    classes[i, 1], distances[i, 1] = j, total
+    return classes, distances
