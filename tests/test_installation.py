@@ -16,6 +16,7 @@ from robot_perception import __main__
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = {
+    "robot_perception.cameras": "vision",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",
@@ -93,7 +94,7 @@ def python(code: str, names: list[str], extra: str | None) -> subprocess.Complet
     return subprocess.run(command, input=words, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("extra", [None, "data", "symbolic", "book"])
+@pytest.mark.parametrize("extra", [None, "data", "symbolic", "vision", "book"])
 def test_modules_import_with_their_extra_alone(extra: str | None):
     names = modules(extra)
     assert names

@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from robot_perception.beliefs import Gaussian
+from robot_perception import beliefs
 from tests.hostile.sweep import call
 
-CALLS = {Gaussian: lambda: call(np.zeros(2), np.eye(2))}
+CALLS = {
+    beliefs.Gaussian: lambda: call(np.zeros(2), np.eye(2)),
+    beliefs.ParticleSet: lambda: call(np.ones((3, 2)), np.zeros(3)),
+    beliefs.ParticleSet.uniform: lambda: call(np.ones((3, 2))),
+    beliefs.normalise: lambda: call(np.zeros(3)),
+}
