@@ -1,6 +1,7 @@
 r"""Which landmark is this? Distances from descriptors to classes, as products of matrices.
 
-.. math:: E_{ij} = (d_i - \bar d_j)^\top (d_i - \bar d_j) = |d_i|^2 - 2 d_i^\top \bar d_j + |\bar d_j|^2
+.. math:: E_{ij} = (d_i - \bar d_j)^\top (d_i - \bar d_j)
+    = |d_i|^2 - 2 d_i^\top \bar d_j + |\bar d_j|^2
 
 .. math:: L_{ij} = (d_i - \bar d_j)^\top S_j^{-1} (d_i - \bar d_j) = (d_i \circ d_i)^\top w_j
     - 2 d_i^\top (w_j \circ \bar d_j) + \bar d_j^\top (w_j \circ \bar d_j), \quad

@@ -124,7 +124,9 @@ class DescriptorClasses:
         """
         return self.merged(rows, DescriptorClasses.of(descriptors))
 
-    def merged(self, rows: Int[np.ndarray, " m"], others: "DescriptorClasses") -> "DescriptorClasses":
+    def merged(
+        self, rows: Int[np.ndarray, " m"], others: "DescriptorClasses"
+    ) -> "DescriptorClasses":
         r"""Return the classes with others taken into some of them.
 
         .. math:: \bar d = \bar d_a + \frac{p_b}{p_a + p_b} (\bar d_b - \bar d_a), \qquad
@@ -229,7 +231,7 @@ def floored_variances(classes: DescriptorClasses, least: float) -> Float[np.ndar
 
 
 def pooled_variances(classes: DescriptorClasses) -> Float[np.ndarray, "n d"]:
-    r"""Return the same variance for all classes: that of all descriptors about their classes' means.
+    r"""Return one variance for all classes: that of all descriptors about their classes' means.
 
     .. math:: s_0^2 = \max\left(\frac{\sum_i q_i}{\sum_i (p_i - 1)}, \frac 1{12}\right)
 

@@ -95,7 +95,10 @@ class Features:
         )
 
 
-def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = Sift()) -> Features:
+SIFT = Sift()
+
+
+def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = SIFT) -> Features:
     """Find the SIFT features of a grey picture with OpenCV.
 
     A feature with two main directions is there twice. The first doubling of the picture is the one
@@ -151,7 +154,9 @@ def check_grey(name: str, image: np.ndarray) -> UInt8[np.ndarray, "height width"
     if image.ndim != 2:
         raise ValueError(f"{name} must be grey, (height, width), got {image.shape}")
     if min(image.shape) < LEAST_SIDE:
-        raise ValueError(f"{name} must be at least {LEAST_SIDE} px wide and high, got {image.shape}")
+        raise ValueError(
+            f"{name} must be at least {LEAST_SIDE} px wide and high, got {image.shape}"
+        )
     return image
 
 

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int, UInt8
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.cameras import StereoRig
-from robot_perception.landmarks.features import Features, Sift, check_grey, detect
+from robot_perception.landmarks.features import SIFT, Features, Sift, check_grey, detect
 from robot_perception.landmarks.matching import match_window
 
 
@@ -112,7 +112,7 @@ def observe(
     right: UInt8[np.ndarray, "height width"],
     rig: StereoRig,
     *,
-    sift: Sift = Sift(),
+    sift: Sift = SIFT,
     rules: StereoRules = StereoRules(),
     sigma_px: float = 0.5,
 ) -> StereoPoints:

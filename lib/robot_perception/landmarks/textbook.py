@@ -68,9 +68,7 @@ def mahalanobis(
     return float(np.sum(apart**2 / variances))
 
 
-def match_stereo(
-    left: Features, right: Features, rules: StereoRules = StereoRules()
-) -> Int[np.ndarray, "pairs 2"]:
+def match_stereo(left: Features, right: Features, rules: StereoRules) -> Int[np.ndarray, "pairs 2"]:
     """Return which features of a rectified pair are the same point, by all distances at once.
 
     Parameters

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole
+from robot_perception.geometry import se3
 from robot_perception.landmarks.classes import DescriptorClasses
 from robot_perception.landmarks.features import Features
 from robot_perception.landmarks.matching import match_window
@@ -152,12 +153,9 @@ def predict_pixels(
         If the shapes are others, a number is not finite or ``T_now_before`` is no rigid motion.
     """
     points = checks.array("points", points, ("n", 3))
-    T = checks.array("T_now_before", T_now_before, (4, 4))
-    R, t = T[:3, :3], T[:3, 3]
-    turned = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
-    if not turned or (T[3] != [0, 0, 0, 1]).any():
-        raise ValueError(f"T_now_before must be a rigid motion, got {checks.shown(T)}")
-    moved = points @ R.T + t
+    T_now_before = se3.checked("T_now_before", T_now_before)
+    checks.shaped("T_now_before", T_now_before, (4, 4))
+    moved = se3.act(T_now_before, points)
     ahead = moved[:, 2] > 0
     pixels = np.full((len(points), 2), np.inf)
     pixels[ahead] = checks.instance("camera", camera, Pinhole).project(moved[ahead])
