@@ -21,9 +21,11 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from robot_perception import checks
-from robot_perception.landmarks.features import check_descriptors
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
+LARGEST = 1e30  # of what single precision can still square and add
+BLOCK = 64  # columns that are looked at together
+PRODUCTS = 2**17  # what a processor's cache holds of them
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,14 +87,12 @@ class Euclidean:
     """
 
     means: Float[np.ndarray, "n d"]
-    _single: np.ndarray = field(init=False, repr=False)
-    _offsets: np.ndarray = field(init=False, repr=False)
+    _squares: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         means = np.ascontiguousarray(checks.array("means", self.means, ("n", "d")))
         object.__setattr__(self, "means", means)
-        object.__setattr__(self, "_single", check_descriptors(means, name="means"))
-        object.__setattr__(self, "_offsets", np.einsum("nd,nd->n", means, means))
+        object.__setattr__(self, "_squares", np.einsum("nd,nd->n", means, means))
 
     def distances(self, descriptors: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m n"]:
         """Return the squared distance of each descriptor to each class.
@@ -109,7 +109,7 @@ class Euclidean:
         """
         found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
         own = np.einsum("md,md->m", found, found)[:, None]
-        return np.maximum(own - 2 * found @ self.means.T + self._offsets, 0.0)
+        return np.maximum(own - 2 * found @ self.means.T + self._squares, 0.0)
 
     def two_nearest(self, descriptors: Float[np.ndarray, "m d"]) -> Nearest:
         """Return the two nearest classes of each descriptor; of equal ones the first.
@@ -125,9 +125,14 @@ class Euclidean:
             If the descriptors are not (m, d) or not finite.
         """
         found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
-        squares = np.ones((1, found.shape[1]))
         return _two_nearest(
-            -2 * found, self._single, self._offsets, found, self.means, squares, np.zeros(1)
+            -2 * found,
+            self.means.astype(np.float32),
+            self._squares,
+            found,
+            self.means,
+            np.ones((1, found.shape[1])),
+            np.zeros(len(self.means)),
         )
 
 
@@ -159,29 +164,20 @@ class Mahalanobis:
     variances: Float[np.ndarray, "n d"]
     log_determinant: bool = False
     _centre: np.ndarray = field(init=False, repr=False)
-    _single: np.ndarray = field(init=False, repr=False)
-    _offsets: np.ndarray = field(init=False, repr=False)
     _logs: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         means = np.ascontiguousarray(checks.array("means", self.means, ("n", "d")))
         variances = checks.array("variances", self.variances, means.shape, f"means {means.shape}")
-        variances = np.ascontiguousarray(variances)
         if variances.size and not variances.min() > 0:
             raise ValueError(f"variances must be positive, got {variances.min()}")
         logs = np.zeros(len(means))
         if checks.flag("log_determinant", self.log_determinant):
             logs = np.log(variances).sum(axis=1)
-        weights = 1 / variances
-        check_descriptors(weights, name="variances")
-        centre = means.mean(axis=0) if len(means) else np.zeros(means.shape[1])
-        apart = means - centre  # less is lost where the numbers are small
-        single = np.concatenate([weights, weights * apart], axis=1)
         object.__setattr__(self, "means", means)
-        object.__setattr__(self, "variances", variances)
-        object.__setattr__(self, "_centre", centre)
-        object.__setattr__(self, "_single", check_descriptors(single, name="means"))
-        object.__setattr__(self, "_offsets", np.einsum("nd,nd,nd->n", weights, apart, apart) + logs)
+        object.__setattr__(self, "variances", np.ascontiguousarray(variances))
+        # less is lost where the numbers are small
+        object.__setattr__(self, "_centre", means.sum(axis=0) / max(len(means), 1))
         object.__setattr__(self, "_logs", logs)
 
     def distances(self, descriptors: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m n"]:
@@ -200,8 +196,8 @@ class Mahalanobis:
         found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
         apart, weights = found - self._centre, 1 / self.variances
         cross = apart @ (weights * (self.means - self._centre)).T
-        squared = apart**2 @ weights.T - 2 * cross + (self._offsets - self._logs)
-        return np.maximum(squared, 0.0) + self._logs
+        own = np.einsum("nd,nd->n", weights, (self.means - self._centre) ** 2)
+        return np.maximum(apart**2 @ weights.T - 2 * cross + own, 0.0) + self._logs
 
     def two_nearest(self, descriptors: Float[np.ndarray, "m d"]) -> Nearest:
         """Return the two nearest classes of each descriptor; of equal ones the first.
@@ -217,11 +213,13 @@ class Mahalanobis:
             If the descriptors are not (m, d) or not finite.
         """
         found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        n, d = self.means.shape
+        single, offsets = np.empty((n, 2 * d), dtype=np.float32), self._logs.copy()
+        _weigh(self.means, self._centre, self.variances, single, offsets)
         apart = found - self._centre
         factors = np.concatenate([apart**2, -2 * apart], axis=1)
-        return _two_nearest(
-            factors, self._single, self._offsets, found, self.means, self.variances, self._logs
-        )
+        offsets = offsets.astype(np.float32)
+        return _two_nearest(factors, single, offsets, found, self.means, self.variances, self._logs)
 
 
 def _two_nearest(
@@ -236,42 +234,100 @@ def _two_nearest(
     """Return the two classes with the least sums of product and offset.
 
     The product of two rows of K numbers in single precision is off by no more than (K + 16) units
-    of rounding times their lengths: K for the sum, the rest for the factors and the lengths.
+    of rounding times their lengths: K for the sum, the rest for the factors, the offset, the sum
+    with it and the lengths.
     """
+    m = len(found)
     factors, found = factors.astype(np.float32), np.ascontiguousarray(found)
-    reach = np.linalg.norm(single, axis=1).max(initial=0.0)
-    bounds = (factors.shape[1] + 16) * UNIT * np.linalg.norm(factors, axis=1) * reach
-    if not bounds.max(initial=0.0) < 1e30:
+    offsets = offsets.astype(np.float32)
+    classes, distances = np.full((m, 2), -1), np.full((m, 2), np.inf)
+    reach = np.sqrt(np.einsum("nk,nk->n", single, single).max(initial=0.0))
+    scale = np.linalg.norm(factors, axis=1) * reach + np.abs(offsets).max(initial=0.0)
+    bounds = (factors.shape[1] + 16) * UNIT * scale
+    if not scale.max(initial=0.0) < LARGEST:
         raise ValueError(
             f"descriptors and means must fit single precision, got {np.abs(found).max():g}"
         )
-    return Nearest(*_pick(factors @ single.T, offsets, bounds, found, means, variances, logs))
+    rows = max(1, PRODUCTS // max(len(single), 1))
+    buffer = np.empty((min(rows, m), len(single)), dtype=np.float32)
+    for start in range(0, m, rows):
+        part = slice(start, start + rows)
+        _pick(
+            np.matmul(factors[part], single.T, out=buffer[: len(factors[part])]),
+            offsets,
+            bounds[part],
+            found[part],
+            means,
+            variances,
+            logs,
+            classes[part],
+            distances[part],
+        )
+    return Nearest(classes, distances)
 
 
 @njit(cache=True)
 @no_type_check
-def _pick(products, offsets, bounds, found, means, variances, logs):  # pragma: no cover - compiled
-    """Pick by the rounded sums all that may be among the two nearest, and these by exact ones."""
-    m, n = products.shape
-    classes, distances = np.full((m, 2), -1), np.full((m, 2), np.inf)
-    for i in range(m):
+def _weigh(means, centre, variances, single, offsets):  # pragma: no cover - compiled
+    """Write the weights of the classes and what else the products need."""
+    n, d = means.shape
+    for j in range(n):
+        for k in range(d):
+            weight, apart = 1 / variances[j, k], means[j, k] - centre[k]
+            single[j, k], single[j, d + k] = weight, weight * apart
+            offsets[j] += weight * apart * apart
+
+
+@njit(cache=True, fastmath={"nnan", "nsz"})
+@no_type_check
+def _least(products, offsets, minima):  # pragma: no cover - compiled
+    """Write the least sum of each block of columns; so written that many are added at a time."""
+    for block in range(minima.size):
+        columns = slice(block * BLOCK, (block + 1) * BLOCK)
+        part, more = products[columns], offsets[columns]
+        least = np.float32(np.inf)
+        for j in range(part.size):
+            rounded = part[j] + more[j]
+            least = rounded if rounded < least else least
+        minima[block] = least
+
+
+@njit(cache=True, fastmath={"reassoc"})
+@no_type_check
+def _exact(d, mean, variances):  # pragma: no cover - compiled
+    """Return a distance in double precision, to which the order of its terms means nothing."""
+    total = 0.0
+    for k in range(d.size):
+        step = d[k] - mean[k]
+        total += step * step / variances[k]
+    return total
+
+
+@njit(cache=True)
+@no_type_check
+def _pick(
+    products, offsets, bounds, found, means, variances, logs, classes, distances
+):  # pragma: no cover - compiled
+    """Pick by the rounded sums all that may be among the two nearest, and these by exact ones.
+
+    The second least of the blocks is not less than the second least of all columns.
+    """
+    minima = np.empty(-(-offsets.size // BLOCK), dtype=np.float32)
+    for i in range(len(products)):
+        _least(products[i], offsets, minima)
         first = second = np.inf
-        for j in range(n):
-            rounded = products[i, j] + offsets[j]
-            if rounded < second:
-                second = max(rounded, first)
-                first = min(rounded, first)
+        for value in minima:
+            first, second = (value, first) if value < first else (first, min(value, second))
         limit = second + 2 * bounds[i]
-        for j in range(n):
-            if products[i, j] + offsets[j] <= limit:
-                row = j if len(variances) == n else 0
-                total = logs[j if len(logs) == n else 0]
-                for k in range(found.shape[1]):
-                    step = found[i, k] - means[j, k]
-                    total += step * step / variances[row, k]
-                if total < distances[i, 0]:
-                    classes[i, 1], distances[i, 1] = classes[i, 0], distances[i, 0]
-                    classes[i, 0], distances[i, 0] = j, total
-                elif total < distances[i, 1]:
-                    classes[i, 1], distances[i, 1] = j, total
-    return classes, distances
+        for block in range(minima.size):
+            if minima[block] > limit:
+                continue
+            for j in range(block * BLOCK, min((block + 1) * BLOCK, offsets.size)):
+                if products[i, j] + offsets[j] <= limit:
+                    row = variances[min(j, len(variances) - 1)]
+                    total = _exact(found[i], means[j], row) + logs[j]
+                    if total < distances[i, 0]:
+                        classes[i, 1], distances[i, 1] = classes[i, 0], distances[i, 0]
+                        classes[i, 0], distances[i, 0] = j, total
+                    elif total < distances[i, 1]:
+                        classes[i, 1], distances[i, 1] = j, total
