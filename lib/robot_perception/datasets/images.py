@@ -2,8 +2,9 @@
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import final
@@ -14,7 +15,7 @@ from jaxtyping import UInt8
 from robot_perception.checks import flag, instance, whole
 from robot_perception.datasets.logs import as_path
 
-NUMBER = re.compile(r"(\d{1,18})\D*\Z")
+NUMBER = re.compile(r"(?<!\d)(\d{1,19})\D*\Z")  # nanoseconds since 1970 have 19 digits
 ADDRESS = re.compile(r" ?<_io\.BytesIO[^>]*>")  # of the copy in memory, as Pillow names it
 BYTES = ("1", "L", "LA", "P", "RGB", "RGBA")  # kinds of pictures that eight bits can show
 
@@ -113,8 +114,7 @@ class ImageSequence:
                 "paths must be one at least, and as many as numbers,"
                 f" got {len(self.paths)} and {len(self.numbers)}"
             )
-        pairs = zip(self.numbers, self.numbers[1:], strict=False)
-        wrong = next((pair for pair in pairs if pair[0] >= pair[1]), None)
+        wrong = next((pair for pair in pairwise(self.numbers) if pair[0] >= pair[1]), None)
         if wrong:
             raise ValueError(f"numbers must rise, got {wrong[0]} before {wrong[1]}")
         height, width = read_image(self.paths[0]).shape
@@ -143,11 +143,10 @@ class ImageSequence:
     @property
     def gaps(self) -> tuple[range, ...]:
         """Numbers that are missing, where the step from one to the next is the usual one."""
-        steps = np.diff(self.numbers).tolist()
-        if not steps:
+        pairs = list(pairwise(self.numbers))
+        if not pairs:
             return ()
-        step = sorted(steps)[(len(steps) - 1) // 2]
-        pairs = zip(self.numbers, self.numbers[1:], strict=False)
+        step = sorted(b - a for a, b in pairs)[(len(pairs) - 1) // 2]
         missing = (range(a + step, b - step // 2, step) for a, b in pairs)
         return tuple(gap for gap in missing if gap)
 
@@ -196,7 +195,7 @@ def read_images(
     if sequence.gaps and not allow_gaps:
         raise CorruptImage(
             f"{folder}: pictures between {numbers[0]} and {numbers[-1]} are missing:"
-            f" {name_gaps(sequence.gaps)} ({sum(map(len, sequence.gaps))} in all;"
+            f" {name_gaps(sequence.gaps)} ({sum(map(_length, sequence.gaps))} in all;"
             " allow_gaps=True reads the others)"
         )
     return sequence
@@ -204,8 +203,18 @@ def read_images(
 
 def name_gaps(gaps: tuple[range, ...]) -> str:
     """Return missing numbers in words, the first few of many gaps."""
-    words = [str(gap[0]) if len(gap) == 1 else f"{gap[0]} to {gap[-1]}" for gap in gaps]
-    return ", ".join(words[:8]) + (", …" if len(words) > 8 else "")
+    return _first(str(gap[0]) if gap[0] == gap[-1] else f"{gap[0]} to {gap[-1]}" for gap in gaps)
+
+
+def _length(gap: range) -> int:
+    """Return how many numbers are missing, which may be more than Python's own `len` can say."""
+    return (gap[-1] - gap[0]) // gap.step + 1
+
+
+def _first(numbers: Iterable[object], most: int = 8) -> str:
+    """Return numbers in words, the first few of many."""
+    words = list(map(str, numbers))
+    return ", ".join(words[:most]) + (", …" if len(words) > most else "")
 
 
 @final
@@ -240,9 +249,9 @@ class StereoSequence:
         for name, numbers in alone.items():
             if numbers:
                 folder = Path(getattr(self, name).paths[0]).parent
-                some = ", ".join(map(str, numbers[:8])) + (", …" if len(numbers) > 8 else "")
                 raise CorruptImage(
-                    f"{folder}: {len(numbers)} pictures of {name} have no partner: {some}"
+                    f"{folder}: {len(numbers)} pictures of {name} have no partner:"
+                    f" {_first(numbers)}"
                 )
         if self.left.size != self.right.size:
             raise CorruptImage(

@@ -218,7 +218,6 @@ class Mahalanobis:
         _weigh(self.means, self._centre, self.variances, single, offsets)
         apart = found - self._centre
         factors = np.concatenate([apart**2, -2 * apart], axis=1)
-        offsets = offsets.astype(np.float32)
         return _two_nearest(factors, single, offsets, found, self.means, self.variances, self._logs)
 
 
@@ -238,11 +237,14 @@ def _two_nearest(
     with it and the lengths.
     """
     m = len(found)
-    factors, found = factors.astype(np.float32), np.ascontiguousarray(found)
-    offsets = offsets.astype(np.float32)
     classes, distances = np.full((m, 2), -1), np.full((m, 2), np.inf)
+    with np.errstate(over="ignore"):  # what is too large is refused
+        factors, offsets = factors.astype(np.float32), offsets.astype(np.float32)
+    found = np.ascontiguousarray(found)
     reach = np.sqrt(np.einsum("nk,nk->n", single, single).max(initial=0.0))
-    scale = np.linalg.norm(factors, axis=1) * reach + np.abs(offsets).max(initial=0.0)
+    scale = np.sqrt(np.einsum("mk,mk->m", factors, factors)) * reach + np.abs(offsets).max(
+        initial=0.0
+    )
     bounds = (factors.shape[1] + 16) * UNIT * scale
     if not scale.max(initial=0.0) < LARGEST:
         raise ValueError(

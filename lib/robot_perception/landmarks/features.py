@@ -19,7 +19,7 @@ class Sift:
     Parameters
     ----------
     most
-        Keep so many of the strongest features; 0 keeps all.
+        Keep so many of the strongest features, and those as strong as the last; 0 keeps all.
     layers
         Scales to an octave.
     contrast

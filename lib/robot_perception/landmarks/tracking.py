@@ -217,7 +217,8 @@ def extend(
     origins = np.full(len(after), -1)
     origins[second] = first
     new = np.flatnonzero(origins < 0)
-    ids = tracks.ids[origins]
+    ids = np.empty(len(after), dtype=int)
+    ids[second] = tracks.ids[first]
     ids[new] = tracks.begun + np.arange(len(new))
     classes = tracks.classes[first].updated(np.arange(len(first)), after.descriptors[second])
     fresh = DescriptorClasses.of(after.descriptors[new])
