@@ -44,7 +44,7 @@ def _stereo() -> Row:
         assert np.median(np.abs(depth - 3.0)) < 0.05, np.median(depth)  # 300 px × 0.12 m / 12 px
 
     return Row(
-        work="stereo SIFT, a pair of 320 × 240 px, to points with covariance",
+        work="landmarks of a stereo pair of 320 × 240 px by SIFT, to points with covariance",
         ours=lambda: observe(left, right, rig),
         peer=lambda: [finder.detectAndCompute(image, None) for image in (left, right)],
         peer_name="two calls of OpenCV",
@@ -77,7 +77,7 @@ def _matching() -> list[Row]:
         squared = (apart**2 / variances).sum(axis=-1)
         np.testing.assert_array_equal(nearest.classes, np.argsort(squared, axis=1)[:, :2])
 
-    work = f"two nearest of {CLASSES} classes to each of {QUERIES} descriptors, 128 numbers"
+    work = f"landmarks by descriptor, two nearest of {CLASSES} to each of {QUERIES}"
     return [
         Row(
             work=f"{work}, Euclidean",

@@ -153,7 +153,7 @@ def test_wrong_arguments_are_named():
     with unchecked():
         with pytest.raises(ValueError, match="tracks must be of the 3 features of before, got 1"):
             extend(Tracks.start(first[:1]), first, second)
-        with pytest.raises(ValueError, match=r"predicted must be \(3, 2\) for before with 3"):
+        with pytest.raises(ValueError, match=r"predicted must be \(3, 2\) for 3 features"):
             extend(Tracks.start(first), first, second, predicted=np.ones((2, 2)))
         with pytest.raises(ValueError, match="predicted must be numbers, got 6 NaN"):
             extend(Tracks.start(first), first, second, predicted=np.full((3, 2), np.nan))

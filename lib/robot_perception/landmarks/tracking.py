@@ -205,15 +205,11 @@ def extend(
     if n != len(before):
         raise ValueError(f"tracks must be of the {len(before)} features of before, got {n}")
     checks.instance("rules", rules, TrackRules)
-    if predicted is None:
-        predicted = before.pixels
-    predicted = checks.array(
-        "predicted", predicted, (n, 2), f"before with {n} features", finite=False
-    )
-    if np.isnan(predicted).any():
-        raise ValueError(f"predicted must be numbers, got {np.isnan(predicted).sum()} NaN")
+    expected = before.pixels
+    if predicted is not None:
+        expected = _places("predicted", predicted, n)
     side = rules.window
-    first, second = match_window(before, predicted, after, (-side, side), side, rules.threshold).T
+    first, second = match_window(before, expected, after, (-side, side), side, rules.threshold).T
     origins = np.full(len(after), -1)
     origins[second] = first
     new = np.flatnonzero(origins < 0)
@@ -263,8 +259,7 @@ def follow(
         else:
             predicted = next(expected)
             if predicted is not None:
-                shape = (len(seen[-1]), 2)
-                checks.array(f"predictions[{k - 1}]", predicted, shape, finite=False)
+                _places(f"predictions[{k - 1}]", predicted, len(seen[-1]))
             tracks = extend(tracks, seen[-1], features, rules, predicted=predicted)
         seen.append(features)
         for row, number in enumerate(tracks.ids.tolist()):
@@ -276,6 +271,14 @@ def follow(
         FeatureTrack(number, begin, np.array(at), _gather(seen[begin : begin + len(at)], at))
         for number, (begin, at) in enumerate(zip(begins, rows, strict=True))
     ]
+
+
+def _places(name: str, value: np.ndarray, count: int) -> Float[np.ndarray, "n 2"]:
+    """Return places of the features of a frame, which may be infinite and not NaN."""
+    places = checks.array(name, value, (count, 2), f"{count} features", finite=False)
+    if np.isnan(places).any():
+        raise ValueError(f"{name} must be numbers, got {np.isnan(places).sum()} NaN")
+    return places
 
 
 def _endless(predictions: Iterable) -> Iterator:
