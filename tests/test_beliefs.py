@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from robot_perception.beliefs import Gaussian
+from robot_perception.beliefs import Gaussian, ParticleSet, normalise
 from robot_perception.checks import check_covariance
 from tests.unchecked import unchecked
 
@@ -78,3 +78,65 @@ def test_the_tolerance_is_a_share_of_the_largest_entry_of_each_matrix(scale):
 def test_bad_input_is_named(mean, cov, message):
     with unchecked(), pytest.raises(ValueError, match=message):
         Gaussian(mean, cov)
+
+
+def test_moments_of_particles_are_numpys_of_a_batch_too():
+    rng = np.random.default_rng(0)
+    states, logs = rng.normal(size=(4, 30, 3)), rng.normal(size=(4, 30))
+    batch = ParticleSet(states, logs)
+    for k in range(4):
+        one, weights = ParticleSet(states[k], logs[k]), np.exp(logs[k])
+        assert one.weights.sum() == pytest.approx(1, rel=1e-12)
+        np.testing.assert_allclose(one.weights, weights / weights.sum(), rtol=1e-12)
+        np.testing.assert_allclose(one.mean, np.average(states[k], axis=0, weights=weights))
+        np.testing.assert_allclose(one.cov, np.cov(states[k].T, aweights=weights, ddof=0))
+        np.testing.assert_allclose(batch.mean[k], one.mean, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(batch.cov[k], one.cov, rtol=0, atol=1e-14)
+        check_covariance("cov", one.cov)
+    equal = ParticleSet.uniform(states)
+    np.testing.assert_array_equal(equal.weights, np.full(30, equal.weights[0]))
+    np.testing.assert_allclose(equal.mean, states.mean(axis=1), rtol=0, atol=1e-14)
+    assert ParticleSet(states, logs[0]).cov.shape == (4, 3, 3)  # one set of weights for all
+
+
+@given(hnp.arrays(float, (2, 5), elements=st.floats(-5, 5)), st.sampled_from([-1e4, 0.0, 1e4]))
+def test_a_constant_of_the_logarithms_does_not_matter(logs, constant):
+    logs[0, 0] = -np.inf  # a particle without weight
+    logs, sums = normalise(logs + constant)
+    np.testing.assert_allclose(np.exp(logs).sum(axis=1), 1, rtol=1e-9)
+    again, sums_again = normalise(logs)
+    np.testing.assert_allclose(again, logs, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(sums_again, 0, rtol=0, atol=1e-9)
+    assert logs[0, 0] == -np.inf
+    assert sums.shape == (2,)
+    assert (np.abs(sums - constant) < 7).all()
+
+
+def test_the_sum_of_the_weights_comes_back():
+    logs, total = normalise(np.log([0.5, 1.5, 2.0]))
+    assert total == pytest.approx(np.log(4))
+    np.testing.assert_allclose(np.exp(logs), [0.125, 0.375, 0.5])
+
+
+HALF = np.array([[0.0, 0.0], [-np.inf, -np.inf]])
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: ParticleSet(np.ones(3), np.ones(3)), r"states must be \(…, m, n\), got \(3,\)"),
+        (lambda: ParticleSet(np.ones((0, 2)), np.ones(0)), "at least one particle, got \\(0, 2"),
+        (lambda: ParticleSet.uniform(np.ones((0, 2))), "at least one particle"),
+        (lambda: ParticleSet(np.ones((3, 2)), np.ones(2)), r"log_weights must be \(…, 3\) for sta"),
+        (lambda: ParticleSet(np.ones((4, 3, 2)), np.ones((2, 3))), "leading axes must broadcast"),
+        (lambda: ParticleSet(np.full((3, 2), np.nan), np.ones(3)), "states must be finite, got 6"),
+        (lambda: normalise(np.full(3, -np.inf)), "must not all be -inf, got 1 of 1 sets so"),
+        (lambda: normalise(HALF), "must not all be -inf, got 1 of 2 sets so"),
+        (lambda: normalise(np.array([0, np.nan])), "must be finite or -inf, got 1 of 2 otherwise"),
+        (lambda: normalise(np.array([0, np.inf, np.nan])), "finite or -inf, got 2 of 3 otherwise"),
+        (lambda: normalise(np.empty((2, 0))), r"must hold at least one weight, got \(2, 0\)"),
+    ],
+)
+def test_bad_particles_are_named(build, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        build()

@@ -163,8 +163,8 @@ class Pinhole:
             lost = np.count_nonzero(~(far <= 1e-3))
             if lost:
                 raise ValueError(
-                    "pixels must be within what the distortion can be undone for, "
-                    f"got {lost} of {far.size} that are not"
+                    "pixels must be where the distortion can be undone, "
+                    f"got {lost} of {far.size} elsewhere"
                 )
         return np.concatenate([directions, np.ones((*pixels.shape[:-1], 1))], axis=-1)
 
@@ -292,10 +292,8 @@ class StereoRig:
                 f"got {np.count_nonzero(d <= 0)} of {d.size} that have not"
             )
         (fx, fy), (cx, cy), b = self.camera.focal, self.camera.centre, self.baseline
-        point = (
-            np.stack([u - cx, (v - cy) * fx / fy, np.full(d.shape, fx)], axis=-1)
-            * (b / d)[..., None]
-        )
+        ray = np.stack([u - cx, (v - cy) * fx / fy, np.full(d.shape, fx)], axis=-1)
+        point = ray * (b / d)[..., None]
         J = np.zeros((*point.shape, 3))
         J[..., 2] = point / d[..., None]  # by the right column, which shortens the disparity
         J[..., 0] = -J[..., 2]

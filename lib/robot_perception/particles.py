@@ -66,8 +66,8 @@ def effective_number(
 
     .. math:: M_{\mathrm{eff}} = \frac{(\sum_i \omega_i)^2}{\sum_i \omega_i^2}
 
-    It lies between 1 and M. Eq. 7 of the thesis' visual SLAM prints :math:`1 / \sum_i \omega_i`,
-    which is 1 for all normalised weights.
+    It lies between 1 and M. Eq. (7) of [1] prints :math:`1 / \sum_i \omega_i`, which is 1 for any
+    normalised weights.
 
     Parameters
     ----------
@@ -82,7 +82,10 @@ def effective_number(
     References
     ----------
     Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", Journal of the
-    American Statistical Association 89(425), 1994, section 4.1, in the estimate usual since.
+    American Statistical Association 89(425), 1994.
+
+    [1] Gil, Payá, Reinoso, Fernández and Puerto, "Simultaneous localization and mapping in indoor
+    environments using SIFT features", VIIP 2006.
     """
     if isinstance(log_weights, ParticleSet):
         log_weights = log_weights.log_weights
@@ -124,8 +127,8 @@ def systematic(
     Kitagawa, "Monte Carlo filter and smoother for non-Gaussian nonlinear state space models",
     Journal of Computational and Graphical Statistics 5(1), 1996, appendix.
     """
-    weights, count = _checked(weights, count, rng)
-    return _inverse(weights, (np.arange(count) + rng.random()) / count)
+    weights, total, count = _checked(weights, count, rng)
+    return _comb(weights, total, np.broadcast_to(rng.random(), count))
 
 
 def stratified(
@@ -141,8 +144,8 @@ def stratified(
     ----------
     Kitagawa 1996 (see `systematic`), appendix.
     """
-    weights, count = _checked(weights, count, rng)
-    return _inverse(weights, (np.arange(count) + rng.random(count)) / count)
+    weights, total, count = _checked(weights, count, rng)
+    return _comb(weights, total, rng.random(count))
 
 
 def multinomial(
@@ -160,8 +163,8 @@ def multinomial(
     Gordon, Salmond and Smith, "Novel approach to nonlinear/non-Gaussian Bayesian state estimation",
     IEE Proceedings F 140(2), 1993.
     """
-    weights, count = _checked(weights, count, rng)
-    return _inverse(weights, _ordered_uniform(count, rng))
+    weights, total, count = _checked(weights, count, rng)
+    return _inverse(weights, total, _ordered_uniform(count, rng))
 
 
 def residual(
@@ -173,8 +176,8 @@ def residual(
         n_i = \lfloor N \omega_i \rfloor, \qquad
         \bar\omega_i \propto N \omega_i - n_i
 
-    The factor N in the second formula matters: the rest drawn in proportion to
-    :math:`\omega_i - n_i`, as filterpy 1.4.5 and 2.0 do, is biased.
+    The factor N of the second formula matters: with :math:`\omega_i - n_i`, which filterpy's
+    ``residual_resample`` has, the draw is biased.
 
     Parameters, returns and errors are those of `systematic`.
 
@@ -183,13 +186,14 @@ def residual(
     Liu and Chen, "Sequential Monte Carlo methods for dynamic systems", Journal of the American
     Statistical Association 93(443), 1998, section 3.2.
     """
-    weights, count = _checked(weights, count, rng)
-    expected = count * (weights / weights.sum())
+    weights, total, count = _checked(weights, count, rng)
+    expected = count * (weights / total)
     copies = np.floor(expected * (1 + 1e-13))  # 3 that came out as 2.9999999999999996 is 3
     rest = count - int(copies.sum())
     copies = copies.astype(np.int64)
     if rest:
-        drawn = _inverse(np.maximum(expected - copies, 0), _ordered_uniform(rest, rng))
+        left = np.maximum(expected - copies, 0)
+        drawn = _inverse(left, left.sum(), _ordered_uniform(rest, rng))
         copies += np.bincount(drawn, minlength=copies.size)
     return np.repeat(np.arange(copies.size), copies)
 
@@ -384,8 +388,10 @@ def auxiliary(
     return posterior, _info(posterior, True, ancestors, first_sum + log_sum - np.log(len(states)))
 
 
-def _checked(weights: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, int]:
-    """Check the arguments of a resampling scheme; two passes over the weights."""
+def _checked(
+    weights: np.ndarray, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, float, int]:
+    """Check the arguments of a resampling scheme; return the weights, their sum and the count."""
     weights = checks.reals("weights", weights)
     checks.shaped("weights", weights, ("m",))
     if not weights.size:
@@ -397,7 +403,7 @@ def _checked(weights: np.ndarray, count: int, rng: np.random.Generator) -> tuple
             f"got a least weight of {lowest:.6g} and a sum of {total:.6g}"
         )
     checks.generator("rng", rng)
-    return weights, checks.whole("count", count, 1)
+    return weights, total, checks.whole("count", count, 1)
 
 
 def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -408,27 +414,55 @@ def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
 
 @njit(cache=True)
 @no_type_check
-def _inverse(weights, points):  # pragma: no cover - compiled
+def _comb(weights, total, offsets):  # pragma: no cover - compiled
+    """Return what `_inverse` does for the points (k + offset of k) / N, one in each N-th of [0, 1).
+
+    So many points lie below a cumulative sum that no search is needed. The first four places are
+    written whether or not they belong to the particle, the next one writes over what does not: a
+    loop of unknown length costs three times as much, as the processor cannot foresee its end.
+    """
+    count = offsets.size
+    drawn = np.empty(count + 4, dtype=np.int64)
+    k, reached = 0, 0.0
+    for i in range(weights.size):
+        reached += weights[i]
+        teeth = reached / total * count
+        below = int(teeth)
+        below = below + (offsets[below] < teeth - below) if below < count else count
+        drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i
+        for rest in range(k + 4, below):
+            drawn[rest] = i
+        k = below
+    drawn[k:] = _last(weights)
+    return drawn[:count]
+
+
+@njit(cache=True)
+@no_type_check
+def _inverse(weights, total, points):  # pragma: no cover - compiled
     """Return for each ascending point of [0, 1) the first particle whose cumulative sum is above.
 
-    Above, not next to it: a weight of 0 is not drawn, even by a point on the edge. The sum is taken
-    in the order in which it is passed again, and a point that rounding leaves above it falls to the
-    last particle with a weight.
+    Above, not at it: a particle without weight is not drawn, not even by a point on the edge.
     """
-    total, last = 0.0, 0
-    for i in range(weights.size):
-        total += weights[i]
-        if weights[i] > 0:
-            last = i
+    last = _last(weights)
     drawn = np.empty(points.size, dtype=np.int64)
     particle, reached = 0, weights[0]
     for k in range(points.size):
-        point = points[k] * total
-        while reached <= point and particle < last:
+        while reached <= points[k] * total and particle < last:
             particle += 1
             reached += weights[particle]
         drawn[k] = particle
     return drawn
+
+
+@njit(cache=True)
+@no_type_check
+def _last(weights):  # pragma: no cover - compiled
+    """Return the last particle with a weight: it takes the points that rounding leaves above."""
+    last = weights.size - 1
+    while weights[last] == 0:
+        last -= 1
+    return last
 
 
 def _check_step(

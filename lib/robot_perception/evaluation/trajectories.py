@@ -34,7 +34,8 @@ class RelativeErrors:
     translation : (pairs,)
         Length of the error of each motion's translation, m.
     rotation : (pairs,)
-        Error of each motion's rotation (estimate minus truth), rad, from -π to π.
+        Error of each motion's rotation, rad: in the plane estimate minus truth, from -π to π; in
+        space its angle, from 0 to π.
     """
 
     translation: Float[np.ndarray, " pairs"]
@@ -223,16 +224,43 @@ def relative_error_over(
         If the paths are empty, of different length or not finite, or the true path is shorter.
     """
     estimate, truth = _poses(estimate, truth)
-    steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
+    pairs = pairs_over(truth[:, :2], distance)
+    return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
+
+
+def pairs_over(positions: Float[np.ndarray, "k _"], distance: float) -> Int[np.ndarray, "pairs 2"]:
+    """Return from which position to which a path goes over a distance.
+
+    Parameters
+    ----------
+    positions : (k, 2) or (k, 3)
+        Positions along the path, m.
+    distance
+        Length of path, m.
+
+    Returns
+    -------
+    (pairs, 2)
+        Rows of (from, to): each position, and the first that is at least so far along the path;
+        positions nearer to its end are in no row as the first.
+
+    Raises
+    ------
+    ValueError
+        If the positions are not finite or of another shape, or the path is shorter.
+    """
+    positions = checks.array("positions", positions, ("k", "n"))
+    if positions.shape[1] not in (2, 3) or not len(positions):
+        raise ValueError(f"positions must be (k, 2) or (k, 3), k >= 1, got {positions.shape}")
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     if not 0 < checks.number("distance", distance) <= travelled[-1]:
         raise ValueError(
-            f"distance must be from 0 to {travelled[-1]:.6g} m, the length of truth, got {distance}"
+            f"distance must be from 0 to {travelled[-1]:.6g} m, the length of path, got {distance}"
         )
     end = np.searchsorted(travelled, travelled + distance)
-    first = np.flatnonzero(end < len(truth))
-    pairs = np.stack([first, end[first]], axis=1)
-    return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
+    first = np.flatnonzero(end < len(positions))
+    return np.stack([first, end[first]], axis=1)
 
 
 def relative_poses(

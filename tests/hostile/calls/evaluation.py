@@ -2,21 +2,28 @@
 
 import numpy as np
 
-from robot_perception.evaluation import consistency, intervals, trajectories
+from robot_perception.evaluation import consistency, intervals, spatial, trajectories
 from robot_perception.evaluation.sweep import sweep
+from robot_perception.geometry import se3
 from tests.hostile.sweep import call
 
 RNG = np.random.default_rng(0)
 FIRST, LAST = RNG.uniform(1, 2, 8), RNG.uniform(1, 2, 8)
 TRUTH = np.cumsum(RNG.uniform(0, 1, (6, 3)), axis=0)
 PATH = TRUTH + 0.1
+POSES = se3.exp(np.cumsum(RNG.uniform(0, 0.3, (6, 6)), axis=0))
 
 
 def double(item: int, rng: np.random.Generator) -> int:
     return 2
 
 
-RESULTS = {consistency.Coverage, trajectories.PoseError, trajectories.RelativeErrors}
+RESULTS = {
+    consistency.Coverage,
+    trajectories.PoseError,
+    trajectories.RelativeErrors,
+    spatial.Similarity,
+}
 CALLS = {
     consistency.normalised_squared: lambda: call(np.ones((4, 2)), np.eye(2)),
     consistency.average_bounds: lambda: call(2, 10, 0.95),
@@ -43,7 +50,13 @@ CALLS = {
     trajectories.end_error: lambda: call(PATH, TRUTH),
     trajectories.relative_error: lambda: call(PATH, TRUTH, 2),
     trajectories.relative_error_over: lambda: call(PATH, TRUTH, 0.5),
+    trajectories.pairs_over: lambda: call(TRUTH, 0.5),
     trajectories.relative_poses: lambda: call(PATH, np.array([[0, 1], [2, 5]])),
     trajectories.motion_errors: lambda: call(PATH, TRUTH),
+    spatial.Similarity.act: lambda: call(spatial.align(PATH, TRUTH, True), PATH),
+    spatial.align: lambda: call(PATH, TRUTH, True),
+    spatial.absolute_error: lambda: call(PATH, TRUTH),
+    spatial.relative_error: lambda: call(POSES, POSES, 2),
+    spatial.relative_error_over: lambda: call(POSES, POSES, 0.2),
     sweep: lambda: call(double, [1, 2], rng=np.random.default_rng(0), desc=""),
 }

@@ -1,0 +1,204 @@
+"""How far is an estimated path in space from the true one? Alignment, absolute, relative errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+
+from robot_perception import checks
+from robot_perception.evaluation.trajectories import RelativeErrors, pairs_over
+from robot_perception.geometry import se3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Similarity:
+    r"""A rigid motion with a change of scale: :math:`p \mapsto c R\, p + t`.
+
+    Parameters
+    ----------
+    scale
+        :math:`c`.
+    motion : (4, 4)
+        R and t, m.
+    """
+
+    scale: float
+    motion: Float[np.ndarray, "4 4"]
+
+    def act(self, points: Float[np.ndarray, "... n 3"]) -> Float[np.ndarray, "... n 3"]:
+        """Return where it takes points.
+
+        Raises
+        ------
+        ValueError
+            If the last axis is not 3 or a number is not finite.
+        """
+        points = checks.array("points", points, (..., "n", 3))
+        return se3.act(self.motion, self.scale * points)
+
+
+def align(
+    estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"], scaled: bool
+) -> Similarity:
+    r"""Return the motion, rigid or with a change of scale, that brings a path closest to another.
+
+    .. math:: \min_{c, R, t} \sum_i \lVert q_i - (c R p_i + t) \rVert^2
+
+    Parameters
+    ----------
+    estimate : (k, 3)
+        Estimated positions :math:`p_i`, m.
+    truth : (k, 3)
+        True positions :math:`q_i` at the same times, m.
+    scaled
+        Whether the scale c is free, as for one camera, which cannot know it; else it is 1.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite, or the positions do not determine
+        the rotation: if either path is straight, or turned copies of it fit equally well.
+
+    References
+    ----------
+    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+    IEEE Transactions on Pattern Analysis and Machine Intelligence 13(4), 1991, eqs 34-43.
+    """
+    p, q = _paths("positions (k, 3)", (3,), estimate, truth)
+    scaled = checks.flag("scaled", scaled)
+    p_mean, q_mean = p.mean(axis=0), q.mean(axis=0)  # eqs 34, 35
+    p_centred, q_centred = p - p_mean, q - q_mean
+    U, D, Vt = np.linalg.svd(q_centred.T @ p_centred / len(p))  # Σ of eq 38
+    S = np.array([1, 1, np.sign(np.linalg.det(U) * np.linalg.det(Vt))])  # eqs 39, 43
+    spread = np.sqrt(np.mean(p_centred**2) * np.mean(q_centred**2))
+    rounding = np.finfo(float).eps * np.abs(p).max() * np.abs(q).max()
+    if D[1] + S[2] * D[2] <= 1e-12 * spread + rounding:
+        raise ValueError(
+            "estimate and truth do not determine a rotation: "
+            f"singular values {D[0]:.3g}, {D[1]:.3g}, {S[2] * D[2]:.3g} m²"
+        )
+    R = U @ np.diag(S) @ Vt  # eq 40
+    scale = float(D @ S / np.mean(np.sum(p_centred**2, axis=1))) if scaled else 1.0  # eq 42
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = R, q_mean - scale * R @ p_mean  # eq 41
+    return Similarity(scale, motion)
+
+
+def absolute_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"]) -> float:
+    r"""Return the absolute trajectory error: the root mean squared distance of the positions, m.
+
+    .. math:: \sqrt{\tfrac 1 k \sum_i \lVert q_i - p_i \rVert^2}
+
+    Nothing is aligned: where frame or scale of the estimate are free, ``align(…).act`` comes first.
+
+    Parameters
+    ----------
+    estimate : (k, 3)
+        Estimated positions, m.
+    truth : (k, 3)
+        True ones at the same times, m.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not finite.
+
+    References
+    ----------
+    Sturm, Engelhard, Endres, Burgard and Cremers, "A benchmark for the evaluation of RGB-D SLAM
+    systems", IROS 2012, section IV.
+    """
+    p, q = _paths("positions (k, 3)", (3,), estimate, truth)
+    return float(np.sqrt(np.mean(np.sum((p - q) ** 2, axis=1))))
+
+
+def relative_error(
+    estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], steps: int
+) -> RelativeErrors:
+    r"""Return the errors of all motions over a fixed number of steps.
+
+    .. math:: E_i = (Q_i^{-1} Q_{i+\Delta})^{-1} (P_i^{-1} P_{i+\Delta})
+
+    Parameters
+    ----------
+    estimate : (k, 4, 4)
+        Poses, m.
+    truth : (k, 4, 4)
+        True poses at the same times.
+    steps
+        Number of steps Δ, at least 1 and less than k.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length, not of rigid motions, or do not have so many
+        steps.
+
+    References
+    ----------
+    Sturm et al. 2012 (see `absolute_error`), section IV.
+    """
+    estimate, truth = _paths("poses (k, 4, 4)", (4, 4), estimate, truth)
+    steps = checks.whole("steps", steps, 1, len(truth) - 1)
+    first = np.arange(len(truth) - steps)
+    return _motion_errors(estimate, truth, np.stack([first, first + steps], axis=1))
+
+
+def relative_error_over(
+    estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], distance: float
+) -> RelativeErrors:
+    """Return the errors of all motions over a fixed distance along the true path.
+
+    Divided by the distance they are the drift that the KITTI benchmark speaks of, in metres and
+    radians a metre.
+
+    Parameters
+    ----------
+    estimate : (k, 4, 4)
+        Poses, m.
+    truth : (k, 4, 4)
+        True poses at the same times.
+    distance
+        Length of path, m; `trajectories.pairs_over` says between which poses.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not of rigid motions, or the true path is
+        shorter.
+
+    References
+    ----------
+    Geiger, Lenz and Urtasun, "Are we ready for autonomous driving? The KITTI vision benchmark
+    suite", CVPR 2012, section 3.
+    """
+    estimate, truth = _paths("poses (k, 4, 4)", (4, 4), estimate, truth)
+    return _motion_errors(estimate, truth, pairs_over(truth[:, :3, 3], distance))
+
+
+def _motion_errors(
+    estimate: np.ndarray, truth: np.ndarray, pairs: Int[np.ndarray, "pairs 2"]
+) -> RelativeErrors:
+    """Return the errors of the motions between pairs of poses."""
+    moved, right = (se3.between(path[pairs[:, 0]], path[pairs[:, 1]]) for path in (estimate, truth))
+    translation = np.linalg.norm(moved[:, :3, 3] - right[:, :3, 3], axis=1)  # in any frame
+    turn = Rotation.from_matrix(right[:, :3, :3].mT @ moved[:, :3, :3])
+    return RelativeErrors(translation, turn.magnitude())
+
+
+def _paths(
+    what: str, shape: tuple[int, ...], estimate: np.ndarray, truth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Check two paths of one length, of positions or of poses."""
+    estimate, truth = checks.reals("estimate", estimate), checks.reals("truth", truth)
+    if estimate.shape != truth.shape or estimate.shape[1:] != shape or not len(estimate):
+        raise ValueError(
+            f"estimate and truth must be two paths of {what}, not empty and of one length, "
+            f"got {estimate.shape} and {truth.shape}"
+        )
+    checks.check_finite("estimate", estimate)
+    checks.check_finite("truth", truth)
+    if shape == (4, 4):
+        return se3.checked("estimate", estimate), se3.checked("truth", truth)
+    return estimate, truth
