@@ -10,7 +10,6 @@ from jaxtyping import Float, Int
 from robot_perception import checks
 from robot_perception.datasets.images import StereoSequence, read_images
 from robot_perception.datasets.logs import Check, CorruptLog, Lines, as_path, read_table, repeats
-from robot_perception.geometry import se3
 
 if TYPE_CHECKING:
     from robot_perception.cameras import StereoRig
@@ -234,6 +233,8 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
 
 
 def _is_rigid(pose: np.ndarray) -> bool:
+    from robot_perception.geometry import se3  # the other readers do without SciPy's rotations
+
     try:
         se3.checked("pose", pose)
     except ValueError:
