@@ -55,14 +55,15 @@ def _stereo() -> Row:
 
 def _matching() -> list[Row]:
     rng = np.random.default_rng(0)
-    means = descriptors(CLASSES, rng)
+    single = descriptors(CLASSES, rng)
+    means = single.astype(float)  # as classes have them
     found = np.rint(means[rng.integers(CLASSES, size=QUERIES)] + rng.normal(0, 12, (QUERIES, 128)))
     found = np.maximum(found, 0).astype(np.float32)
     variances = rng.uniform(20.0, 400.0, means.shape)
     matcher = cv2.BFMatcher(cv2.NORM_L2)
 
     def agree() -> None:
-        pairs = matcher.knnMatch(found, means, k=2)
+        pairs = matcher.knnMatch(found, single, k=2)
         nearest = Euclidean(means).two_nearest(found)
         np.testing.assert_array_equal(
             nearest.classes, [[match.trainIdx for match in pair] for pair in pairs]
@@ -73,7 +74,7 @@ def _matching() -> list[Row]:
 
     def agree_mahalanobis() -> None:
         nearest = Mahalanobis(means, variances).two_nearest(found)
-        apart = found[:, None].astype(float) - means
+        apart = found[:, None] - means
         squared = (apart**2 / variances).sum(axis=-1)
         np.testing.assert_array_equal(nearest.classes, np.argsort(squared, axis=1)[:, :2])
 
@@ -82,7 +83,7 @@ def _matching() -> list[Row]:
         Row(
             work=f"{work}, Euclidean",
             ours=lambda: Euclidean(means).two_nearest(found),
-            peer=lambda: matcher.knnMatch(found, means, k=2),
+            peer=lambda: matcher.knnMatch(found, single, k=2),
             peer_name="OpenCV BFMatcher",
             ratio=5,
             agree=agree,

@@ -157,6 +157,20 @@ def test_a_pair_that_is_not_rectified_is_told_by_its_rows():
         require_rectified(left, left[:0])
 
 
+@pytest.mark.parametrize(("level", "good"), [(7, True), (6, False)])
+def test_more_than_half_of_the_matches_must_be_level(level, good):
+    left = features(np.arange(24).reshape(12, 2) * 10 + 20, np.arange(12))
+    offsets = np.where(np.arange(12) < level, 2.0, 2.1)
+    right = features(left.pixels + np.stack([np.full(12, -9.0), offsets], axis=1), np.arange(12))
+    if good:
+        require_rectified(left, right)
+        with pytest.raises(ValueError, match="12 matches by descriptor, at least 13 must tell"):
+            require_rectified(left, right, least=13)
+    else:
+        with pytest.raises(ValueError, match="of 12 matches by descriptor 6 lie within 2 rows"):
+            require_rectified(left, right)
+
+
 # ---- real pairs ----------------------------------------------------------------------------------
 
 
