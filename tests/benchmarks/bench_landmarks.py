@@ -103,4 +103,5 @@ def _matching() -> list[Row]:
 
 def rows() -> list[Row | Timing]:
     """Return the rows of the benchmark table that concern visual landmarks."""
+    cv2.setNumThreads(1)  # one core, as for everything else
     return [_stereo(), *_matching()]
