@@ -140,7 +140,9 @@ def test_gaps_are_counted_and_named(tmp_path, numbers, missing, words):
 NANOSECONDS = [1403715274512143104 + 10**9 * k + 17 * k**2 for k in range(4)]
 
 
-@pytest.mark.parametrize("numbers", [[7], [3, 8], [0, 10, 20], NANOSECONDS])
+@pytest.mark.parametrize(
+    "numbers", [[7], [3, 8], [0, 10, 20], [0, 10, 20, 21, 31, 41], NANOSECONDS]
+)
 def test_steps_of_any_length_are_no_gaps(tmp_path, numbers):
     found = read_images(folder(tmp_path, numbers, "{}.png"))
     assert found.numbers == tuple(numbers)

@@ -107,6 +107,10 @@ def test_of_equal_classes_the_first_is_taken():
     means = np.zeros((130, 4))
     nearest = Euclidean(means).two_nearest(np.ones((1, 4)))
     np.testing.assert_array_equal(nearest.classes, [[0, 1]])
+    means[:] = 9
+    means[[1, 64]] = 0
+    nearest = Euclidean(means).two_nearest(np.ones((1, 4)))
+    np.testing.assert_array_equal(nearest.classes, [[1, 64]])
 
 
 @pytest.mark.parametrize("classes", [0, 1])

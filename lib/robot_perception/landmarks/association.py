@@ -131,7 +131,7 @@ class Euclidean:
             self._squares,
             found,
             self.means,
-            np.ones((1, found.shape[1])),
+            np.empty((len(self.means), 0)),
             np.zeros(len(self.means)),
         )
 
@@ -269,16 +269,19 @@ def _two_nearest(
     return Nearest(classes, distances)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc"})
 @no_type_check
 def _weigh(means, centre, variances, single, offsets):  # pragma: no cover - compiled
     """Write the weights of the classes and what else the products need."""
     n, d = means.shape
     for j in range(n):
+        total = 0.0
+        weights, products = single[j, :d], single[j, d:]
         for k in range(d):
             weight, apart = 1 / variances[j, k], means[j, k] - centre[k]
-            single[j, k], single[j, d + k] = weight, weight * apart
-            offsets[j] += weight * apart * apart
+            weights[k], products[k] = weight, weight * apart
+            total += weight * apart * apart
+        offsets[j] += total
 
 
 @njit(cache=True)
@@ -296,8 +299,15 @@ def _least(products, offsets, minima):  # pragma: no cover - compiled
 @njit(cache=True, fastmath={"reassoc"})
 @no_type_check
 def _exact(d, mean, variances):  # pragma: no cover - compiled
-    """Return a distance in double precision, to which the order of its terms means nothing."""
+    """Return a distance in double precision, to which the order of its terms means nothing.
+
+    No variances are as good as ones.
+    """
     total = 0.0
+    if variances.size == 0:
+        for k in range(d.size):
+            total += (d[k] - mean[k]) * (d[k] - mean[k])
+        return total
     for k in range(d.size):
         step = d[k] - mean[k]
         total += step * step / variances[k]
@@ -326,8 +336,7 @@ def _pick(
                 continue
             for j in range(lane, offsets.size, LANES):
                 if products[i, j] + offsets[j] <= limit:
-                    row = variances[min(j, len(variances) - 1)]
-                    total = _exact(found[i], means[j], row) + logs[j]
+                    total = _exact(found[i], means[j], variances[j]) + logs[j]
                     if (total, j) < (distances[i, 0], classes[i, 0]):
                         classes[i, 1], distances[i, 1] = classes[i, 0], distances[i, 0]
                         classes[i, 0], distances[i, 0] = j, total
