@@ -35,13 +35,13 @@ def picked(draw, runs, rng):
 
 def p_value(draw, rng):
     """Return how likely a scatter like this one is if the expected numbers are N ω."""
-    runs, may = 5000, WEIGHTS > 0
+    runs, may = 3000, WEIGHTS > 0
     counts = picked(draw, runs, rng)
     assert not counts[~may].any()
     return chisquare(counts[may], runs * WEIGHTS[may]).pvalue
 
 
-@pytest.mark.parametrize("count", [3, 8, 11])
+@pytest.mark.parametrize("count", [3, 11])
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_every_scheme_is_unbiased(scheme, count):
     rng = np.random.default_rng(count)

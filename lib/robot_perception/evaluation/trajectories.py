@@ -224,7 +224,7 @@ def relative_error_over(
         If the paths are empty, of different length or not finite, or the true path is shorter.
     """
     estimate, truth = _poses(estimate, truth)
-    pairs = pairs_over(truth[:, :2], distance)
+    pairs = _pairs_over("truth", truth[:, :2], distance)
     return motion_errors(relative_poses(estimate, pairs), relative_poses(truth, pairs))
 
 
@@ -252,15 +252,7 @@ def pairs_over(positions: Float[np.ndarray, "k _"], distance: float) -> Int[np.n
     positions = checks.array("positions", positions, ("k", "n"))
     if positions.shape[1] not in (2, 3) or not len(positions):
         raise ValueError(f"positions must be (k, 2) or (k, 3), k >= 1, got {positions.shape}")
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    if not 0 < checks.number("distance", distance) <= travelled[-1]:
-        raise ValueError(
-            f"distance must be from 0 to {travelled[-1]:.6g} m, the length of path, got {distance}"
-        )
-    end = np.searchsorted(travelled, travelled + distance)
-    first = np.flatnonzero(end < len(positions))
-    return np.stack([first, end[first]], axis=1)
+    return _pairs_over("positions", positions, distance)
 
 
 def relative_poses(
@@ -312,6 +304,20 @@ def motion_errors(
     estimate, truth = _poses(estimate, truth)
     x, y, turn = (estimate - truth).T
     return RelativeErrors(np.hypot(x, y), np.asarray(wrap_angle(turn)))
+
+
+def _pairs_over(name: str, positions: np.ndarray, distance: float) -> np.ndarray:
+    """Return the pairs of `pairs_over`; ``name`` is what the caller calls the path."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    most = travelled[-1]
+    if not 0 < checks.number("distance", distance) <= most:
+        raise ValueError(
+            f"distance must be from 0 to {most:.6g} m, the length of {name}, got {distance}"
+        )
+    end = np.searchsorted(travelled, travelled + distance)
+    first = np.flatnonzero(end < len(positions))
+    return np.stack([first, end[first]], axis=1)
 
 
 def _poses(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
