@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = {
     "robot_perception.cameras": "vision",
+    "robot_perception.landmarks": "vision",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",

@@ -20,6 +20,7 @@ PEERS = (
     "fastrdp",
     "shapely",
     "simplification",
+    "opencv-python-headless",
     "numpy",
     "scipy",
     "numba",

@@ -14,6 +14,13 @@ from robot_perception.datasets.entries import (
     registry,
 )
 from robot_perception.datasets.graph import GraphLog, read_graph_log
+from robot_perception.datasets.images import (
+    CorruptImage,
+    ImageSequence,
+    StereoSequence,
+    read_image,
+    read_images,
+)
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
     Commands,
@@ -23,7 +30,20 @@ from robot_perception.datasets.mrclam import (
     SurveyedLandmarks,
     read_mrclam,
 )
+from robot_perception.datasets.pairs import (
+    DepthPair,
+    PlanePair,
+    read_depth_pair,
+    read_plane_pair,
+)
 from robot_perception.datasets.relations import Relations, read_relations
+from robot_perception.datasets.stereo import (
+    Calibration,
+    StereoDrive,
+    StereoFeatures,
+    read_kitti,
+    read_stereo_features,
+)
 from robot_perception.datasets.store import (
     DatasetMissing,
     DownloadError,
@@ -45,22 +65,30 @@ from robot_perception.datasets.victoria import (
 )
 
 __all__ = [
+    "Calibration",
     "Commands",
+    "CorruptImage",
     "CorruptLog",
     "DataFile",
     "Dataset",
     "DatasetMissing",
+    "DepthPair",
     "DownloadError",
     "FileStatus",
     "Fixes",
     "GraphLog",
+    "ImageSequence",
     "LandmarkGraph",
     "LaserLog",
     "Mrclam",
     "MrclamRobot",
+    "PlanePair",
     "ReadReport",
     "Relations",
     "Sightings",
+    "StereoDrive",
+    "StereoFeatures",
+    "StereoSequence",
     "SurveyedLandmarks",
     "Track",
     "UnknownDataset",
@@ -72,12 +100,18 @@ __all__ = [
     "path",
     "read_carmen_log",
     "read_columns",
+    "read_depth_pair",
     "read_fixes",
     "read_graph_log",
+    "read_image",
+    "read_images",
+    "read_kitti",
     "read_landmark_graph",
     "read_mrclam",
+    "read_plane_pair",
     "read_ranges",
     "read_relations",
+    "read_stereo_features",
     "read_track",
     "read_vehicle",
     "registry",

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, final
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from robot_perception.checks import flag, instance, number, reals
 
@@ -304,6 +304,13 @@ def read_table(
         if bad.any():
             raise lines.error(reason, places[int(np.argmax(bad))])
     return rows, lines.report()
+
+
+def repeats(rows: Float[np.ndarray, "rows columns"]) -> Bool[np.ndarray, " rows"]:
+    """Tell which rows repeat an earlier one."""
+    bad = np.ones(len(rows), dtype=bool)
+    bad[np.unique(rows, axis=0, return_index=True)[1]] = False
+    return bad
 
 
 def make_laser_log(

@@ -9,7 +9,14 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.datasets.logs import Check, CorruptLog, ReadReport, as_path, read_table
+from robot_perception.datasets.logs import (
+    Check,
+    CorruptLog,
+    ReadReport,
+    as_path,
+    read_table,
+    repeats,
+)
 from robot_perception.datasets.tracks import Track
 
 ROBOTS = (1, 2, 3, 4, 5)
@@ -177,13 +184,6 @@ def read_mrclam(folder: str | Path) -> Mrclam:
     return Mrclam(landmarks, MappingProxyType(robots), tuple(reports))
 
 
-def _repeats(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
-    """Tell which rows repeat an earlier one."""
-    bad = np.ones(len(rows), dtype=bool)
-    bad[np.unique(rows, axis=0, return_index=True)[1]] = False
-    return bad
-
-
 def _is_no_count(values: np.ndarray) -> Bool[np.ndarray, " rows"]:
     return ((values < 1) | (values > 1e9) | (values != np.floor(values))).any(axis=1)
 
@@ -196,12 +196,12 @@ BARCODES = (
     ("a subject or barcode is not a positive integer", _is_no_count),
     (
         "names a subject or barcode a second time",
-        lambda rows: _repeats(rows[:, :1]) | _repeats(rows[:, 1:]),
+        lambda rows: repeats(rows[:, :1]) | repeats(rows[:, 1:]),
     ),
 )
 LANDMARKS = (
     ("a subject or barcode is not a positive integer", lambda rows: _is_no_count(rows[:, :1])),
-    ("names a subject or barcode a second time", lambda rows: _repeats(rows[:, :1])),
+    ("names a subject or barcode a second time", lambda rows: repeats(rows[:, :1])),
     ("a standard deviation is negative", lambda rows: (rows[:, 3:] < 0).any(axis=1)),
 )
 COMMANDS = (IN_ORDER,)
@@ -209,6 +209,6 @@ MEASUREMENTS = (
     ("a subject or barcode is not a positive integer", lambda rows: _is_no_count(rows[:, 1:2])),
     ("a range is not positive", lambda rows: rows[:, 2] <= 0),
     IN_ORDER,
-    ("sees a barcode a second time in one image", lambda rows: _repeats(rows[:, :2])),
+    ("sees a barcode a second time in one image", lambda rows: repeats(rows[:, :2])),
 )
-TRUTH = (IN_ORDER, ("has the time of an earlier line", lambda rows: _repeats(rows[:, :1])))
+TRUTH = (IN_ORDER, ("has the time of an earlier line", lambda rows: repeats(rows[:, :1])))

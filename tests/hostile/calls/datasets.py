@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 from scipy.io import savemat
 
 from robot_perception import datasets
@@ -38,6 +39,23 @@ for name, line in {
     **{f"Robot{k}_Groundtruth": b"1 0 0 0" for k in range(1, 6)},
 }.items():
     write(UTIAS / f"{name}.dat", [line])
+KITTI, FEATURES, PAIRS = (FOLDER / name for name in ("kitti", "features", "pairs"))
+for folder in (KITTI / "image_l", KITTI / "image_r", FEATURES, PAIRS):
+    folder.mkdir(parents=True)
+GREY = np.arange(256, dtype=np.uint8).reshape(16, 16)
+for name in ("kitti/image_l/0.png", "kitti/image_r/0.png", "pairs/graf1.png", "pairs/graf3.png"):
+    Image.fromarray(GREY).save(FOLDER / name)
+for name in ("aloeL.jpg", "aloeR.jpg", "aloeGT.png"):
+    Image.fromarray(GREY).save(PAIRS / name)
+LEFT = b"9 0 8 0 0 9 8 0 0 0 1 0"
+write(KITTI / "calib.txt", [LEFT, LEFT.replace(b"8 0 0", b"8 -1 0", 1)])
+write(KITTI / "poses.txt", [b"0 1 0 0 0 0 1 0 0 0 0 1 0"])
+write(FEATURES / "VO_calibration.txt", [b"9 9 0 8 8 0.5"])
+write(FEATURES / "VO_camera_poses_large.txt", [b"1 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"])
+write(FEATURES / "VO_stereo_factors_large.txt", [b"1 7 9 8 8 0 0 1"])
+(PAIRS / "H1to3p.xml").write_text("<s><data>1 0 0 0 1 0 0 0 1</data></s>")
+PICTURE = KITTI / "image_l" / "0.png"
+SEQUENCE = datasets.read_images(KITTI / "image_l")
 OWN = FOLDER / "own"
 (OWN / "mine").mkdir(parents=True)
 (OWN / "mine" / "a.txt").write_text("1\n")
@@ -61,10 +79,13 @@ def adding():
     return call(folder, **told, url="https://example.org/a", to=folder.parent)
 
 
+CALIBRATION = datasets.read_kitti(KITTI).calibration
 RESULTS = {
+    datasets.Calibration,
     datasets.Commands,
     datasets.DataFile,
     datasets.Dataset,
+    datasets.DepthPair,
     datasets.FileStatus,
     datasets.Fixes,
     datasets.GraphLog,
@@ -72,17 +93,23 @@ RESULTS = {
     datasets.LaserLog,
     datasets.Mrclam,
     datasets.MrclamRobot,
+    datasets.PlanePair,
     datasets.ReadReport,
     datasets.Relations,
     datasets.Sightings,
+    datasets.StereoDrive,
+    datasets.StereoFeatures,
     datasets.SurveyedLandmarks,
     datasets.Track,
     datasets.VehicleLog,
 }
 CALLS = {
+    datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
     Dataset.file: lambda: call(SET, "a.txt"),
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
     Track.at: lambda: call(datasets.read_track(TABLE), TIMES, longest_gap=2.0),
+    datasets.ImageSequence: lambda: call((PICTURE,), (0,), False),
+    datasets.StereoSequence: lambda: call(SEQUENCE, SEQUENCE),
     datasets.add_dataset: adding,
     datasets.dataset: lambda: call("mine"),
     datasets.fetch: lambda: call("mine", "a.txt", progress=False, timeout=1.0),
@@ -93,6 +120,12 @@ CALLS = {
     datasets.read_carmen_log: lambda: call(
         CARMEN, max_range=80.0, field_of_view=(-1.5, 1.5), timed=True
     ),
+    datasets.read_depth_pair: lambda: call(PAIRS),
+    datasets.read_image: lambda: call(PICTURE, colour=True),
+    datasets.read_images: lambda: call(KITTI / "image_l", "*.png", colour=True, allow_gaps=True),
+    datasets.read_kitti: lambda: call(KITTI, allow_gaps=True),
+    datasets.read_plane_pair: lambda: call(PAIRS),
+    datasets.read_stereo_features: lambda: call(FEATURES),
     datasets.read_columns: lambda: call(
         COLUMNS, {"time_s": 1e9, "x_m": 1e9}, optional=["x_m"], integers=["time_s"]
     ),

@@ -1,0 +1,53 @@
+"""Visual landmarks: SIFT features, points from two eyes, tracks, classes of descriptors, and which
+landmark is which.
+"""
+
+from robot_perception.landmarks.association import Euclidean, Mahalanobis, Nearest
+from robot_perception.landmarks.classes import (
+    DescriptorClasses,
+    floored_variances,
+    pooled_variances,
+    raw_variances,
+    shrunk_variances,
+)
+from robot_perception.landmarks.features import Features, Sift, detect
+from robot_perception.landmarks.stereo import (
+    StereoPoints,
+    StereoRules,
+    match_stereo,
+    observe,
+    require_rectified,
+)
+from robot_perception.landmarks.tracking import (
+    FeatureTrack,
+    TrackRules,
+    Tracks,
+    extend,
+    follow,
+    predict_pixels,
+)
+
+__all__ = [
+    "DescriptorClasses",
+    "Euclidean",
+    "FeatureTrack",
+    "Features",
+    "Mahalanobis",
+    "Nearest",
+    "Sift",
+    "StereoPoints",
+    "StereoRules",
+    "TrackRules",
+    "Tracks",
+    "detect",
+    "extend",
+    "floored_variances",
+    "follow",
+    "match_stereo",
+    "observe",
+    "pooled_variances",
+    "predict_pixels",
+    "raw_variances",
+    "require_rectified",
+    "shrunk_variances",
+]

@@ -1,0 +1,174 @@
+"""SIFT features of one picture: where they are, and what their neighbourhood looks like."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, UInt8
+
+from robot_perception import checks
+
+LEAST_SIDE = 16  # px; of smaller pictures nothing is left inside the detector's border
+LENGTH = 128  # of a descriptor
+
+
+@dataclass(frozen=True, slots=True)
+class Sift:
+    r"""How features are looked for: the parameters of OpenCV, with its default values.
+
+    Parameters
+    ----------
+    most
+        Keep so many of the strongest features, and those as strong as the last; 0 keeps all.
+    layers
+        Scales to an octave.
+    contrast
+        Least contrast of an extremum, of a picture whose values go from 0 to 1. OpenCV divides it
+        by ``layers``: Lowe's 0.03 is its 0.09.
+    edge
+        Largest ratio of the two curvatures; along an edge it is larger.
+    sigma
+        Standard deviation of the blur of the first scale, px.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative, or one that must be positive is 0.
+    """
+
+    most: int = 0
+    layers: int = 3
+    contrast: float = 0.04
+    edge: float = 10.0
+    sigma: float = 1.6
+
+    def __post_init__(self) -> None:
+        checks.whole("most", self.most, 0, 10**6)
+        checks.whole("layers", self.layers, 1, 16)
+        checks.not_negative("contrast", self.contrast)
+        checks.positive("edge", self.edge)
+        if not 0.5 < checks.number("sigma", self.sigma) <= 16:
+            raise ValueError(f"sigma must be above 0.5, a sharp picture's, to 16, got {self.sigma}")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Features:
+    """Features of one picture.
+
+    Parameters
+    ----------
+    pixels : (n, 2)
+        u and v, px; a pixel's centre has whole numbers.
+    descriptors : (n, d)
+        Histograms of gradients: 128 numbers from 0 to 255 of OpenCV, whole, of length 512 or so.
+    scales : (n,)
+        Standard deviation of the blur at which each was found, px.
+    angles : (n,)
+        Main direction of the gradient, from u towards v, rad.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree or a number is not finite.
+    """
+
+    pixels: Float[np.ndarray, "n 2"]
+    descriptors: Float[np.ndarray, "n d"]
+    scales: Float[np.ndarray, " n"]
+    angles: Float[np.ndarray, " n"]
+
+    def __post_init__(self) -> None:
+        pixels = checks.array("pixels", self.pixels, ("n", 2))
+        n, beside = len(pixels), f"pixels {pixels.shape}"
+        object.__setattr__(self, "pixels", pixels)
+        object.__setattr__(self, "descriptors", check_descriptors(self.descriptors, n, beside))
+        object.__setattr__(self, "scales", checks.array("scales", self.scales, (n,), beside))
+        object.__setattr__(self, "angles", checks.array("angles", self.angles, (n,), beside))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def __getitem__(self, rows: slice | np.ndarray | list[int]) -> "Features":
+        """Return some of the features: a slice, a mask or indices."""
+        return Features(
+            self.pixels[rows], self.descriptors[rows], self.scales[rows], self.angles[rows]
+        )
+
+
+SIFT = Sift()
+
+
+def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = SIFT) -> Features:
+    """Find the SIFT features of a grey picture with OpenCV.
+
+    A feature with two main directions is there twice. The first doubling of the picture is the one
+    that leaves its pixels in place; OpenCV's default moves every feature by a quarter of a pixel.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    sift
+        What counts as a feature.
+
+    Returns
+    -------
+    Features
+        None where the picture has no texture.
+
+    Raises
+    ------
+    TypeError
+        If the picture does not hold bytes.
+    ValueError
+        If it is not grey or smaller than 16 px.
+
+    References
+    ----------
+    Lowe, "Distinctive image features from scale-invariant keypoints", International Journal of
+    Computer Vision 60(2), 2004. Gil et al. (2006), §2.
+    """
+    image = check_grey("image", image)
+    checks.instance("sift", sift, Sift)
+    finder = cv2.SIFT_create(
+        sift.most, sift.layers, sift.contrast, sift.edge, sift.sigma, enable_precise_upscale=True
+    )
+    found, descriptors = finder.detectAndCompute(image, None)
+    if not found:
+        return Features(
+            np.empty((0, 2)), np.empty((0, LENGTH), np.float32), np.empty(0), np.empty(0)
+        )
+    return Features(
+        cv2.KeyPoint.convert(found).astype(float),
+        descriptors,
+        np.array([point.size / 2 for point in found]),  # OpenCV's size is a diameter of 2σ
+        np.deg2rad([point.angle for point in found]),
+    )
+
+
+def check_grey(name: str, image: np.ndarray) -> UInt8[np.ndarray, "height width"]:
+    """Return a grey picture of bytes, or raise."""
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        kind = image.dtype if isinstance(image, np.ndarray) else checks.shown(image)
+        raise TypeError(f"{name} must be a picture of bytes (uint8), got {kind}")
+    if image.ndim != 2:
+        raise ValueError(f"{name} must be grey, (height, width), got {image.shape}")
+    if min(image.shape) < LEAST_SIDE:
+        raise ValueError(
+            f"{name} must be at least {LEAST_SIDE} px wide and high, got {image.shape}"
+        )
+    return image
+
+
+def check_descriptors(
+    value: np.ndarray, count: int | str = "n", beside: str = "", name: str = "descriptors"
+) -> Float32[np.ndarray, "n d"]:
+    """Return finite descriptors in single precision, which holds OpenCV's whole numbers exactly."""
+    if isinstance(value, np.ndarray) and value.dtype == np.float32:
+        checks.shaped(name, value, (count, "d"), beside)
+        checks.check_finite(name, value)
+        return value
+    value = checks.array(name, value, (count, "d"), beside)
+    if value.size and np.abs(value).max() > np.finfo(np.float32).max:
+        raise ValueError(f"{name} must fit single precision, got {np.abs(value).max():g}")
+    return value.astype(np.float32)

@@ -1,0 +1,297 @@
+"""Features followed from frame to frame: what stays visible long enough to be a landmark."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import repeat
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from robot_perception import checks
+from robot_perception.cameras import Pinhole
+from robot_perception.geometry import se3
+from robot_perception.landmarks.classes import DescriptorClasses
+from robot_perception.landmarks.features import Features
+from robot_perception.landmarks.matching import match_window
+from robot_perception.landmarks.stereo import check_both
+
+
+@dataclass(frozen=True, slots=True)
+class TrackRules:
+    """Which feature of a frame goes on with one of the frame before. The values are our choice.
+
+    Parameters
+    ----------
+    window
+        Largest distance from where it is expected, in u and in v, px.
+    threshold
+        Largest Euclidean distance between their descriptors, whose length is 512.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive.
+    """
+
+    window: float = 12.0
+    threshold: float = 200.0
+
+    def __post_init__(self) -> None:
+        checks.positive("window", self.window)
+        checks.positive("threshold", self.threshold)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracks:
+    """The track that each feature of the latest frame belongs to.
+
+    A track is a feature seen in consecutive frames; it ends with the first frame that misses it. So
+    those that go on are as many as the latest frame has features, in the same order.
+
+    Parameters
+    ----------
+    ids : (n,)
+        Numbers of the tracks, by when they began.
+    origins : (n,)
+        Row of the same track in the frame before; -1 where the track begins.
+    classes
+        The descriptors of each track so far, n classes; their number is the track's length.
+    begun
+        How many tracks have begun so far.
+    """
+
+    ids: Int[np.ndarray, " n"]
+    origins: Int[np.ndarray, " n"]
+    classes: DescriptorClasses
+    begun: int
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @classmethod
+    def start(cls, features: Features) -> "Tracks":
+        """Return the tracks that begin with the features of a first frame.
+
+        Parameters
+        ----------
+        features
+            Of the first frame.
+        """
+        n = len(checks.instance("features", features, Features))
+        classes = DescriptorClasses.of(features.descriptors)
+        return cls(np.arange(n), np.full(n, -1), classes, n)
+
+    def stable(self, frames: int = 5) -> Bool[np.ndarray, " n"]:
+        """Tell which tracks are landmarks: those of more than so many frames.
+
+        Parameters
+        ----------
+        frames
+            The paper's 5.
+
+        Raises
+        ------
+        ValueError
+            If ``frames`` is not a whole number of at least 0.
+
+        References
+        ----------
+        Gil et al. (2006), §5.
+        """
+        return self.classes.counts > checks.whole("frames", frames, 0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FeatureTrack:
+    """One track, from its first frame to its last.
+
+    Parameters
+    ----------
+    number
+        Its number, by when it began.
+    begin
+        Its first frame.
+    rows : (p,)
+        Which of the features of each frame it is.
+    features
+        These p features.
+    """
+
+    number: int
+    begin: int
+    rows: Int[np.ndarray, " p"]
+    features: Features
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+def predict_pixels(
+    points: Float[np.ndarray, "n 3"], T_now_before: Float[np.ndarray, "4 4"], camera: Pinhole
+) -> Float[np.ndarray, "n 2"]:
+    """Return where points will be seen after a motion.
+
+    Parameters
+    ----------
+    points : (n, 3)
+        In the frame of the camera before the motion, m.
+    T_now_before : (4, 4)
+        Pose of the camera before the motion in its frame after it.
+    camera
+        The camera.
+
+    Returns
+    -------
+    (n, 2)
+        u and v, px, within the image or not; infinite for points that are no longer ahead.
+
+    Raises
+    ------
+    TypeError
+        If ``camera`` is none.
+    ValueError
+        If the shapes are others, a number is not finite or ``T_now_before`` is no rigid motion.
+    """
+    points = checks.array("points", points, ("n", 3))
+    T_now_before = se3.checked("T_now_before", T_now_before)
+    checks.shaped("T_now_before", T_now_before, (4, 4))
+    moved = se3.act(T_now_before, points)
+    ahead = moved[:, 2] > 0
+    pixels = np.full((len(points), 2), np.inf)
+    pixels[ahead] = checks.instance("camera", camera, Pinhole).project(moved[ahead])
+    return pixels
+
+
+def extend(
+    tracks: Tracks,
+    before: Features,
+    after: Features,
+    rules: TrackRules = TrackRules(),
+    *,
+    predicted: Float[np.ndarray, "n 2"] | None = None,
+) -> Tracks:
+    """Return the tracks one frame later: those that go on, and those that begin.
+
+    A feature goes on with the one whose descriptor is nearest to its own, both ways, among those
+    near the place where it is expected.
+
+    Parameters
+    ----------
+    tracks
+        Tracks of the n features of ``before``.
+    before, after
+        Features of two consecutive frames.
+    rules
+        Window and threshold.
+    predicted : (n, 2)
+        Where the features of ``before`` are expected in the later frame, px, for instance by
+        `predict_pixels`; infinite where nowhere. Without it, where they were.
+
+    Returns
+    -------
+    Tracks
+        Tracks of the features of ``after``.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If ``tracks`` are not of ``before``, descriptors have another length or ``predicted``
+        another shape, or holds a NaN.
+    """
+    check_both(before=before, after=after)
+    n = len(checks.instance("tracks", tracks, Tracks))
+    if n != len(before):
+        raise ValueError(f"tracks must be of the {len(before)} features of before, got {n}")
+    checks.instance("rules", rules, TrackRules)
+    expected = before.pixels
+    if predicted is not None:
+        expected = _places("predicted", predicted, n)
+    side = rules.window
+    first, second = match_window(before, expected, after, (-side, side), side, rules.threshold).T
+    origins = np.full(len(after), -1)
+    origins[second] = first
+    new = np.flatnonzero(origins < 0)
+    ids = np.empty(len(after), dtype=int)
+    ids[second] = tracks.ids[first]
+    ids[new] = tracks.begun + np.arange(len(new))
+    classes = tracks.classes[first].updated(np.arange(len(first)), after.descriptors[second])
+    fresh = DescriptorClasses.of(after.descriptors[new])
+    order = np.argsort(np.concatenate([second, new]))
+    return Tracks(ids, origins, classes.with_others(fresh)[order], tracks.begun + len(new))
+
+
+def follow(
+    frames: Iterable[Features],
+    rules: TrackRules = TrackRules(),
+    *,
+    predictions: Iterable[Float[np.ndarray, "n 2"] | None] = (),
+) -> list[FeatureTrack]:
+    """Return all tracks of a sequence, by when they began.
+
+    Parameters
+    ----------
+    frames
+        Features of consecutive frames.
+    rules
+        Window and threshold.
+    predictions
+        For each frame but the last, where its features are expected in the next, as of `extend`; of
+        frames beyond the last prediction, where they were.
+
+    Raises
+    ------
+    TypeError
+        If ``frames`` holds something else than features.
+    ValueError
+        If a prediction does not fit its frame.
+    """
+    checks.instance("rules", rules, TrackRules)
+    expected = _endless(checks.iterable("predictions", predictions))
+    rows: list[list[int]] = []
+    begins: list[int] = []
+    seen: list[Features] = []
+    for k, features in enumerate(checks.iterable("frames", frames)):
+        checks.instance(f"frames[{k}]", features, Features)
+        if k == 0:
+            tracks = Tracks.start(features)
+        else:
+            predicted = next(expected)
+            if predicted is not None:
+                _places(f"predictions[{k - 1}]", predicted, len(seen[-1]))
+            tracks = extend(tracks, seen[-1], features, rules, predicted=predicted)
+        seen.append(features)
+        for row, number in enumerate(tracks.ids.tolist()):
+            if number == len(rows):
+                rows.append([])
+                begins.append(k)
+            rows[number].append(row)
+    return [
+        FeatureTrack(number, begin, np.array(at), _gather(seen[begin : begin + len(at)], at))
+        for number, (begin, at) in enumerate(zip(begins, rows, strict=True))
+    ]
+
+
+def _places(name: str, value: np.ndarray, count: int) -> Float[np.ndarray, "n 2"]:
+    """Return places of the features of a frame, which may be infinite and not NaN."""
+    places = checks.array(name, value, (count, 2), f"{count} features", finite=False)
+    if np.isnan(places).any():
+        raise ValueError(f"{name} must be numbers, got {np.isnan(places).sum()} NaN")
+    return places
+
+
+def _endless(predictions: Iterable) -> Iterator:
+    yield from predictions
+    yield from repeat(None)
+
+
+def _gather(seen: list[Features], rows: list[int]) -> Features:
+    """Return one feature of each frame."""
+    pairs = list(zip(seen, rows, strict=True))
+    return Features(
+        np.array([frame.pixels[row] for frame, row in pairs]),
+        np.array([frame.descriptors[row] for frame, row in pairs]),
+        np.array([frame.scales[row] for frame, row in pairs]),
+        np.array([frame.angles[row] for frame, row in pairs]),
+    )

@@ -1,0 +1,237 @@
+"""Pictures and sequences: read back, read late, gaps counted, damage named with its file."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from robot_perception.datasets import (
+    CorruptImage,
+    ImageSequence,
+    StereoSequence,
+    images,
+    read_image,
+    read_images,
+)
+from tests.unchecked import unchecked
+
+RNG = np.random.default_rng(0)
+GREY = RNG.integers(0, 256, (20, 30), dtype=np.uint8)
+COLOUR = RNG.integers(0, 256, (20, 30, 3), dtype=np.uint8)
+
+
+def save(path, pixels=GREY):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+def folder(path, numbers, name="{:03}.png", pixels=GREY):
+    for number in numbers:
+        save(path / name.format(number), np.roll(pixels, number, axis=0))
+    return path
+
+
+def test_pictures_are_read_back(tmp_path):
+    np.testing.assert_array_equal(read_image(save(tmp_path / "a.png")), GREY)
+    path = save(tmp_path / "b.png", COLOUR)
+    np.testing.assert_array_equal(read_image(path, colour=True), COLOUR)
+    luma = COLOUR @ [0.299, 0.587, 0.114]
+    assert np.abs(read_image(path) - luma).max() < 1
+    grey_in_colour = read_image(tmp_path / "a.png", colour=True)
+    np.testing.assert_array_equal(grey_in_colour, np.repeat(GREY[..., None], 3, axis=2))
+    read_image(path)[:] = 0  # it is the caller's own
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_truncated_pictures_are_refused(tmp_path, suffix):
+    whole = save(tmp_path / f"a.{suffix}", np.tile(COLOUR, (5, 5, 1))).read_bytes()
+    for length in (0, 1, 30, len(whole) // 2, len(whole) - 20):
+        (path := tmp_path / f"cut.{suffix}").write_bytes(whole[:length])
+        with pytest.raises(CorruptImage, match=rf"cut\.{suffix}: .*(empty|damaged one)"):
+            read_image(path)
+
+
+@given(place=st.integers(0, 10**6), value=st.integers(1, 255))
+@settings(max_examples=80)
+def test_no_changed_byte_of_a_png_passes_unnoticed(tmp_path_factory, place, value):
+    """All of its content is under a checksum: it is refused, or the same picture all the same."""
+    path = save(tmp_path_factory.mktemp("changed") / "a.png")
+    content = bytearray(path.read_bytes())
+    content[place % len(content)] ^= value
+    path.write_bytes(content)
+    try:
+        found = read_image(path)
+    except CorruptImage as error:
+        assert "a.png" in str(error)  # noqa: PT017 - either outcome is right
+        assert "BytesIO" not in str(error)  # noqa: PT017
+    else:
+        np.testing.assert_array_equal(found, GREY)
+
+
+def test_what_is_no_picture_of_bytes_is_refused(tmp_path):
+    (tmp_path / "a.png").write_text("not a picture")
+    with pytest.raises(CorruptImage, match=r"a\.png: no picture, or a damaged one"):
+        read_image(tmp_path / "a.png")
+    deep = save(tmp_path / "b.png", GREY.astype(np.uint16) * 256)
+    with pytest.raises(CorruptImage, match=r"b\.png: a picture of kind I;16, not of eight bits"):
+        read_image(deep)
+    with pytest.raises(FileNotFoundError):
+        read_image(tmp_path / "c.png")
+
+
+# ---- sequences -----------------------------------------------------------------------------------
+
+
+def test_a_sequence_is_in_the_order_of_its_numbers(tmp_path):
+    found = read_images(folder(tmp_path, range(8, 13), "frame{}.png"))
+    assert found.numbers == (8, 9, 10, 11, 12)
+    assert len(found) == 5
+    assert found.size == (30, 20)
+    assert found.gaps == ()
+    for number, picture in zip(found.numbers, found, strict=True):
+        np.testing.assert_array_equal(picture, np.roll(GREY, number, axis=0))
+    np.testing.assert_array_equal(found[-1], np.roll(GREY, 12, axis=0))
+    part = found[1:4:2]
+    assert part.numbers == (9, 11)
+    np.testing.assert_array_equal(part[1], np.roll(GREY, 11, axis=0))
+    with pytest.raises(IndexError):
+        found[5]
+
+
+def test_pictures_are_read_when_they_are_asked_for(tmp_path, monkeypatch):
+    found, asked = read_images(folder(tmp_path, range(3))), []
+    monkeypatch.setattr(
+        images, "read_image", lambda path, colour: asked.append(path.name) or GREY.copy()
+    )
+    going = iter(found)
+    next(going)
+    found[2]
+    assert asked == ["000.png", "002.png"]
+
+
+def test_colours_are_kept_where_they_are_wanted(tmp_path):
+    folder(tmp_path, range(2), pixels=COLOUR)
+    assert read_images(tmp_path, colour=True)[1].shape == (20, 30, 3)
+    assert read_images(tmp_path, colour=True)[:1][0].shape == (20, 30, 3)
+    assert read_images(tmp_path)[1].shape == (20, 30)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "missing", "words"),
+    [
+        ([0, 1, 3], [2], r": 2 \(1 in all"),
+        ([4, 5, 9, 10, 12], [6, 7, 8, 11], r"between 4 and 12 are missing: 6 to 8, 11 \(4 in all"),
+        ([0, 10, 20, 40], [30], r": 30 \(1 in all"),
+        ([0, 1, 2, 3, 10**19 - 1], None, r"4 to 9999999999999999998 \(9999999999999999995 in all"),
+    ],
+)
+def test_gaps_are_counted_and_named(tmp_path, numbers, missing, words):
+    folder(tmp_path, numbers, "{}.png")
+    with pytest.raises(CorruptImage, match=words):
+        read_images(tmp_path)
+    found = read_images(tmp_path, allow_gaps=True)
+    assert len(found) == len(numbers)
+    if missing:
+        assert [number for gap in found.gaps for number in gap] == missing
+
+
+NANOSECONDS = [1403715274512143104 + 10**9 * k + 17 * k**2 for k in range(4)]
+
+
+@pytest.mark.parametrize(
+    "numbers", [[7], [3, 8], [0, 10, 20], [0, 10, 20, 21, 31, 41], NANOSECONDS]
+)
+def test_steps_of_any_length_are_no_gaps(tmp_path, numbers):
+    found = read_images(folder(tmp_path, numbers, "{}.png"))
+    assert found.numbers == tuple(numbers)
+    assert found.gaps == ()
+
+
+def test_many_gaps_are_shortened():
+    gaps = tuple(range(k, k + 1) for k in range(0, 40, 4))
+    assert images.name_gaps(gaps) == "0, 4, 8, 12, 16, 20, 24, 28, …"
+
+
+def test_a_damaged_picture_is_named_when_its_turn_comes(tmp_path):
+    folder(tmp_path, range(4))
+    (tmp_path / "002.png").write_bytes((tmp_path / "002.png").read_bytes()[:200])
+    found = read_images(tmp_path)
+    found[1]
+    with pytest.raises(CorruptImage, match=r"002\.png: no picture, or a damaged one"):
+        list(found)
+    (tmp_path / "000.png").write_bytes(b"")
+    with pytest.raises(CorruptImage, match=r"000\.png: the file is empty"):
+        read_images(tmp_path)
+
+
+def test_a_picture_of_another_size_is_named(tmp_path):
+    folder(tmp_path, range(2))
+    save(tmp_path / "002.png", GREY[:, :28].copy())
+    with pytest.raises(CorruptImage, match=r"002\.png: 28 x 20 px, but 000\.png has 30 x 20"):
+        read_images(tmp_path)[2]
+
+
+def test_names_without_numbers_and_with_the_same_are_named(tmp_path):
+    folder(tmp_path, [1])
+    with pytest.raises(CorruptImage, match=r"no file fits pattern '\*\.jpg'"):
+        read_images(tmp_path, "*.jpg")
+    save(tmp_path / "1.png")
+    with pytest.raises(CorruptImage, match=r"1\.png: has the number of 001\.png"):
+        read_images(tmp_path)
+    save(tmp_path / "2" / f"{10**19}.png")
+    with pytest.raises(CorruptImage, match=r"0\.png: the name has no number"):
+        read_images(tmp_path / "2")
+    save(tmp_path / "cover.png")
+    with pytest.raises(CorruptImage, match=r"cover\.png: the name has no number"):
+        read_images(tmp_path, "c*")
+    with pytest.raises(NotADirectoryError, match="there is no such folder"):
+        read_images(tmp_path / "elsewhere")
+    with pytest.raises(ValueError, match="pattern must be of names in the folder"):
+        read_images(tmp_path, "../*.png")
+
+
+def test_the_last_number_of_a_name_counts(tmp_path):
+    folder(tmp_path, [3, 4], "cam1_2024_frame{}left.png")
+    assert read_images(tmp_path).numbers == (3, 4)
+
+
+def test_sequences_made_by_hand_must_fit(tmp_path):
+    path = save(tmp_path / "1.png")
+    with unchecked():
+        for paths, numbers, message in [
+            ((), (), "paths must be one at least"),
+            ((path,), (1, 2), "as many as numbers, got 1 and 2"),
+            ((path, path), (2, 2), "numbers must rise, got 2 before 2"),
+        ]:
+            with pytest.raises(ValueError, match=message):
+                ImageSequence(paths, numbers)
+        with pytest.raises(TypeError, match=r"at must be a whole number, got '0'"):
+            ImageSequence((path,), (1,))["0"]
+
+
+# ---- stereo --------------------------------------------------------------------------------------
+
+
+def test_pairs_go_together(tmp_path):
+    left = read_images(folder(tmp_path / "l", range(3)))
+    right = read_images(folder(tmp_path / "r", range(3), pixels=GREY[::-1].copy()))
+    pairs = StereoSequence(left, right)
+    assert (len(pairs), pairs.numbers, pairs.size) == (3, (0, 1, 2), (30, 20))
+    for k, (one, two) in enumerate(pairs):
+        np.testing.assert_array_equal(one, np.roll(GREY, k, axis=0))
+        np.testing.assert_array_equal(two, np.roll(GREY[::-1], k, axis=0))
+    np.testing.assert_array_equal(pairs[1:][0][1], right[1])
+
+
+def test_pictures_without_partner_and_of_other_size_are_named(tmp_path):
+    left = read_images(folder(tmp_path / "l", range(4)))
+    right = read_images(folder(tmp_path / "r", range(4)))
+    with pytest.raises(CorruptImage, match=r"r: 2 pictures of right have no partner: 2, 3"):
+        StereoSequence(left[:2], right)
+    with pytest.raises(CorruptImage, match=r"l: 1 pictures of left have no partner: 0"):
+        StereoSequence(left, right[1:])
+    small = read_images(folder(tmp_path / "s", range(4), pixels=GREY[:10].copy()))
+    with pytest.raises(CorruptImage, match=r"one size, got \(30, 20\) and \(30, 10\)"):
+        StereoSequence(left, small)
