@@ -138,7 +138,7 @@ def test_one_heavy_particle_takes_all_and_the_scale_does_not_matter(scheme):
     rng = np.random.default_rng(0)
     heavy = np.array([0.0, 0.0, 1e-300, 0.0])
     assert scheme(heavy, 9, rng=rng).tolist() == [2] * 9
-    for unit in (2.0**-1020, 1e-250, 1e300):
+    for unit in (2.0**-1030, 1e-250, 1e300):
         drawn = scheme(unit * WEIGHTS, 9, rng=np.random.default_rng(1))
         np.testing.assert_array_equal(drawn, scheme(WEIGHTS, 9, rng=np.random.default_rng(1)))
 
