@@ -97,7 +97,7 @@ def test_points_are_looked_up_in_the_cumulative_sum(weights, count, seed):
 
 
 class Fixed(np.random.Generator):
-    """A generator whose points of [0, 1) all lie in one place; those of `multinomial` at 1."""
+    """A generator whose points of [0, 1) all lie in one place; those of `multinomial` at 0 or 1."""
 
     def __init__(self, value):
         super().__init__(np.random.PCG64(0))
@@ -107,7 +107,7 @@ class Fixed(np.random.Generator):
         return np.full(size, self.value) if size else self.value
 
     def standard_exponential(self, size):
-        return np.eye(1, size)[0]
+        return np.eye(1, size, 0 if self.value else size - 1)[0]
 
 
 @pytest.mark.parametrize("scheme", [systematic, stratified])
@@ -117,6 +117,12 @@ def test_a_point_on_an_edge_belongs_to_the_next_particle_with_a_weight(scheme):
     last = Fixed(np.nextafter(1, 0))
     assert scheme(weights, 4, rng=last).tolist() == [1, 3, 5, 5]
     assert scheme(weights, 1, rng=last).tolist() == [5]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_particle_without_weight_is_not_drawn_by_a_point_at_zero(scheme):
+    drawn = scheme(np.array([0.0, 0.0, 1.0, 2.0]), 4, rng=Fixed(0.0))
+    assert drawn.min() == 2
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -132,7 +138,7 @@ def test_one_heavy_particle_takes_all_and_the_scale_does_not_matter(scheme):
     rng = np.random.default_rng(0)
     heavy = np.array([0.0, 0.0, 1e-300, 0.0])
     assert scheme(heavy, 9, rng=rng).tolist() == [2] * 9
-    for unit in (2.0**-1020, 1e300):
+    for unit in (2.0**-1030, 1e-250, 1e300):
         drawn = scheme(unit * WEIGHTS, 9, rng=np.random.default_rng(1))
         np.testing.assert_array_equal(drawn, scheme(WEIGHTS, 9, rng=np.random.default_rng(1)))
 

@@ -402,6 +402,9 @@ def _checked(
             "weights must not be negative, with a finite sum above 0, "
             f"got a least weight of {lowest:.6g} and a sum of {total:.6g}"
         )
+    if total < 1e-200:  # whose reciprocal may overflow
+        weights = weights / total
+        total = weights.sum()
     checks.generator("rng", rng)
     return weights, total, checks.whole("count", count, 1)
 
@@ -422,11 +425,12 @@ def _comb(weights, total, offsets):  # pragma: no cover - compiled
     loop of unknown length costs three times as much, as the processor cannot foresee its end.
     """
     count = offsets.size
+    density = count / total
     drawn = np.empty(count + 4, dtype=np.int64)
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]
-        teeth = reached / total * count
+        teeth = reached * density
         below = int(teeth)
         below = below + (offsets[below] < teeth - below) if below < count else count
         drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i
