@@ -3,6 +3,8 @@
 Descriptors are drawn like OpenCV's: gamma variates, rounded, of length 512 or so.
 """
 
+import time
+
 import cv2
 import numpy as np
 
@@ -101,7 +103,32 @@ def _matching() -> list[Row]:
     ]
 
 
+def growth(sizes: tuple[int, ...] = (750, 1500, 3000, 6000)) -> Timing:
+    """Return the exponent of the time of an association against the size of the map.
+
+    The work is linear. The limit lies 0.2 above, as a large map leaves the processor's caches.
+    """
+    rng, samples = np.random.default_rng(0), []
+    maps = [descriptors(size, rng).astype(float) for size in sizes]
+    found = descriptors(QUERIES, rng)
+    for _ in range(7):
+        for means in maps:  # in turn, so that a busy spell hits all sizes
+            begin = time.perf_counter()
+            Mahalanobis(means, np.ones_like(means)).two_nearest(found)
+            samples.append(time.perf_counter() - begin)
+    seconds = np.median(np.reshape(samples, (-1, len(sizes))), axis=0)
+    exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+    return Timing(
+        work=f"landmarks by descriptor, map of {sizes[0]} to {sizes[-1]}: exponent {exponent:.2f}",
+        ours_s=float(seconds[-1]),
+        peer_s=None,
+        peer_name="",
+        target="exponent ≤ 1.2",
+        reached=exponent <= 1.2,
+    )
+
+
 def rows() -> list[Row | Timing]:
     """Return the rows of the benchmark table that concern visual landmarks."""
     cv2.setNumThreads(1)  # one core, as for everything else
-    return [_stereo(), *_matching()]
+    return [_stereo(), *_matching(), growth()]

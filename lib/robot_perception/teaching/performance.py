@@ -29,7 +29,6 @@ THEMES = {
     "planar": "Planar EKF-SLAM",
     "simplify": "Simplifying a line",
     "path": "Simplifying a line",
-    "landmarks": "Visual landmarks",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))
