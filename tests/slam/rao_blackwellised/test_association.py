@@ -107,6 +107,9 @@ def test_a_name_is_kept_and_its_landmark_not_given_away():
     for by in ("best", "mean"):
         assert associate_shared(maps, seen, MOUNT, by=by).tolist() == [77, B, A]
     assert associate_each(maps, seen, MOUNT).tolist()[0] == [77, B, A]
+    costs = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.6, 0.0, 9.0]])
+    said = [associate_shared(maps, seen, MOUNT, costs=costs, limit=k) for k in (0.5, 0.6)]
+    assert [names.tolist() for names in said] == [[77, B, -1], [77, B, A]]
     assert associate_each(maps, seen[:2], MOUNT).tolist() == [[77, B], [77, B]]
 
 

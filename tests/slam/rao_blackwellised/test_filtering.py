@@ -11,7 +11,7 @@ from robot_perception import kalman
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.observations import Observations, unnamed
 from robot_perception.particles import effective_number
-from robot_perception.slam.planar import Odometry, Velocity
+from robot_perception.slam.planar import Odometry, Velocity, dead_reckoning
 from robot_perception.slam.rao_blackwellised import (
     ParticleMaps,
     add_landmarks,
@@ -256,6 +256,23 @@ def filterpy_map(world, poses):
     return filters, information
 
 
+def test_many_particles_find_their_way_where_the_wheels_and_one_particle_do_not():
+    """End of a circle, six drives: one particle adds its own noise to that of the wheels."""
+    errors = {0: [], 1: [], 50: []}
+    for seed in range(6):
+        world = drive(np.random.default_rng(seed), steps=40, slip=4.0)
+        reckoned = dead_reckoning(world.poses[0], world.motions)[-1]
+        errors[0].append(np.hypot(*(reckoned - world.poses[-1])[:2]))
+        for count in (1, 50):
+            maps, rng = world.start(count), np.random.default_rng(seed)
+            for motion, look in zip(world.motions, world.looks, strict=True):
+                maps, _ = step(maps, motion, look, MOUNT, rng=rng)
+            errors[count].append(np.hypot(*(maps.pose - world.poses[-1])[:2]))
+    wheels, one, many = (np.mean(errors[count]) for count in (0, 1, 50))
+    assert many < 0.4 * wheels
+    assert many < 0.4 * one
+
+
 @given(seeds)
 @settings(max_examples=20)
 def test_weights_are_the_normal_densities_of_eq_4(seed):
@@ -330,6 +347,23 @@ def test_resampling_keeps_each_particle_with_its_map_and_drops_what_nobody_holds
             np.testing.assert_array_equal(maps.poses, poses)
             np.testing.assert_allclose(maps.particles.weights, 1 / 20)
         assert maps.nbytes < whole / 2
+
+
+def test_a_landmark_takes_memory_while_particles_differ_in_it():
+    """Twenty versions when it is seen, one when all particles descend from one."""
+    rng = np.random.default_rng(0)
+    maps, one = maps_of(rng, 20, 3), {"share": 1.0, "scheme": lambda *_, rng: np.full(20, 7)}
+    alike, _ = resample(maps, rng=rng, **one)
+    row = 9 * 8
+    assert maps.nbytes - alike.nbytes == 3 * 19 * row
+    values = seen_from(alike.poses[0], alike.means[0, :1])
+    look = Observations(alike.ids[:1], values, 0.01 * np.eye(3)[None])
+    spread = predict(alike, Odometry(np.zeros(3), 1e-4 * np.eye(3)), rng=rng)
+    seen, _ = update(spread, look, MOUNT)
+    assert seen.nbytes - alike.nbytes == 19 * row
+    again, _ = resample(seen, rng=rng, **one)
+    assert again.nbytes == alike.nbytes
+    np.testing.assert_array_equal(again.means, np.tile(seen.means[7], (20, 1, 1)))
 
 
 def picky(weights, count, *, rng):
@@ -611,11 +645,12 @@ def test_two_sights_without_noise_are_refused():
         ValueError, match="observations: the covariance of an innovation is singular"
     ):
         update(maps, exact, MOUNT)
-    flat = np.diag([1.0, 1.0, 0.0])[None]
-    flat = Observations(np.array([3]), np.ones((1, 3)), flat)
-    maps = add_landmarks(ParticleMaps.start(np.array([0.0, 0.0, 0.7]), 2), flat, MOUNT)
-    with pytest.raises(ValueError, match="singular"):
-        update(maps, flat, MOUNT)
+    for seed in range(20):  # exact along one direction, wherever it points
+        mount = tilted_mount(np.random.default_rng(seed))
+        flat = Observations(np.array([3]), np.ones((1, 3)), np.diag([1.0, 1.0, 0.0])[None])
+        maps = add_landmarks(ParticleMaps.start(np.zeros(3), 2), flat, mount)
+        with pytest.raises(ValueError, match="singular"):
+            update(maps, flat, mount)
 
 
 @pytest.mark.parametrize("bad", [[0.0, np.nan], [-np.inf, -np.inf]])

@@ -53,7 +53,7 @@ class ParticleMaps:
     environments using SIFT features", VIIP 2006, eqs (2) and (3).
     """
 
-    __slots__ = ("blocks", "ids", "particles", "slots", "table")
+    __slots__ = ("blocks", "ids", "particles", "sizes", "slots", "table")
 
     def __init__(
         self,
@@ -78,6 +78,7 @@ class ParticleMaps:
             {name: slot for slot, name in enumerate(ids.tolist())},
             np.tile(np.arange(len(poses), dtype=np.int32), (ids.size, 1)),
             tuple(rows[:, n].copy() for n in range(ids.size)),
+            np.full(ids.size, len(poses)),
         )
 
     @classmethod
@@ -91,7 +92,7 @@ class ParticleMaps:
                 f"count must be of particles that fit in memory, got {count}"
             ) from None
         ids, table = np.empty(0, dtype=np.int64), np.empty((0, count), dtype=np.int32)
-        return _made(ParticleSet.uniform(poses), ids, {}, table, ())
+        return _made(ParticleSet.uniform(poses), ids, {}, table, (), ids)
 
     def __len__(self) -> int:
         """Return the number of particles."""
@@ -158,24 +159,28 @@ def gathered(maps: ParticleMaps, slots: Sequence[int]) -> np.ndarray:
     """Return copies of landmarks of all particles, (k, M, 9); any row where one is not known."""
     rows = np.empty((len(slots), len(maps), kernels.ROW))
     for i, slot in enumerate(slots):
-        np.take(maps.blocks[slot], maps.table[slot], axis=0, out=rows[i], mode="wrap")
+        kernels.fetch(maps.blocks[slot], maps.table[slot], rows[i])
     return rows
 
 
 def with_particles(maps: ParticleMaps, poses: np.ndarray, log_weights: np.ndarray) -> ParticleMaps:
     """Return the same maps for other poses or weights."""
-    return _made(trusted(poses, log_weights), maps.ids, maps.slots, maps.table, maps.blocks)
+    return _made(
+        trusted(poses, log_weights), maps.ids, maps.slots, maps.table, maps.blocks, maps.sizes
+    )
 
 
 def rewritten(
     maps: ParticleMaps, slots: list[int], rows: np.ndarray, log_weights: np.ndarray
 ) -> ParticleMaps:
     """Return the maps with landmarks of all particles, (k, M, 9), in place of old ones."""
-    table, blocks = maps.table.copy(), list(maps.blocks)
+    table, blocks, sizes = maps.table.copy(), list(maps.blocks), maps.sizes.copy()
+    sizes[slots] = len(maps)
     table[slots] = np.where(table[slots] < 0, -1, np.arange(len(maps)))
     for slot, block in zip(slots, rows, strict=True):
         blocks[slot] = block.copy()  # by itself: a view would keep its neighbours alive
-    return _made(trusted(maps.poses, log_weights), maps.ids, maps.slots, table, tuple(blocks))
+    particles = trusted(maps.poses, log_weights)
+    return _made(particles, maps.ids, maps.slots, table, tuple(blocks), sizes)
 
 
 def extended(
@@ -189,6 +194,7 @@ def extended(
         {**maps.slots, **{name: maps.ids.size + i for i, name in enumerate(ids)}},
         np.concatenate([maps.table, np.where(where, own, np.int32(-1))]),
         maps.blocks + tuple(block.copy() for block in rows),
+        np.concatenate([maps.sizes, np.full(len(ids), len(maps))]),
     )
 
 
@@ -197,13 +203,15 @@ def descended(maps: ParticleMaps, ancestors: np.ndarray) -> ParticleMaps:
 
     A block is shortened when less than half of its rows have a holder left.
     """
-    table, counts = kernels.inherited(maps.table, ancestors)
-    sizes = np.fromiter(map(len, maps.blocks), dtype=np.int64, count=len(maps.blocks))
-    blocks = list(maps.blocks)
+    table, blocks = np.empty_like(maps.table), list(maps.blocks)
+    counts, sizes = np.empty_like(maps.sizes), maps.sizes.copy()
+    kernels.inherited(maps.table, ancestors, sizes, table, counts)
     for slot in np.flatnonzero(2 * counts < sizes).tolist():
-        blocks[slot] = kernels.shorten(blocks[slot], table[slot], counts[slot])
+        kept = np.empty((counts[slot], kernels.ROW))
+        kernels.shorten(blocks[slot], table[slot], kept)
+        blocks[slot], sizes[slot] = kept, len(kept)
     particles = trusted(maps.poses[ancestors], np.full(len(maps), -np.log(len(maps))))
-    return _made(particles, maps.ids, maps.slots, table, tuple(blocks))
+    return _made(particles, maps.ids, maps.slots, table, tuple(blocks), sizes)
 
 
 def trusted(poses: np.ndarray, log_weights: np.ndarray) -> ParticleSet:
@@ -226,7 +234,8 @@ def _fill(
     slots: dict[int, int],
     table: np.ndarray,
     blocks: tuple[np.ndarray, ...],
+    sizes: np.ndarray,
 ) -> ParticleMaps:
     maps.particles, maps.ids, maps.slots = particles, ids, slots
-    maps.table, maps.blocks = table, blocks
+    maps.table, maps.blocks, maps.sizes = table, blocks, sizes
     return maps

@@ -267,7 +267,7 @@ def resample(
     checks.generator("rng", rng)
     checks.share("share", share)
     checks.instance("criterion", criterion, Callable)
-    checks.instance("scheme", scheme, Scheme)
+    checks.instance("scheme", scheme, Callable)
     effective = checks.number("criterion", criterion(maps.particles.log_weights), finite=False)
     if effective >= share * count:
         return maps, StepInfo(effective, False, np.arange(count), 0.0)

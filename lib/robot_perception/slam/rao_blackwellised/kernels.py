@@ -118,12 +118,12 @@ def factor(row, point):  # pragma: no cover - compiled
     l00 = np.sqrt(xx)
     l10, l20 = (row[4] + point[4]) / l00, (row[5] + point[5]) / l00
     pivot = yy - l10 * l10
-    if not pivot > 1e-14 * yy:
+    if not pivot > 1e-12 * yy:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     l11 = np.sqrt(pivot)
     l21 = (row[7] + point[7] - l20 * l10) / l11
     pivot = zz - l20 * l20 - l21 * l21
-    if not pivot > 1e-14 * zz:
+    if not pivot > 1e-12 * zz:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     return l00, l10, l11, l20, l21, np.sqrt(pivot)
 
@@ -279,25 +279,35 @@ def assigned(distances, costs, measured, target, sizes, limit):  # pragma: no co
 
 @njit(cache=True)
 @no_type_check
-def inherited(table, ancestors):  # pragma: no cover - compiled
-    """Return the rows that descendants hold, and how many different ones of each landmark."""
-    out, counts = np.empty_like(table), np.zeros(table.shape[0], dtype=np.int64)
-    stamps = np.full(table.shape[1], -1)  # a block has at most M rows
-    for n in range(table.shape[0]):
-        for m in range(ancestors.size):
-            row = out[n, m] = table[n, ancestors[m]]
-            if row >= 0 and stamps[row] != n:
-                stamps[row] = n
-                counts[n] += 1
-    return out, counts
+def fetch(block, rows, out):  # pragma: no cover - compiled
+    """Copy the rows that particles hold; any row for one that holds none."""
+    for m in range(rows.size):
+        out[m] = block[max(rows[m], 0)]
 
 
 @njit(cache=True)
 @no_type_check
-def shorten(block, rows, count):  # pragma: no cover - compiled
-    """Return the block of those rows alone that are held, and number them anew in place."""
-    kept, numbers = np.empty((count, ROW)), np.full(block.shape[0], -1)
-    used = 0
+def inherited(table, ancestors, sizes, out, counts):  # pragma: no cover - compiled
+    """Fill in which rows descendants hold, and how many different ones of each landmark."""
+    stamps = np.full(table.shape[1], -1)  # a block has at most M rows
+    for n in range(table.shape[0]):
+        for m in range(ancestors.size):
+            out[n, m] = table[n, ancestors[m]]
+        counts[n] = sizes[n]
+        if sizes[n] > 1:
+            counts[n] = 0
+            for m in range(ancestors.size):
+                row = out[n, m]
+                if row >= 0 and stamps[row] != n:
+                    stamps[row] = n
+                    counts[n] += 1
+
+
+@njit(cache=True)
+@no_type_check
+def shorten(block, rows, kept):  # pragma: no cover - compiled
+    """Fill in those rows of a block that are held, and number them anew in place."""
+    numbers, used = np.full(block.shape[0], -1), 0
     for m in range(rows.size):
         if rows[m] >= 0:
             if numbers[rows[m]] < 0:
@@ -305,4 +315,3 @@ def shorten(block, rows, count):  # pragma: no cover - compiled
                 numbers[rows[m]] = used
                 used += 1
             rows[m] = numbers[rows[m]]
-    return kept
