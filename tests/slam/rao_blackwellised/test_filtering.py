@@ -604,7 +604,7 @@ def wrong_look(**changed):
         ),
         (
             lambda m: resample(m, rng=np.random.default_rng(0), criterion=2),
-            "criterion must be a Callable, got 2",
+            "criterion must be a function, got 2",
         ),
         (
             lambda m: resample(m, rng=np.random.default_rng(0), criterion=lambda _: np.nan),
@@ -632,7 +632,7 @@ def test_what_is_wrong_is_said(call, message):
     maps = add_landmarks(ParticleMaps.start(np.zeros(3), 2), look, MOUNT)
     with (
         unchecked(),
-        pytest.raises(ValueError if "Callable" not in message else TypeError, match=message),
+        pytest.raises(ValueError if "a function" not in message else TypeError, match=message),
     ):
         call(maps)
 

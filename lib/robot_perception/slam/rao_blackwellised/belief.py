@@ -76,7 +76,7 @@ class ParticleMaps:
             particles,
             ids,
             {name: slot for slot, name in enumerate(ids.tolist())},
-            np.tile(np.arange(len(poses), dtype=np.int32), (ids.size, 1)),
+            np.tile(numbers(len(poses)), (ids.size, 1)),
             tuple(rows[:, n].copy() for n in range(ids.size)),
             np.full(ids.size, len(poses)),
         )
@@ -91,7 +91,7 @@ class ParticleMaps:
             raise ValueError(
                 f"count must be of particles that fit in memory, got {count}"
             ) from None
-        ids, table = np.empty(0, dtype=np.int64), np.empty((0, count), dtype=np.int32)
+        ids, table = np.empty(0, dtype=np.int64), np.empty((0, count), dtype=numbers(count).dtype)
         return _made(ParticleSet.uniform(poses), ids, {}, table, (), ids)
 
     def __len__(self) -> int:
@@ -155,6 +155,11 @@ class ParticleMaps:
         return np.where(self.known[..., None], rows, np.nan)
 
 
+def numbers(count: int) -> np.ndarray:
+    """Return the numbers of so many rows, in as few bytes as can be."""
+    return np.arange(count, dtype=np.int16 if count <= 2**15 else np.int32)
+
+
 def gathered(maps: ParticleMaps, slots: Sequence[int]) -> np.ndarray:
     """Return copies of landmarks of all particles, (k, M, 9); any row where one is not known."""
     rows = np.empty((len(slots), len(maps), kernels.ROW))
@@ -175,8 +180,7 @@ def rewritten(
 ) -> ParticleMaps:
     """Return the maps with landmarks of all particles, (k, M, 9), in place of old ones."""
     table, blocks, sizes = maps.table.copy(), list(maps.blocks), maps.sizes.copy()
-    sizes[slots] = len(maps)
-    table[slots] = np.where(table[slots] < 0, -1, np.arange(len(maps)))
+    kernels.renumber(table, sizes, np.array(slots, dtype=np.int64))
     for slot, block in zip(slots, rows, strict=True):
         blocks[slot] = block.copy()  # by itself: a view would keep its neighbours alive
     particles = trusted(maps.poses, log_weights)
@@ -187,12 +191,13 @@ def extended(
     maps: ParticleMaps, ids: Sequence[int], rows: np.ndarray, where: np.ndarray
 ) -> ParticleMaps:
     """Return the maps with new landmarks (k, M, 9), for the particles ``where`` (k, M)."""
-    own = np.arange(len(maps), dtype=np.int32)
     return _made(
         maps.particles,
         np.concatenate([maps.ids, np.asarray(ids, dtype=np.int64)]),
         {**maps.slots, **{name: maps.ids.size + i for i, name in enumerate(ids)}},
-        np.concatenate([maps.table, np.where(where, own, np.int32(-1))]),
+        np.concatenate(
+            [maps.table, np.where(where, numbers(len(maps)), maps.table.dtype.type(-1))]
+        ),
         maps.blocks + tuple(block.copy() for block in rows),
         np.concatenate([maps.sizes, np.full(len(ids), len(maps))]),
     )
@@ -201,12 +206,12 @@ def extended(
 def descended(maps: ParticleMaps, ancestors: np.ndarray) -> ParticleMaps:
     """Return the maps of particles drawn anew, of equal weights: each has the rows of its ancestor.
 
-    A block is shortened when less than half of its rows have a holder left.
+    A block is shortened when less than a quarter of its rows have a holder left.
     """
     table, blocks = np.empty_like(maps.table), list(maps.blocks)
     counts, sizes = np.empty_like(maps.sizes), maps.sizes.copy()
     kernels.inherited(maps.table, ancestors, sizes, table, counts)
-    for slot in np.flatnonzero(2 * counts < sizes).tolist():
+    for slot in np.flatnonzero(4 * counts < sizes).tolist():
         kept = np.empty((counts[slot], kernels.ROW))
         kernels.shorten(blocks[slot], table[slot], kept)
         blocks[slot], sizes[slot] = kept, len(kept)

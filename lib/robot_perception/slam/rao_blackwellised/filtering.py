@@ -266,8 +266,9 @@ def resample(
     count = len(checks.instance("maps", maps, ParticleMaps))
     checks.generator("rng", rng)
     checks.share("share", share)
-    checks.instance("criterion", criterion, Callable)
-    checks.instance("scheme", scheme, Callable)
+    for name, function in (("criterion", criterion), ("scheme", scheme)):
+        if not callable(function):
+            raise TypeError(f"{name} must be a function, got {checks.shown(function)}")
     effective = checks.number("criterion", criterion(maps.particles.log_weights), finite=False)
     if effective >= share * count:
         return maps, StepInfo(effective, False, np.arange(count), 0.0)

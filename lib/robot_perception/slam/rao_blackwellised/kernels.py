@@ -287,6 +287,17 @@ def fetch(block, rows, out):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
+def renumber(table, sizes, slots):  # pragma: no cover - compiled
+    """Note in place that each particle has a row of its own of some landmarks, if it has them."""
+    for slot in slots:
+        sizes[slot] = table.shape[1]
+        for m in range(table.shape[1]):
+            if table[slot, m] >= 0:
+                table[slot, m] = m
+
+
+@njit(cache=True)
+@no_type_check
 def inherited(table, ancestors, sizes, out, counts):  # pragma: no cover - compiled
     """Fill in which rows descendants hold, and how many different ones of each landmark."""
     stamps = np.full(table.shape[1], -1)  # a block has at most M rows
