@@ -11,7 +11,7 @@ from pathlib import Path
 from playwright.sync_api import Page, sync_playwright
 
 from tests.benchmarks.harness import Timing
-from tests.site import pictures
+from tests.site import extra
 from tests.site.browser import launch
 from tests.site.lab import jupyterlab
 
@@ -67,7 +67,7 @@ def rows() -> list[Timing]:
     site = Path(os.environ.get("ROBOT_PERCEPTION_SITE", ROOT / "build/_build/html")).resolve()
     built = {chapter: site / f"{chapter.stem}.html" for chapter in chapters}
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        built[pictures.NOTEBOOK] = pictures.build(Path(folder))
+        built[extra.HERE / "pictures.ipynb"] = extra.build("pictures", Path(folder))
         browser = launch(playwright)
         if browser is None:
             return []

@@ -55,8 +55,8 @@ def test_two_bets_are_two_groups_and_the_same_bet_is_the_same_group():
 def test_text_is_escaped_and_mathematics_is_handed_to_mathjax():
     assert "<seen>" not in html()
     assert "<never>" not in html()
-    assert r"How much of \(P_0\) is left?" in html()
-    assert r"</b> \(P_0 / 2\)</label>" in html()
+    assert r'How much of <span class="math">\(P_0\)</span> is left?' in html()
+    assert r'</b> <span class="math">\(P_0 / 2\)</span></label>' in html()
 
 
 def test_a_notebook_has_the_style_and_no_second_answer(monkeypatch):

@@ -149,7 +149,7 @@ def test_texts_cannot_leave_their_place():
     assert keys(text)[0][1] == alt
     spec = json.loads(re.search(r'class="rp-spec">(.*?)</script>', text, re.S)[1])
     assert spec == {"count": 12, "duration": 100, "width": 64, "height": 48, "alt": alt}
-    assert "With \\(x &lt; 1\\)</figcaption>" in text
+    assert r'With <span class="math">\(x &lt; 1\)</span></figcaption>' in text
 
 
 @pytest.mark.parametrize(
