@@ -92,12 +92,12 @@ def nearest_neighbours(
     limit = checks.number("limit", limit, finite=False)
     if not (distances >= 0).all():
         raise ValueError(f"distances must not be negative, got {distances.min()}")
-    return _greedy(np.ascontiguousarray(distances), limit)
+    return greedy(np.ascontiguousarray(distances), limit)
 
 
 @njit(cache=True)
 @no_type_check
-def _greedy(distances, limit):  # pragma: no cover - compiled
+def greedy(distances, limit):  # pragma: no cover - compiled
     m, n = distances.shape
     assignment = np.full(m, -1)
     taken = np.zeros(n, dtype=np.bool_)

@@ -3,11 +3,13 @@
 import numpy as np
 import sympy
 
-from robot_perception.beliefs import Gaussian
+from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.observations import Observations
-from robot_perception.slam import monobot, observability, planar
+from robot_perception.particles import effective_number, systematic
+from robot_perception.slam import monobot, observability, planar, rao_blackwellised
 from robot_perception.slam.observability import symbolic
 from robot_perception.slam.planar import textbook
+from robot_perception.slam.rao_blackwellised import textbook as one_by_one
 from robot_perception.streams import Held
 from tests.hostile.calls import observations
 from tests.hostile.sweep import call
@@ -39,6 +41,27 @@ SENSORS = (observability.Landmarks(), observability.Anchor(8.0, 9.0))
 ANALYSIS = observability.analyse(np.eye(2, 3))
 X, SYMBOLIC = symbolic.state(1), (observability.Position(), observability.Heading())
 
+MOUNT = rao_blackwellised.forward_mount(1.0)
+PARTICLES = ParticleSet.uniform(np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.0]]))
+PLACES, SPREADS = np.full((2, 1, 3), 2.0), np.tile(0.1 * Q, (2, 1, 1, 1))
+MAPS = rao_blackwellised.ParticleMaps(PARTICLES, np.array([4]), PLACES, SPREADS)
+POINT, OTHER = (
+    Observations(np.array([name]), np.array([[-2.0, -1.0, 2.0]]), 0.1 * Q[None]) for name in (4, 5)
+)
+PARTICLE = one_by_one.Particle(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)})
+
+
+def drawing(**more):
+    """Return arguments of functions that draw particles anew."""
+    scheme = {"share": 1.0, "criterion": effective_number, "scheme": systematic}
+    return {"rng": np.random.default_rng(0), **scheme, **more}
+
+
+def gated(**more):
+    """Return arguments of association."""
+    return {"costs": np.ones((1, 1)), "limit": 2.0, "level": 0.9, **more}
+
+
 RESULTS = {
     monobot.MonobotRun,
     monobot.Settled,
@@ -47,6 +70,7 @@ RESULTS = {
     planar.History,
     planar.Innovation,
     planar.Optimum,
+    rao_blackwellised.Weighing,
     symbolic.Reading,
 }
 OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
@@ -115,6 +139,31 @@ CALLS = {
     textbook.update: lambda: call(BELIEF, SEEN, RANGES, ANCHORS, STATE),
     textbook.correct: lambda: call(BELIEF, planar.PositionFix(np.ones(2), EYE)),
     textbook.add_landmarks: lambda: call(BELIEF, NEW, POINTS, POSE),
+    rao_blackwellised.ParticleMaps: lambda: call(PARTICLES, np.array([4]), PLACES, SPREADS),
+    rao_blackwellised.ParticleMaps.start: lambda: call(POSE, 2),
+    rao_blackwellised.ParticleMaps.landmarks: lambda: call(MAPS, 1),
+    rao_blackwellised.forward_mount: lambda: call(1.0, 0.2, 0.1),
+    rao_blackwellised.predict: lambda: call(MAPS, MOTION, rng=np.random.default_rng(0)),
+    rao_blackwellised.update: lambda: call(
+        MAPS, POINT, MOUNT, np.array([[4], [-1]]), unmatched_density=0.5
+    ),
+    rao_blackwellised.add_landmarks: lambda: call(MAPS, OTHER, MOUNT, np.ones((2, 1), dtype=bool)),
+    rao_blackwellised.resample: lambda: call(MAPS, **drawing()),
+    rao_blackwellised.step: lambda: call(MAPS, MOTION, POINT, MOUNT, **drawing()),
+    rao_blackwellised.printed_number: lambda: call(np.zeros(2)),
+    rao_blackwellised.lineage: lambda: call([np.array([0, 0]), np.array([1, 0])]),
+    rao_blackwellised.associate_shared: lambda: call(
+        MAPS, POINT.anonymous(), MOUNT, **gated(by="best")
+    ),
+    rao_blackwellised.associate_each: lambda: call(MAPS, POINT.anonymous(), MOUNT, **gated()),
+    one_by_one.Particle: lambda: call(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)}, -1.0),
+    one_by_one.camera_pose: lambda: call(POSE, MOUNT),
+    one_by_one.predict: lambda: call(PARTICLE, MOTION, rng=np.random.default_rng(0)),
+    one_by_one.update: lambda: call(PARTICLE, POINT, MOUNT),
+    one_by_one.add_landmarks: lambda: call(PARTICLE, OTHER, MOUNT),
+    one_by_one.resample: lambda: call(
+        [PARTICLE, PARTICLE], rng=np.random.default_rng(0), share=0.5
+    ),
     observability.Anchor: lambda: call(8.0, 9.0, POINTS),
     observability.Landmarks: lambda: call(RANGES),
     observability.Position: call,

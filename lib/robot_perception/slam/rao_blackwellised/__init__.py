@@ -1,0 +1,30 @@
+"""Rao-Blackwellised particle filter SLAM: a map of points in space for each of many paths."""
+
+from robot_perception.slam.rao_blackwellised.association import associate_each, associate_shared
+from robot_perception.slam.rao_blackwellised.belief import ParticleMaps
+from robot_perception.slam.rao_blackwellised.filtering import (
+    Weighing,
+    add_landmarks,
+    forward_mount,
+    lineage,
+    predict,
+    printed_number,
+    resample,
+    step,
+    update,
+)
+
+__all__ = [
+    "ParticleMaps",
+    "Weighing",
+    "add_landmarks",
+    "associate_each",
+    "associate_shared",
+    "forward_mount",
+    "lineage",
+    "predict",
+    "printed_number",
+    "resample",
+    "step",
+    "update",
+]
