@@ -1,5 +1,6 @@
 """One drive through the filter of the paper: stable tracks in, path, map and accounts out."""
 
+import itertools
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -9,7 +10,6 @@ from jaxtyping import Bool, Float, Int
 
 from data_synth import wheels
 from data_synth.textured_building import SLIP
-from robot_perception.chapters.visual_slam import frontend
 from robot_perception.chapters.visual_slam.frontend import RIG, Seen
 from robot_perception.geometry import compose
 from robot_perception.landmarks import DescriptorClasses, Euclidean
@@ -20,7 +20,7 @@ from robot_perception.slam.planar import Odometry
 
 SAME = 0.3
 """A match is wrong where the point lies farther than that from what the landmark was made of, m."""
-AGAIN = 0.1
+AGAIN = 0.05
 """A landmark is in the map again where another one of the same surface is nearer than that, m."""
 
 
@@ -164,6 +164,7 @@ class Stable:
     means: np.ndarray
 
 
+@cache
 def stable_points(seen: Seen, stable: int) -> Stable:
     """Return the points of tracks that have been followed for more than so many frames."""
     order = np.lexsort((seen.frames, seen.tracks))
@@ -177,14 +178,13 @@ def stable_points(seen: Seen, stable: int) -> Stable:
     means /= np.minimum(lengths, stable + 1)[:, None]
     old = np.flatnonzero(age > stable)
     ends = np.searchsorted(seen.frames[old], np.arange(len(seen.poses) + 1))
-    rows = tuple(old[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True))
+    rows = tuple(old[a:b] for a, b in itertools.pairwise(ends))
     return Stable(rows, tuple(age[r] == stable + 1 for r in rows), means)
 
 
-stable_points = cache(stable_points)
-
-
-def run(seen: Seen, options: Options, report: wheels.Odometry, *, rng: np.random.Generator) -> Drive:
+def run(
+    seen: Seen, options: Options, report: wheels.Odometry, *, rng: np.random.Generator
+) -> Drive:
     """Run the filter over a drive."""
     mount = RIG.T_robot_camera
     stable = stable_points(seen, options.stable)
@@ -194,7 +194,6 @@ def run(seen: Seen, options: Options, report: wheels.Odometry, *, rng: np.random
     names: dict[int, int] = {}  # of tracks
     founders: list[int] = []  # rows of the points that landmarks were made of
     classes = None
-    told: dict[int, int] = {}
     poses, ancestors, effective, drawn, observed = [], [], [], [], []
     matched = wrong = twice = 0
     for k, (rows, first) in enumerate(zip(stable.rows, stable.first, strict=True)):

@@ -2,7 +2,7 @@
 
 The drive is rendered once. Features of both pictures are matched along rows and triangulated, and
 followed from frame to frame; the renderer says which place of the world each of them shows. The
-result is kept in the reader's cache.
+result is kept on the reader's computer.
 """
 
 from collections.abc import Iterator
@@ -13,13 +13,14 @@ from itertools import islice
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
+import data_synth
 from data_synth import stereo, wheels
 from data_synth.textured_building import SLIP, TexturedBuilding, drive, make_textured_building
-from robot_perception import landmarks
+from robot_perception import cameras, landmarks
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.geometry import se3
 from robot_perception.landmarks import StereoRules, TrackRules
-from robot_perception.teaching.caches import cached
+from robot_perception.teaching.kept import kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +94,7 @@ def world(seed: int, poses: int) -> tuple[TexturedBuilding, Float[np.ndarray, "p
 
 
 RIG = stereo.Rig()
-CAMERAS = StereoRig(
-    Pinhole((RIG.focal_px, RIG.focal_px), RIG.centre_px, RIG.size), RIG.baseline
-)
+CAMERAS = StereoRig(Pinhole((RIG.focal_px, RIG.focal_px), RIG.centre_px, RIG.size), RIG.baseline)
 """The two eyes as the library models them."""
 
 
@@ -108,12 +107,12 @@ def pictures(config: Config) -> Iterator[stereo.StereoFrame]:
 
 @cache
 def seen(config: Config = PAPER) -> Seen:
-    """Return what was seen on the drive, from the cache if it stands there."""
-    code = "data_synth", "robot_perception.landmarks", "robot_perception.cameras", __name__
-    return cached(lambda: _look(config), Seen, config, code=code)
+    """Return what was seen on the drive, kept on this computer."""
+    return kept(record, Seen, config, code=(data_synth, landmarks, cameras))
 
 
-def _look(config: Config) -> Seen:
+def record(config: Config) -> Seen:
+    """Render the drive, find and follow what both eyes see, and ask the renderer what it is."""
     building, path = world(config.seed, config.poses)
     rules = StereoRules(config.rows, config.threshold)
     follow = TrackRules(config.window, config.threshold)
@@ -151,7 +150,9 @@ def _look(config: Config) -> Seen:
                 shown.carriers,
             )
         )
-    return Seen(path[: config.frames], *(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return Seen(
+        path[: config.frames], *(np.concatenate(column) for column in zip(*parts, strict=True))
+    )
 
 
 def _streams(seed: int) -> list[np.random.Generator]:
