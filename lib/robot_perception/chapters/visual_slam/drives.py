@@ -62,6 +62,9 @@ class Options:
     each: int = 1
 
 
+TEN = Options()
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Drive:
     """What came of one drive.
@@ -82,18 +85,16 @@ class Drive:
         Effective number before particles are drawn.
     drawn : (frames,)
         Whether they were drawn anew.
-    best
-        The particle with the largest weight at the end.
-    ids, means, covs
-        Its map: track that each landmark was made of, its place (m) and covariance (m²).
-    places : (n, 3)
-        What the landmarks were made of, in the world, m.
+    maps
+        The belief at the end.
+    rows, names
+        Each point that went into the filter, and the landmark that it was taken for.
+    places, carriers, made
+        What the landmarks were made of: place in the world (m), surface, and the frame.
     matched, wrong
         Tracks that were recognised, and how many of them as something else.
     twice
         Landmarks that were in the map already.
-    seconds
-        Time of the filter.
     observed : (frames,)
         Observations that went into the filter.
     """
@@ -105,16 +106,26 @@ class Drive:
     ancestors: Int[np.ndarray, "frames M"]
     effective: Float[np.ndarray, "frames"]
     drawn: Bool[np.ndarray, "frames"]
-    best: int
-    ids: Int[np.ndarray, "n"]
-    means: Float[np.ndarray, "n 3"]
-    covs: Float[np.ndarray, "n 3 3"]
+    maps: rb.ParticleMaps
+    rows: Int[np.ndarray, "points"]
+    names: Int[np.ndarray, "points"]
     places: Float[np.ndarray, "n 3"]
     carriers: Int[np.ndarray, "n"]
+    made: Int[np.ndarray, "n"]
     matched: int
     wrong: int
     twice: int
     observed: Int[np.ndarray, "frames"]
+
+    @property
+    def best(self) -> int:
+        """The particle with the largest weight at the end."""
+        return self.maps.best
+
+    @property
+    def means(self) -> Float[np.ndarray, "n 3"]:
+        """The landmarks of the best particle, m."""
+        return self.maps.landmarks(self.best)[1].mean
 
     @property
     def lineage(self) -> Int[np.ndarray, "frames M"]:
@@ -194,6 +205,7 @@ def run(
     names: dict[int, int] = {}  # of tracks
     founders: list[int] = []  # rows of the points that landmarks were made of
     classes = None
+    used: list[tuple[np.ndarray, np.ndarray]] = []
     poses, ancestors, effective, drawn, observed = [], [], [], [], []
     matched = wrong = twice = 0
     for k, (rows, first) in enumerate(zip(stable.rows, stable.first, strict=True)):
@@ -252,13 +264,13 @@ def run(
             classes = fresh if classes is None else classes.with_others(fresh)
             names |= zip(tracks[new].tolist(), ids.tolist(), strict=True)
             founders += rows[new].tolist()
+            found[new] = ids
+        used.append((rows[found >= 0], found[found >= 0]))
         poses.append(maps.poses)
         ancestors.append(ancestor)
         effective.append(number)
         drawn.append(info_drawn)
         observed.append(int(known.sum()))
-    best = maps.best
-    ids, places = maps.landmarks(best)
     return Drive(
         options,
         seen,
@@ -267,12 +279,11 @@ def run(
         np.array(ancestors),
         np.array(effective),
         np.array(drawn),
-        best,
-        ids,
-        places.mean,
-        places.cov,
+        maps,
+        *(np.concatenate(column) for column in zip(*used, strict=True)),
         seen.places[founders],
         seen.carriers[founders],
+        seen.frames[founders],
         matched,
         wrong,
         twice,
