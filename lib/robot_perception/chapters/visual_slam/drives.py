@@ -42,6 +42,9 @@ class Options:
         Largest distance of mean descriptors of one landmark, whose length is 512; ours.
     level
         Probability that a right match passes the gate in space; ours.
+    reach
+        Standard deviation that the gate adds to what the particles say of a coordinate, m; ours.
+        Particles that descend from one know nothing of the error that they share.
     names
         Whether landmarks are recognised by descriptor and place (``"found"``), or told by the
         renderer (``"told"``).
@@ -55,8 +58,9 @@ class Options:
     stable: int = 5
     share: float = 0.5
     criterion: Literal["effective", "printed"] = "effective"
-    limit: float = 200.0
+    limit: float = 150.0
     level: float = 0.999
+    reach: float = 0.3
     names: Literal["found", "told"] = "found"
     believed: float = 1.0
     each: int = 1
@@ -235,8 +239,9 @@ def run(
             for i in np.flatnonzero(~first):
                 if tracks[i] in names:
                     costs[i, names[tracks[i]]] = 0.0
+            wide = Observations(look.ids, look.values, look.covs + options.reach**2 * np.eye(3))
             found = rb.associate_shared(
-                maps, look, mount, costs=costs, limit=options.limit, level=options.level
+                maps, wide, mount, costs=costs, limit=options.limit, level=options.level
             )
         for i in np.flatnonzero(first & (found >= 0)):
             names[tracks[i]] = int(found[i])

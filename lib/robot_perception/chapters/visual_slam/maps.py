@@ -30,8 +30,8 @@ SHARE_RIGHT = 0.95
 MARGIN = 0.5
 """How far beyond its floor a landmark still lies in a room, and how far apart two pictures of a
 place may be before the room counts as drawn twice, m: half a doorway; ours."""
-PASSES = 60
-"""Landmarks that were made of one place so many frames apart belong to two passes; ours."""
+LEAST = 5
+"""Frames of a visit of a room; the robot may cut a corner of one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +59,8 @@ class Topology:
     ordered
         Whether the path passes the rooms in the order in which the robot did.
     apart
-        Median distance of two landmarks made of one place in different passes, m, in the room where
-        it is largest.
+        How far two visits of one room lie apart in the map, m, in the room where that is most: the
+        distance between the mean errors of the path.
     """
 
     inside: float
@@ -98,23 +98,28 @@ def topology(drive: Drive, film: frontend.Config) -> Topology:
     of = _room_of(drive.places, floors)
     low, high = floors[of, 0] - MARGIN, floors[of, 1] + MARGIN
     inside = ((map_ >= low) & (map_ <= high)).all(axis=1)
-    orders = [_order(_room_of(way, floors)) for way in (path, truth[:, :2])]
-    apart = [0.0]
-    for room in range(len(floors)):
-        mine = np.flatnonzero(of == room)
-        near = np.linalg.norm(drive.places[mine, None] - drive.places[mine], axis=-1)
-        late = np.abs(drive.made[mine, None] - drive.made[mine]) > PASSES
-        same = drive.carriers[mine, None] == drive.carriers[mine]
-        first, second = np.nonzero(np.triu((near < drives.AGAIN) & late & same, 1))
-        if len(first) >= 5:
-            gaps = map_[mine[first]] - map_[mine[second]]
-            apart.append(float(np.median(np.hypot(*gaps.T))))
-    return Topology(float(inside.mean()), orders[0] == orders[1], max(apart))
+    return Topology(
+        float(inside.mean()),
+        _order(_room_of(path, floors)) == _order(_room_of(truth, floors)),
+        _apart(path - truth[:, :2], _room_of(truth, floors)),
+    )
 
 
 def _order(rooms: np.ndarray) -> list[int]:
     """Return the rooms of a path without repetitions."""
     return rooms[np.flatnonzero(np.diff(rooms, prepend=-1))].tolist()
+
+
+def _apart(errors: np.ndarray, rooms: np.ndarray) -> float:
+    """Return how far two visits of one room lie apart in the map, where that is most."""
+    visits = np.cumsum(np.diff(rooms, prepend=-1) != 0)
+    means: dict[int, list[np.ndarray]] = {}
+    for visit in range(1, visits[-1] + 1):
+        inside = visits == visit
+        if inside.sum() >= LEAST:
+            means.setdefault(int(rooms[inside][0]), []).append(errors[inside].mean(axis=0))
+    gaps = [np.hypot(*(a - b)) for room in means.values() for a in room for b in room]
+    return float(max(gaps))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -320,7 +325,7 @@ def _evidence(found: Mapping[int, Account]) -> dict[str, Interval]:
     accepted=Accepted(
         0.5, 1.0, "a map is right more often than not; the paper shows one", "our choice"
     ),
-    seed=31,
+    seed=41,
 )
 def map_10(size: Size, rng: np.random.Generator) -> Finding:
     """Count the maps that are topologically right."""
@@ -364,7 +369,7 @@ MANY = 400
     accepted=Accepted(
         0.0, 1.5, "fifty leave at most half as much error again as four hundred", "our choice"
     ),
-    seed=32,
+    seed=42,
 )
 def map_50(size: Size, rng: np.random.Generator) -> Finding:
     """Compare the errors with 50 and with 400 particles on the same drives."""

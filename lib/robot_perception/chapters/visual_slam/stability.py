@@ -75,7 +75,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     paper_value="about 1500, against about 100 000 of Sim et al. (2005)",
     method="The rendered drive with ten particles: landmarks with the rule over those without.",
     accepted=Accepted(0.0, 0.5, "at most half as many", "our choice"),
-    seed=35,
+    seed=45,
 )
 def stable_landmarks(size: Size, rng: np.random.Generator) -> Finding:
     """Count the landmarks with and without the rule."""
