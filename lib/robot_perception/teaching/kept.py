@@ -1,8 +1,8 @@
 """Results that take longer than a page may: computed once, kept on this computer.
 
-What is kept lies in the folder of downloads, below ``computed``, and may be deleted at any time. Its
-name is a hash of all it depends on: the code, the libraries and the arguments. So a stale result is
-never read, and nothing of it is ever committed.
+What is kept lies in the folder of downloads, below ``computed``, and may be deleted at any time.
+Its name is a hash of all it depends on: the code, the libraries and the arguments. So a stale
+result is never read, and nothing of it is ever committed.
 """
 
 import hashlib

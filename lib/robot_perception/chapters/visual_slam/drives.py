@@ -48,10 +48,8 @@ class Options:
     names
         Whether landmarks are recognised by descriptor and place (``"found"``), or told by the
         renderer (``"told"``).
-    believed
-        What the standard deviation of the wheels is multiplied by in the filter; ours.
-    each
-        An observation of each stable track in every so many frames; ours.
+    noise
+        What the standard deviation of the points is multiplied by in the filter; ours.
     """
 
     particles: int = 10
@@ -62,8 +60,7 @@ class Options:
     level: float = 0.999
     reach: float = 0.3
     names: Literal["found", "told"] = "found"
-    believed: float = 1.0
-    each: int = 1
+    noise: float = 1.0
 
 
 TEN = Options()
@@ -216,13 +213,13 @@ def run(
         if k:
             motion = Odometry(
                 report.increments[k - 1],
-                np.diag((options.believed * report.deviations[k - 1]) ** 2),
+                np.diag(report.deviations[k - 1] ** 2),
             )
             maps = rb.predict(maps, motion, rng=rng)
-        take = first | (k % options.each == 0)
-        rows, first = rows[take], first[take]
         tracks = seen.tracks[rows]
-        look = Observations(np.full(len(rows), -1), seen.points[rows], seen.covs[rows])
+        look = Observations(
+            np.full(len(rows), -1), seen.points[rows], options.noise**2 * seen.covs[rows]
+        )
         found = np.full(len(rows), -1)
         if founders and len(rows):
             costs = np.full((len(rows), len(founders)), np.inf)

@@ -1,6 +1,6 @@
 """Eq. (2): given the path, the landmarks are independent, and each map is the exact one."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -80,7 +80,9 @@ def exact_map(
     seen, rows = drive.seen, drive.rows
     T = se3.compose(se3.from_se2(path), frontend.RIG.T_robot_camera)[seen.frames[rows]]
     points = (T[:, :3, :3] @ seen.points[rows][..., None])[..., 0] + T[:, :3, 3]
-    weights = np.linalg.inv(T[:, :3, :3] @ seen.covs[rows] @ T[:, :3, :3].mT)
+    weights = np.linalg.inv(
+        T[:, :3, :3] @ (drive.options.noise**2 * seen.covs[rows]) @ T[:, :3, :3].mT
+    )
     information = np.zeros((len(drive.places), 3, 3))
     vector = np.zeros((len(drive.places), 3))
     np.add.at(information, drive.names, weights)
@@ -116,9 +118,9 @@ def factorisation(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@factorisation.sabotage("the path of another particle")
+@factorisation.sabotage("the path of another particle, none drawn anew")
 def another_path(size: Size, rng: np.random.Generator) -> Finding:
-    """Give each particle the path of its neighbour."""
-    drive = _driven(Config(), rng)
+    """Give each particle the path of its neighbour; drawn anew, all would share one path."""
+    drive = _driven(Config(options=replace(drives.TEN, share=0.0)), rng)
     result = _deviations(drive, np.roll(drive.lineage, 1, axis=1))
     return Finding(exact(float(result.means.max()), "σ"))

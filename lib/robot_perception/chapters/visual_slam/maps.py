@@ -330,7 +330,7 @@ def _evidence(found: Mapping[int, Account]) -> dict[str, Interval]:
 def map_10(size: Size, rng: np.random.Generator) -> Finding:
     """Count the maps that are topologically right."""
     full = size is Size.FULL
-    config = Config() if full else Config((10,), 6)
+    config = Config((1, 10, 50, 100) if full else (10,), 30)
     result = run(config, rng=rng)
     ten = result.drives[10]
     return Finding(
@@ -349,7 +349,7 @@ def map_10(size: Size, rng: np.random.Generator) -> Finding:
 @map_10.sabotage("a filter that recognises nothing")
 def blind(size: Size, rng: np.random.Generator) -> Finding:
     """Let no track be taken for a landmark of the map, so that no loop closes."""
-    options = Options(10, limit=0.0, believed=1.0)
+    options = replace(OPTIONS, limit=0.0)
     found = compare({"blind": options}, frontend.PAPER, 6, rng=rng)["blind"]
     return Finding(proportion(int(found.right.sum()), found.right.size))
 

@@ -15,22 +15,23 @@ from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
+RARE = 10.0
+"""Factor of the points' uncertainty at which draws are spared; ours."""
 RULES = {"below M/2": 0.5, "always": 1.0, "never": 0.0}
 """Share of M below which particles are drawn anew; the paper's is the first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Rules of resampling on the drive; paper: M/2. The other rules and ``each`` are ours.
+    """Rules of resampling on the drive; paper: M/2. The other rules and ``noise`` are ours.
 
-    With observations of a stable track in every ``each``-th frame only, weights become unequal more
-    slowly.
+    A filter that believes the points ``noise`` times as uncertain as the pixels make them learns
+    less from each frame, and its weights become unequal more slowly.
     """
 
     particles: tuple[int, ...] = (10, 50)
     seeds: int = 10
-    each: int = 1
-    believed: float = 1.0
+    noise: float = 1.0
     film: frontend.Config = frontend.PAPER
 
 
@@ -70,7 +71,7 @@ class Result:
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Drive with every rule and number of particles, on the same wheels."""
     keys = {f"{r}|{m}": (r, m) for m in config.particles for r in RULES}
-    options = replace(OPTIONS, each=config.each, believed=config.believed)
+    options = replace(OPTIONS, noise=config.noise)
     variants: dict[str, Options] = {
         name: replace(options, particles=count, share=RULES[rule])
         for name, (rule, count) in keys.items()
@@ -84,39 +85,49 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     paper=PAPER,
     place="§3.3, text after eq. 7",
     basis="substitute",
-    statement="Particles that are drawn anew only where the effective number is below M/2 achieve "
-    "good results with fewer particles.",
+    statement="To draw particles anew only where the effective number is below M/2 reduces the "
+    "number of particles that good results need.",
     paper_value="“the number of particles needed to achieve good results is reduced”",
-    method="The rendered drive with ten particles, drawn anew below M/2 and after every "
-    "observation: ratio of the errors of the path, on the same wheels.",
+    method="The rendered drive with ten particles: share of the frames with an observation after "
+    "which the rule spares the draw. Where it spares none, it is the same as to draw always, and "
+    "can reduce nothing.",
     accepted=Accepted(
-        0.0, 0.9, "as many particles leave at least a tenth less error", "our choice"
+        0.1, 1.0, "the rule differs from drawing always in one frame of ten", "our choice"
     ),
     seed=44,
 )
 def neff_resampling(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare the paper's rule with drawing always and never."""
+    """Count the draws that the paper's rule spares, and compare errors with other rules."""
     full = size is Size.FULL
-    often = run(Config(seeds=20) if full else Config((10,), 6), rng=rng)
-    drawn = often.drives["below M/2", 10].drawn
+    ours, other = rng.spawn(2)
+    result = run(Config(seeds=20) if full else Config((10,), 5), rng=ours)
+    rare = run(Config((10,), 20 if full else 5, noise=RARE), rng=other)
+    ten = result.drives["below M/2", 10]
     return Finding(
-        often.ratio(10),
+        bootstrap_mean(1 - ten.drawn),
         {
-            f"ATE, below M/2 over {rule}, M = {count}": often.ratio(count, rule)
-            for count in often.config.particles
+            f"ATE, below M/2 over {rule}, M = {count}": result.ratio(count, rule)
+            for count in result.config.particles
             for rule in ("always", "never")
         }
-        | {"share of the frames in which the effective number is below M/2": bootstrap_mean(drawn)},
-        {"rules": often.table()},
-        note=f"The effective number is below M/2 after {drawn.mean():.0%} of the frames in which a "
-        "landmark of the map is seen, so that the rule hardly ever spares a draw.",
+        | {
+            "effective number as a share of M": bootstrap_mean(ten.effective),
+            f"spared where points count {RARE:g} times as uncertain": bootstrap_mean(
+                1 - rare.drives["below M/2", 10].drawn
+            ),
+            "ATE there, below M/2 over always": rare.ratio(10),
+        },
+        {"rules": result.table(), "rules, points uncertain": rare.table()},
+        note=f"The effective number is below M/2 after {ten.drawn.mean():.1%} of the frames: a "
+        "dozen points, each good to centimetres, tell almost all particles off.",
     )
 
 
-@neff_resampling.sabotage("drawing never in place of always, as what the rule is compared with")
-def against_never(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare the paper's rule with no resampling at all, which it does improve on."""
-    return Finding(run(Config((10,), 6), rng=rng).ratio(10, "never"))
+@neff_resampling.sabotage("points that count as thirty times as uncertain as they are")
+def doubtful_points(size: Size, rng: np.random.Generator) -> Finding:
+    """Let each frame tell so little that weights stay alike for some frames."""
+    result = run(Config((10,), 5, noise=30.0), rng=rng)
+    return Finding(bootstrap_mean(1 - result.drives["below M/2", 10].drawn))
 
 
 # The printed number ------------------------------------------------------------------------------
