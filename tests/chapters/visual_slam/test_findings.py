@@ -66,7 +66,7 @@ def test_heights_are_right_with_any_number_and_places_are_not():
 
 
 def test_axes_stay():
-    fig, ax = figure()
+    _, ax = figure()
     seen = set()
     for count in explorers.COUNTS:
         draw.built(ax, explorers.driven(count))

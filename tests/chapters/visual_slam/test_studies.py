@@ -111,7 +111,7 @@ def test_exact_maps_are_not_those_of_another_path():
     drive = explorers.driven(10)
     exact, cov = factorisation.exact_map(drive, drive.path)
     assert exact == pytest.approx(drive.means, abs=1e-8)
-    moved, _ = factorisation.exact_map(drive, drive.path + [0.1, 0.0, 0.0])
+    moved, _ = factorisation.exact_map(drive, drive.path + np.array([0.1, 0, 0]))
     assert moved - exact == pytest.approx(np.tile([0.1, 0, 0], (len(exact), 1)), abs=1e-8)
     assert (np.linalg.eigvalsh(cov) > 0).all()
 

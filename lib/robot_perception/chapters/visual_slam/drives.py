@@ -131,7 +131,7 @@ class Drive:
     @property
     def lineage(self) -> Int[np.ndarray, "frames M"]:
         """From which particle of each time each particle of the end comes."""
-        return rb.lineage(self.ancestors)
+        return rb.lineage(list(self.ancestors))
 
     @property
     def path(self) -> Float[np.ndarray, "frames 3"]:
@@ -246,7 +246,8 @@ def run(
             far = np.linalg.norm(seen.places[rows[i]] - seen.places[founders[found[i]]])
             wrong += bool(far > SAME)
         known = found >= 0
-        info_drawn, ancestor, number = False, np.arange(count), float(count)
+        info_drawn, ancestor = False, np.arange(count)
+        number = effective_number(maps.particles.log_weights)
         if known.any():
             maps, _ = rb.update(maps, look.named(found)[known], mount)
             number = effective_number(maps.particles.log_weights)
