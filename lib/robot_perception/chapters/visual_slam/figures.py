@@ -8,6 +8,7 @@ from robot_perception.chapters.visual_slam import explorers, frontend
 from robot_perception.chapters.visual_slam.drives import Drive
 from robot_perception.chapters.visual_slam.frontend import Seen
 from robot_perception.chapters.visual_slam.maps import Result
+from robot_perception.chapters.visual_slam.recordings import Followed
 from robot_perception.evaluation.trajectories import align
 from robot_perception.geometry import act
 from robot_perception.teaching.figures.maps import dots, lines, plan
@@ -119,4 +120,16 @@ def in_space(ax: Axes, drive: Drive, turn: float) -> Axes:
     ax.set(xlim=(-13, 13), ylim=(-8, 10))
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
+    return ax
+
+
+def car(ax: Axes, result: Followed) -> Axes:
+    """Draw the path of a car, true, by its wheels and by the filter, with the landmarks near it."""
+    near = np.abs(result.points - result.truth[:, None, :2]).max(axis=-1).min(axis=0) < 12
+    dots(ax, result.points[near], MEANING["landmark"], 1.4)
+    ax.plot(*result.truth[:, :2].T, color=MEANING["truth"], linewidth=1.4)
+    ax.plot(*result.wheels[:, :2].T, color=MEANING["odometry"], linewidth=1.4, linestyle=":")
+    ax.plot(*result.paths[100][:, :2].T, color=MEANING["robot"], linewidth=1.6, linestyle="--")
+    plan(ax, result.truth[:, :2], margin=6.0)
+    ax.locator_params(nbins=6)
     return ax

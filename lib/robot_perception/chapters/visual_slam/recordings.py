@@ -75,6 +75,11 @@ class Followed:
         return Table(rows, columns, f"{SEEDS} draws of the wheels' noise", "particles")
 
 
+def share(result: Followed) -> float:
+    """Return the error with a hundred particles as a share of that of the wheels alone."""
+    return float(result.errors[100].mean() / result.errors[0].mean())
+
+
 def planar(poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 3"]:
     """Return poses of a camera that looks ahead as poses in the plane: x ahead, y to the left."""
     ahead = poses[:, [0, 2], 2]
@@ -183,6 +188,6 @@ def kitti(folder: Path) -> Followed:
     return followed(frames, truth)
 
 
-CAR = Recording("stereo_feature_tracks", gtsam_tracks, Followed, "stereo_car")
-STRAIGHT = Recording("kitti_stereo_straight", kitti, Followed, "stereo_straight")
-TURN = Recording("kitti_stereo_turn", kitti, Followed, "stereo_turn")
+CAR = Recording("stereo_feature_tracks", gtsam_tracks, Followed, "slam-car")
+STRAIGHT = Recording("kitti_stereo_straight", kitti, Followed, "slam-straight")
+TURN = Recording("kitti_stereo_turn", kitti, Followed, "slam-turn")
