@@ -46,3 +46,13 @@ def test_the_map_without_the_rule_of_stable_tracks_is_several_times_as_large():
 def test_few_of_the_recognised_are_wrong():
     share = quick("map-10").evidence["wrong among the recognised, M = 10"]
     assert 0 < share.low < share.high < 0.15
+
+
+def test_fewer_than_one_draw_in_a_thousand_is_spared():
+    assert recorded()["neff-resampling"].value.high < 1e-3
+
+
+def test_the_path_is_best_with_points_of_more_than_two_frames():
+    table = recorded()["stable-landmarks"].tables["rules"]
+    errors = {row: table[row, "ATE (m)"].estimate for row in table.rows}
+    assert min(errors, key=errors.get) == "more than 2"
