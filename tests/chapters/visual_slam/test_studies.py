@@ -127,3 +127,13 @@ def test_lasting_points_keep_their_tracks(seen):
     lengths = np.bincount(long.tracks)
     assert lengths.min() > 5
     assert len(lengths) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+
+
+def test_accounts_say_what_the_drives_did():
+    drives_ = [explorers.driven(count) for count in (1, 10)]
+    both = maps.stack([maps.account(drive, FILM, 5.07) for drive in drives_])
+    assert both.path.shape == (2,)
+    assert both.landmarks.tolist() == [len(drive.places) for drive in drives_]
+    assert both.seconds == pytest.approx(0.01)
+    assert both.wheels[0] == both.wheels[1]
+    assert both.right.tolist() == [0, 1]

@@ -176,7 +176,7 @@ def account(drive: Drive, film: frontend.Config, seconds: float) -> Account:
         seconds / len(truth),
         *errors[1],
     )
-    return Account(*(np.float64(number) for number in numbers))
+    return Account(*(np.asarray(number, dtype=float) for number in numbers))
 
 
 def stack(accounts: Sequence[Account]) -> Account:
