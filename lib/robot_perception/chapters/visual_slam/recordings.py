@@ -1,0 +1,193 @@
+"""The filter on real stereo pictures from a car: does it follow the known path?
+
+The recordings have no wheels, so these are simulated from the true path; points and matches are
+those of the pictures. The filter is planar, and the car pitches a little: heights count less.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from data_synth import wheels
+from robot_perception import landmarks
+from robot_perception.cameras import Pinhole, StereoRig, level_mount
+from robot_perception.chapters.visual_slam.drives import dead_reckoning
+from robot_perception.datasets import read_kitti, read_stereo_features
+from robot_perception.datasets.stereo import Calibration
+from robot_perception.evaluation.trajectories import absolute_error
+from robot_perception.geometry import se3
+from robot_perception.landmarks import TrackRules
+from robot_perception.observations import Observations
+from robot_perception.slam import rao_blackwellised as rb
+from robot_perception.slam.planar import Odometry
+from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
+
+SLIP = wheels.LARGE
+PITCH = 0.01
+"""By how much the camera nods, rad (1σ); ours."""
+NEAR = 8.0
+"""Least disparity of a point that is used, px: 48 m on these cameras; ours."""
+COUNTS = (1, 10, 100)
+SEEDS = 10
+MOUNT = level_mount(np.zeros(3))
+SIGMA = 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Followed:
+    """What the filter made of a recording, by number of particles.
+
+    Parameters
+    ----------
+    truth, wheels : (k, 3)
+        The true path in the plane, and that by the simulated wheels in the first run.
+    paths : M -> (k, 3)
+        Paths of the heaviest particle in the first run.
+    errors : M -> (runs,)
+        Absolute trajectory error of each run, m; of the wheels alone under 0.
+    points : (n, 2)
+        The map of the last of ``paths``, m.
+    observed
+        Observations of a frame, on average.
+    """
+
+    truth: Float[np.ndarray, "k 3"]
+    wheels: Float[np.ndarray, "k 3"]
+    paths: Mapping[int, Float[np.ndarray, "k 3"]]
+    errors: Mapping[int, Float[np.ndarray, "runs"]]
+    points: Float[np.ndarray, "n 2"]
+    observed: float
+
+    def table(self) -> Table:
+        """Return mean and spread of the errors."""
+        rows = {
+            f"M = {count}" if count else "wheels alone": (errors.mean(), errors.max())
+            for count, errors in self.errors.items()
+        }
+        columns = {
+            "ATE (m)": "mean of the absolute trajectory error over the draws of the wheels' noise",
+            "worst (m)": "the largest",
+        }
+        return Table(rows, columns, f"{SEEDS} draws of the wheels' noise", "particles")
+
+
+def share(result: Followed) -> float:
+    """Return the error with a hundred particles as a share of that of the wheels alone."""
+    return float(result.errors[100].mean() / result.errors[0].mean())
+
+
+def planar(poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 3"]:
+    """Return poses of a camera that looks ahead as poses in the plane: x ahead, y to the left."""
+    ahead = poses[:, [0, 2], 2]
+    headings = np.arctan2(-ahead[:, 0], ahead[:, 1])
+    return np.stack([poses[:, 2, 3], -poses[:, 0, 3], headings], axis=-1)
+
+
+def rig_of(calibration: Calibration, size: tuple[int, int]) -> StereoRig:
+    """Return the cameras of a recording."""
+    return StereoRig(
+        Pinhole(calibration.focal, calibration.centre, size), float(calibration.baseline)
+    )
+
+
+def followed(frames: Iterable[Observations], truth: Float[np.ndarray, "k 3"]) -> Followed:
+    """Run the filter over named observations, with simulated wheels."""
+    frames = list(frames)
+    paths: dict[int, np.ndarray] = {}
+    errors: dict[int, list[float]] = {count: [] for count in (0, *COUNTS)}
+    for seed in range(SEEDS):
+        wheel, *streams = np.random.default_rng(seed).spawn(1 + len(COUNTS))
+        report = wheels.roll(truth, SLIP, rng=wheel)
+        alone = dead_reckoning(truth[0], report)
+        errors[0].append(absolute_error(alone, truth, False))
+        for count, own in zip(COUNTS, streams, strict=True):
+            path, maps = _filter(frames, truth[0], report, count, own)
+            errors[count].append(absolute_error(path, truth, False))
+            if not seed:
+                paths[count], first, points = path, alone, maps.landmarks(maps.best)[1].mean
+    return Followed(
+        truth,
+        first,
+        paths,
+        {count: np.array(values) for count, values in errors.items()},
+        points[:, :2],
+        float(np.mean([len(frame) for frame in frames])),
+    )
+
+
+def _filter(
+    frames: list[Observations],
+    start: np.ndarray,
+    report: wheels.Odometry,
+    count: int,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, rb.ParticleMaps]:
+    still = Odometry(np.zeros(3), np.zeros((3, 3)))
+    motions = [still] + [
+        Odometry(increment, np.diag(sigma**2))
+        for increment, sigma in zip(report.increments, report.deviations, strict=True)
+    ]
+    maps, poses, ancestors = rb.ParticleMaps.start(start, count), [], []
+    for motion, frame in zip(motions, frames, strict=True):
+        maps, info = rb.step(maps, motion, frame, MOUNT, rng=rng)
+        poses.append(maps.poses)
+        ancestors.append(info.ancestors)
+    lineage = rb.lineage(ancestors)[:, maps.best]
+    return np.array(poses)[np.arange(len(poses)), lineage], maps
+
+
+def _loosened(ids: np.ndarray, points: np.ndarray, covs: np.ndarray) -> Observations:
+    """Return observations whose heights count less the farther they are."""
+    covs = covs.copy()
+    covs[:, 1, 1] += (PITCH * points[:, 2]) ** 2
+    return Observations(ids, points, covs)
+
+
+def gtsam_tracks(folder: Path) -> Followed:
+    """Follow the car by features that somebody else found and named."""
+    read = read_stereo_features(folder)
+    rig = rig_of(read.calibration, (1242, 375))
+    frames = []
+    for k in range(len(read.poses)):
+        disparity = read.measurements[:, 0] - read.measurements[:, 2]
+        mine = (read.frames == k) & (disparity >= NEAR)
+        names, rows = np.unique(read.landmarks[mine], return_index=True)
+        points = rig.triangulate(read.measurements[mine][rows], SIGMA)
+        frames.append(_loosened(names, points.mean, points.cov))
+    return followed(frames, planar(read.poses))
+
+
+def kitti(folder: Path) -> Followed:
+    """Follow the car by our own features and tracks, with those of more than two frames."""
+    read = read_kitti(folder)
+    truth = planar(read.poses)
+    report = wheels.roll(truth, SLIP, rng=np.random.default_rng(1))
+    rules = replace(landmarks.StereoRules(), disparities=(NEAR, np.inf))
+    frames, before, tracks, rig = [], None, None, None
+    for k, (left, right) in enumerate(read.frames):
+        if rig is None:
+            rig = rig_of(read.calibration, left.shape[::-1])
+        found = landmarks.observe(left, right, rig, rules=rules, sigma_px=SIGMA)
+        if tracks is None:
+            tracks = landmarks.Tracks.start(found.features)
+        else:
+            moved = se3.compose(
+                se3.inverse(MOUNT), se3.compose(se3.from_se2(report.increments[k - 1]), MOUNT)
+            )
+            expected = landmarks.predict_pixels(before.points.mean, se3.inverse(moved), rig.camera)
+            tracks = landmarks.extend(
+                tracks, before.features, found.features, TrackRules(30.0), predicted=expected
+            )
+        before = found
+        old = tracks.stable(2)
+        frames.append(_loosened(tracks.ids[old], found.points.mean[old], found.points.cov[old]))
+    return followed(frames, truth)
+
+
+CAR = Recording("stereo_feature_tracks", gtsam_tracks, Followed, "slam-car")
+STRAIGHT = Recording("kitti_stereo_straight", kitti, Followed, "slam-straight")
+TURN = Recording("kitti_stereo_turn", kitti, Followed, "slam-turn")

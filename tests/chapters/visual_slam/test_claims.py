@@ -1,0 +1,58 @@
+"""The claims of the chapter: the record, and what their findings must say."""
+
+from tests.chapters.ledger import LedgerTests, quick, recorded
+
+
+class TestLedger(LedgerTests):
+    stem = "visual_slam"
+
+
+def test_verdicts():
+    assert {e.id: e.verdict for e in recorded().chapter("visual_slam").entries} == {
+        "map-10": "reproduced",
+        "map-50": "reproduced",
+        "factorisation": "reproduced",
+        "neff-resampling": "not reproduced",
+        "erratum-neff": "refuted",
+        "stable-landmarks": "reproduced",
+    }
+
+
+def test_one_particle_is_worse_than_the_wheels_and_ten_are_better():
+    table = recorded()["map-10"].tables["errors"]
+    one, wheels, ten = (table[row, "ATE (m)"] for row in ("M = 1", "wheels alone", "M = 10"))
+    assert one.estimate > wheels.estimate > ten.high
+
+
+def test_more_than_ten_particles_change_the_error_by_less_than_its_interval():
+    table = recorded()["map-10"].tables["errors"]
+    ten, hundred = (table[f"M = {m}", "ATE (m)"] for m in (10, 100))
+    assert hundred.high > 0.5 * ten.estimate
+
+
+def test_never_to_draw_is_worse_than_the_papers_rule():
+    evidence = quick("neff-resampling").evidence
+    assert evidence["ATE, below M/2 over never, M = 10"].high < 1
+
+
+def test_the_map_without_the_rule_of_stable_tracks_is_several_times_as_large():
+    finding = quick("stable-landmarks")
+    with_, without = (
+        finding.evidence[f"landmarks {name}"].estimate for name in ("with the rule", "without")
+    )
+    assert 3 * with_ < without
+
+
+def test_few_of_the_recognised_are_wrong():
+    share = quick("map-10").evidence["wrong among the recognised, M = 10"]
+    assert 0 < share.low < share.high < 0.15
+
+
+def test_fewer_than_one_draw_in_a_thousand_is_spared():
+    assert recorded()["neff-resampling"].value.high < 1e-3
+
+
+def test_the_path_is_best_with_points_of_more_than_two_frames():
+    table = recorded()["stable-landmarks"].tables["rules"]
+    errors = {row: table[row, "ATE (m)"].estimate for row in table.rows}
+    assert min(errors, key=errors.get) == "more than 2"

@@ -1,0 +1,139 @@
+"""Front end, drives, topology and exact maps, on what can be worked out otherwise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_synth import stereo
+from robot_perception.chapters.visual_slam import (
+    drives,
+    explorers,
+    factorisation,
+    frontend,
+    maps,
+    resampling,
+    stability,
+)
+from robot_perception.geometry import compose
+from tests.unchecked import unchecked
+
+RNG = np.random.default_rng
+FILM = frontend.PAPER
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return frontend.seen(FILM)
+
+
+def test_points_lie_where_the_renderer_says(seen):
+    """In the middle half a decimetre: some pairs do not belong together."""
+    _, poses = frontend.world(FILM.seed, FILM.poses)
+    rows = RNG(0).choice(len(seen.points), 500, replace=False)
+    gaps = []
+    for row in rows:
+        at = stereo.project(frontend.RIG, poses[seen.frames[row]], seen.places[row][None])[0]
+        assert at[:2] == pytest.approx(seen.pixels[row], abs=1e-6)
+        gaps.append(abs(seen.points[row, 2] - at[2]) / at[2])
+    assert np.median(gaps) < 0.02
+
+
+def test_a_track_is_one_place(seen):
+    """Of the stable tracks nine in ten stay within a decimetre of where they began."""
+    lengths = np.bincount(seen.tracks)
+    stay = []
+    for track in RNG(1).choice(np.flatnonzero(lengths > 5), 200, replace=False):
+        rows = np.flatnonzero(seen.tracks == track)
+        assert (np.diff(seen.frames[rows]) == 1).all()
+        stay.append(np.ptp(seen.places[rows], axis=0).max() < 0.1)
+    assert np.mean(stay) > 0.9
+
+
+@pytest.mark.parametrize("stable", [0, 5])
+def test_stable_points_are_those_of_long_tracks(seen, stable):
+    found = drives.stable_points(seen, stable)
+    lengths = np.bincount(seen.tracks)
+    assert sum(map(len, found.rows)) == np.maximum(lengths - stable, 0).sum()
+    assert sum(first.sum() for first in found.first) == np.count_nonzero(lengths > stable)
+    track = int(np.argmax(lengths))
+    rows = np.flatnonzero(seen.tracks == track)[: stable + 1]
+    assert found.means[track] == pytest.approx(seen.descriptors[rows].mean(axis=0))
+
+
+def test_the_wheels_alone_add_up():
+    poses = frontend.world(FILM.seed, FILM.poses)[1]
+    report = drives.roll(poses, rng=RNG(2))
+    path = drives.dead_reckoning(poses[0], report)
+    assert path[7] == pytest.approx(compose(path[6], report.increments[6]))
+
+
+def test_the_path_is_that_of_ancestors():
+    drive = explorers.driven(10)
+    m = drive.best
+    for k in range(len(drive.poses) - 1, 400, -1):
+        assert (drive.path[k] == drive.poses[k, m]).all()
+        m = drive.ancestors[k, m]
+    assert (drive.survivors[:-60] == 1).all()
+
+
+def test_told_the_names_nothing_is_wrong(seen):
+    report = drives.roll(seen.poses, rng=RNG(3))
+    with unchecked():
+        drive = drives.run(seen, replace(drives.TEN, names="told"), report, rng=RNG(4))
+    assert drive.matched > 100
+    assert drive.wrong == 0
+
+
+def test_a_right_map_is_right_and_a_torn_one_is_not():
+    drive = explorers.driven(100)
+    assert maps.topology(drive, FILM).right
+    half = len(drive.poses) // 2
+    poses = drive.poses.copy()
+    poses[half:, :, 1] += 1.5
+    torn = replace(drive, poses=poses)
+    found = maps.topology(torn, FILM)
+    assert found.apart > maps.MARGIN
+    assert not found.right
+
+
+def test_rooms_are_the_floors_and_the_order_is_that_of_the_drive():
+    floors = maps.rooms(FILM.seed, FILM.poses)
+    assert len(floors) == 7
+    assert (floors[:, 1] > floors[:, 0]).all()
+    truth = frontend.world(FILM.seed, FILM.poses)[1]
+    order = maps._order(maps._room_of(truth[:, :2], floors))
+    assert len(order) > 8
+    assert len(set(order)) == 6  # nobody enters one room
+
+
+def test_exact_maps_are_not_those_of_another_path():
+    drive = explorers.driven(10)
+    exact, cov = factorisation.exact_map(drive, drive.path)
+    assert exact == pytest.approx(drive.means, abs=1e-8)
+    moved, _ = factorisation.exact_map(drive, drive.path + np.array([0.1, 0, 0]))
+    assert moved - exact == pytest.approx(np.tile([0.1, 0, 0], (len(exact), 1)), abs=1e-8)
+    assert (np.linalg.eigvalsh(cov) > 0).all()
+
+
+def test_numbers_of_weights():
+    printed, effective = resampling.numbers(np.array([0.5, 0.25, 0.25]))
+    assert printed == pytest.approx(1)
+    assert effective == pytest.approx(1 / 0.375)
+
+
+def test_lasting_points_keep_their_tracks(seen):
+    long = stability.lasting(seen, 5)
+    lengths = np.bincount(long.tracks)
+    assert lengths.min() > 5
+    assert len(lengths) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+
+
+def test_accounts_say_what_the_drives_did():
+    drives_ = [explorers.driven(count) for count in (1, 10)]
+    both = maps.stack([maps.account(drive, FILM, 5.07) for drive in drives_])
+    assert both.path.shape == (2,)
+    assert both.landmarks.tolist() == [len(drive.places) for drive in drives_]
+    assert both.seconds == pytest.approx(0.01)
+    assert both.wheels[0] == both.wheels[1]
+    assert both.right.tolist() == [0, 1]
