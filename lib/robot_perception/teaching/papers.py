@@ -28,6 +28,11 @@ PAPERS = {
     "perception-issues": Paper(
         "Andrade-Cetto 2004", "Perception Issues in Mobile Robotics", "andrade2004perception"
     ),
+    "sift-slam": Paper(
+        "Gil et al. 2006",
+        "Simultaneous Localization and Mapping in Indoor Environments Using SIFT Features",
+        "gil2006",
+    ),
 }
 """Papers by the key that a claim names."""
 
