@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.chapters.sift_association import variances as law
-from robot_perception.chapters.sift_association.views import PAPER, Stations, Views, views
-from robot_perception.evaluation.intervals import Interval, bootstrap_mean, exact
+from robot_perception.chapters.sift_association.views import Stations, Views, views
+from robot_perception.evaluation.intervals import Interval, bootstrap_mean
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import (
     DescriptorClasses,
@@ -24,15 +24,13 @@ from robot_perception.landmarks import (
     raw_variances,
     shrunk_variances,
 )
-from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition
 
-EUCLID, RAW = "Euclid", "raw"
+EUCLID, ONE_VIEW, RAW = "Euclid", "Euclid, one view", "raw"
 VARIANCES = (RAW, "floored", "shrunk", "pooled")
 WITH = ", log-determinant"
 MODELS = (
-    "Euclid, one view",
+    ONE_VIEW,
     EUCLID,
     *(name + end for name in VARIANCES for end in ("", WITH) if (name, end) != ("pooled", WITH)),
 )
@@ -85,10 +83,14 @@ class Result:
 
 
 def decide(model: str, seen: Views, p: int, config: Config) -> Euclidean | Mahalanobis:
-    """Return what assigns descriptors to the classes of p frames."""
-    if model == "Euclid, one view":
+    """Return what assigns descriptors to the landmarks, of p frames each."""
+    if model == ONE_VIEW:
         return Euclidean(seen.stacks[:, seen.stacks.shape[1] // 2].astype(float))
-    classes = seen.classes(p)
+    return decide_by(model, seen.classes(p), config)
+
+
+def decide_by(model: str, classes: DescriptorClasses, config: Config) -> Euclidean | Mahalanobis:
+    """Return what assigns descriptors to classes."""
     if model == EUCLID:
         return Euclidean(classes.means)
     name, comma, _ = model.partition(",")

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 import data_synth
 from data_synth import stereo
-from data_synth.stereo import Rig, Surface, make_scene
+from data_synth.stereo import Rig, Scene, Surface, make_scene
 from data_synth.textures import paint
 from robot_perception import landmarks
 from robot_perception.chapters.sift_association.views import PAPER
@@ -26,6 +26,9 @@ from robot_perception.teaching.verdicts import Accepted
 
 SAME_PX, SAME_SIZE = 1.5, 1.4
 """A feature is found again within so many pixels of where it must be, its size within a factor."""
+
+BESIDE = 0.02
+"""Features nearer to each other than that are not two landmarks, m."""
 
 REMARKABLE = 30.0
 """The paper's "significantly different viewpoints (e.g. 30 degrees apart)", °."""
@@ -82,34 +85,18 @@ def record(config: Config, seed: int) -> Result:
 
 
 def _picture(kind: str, config: Config, rng: np.random.Generator) -> Mapping[str, np.ndarray]:
-    rig, wide = Rig(), 1.6
-    high = wide * (0.5 if kind == "writing" else 1.0)
-    surface = Surface(
-        np.array([0.0, wide / 2, rig.height + high / 2]),
-        np.array([0.0, -wide, 0.0]),
-        np.array([0.0, 0.0, -high]),
-        0,
-    )
-    scene = make_scene([surface], [paint(kind, rng=rng)])
-    poses = [_round(angle, config) for angle in config.angles]
-    # straight ahead once more, the first of all: what is compared with
-    first = detect(stereo.render(scene, rig, poses[0], rng=rng).left)
-    points = stereo.surface_points(scene, rig, poses[0], first.pixels)
-    hit = points.surfaces >= 0
-    first, points = first[hit], points.points[hit]
+    rig, scene = Rig(), hang(paint(kind, rng=rng))
+    first, points = seen_ahead(scene, rig, config, rng=rng)
     found, same = [], []
-    for pose in poses:
+    for angle in config.angles:
+        pose = stand(angle, config)
         seen = detect(stereo.render(scene, rig, pose, exposure=0.9, rng=rng).left)
-        at = stereo.project(rig, pose, points)
-        pairs = _again(first, at, seen, config.distance)
-        gaps = np.linalg.norm(
-            first.descriptors[pairs[:, 0]] - seen.descriptors[pairs[:, 1]], axis=1
-        )
+        pairs = found_again(first, stereo.project(rig, pose, points), seen, config.distance)
+        gaps = first.descriptors[pairs[:, 0]] - seen.descriptors[pairs[:, 1]]
         found.append(len(pairs))
-        same.append(gaps.sum())
+        same.append(np.linalg.norm(gaps, axis=1).sum())
     between = landmarks.Euclidean(first.descriptors.astype(float)).distances(first.descriptors)
-    apart = np.linalg.norm(points[:, None] - points, axis=-1)
-    between[apart < 0.02] = np.inf
+    between[np.linalg.norm(points[:, None] - points, axis=-1) < BESIDE] = np.inf
     return {
         "features": np.array(len(first)),
         "found": np.array(found),
@@ -118,14 +105,34 @@ def _picture(kind: str, config: Config, rng: np.random.Generator) -> Mapping[str
     }
 
 
-def _round(angle: float, config: Config) -> np.ndarray:
-    """Return the pose of a camera that looks at the origin, from the side of negative x."""
+def hang(picture: np.ndarray) -> Scene:
+    """Return a picture in empty space at the height of the eyes, its middle at the origin."""
+    rig, wide = Rig(), 1.6
+    high = wide * min(picture.shape[0] / picture.shape[1], 1.0)
+    wide = high * picture.shape[1] / picture.shape[0]
+    corner = np.array([0.0, wide / 2, rig.height + high / 2])
+    edges = np.array([0.0, -wide, 0.0]), np.array([0.0, 0.0, -high])
+    return make_scene([Surface(corner, *edges, 0)], [picture])
+
+
+def seen_ahead(
+    scene: Scene, rig: Rig, config: Config, *, rng: np.random.Generator
+) -> tuple[landmarks.Features, Float[np.ndarray, "n 3"]]:
+    """Return the features of a picture seen from straight ahead, and where they lie, m."""
+    pose = stand(0.0, config)
+    first = detect(stereo.render(scene, rig, pose, rng=rng).left)
+    sight = stereo.surface_points(scene, rig, pose, first.pixels)
+    hit = sight.surfaces >= 0
+    return first[hit], sight.points[hit]
+
+
+def stand(angle: float, config: Config) -> Float[np.ndarray, "3"]:
+    """Return the pose of a robot that looks at the origin from an angle (°) aside."""
     phi = np.deg2rad(angle)
-    place = config.distance * np.array([-np.cos(phi), np.sin(phi)])
-    return np.array([*place, -phi])
+    return np.array([-config.distance * np.cos(phi), config.distance * np.sin(phi), -phi])
 
 
-def _again(
+def found_again(
     first: landmarks.Features, at: np.ndarray, seen: landmarks.Features, distance: float
 ) -> np.ndarray:
     """Return pairs of features that lie where they must, with like size: the nearest of each."""
@@ -151,11 +158,13 @@ def _again(
     "unchanged; from viewpoints 30° apart the difference is remarkable.",
     paper_value="no number",
     method="Pictures of six kinds in empty space, a camera that goes round them: mean distance of "
-    f"the descriptors of one point {REMARKABLE:g}° apart over that {SLIGHT:g}° apart.",
+    f"the descriptors of one point {REMARKABLE:g}° apart, over that of two look-alikes from one "
+    "viewpoint, which differ in light and noise.",
     accepted=Accepted(
-        2.0,
+        1.5,
         np.inf,
-        "to be remarkable a change must at least be twice a slight one",
+        "the paper's consequence is that look-alikes are confused: the landmark itself must be "
+        "clearly farther from its own class than a look-alike is from the old viewpoint",
         "our choice",
     ),
     seed=22,
@@ -178,10 +187,10 @@ def viewpoint(size: Size, rng: np.random.Generator) -> Finding:
         "found": "share of the features that are found again",
     }
     about = f"mean and 95 % bootstrap interval over {repeats} sets of pictures"
-    ratio = bootstrap_ratio(large, slight, "30° over 5°")
     return Finding(
-        ratio,
+        bootstrap_ratio(large, alike, "30° apart over look-alikes"),
         {
+            "distance, 30° over 5°": bootstrap_ratio(large, slight, "30° over 5°"),
             "distance at 5°": bootstrap_mean(slight),
             "distance at 30°": bootstrap_mean(large),
             "distance to the nearest other landmark": bootstrap_mean(other),
@@ -204,10 +213,9 @@ def _run(config: Config, *, rng: np.random.Generator) -> Result:
     return run(config, rng=rng)
 
 
-@viewpoint.sabotage("a camera that stays 5° aside where it should go 30° round")
+@viewpoint.sabotage("a camera that stays where it was and looks again")
 def unmoved(size: Size, rng: np.random.Generator) -> Finding:
-    """Let all viewpoints but the first be 5° from it."""
-    config = Config(angles=(0, SLIGHT, SLIGHT + 0.01))
-    done = sweep(_run, [config] * 3, rng=rng)
-    late = np.array([one.same[-1] for one in done])
-    return Finding(bootstrap_ratio(late, _at(done, SLIGHT), "30° over 5°"))
+    """Let all viewpoints be the same."""
+    done = sweep(_run, [Config(angles=(0.0, 0.0))] * 3, rng=rng)
+    again, alike = (np.array([one.same[k] for one in done]) for k in (1, 0))
+    return Finding(bootstrap_ratio(again, alike, "30° apart over look-alikes"))

@@ -209,7 +209,7 @@ def _station(
     seen = [detect(frame.left) for frame in stereo.frames(scene, rig, every, rng=rng)]
     tracks = [t for t in follow(seen[: config.frames]) if len(t) == config.frames]
     spots = [place(scene, rig, pose, features) for pose, features in zip(every, seen, strict=True)]
-    rows = np.array([track.rows for track in tracks]).reshape(len(tracks), config.frames)
+    rows = np.array([track.rows for track in tracks], dtype=int).reshape(len(tracks), config.frames)
     at = np.stack([spots[k].points[rows[:, k]] for k in range(config.frames)], axis=1)
     spread = np.linalg.norm(at - at[:, middle, None], axis=-1).max(axis=1)
     stay = (spread < APART) & (spots[middle].carriers[rows[:, middle]] >= 0)
