@@ -191,9 +191,9 @@ LOOSE = {
     method="Pairs along a drive through our textured building, rig and noise ours: share of the "
     f"matches whose right column is within {RIGHT_PX:g} px of where the renderer puts the point.",
     accepted=Accepted(
-        0.95,
+        0.9,
         1.0,
-        "a filter that trusts each match can bear one wrong in twenty, gated by its place",
+        "a filter that gates each point by its place can bear one wrong match in ten",
         "our choice",
     ),
     seed=21,
@@ -257,15 +257,19 @@ def _robust(values: np.ndarray) -> float:
     return float((high - low) / 1.349)
 
 
-@stereo_sift.sabotage("neither rule: any row, and any descriptor")
-def no_rules(size: Size, rng: np.random.Generator) -> Finding:
-    """Match without the rules."""
-    config = Config(6, *LOOSE["neither"])
-    return Finding(_share(sweep(_run, [config] * 3, rng=rng)))
+@stereo_sift.sabotage("a right camera that was knocked: its rows are off by 5 px")
+def knocked(size: Size, rng: np.random.Generator) -> Finding:
+    """Shift the rows of the right pictures."""
+    return Finding(_share(sweep(_knocked, [Config(pairs=6)] * 3, rng=rng)))
 
 
-def _run(config: Config, *, rng: np.random.Generator) -> Result:
-    return run(config, rng=rng)
+def _knocked(config: Config, *, rng: np.random.Generator) -> Result:
+    seen = pairs(config.pairs, int(rng.integers(2**31)))
+    shifted = [
+        replace(s, right=replace(s.right, pixels=s.right.pixels + [0.0, 5.0]))
+        for s in seen.sides.values()
+    ]
+    return Result(config, tuple(match(s, config.rules, config.sigma_px) for s in shifted))
 
 
 def setup_table() -> Table:

@@ -208,3 +208,35 @@ def rates(results: tuple[Result, ...], where: str, models: tuple[str, ...] = MOD
 def part_of(seen: Views, rows: np.ndarray) -> Views:
     """Return views with some of the landmarks."""
     return replace(seen, stacks=seen.stacks[rows], landmarks=seen.landmarks[rows])
+
+
+def setup_table() -> Table:
+    """Return what the paper says of its Table 1, what ours has, and what of it matters."""
+    config = Config()
+    own = config.stations
+    way = own.frames * own.step
+    rows = {
+        "descriptors": ("3000", f"{config.descriptors} a building", "no"),
+        "landmarks": ("–", f"tracked at {own.count} stations of a drive", "yes: each is a rival"),
+        "tracked frames p": (
+            "“a significant number”",
+            ", ".join(map(str, TRACKED)),
+            "yes: see below",
+        ),
+        "change of viewpoint": (
+            "“little variations”",
+            f"{100 * way:.0f} cm of way in {own.frames} frames",
+            "yes",
+        ),
+        "descriptors tested": (
+            "–",
+            "of the tracks; of other frames; from aside",
+            "most of all",
+        ),
+        "variance of an entry": (
+            "of the p descriptors",
+            f"raw; at least {config.floor:g}; shrunk with ν₀ = {config.strength:g}; pooled",
+            "yes: see below",
+        ),
+    }
+    return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})
