@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
+from robot_perception.cameras import StereoRig
 from robot_perception.chapters.sift_association import table1
 from robot_perception.datasets import read_depth_pair, read_kitti, read_plane_pair
 from robot_perception.geometry import homographies, se3
@@ -20,6 +21,7 @@ from robot_perception.landmarks import (
     detect,
     follow,
     match_stereo,
+    predict_pixels,
 )
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
@@ -165,27 +167,28 @@ class RealTracks:
 MODELS = (table1.EUCLID, "raw", "floored", "shrunk", "pooled")
 
 
-def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5, 8), gap: int = 3) -> RealTracks:
+def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5), gap: int = 3) -> RealTracks:
     """Track features of a drive, and assign later ones to the landmarks."""
     drive = read_kitti(folder)
     pairs = [(detect(left, MOST), detect(right, MOST)) for left, right in drive.frames]
     rig = drive.calibration.rig(drive.frames.size)
     lefts = [left for left, _ in pairs]
+    ahead = [_expected(pairs, rig, drive.poses, k) for k in range(len(pairs) - 1)]
     config = table1.Config()
     right: dict[str, list[float]] = {name: [] for name in MODELS}
     counts, numbers = [], []
     for p in tracked:
         hits: dict[str, int] = dict.fromkeys(MODELS, 0)
         tests = known = 0
-        for end in range(p - 1, len(pairs) - gap, p):
-            stacks, points = _landmarks(pairs, rig, end, p)
+        for end in range(p - 1, len(pairs) - gap):
+            stacks, points = _landmarks(pairs, ahead, rig, end, p)
             if len(stacks) < 2:
                 continue
             later = lefts[end + gap]
             moved = se3.act(se3.between(drive.poses[end + gap], drive.poses[end]), points)
-            ahead = moved[:, 2] > 0.5
+            front = moved[:, 2] > 0.5
             at = np.full((len(moved), 2), FAR)
-            at[ahead] = rig.camera.project(moved[ahead])
+            at[front] = rig.camera.project(moved[front])
             gaps = np.linalg.norm(later.pixels[:, None] - at, axis=-1)
             same = gaps <= RIGHT_PX
             rows = np.flatnonzero(same.any(axis=1))
@@ -209,21 +212,44 @@ def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5, 8), gap: int = 3) -> R
     )
 
 
+def _points(
+    pair: tuple[Features, Features], rig: StereoRig
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
+    """Return the features of a left picture that have a partner, and their points, m."""
+    left, right = pair
+    first, second = match_stereo(left, right).T
+    measured = np.concatenate([left.pixels[first], right.pixels[second, :1]], axis=1)
+    return first, rig.triangulate(measured, 0.5).mean
+
+
+def _expected(
+    pairs: list[tuple[Features, Features]],
+    rig: StereoRig,
+    poses: Float[np.ndarray, "k 4 4"],
+    k: int,
+) -> Float[np.ndarray, "n 2"]:
+    """Return where the features of a left picture are expected in the next, by depth and motion."""
+    rows, points = _points(pairs[k], rig)
+    at = np.full(pairs[k][0].pixels.shape, np.inf)
+    at[rows] = predict_pixels(points, se3.between(poses[k + 1], poses[k]), rig.camera)
+    return at
+
+
 def _landmarks(
-    pairs: list[tuple[Features, Features]], rig: object, end: int, p: int
+    pairs: list[tuple[Features, Features]],
+    expected: list[Float[np.ndarray, "n 2"]],
+    rig: StereoRig,
+    end: int,
+    p: int,
 ) -> tuple[Float[np.ndarray, "n p 128"], Float[np.ndarray, "n 3"]]:
     """Return the descriptors of tracks over p frames, and their points in the last of them."""
-    part = [left for left, _ in pairs[end - p + 1 : end + 1]]
-    rows = np.array([t.rows for t in follow(part) if len(t) == p], dtype=int).reshape(-1, p)
-    left, right = pairs[end]
-    first, second = match_stereo(left, right).T
-    measured = np.stack(
-        [left.pixels[first, 0], left.pixels[first, 1], right.pixels[second, 0]], axis=1
-    )
-    points = rig.triangulate(measured, 0.5).mean
+    begin = end - p + 1
+    part = [left for left, _ in pairs[begin : end + 1]]
+    tracks = follow(part, predictions=expected[begin:end])
+    rows = np.array([t.rows for t in tracks if len(t) == p], dtype=int).reshape(-1, p)
+    first, points = _points(pairs[end], rig)
     at = {int(row): k for k, row in enumerate(first)}
-    keep = np.array([int(row) in at for row in rows[:, -1]], dtype=bool)
-    rows = rows[keep]
+    rows = rows[np.array([int(row) in at for row in rows[:, -1]], dtype=bool)]
     stacks = np.stack([part[k].descriptors[rows[:, k]] for k in range(p)], axis=1).astype(float)
     return stacks, points[[at[int(row)] for row in rows[:, -1]]].reshape(-1, 3)
 

@@ -266,7 +266,7 @@ def knocked(size: Size, rng: np.random.Generator) -> Finding:
 def _knocked(config: Config, *, rng: np.random.Generator) -> Result:
     seen = pairs(config.pairs, int(rng.integers(2**31)))
     shifted = [
-        replace(s, right=replace(s.right, pixels=s.right.pixels + [0.0, 5.0]))
+        replace(s, right=replace(s.right, pixels=s.right.pixels + np.array([0.0, 5.0])))
         for s in seen.sides.values()
     ]
     return Result(config, tuple(match(s, config.rules, config.sigma_px) for s in shifted))

@@ -1,11 +1,11 @@
 """What the studies of association see: landmarks tracked at stations of a drive, and tests of them.
 
-At each station the robot drives a little way and tracks features from frame to frame; then it looks
-again: from the same way, and from aside. The renderer knows where in the world each feature lies.
+At each station the robot drives a little way and then looks again: from the same way, and from
+aside. The renderer knows where in the world each feature lies, and with that a landmark is followed
+through the frames that miss it; so the study is one of association alone, not of tracking.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
@@ -15,7 +15,7 @@ from data_synth import stereo
 from data_synth.stereo import Rig, Scene, Sight
 from data_synth.textured_building import TexturedBuilding, drive, make_textured_building
 from robot_perception import landmarks
-from robot_perception.landmarks import DescriptorClasses, Features, detect, follow
+from robot_perception.landmarks import DescriptorClasses, Features, detect
 from robot_perception.teaching.kept import kept
 
 PAPER = "sift-slam"
@@ -33,6 +33,8 @@ class Stations:
         Stations along the drive.
     frames
         Frames at each in which a landmark is tracked.
+    sightings
+        In how many of them a landmark must be found; its descriptors are so many.
     step
         From frame to frame, m; as much is a turn by 1°.
     again
@@ -42,7 +44,8 @@ class Stations:
     """
 
     count: int = 20
-    frames: int = 30
+    frames: int = 40
+    sightings: int = 30
     step: float = 0.02
     again: int = 4
     aside: tuple[float, ...] = (0.3, 0.6)
@@ -99,8 +102,8 @@ class Views:
         Where these are.
     aside : (m,)
         How far aside the robot stood, m.
-    drifted
-        Tracks left out because their features do not stay on one place.
+    begun
+        Features of the frames in the middle, of which these are the landmarks.
     """
 
     stacks: UInt8[np.ndarray, "n frames 128"]
@@ -108,7 +111,7 @@ class Views:
     tests: UInt8[np.ndarray, "m 128"]
     tested: Places
     aside: Float[np.ndarray, " m"]
-    drifted: int
+    begun: int
 
     def classes(self, p: int) -> DescriptorClasses:
         """Return the classes of the p frames in the middle of the tracks."""
@@ -124,10 +127,7 @@ class Views:
 
     def meant(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests show which landmarks: same place, like size and direction."""
-        ratio = np.abs(np.log2(self.tested.sizes[:, None] / self.landmarks.sizes))
-        turn = self.tested.angles[:, None] - self.landmarks.angles
-        turned = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
-        return self.same() & (ratio < 0.5) & (turned < np.deg2rad(30))
+        return _same_feature(self.tested, self.landmarks)
 
     def alike(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are the same place of the same print, hung elsewhere."""
@@ -160,6 +160,13 @@ def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     return close & (mine.carriers[:, None] == theirs.carriers)
 
 
+def _same_feature(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
+    ratio = np.abs(np.log2(mine.sizes[:, None] / theirs.sizes))
+    turn = mine.angles[:, None] - theirs.angles
+    turned = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+    return _near(mine, theirs) & (ratio < 0.5) & (turned < np.pi / 6)
+
+
 def views(config: Stations, seed: int) -> Views:
     """Return the landmarks and tests of one building and drive, kept on this computer."""
     return kept(record, Views, config, seed, code=(data_synth, landmarks))
@@ -176,14 +183,14 @@ def record(config: Stations, seed: int) -> Views:
         _station(building, poses[k : k + config.frames + 1], config, rng)
         for k, rng in zip(starts, streams, strict=True)
     ]
-    stacks, marks, tests, tested, aside, drifted = zip(*found, strict=True)
+    stacks, marks, tests, tested, aside, begun = zip(*found, strict=True)
     return Views(
         np.concatenate(stacks),
         _joined(marks),
         np.concatenate(tests),
         _joined(tested),
         np.concatenate(aside),
-        sum(drifted),
+        sum(begun),
     )
 
 
@@ -207,26 +214,39 @@ def _station(
     stood = np.concatenate([again, *(stand_aside(poses[middle], a)[None] for a in sides)])
     every = np.concatenate([poses[: config.frames], stood])
     seen = [detect(frame.left) for frame in stereo.frames(scene, rig, every, rng=rng)]
-    tracks = [t for t in follow(seen[: config.frames]) if len(t) == config.frames]
     spots = [place(scene, rig, pose, features) for pose, features in zip(every, seen, strict=True)]
-    rows = np.array([track.rows for track in tracks], dtype=int).reshape(len(tracks), config.frames)
-    at = np.stack([spots[k].points[rows[:, k]] for k in range(config.frames)], axis=1)
-    spread = np.linalg.norm(at - at[:, middle, None], axis=-1).max(axis=1)
-    stay = (spread < APART) & (spots[middle].carriers[rows[:, middle]] >= 0)
-    stacks = np.stack([seen[k].descriptors[rows[stay, k]] for k in range(config.frames)], axis=1)
+    begun = spots[middle][spots[middle].carriers >= 0]
+    rows = np.stack([_follow(begun, spot) for spot in spots[: config.frames]], axis=1)
+    stay = np.flatnonzero((rows >= 0).sum(axis=1) >= config.sightings)
+    stacks = np.empty((len(stay), config.sightings, 128), dtype=np.uint8)
+    for out, own in zip(stacks, rows[stay], strict=True):
+        at = np.flatnonzero(own >= 0)
+        nearest = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
+        for q, k in enumerate(np.sort(at[nearest])):
+            out[q] = seen[k].descriptors[own[k]]
     offsets = np.concatenate([np.zeros(config.again), np.abs(sides)])
     later = list(zip(seen[config.frames :], spots[config.frames :], offsets, strict=True))
     hit = [spot.carriers >= 0 for _, spot, _ in later]
     return (
-        stacks.astype(np.uint8),
-        spots[middle][rows[stay, middle]],
+        stacks,
+        begun[stay],
         np.concatenate([f.descriptors[h] for (f, _, _), h in zip(later, hit, strict=True)]).astype(
             np.uint8
         ),
         _joined(tuple(spot[h] for (_, spot, _), h in zip(later, hit, strict=True))),
         np.concatenate([np.full(h.sum(), a) for (_, _, a), h in zip(later, hit, strict=True)]),
-        int((~stay).sum()),
+        len(begun),
     )
+
+
+def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
+    """Return which of the features of a frame each landmark is, the nearest; -1 for none."""
+    if not len(begun) or not len(spots):
+        return np.full(len(begun), -1)
+    gaps = np.linalg.norm(begun.points[:, None] - spots.points, axis=-1)
+    gaps[~_same_feature(begun, spots)] = np.inf
+    best = gaps.argmin(axis=1)
+    return np.where(np.isfinite(gaps[np.arange(len(begun)), best]), best, -1)
 
 
 def _near_step(step: np.ndarray) -> np.ndarray:
@@ -287,6 +307,3 @@ def _prints(
     across = (a * tiles[:, 0]) % 1.0 * long / tiles[:, 0]
     below = (b * tiles[:, 1]) % 1.0 * high / tiles[:, 1]
     return np.column_stack([scene.pictures[surfaces], across, below])
-
-
-Kind = Literal["trained", "again", "aside"]
