@@ -116,6 +116,11 @@ def aloe() -> recordings.Pair:
     return recordings.ALOE.read().result
 
 
+def note() -> str:
+    """Return a sentence that says whether the aloe was computed here."""
+    return recordings.ALOE.read().note
+
+
 @cache
 def chosen(rows: float, threshold: float, ratio: float) -> recordings.Chosen:
     """Return a state of the explorer of the rules."""

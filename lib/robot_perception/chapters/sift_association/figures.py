@@ -14,6 +14,9 @@ from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures.style import MEANING, ImageAxes, label
 from robot_perception.teaching.tables import Table
 
+FREE_ROWS = 100.0
+"""So many rows are no rule, px."""
+
 FARTHEST = 350.0
 """Largest distance on the axes, of descriptors whose length is 512."""
 
@@ -95,6 +98,41 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
     ax.set(xlabel="viewpoint (°)", ylabel="distance of descriptors", xlim=(0, 60))
     ax.set(ylim=(0, FARTHEST))
     return ax
+
+
+def right_by_rules(ax: Axes, table: Table, drawn: Mapping[str, str]) -> Axes:
+    """Draw the share of right matches by threshold, a line for some numbers of rows."""
+    thresholds = [float(name) for name in table.columns]
+    for rows, colour in drawn.items():
+        cells = [table[rows, name] for name in table.columns]
+        values = [100 * cell.estimate for cell in cells]
+        ax.plot(range(len(thresholds)), values, "o-", color=MEANING[colour], markersize=4)
+        text = f"±{rows} rows" if float(rows) < FREE_ROWS else "any row"
+        label(ax, len(thresholds) - 0.9, values[-1], text, MEANING[colour])
+    names = [f"{t:g}" for t in thresholds[:-1]] + ["none"]
+    ax.set_xticks(range(len(thresholds)), names)
+    ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
+    ax.set(xlim=(-0.3, len(thresholds) + 0.6), ylim=(80, 100))
+    return ax
+
+
+def gains(axes: np.ndarray, table: Table, models: Mapping[str, str]) -> np.ndarray:
+    """Draw what estimates of the variance gain over Euclid by tracked frames, a panel for each end
+    of the names of rows.
+    """
+    tracked = [int(name.removeprefix("p = ")) for name in table.columns]
+    for ax, (end, title) in zip(axes, models.items(), strict=True):
+        ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
+        for name in table1.VARIANCES:
+            cells = [table[f"{name}, {end}", column] for column in table.columns]
+            lows, highs = [c.low for c in cells], [c.high for c in cells]
+            ax.fill_between(tracked, lows, highs, color=tint(name), alpha=0.2, linewidth=0)
+            ax.plot(tracked, [c.estimate for c in cells], "o-", color=tint(name), label=name)
+        ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32))
+        ax.set(ylim=(-35, 5))
+        ax.set_title(title)
+    axes[0].legend(loc="lower right")
+    return axes
 
 
 def own_distance(ax: Axes, measured: Mapping[int, float], law: Mapping[int, float]) -> Axes:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.chapters.sift_association import variances as law
-from robot_perception.chapters.sift_association.views import Stations, Views, views
+from robot_perception.chapters.sift_association.views import PAPER, Stations, Views, views
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import (
@@ -25,7 +25,9 @@ from robot_perception.landmarks import (
     raw_variances,
     shrunk_variances,
 )
+from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted, Condition
 
 EUCLID, ONE_VIEW, RAW = "Euclid", "Euclid, one view", "raw"
 VARIANCES = (RAW, "floored", "shrunk", "pooled")
@@ -301,7 +303,7 @@ def dealt_variances(size: Size, rng: np.random.Generator) -> Finding:
     "over the Euclidean distance to the same means. Fewer frames, other viewpoints and other "
     "estimates of the variance are tried beside.",
     accepted=Accepted(0.0, 100.0, "better is more than 0 points", "theory"),
-    seed=24,
+    seed=23,
 )
 def mahalanobis_needs(size: Size, rng: np.random.Generator) -> Finding:
     """Compare estimates of the variance over tracked frames and viewpoints."""
@@ -364,6 +366,21 @@ def three_frames(size: Size, rng: np.random.Generator) -> Finding:
     """Track for three frames."""
     done = sweep(partial(run_one, tracked=(3,), models=BOTH), [SMALL] * 3, rng=rng)
     return Finding(gain(done, RAW, 3, "again"))
+
+
+def beside(right: Mapping[str, Table]) -> Table:
+    """Return the paper's Table 1 and ours, from the shares by where the descriptors come from."""
+    rows: dict[str, tuple] = {"the paper": (83.85, None, 94.04)}
+    for p in (3, 30):
+        for where, text in (("trained", "its own frames"), ("again", "other frames")):
+            shown = (right[where][name, f"p = {p}"] for name in (ONE_VIEW, EUCLID, RAW))
+            rows[f"p = {p}, {text}"] = tuple(shown)
+    columns = {
+        "Euclid": "eq. (8), to one descriptor of each landmark",
+        "to the means": "eq. (8), to the mean of its p descriptors",
+        "Mahalanobis": "eq. (9), raw variances",
+    }
+    return Table(rows, columns, right["again"].about, "descriptors tested")
 
 
 SMALL = Config(Stations(count=4))

@@ -11,7 +11,6 @@ which is infinite up to p = 3; with the variance known it would be 128 (1 + 1/p)
 
 import numpy as np
 from jaxtyping import Float
-from scipy import stats
 
 from robot_perception import checks
 
@@ -92,8 +91,3 @@ def right_share(
 def zero_share(stacks: Float[np.ndarray, "n p d"]) -> float:
     """Return the share of the entries that are the same number in all p descriptors."""
     return float((stacks == stacks[:, :1]).all(axis=1).mean())
-
-
-def quantiles(p: int, levels: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
-    """Return quantiles of one term of L under the law."""
-    return (1 + 1 / p) * stats.f.ppf(levels, 1, p - 1)

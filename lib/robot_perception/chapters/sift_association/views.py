@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 
 import data_synth
 from data_synth import stereo
-from data_synth.stereo import Rig, Scene, Sight
+from data_synth.stereo import Rig, Scene
 from data_synth.textured_building import TexturedBuilding, drive, make_textured_building
 from robot_perception import landmarks
 from robot_perception.landmarks import DescriptorClasses, Features, detect
@@ -67,8 +67,6 @@ class Places:
         Of the blob in the world (1σ), m.
     angles : (n,)
         Direction of the gradient in the image, rad.
-    eyes : (n, 3)
-        From where they are seen, m.
     """
 
     points: Float[np.ndarray, "n 3"]
@@ -76,7 +74,6 @@ class Places:
     prints: Float[np.ndarray, "n 3"]
     sizes: Float[np.ndarray, " n"]
     angles: Float[np.ndarray, " n"]
-    eyes: Float[np.ndarray, "n 3"]
 
     def __len__(self) -> int:
         return len(self.points)
@@ -138,20 +135,6 @@ class Views:
             gaps = mine[rows, None, 1:] - theirs[columns, 1:]
             out[np.ix_(rows, columns)] = np.hypot(gaps[..., 0], gaps[..., 1]) < APART
         return out & ~self.same()
-
-    def viewpoint(self) -> Float[np.ndarray, " m"]:
-        """Return by what angle each test's line of sight differs from its nearest landmark's, °."""
-        away = ((self.tested.points[:, None] - self.landmarks.points) ** 2).sum(axis=-1)
-        own = self.landmarks[away.argmin(axis=1)]
-        return angles_between(self.tested.eyes - own.points, own.eyes - own.points)
-
-
-def angles_between(
-    one: Float[np.ndarray, "n 3"], two: Float[np.ndarray, "n 3"]
-) -> Float[np.ndarray, " n"]:
-    """Return the angles between vectors, °."""
-    cross = np.linalg.norm(np.cross(one, two), axis=-1)
-    return np.degrees(np.arctan2(cross, np.einsum("nk,nk->n", one, two)))
 
 
 def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
@@ -269,27 +252,19 @@ def stand_aside(pose: Float[np.ndarray, "3"], aside: float) -> Float[np.ndarray,
 
 def place(scene: Scene, rig: Rig, pose: np.ndarray, features: Features) -> Places:
     """Return where the features of the left image lie in the world."""
-    sight: Sight = stereo.surface_points(scene, rig, pose, features.pixels)
+    sight = stereo.surface_points(scene, rig, pose, features.pixels)
     hit = sight.surfaces >= 0
     points = np.where(hit[:, None], sight.points, 0.0)
     n = len(features)
     if n == 0:
-        return Places(
-            np.empty((0, 3)),
-            np.empty(0, int),
-            np.empty((0, 3)),
-            *np.empty((2, 0)),
-            np.empty((0, 3)),
-        )
+        return Places(np.empty((0, 3)), np.empty(0, int), np.empty((0, 3)), *np.empty((2, 0)))
     depth = np.where(hit, stereo.project(rig, pose, points)[:, 2], 1.0)
-    eye = np.array([pose[0], pose[1], rig.height])
     return Places(
         points,
         sight.carriers,
         _prints(scene, points, sight.surfaces),
         features.scales * np.abs(depth) / rig.focal_px,
         features.angles,
-        np.broadcast_to(eye, (n, 3)).copy(),
     )
 
 
