@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from robot_perception.checks import dataclass_type, instances, shown
@@ -44,7 +44,7 @@ def kept(
     TypeError
         If ``compute`` is no function of a module, ``kind`` no dataclass or ``code`` no modules.
     """
-    if not callable(compute) or not hasattr(compute, "__module__"):
+    if not isinstance(compute, FunctionType):
         raise TypeError(f"compute must be a function, got {shown(compute)}")
     dataclass_type("kind", kind)
     file = _file(compute, arguments, instances("code", code, ModuleType))

@@ -46,7 +46,9 @@ TABLE_CONTROLS = {
     "p": choice("Tracked frames", {str(p): p for p in table1.TRACKED}, 5),
     "model": choice("Decided by", {name: name for name in TABLE_MODELS}, table1.RAW),
     "where": choice(
-        "Descriptors from", {text: name for name, text in table1.TESTS.items()}, "again"
+        "Descriptors from",
+        {text: name for name, text in table1.TESTS.items() if name != "few"},
+        "again",
     ),
 }
 TABLE_PRESETS = {
@@ -155,6 +157,6 @@ def describe_table(p: int, model: str, where: str) -> str:
     euclid = rates(where)[table1.EUCLID, f"p = {p}"].estimate
     alike = confusions(where)[model, f"p = {p}"].estimate
     return (
-        f"Classes of {p} frames, descriptors from {table1.TESTS[where]}, decided by {model}: "
+        f"Classes of {p} frames, descriptors of {table1.TESTS[where]}, decided by {model}: "
         f"{right:.1f} % right, {alike:.1f} % taken for a look-alike; Euclid has {euclid:.1f} %."
     )
