@@ -45,7 +45,7 @@ class Kept:
     number: float = 1.0
 
 
-def keep(number: float) -> Kept:
+def made(number: float) -> Kept:
     """Return a result that may be kept."""
     return Kept(number)
 
@@ -147,7 +147,7 @@ CALLS = {
     recordings.Recording.read: lambda: call(RECORDING),
     recordings.Recording.stored: lambda: call(RECORDING),
     recordings.Recording.write: lambda: call(RECORDING),
-    kept.kept: lambda: call(keep, Kept, 2.0, code=[storage]),
+    kept.kept: lambda: call(made, Kept, 2.0, code=[storage]),
     storage.load: lambda: call(FOLDER / "kept.npz", Kept),
     storage.save: lambda: call(FOLDER / "more.npz", Kept()),
     figures.band: lambda: call(

@@ -140,39 +140,35 @@ def run(
 ) -> Result:
     """Assign descriptors to the landmarks of one building by every model."""
     seen = views(config.stations, int(rng.integers(2**31)))
-    same, alike = seen.same(), seen.alike()
-    known = seen.meant().any(axis=1)
-    few = part_of(seen, rng.random(len(seen.stacks)) < TENTH)
+    same, alike, meant = seen.same(), seen.alike(), seen.meant()
+    tenth = rng.random(len(seen.stacks)) < TENTH
+    cases = {}
+    for where, kept, mask in (
+        ("again", slice(None), seen.aside == 0),
+        ("aside", slice(None), seen.aside > 0),
+        ("few", tenth, seen.aside == 0),
+    ):
+        rows = np.flatnonzero(meant[:, kept].any(axis=1) & mask)
+        rows = np.sort(rng.choice(rows, min(config.descriptors, len(rows)), replace=False))
+        truths = same[rows][:, kept], alike[rows][:, kept]
+        cases[where] = (part_of(seen, kept), rows, truths)
+    own = cases["again"][1]
     out: dict[tuple[str, int, str], Outcome] = {}
     distance, zeros = {}, {}
-    cases = {
-        "again": (seen, _some(np.flatnonzero(known & (seen.aside == 0)), config.descriptors, rng)),
-        "aside": (seen, _some(np.flatnonzero(known & (seen.aside > 0)), config.descriptors, rng)),
-        "few": (
-            few,
-            _some(
-                np.flatnonzero(few.meant().any(axis=1) & (seen.aside == 0)), config.descriptors, rng
-            ),
-        ),
-    }
-    truths = {"again": (same, alike), "aside": (same, alike), "few": (few.same(), few.alike())}
     for p in tracked:
         drawn, truth, looks = _trained(seen, p, config.descriptors, rng)
         for model in models:
-            for where, (part, rows) in cases.items():
+            for where, (part, rows, truths) in cases.items():
                 nearest = decide(model, part, p, config)
                 found = nearest.two_nearest(part.tests[rows].astype(np.float32)).classes[:, 0]
-                out[model, p, where] = _outcome(*(t[rows, found] for t in truths[where]))
+                at = np.arange(len(rows))
+                out[model, p, where] = _outcome(*(t[at, found] for t in truths))
             found = decide(model, seen, p, config).two_nearest(drawn).classes[:, 0]
             at = np.arange(len(found))
             out[model, p, "trained"] = _outcome(truth[at, found], looks[at, found])
-        distance[p] = _own_distance(seen, p, cases["again"][1])
+        distance[p] = _own_distance(seen, p, own, meant[own].argmax(axis=1))
         zeros[p] = law.zero_share(_window(seen, p))
     return Result(config, len(seen.stacks), out, distance, zeros)
-
-
-def _some(rows: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    return np.sort(rng.choice(rows, min(count, len(rows)), replace=False))
 
 
 def _outcome(right: np.ndarray, alike: np.ndarray) -> Outcome:
@@ -195,10 +191,8 @@ def _trained(
     return drawn, own.same(), own.alike()
 
 
-def _own_distance(seen: Views, p: int, rows: np.ndarray) -> float:
+def _own_distance(seen: Views, p: int, rows: np.ndarray, owners: np.ndarray) -> float:
     """Return the mean of eq. (9), raw, of descriptors to their own class."""
-    meant = seen.meant()[rows]
-    owners = meant.argmax(axis=1)
     classes = seen.classes(p)
     apart = seen.tests[rows].astype(float) - classes.means[owners]
     return float((apart**2 / raw_variances(classes)[owners]).sum(axis=1).mean())
@@ -237,7 +231,7 @@ def shares(results: Sequence[Result], where: str, what: Literal["right", "alike"
     return Table(rows, {f"p = {p}": "" for p in tracked}, about, "decided by")
 
 
-def part_of(seen: Views, rows: np.ndarray) -> Views:
+def part_of(seen: Views, rows: np.ndarray | slice) -> Views:
     """Return views with some of the landmarks."""
     return replace(seen, stacks=seen.stacks[rows], landmarks=seen.landmarks[rows])
 

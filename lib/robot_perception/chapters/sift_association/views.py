@@ -5,6 +5,7 @@ aside. The renderer knows where in the world each feature lies, and with that a 
 through the frames that miss it; so the study is one of association alone, not of tracking.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,11 +121,11 @@ class Views:
 
     def same(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are at the same place."""
-        return _near(self.tested, self.landmarks)
+        return _on_one_surface(self.tested, self.landmarks, _near)
 
     def meant(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests show which landmarks: same place, like size and direction."""
-        return _same_feature(self.tested, self.landmarks)
+        return _on_one_surface(self.tested, self.landmarks, _same_feature)
 
     def alike(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are the same place of the same print, hung elsewhere."""
@@ -138,16 +139,27 @@ class Views:
 
 
 def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
-    gaps = mine.points[:, None] - theirs.points
-    close = np.einsum("mnk,mnk->mn", gaps, gaps) < APART**2
-    return close & (mine.carriers[:, None] == theirs.carriers)
+    """Tell which are nearer to each other than `APART`; all are on one surface."""
+    return np.linalg.norm(mine.points[:, None] - theirs.points, axis=-1) < APART
 
 
 def _same_feature(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
+    """Tell which are of like size and direction besides."""
     ratio = np.abs(np.log2(mine.sizes[:, None] / theirs.sizes))
     turn = mine.angles[:, None] - theirs.angles
     turned = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
     return _near(mine, theirs) & (ratio < 0.5) & (turned < np.pi / 6)
+
+
+def _on_one_surface(
+    mine: Places, theirs: Places, test: Callable[[Places, Places], np.ndarray]
+) -> Bool[np.ndarray, "m n"]:
+    """Tell which pass a test, surface by surface: all at once would take gigabytes."""
+    out = np.zeros((len(mine), len(theirs)), dtype=bool)
+    for carrier in np.unique(theirs.carriers[theirs.carriers >= 0]):
+        rows, columns = (np.flatnonzero(p.carriers == carrier) for p in (mine, theirs))
+        out[np.ix_(rows, columns)] = test(mine[rows], theirs[columns])
+    return out
 
 
 def views(config: Stations, seed: int) -> Views:
@@ -227,7 +239,7 @@ def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
     if not len(begun) or not len(spots):
         return np.full(len(begun), -1)
     gaps = np.linalg.norm(begun.points[:, None] - spots.points, axis=-1)
-    gaps[~_same_feature(begun, spots)] = np.inf
+    gaps[~_on_one_surface(begun, spots, _same_feature)] = np.inf
     best = gaps.argmin(axis=1)
     return np.where(np.isfinite(gaps[np.arange(len(begun)), best]), best, -1)
 
