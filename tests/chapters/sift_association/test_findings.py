@@ -1,6 +1,6 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_two_rows_are_never_worse_than_any_row_and_a_low_threshold_than_a_high_o
         assert shares[0] >= shares[-1]
     for rows, ratio in product(values["rows"], values["ratio"]):
         shares = [explorers.chosen(rows, limit, ratio).share for limit in values["threshold"]]
-        assert all(a >= b for a, b in zip(shares, shares[1:], strict=False))
+        assert all(a >= b for a, b in pairwise(shares))
 
 
 # Table 1
