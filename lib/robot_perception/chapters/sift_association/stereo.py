@@ -150,7 +150,11 @@ class Result:
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Match the pairs of one building."""
-    seen = pairs(config.pairs, int(rng.integers(2**31)))
+    return apply(config, pairs(config.pairs, int(rng.integers(2**31))))
+
+
+def apply(config: Config, seen: Pairs) -> Result:
+    """Match pairs by the rules of a study."""
     return Result(
         config, tuple(match(s, config.rules, config.sigma_px) for s in seen.sides.values())
     )
@@ -158,17 +162,12 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
 
 def swept(config: Config, *, rng: np.random.Generator) -> dict[tuple[float, float], Result]:
     """Match the same pairs by every number of rows and every threshold."""
-    state = rng.bit_generator.state
-    out = {}
-    for rows in ROWS:
-        for threshold in THRESHOLDS:
-            rng.bit_generator.state = state
-            out[rows, threshold] = run(replace(config, rows=rows, threshold=threshold), rng=rng)
-    return out
-
-
-def _sweep(config: Config, *, rng: np.random.Generator) -> dict[tuple[float, float], Result]:
-    return swept(config, rng=rng)
+    seen = pairs(config.pairs, int(rng.integers(2**31)))
+    return {
+        (rows, threshold): apply(replace(config, rows=rows, threshold=threshold), seen)
+        for rows in ROWS
+        for threshold in THRESHOLDS
+    }
 
 
 LOOSE = {
@@ -201,7 +200,7 @@ LOOSE = {
 def stereo_sift(size: Size, rng: np.random.Generator) -> Finding:
     """Compare matches and depths with the truth, with the rules and without."""
     config, buildings = (Config(), 10) if size is Size.FULL else (Config(pairs=6), 3)
-    done = sweep(_sweep, [config] * buildings, rng=rng, desc="stereo")
+    done = sweep(swept, [config] * buildings, rng=rng, desc="stereo")
     rows = {}
     for name, key in LOOSE.items():
         found = [one[key] for one in done]
