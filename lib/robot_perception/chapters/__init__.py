@@ -12,7 +12,14 @@ from types import ModuleType
 from robot_perception.teaching.claims import Claim, Sabotage, claims_in, sabotages_in
 from robot_perception.teaching.recordings import Recording
 
-CHAPTERS = ("walls", "monobot", "anchored_slam", "loop_closing", "visual_slam")
+CHAPTERS = (
+    "walls",
+    "monobot",
+    "anchored_slam",
+    "loop_closing",
+    "sift_association",
+    "visual_slam",
+)
 """Stems of the chapters, in the order of the book."""
 
 

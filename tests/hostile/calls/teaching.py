@@ -16,6 +16,7 @@ from robot_perception.teaching import (
     exercises,
     explore,
     figures,
+    kept,
     ledger,
     prose,
     recordings,
@@ -42,6 +43,11 @@ WORDS = {"paper": "p", "place": "§1", "statement": "It is so.", "method": "Coun
 @dataclass(frozen=True)
 class Kept:
     number: float = 1.0
+
+
+def made(number: float) -> Kept:
+    """Return a result that may be kept."""
+    return Kept(number)
 
 
 class Stored(recordings.Recording):
@@ -141,6 +147,7 @@ CALLS = {
     recordings.Recording.read: lambda: call(RECORDING),
     recordings.Recording.stored: lambda: call(RECORDING),
     recordings.Recording.write: lambda: call(RECORDING),
+    kept.kept: lambda: call(made, Kept, 2.0, code=[storage]),
     storage.load: lambda: call(FOLDER / "kept.npz", Kept),
     storage.save: lambda: call(FOLDER / "more.npz", Kept()),
     figures.band: lambda: call(

@@ -84,6 +84,15 @@ MEANING = {
     "other hull": TEAL,
     "tag": INK,
     "missed": INK,
+    # which landmark is this
+    "right": GREEN,
+    "wrong": MAGENTA,
+    "look-alike": ORANGE,
+    "Euclid": INK,
+    "raw": RED,
+    "floored": PURPLE,
+    "shrunk": BLUE,
+    "pooled": TEAL,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 

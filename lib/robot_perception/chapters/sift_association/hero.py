@@ -1,0 +1,99 @@
+"""Two places of one building that carry the same print: what a nearest descriptor makes of them."""
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+
+import data_synth
+from data_synth import stereo
+from data_synth.stereo import Rig
+from data_synth.textured_building import drive, make_textured_building
+from robot_perception import landmarks
+from robot_perception.chapters.sift_association.views import APART, Places, place
+from robot_perception.landmarks import Euclidean, Features, detect
+from robot_perception.teaching.kept import kept
+
+GAP = 10
+"""Between the two pictures, px."""
+
+NEAR = 200.0
+"""Of descriptors, whose length is 512: within that they are taken for one landmark's."""
+
+FAR_AWAY = 5.0
+"""How far apart the robot stands at the two places, at least, m."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hero:
+    """Two pictures side by side, and which features of the right one are taken for which left.
+
+    ``here`` are pixels of the right picture, ``there`` of the left one; ``right`` tells which pairs
+    show the same place, which here none can.
+    """
+
+    image: UInt8[np.ndarray, "height width"]
+    here: Float[np.ndarray, "n 2"]
+    there: Float[np.ndarray, "n 2"]
+    right: Bool[np.ndarray, " n"]
+    metres: float
+
+
+@cache
+def doors(seed: int = 1, poses: int = 60) -> Hero:
+    """Return the two places along a drive that look most alike, kept on this computer."""
+    return kept(record, Hero, seed, poses, code=(data_synth, landmarks))
+
+
+def record(seed: int, count: int) -> Hero:
+    """Drive through a building and find the two places."""
+    world, path, own = np.random.default_rng(seed).spawn(3)
+    building, rig = make_textured_building(rng=world), Rig()
+    poses = drive(building, rng=path, poses=count)
+    images = [f.left for f in stereo.frames(building.scene, rig, poses, rng=own)]
+    seen = [detect(image) for image in images]
+    spots = [
+        place(building.scene, rig, pose, features)
+        for pose, features in zip(poses, seen, strict=True)
+    ]
+    pairs = [
+        (i, j)
+        for i, j in combinations(range(count), 2)
+        if np.hypot(*(poses[i] - poses[j])[:2]) > FAR_AWAY
+    ]
+    i, j = max(pairs, key=lambda pair: _alike(*(spots[k] for k in pair)))
+    rows, others = _matches(seen[j], seen[i])
+    offset = np.array([rig.size[0] + GAP, 0.0])
+    gap = np.full((rig.size[1], GAP), 255, dtype=np.uint8)
+    apart = np.linalg.norm(spots[j].points[rows] - spots[i].points[others], axis=1)
+    same = (apart < APART) & (spots[j].carriers[rows] == spots[i].carriers[others])
+    return Hero(
+        np.concatenate([images[i], gap, images[j]], axis=1),
+        seen[j].pixels[rows] + offset,
+        seen[i].pixels[others],
+        same,
+        float(np.hypot(*(poses[i] - poses[j])[:2])),
+    )
+
+
+def _matches(here: Features, there: Features) -> tuple[np.ndarray, np.ndarray]:
+    """Return which features of one picture are within reach of one of the other."""
+    nearest = Euclidean(there.descriptors.astype(float)).two_nearest(here.descriptors)
+    others = nearest.within(NEAR**2, ratio=0.8)
+    rows = np.flatnonzero(others >= 0)
+    return rows, others[rows]
+
+
+def _alike(one: Places, two: Places) -> int:
+    """Count features that show the same spot of the same print, and not the same place."""
+    if not len(one) or not len(two):
+        return 0
+    hit = one.carriers >= 0, two.carriers >= 0
+    one, two = one[hit[0]], two[hit[1]]
+    gaps = np.linalg.norm(one.prints[:, None, 1:] - two.prints[:, 1:], axis=-1)
+    alike = (gaps < APART) & (one.prints[:, None, 0] == two.prints[:, 0])
+    ratio = np.abs(np.log2(one.sizes[:, None] / two.sizes))
+    away = np.linalg.norm(one.points[:, None] - two.points, axis=-1)
+    return int((alike & (ratio < 0.5) & (away > 1.0)).any(axis=1).sum())

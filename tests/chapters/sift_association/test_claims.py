@@ -1,0 +1,54 @@
+"""The claims of the chapter: the record, and what their findings must say."""
+
+import pytest
+
+from robot_perception.chapters.sift_association import table1
+from tests.chapters.ledger import LedgerTests, quick, recorded
+
+
+class TestLedger(LedgerTests):
+    stem = "sift_association"
+
+
+def test_right_matches_are_fewer_without_either_rule():
+    table = recorded()["stereo-sift"].tables["with and without the rules"]
+    both = table["both rules", "right"]
+    for name in ("no row rule", "no threshold", "neither"):
+        assert table[name, "right"].estimate < both.estimate
+    assert table["neither", "right"].high < both.low
+
+
+def test_a_landmark_from_aside_is_farther_than_a_look_alike_and_nearer_than_another_landmark():
+    finding = quick("viewpoint")
+    alike, large, other = (
+        finding.evidence[name]
+        for name in (
+            "distance between look-alikes",
+            "distance at 30°",
+            "distance to the nearest other landmark",
+        )
+    )
+    assert alike.high < large.low
+    assert large.high < other.low
+
+
+def test_gains_are_differences_of_the_shares():
+    finding = quick("mahalanobis-needs")
+    right = quick("table1").tables[f"right, {table1.TESTS['few']}"]
+    gain = right["raw", "p = 30"].estimate - right["Euclid", "p = 30"].estimate
+    assert finding.value.estimate == pytest.approx(gain)
+
+
+def test_a_class_knows_its_own_frames_and_with_few_of_them_hardly_any_others():
+    tables = recorded()["table1"].tables
+    own, other = (tables[f"right, {table1.TESTS[name]}"] for name in ("trained", "again"))
+    assert own["raw", "p = 3"].low > 99
+    assert other["raw", "p = 3"].high < other["Euclid", "p = 3"].low - 5
+
+
+def test_shared_variances_do_not_lose_where_raw_ones_do():
+    gains = recorded()["mahalanobis-needs"].tables["gain over Euclid"]
+    for where in ("again", "aside"):
+        row = table1.TESTS[where]
+        assert gains[f"raw, {row}", "p = 3"].high < -5
+        assert gains[f"pooled, {row}", "p = 3"].low > -1

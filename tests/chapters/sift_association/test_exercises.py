@@ -1,0 +1,45 @@
+"""The exercises judge right and wrong answers, and their answers are what happens."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.sift_association import stereo
+from robot_perception.chapters.sift_association import variances as law
+from robot_perception.chapters.sift_association.exercises import EXERCISES
+
+
+@pytest.mark.parametrize("key", list(EXERCISES))
+def test_each_mistake_has_its_words(key):
+    exercise = EXERCISES[key]
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        outcome, said = exercise.judge(wrong)
+        assert outcome == "wrong"
+        assert words in said
+
+
+def test_depth_of_the_exercise_is_what_triangulation_says():
+    rig = stereo.rig()
+    measured = rig.project(np.array([[0.0, 0.0, 5.0]]))
+    cov = rig.triangulate(measured, 0.5).cov
+    assert EXERCISES["sift-depth"].answer == pytest.approx(np.sqrt(cov[0, 2, 2]), rel=1e-6)
+
+
+def test_distance_of_a_class_to_its_own_is_the_same_for_any_numbers():
+    stack = np.random.default_rng(0).exponential(size=(5, law.LENGTH))
+    apart = (stack - stack.mean(axis=0)) ** 2 / stack.var(axis=0, ddof=1)
+    assert EXERCISES["sift-own"].answer == pytest.approx(apart.sum(axis=1).mean())
+
+
+def test_distance_of_a_stranger_is_the_law():
+    assert EXERCISES["sift-law"].answer == pytest.approx(law.expected_distance(5))
+
+
+def test_chapter_asks_each_exercise_once():
+    notebook = Path(__file__).parents[3] / "book" / "sift_association.ipynb"
+    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
+    assert sorted(asked) == sorted(EXERCISES)

@@ -1,0 +1,44 @@
+"""The law of eq. (9) against samples."""
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.sift_association import variances as law
+
+RNG = np.random.default_rng
+
+
+@pytest.mark.parametrize("p", [8, 12, 30])
+def test_expected_distance_is_the_mean_of_many(p):
+    rng = RNG(p)
+    stacks = rng.standard_normal((4000, p, law.LENGTH))
+    found = rng.standard_normal((4000, law.LENGTH))
+    apart = (found - stacks.mean(axis=1)) ** 2 / stacks.var(axis=1, ddof=1)
+    values = apart.sum(axis=1)
+    error = values.std() / np.sqrt(len(values))
+    assert abs(values.mean() - law.expected_distance(p)) < 5 * error
+
+
+def test_expected_distance_is_infinite_up_to_three_frames_and_that_of_known_variances_in_the_end():
+    assert law.expected_distance(2) == law.expected_distance(3) == np.inf
+    assert law.expected_distance(10**6) == pytest.approx(law.LENGTH, rel=1e-4)
+    assert law.expected_distance(3, freedom=1e9) == pytest.approx(law.LENGTH * 4 / 3)
+
+
+@pytest.mark.parametrize("p", [3, 10])
+def test_spread_is_that_of_many_variances(p):
+    sample = RNG(1).standard_normal((200_000, p)).var(axis=1, ddof=1)
+    assert sample.std() == pytest.approx(law.variance_spread(p), rel=0.02)
+
+
+def test_estimated_variances_cost_right_answers_and_known_ones_do_not():
+    found = [law.right_share(p, 10.0, 200, rng=RNG(2), runs=100) for p in (3, 10)]
+    known = law.right_share(3, 10.0, 200, known=True, rng=RNG(2), runs=100)
+    assert found[0] < found[1] <= 1.0
+    assert known > found[0] + 0.2
+
+
+def test_entries_that_never_change_are_counted():
+    stacks = np.zeros((2, 3, 4))
+    stacks[0, 1, 0] = 1
+    assert law.zero_share(stacks) == 7 / 8
