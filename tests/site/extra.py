@@ -3,7 +3,13 @@
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from playwright.sync_api import Browser, BrowserContext
+
+from tests.site.conftest import Visit
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -36,3 +42,21 @@ def build(name: str, folder: Path) -> Path:
     jupyter_book = Path(sys.executable).with_name("jupyter-book")
     subprocess.run([jupyter_book, "build", book, *options], cwd=ROOT, check=True)
     return folder / "_build" / "html" / f"{name}.html"
+
+
+@contextmanager
+def visits(browser: Browser, page: Path) -> Iterator[Callable[..., Visit]]:
+    """Yield what opens a page from disk; keyword arguments go to the browser context."""
+    contexts: list[BrowserContext] = []
+
+    def make(**options: object) -> Visit:
+        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
+        contexts.append(context)
+        visit = Visit(context.new_page(), (page.parent.as_uri(),))
+        visit.page.goto(page.as_uri())
+        visit.page.wait_for_load_state()
+        return visit
+
+    yield make
+    for context in contexts:
+        context.close()

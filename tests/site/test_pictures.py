@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
-from playwright.sync_api import Browser, BrowserContext, ElementHandle, Page
+from playwright.sync_api import Browser, ElementHandle, Page
 
 from robot_perception.teaching.figures import film
 from tests.site import extra
@@ -32,18 +32,8 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def enter(browser: Browser, built: Path) -> Iterator[Callable[..., Visit]]:
     """Open the page from disk; keyword arguments go to the browser context."""
-    contexts: list[BrowserContext] = []
-
-    def make(**options: object) -> Visit:
-        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
-        contexts.append(context)
-        visit = Visit(context.new_page(), (built.parent.as_uri(),))
-        visit.page.goto(built.as_uri())
-        return visit
-
-    yield make
-    for context in contexts:
-        context.close()
+    with extra.visits(browser, built) as make:
+        yield make
 
 
 def films(page: Page) -> list[ElementHandle]:

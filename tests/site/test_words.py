@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Locator, Page
+from playwright.sync_api import Browser, Locator, Page
 
 from robot_perception.teaching.bets import bet
 from tests.site import extra
@@ -25,19 +25,8 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def enter(browser: Browser, built: Path) -> Iterator[Callable[..., Visit]]:
     """Open the page from disk; keyword arguments go to the browser context."""
-    contexts: list[BrowserContext] = []
-
-    def make(**options: object) -> Visit:
-        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
-        contexts.append(context)
-        visit = Visit(context.new_page(), (built.parent.as_uri(),))
-        visit.page.goto(built.as_uri())
-        visit.page.wait_for_load_state()
-        return visit
-
-    yield make
-    for context in contexts:
-        context.close()
+    with extra.visits(browser, built) as make:
+        yield make
 
 
 def asked(page: Page) -> list[Locator]:
