@@ -102,8 +102,9 @@ def describe_view(picture: str, angle: float) -> str:
     found = view(picture, angle)
     total = len(found.pixels) + found.lost
     middle = f"{np.median(found.distances):.0f}" if len(found.pixels) else "nothing"
+    name = next(text for text, kind in PICTURES.items() if kind == picture).capitalize()
     return (
-        f"A {picture} seen from {angle:g}° aside: {len(found.pixels)} of {total} features are "
+        f"{name} seen from {angle:g}° aside: {len(found.pixels)} of {total} features are "
         f"found again; their descriptors have moved by {middle} of 512 in the median."
     )
 
