@@ -96,9 +96,7 @@ def test_robust_spread_is_that_of_a_normal_law_and_bears_outliers():
 
 def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
-    whole, knocked = (
-        make(Config(pairs=2), rng=RNG(0)) for make in (stereo.run, stereo._knocked)
-    )
+    whole, knocked = (make(Config(pairs=2), rng=RNG(0)) for make in (stereo.run, stereo._knocked))
     assert knocked.matches < whole.matches / 10
     assert knocked.share < whole.share - 0.2
 
