@@ -103,7 +103,7 @@ def test_bars_of_table_1_fill_a_hundred_percent_and_the_dot_is_on_the_line():
     assert widths.sum(axis=1) == pytest.approx(100)
     assert widths[0, 0] == tables[0][table1.EUCLID, "p = 5"].estimate
     assert widths[1, 1] == tables[1][state["model"], "p = 5"].estimate
-    assert [t.get_text() for t in above.get_yticklabels()][0] == "Euclid"
+    assert above.get_yticklabels()[0].get_text() == "Euclid"
     *lines, dot = below.lines
     assert len(lines) == len(explorers.TABLE_MODELS)
     assert dot.get_xydata() == pytest.approx(

@@ -1,6 +1,7 @@
 """Two rooms that look alike: what is taken for what, and how the rooms are chosen."""
 
 import numpy as np
+
 from data_synth.stereo import Rig
 from robot_perception.chapters.sift_association import hero
 from tests.chapters.sift_association.worlds import features, places

@@ -71,7 +71,7 @@ def test_a_picture_hangs_about_the_middle_in_its_own_shape():
 
 
 def test_without_noise_the_same_view_is_the_same():
-    """Every feature finds itself, or its twin of another direction; its descriptor has not moved."""
+    """Every feature finds itself, or its twin of another direction, and nothing has moved."""
     scene, config = viewpoint.hang(paint("poster", rng=RNG(3))), Config()
     looks = [viewpoint.seen_ahead(scene, QUIET, config, rng=RNG(k)) for k in (1, 2)]
     (first, points), (second, _) = looks
