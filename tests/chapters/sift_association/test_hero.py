@@ -13,6 +13,8 @@ RNG = np.random.default_rng
 
 def test_matches_are_near_and_far_nearer_than_the_second():
     looks = descriptors(4, RNG(0)).astype(float)
+    looks[2] = looks[1]
+    looks[2, 0] += 100.0
     near, twins = looks[0] + 1.0, (looks[1] + looks[2]) / 2
     far = looks[3].copy()
     far[:2] += 150.0
