@@ -26,7 +26,7 @@ def _row(scheme: Scheme, peer: Callable[[np.ndarray], np.ndarray]) -> Row:
 
     rng = np.random.default_rng(2)
     return Row(
-        work=f"{scheme.__name__} resampling, 10⁶ weights",
+        work=f"resampling 10⁶ weights, {scheme.__name__}",
         ours=lambda: scheme(WEIGHTS, COUNT, rng=rng),
         peer=lambda: peer(WEIGHTS),
         peer_name=f"filterpy {peer.__name__}",
@@ -39,7 +39,7 @@ def _row(scheme: Scheme, peer: Callable[[np.ndarray], np.ndarray]) -> Row:
 def _alone(scheme: Scheme) -> Row:
     rng = np.random.default_rng(2)
     return Row(
-        work=f"{scheme.__name__} resampling, 10⁶ weights",
+        work=f"resampling 10⁶ weights, {scheme.__name__}",
         ours=lambda: scheme(WEIGHTS, COUNT, rng=rng),
     )
 

@@ -41,21 +41,20 @@ PAIR_PRESETS = {
     "nothing": {"rows": ANY, "threshold": ANY},
 }
 
-TABLE_MODELS = tuple(name for name in table1.MODELS if name != table1.ONE_VIEW)
+TABLE_MODELS = (table1.RAW, "shrunk", "pooled")
+TABLE_MODELS += tuple(name + table1.WITH for name in TABLE_MODELS[:2])
+TABLE_TRACKED = (3, 10, 30)
 TABLE_CONTROLS = {
-    "p": choice("Tracked frames", {str(p): p for p in table1.TRACKED}, 5),
+    "p": choice("Tracked frames", {str(p): p for p in TABLE_TRACKED}, 10),
     "model": choice("Decided by", {name: name for name in TABLE_MODELS}, table1.RAW),
-    "where": choice(
-        "Descriptors from",
-        {text: name for name, text in table1.TESTS.items() if name != "few"},
-        "again",
-    ),
+    "where": choice("Descriptors from", {text: n for n, text in table1.TESTS.items()}, "again"),
+    "track": choice("Track", {"to either side": "", "straight on": table1.STRAIGHT}, ""),
 }
 TABLE_PRESETS = {
-    "its own frames": {"where": "trained"},
-    "30 frames": {"p": 30},
+    "its own frames": {"where": "trained", "p": 30},
+    "three frames": {"p": 3},
+    "straight on, then aside": {"p": 30, "where": "aside", "track": table1.STRAIGHT},
     "shrunk": {"model": "shrunk"},
-    "from aside": {"where": "aside"},
 }
 
 
@@ -141,22 +140,25 @@ def describe_pair(rows: float, threshold: float, ratio: float) -> str:
 # Table 1 -----------------------------------------------------------------------------------------
 
 
-def rates(where: str) -> Table:
+def rates(where: str, track: str = "") -> Table:
     """Return the recorded shares of right assignments."""
-    return recorded()["table1"].tables[f"right, {table1.TESTS[where]}"]
+    return recorded()["table1"].tables[f"right, {table1.TESTS[where]}{track}"]
 
 
-def confusions(where: str) -> Table:
+def confusions(where: str, track: str = "") -> Table:
     """Return the recorded shares of assignments to look-alikes."""
-    return recorded()["table1"].tables[f"look-alikes, {table1.TESTS[where]}"]
+    return recorded()["table1"].tables[f"look-alikes, {table1.TESTS[where]}{track}"]
 
 
-def describe_table(p: int, model: str, where: str) -> str:
+def describe_table(p: int, model: str, where: str, track: str) -> str:
     """Return what a state of the explorer of Table 1 shows, in words."""
-    right = rates(where)[model, f"p = {p}"].estimate
-    euclid = rates(where)[table1.EUCLID, f"p = {p}"].estimate
-    alike = confusions(where)[model, f"p = {p}"].estimate
+    right = rates(where, track)[model, f"p = {p}"].estimate
+    means = rates(where, track)[table1.EUCLID, f"p = {p}"].estimate
+    first = rates(where, track)[table1.ONE_VIEW, f"p = {p}"].estimate
+    alike = confusions(where, track)[model, f"p = {p}"].estimate
+    way = "straight on" if track else "to either side of the way"
     return (
-        f"Classes of {p} frames, descriptors of {table1.TESTS[where]}, decided by {model}: "
-        f"{right:.1f} % right, {alike:.1f} % taken for a look-alike; Euclid has {euclid:.1f} %."
+        f"Classes of {p} frames {way}, descriptors of {table1.TESTS[where]}, decided by {model}: "
+        f"{right:.1f} % right, {alike:.1f} % taken for a look-alike; Euclid has {means:.1f} % to "
+        f"the means and {first:.1f} % to the first views."
     )

@@ -116,20 +116,20 @@ def right_by_rules(ax: Axes, table: Table, drawn: Mapping[str, str]) -> Axes:
     return ax
 
 
-def gains(axes: np.ndarray, table: Table, models: Mapping[str, str]) -> np.ndarray:
+def gains(axes: np.ndarray, table: Table, titles: Mapping[str, str]) -> np.ndarray:
     """Draw what estimates of the variance gain over Euclid by tracked frames, a panel for each end
     of the names of rows.
     """
     tracked = [int(name.removeprefix("p = ")) for name in table.columns]
-    for ax, (end, title) in zip(axes, models.items(), strict=True):
+    for ax, (end, title) in zip(axes, titles.items(), strict=True):
         ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
-        for name in table1.VARIANCES:
+        for name in (table1.RAW, "shrunk", "pooled"):
             cells = [table[f"{name}, {end}", column] for column in table.columns]
             lows, highs = [c.low for c in cells], [c.high for c in cells]
             ax.fill_between(tracked, lows, highs, color=tint(name), alpha=0.2, linewidth=0)
             ax.plot(tracked, [c.estimate for c in cells], "o-", color=tint(name), label=name)
         ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32))
-        ax.set(ylim=(-35, 5))
+        ax.set(ylim=(-25, 5))
         ax.set_title(title)
     axes[0].legend(loc="lower right")
     return axes
@@ -151,35 +151,34 @@ def own_distance(ax: Axes, measured: Mapping[int, float], law: Mapping[int, floa
 
 
 def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> np.ndarray:
-    """Draw how Euclid and a model assign, and the share of right ones over tracked frames."""
+    """Draw the errors of Euclid and of a model, and the share of right ones over tracked frames."""
     above, below = axes
     for ax in axes:
         ax.clear()
     column = f"p = {p}"
-    for k, name in enumerate((table1.EUCLID, model)):
-        good, like = right[name, column].estimate, alike[name, column].estimate
-        left = 0.0
-        for value, meaning in ((good, "right"), (like, "look-alike"), (100 - good - like, "wrong")):
-            above.barh(k, value, left=left, color=MEANING[meaning], height=0.6)
-            left += value
-    above.set_yticks([0, 1], [table1.EUCLID, model.replace(", log-d", ",\nlog-d")])
-    above.set(xlim=(0, 100), ylim=(1.6, -0.6), xlabel="descriptors (%)")
-    above.set_title("right, a look-alike, another")
-    for name in right.rows:
-        if name == table1.ONE_VIEW:
-            continue
-        mine = name in (model, table1.EUCLID)
+    drawn = {"first views": table1.ONE_VIEW, "means": table1.EUCLID, "variances": model}
+    for k, name in enumerate(drawn.values()):
+        like = alike[name, column].estimate
+        other = 100 - right[name, column].estimate - like
+        above.barh(k, like, color=MEANING["look-alike"], height=0.6)
+        above.barh(k, other, left=like, color=MEANING["wrong"], height=0.6)
+    for k, (name, text) in enumerate({"look-alike": "a look-alike", "wrong": "another"}.items()):
+        label(above, 49, k, text, MEANING[name], ha="right", va="center")
+    above.set_yticks(range(len(drawn)), list(drawn))
+    above.set(xlim=(0, 50), ylim=(2.6, -0.6), xlabel="assigned wrong (%)")
+    for name in dict.fromkeys((*right.rows, table1.ONE_VIEW, table1.EUCLID, model)):
+        mine = name in drawn.values()
         values = [right[name, f"p = {q}"].estimate for q in table1.TRACKED]
         below.plot(
             table1.TRACKED,
             values,
-            _line(name),
+            "--" if name == table1.ONE_VIEW else "-",
             color=tint(name) if mine else MEANING["expected"],
             linewidth=2.2 if mine else 0.8,
             zorder=3 if mine else 1,
         )
     below.plot(p, right[model, column].estimate, "o", color=tint(model), markersize=8, zorder=4)
-    below.set(xlim=(0, 32), ylim=(0, 100), xlabel="tracked frames p", ylabel="right (%)")
+    below.set(xlim=(0, 32), ylim=(50, 100.5), xlabel="tracked frames p", ylabel="right (%)")
     return axes
 
 

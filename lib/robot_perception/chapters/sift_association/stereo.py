@@ -192,7 +192,8 @@ LOOSE = {
     accepted=Accepted(
         0.9,
         1.0,
-        "a filter that gates each point by its place can bear one wrong match in ten",
+        "a filter that gates each point by its place can bear one wrong match in ten; were one in "
+        "twenty asked, the verdict would be open",
         "our choice",
     ),
     seed=21,

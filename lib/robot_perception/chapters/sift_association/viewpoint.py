@@ -154,8 +154,7 @@ def found_again(
     paper=PAPER,
     place="§4",
     basis="substitute",
-    statement="From slightly different viewpoints the descriptor of a point remains almost "
-    "unchanged; from viewpoints 30° apart the difference is remarkable.",
+    statement="Seen from viewpoints 30° apart, the descriptors of a point differ remarkably.",
     paper_value="no number",
     method="Pictures of six kinds in empty space, a camera that goes round them: mean distance of "
     f"the descriptors of one point {REMARKABLE:g}° apart, over that of two look-alikes from one "
@@ -164,7 +163,8 @@ def found_again(
         1.5,
         np.inf,
         "the paper's consequence is that look-alikes are confused: the landmark itself must be "
-        "clearly farther from its own class than a look-alike is from the old viewpoint",
+        "clearly farther from its own class than a look-alike is from the old viewpoint; the ratio "
+        "of 30° to 5° stands beside and meets it, too",
         "our choice",
     ),
     seed=22,

@@ -1,6 +1,6 @@
 """What the studies of association see: landmarks tracked at stations of a drive, and tests of them.
 
-At each station the robot drives a little way and then looks again: from the same way, and from
+At each station the robot drives a little way and then looks again: from between, and from
 aside. The renderer knows where in the world each feature lies, and with that a landmark is followed
 through the frames that miss it; so the study is one of association alone, not of tracking.
 """
@@ -39,9 +39,11 @@ class Stations:
     step
         From frame to frame, m; as much is a turn by 1°.
     again
-        Test frames from the same way, between two frames.
+        Test frames between two frames of the track.
+    swing
+        How far to either side of the way the robot goes while it tracks, from right to left, m.
     aside
-        How far to either side of the way the robot stands for further test frames, m.
+        How much farther aside it stands for further test frames, on either side, m.
     """
 
     count: int = 20
@@ -49,6 +51,7 @@ class Stations:
     sightings: int = 30
     step: float = 0.02
     again: int = 4
+    swing: float = 0.3
     aside: tuple[float, ...] = (0.3, 0.6)
 
 
@@ -99,7 +102,7 @@ class Views:
     tested
         Where these are.
     aside : (m,)
-        How far aside the robot stood, m.
+        How far aside the robot stood, m; 0 between frames of the track.
     begun
         Features of the frames in the middle, of which these are the landmarks.
     """
@@ -202,12 +205,14 @@ def _station(
     """Record a station: tracks of all its frames, and the features of its test frames."""
     scene, rig = building.scene, Rig()
     middle = config.frames // 2
-    early = np.linspace(0.2, 0.8, config.again) * (config.frames - 1)
-    floors = early.astype(int)
-    again = poses[floors] + 0.5 * (_near_step(poses[floors + 1] - poses[floors]))
-    sides = np.array([side * a for a in config.aside for side in (-1, 1)])
-    stood = np.concatenate([again, *(stand_aside(poses[middle], a)[None] for a in sides)])
-    every = np.concatenate([poses[: config.frames], stood])
+    ways = np.linspace(-config.swing, config.swing, config.frames)
+    track = [stand_aside(pose, way) for pose, way in zip(poses[:-1], ways, strict=True)]
+    floors = (np.linspace(0.2, 0.8, config.again) * (config.frames - 1)).astype(int)
+    between = poses[floors] + 0.5 * (_near_step(poses[floors + 1] - poses[floors]))
+    middles = (ways[floors] + ways[floors + 1]) / 2
+    again = [stand_aside(pose, way) for pose, way in zip(between, middles, strict=True)]
+    sides = np.array([side * (config.swing + a) for a in config.aside for side in (-1, 1)])
+    every = np.stack([*track, *again, *(stand_aside(poses[middle], a) for a in sides)])
     seen = [detect(frame.left) for frame in stereo.frames(scene, rig, every, rng=rng)]
     spots = [place(scene, rig, pose, features) for pose, features in zip(every, seen, strict=True)]
     begun = spots[middle][spots[middle].carriers >= 0]
