@@ -44,7 +44,7 @@ test: lint book ## lint, unit and property tests, quick claims, notebooks, site 
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
 
-test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without NumPy's fast paths
+test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without the fast paths of NumPy and OpenCV
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
 
 mutants: .venv/.book ## plant errors in a copy of the code and count what the tests notice

@@ -1,20 +1,29 @@
-"""The tests as other processors run them: other BLAS kernels, NumPy without its fast paths.
+"""The tests as other processors run them: other BLAS kernels, NumPy and OpenCV without fast paths.
 
 ``python -m tests.portable`` prints a line for each; further words go to pytest. Every kernel gets
 the unit tests with the quick claims, and the notebooks with their compared outputs; the site in its
-browser is the same on every processor and left out.
+browser is the same on every processor and left out. Each has a cache of its own, empty at first:
+what another kernel computed would hide what this one does.
 """
 
 import os
 import re
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator, Mapping
 
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 KERNELS = {"Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
 """OpenBLAS's kernels, and the instructions that a processor must have for each."""
+
+PICTURES = {
+    "SSE42": {"OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX", "OPENCV_IPP": "sse42"},
+    "AVX2": {"OPENCV_CPU_DISABLE": "AVX512-SKX", "OPENCV_IPP": "avx2"},
+    "AVX512_SKX": {},
+}
+"""What holds OpenCV, and Intel's library in it, to instructions."""
 
 RUNS = {
     "tests": ["-m", "not slow", "--ignore", "tests/site", "tests"],
@@ -27,7 +36,7 @@ def variants() -> Iterator[tuple[str, dict[str, str]]]:
     """Yield name and environment of what can be tested here; print what cannot."""
     seen: dict[str, str] = {}
     for name, instructions in KERNELS.items():
-        environment = {"OPENBLAS_CORETYPE": name}
+        environment = {"OPENBLAS_CORETYPE": name} | PICTURES[instructions]
         if not __cpu_features__.get(instructions):
             print(f"{name:18s}  needs {instructions}, which this processor does not have")
         elif (taken := python("-c", ASK, **environment).stdout.strip()) in seen:
@@ -37,7 +46,9 @@ def variants() -> Iterator[tuple[str, dict[str, str]]]:
             yield name, environment
         else:
             print(f"{name:18s}  is not in this BLAS, which takes {taken}")
-    yield "NumPy's baseline", {"NPY_DISABLE_CPU_FEATURES": " ".join(__cpu_dispatch__)}
+    numpy = {"NPY_DISABLE_CPU_FEATURES": " ".join(__cpu_dispatch__)}
+    opencv = {"OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX,SSE4.2,SSE4.1"}
+    yield "the baseline", numpy | opencv | {"OPENCV_IPP": "disabled"}
 
 
 def python(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -50,15 +61,17 @@ def passes(name: str, environment: Mapping[str, str], words: list[str]) -> bool:
     """Run all tests in an environment, print the line of it, and what failed."""
     failures = []
     print(f"{name:18s}", end="", flush=True)
-    for what, chosen in RUNS.items():
-        run = python("-m", "pytest", "-q", *words, *chosen, **environment)
-        (*_, last) = run.stdout.splitlines() or [""]
-        print(
-            f"  {what}: {re.sub(r', [0-9]+ deselected|[(=].*', '', last).strip()}",
-            end="",
-            flush=True,
-        )
-        failures += [run.stdout + run.stderr] if run.returncode else []
+    with tempfile.TemporaryDirectory() as cache:
+        for what, chosen in RUNS.items():
+            own = {**environment, "ROBOT_PERCEPTION_CACHE": cache}
+            run = python("-m", "pytest", "-q", *words, *chosen, **own)
+            (*_, last) = run.stdout.splitlines() or [""]
+            print(
+                f"  {what}: {re.sub(r', [0-9]+ deselected|[(=].*', '', last).strip()}",
+                end="",
+                flush=True,
+            )
+            failures += [run.stdout + run.stderr] if run.returncode else []
     print(*failures, sep="\n")
     return not failures
 

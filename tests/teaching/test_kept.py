@@ -24,6 +24,11 @@ def compute(first: float, second: float) -> Sum:
     return Sum(np.array([first, second]))
 
 
+def told(size: "Size") -> Sum:
+    CALLS.append(size.inner.ends)
+    return Sum(np.array(size.inner.ends))
+
+
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
@@ -42,6 +47,26 @@ def test_other_arguments_are_another_result():
     kept(compute, Sum, 1.0, 2.0, code=[storage])
     assert kept(compute, Sum, 2.0, 1.0, code=[storage]).values[0] == 2.0
     assert len(CALLS) == 2
+
+
+@dataclass(frozen=True)
+class Size:
+    name: str
+    ends: tuple[float, ...]
+    inner: object = 0.0
+
+
+@pytest.mark.parametrize("value", [np.zeros(2), [1.0], None, Size("a", (1.0,), [2]), Size])
+def test_arguments_whose_text_may_not_say_all_are_refused(value):
+    with pytest.raises(TypeError, match="arguments must be numbers, texts or dataclasses"):
+        kept(compute, Sum, 1.0, value, code=[storage])
+    assert not CALLS
+
+
+def test_dataclasses_of_dataclasses_are_arguments():
+    for ends in ((1.0,), (2.0,), (1.0,)):
+        kept(told, Sum, Size("a", (), Size("b", ends)), code=[storage])
+    assert CALLS == [(1.0,), (2.0,)]
 
 
 def test_a_change_of_the_code_is_another_result(tmp_path, monkeypatch):

@@ -62,8 +62,10 @@ def functions(path: Path) -> dict[str, ast.FunctionDef]:
 def meanings(name: str, known: dict[str, ast.FunctionDef], seen: set[str]) -> Iterator[str]:
     """Yield the meanings that a function names, or a function of its module that it calls."""
     seen.add(name)
-    for node in ast.walk(known[name]):
-        if isinstance(node, ast.Constant) and node.value in MEANING:
+    nodes = list(ast.walk(known[name]))
+    placed = [n.value for n in nodes if isinstance(n, ast.keyword) and n.arg in ("ha", "side")]
+    for node in nodes:
+        if isinstance(node, ast.Constant) and node.value in MEANING and node not in placed:
             yield node.value
         if isinstance(node, ast.Name) and node.id in known and node.id not in seen:
             yield from meanings(node.id, known, seen)

@@ -27,6 +27,7 @@ class Outer:
     robots: Mapping[int, Inner]
     rates: Mapping[str, float]
     photo: UInt8[np.ndarray, "h w 3"] = field(metadata={"webp": 100})
+    grey: UInt8[np.ndarray, "h w"] = field(metadata={"webp": 100})
 
 
 def example(seed=0):
@@ -40,6 +41,7 @@ def example(seed=0):
         {3: Inner(rng.normal(size=(4, 2)), "three"), 1: Inner(np.empty((0, 2)), "")},
         {"all": 0.1, "half of them": 0.2},
         rng.integers(0, 255, (6, 9, 3), dtype=np.uint8),
+        rng.integers(0, 255, (5, 4), dtype=np.uint8),
     )
 
 
@@ -52,6 +54,7 @@ def test_everything_comes_back_with_its_type_and_every_bit(tmp_path):
         assert type(getattr(after, name)) is type(getattr(before, name))
     np.testing.assert_array_equal(after.values, before.values)
     np.testing.assert_array_equal(after.photo, before.photo)
+    np.testing.assert_array_equal(after.grey, before.grey)
     assert list(after.robots) == [3, 1]
     np.testing.assert_array_equal(after.robots[3].path, before.robots[3].path)
     assert after.robots[1].path.shape == (0, 2)
@@ -66,7 +69,7 @@ def test_bytes_depend_on_the_numbers_alone(tmp_path):
     with zipfile.ZipFile(tmp_path / "a") as archive:  # nor on the hour
         assert {part.date_time for part in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         pictures = [name for name in archive.namelist() if not name.endswith(".npy")]
-    assert pictures == ["photo.webp"]
+    assert pictures == ["photo.webp", "grey.grey.webp"]
 
 
 def test_plain_numpy_reads_the_arrays(tmp_path):
@@ -103,7 +106,7 @@ def test_another_type_is_not_read(tmp_path):
     with pytest.raises(ValueError, match="mistake is missing"):
         storage.load(tmp_path / "a.npz", Other)
     storage.save(tmp_path / "a.npz", example())
-    with pytest.raises(ValueError, match=r"no field takes: count, good, names"):
+    with pytest.raises(ValueError, match=r"no field takes: count, good, grey, names"):
         storage.load(tmp_path / "a.npz", Less)
 
 

@@ -10,6 +10,7 @@ import os
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -35,17 +36,23 @@ def kept(
     kind
         Type of the result, a dataclass that `teaching.storage` can store.
     arguments
-        Numbers, texts and dataclasses of them, whose ``repr`` says all.
+        Numbers, texts, and tuples and dataclasses of them, whose ``repr`` says all.
     code
         Modules and packages on whose source the result depends, beside that of ``compute``.
 
     Raises
     ------
     TypeError
-        If ``compute`` is no function of a module, ``kind`` no dataclass or ``code`` no modules.
+        If ``compute`` is no function of a module, ``kind`` no dataclass, ``code`` no modules, or
+        one of the ``arguments`` is of another kind.
     """
     if not isinstance(compute, FunctionType):
         raise TypeError(f"compute must be a function, got {shown(compute)}")
+    for value in arguments:
+        if not _is_told_by_repr(value):
+            raise TypeError(
+                f"arguments must be numbers, texts or dataclasses of them, got {shown(value)}"
+            )
     dataclass_type("kind", kind)
     file = _file(compute, arguments, instances("code", code, ModuleType))
     with suppress(OSError, ValueError, KeyError):  # not there, or damaged
@@ -57,6 +64,15 @@ def kept(
             storage.save(Path(folder) / file.name, result)
             os.replace(Path(folder) / file.name, file)
     return result
+
+
+def _is_told_by_repr(value: object) -> bool:
+    """Tell whether the ``repr`` of a value says all; that of a large array leaves out most."""
+    if isinstance(value, tuple):
+        return all(map(_is_told_by_repr, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return all(_is_told_by_repr(getattr(value, f.name)) for f in fields(value))
+    return isinstance(value, str | int | float)
 
 
 def _file(

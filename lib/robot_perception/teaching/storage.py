@@ -2,7 +2,7 @@
 
 Arrays and numbers are stored as they are, texts as arrays of text, a nested dataclass or mapping
 below its name (``robots/3/error``). A field with ``metadata={"webp": quality}`` holds a picture
-(uint8) and is stored as WebP, lossless at quality 100.
+(uint8), grey or in colour, and is stored as WebP, lossless at quality 100.
 """
 
 import io
@@ -20,6 +20,7 @@ from PIL import Image
 from robot_perception.checks import dataclass_type, instance
 
 Result = TypeVar("Result")
+_ENDING = re.compile(r"(\.npy|(\.grey)?\.webp)$")
 _STAMP = (1980, 1, 1, 0, 0, 0)  # the least that zip can say: files must not differ by their hour
 
 
@@ -41,7 +42,8 @@ def save(path: Path | str, result: Any) -> dict[str, str]:
     parts = dict(_flat(result, ""))
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, (value, webp) in parts.items():
-            ending = "npy" if webp is None else "webp"
+            picture = "grey.webp" if value.ndim == 2 else "webp"  # WebP itself has colours only
+            ending = "npy" if webp is None else picture
             info = zipfile.ZipInfo(f"{name}.{ending}", _STAMP)
             info.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(info, _bytes(value, webp))
@@ -65,7 +67,7 @@ def load(path: Path | str, kind: type[Result]) -> Result:
             content = {name: archive.read(name) for name in archive.namelist()}
     except zipfile.BadZipFile as error:
         raise ValueError(f"path {path} holds no result: {error}") from error
-    parts = {name.rpartition(".")[0]: _array(data, name) for name, data in content.items()}
+    parts = {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
     result = _built(kind, parts, "")
     if parts:
         raise ValueError(f"{path.name} has parts that no field takes: {', '.join(sorted(parts))}")
@@ -103,7 +105,8 @@ def _bytes(array: np.ndarray, webp: int | None) -> bytes:
 
 def _array(data: bytes, name: str) -> np.ndarray:
     if name.endswith(".webp"):
-        return np.asarray(Image.open(io.BytesIO(data)))
+        picture = Image.open(io.BytesIO(data))
+        return np.asarray(picture.convert("L") if name.endswith(".grey.webp") else picture)
     return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
 
 

@@ -1,5 +1,7 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
+from types import MappingProxyType
+
 import pytest
 
 from robot_perception.chapters.sift_association import table1
@@ -8,6 +10,9 @@ from tests.chapters.ledger import LedgerTests, quick, recorded
 
 class TestLedger(LedgerTests):
     stem = "sift_association"
+    pictures = MappingProxyType(
+        dict.fromkeys(("stereo-sift", "viewpoint", "table1", "mahalanobis-needs"), 0.05)
+    )
 
 
 def test_right_matches_are_fewer_without_either_rule():

@@ -47,7 +47,7 @@ class Kept:
 
 def made(number: float) -> Kept:
     """Return a result that may be kept."""
-    return Kept(number)
+    return Kept()
 
 
 class Stored(recordings.Recording):

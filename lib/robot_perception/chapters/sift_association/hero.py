@@ -12,6 +12,7 @@ from data_synth import stereo
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from robot_perception import landmarks
+from robot_perception.chapters.sift_association import views
 from robot_perception.chapters.sift_association.views import APART, Places, place
 from robot_perception.landmarks import Euclidean, Features, detect
 from robot_perception.teaching.kept import kept
@@ -44,7 +45,7 @@ class Hero:
 @cache
 def doors(seed: int = 1, poses: int = 60) -> Hero:
     """Return the two places along a drive that look most alike, kept on this computer."""
-    return kept(record, Hero, seed, poses, code=(data_synth, landmarks))
+    return kept(record, Hero, seed, poses, code=(data_synth, landmarks, views))
 
 
 def record(seed: int, count: int) -> Hero:

@@ -1,0 +1,117 @@
+"""The explorers: states agree with the studies, and their words with the states."""
+
+import re
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.sift_association import explorers, recordings, table1
+from robot_perception.chapters.sift_association import figures as draw
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.style import image_axes
+from tests.chapters.findings import states
+
+TABLE_STATES = list(states(explorers.TABLE_CONTROLS))
+
+
+@pytest.mark.parametrize("picture", explorers.PICTURES.values())
+def test_features_are_found_again_or_lost(picture):
+    views = [explorers.view(picture, angle) for angle in (0.0, 30.0, 60.0)]
+    assert len({len(one.pixels) + one.lost for one in views}) == 1
+    for one in views:
+        assert len(one.distances) == len(one.pixels) > 0
+        high, wide = one.image.shape
+        assert ((one.pixels >= 0) & (one.pixels < [wide, high])).all()
+        assert ((one.distances >= 0) & (one.distances < 1024)).all()
+
+
+@pytest.mark.parametrize("angle", [0.0, 45.0])
+def test_words_of_a_view_are_its_numbers(angle):
+    found = explorers.view("door", angle)
+    said = explorers.describe_view("door", angle)
+    numbers = [int(n) for n in re.findall(r"\d+", said)]
+    total = len(found.pixels) + found.lost
+    moved = round(float(np.median(found.distances)))
+    assert numbers == [int(angle), len(found.pixels), total, moved, 512]
+    assert said.startswith("A door")
+
+
+def test_words_of_a_view_without_features(monkeypatch):
+    none = explorers.View(np.zeros((4, 4), np.uint8), np.empty((0, 2)), np.empty(0), 7)
+    monkeypatch.setattr(explorers, "view", lambda picture, angle: none)
+    assert "0 of 7 features" in explorers.describe_view("door", 60.0)
+    assert "by nothing" in explorers.describe_view("door", 60.0)
+
+
+def test_rules_of_the_aloe_are_those_of_the_recording():
+    for state in list(states(explorers.PAIR_CONTROLS))[::5]:
+        found, own = explorers.chosen(**state), recordings.choose(explorers.aloe(), **state)
+        assert (found.others == own.others).all()
+        said = explorers.describe_pair(**state)
+        matched = np.count_nonzero(found.others >= 0)
+        known = np.count_nonzero(explorers.aloe().known)
+        assert said.startswith(f"Of {known} features of the left picture {matched} are matched")
+        assert f" {found.share:.0%} of them right" in said
+    assert "image_pairs" in explorers.note()
+
+
+def test_every_state_of_table_1_is_recorded_and_said():
+    for state in TABLE_STATES:
+        right, alike = explorers.rates(state["where"]), explorers.confusions(state["where"])
+        column = f"p = {state['p']}"
+        good, like = right[state["model"], column], alike[state["model"], column]
+        assert 0 <= good.estimate + like.estimate <= 100 + 1e-9
+        said = explorers.describe_table(**state)
+        assert f"{good.estimate:.1f} % right, {like.estimate:.1f} % taken" in said
+        assert f"Euclid has {right[table1.EUCLID, column].estimate:.1f} %" in said
+
+
+# The drawings of all states
+
+
+def test_pictures_show_every_feature_and_every_match():
+    found = explorers.view("poster", 30.0)
+    _, ax = image_axes(found.image)
+    for _ in range(2):  # drawn again, nothing is left of the last one
+        draw.view(ax, found)
+        assert len(ax.lines) == len(found.pixels)
+    far = [line for line in ax.lines if line.get_color() == draw.MEANING["wrong"]]
+    assert len(far) == np.count_nonzero(found.distances > 200)
+    pair = explorers.aloe()
+    _, ax = image_axes(pair.first)
+    chosen = explorers.chosen(2.0, 100.0, 0.7)
+    for _ in range(2):
+        draw.pair(ax, pair, chosen)
+        matches = np.count_nonzero(chosen.others >= 0)
+        assert len(ax.lines) == matches + 3
+    for name, right in (("right", True), ("wrong", False)):
+        lines = [line for line in ax.lines if line.get_color() == draw.MEANING[name]]
+        drawn = [line.get_xydata() for line in lines if line.get_marker() == "None"]
+        rows = np.flatnonzero((chosen.others >= 0) & (chosen.right == right))
+        assert len(drawn) == len(rows)
+        for ends, k in zip(drawn, rows, strict=True):
+            assert ends == pytest.approx(np.stack([pair.pixels[k], pair.others[chosen.others[k]]]))
+
+
+def test_bars_of_table_1_fill_a_hundred_percent_and_the_dot_is_on_the_line():
+    _, axes = figure(2, 1)
+    state = {"p": 5, "model": "shrunk, log-determinant", "where": "aside"}
+    tables = explorers.rates(state["where"]), explorers.confusions(state["where"])
+    draw.table_state(axes, state["p"], state["model"], *tables)
+    above, below = axes
+    widths = np.reshape([bar.get_width() for bar in above.patches], (2, 3))
+    assert widths.sum(axis=1) == pytest.approx(100)
+    assert widths[0, 0] == tables[0][table1.EUCLID, "p = 5"].estimate
+    assert widths[1, 1] == tables[1][state["model"], "p = 5"].estimate
+    assert above.get_yticklabels()[0].get_text() == "Euclid"
+    *lines, dot = below.lines
+    assert len(lines) == len(explorers.TABLE_MODELS)
+    assert dot.get_xydata() == pytest.approx(
+        np.array([[5, tables[0][state["model"], "p = 5"].estimate]])
+    )
+    strong = [line for line in lines if line.get_linewidth() > 2]
+    assert {line.get_color() for line in strong} == {
+        draw.MEANING["Euclid"],
+        draw.MEANING["shrunk"],
+    }
+    assert {line.get_linestyle() for line in strong} == {"-", "--"}
