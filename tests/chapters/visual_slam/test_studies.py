@@ -15,7 +15,7 @@ from robot_perception.chapters.visual_slam import (
     resampling,
     stability,
 )
-from robot_perception.geometry import compose
+from robot_perception.geometry import compose, se3
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -48,6 +48,44 @@ def test_a_track_is_one_place(seen):
         assert (np.diff(seen.frames[rows]) == 1).all()
         stay.append(np.ptp(seen.places[rows], axis=0).max() < 0.1)
     assert np.mean(stay) > 0.9
+
+
+def test_short_tracks_are_wrong_in_depth_more_often(seen):
+    _, poses = frontend.world(FILM.seed, FILM.poses)
+    lengths = np.bincount(seen.tracks)[seen.tracks]
+    wrong = [[], []]
+    for k in range(0, 507, 25):
+        for row in np.flatnonzero((seen.frames == k) & ((lengths == 1) | (lengths > 5))):
+            depth = stereo.project(frontend.RIG, poses[k], seen.places[row][None])[0, 2]
+            wrong[int(lengths[row] > 5)].append(abs(seen.points[row, 2] / depth - 1) > 0.1)
+    once, stay = stability.wrong_depths(seen)
+    assert [once, stay] == pytest.approx([np.mean(w) for w in wrong], abs=0.04)
+    assert 1.5 * stay < once
+
+
+def test_errors_of_a_disparity_last(seen):
+    """In neighbouring frames they correlate by about one half."""
+    T = se3.compose(se3.from_se2(seen.poses), frontend.RIG.T_robot_camera)[seen.frames]
+    truth = np.einsum("ni,ni->n", T[:, :3, 2], seen.places - T[:, :3, 3])
+    errors = frontend.RIG.focal_px * frontend.RIG.baseline * (1 / seen.points[:, 2] - 1 / truth)
+    order = np.lexsort((seen.frames, seen.tracks))
+    lasting = (np.bincount(seen.tracks) > 5)[seen.tracks] & (np.abs(errors) < 3)
+    one, next_ = order[:-1], order[1:]
+    pairs = (seen.tracks[one] == seen.tracks[next_]) & lasting[one] & lasting[next_]
+    correlation = np.corrcoef(errors[one[pairs]], errors[next_[pairs]])[0, 1]
+    assert 0.4 < correlation < 0.6
+
+
+def test_most_that_is_taken_for_another_lies_on_the_same_surface():
+    drive = explorers.driven(10)
+    seen, stable = drive.seen, drives.stable_points(drive.seen, 5)
+    first = np.concatenate([r[f] for r, f in zip(stable.rows, stable.first, strict=True)])
+    new = np.isin(drive.rows, first) & (seen.frames[drive.rows] != drive.made[drive.names])
+    rows, names = drive.rows[new], drive.names[new]
+    far = np.linalg.norm(seen.places[rows] - drive.places[names], axis=1) > drives.SAME
+    assert (np.count_nonzero(new), np.count_nonzero(far)) == (drive.matched, drive.wrong)
+    same = seen.carriers[rows[far]] == drive.carriers[names[far]]
+    assert 0.5 < same.mean() < 0.9
 
 
 @pytest.mark.parametrize("stable", [0, 5])
