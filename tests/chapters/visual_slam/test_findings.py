@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.visual_slam import explorers
+from robot_perception.chapters.visual_slam import explorers, recordings
 from robot_perception.chapters.visual_slam import figures as draw
 from robot_perception.chapters.visual_slam.resampling import RULES
 from robot_perception.teaching.figures import figure
@@ -45,7 +45,7 @@ def test_ten_guesses_bring_the_walls_back_and_a_hundred_hardly_more():
 
 def test_resampled_all_descend_from_one_and_never_resampled_all_live_and_one_counts():
     for state in states(explorers.PLAY_CONTROLS):
-        rule, frame = state["rule"], state["frame"]
+        rule, frame = state["rule"], state["at"]
         drive = explorers.driven(explorers.PLAY_COUNT, rule)
         alive = explorers.ancestors(drive, frame)
         assert alive[frame] == explorers.PLAY_COUNT
@@ -93,6 +93,12 @@ def test_heights_are_right_with_any_number_and_places_are_not():
         gaps = drive.means - drive.places
         assert np.median(np.abs(gaps[:, 2])) < 0.05
         assert (np.median(np.hypot(*gaps[:, :2].T)) > 0.6) == (count == 1)
+
+
+def test_in_the_bend_that_is_shown_the_filter_is_worse_than_the_wheels():
+    errors = recordings.TURN.read().result.errors
+    assert errors[100][0] > errors[0][0]
+    assert errors[100].mean() < errors[0].mean()
 
 
 def test_axes_stay():

@@ -30,12 +30,12 @@ MOMENTS = tuple(range(13, FILM.frames, 17))
 PLAY_COUNT = 50
 PLAY_CONTROLS = {
     "rule": choice("Resampled", tuple(RULES), "below M/2"),
-    "frame": timeline("Frame", MOMENTS, MOMENTS[9], fps=5),
+    "at": timeline("Frame", MOMENTS, MOMENTS[9], fps=5),
 }
 PLAY_PRESETS = {
-    "the end": {"frame": MOMENTS[-1]},
+    "the end": {"at": MOMENTS[-1]},
     "never": {"rule": "never"},
-    "never, the end": {"rule": "never", "frame": MOMENTS[-1]},
+    "never, the end": {"rule": "never", "at": MOMENTS[-1]},
 }
 
 TURN_CONTROLS = {
@@ -96,14 +96,14 @@ def ancestors(drive: Drive, frame: int) -> np.ndarray:
     return counts
 
 
-def describe_play(rule: str, frame: int) -> str:
+def describe_play(rule: str, at: int) -> str:
     """Return what a state of the explorer of particles shows, in words."""
     drive = driven(PLAY_COUNT, rule)
-    alive = ancestors(drive, frame)
+    alive = ancestors(drive, at)
     return (
-        f"Frame {frame}, resampled {rule}: effective number "
-        f"{drive.effective[frame]:.1f} of {PLAY_COUNT}; the particles spread over "
-        f"{spread(drive, frame):.2f} m and descend from {alive[max(frame - 20, 0)]} particles of "
+        f"Frame {at}, resampled {rule}: effective number "
+        f"{drive.effective[at]:.1f} of {PLAY_COUNT}; the particles spread over "
+        f"{spread(drive, at):.2f} m and descend from {alive[max(at - 20, 0)]} particles of "
         "twenty frames before."
     )
 

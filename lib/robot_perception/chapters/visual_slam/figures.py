@@ -13,8 +13,10 @@ from robot_perception.geometry import act
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, label
 
-FLOOR = np.array([[-3.2, -6.6], [21.2, 10.2]])
-"""Corners of the axes of all maps, m: a map by one particle reaches over the walls."""
+FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
+"""Corners of the axes around the walls, m."""
+WIDE = np.array([[-3.2, -6.6], [21.2, 10.2]])
+"""Corners of the axes of maps, m: that by one particle reaches over the walls."""
 
 
 TICKS = 1, 2, 5, 10, 20, 50
@@ -33,7 +35,7 @@ def built(ax: Axes, drive: Drive) -> Axes:
     dots(ax, drive.means[:, :2], MEANING["landmark"], 1.6)
     ax.plot(*drive.seen.poses[:, :2].T, color=MEANING["truth"], linewidth=1.0)
     ax.plot(*drive.path[:, :2].T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
-    plan(ax, FLOOR, margin=0.0)
+    plan(ax, WIDE, margin=0.0)
     ax.locator_params(nbins=5)
     return ax
 
@@ -112,8 +114,9 @@ def in_space(ax: Axes, drive: Drive, turn: float) -> Axes:
     ax.plot(*way.T, color=MEANING["robot"], linewidth=1.0)
     places = np.column_stack([act(motion, drive.means[:, :2]), drive.means[:, 2]])
     dots(ax, explorers.turned(places, turn), MEANING["landmark"], 1.4)
-    ax.set(xlim=(-13, 13), ylim=(-8, 9.5))
+    ax.set(xlim=(-12.5, 12.5), ylim=(-7.4, 9.0))
     ax.set_aspect("equal", adjustable="box")
+    ax.set_position((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
     return ax
 
