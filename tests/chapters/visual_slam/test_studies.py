@@ -12,10 +12,11 @@ from robot_perception.chapters.visual_slam import (
     factorisation,
     frontend,
     maps,
+    recordings,
     resampling,
     stability,
 )
-from robot_perception.geometry import compose
+from robot_perception.geometry import compose, se3
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -48,6 +49,44 @@ def test_a_track_is_one_place(seen):
         assert (np.diff(seen.frames[rows]) == 1).all()
         stay.append(np.ptp(seen.places[rows], axis=0).max() < 0.1)
     assert np.mean(stay) > 0.9
+
+
+def test_points_of_one_frame_are_wrong_in_depth_more_often(seen):
+    _, poses = frontend.world(FILM.seed, FILM.poses)
+    lengths = np.bincount(seen.tracks)[seen.tracks]
+    depths = [
+        stereo.project(frontend.RIG, pose, seen.places[seen.frames == k])[:, 2]
+        for k, pose in enumerate(poses)
+    ]
+    wrong = np.abs(seen.points[:, 2] / np.concatenate(depths) - 1) > 0.1
+    once, stay = stability.wrong_depths(seen)
+    assert [once, stay] == pytest.approx([wrong[lengths == 1].mean(), wrong[lengths > 5].mean()])
+    assert 1.5 * stay < once
+
+
+def test_errors_of_a_disparity_last(seen):
+    """In neighbouring frames they correlate by about one half."""
+    T = se3.compose(se3.from_se2(seen.poses), frontend.RIG.T_robot_camera)[seen.frames]
+    truth = np.einsum("ni,ni->n", T[:, :3, 2], seen.places - T[:, :3, 3])
+    errors = frontend.RIG.focal_px * frontend.RIG.baseline * (1 / seen.points[:, 2] - 1 / truth)
+    order = np.lexsort((seen.frames, seen.tracks))
+    lasting = (np.bincount(seen.tracks) > 5)[seen.tracks] & (np.abs(errors) < 3)
+    one, next_ = order[:-1], order[1:]
+    pairs = (seen.tracks[one] == seen.tracks[next_]) & lasting[one] & lasting[next_]
+    correlation = np.corrcoef(errors[one[pairs]], errors[next_[pairs]])[0, 1]
+    assert 0.4 < correlation < 0.6
+
+
+def test_most_that_is_taken_for_another_lies_on_the_same_surface():
+    drive = explorers.driven(10)
+    seen, stable = drive.seen, drives.stable_points(drive.seen, 5)
+    first = np.concatenate([r[f] for r, f in zip(stable.rows, stable.first, strict=True)])
+    new = np.isin(drive.rows, first) & (seen.frames[drive.rows] != drive.made[drive.names])
+    rows, names = drive.rows[new], drive.names[new]
+    far = np.linalg.norm(seen.places[rows] - drive.places[names], axis=1) > drives.SAME
+    assert (np.count_nonzero(new), np.count_nonzero(far)) == (drive.matched, drive.wrong)
+    same = seen.carriers[rows[far]] == drive.carriers[names[far]]
+    assert 0.5 < same.mean() < 0.9
 
 
 @pytest.mark.parametrize("stable", [0, 5])
@@ -137,3 +176,42 @@ def test_accounts_say_what_the_drives_did():
     assert both.seconds == pytest.approx(0.01)
     assert both.wheels[0] == both.wheels[1]
     assert both.right.tolist() == [0, 1]
+    assert both.effective[0] == 1
+    assert both.effective[1] == pytest.approx(
+        np.mean([e for e, n in zip(drives_[1].effective, drives_[1].observed, strict=True) if n])
+        / 10
+    )
+
+
+def test_turned_points_are_those_of_a_view_from_a_height():
+    """What is level turns; what is upright stays upright; a full turn changes nothing."""
+    foot, top = np.array([[3.0, -2.0, 0.0], [3.0, -2.0, 2.0]])
+    for turn in (0, 30, 135):
+        low, high = explorers.turned(np.stack([foot, top]), turn)
+        assert high - low == pytest.approx([0, 2 * np.cos(np.deg2rad(35))])
+    axes = np.array([10.0, 1.1, 0.0]) + np.vstack([np.zeros(3), np.eye(3)])
+    origin, x, y, _ = explorers.turned(axes, 90)
+    assert origin == pytest.approx(np.zeros(2))
+    assert x == pytest.approx([0, np.sin(np.deg2rad(35))])  # away from the reader
+    assert y == pytest.approx([-1, 0])
+    assert explorers.turned(axes, 360) == pytest.approx(explorers.turned(axes, 0))
+
+
+def test_the_path_of_a_camera_in_the_plane():
+    """Its z axis looks ahead, its x axis to the right: a turn to the left is a positive one."""
+    a = 0.3
+    turned = np.eye(4)
+    turned[:3, 2], turned[:3, 0] = [-np.sin(a), 0, np.cos(a)], [np.cos(a), 0, np.sin(a)]
+    turned[:3, 3] = [2.0, 0.5, 7.0]
+    assert recordings.planar(np.stack([np.eye(4), turned])) == pytest.approx(
+        np.array([[0, 0, 0], [7, -2, a]])
+    )
+
+
+def test_heights_of_a_recording_count_less_the_farther_they_are():
+    points, covs = np.array([[0.0, 0, 5], [0, 0, 20]]), np.stack([np.eye(3)] * 2)
+    looser = recordings._loosened(np.arange(2), points, covs).covs
+    assert looser - covs == pytest.approx(
+        np.array([np.diag([0, 0.05**2, 0]), np.diag([0, 0.2**2, 0])])
+    )
+    assert (covs == np.eye(3)).all()

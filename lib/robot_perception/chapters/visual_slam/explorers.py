@@ -15,6 +15,7 @@ from robot_perception.chapters.visual_slam.resampling import RULES
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.teaching.explore import choice, slider, timeline
+from robot_perception.teaching.tables import Table
 
 SEED = 3
 """Of the drive that is shown."""
@@ -24,16 +25,17 @@ FILM = frontend.PAPER
 MAP_CONTROLS = {"count": slider("Particles", COUNTS, 1)}
 MAP_PRESETS = {"ten": {"count": 10}, "a hundred": {"count": 100}}
 
-STEPS = 30
+MOMENTS = tuple(range(13, FILM.frames, 17))
+"""Frames of the timeline; the last one is the end of the drive."""
 PLAY_COUNT = 50
 PLAY_CONTROLS = {
-    "rule": choice("Drawn anew", tuple(RULES), "below M/2"),
-    "time": timeline("Time", range(STEPS), 9, fps=5),
+    "rule": choice("Resampled", tuple(RULES), "below M/2"),
+    "at": timeline("Frame", MOMENTS, MOMENTS[9], fps=5),
 }
 PLAY_PRESETS = {
-    "the end": {"time": STEPS - 1},
-    "never drawn": {"rule": "never", "time": 9},
-    "never drawn, the end": {"rule": "never", "time": STEPS - 1},
+    "the end": {"at": MOMENTS[-1]},
+    "never": {"rule": "never"},
+    "never, the end": {"rule": "never", "at": MOMENTS[-1]},
 }
 
 TURN_CONTROLS = {
@@ -79,11 +81,6 @@ def describe_map(count: int) -> str:
     )
 
 
-def moment(time: int) -> int:
-    """Return the frame of a moment of the timeline."""
-    return int(np.linspace(5, FILM.frames - 1, STEPS)[time])
-
-
 def spread(drive: Drive, frame: int) -> float:
     """Return the standard deviation of the particles' places at a frame, m."""
     return float(np.sqrt(drive.poses[frame][:, :2].var(axis=0).sum()))
@@ -99,14 +96,14 @@ def ancestors(drive: Drive, frame: int) -> np.ndarray:
     return counts
 
 
-def describe_play(rule: str, time: int) -> str:
+def describe_play(rule: str, at: int) -> str:
     """Return what a state of the explorer of particles shows, in words."""
-    drive, frame = driven(PLAY_COUNT, rule), moment(time)
-    alive = ancestors(drive, frame)
+    drive = driven(PLAY_COUNT, rule)
+    alive = ancestors(drive, at)
     return (
-        f"Frame {frame}, drawn anew {rule}: effective number "
-        f"{drive.effective[frame]:.1f} of {PLAY_COUNT}; the particles spread over "
-        f"{spread(drive, frame):.2f} m and descend from {alive[max(frame - 20, 0)]} particles of "
+        f"Frame {at}, resampled {rule}: effective number "
+        f"{drive.effective[at]:.1f} of {PLAY_COUNT}; the particles spread over "
+        f"{spread(drive, at):.2f} m and descend from {alive[max(at - 20, 0)]} particles of "
         "twenty frames before."
     )
 
@@ -118,6 +115,37 @@ def turned(points: Float[np.ndarray, "n 3"], turn: float) -> Float[np.ndarray, "
     across = np.cos(angle) * x - np.sin(angle) * y
     away = np.sin(angle) * x + np.cos(angle) * y
     return np.stack([across, np.sin(tilt) * away + np.cos(tilt) * z], axis=-1)
+
+
+NUMBER = 8
+"""Bytes of a number."""
+
+
+def memory_table() -> Table:
+    """Return the memory of the maps of the drive that is shown, and that of plain arrays."""
+    states = {f"M = {m}": driven(m) for m in COUNTS}
+    states[f"M = {PLAY_COUNT}, never resampled"] = driven(PLAY_COUNT, "never")
+    rows = {
+        name: (
+            float(len(drive.places)),
+            np.mean([len(block) for block in drive.maps.blocks]),
+            drive.maps.nbytes / 1e6,
+            plain(drive) / 1e6,
+        )
+        for name, drive in states.items()
+    }
+    columns = {
+        "landmarks": "in the map at the end",
+        "versions": "of a landmark that some particle holds, on average",
+        "shared (MB)": "memory of the maps, each version held once",
+        "plain (MB)": "memory of arrays with a mean and a covariance for each particle",
+    }
+    return Table(rows, columns, "the drive that is shown", "particles")
+
+
+def plain(drive: Drive) -> int:
+    """Return the memory of all maps as plain arrays, bytes: 3 + 9 numbers a landmark."""
+    return len(drive.maps) * len(drive.places) * (3 + 9) * NUMBER
 
 
 def describe_turn(count: int, turn: float) -> str:

@@ -7,7 +7,6 @@ from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.chapters.visual_slam import explorers, frontend
 from robot_perception.chapters.visual_slam.drives import Drive
 from robot_perception.chapters.visual_slam.frontend import Seen
-from robot_perception.chapters.visual_slam.maps import Result
 from robot_perception.chapters.visual_slam.recordings import Followed
 from robot_perception.evaluation.trajectories import align
 from robot_perception.geometry import act
@@ -15,7 +14,12 @@ from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, label
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
-"""Corners of the axes of all maps, m."""
+"""Corners of the axes around the walls, m."""
+WIDE = np.array([[-3.2, -6.6], [21.2, 10.2]])
+"""Corners of the axes of maps, m: that by one particle reaches over the walls."""
+
+
+TICKS = 1, 2, 5, 10, 20, 50
 
 
 def walls_of(drive: Drive) -> np.ndarray:
@@ -31,7 +35,7 @@ def built(ax: Axes, drive: Drive) -> Axes:
     dots(ax, drive.means[:, :2], MEANING["landmark"], 1.6)
     ax.plot(*drive.seen.poses[:, :2].T, color=MEANING["truth"], linewidth=1.0)
     ax.plot(*drive.path[:, :2].T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
-    plan(ax, FLOOR, margin=0.0)
+    plan(ax, WIDE, margin=0.0)
     ax.locator_params(nbins=5)
     return ax
 
@@ -60,21 +64,6 @@ def tracks_on(ax: Axes, seen: Seen, frame: int, *, stable: int = 5) -> Axes:
     return ax
 
 
-def errors_by_count(ax: Axes, result: Result) -> Axes:
-    """Draw the error of every drive and its mean over the number of particles."""
-    counts = list(result.drives)
-    places = np.arange(len(counts) + 1)
-    some = result.drives[counts[0]]
-    columns = [some.wheels, *(result.drives[m].path for m in counts)]
-    for place, values in zip(places, columns, strict=True):
-        colour = MEANING["robot"] if place else MEANING["odometry"]
-        ax.plot(np.full(len(values), place), values, "o", color=colour, markersize=4, alpha=0.5)
-        ax.plot([place - 0.25, place + 0.25], [values.mean()] * 2, color=MEANING["mean"])
-    ax.set_xticks(places, ["wheels", *(str(m) for m in counts)])
-    ax.set(xlabel="particles", ylabel="error of the path (m)", ylim=(0, None))
-    return ax
-
-
 def particles(axes: AxesRow, drive: Drive, frame: int) -> AxesRow:
     """Draw the particles at a frame with the paths that led there, and numbers over time."""
     for ax in axes:
@@ -92,13 +81,21 @@ def particles(axes: AxesRow, drive: Drive, frame: int) -> AxesRow:
     above.plot(*drive.poses[frame, :, :2].T, "o", color=MEANING["robot"], markersize=2.5)
     plan(above, FLOOR, margin=0.0)
     above.locator_params(nbins=5)
-    shown = np.arange(0, frame + 1, 3)
+    shown = np.union1d(np.arange(0, frame, 3), np.arange(max(frame - 15, 0), frame + 1))
     count = drive.poses.shape[1]
     below.plot(shown, drive.effective[shown], color=MEANING["expected"], linewidth=1.0)
-    below.plot(shown, explorers.ancestors(drive, frame)[shown], color=MEANING["robot"])
+    below.plot(
+        shown, explorers.ancestors(drive, frame)[shown], color=MEANING["robot"], linewidth=2.2
+    )
     below.axhline(count / 2, color=MEANING["paper"], linewidth=1.0, linestyle="--")
+    below.set_yscale("log")
+    below.set_yticks(TICKS, [f"{tick:g}" for tick in TICKS])
+    below.minorticks_off()
     below.set(
-        xlim=(0, len(drive.poses)), ylim=(0, 1.05 * count), xlabel="frame", ylabel="particles"
+        xlim=(0, len(drive.poses)),
+        ylim=(0.85, 1.3 * count),
+        xlabel="frame",
+        ylabel="particles (log)",
     )
     label(below, 0.99 * len(drive.poses), 0.54 * count, "M/2", MEANING["paper"], ha="right")
     return axes
@@ -117,8 +114,9 @@ def in_space(ax: Axes, drive: Drive, turn: float) -> Axes:
     ax.plot(*way.T, color=MEANING["robot"], linewidth=1.0)
     places = np.column_stack([act(motion, drive.means[:, :2]), drive.means[:, 2]])
     dots(ax, explorers.turned(places, turn), MEANING["landmark"], 1.4)
-    ax.set(xlim=(-13, 13), ylim=(-8, 10))
+    ax.set(xlim=(-12.5, 12.5), ylim=(-7.4, 9.0))
     ax.set_aspect("equal", adjustable="box")
+    ax.set_position((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
     return ax
 

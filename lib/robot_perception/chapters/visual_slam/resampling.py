@@ -151,7 +151,7 @@ def number_table() -> Table:
         "each 0.9 of the one before": 0.9**ranks,
         "one has all": np.where(ranks == 0, 1.0, 0.0),
     }
-    rows = {name: numbers(weights) for name, weights in cases.items()}
+    rows = {name: np.round(numbers(weights), 9).tolist() for name, weights in cases.items()}
     return Table(
         rows,
         {"as printed": "1/Σω", "effective": "1/Σω²"},

@@ -9,6 +9,7 @@ from robot_perception.chapters.visual_slam.drives import Options
 from robot_perception.chapters.visual_slam.frontend import Seen
 from robot_perception.chapters.visual_slam.maps import OPTIONS, PAPER, Account
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
+from robot_perception.geometry import se3
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
@@ -105,6 +106,19 @@ def lasting_points(size: Size, rng: np.random.Generator) -> Finding:
             options = replace(OPTIONS, stable=rule)
             sizes[rule].append(len(drives.run(seen, options, report, rng=stream).places))
     return Finding(bootstrap_ratio(np.array(sizes[5], float), np.array(sizes[0], float)))
+
+
+DEEP = 0.1
+"""A depth is wrong where it errs by more than this share; ours."""
+
+
+def wrong_depths(seen: Seen) -> tuple[float, float]:
+    """Return the share of wrong depths among points of one frame, and among stable tracks."""
+    T = se3.compose(se3.from_se2(seen.poses), frontend.RIG.T_robot_camera)[seen.frames]
+    depths = np.einsum("ni,ni->n", T[:, :3, 2], seen.places - T[:, :3, 3])
+    wrong = np.abs(seen.points[:, 2] / depths - 1) > DEEP
+    lengths = np.bincount(seen.tracks)[seen.tracks]
+    return float(wrong[lengths == 1].mean()), float(wrong[lengths > OPTIONS.stable].mean())
 
 
 def lasting(seen: Seen, frames: int) -> Seen:
