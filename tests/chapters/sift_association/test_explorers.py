@@ -57,13 +57,14 @@ def test_rules_of_the_aloe_are_those_of_the_recording():
 
 def test_every_state_of_table_1_is_recorded_and_said():
     for state in TABLE_STATES:
-        right, alike = explorers.rates(state["where"]), explorers.confusions(state["where"])
-        column = f"p = {state['p']}"
+        at = state["where"], state["track"]
+        right, alike, column = explorers.rates(*at), explorers.confusions(*at), f"p = {state['p']}"
         good, like = right[state["model"], column], alike[state["model"], column]
         assert 0 <= good.estimate + like.estimate <= 100 + 1e-9
         said = explorers.describe_table(**state)
         assert f"{good.estimate:.1f} % right, {like.estimate:.1f} % taken" in said
-        assert f"Euclid has {right[table1.EUCLID, column].estimate:.1f} %" in said
+        means, first = (right[m, column].estimate for m in (table1.EUCLID, table1.ONE_VIEW))
+        assert f"Euclid has {means:.1f} % to the means and {first:.1f} % to the first" in said
 
 
 # The drawings of all states
@@ -93,25 +94,21 @@ def test_pictures_show_every_feature_and_every_match():
             assert ends == pytest.approx(np.stack([pair.pixels[k], pair.others[chosen.others[k]]]))
 
 
-def test_bars_of_table_1_fill_a_hundred_percent_and_the_dot_is_on_the_line():
+def test_bars_of_table_1_are_the_errors_and_the_dot_is_on_the_line():
     _, axes = figure(2, 1)
-    state = {"p": 5, "model": "shrunk, log-determinant", "where": "aside"}
-    tables = explorers.rates(state["where"]), explorers.confusions(state["where"])
-    draw.table_state(axes, state["p"], state["model"], *tables)
+    model, column = "shrunk, log-determinant", "p = 3"
+    right, alike = explorers.rates("aside"), explorers.confusions("aside")
+    draw.table_state(axes, 3, model, right, alike)
     above, below = axes
-    widths = np.reshape([bar.get_width() for bar in above.patches], (2, 3))
-    assert widths.sum(axis=1) == pytest.approx(100)
-    assert widths[0, 0] == tables[0][table1.EUCLID, "p = 5"].estimate
-    assert widths[1, 1] == tables[1][state["model"], "p = 5"].estimate
-    assert above.get_yticklabels()[0].get_text() == "Euclid"
+    widths = np.reshape([bar.get_width() for bar in above.patches], (3, 2))
+    for (like, other), name in zip(widths, (table1.ONE_VIEW, table1.EUCLID, model), strict=True):
+        assert like == alike[name, column].estimate
+        assert like + other == pytest.approx(100 - right[name, column].estimate)
+    names = [tick.get_text() for tick in above.get_yticklabels()]
+    assert names == ["first views", "means", "variances"]
     *lines, dot = below.lines
-    assert len(lines) == len(explorers.TABLE_MODELS)
-    assert dot.get_xydata() == pytest.approx(
-        np.array([[5, tables[0][state["model"], "p = 5"].estimate]])
-    )
+    assert len(lines) == len(right.rows)
+    assert dot.get_xydata().tolist() == [[3, right[model, column].estimate]]
     strong = [line for line in lines if line.get_linewidth() > 2]
-    assert {line.get_color() for line in strong} == {
-        draw.MEANING["Euclid"],
-        draw.MEANING["shrunk"],
-    }
-    assert {line.get_linestyle() for line in strong} == {"-", "--"}
+    assert {line.get_color() for line in strong} >= {draw.tint("Euclid"), draw.tint("shrunk")}
+    assert len(strong) == 3

@@ -15,7 +15,7 @@ from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
 RIG = Rig()
-SMALL = Stations(count=2, frames=6, sightings=4, again=2, aside=(0.3,))
+SMALL = Stations(count=2, frames=6, sightings=4, again=2, swing=0.06, aside=(0.3,))
 
 
 def recorded(seed: int) -> Views:
@@ -37,7 +37,8 @@ def frames():
     poses = drive(building, rng=path, poses=int(way / SMALL.step))
     out = []
     for start, rng in zip((0, len(poses) - SMALL.frames - 1), streams, strict=True):
-        part = poses[start : start + SMALL.frames]
+        ways = np.linspace(-SMALL.swing, SMALL.swing, SMALL.frames)
+        part = np.stack([views.stand_aside(poses[start + k], by) for k, by in enumerate(ways)])
         taken = stereo.frames(building.scene, RIG, part, rng=rng)
         out.append((part, [detect(frame.left) for frame in taken]))
     return out
@@ -177,9 +178,9 @@ def _taken(stack, point, poses, seen) -> list[int]:
     return out
 
 
-def test_tests_are_features_on_surfaces_from_the_same_way_and_from_aside(seen):
+def test_tests_are_features_on_surfaces_from_between_and_from_farther_aside(seen):
     assert len(seen.tests) == len(seen.tested) == len(seen.aside)
-    assert set(seen.aside) == {0.0, 0.3}
+    assert set(seen.aside) == {0.0, SMALL.swing + 0.3}
     assert (seen.tested.carriers >= 0).all()
     assert seen.meant().any(axis=1).mean() > 0.2
 
