@@ -37,7 +37,7 @@ def test_words_of_a_view_are_its_numbers(angle):
 
 def test_words_of_a_view_without_features(monkeypatch):
     none = explorers.View(np.zeros((4, 4), np.uint8), np.empty((0, 2)), np.empty(0), 7)
-    monkeypatch.setattr(explorers, "view", lambda picture, angle: none)
+    monkeypatch.setattr(explorers, "view", lambda subject, angle: none)
     assert "0 of 7 features" in explorers.describe_view("notices", 60.0)
     assert "by nothing" in explorers.describe_view("notices", 60.0)
 

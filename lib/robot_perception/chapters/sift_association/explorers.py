@@ -18,12 +18,12 @@ from robot_perception.teaching.tables import Table
 ANGLES = tuple(float(a) for a in range(0, 65, 5))
 PICTURES = {"a poster": "poster", "a notice board": "notices", "a shelf of books": "books"}
 VIEW_CONTROLS = {
-    "picture": choice("Picture", PICTURES, "poster"),
+    "subject": choice("Picture", PICTURES, "poster"),
     "angle": slider("Viewpoint", ANGLES, 15.0, "° aside"),
 }
 VIEW_PRESETS = {
     "30° aside": {"angle": 30.0},
-    "a notice board, 45°": {"picture": "notices", "angle": 45.0},
+    "a notice board, 45°": {"subject": "notices", "angle": 45.0},
     "too far": {"angle": 60.0},
 }
 
@@ -74,10 +74,10 @@ class View:
 
 
 @cache
-def view(picture: str, angle: float) -> View:
+def view(subject: str, angle: float) -> View:
     """Return a state of the explorer of viewpoints."""
-    scene, rig, config = _hung(picture), Rig(), viewpoint.Config()
-    first, points = _ahead(picture)
+    scene, rig, config = _hung(subject), Rig(), viewpoint.Config()
+    first, points = _ahead(subject)
     pose = viewpoint.stand(angle, config)
     image = stereo.render(scene, rig, pose, exposure=0.9, rng=np.random.default_rng(1)).left
     seen = detect(image)
@@ -97,13 +97,14 @@ def _ahead(picture: str) -> tuple:
     return viewpoint.seen_ahead(scene, rig, config, rng=np.random.default_rng(2))
 
 
-def describe_view(picture: str, angle: float) -> str:
+def describe_view(subject: str, angle: float) -> str:
     """Return what a state of the explorer of viewpoints shows, in words."""
-    found = view(picture, angle)
+    found = view(subject, angle)
     total = len(found.pixels) + found.lost
     middle = f"{np.median(found.distances):.0f}" if len(found.pixels) else "nothing"
+    name = next(text for text, kind in PICTURES.items() if kind == subject).capitalize()
     return (
-        f"A {picture} seen from {angle:g}° aside: {len(found.pixels)} of {total} features are "
+        f"{name} seen from {angle:g}° aside: {len(found.pixels)} of {total} features are "
         f"found again; their descriptors have moved by {middle} of 512 in the median."
     )
 
@@ -156,7 +157,7 @@ def describe_table(p: int, model: str, where: str, track: str) -> str:
     means = rates(where, track)[table1.EUCLID, f"p = {p}"].estimate
     first = rates(where, track)[table1.ONE_VIEW, f"p = {p}"].estimate
     alike = confusions(where, track)[model, f"p = {p}"].estimate
-    way = "straight on" if track else "to either side of the way"
+    way = "straight on" if track else "to either side of the path"
     return (
         f"Classes of {p} frames {way}, descriptors of {table1.TESTS[where]}, decided by {model}: "
         f"{right:.1f} % right, {alike:.1f} % taken for a look-alike; Euclid has {means:.1f} % to "

@@ -34,12 +34,18 @@ def _line(model: str) -> str:
 
 
 def hero(ax: ImageAxes, found: Hero) -> ImageAxes:
-    """Draw features of the right picture, and which of the left one Euclid takes them for."""
+    """Draw features of the right picture, and which of the left one Euclid takes them for.
+
+    Every sixth pair has its line: all of them would hide the pictures.
+    """
     ax.clear()
-    for here, there, right in zip(found.here, found.there, found.right, strict=True):
-        colour = MEANING["right" if right else "wrong"]
-        ax.plot(*np.stack([there, here]).T, color=colour, linewidth=1.2, alpha=0.8)
-        ax.plot(*np.stack([there, here]).T, "o", color=colour, markersize=4)
+    for k, (here, there, right) in enumerate(
+        zip(found.here, found.there, found.right, strict=True)
+    ):
+        ends, colour = np.stack([there, here]).T, MEANING["right" if right else "wrong"]
+        ax.plot(*ends, "o", color=colour, markersize=2.5)
+        if k % 6 == 0:
+            ax.plot(*ends, color=colour, linewidth=0.9)
     return ax
 
 
