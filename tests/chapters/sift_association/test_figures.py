@@ -92,6 +92,7 @@ def test_rules_are_drawn_by_threshold_in_order():
 
 def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
     ends = {"other frames": "from the same way", "aside": "from aside"}
+    names = (table1.RAW, "shrunk", "pooled")
     value = {
         f"{name}, {end}": (-10.0 * k - j, -float(k))
         for k, name in enumerate(DRAWN)

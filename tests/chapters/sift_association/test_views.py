@@ -179,7 +179,7 @@ def _taken(stack, point, poses, seen) -> list[int]:
     return out
 
 
-def test_tests_are_features_on_surfaces_from_the_same_way_and_from_aside(seen):
+def test_tests_are_features_on_surfaces_from_between_and_from_farther_aside(seen):
     assert len(seen.tests) == len(seen.tested) == len(seen.aside)
     assert set(seen.aside) == {0.0, SMALL.swing + 0.3}
     assert (seen.tested.carriers >= 0).all()

@@ -16,14 +16,14 @@ from robot_perception.teaching.explore import choice, slider
 from robot_perception.teaching.tables import Table
 
 ANGLES = tuple(float(a) for a in range(0, 65, 5))
-PICTURES = {"a poster": "poster", "a door": "door", "a shelf of books": "books"}
+PICTURES = {"a poster": "poster", "a notice board": "notices", "a shelf of books": "books"}
 VIEW_CONTROLS = {
     "subject": choice("Picture", PICTURES, "poster"),
     "angle": slider("Viewpoint", ANGLES, 15.0, "° aside"),
 }
 VIEW_PRESETS = {
     "30° aside": {"angle": 30.0},
-    "a door, 45°": {"subject": "door", "angle": 45.0},
+    "a notice board, 45°": {"subject": "notices", "angle": 45.0},
     "too far": {"angle": 60.0},
 }
 
