@@ -76,7 +76,7 @@ def describe_map(count: int) -> str:
     """Return what a state of the explorer of maps shows, in words."""
     error, found = measured(count)
     return (
-        f"Map with {count} particles: {len(driven(count).places)} landmarks, path {error:.2f} m "
+        f"Map (particles: {count}): {len(driven(count).places)} landmarks, path {error:.2f} m "
         f"off; {found.inside:.0%} of the landmarks lie in their room."
     )
 
@@ -103,8 +103,8 @@ def describe_play(rule: str, at: int) -> str:
     return (
         f"Frame {at}, resampled {rule}: effective number "
         f"{drive.effective[at]:.1f} of {PLAY_COUNT}; the particles spread over "
-        f"{spread(drive, at):.2f} m and descend from {alive[max(at - 20, 0)]} particles of "
-        "twenty frames before."
+        f"{spread(drive, at):.2f} m and descend from {alive[max(at - 20, 0)]} of those twenty "
+        "frames before."
     )
 
 
@@ -152,6 +152,6 @@ def describe_turn(count: int, turn: float) -> str:
     """Return what a state of the explorer of space shows, in words."""
     drive = driven(count)
     return (
-        f"The {len(drive.places)} landmarks of the map with {count} particles in space, the "
+        f"The {len(drive.places)} landmarks of the map in space (particles: {count}), the "
         f"building turned by {turn:g}°."
     )

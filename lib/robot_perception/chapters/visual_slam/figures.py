@@ -77,7 +77,7 @@ def particles(axes: AxesRow, drive: Drive, frame: int) -> AxesRow:
         paths[k] = drive.poses[k, alive, :2]
         alive = drive.ancestors[k][alive]
     for path in np.unique(paths, axis=1).swapaxes(0, 1):
-        above.plot(*path[:: max(1, frame // 60)].T, color=MEANING["robot"], linewidth=0.7)
+        above.plot(*path[:: max(1, frame // 120)].T, color=MEANING["robot"], linewidth=0.7)
     above.plot(*drive.poses[frame, :, :2].T, "o", color=MEANING["robot"], markersize=2.5)
     plan(above, FLOOR, margin=0.0)
     above.locator_params(nbins=5)
