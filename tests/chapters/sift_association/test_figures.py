@@ -111,7 +111,7 @@ def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
             assert line.get_xdata() == pytest.approx([3, 30])
             assert line.get_color() == MEANING[name]
             check_band(band, expected - AROUND, expected + AROUND)
-        assert limits(ax) == (0, 32, -25, 5)
+        assert limits(ax) == (0, 32, -30, 5)
     names = [t.get_text() for t in axes[0].get_legend().get_texts()]
     assert names == list(DRAWN)
 

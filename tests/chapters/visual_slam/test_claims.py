@@ -73,3 +73,8 @@ def test_the_path_is_best_with_points_of_more_than_two_frames():
     table = recorded()["stable-landmarks"].tables["rules"]
     errors = {row: table[row, "ATE (m)"].estimate for row in table.rows}
     assert min(errors, key=errors.get) == "more than 2"
+
+
+def test_maps_of_particles_are_exact_to_eight_decimals():
+    found = recorded()["factorisation"]
+    assert found.value.high == found.evidence["largest relative difference of a variance"].high == 0

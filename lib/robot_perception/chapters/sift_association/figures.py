@@ -113,12 +113,14 @@ def right_by_rules(ax: Axes, table: Table, drawn: Mapping[str, str]) -> Axes:
         cells = [table[rows, name] for name in table.columns]
         values = [100 * cell.estimate for cell in cells]
         ax.plot(range(len(thresholds)), values, "o-", color=MEANING[colour], markersize=4)
-        text = f"±{rows} rows" if float(rows) < FREE_ROWS else "any row"
-        label(ax, len(thresholds) - 0.9, values[-1], text, MEANING[colour])
+        free = float(rows) >= FREE_ROWS
+        place = {"va": "top", "ha": "right"} if free else {"va": "bottom", "ha": "left"}
+        text = "any row" if free else f"±{rows} rows"
+        label(ax, len(thresholds) / 2, values[len(values) // 2], text, MEANING[colour], **place)
     names = [f"{t:g}" for t in thresholds[:-1]] + ["none"]
     ax.set_xticks(range(len(thresholds)), names)
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
-    ax.set(xlim=(-0.3, len(thresholds) + 0.6), ylim=(80, 100))
+    ax.set(xlim=(-0.3, len(thresholds) - 0.7), ylim=(80, 100))
     return ax
 
 
@@ -135,7 +137,7 @@ def gains(axes: np.ndarray, table: Table, titles: Mapping[str, str]) -> np.ndarr
             ax.fill_between(tracked, lows, highs, color=tint(name), alpha=0.2, linewidth=0)
             ax.plot(tracked, [c.estimate for c in cells], "o-", color=tint(name), label=name)
         ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32))
-        ax.set(ylim=(-25, 5))
+        ax.set(ylim=(-30, 5))
         ax.set_title(title)
     axes[0].legend(loc="lower right")
     return axes
