@@ -99,7 +99,7 @@ def update(
         Z = H @ cov @ H.T + Q  # covariance of the innovation
         innovation = v - expected
         a = innovation @ np.linalg.solve(Z, innovation)  # eq. (5)
-        log_weight -= 0.5 * (a + np.linalg.slogdet(2 * np.pi * Z)[1])  # eqs (4) and (6)
+        log_weight -= 0.5 * (a + np.linalg.slogdet(2 * np.pi * Z)[1])  # eqs (4), (6)
         K = np.linalg.solve(Z, H @ cov).T
         rest = np.eye(3) - K @ H
         cov = rest @ cov @ rest.T + K @ Q @ K.T
