@@ -108,7 +108,7 @@ def test_explorers_survive_run_all_cells(
     lab.open(visit.page, f"{name}.ipynb")
     lab.run_all(visit.page, name)
     expected = _explorers(BOOK / f"{name}.ipynb")
-    expect(visit.page.locator(".rp-controls")).to_have_count(expected)
+    expect(visit.page.locator(".explorer .rp-controls")).to_have_count(expected)
     assert visit.page.locator(":is(.rp-error, .rp-notice):visible").all_text_contents() == []
     found = drivers(visit.page)
     for driver in found:
