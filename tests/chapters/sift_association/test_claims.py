@@ -13,7 +13,10 @@ from tests.chapters.ledger import RTOL, LedgerTests, quick, recorded
 class TestLedger(LedgerTests):
     stem = "sift_association"
     pictures = MappingProxyType(
-        dict.fromkeys(("stereo-sift", "viewpoint", "table1", "mahalanobis-needs"), 0.05)
+        dict.fromkeys(
+            ("stereo-sift", "viewpoint", "table1", "mahalanobis-needs", "erratum-new-landmark"),
+            0.05,
+        )
     )
 
 
@@ -70,3 +73,9 @@ def test_shared_variances_do_not_lose_where_raw_ones_do():
     for column in gains.columns:
         assert gains[f"raw, {row}", column].high < -5
         assert gains[f"pooled, {row}", column].low > -1
+
+
+def test_as_printed_nothing_is_new_and_as_meant_most_of_it():
+    found = recorded()["erratum-new-landmark"]
+    assert found.value.high == 0
+    assert found.evidence["called new if all exceed the threshold"].low > 0.7

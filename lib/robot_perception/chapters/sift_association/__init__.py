@@ -1,3 +1,3 @@
 """Which landmark is this?: Gil et al., sections 2, 3.1 and 4, Table 1."""
 
-STUDIES = ("stereo", "viewpoint", "table1")
+STUDIES = ("stereo", "viewpoint", "table1", "threshold")
