@@ -249,7 +249,7 @@ def _rounded(
 def _two_nearest(
     factors: np.ndarray,
     single: np.ndarray,
-    reach: float,
+    reach: np.floating,
     offsets: np.ndarray,
     found: np.ndarray,
     means: np.ndarray,
