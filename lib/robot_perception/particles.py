@@ -128,7 +128,7 @@ def systematic(
     Journal of Computational and Graphical Statistics 5(1), 1996, appendix.
     """
     weights, total, count = _checked(weights, count, rng)
-    return _comb(weights, total, np.broadcast_to(rng.random(), count))
+    return _comb(weights, total, np.broadcast_to(rng.random(), count), _places(count))
 
 
 def stratified(
@@ -145,7 +145,7 @@ def stratified(
     Kitagawa 1996 (see `systematic`), appendix.
     """
     weights, total, count = _checked(weights, count, rng)
-    return _comb(weights, total, rng.random(count))
+    return _comb(weights, total, rng.random(count), _places(count))
 
 
 def multinomial(
@@ -415,18 +415,23 @@ def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
     return sums[:-1] / sums[-1]
 
 
+def _places(count: int) -> np.ndarray:
+    """Return room for what `_comb` draws; NumPy asks for large pages of memory, numba does not."""
+    return np.empty(count + 4, dtype=np.int64)
+
+
 @njit(cache=True)
 @no_type_check
-def _comb(weights, total, offsets):  # pragma: no cover - compiled
+def _comb(weights, total, offsets, drawn):  # pragma: no cover - compiled
     """Return what `_inverse` does for the points (k + offset of k) / N, one in each N-th of [0, 1).
 
     So many points lie below a cumulative sum that no search is needed. The first four places are
     written whether or not they belong to the particle, the next one writes over what does not: a
-    loop of unknown length costs three times as much, as the processor cannot foresee its end.
+    loop of unknown length costs three times as much, as the processor cannot foresee its end. So
+    there are four more places than points.
     """
     count = offsets.size
     density = count / total
-    drawn = np.empty(count + 4, dtype=np.int64)
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]

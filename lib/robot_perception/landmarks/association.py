@@ -87,12 +87,14 @@ class Euclidean:
     """
 
     means: Float[np.ndarray, "n d"]
+    _single: np.ndarray = field(init=False, repr=False)
     _squares: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        means = np.ascontiguousarray(checks.array("means", self.means, ("n", "d")))
+        means, single, squares = _rounded("means", self.means, ("n", "d"))
         object.__setattr__(self, "means", means)
-        object.__setattr__(self, "_squares", np.einsum("nd,nd->n", means, means))
+        object.__setattr__(self, "_single", single)
+        object.__setattr__(self, "_squares", squares)
 
     def distances(self, descriptors: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m n"]:
         """Return the squared distance of each descriptor to each class.
@@ -109,7 +111,8 @@ class Euclidean:
         """
         found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
         own = np.einsum("md,md->m", found, found)[:, None]
-        return np.maximum(own - 2 * found @ self.means.T + self._squares, 0.0)
+        squares = np.einsum("nd,nd->n", self.means, self.means)
+        return np.maximum(own - 2 * found @ self.means.T + squares, 0.0)
 
     def two_nearest(self, descriptors: Float[np.ndarray, "m d"]) -> Nearest:
         """Return the two nearest classes of each descriptor; of equal ones the first.
@@ -124,10 +127,12 @@ class Euclidean:
         ValueError
             If the descriptors are not (m, d) or not finite.
         """
-        found = checks.array("descriptors", descriptors, ("m", self.means.shape[1]))
+        size = ("m", self.means.shape[1])
+        found, factors, _ = _rounded("descriptors", descriptors, size, -2.0)
         return _two_nearest(
-            -2 * found,
-            self.means.astype(np.float32),
+            factors,
+            self._single,
+            np.sqrt(self._squares.max(initial=0.0)),
             self._squares,
             found,
             self.means,
@@ -217,13 +222,34 @@ class Mahalanobis:
         single, offsets = np.empty((n, 2 * d), dtype=np.float32), self._logs.copy()
         _weigh(self.means, self._centre, self.variances, single, offsets)
         apart = found - self._centre
-        factors = np.concatenate([apart**2, -2 * apart], axis=1)
-        return _two_nearest(factors, single, offsets, found, self.means, self.variances, self._logs)
+        with np.errstate(over="ignore"):  # what is too large is refused
+            factors = np.concatenate([apart**2, -2 * apart], axis=1).astype(np.float32)
+        reach = np.sqrt(np.einsum("nk,nk->n", single, single).max(initial=0.0))
+        return _two_nearest(
+            factors, single, reach, offsets, found, self.means, self.variances, self._logs
+        )
+
+
+def _rounded(
+    name: str, value: np.ndarray, shape: tuple, factor: float = 1.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Check rows; return them, so many times them in single precision, and their squared lengths.
+
+    All in one pass, as the memory takes longer than the sums: what is not finite has no finite
+    length.
+    """
+    rows = np.ascontiguousarray(checks.array(name, value, shape, finite=False))
+    single, squares = np.empty(rows.shape, dtype=np.float32), np.empty(len(rows))
+    _round(rows, factor, single, squares)
+    if not np.isfinite(squares).all():
+        checks.check_finite(name, rows)
+    return rows, single, squares
 
 
 def _two_nearest(
     factors: np.ndarray,
     single: np.ndarray,
+    reach: np.floating,
     offsets: np.ndarray,
     found: np.ndarray,
     means: np.ndarray,
@@ -232,16 +258,15 @@ def _two_nearest(
 ) -> Nearest:
     """Return the two classes with the least sums of product and offset.
 
-    The product of two rows of K numbers in single precision is off by no more than (K + 16) units
-    of rounding times their lengths: K for the sum, the rest for the factors, the offset, the sum
-    with it and the lengths.
+    No row of ``single`` is longer than the reach. The product of two rows of K numbers in single
+    precision is off by no more than (K + 16) units of rounding times their lengths: K for the sum,
+    the rest for the factors, the offset, the sum with it and the lengths.
     """
     m = len(found)
     classes, distances = np.full((m, 2), -1), np.full((m, 2), np.inf)
     with np.errstate(over="ignore"):  # what is too large is refused
-        factors, offsets = factors.astype(np.float32), offsets.astype(np.float32)
+        offsets, reach = offsets.astype(np.float32), np.float32(reach)
     found = np.ascontiguousarray(found)
-    reach = np.sqrt(np.einsum("nk,nk->n", single, single).max(initial=0.0))
     scale = np.sqrt(np.einsum("mk,mk->m", factors, factors)) * reach + np.abs(offsets).max(
         initial=0.0
     )
@@ -267,6 +292,19 @@ def _two_nearest(
             distances[part],
         )
     return Nearest(classes, distances)
+
+
+@njit(cache=True, fastmath={"reassoc"})
+@no_type_check
+def _round(rows, factor, single, squares):  # pragma: no cover - compiled
+    """Write multiples of rows in single precision, and the rows' squared lengths in double."""
+    for j in range(len(rows)):
+        total = 0.0
+        for k in range(rows.shape[1]):
+            value = rows[j, k]
+            single[j, k] = factor * value
+            total += value * value
+        squares[j] = total
 
 
 @njit(cache=True, fastmath={"reassoc"})

@@ -208,13 +208,13 @@ def descended(maps: ParticleMaps, ancestors: np.ndarray) -> ParticleMaps:
 
     A block is shortened when less than a quarter of its rows have a holder left.
     """
-    table, blocks = np.empty_like(maps.table), list(maps.blocks)
-    counts, sizes = np.empty_like(maps.sizes), maps.sizes.copy()
-    kernels.inherited(maps.table, ancestors, sizes, table, counts)
-    for slot in np.flatnonzero(4 * counts < sizes).tolist():
-        kept = np.empty((counts[slot], kernels.ROW))
-        kernels.shorten(blocks[slot], table[slot], kept)
-        blocks[slot], sizes[slot] = kept, len(kept)
+    table, blocks, sizes = np.empty_like(maps.table), list(maps.blocks), maps.sizes.copy()
+    slots, counts, kept = kernels.inherited(maps.table, ancestors, sizes, table)
+    sizes[slots] = counts
+    begin = 0
+    for slot, count in zip(slots.tolist(), counts.tolist(), strict=True):
+        blocks[slot] = blocks[slot].take(kept[begin : begin + count], axis=0)
+        begin += count
     particles = trusted(maps.poses[ancestors], np.full(len(maps), -np.log(len(maps))))
     return _made(particles, maps.ids, maps.slots, table, tuple(blocks), sizes)
 

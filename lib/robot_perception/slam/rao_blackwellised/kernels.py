@@ -298,31 +298,32 @@ def renumber(table, sizes, slots):  # pragma: no cover - compiled
 
 @njit(cache=True)
 @no_type_check
-def inherited(table, ancestors, sizes, out, counts):  # pragma: no cover - compiled
-    """Fill in which rows descendants hold, and how many different ones of each landmark."""
-    stamps = np.full(table.shape[1], -1)  # a block has at most M rows
-    for n in range(table.shape[0]):
-        for m in range(ancestors.size):
-            out[n, m] = table[n, ancestors[m]]
-        counts[n] = sizes[n]
-        if sizes[n] > 1:
-            counts[n] = 0
-            for m in range(ancestors.size):
-                row = out[n, m]
-                if row >= 0 and stamps[row] != n:
-                    stamps[row] = n
-                    counts[n] += 1
+def inherited(table, ancestors, sizes, out):  # pragma: no cover - compiled
+    """Fill in which rows descendants hold, numbered anew where less than a quarter have a holder.
 
-
-@njit(cache=True)
-@no_type_check
-def shorten(block, rows, kept):  # pragma: no cover - compiled
-    """Fill in those rows of a block that are held, and number them anew in place."""
-    numbers, used = np.full(block.shape[0], -1), 0
-    for m in range(rows.size):
-        if rows[m] >= 0:
-            if numbers[rows[m]] < 0:
-                kept[used] = block[rows[m]]
-                numbers[rows[m]] = used
-                used += 1
-            rows[m] = numbers[rows[m]]
+    Return the landmarks of which that is so, how many rows of each are held, and these rows, one
+    landmark after the other. The look at a landmark ends when a quarter is reached, mostly soon.
+    """
+    N, M = out.shape
+    slots, counts = np.empty(N, np.int64), np.empty(N, np.int64)
+    kept = np.empty(N * (M // 4 + 1), np.int64)
+    stamps, numbers = np.full(M, -1), np.empty(M, table.dtype)  # a block has at most M rows
+    sources, few, begin = ancestors.astype(np.uint64), 0, 0  # unsigned: none counts from the end
+    for n in range(N):
+        for m in range(M):
+            out[n, m] = table[n, sources[m]]
+        enough, held = (sizes[n] + 3) // 4 if sizes[n] > 1 else 0, 0
+        for m in range(M):
+            if held == enough:
+                break
+            row = out[n, m]
+            if row >= 0 and stamps[row] != n:
+                stamps[row], numbers[row], kept[begin + held] = n, held, row
+                held += 1
+        if held < enough:
+            for m in range(M):
+                if out[n, m] >= 0:
+                    out[n, m] = numbers[out[n, m]]
+            slots[few], counts[few] = n, held
+            few, begin = few + 1, begin + held
+    return slots[:few], counts[:few], kept[:begin]
