@@ -62,10 +62,12 @@ def test_where_and_when_and_how_many_targets_were_reached(store):
 
 def test_tables_by_theme_show_every_row_and_name_what_is_missed(store):
     shown = store(ROWS).tables()
-    planar, lines = shown.bundle["text/html"].split("<h3>Planar EKF-SLAM</h3>")[1].split("<h3>")
+    after = shown.bundle["text/html"].split("<h3>Planar EKF-SLAM</h3>")[1]
+    planar, lines, *others = after.split("<h3>")
     assert planar.count("<tr>") == 3
     assert lines.startswith("Simplifying a line</h3>")
     assert lines.count("<tr>") == 3
+    assert [theme.count("<tr>") for theme in others] == [1, 1]  # no work, and the head
     assert "a &lt;scan&gt;" in lines
     assert '<td data-name="Ratio"><strong>0.667×</strong></td>' in lines
     assert '<td data-name="Target">≥ 0.75× <strong>missed</strong></td>' in lines
@@ -81,6 +83,8 @@ def test_the_themes_count_their_work_and_its_peers(store):
         "The robot on a line": (0, 0),
         "Planar EKF-SLAM": (2, 2),
         "Simplifying a line": (2, 1),
+        "Visual landmarks": (0, 0),
+        "Particles": (0, 0),
     }
 
 

@@ -29,6 +29,9 @@ THEMES = {
     "planar": "Planar EKF-SLAM",
     "simplify": "Simplifying a line",
     "path": "Simplifying a line",
+    "landmarks": "Visual landmarks",
+    "Rao-Blackwellised": "Particles",
+    "resampling": "Particles",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

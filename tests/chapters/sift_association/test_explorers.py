@@ -75,9 +75,11 @@ def test_pictures_show_every_feature_and_every_match():
     _, ax = image_axes(found.image)
     for _ in range(2):  # drawn again, nothing is left of the last one
         draw.view(ax, found)
-        assert len(ax.lines) == len(found.pixels)
-    far = [line for line in ax.lines if line.get_color() == draw.MEANING["wrong"]]
-    assert len(far) == np.count_nonzero(found.distances > 200)
+        near, far = ax.collections
+    assert len(near.get_offsets()) + len(far.get_offsets()) == len(found.pixels)
+    assert len(far.get_offsets()) == np.count_nonzero(found.distances > 200)
+    moved = np.sort(found.distances[found.distances > 200])
+    assert np.sort(far.get_sizes()) == pytest.approx((2 + moved / 30) ** 2)
     pair = explorers.aloe()
     _, ax = image_axes(pair.first)
     chosen = explorers.chosen(2.0, 100.0, 0.7)

@@ -52,17 +52,11 @@ def hero(ax: ImageAxes, found: Hero) -> ImageAxes:
 def view(ax: ImageAxes, found: View) -> ImageAxes:
     """Draw the features that are found again, the larger the farther their descriptors moved."""
     ax.clear()
-    for (u, v), distance in zip(found.pixels, found.distances, strict=True):
-        near = distance <= 200
-        ax.plot(
-            u,
-            v,
-            "o",
-            color=MEANING["right" if near else "wrong"],
-            markersize=2 + distance / 30,
-            fillstyle="none",
-            markeredgewidth=1.4,
-        )
+    near = found.distances <= 200
+    for rows, name in ((near, "right"), (~near, "wrong")):
+        sizes = (2 + found.distances[rows] / 30) ** 2
+        at = found.pixels[rows].T
+        ax.scatter(*at, sizes, facecolors="none", edgecolors=MEANING[name], linewidths=1.4)
     return ax
 
 
