@@ -154,7 +154,7 @@ def guide(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Comma
     ValueError
         If the persons are older than the state.
     """
-    time, at = _sight(state, persons, rules, rules.reach)
+    time, at = _sight(state, persons, rules, "reach")
     go = Command(speed=rules.speed)
     if at >= 0:
         say = "welcome back" if state.phase in ("asking back", "given up") else ""
@@ -194,7 +194,7 @@ def follow(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Comm
     ValueError
         If the persons are older than the state.
     """
-    time, at = _sight(state, persons, rules, rules.reach)
+    time, at = _sight(state, persons, rules, "reach")
     if at >= 0:
         r, phi = persons.mean[at].tolist()
         turn = float(np.clip(rules.gain * phi, -rules.turn_rate, rules.turn_rate))
@@ -240,7 +240,7 @@ def survey(
         If the persons are older than the state.
     """
     finished = checks.flag("finished", finished)
-    time, at = _sight(state, persons, rules, rules.close)
+    time, at = _sight(state, persons, rules, "close")
     if state.phase in ("waiting", "given up"):
         near = (persons.mean[:, 0] <= rules.reach) & (persons.identity != state.person)
         if not near.any():
@@ -265,7 +265,7 @@ def survey(
     return _resigned(state, time, rules, "waiting"), STOP
 
 
-def _sight(state: State, persons: Hypotheses, rules: Rules, reach: float) -> tuple[float, int]:
+def _sight(state: State, persons: Hypotheses, rules: Rules, limit: str) -> tuple[float, int]:
     """Return the time, and the row of the one it is about; -1 if they are not there."""
     checks.instance("state", state, State)
     checks.instance("persons", persons, Hypotheses)
@@ -276,7 +276,8 @@ def _sight(state: State, persons: Hypotheses, rules: Rules, reach: float) -> tup
             f"persons must not be older than the state, got {time:.6g} s after "
             f"{max(state.seen, state.since):.6g} s"
         )
-    distance = np.where(persons.mean[:, 0] <= reach, persons.mean[:, 0], np.inf)
+    near = persons.mean[:, 0] <= getattr(rules, limit)
+    distance = np.where(near, persons.mean[:, 0], np.inf)
     same = np.flatnonzero((persons.identity == state.person) & (distance < np.inf))
     if same.size:
         return time, int(same[0])

@@ -52,7 +52,7 @@ def trajectories(
     Schaffernicht, Martin, Scheidig and Gross, section 4.1.
     """
     history = checks.instances("history", history, Hypotheses)
-    poses = checks.array("poses", poses, (len(history), 3), f"{len(history)} times")
+    poses = checks.array("poses", poses, (len(history), 3), f"{len(history)} times of history")
     if not history:
         return ()
     times = np.repeat([h.time for h in history], [len(h) for h in history])
