@@ -61,7 +61,10 @@ def test_pixels_and_tables_of_another_kind_are_refused():
     pixels = np.full((4, 3), 100, np.uint8)
     with unchecked(), pytest.raises(TypeError, match=r"skin must be an array of bytes.*float64"):
         SkinModel.fit(pixels.astype(float), pixels)
-    with unchecked(), pytest.raises(ValueError, match="other must hold a pixel as bright as 45"):
+    with (
+        unchecked(),
+        pytest.raises(ValueError, match="other must hold a pixel as bright as darkest 45"),
+    ):
         SkinModel.fit(pixels, pixels // 10)
     with unchecked(), pytest.raises(ValueError, match=r"skin must be \(n, 3\), got \(4, 2\)"):
         SkinModel.fit(pixels[:, :2], pixels)

@@ -16,7 +16,7 @@ DAMAGE = OSError, ValueError, EOFError, TypeError, RuntimeError, zipfile.BadZipF
 LABELS = ("leg_scan", "leg_xy", "label_sector_deg_m")
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, slots=True)
 class Sector:
     """Part of the floor before a scanner.
 

@@ -56,7 +56,7 @@ class LegRules:
     deviation: float = 0.04
     hollow: float = 0.015
     apart: tuple[float, float] = (0.1, 0.5)
-    range_sigma: float = 0.1
+    range_sigma: float = 0.05
     side_step: float = 0.1
 
     def __post_init__(self) -> None:

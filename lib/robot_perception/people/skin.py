@@ -92,7 +92,7 @@ class SkinModel:
             _check_bytes(name, pixels, ("n", 3))
             rows, columns, bright = _binned(pixels, bins, darkest)
             if not bright.any():
-                raise ValueError(f"{name} must hold a pixel as bright as {darkest:g}, got none")
+                raise ValueError(f"{name} must hold a pixel as bright as darkest {darkest:g}")
             counts = np.bincount((rows * bins + columns)[bright], minlength=bins * bins)
             shares.append(counts.reshape(bins, bins) / bright.sum() + floor)
         return cls(np.log(shares[0] / shares[1]), darkest)

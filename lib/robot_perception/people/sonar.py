@@ -49,8 +49,8 @@ class SonarRules:
     reach: float = 2.0
     widest: float = 0.5
     depth: float = 0.1
-    range_sigma: float = 0.3
-    bearing_sigma: float = np.deg2rad(12.0)
+    range_sigma: float = 0.2
+    bearing_sigma: float = np.deg2rad(10.0)
 
     def __post_init__(self) -> None:
         for name in ("reach", "widest", "range_sigma", "bearing_sigma"):
