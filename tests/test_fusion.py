@@ -190,6 +190,27 @@ def test_equation_4_is_the_best_weight_of_two_numbers_in_two_cases_and_no_other(
             assert abs(apart) > 1e-6
 
 
+@pytest.mark.parametrize("q", [1.0, 4.0, 25.0, 100.0])
+def test_how_far_equation_4_is_from_the_least_determinant(q):
+    """Two beliefs that know different things, Ca = 1 and Cb = diag(d, q / d) with large d."""
+    a, b = (Gaussian(np.zeros(2), np.diag(values)) for values in ([1.0, 1.0], [1e8, q / 1e8]))
+    sizes = [
+        np.linalg.det(fusion.covariance_intersection(a, b, rule(a, b)).cov)
+        for rule in (fusion.omega_determinants, fusion.omega_least_determinant)
+    ]
+    assert sizes[0] / sizes[1] == pytest.approx((1 + q) ** 2 / (4 * q), rel=1e-3)
+
+
+def test_equation_4_can_give_a_larger_determinant_than_one_belief_alone():
+    """The better one is better in every direction: nothing is to be gained from the other."""
+    a, b = pair_with((1 / 1.7, 1 / 1.7), np.random.default_rng(9))
+    found = fusion.covariance_intersection(a, b, fusion.omega_determinants(a, b))
+    alone = fusion.covariance_intersection(a, b, fusion.omega_least_determinant(a, b))
+    np.testing.assert_allclose(alone.cov, a.cov, rtol=1e-9)
+    ratio = np.linalg.det(found.cov) / np.linalg.det(a.cov)
+    assert ratio == pytest.approx(((1.7 + 1.7**3) / (1 + 1.7**3)) ** 2, rel=1e-9)
+
+
 def test_equal_determinants_do_not_make_equation_4_best_for_three_numbers():
     a, b = pair_with((10.0, 1.0, 0.1), np.random.default_rng(4))
     assert fusion.omega_least_determinant(a, b) == pytest.approx(0.5, abs=1e-9)

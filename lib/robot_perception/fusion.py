@@ -265,7 +265,10 @@ def omega_determinants(a: Gaussian, b: Gaussian) -> Weights:
     The belief of the smaller determinant has the larger weight, as the paper says. It also says
     that this ω makes the determinant of the result least. For two numbers that is so only if the
     determinants are equal, :math:`|C_a| = |C_b|`, or
-    :math:`\operatorname{tr}(C_b^{-1} C_a) = 2 (1 + |C_a| / |C_b|)`.
+    :math:`\operatorname{tr}(C_b^{-1} C_a) = 2 (1 + |C_a| / |C_b|)`. Otherwise the determinant is
+    larger than it could be, without bound: for two beliefs each of which knows what the other does
+    not it tends to :math:`(1 + q)^2 / 4q` times the least one, with q the quotient of the two
+    determinants. It can even be larger than that of the better belief alone.
 
     Parameters
     ----------
