@@ -31,32 +31,41 @@ def _beliefs(rng: np.random.Generator) -> Gaussian:
 A, B = (_beliefs(np.random.default_rng(seed)) for seed in range(2))
 
 
-def _stonesoup() -> list[tuple[np.ndarray, np.ndarray]]:
-    """Fuse pair by pair; the weight of Stone Soup is that of the measurement, our b."""
-    updater, results = ChernoffUpdater(None, omega=OMEGA), []
+def _hypotheses() -> list[SingleHypothesis]:
+    """Return the pairs as Stone Soup wants them: a as prediction, b as measurement."""
+    pairs = []
     for k in range(COUNT):
-        prediction = GaussianStatePrediction(A.mean[k], A.cov[k], timestamp=NOW)
-        detection = GaussianDetection(B.mean[k], B.cov[k], timestamp=NOW)
-        hypothesis = SingleHypothesis(prediction, detection)
-        hypothesis.measurement_prediction = prediction
-        update = updater.update(hypothesis)
-        results.append((update.mean.ravel(), update.covar))
-    return results
+        prediction = GaussianStatePrediction(state_vector=A.mean[k], covar=A.cov[k], timestamp=NOW)
+        detection = GaussianDetection(state_vector=B.mean[k], covar=B.cov[k], timestamp=NOW)
+        pairs.append(
+            SingleHypothesis(
+                prediction=prediction, measurement=detection, measurement_prediction=prediction
+            )
+        )
+    return pairs
 
 
 def _given() -> Row:
+    pairs, updater = _hypotheses(), ChernoffUpdater(measurement_model=None, omega=OMEGA)
+
     def ours() -> Gaussian:
         return covariance_intersection(A, B, OMEGA)
 
+    def peer() -> list[object]:
+        return [updater.update(pair) for pair in pairs]  # its ω is the weight of the measurement
+
     def agree() -> None:
-        found, expected = ours(), _stonesoup()
-        np.testing.assert_allclose(found.mean, [mean for mean, _ in expected], atol=1e-9)
-        np.testing.assert_allclose(found.cov, [cov for _, cov in expected], atol=1e-9)
+        found, expected = ours(), peer()
+        means = [np.asarray(one.state_vector).ravel() for one in expected]
+        np.testing.assert_allclose(found.mean, means, atol=1e-9)
+        np.testing.assert_allclose(
+            found.cov, [np.asarray(one.covar) for one in expected], atol=1e-9
+        )
 
     return Row(
         work="covariance intersection, 10 000 pairs, d = 3, ω given",
         ours=ours,
-        peer=_stonesoup,
+        peer=peer,
         peer_name="Stone Soup",
         ratio=100,
         agree=agree,

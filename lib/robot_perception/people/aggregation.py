@@ -110,9 +110,9 @@ class AggregationRules:
     walk: float = 0.5
     fusion: Literal["intersection", "kalman"] = "intersection"
     omega: Literal["determinants", "least determinant", "least trace"] = "determinants"
-    laser: SensorRules = SensorRules(alpha=0.3, patience=2.0)
-    sonar: SensorRules = SensorRules(alpha=0.1, patience=4.0)
-    camera: SensorRules = SensorRules(alpha=0.15, patience=3.0, alpha_behind=0.3)
+    laser: SensorRules = SensorRules(alpha=0.3, patience=3.0)
+    sonar: SensorRules = SensorRules(alpha=0.1, patience=5.0)
+    camera: SensorRules = SensorRules(alpha=0.15, patience=4.0, alpha_behind=0.3)
     limit: float = field(init=False)
 
     def __post_init__(self) -> None:
