@@ -259,31 +259,16 @@ def view(
     used = np.concatenate([stage.wall_light, stage.hung_light, stage.box_light, bodies.light])
     if len(light) <= used.max():
         raise ValueError(f"light must be one for each of {used.max() + 1}, got {len(light)}")
-    wall, face, count, near, far, met, edge = _around(
-        *(x, y, heading, stage.walls, stage.boxes, _DIRECTIONS, _DEEP)
-    )
-    size = camera.size * _FINE
-    colours = np.zeros((size, size, 3), dtype=np.float32)
-    depths = np.full((size, size), np.inf, dtype=np.float32)
-    whose = np.full((size, size), -1, dtype=np.int16)
-    eye = np.array([x, y, camera.height])
-    rays, direction = _rays(camera)
-    turned = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    _background(
-        *(eye, turned, rays, direction, wall, face, count, near, far, met, edge),
-        *(stage.walls, stage.wall_paint, stage.wall_light),
-        *(stage.hung, stage.hung_first, stage.hung_picture, stage.hung_light),
-        *(stage.boxes, stage.spans, stage.box_paint, stage.box_picture, stage.box_light),
-        *(stage.pictures, stage.plan, stage.corner, stage.cell, stage.high, light),
-        *(colours, depths),
-    )
-    reach = camera.focal_px * _FINE
+    colours, depths, lit = (part.copy() for part in _behind(camera, stage, x, y, heading))
+    whose = np.full(depths.shape, -1, dtype=np.int16)
+    rays, _ = _rays(camera)
     _bodies(
-        *(eye, turned, rays, reach, bodies.centres, bodies.shapes, bodies.paint, bodies.hair),
-        *(bodies.heads, bodies.owners, bodies.light, light, colours, depths, whose),
+        *(np.array([x, y, camera.height]), _turned(heading), rays, camera.focal_px * _FINE),
+        *(bodies.centres, bodies.shapes, bodies.paint, bodies.hair, bodies.heads),
+        *(bodies.owners, bodies.light, colours, depths, lit, whose),
     )
     seen = np.bincount(whose[whose >= 0], minlength=int(bodies.owners.max(initial=-1)) + 1)
-    return View(_gathered(colours, _FINE), seen / _FINE**2)
+    return View(_gathered(colours, lit, light, _FINE), seen / _FINE**2)
 
 
 def expose(
@@ -311,6 +296,31 @@ def expose(
     image = np.empty(light.shape, dtype=np.uint8)
     _develop(light, fall, gain, camera.read_noise, camera.photon_noise, noise, table, image)
     return image
+
+
+def _turned(heading: float) -> np.ndarray:
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+@lru_cache(maxsize=1)  # the same for image after image of a robot that stands
+def _behind(
+    camera: Fisheye, stage: Stage, x: float, y: float, heading: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Colours and depths of what stands still for each fine ray, and which light falls on it."""
+    size = camera.size * _FINE
+    colours = np.zeros((size, size, 3), dtype=np.float32)
+    depths = np.full((size, size), np.inf, dtype=np.float32)
+    lit = np.zeros((size, size), dtype=np.uint8)
+    _background(
+        *(np.array([x, y, camera.height]), _turned(heading), *_rays(camera)),
+        *_around(x, y, heading, stage.walls, stage.boxes, _DIRECTIONS, _DEEP),
+        *(stage.walls, stage.wall_paint, stage.wall_light),
+        *(stage.hung, stage.hung_first, stage.hung_picture, stage.hung_light),
+        *(stage.boxes, stage.spans, stage.box_paint, stage.box_picture, stage.box_light),
+        *(stage.pictures, stage.plan, stage.corner, stage.cell, stage.high, colours, depths, lit),
+    )
+    return colours, depths, lit
 
 
 @lru_cache(maxsize=8)
@@ -410,7 +420,7 @@ def _around(x, y, heading, walls, boxes, directions, deep):
 def _background(
     eye, turned, rays, direction, wall, face, count, near, far, met, edge, walls, wall_paint,
     wall_light, hung, hung_first, hung_picture, hung_light, boxes, spans, box_paint, box_picture,
-    box_light, pictures, plan, corner, cell, high, light, colours, depths,
+    box_light, pictures, plan, corner, cell, high, colours, depths, lit,
 ):  # fmt: skip
     """Write the colour and the depth of what stands still for each ray."""
     x, y, h = eye
@@ -519,8 +529,9 @@ def _background(
                 else:
                     which = number
                     paint[:] = 0.72
+            lit[row, column] = which
             for channel in range(3):
-                colours[row, column, channel] = paint[channel] * shade * light[which, channel]
+                colours[row, column, channel] = paint[channel] * shade
 
 
 @numba.njit(cache=True)
@@ -534,8 +545,8 @@ def _look_up(pictures, which, across, down, paint):
 
 @numba.njit(cache=True)
 def _bodies(
-    eye, turned, rays, reach, centres, shapes, paint, hair, heads, owners, lights, light, colours,
-    depths, whose,
+    eye, turned, rays, reach, centres, shapes, paint, hair, heads, owners, lights, colours, depths,
+    lit, whose,
 ):  # fmt: skip
     """Write the colour, the depth and the owner of each ray that meets an ellipsoid first."""
     size = colours.shape[0]
@@ -557,6 +568,7 @@ def _bodies(
         away = max(np.hypot(left, ahead), 1e-9)
         off = np.arctan2(away, -z)
         spread = np.arcsin(min(largest / far, 1.0)) if far > largest else np.pi / 2
+        narrow = np.cos(spread)
         most = min(off + spread, np.pi)
         radius = reach * spread * max(1.0, most / max(np.sin(min(most, 1.9)), 1e-3)) + 2
         u, v = middle - reach * off * left / away, middle + reach * off * ahead / away
@@ -571,6 +583,8 @@ def _bodies(
                 b = level * (
                     turned[1, 0] * rays[row, column, 0] + turned[1, 1] * rays[row, column, 1]
                 )
+                if a * x + b * y + rise * z > -far * narrow:
+                    continue
                 d0 = S[0, 0] * a + S[0, 1] * b + S[0, 2] * rise
                 d1 = S[1, 0] * a + S[1, 1] * b + S[1, 2] * rise
                 d2 = S[2, 0] * a + S[2, 1] * b + S[2, 2] * rise
@@ -593,11 +607,9 @@ def _bodies(
                 facing = -half / np.sqrt(square * (rest + 1))
                 shade = (0.62 + 0.3 * n2) * (0.8 + 0.2 * min(1.0, max(facing, 0.0)))
                 depths[row, column] = depth
-                whose[row, column] = owner
+                whose[row, column], lit[row, column] = owner, lights[e]
                 for channel in range(3):
-                    colours[row, column, channel] = (
-                        skin[channel] * shade * light[lights[e], channel]
-                    )
+                    colours[row, column, channel] = skin[channel] * shade
 
 
 @numba.njit(cache=True)
@@ -632,18 +644,16 @@ def _face(kind, f, s, t, hair, skin):
 
 
 @numba.njit(cache=True)
-def _gathered(fine, parts):
-    """Means of square blocks."""
+def _gathered(fine, lit, light, parts):
+    """Means of square blocks in their light; a ray that saturates counts as twice full light."""
     size = fine.shape[0] // parts
-    image = np.empty((size, size, 3), dtype=np.float32)
-    for row in range(size):
-        for column in range(size):
+    image = np.zeros((size, size, 3), dtype=np.float32)
+    for row in range(size * parts):
+        for column in range(size * parts):
+            which = lit[row, column]
             for channel in range(3):
-                total = 0.0
-                for i in range(parts):
-                    for j in range(parts):
-                        total += min(fine[row * parts + i, column * parts + j, channel], 2.0)
-                image[row, column, channel] = total / parts**2
+                value = min(fine[row, column, channel] * light[which, channel], 2.0)
+                image[row // parts, column // parts, channel] += value / parts**2
     return image
 
 

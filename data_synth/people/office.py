@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number
 from data_synth.fisheye import _LAMP, _NOWHERE, _SEAM, Stage
 from data_synth.office import make_office
 from data_synth.textures import paint
@@ -358,8 +358,7 @@ class _Builder:
         self.posts.append((x, y, radius, top))
         if top > 0.2:
             half = 0.85 * radius
-            corners = np.array([[x - half, y - half], [x + half, y - half]])
-            corners = np.concatenate([corners, corners[::-1] + [0, 2 * half]])
+            corners = np.array([x, y]) + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
             self.looks.append((corners, (0.0, top), tone, -1, light))
 
     def leaf(self, middle: float, inner: float, side: int, light: int) -> None:
@@ -395,7 +394,8 @@ class _Builder:
         """Put tables, chairs, cabinets, a basket and a plant along the walls of a room."""
         middle, inside = (room[:2] + room[2:]) / 2, door[1]
         self.taken.append(np.r_[middle - _MIDDLE, middle + _MIDDLE])
-        self.taken.append(np.r_[inside - [0.8, 1.1], inside + [0.8, 1.1]])
+        entry = np.array([0.8, 1.1])
+        self.taken.append(np.r_[inside - entry, inside + entry])
         wanted = {self.desks: 2, self.cabinet: 3, self.plant: 1, self.basket: 2}
         for put, count in wanted.items():
             for _ in range(20):
@@ -451,8 +451,8 @@ class _Builder:
         cloth = self.one_of([(52, 70, 120), (60, 62, 66), (110, 48, 46), (62, 96, 78)])
         low, high = place - 0.21, place + 0.21
         self.box(*low, *high, 0.43, 0.48, cloth, light=light, turn=turn)
-        back = place + 0.2 * ahead
-        ends = (*(back - [0.02, 0.2]), *(back + [0.02, 0.2]))
+        back, half = place + 0.2 * ahead, np.array([0.02, 0.2])
+        ends = (*(back - half), *(back + half))
         self.box(*ends, 0.58, 0.95, cloth, light=light, turn=turn)
         if self.rng.random() < 0.5:
             self.post(*place, 0.035, 0.45, linear(_METAL), light)
@@ -543,8 +543,8 @@ class _Builder:
         def cells(points: np.ndarray) -> np.ndarray:
             return np.rint((points - low) / _GRID - 0.5).astype(np.int32)
 
-        gaps = doors.mean(axis=1)
-        areas = [*rooms, *np.hstack([gaps - [_DOOR / 2, 0.9], gaps + [_DOOR / 2, 0.9]])]
+        gaps, half = doors.mean(axis=1), np.array([_DOOR / 2, 0.9])
+        areas = [*rooms, *np.hstack([gaps - half, gaps + half])]
         for area in areas:
             cv2.rectangle(free, *(tuple(map(int, c)) for c in cells(area.reshape(2, 2))), 1, -1)
         for corners, (bottom, _), *_ in self.boxes:
