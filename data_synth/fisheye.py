@@ -16,14 +16,12 @@ from functools import lru_cache
 import numba
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, reals, whole
 
 _FINE = 2  # rays along each side of a pixel
 _DIRECTIONS = 4096  # of the cast in the plan; a pixel at the rim is four wide
 _DEEP = 24  # boxes met in a direction, at most
-_LAMP = 100  # what the raster of the ceiling adds to the number of a room below a lamp
-_SEAM = 150  # and below a joint between its panels
-_NOWHERE = 255
+_PANEL, _LAMP, _JOINT = 0.72, 4.0, 0.5  # how bright the parts of the ceiling are in their light
 _RIM_LEFT = 0.65  # of the light at the rim
 _GAMMA = 1 / 2.2
 _CLOSE = 0.02  # a body does not come nearer to the lens, m
@@ -57,7 +55,7 @@ class Fisheye:
     photon_noise: float = 0.0004
 
     def __post_init__(self) -> None:
-        whole("size", self.size, 8, 2048)
+        whole("size", self.size, 8, 1024)
         number("focal_px", self.focal_px, 1.0, 1e5)
         number("height", self.height, 0.1, 2.5)
         number("widest", self.widest, 0.1, 3.0)
@@ -150,10 +148,11 @@ class Stage:
     pictures : (p, n, n, 3)
         Colours, the upper left corner first.
     plan : (rows, columns)
-        The light of each cell of the floor; 100 more below a lamp, 150 more below a joint of the
-        ceiling, 255 where there is no floor.
+        The light of each cell of the floor.
+    ceiling : (rows, columns)
+        What is above it: 0 for a panel, 1 for a lamp, 2 for a joint between panels.
     corner : (2,)
-        Of the plan, m.
+        Of both rasters, m.
     cell
         Side of a cell, m.
     high
@@ -174,20 +173,16 @@ class Stage:
     box_light: np.ndarray
     pictures: np.ndarray
     plan: np.ndarray
+    ceiling: np.ndarray
     corner: np.ndarray
     cell: float
     high: float
 
     def light_at(self, places: np.ndarray) -> np.ndarray:
-        """Return which light falls on places of the floor (n, 2), 0 where there is no floor."""
-        places = array("places", places, (None, 2))
-        columns, rows = np.floor((places - self.corner) / self.cell).T
-        inside = (rows >= 0) & (columns >= 0)
-        inside &= (rows < self.plan.shape[0]) & (columns < self.plan.shape[1])
-        found = self.plan[
-            np.where(inside, rows, 0).astype(int), np.where(inside, columns, 0).astype(int)
-        ]
-        return np.where(inside & (found != _NOWHERE), found % _SEAM % _LAMP, 0).astype(int)
+        """Return which light falls on places (n, 2), beside the floor that of the nearest cell."""
+        columns, rows = np.floor((array("places", places, (None, 2)) - self.corner) / self.cell).T
+        rows = rows.clip(0, self.plan.shape[0] - 1).astype(int)
+        return self.plan[rows, columns.clip(0, self.plan.shape[1] - 1).astype(int)].astype(int)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -235,6 +230,20 @@ class View:
 
     light: np.ndarray
     faces: np.ndarray
+
+
+def linear(colour: np.ndarray) -> np.ndarray:
+    """Return red, green and blue of 8 bits (…, 3) as shares of full light: blue, green and red.
+
+    Parameters
+    ----------
+    colour : (…, 3)
+        0 to 255.
+    """
+    colour = reals("colour", colour)
+    if colour.shape[-1:] != (3,) or not ((colour >= 0) & (colour <= 255)).all():
+        raise ValueError(f"colour must be (…, 3) from 0 to 255, got {colour.shape}")
+    return (colour[..., ::-1] / 255) ** (1 / _GAMMA)
 
 
 def view(
@@ -318,12 +327,22 @@ def _behind(
         *(stage.walls, stage.wall_paint, stage.wall_light),
         *(stage.hung, stage.hung_first, stage.hung_picture, stage.hung_light),
         *(stage.boxes, stage.spans, stage.box_paint, stage.box_picture, stage.box_light),
-        *(stage.pictures, stage.plan, stage.corner, stage.cell, stage.high, colours, depths, lit),
+        *(
+            stage.pictures,
+            stage.plan,
+            stage.ceiling,
+            stage.corner,
+            stage.cell,
+            stage.high,
+            colours,
+            depths,
+            lit,
+        ),
     )
     return colours, depths, lit
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def _rays(camera: Fisheye) -> tuple[np.ndarray, np.ndarray]:
     """Directions of the fine rays (ahead and left of the unit length in the plan, cosine and sine
     of the elevation), and the number of the direction in the plan, -1 beside the lens.
@@ -340,7 +359,7 @@ def _rays(camera: Fisheye) -> tuple[np.ndarray, np.ndarray]:
     return rays.astype(np.float32), np.where(off <= camera.widest, direction, -1).astype(np.int16)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def _fall_off(camera: Fisheye) -> np.ndarray:
     """How much of the light the lens lets through, pixel by pixel: none beside its image."""
     u, v = camera.centre_px
@@ -420,7 +439,7 @@ def _around(x, y, heading, walls, boxes, directions, deep):
 def _background(
     eye, turned, rays, direction, wall, face, count, near, far, met, edge, walls, wall_paint,
     wall_light, hung, hung_first, hung_picture, hung_light, boxes, spans, box_paint, box_picture,
-    box_light, pictures, plan, corner, cell, high, colours, depths, lit,
+    box_light, pictures, plan, ceiling, corner, cell, high, colours, depths, lit,
 ):  # fmt: skip
     """Write the colour and the depth of what stands still for each ray."""
     x, y, h = eye
@@ -514,21 +533,11 @@ def _background(
                 i = int(np.floor((y + first * north - corner[1]) / cell))
                 k = int(np.floor((x + first * east - corner[0]) / cell))
                 i, k = min(max(i, 0), plan.shape[0] - 1), min(max(k, 0), plan.shape[1] - 1)
-                number = plan[i, k]
-                if number == _NOWHERE:
-                    number = 0
+                which = plan[i, k]
                 if kind == 2:
-                    which = number % _SEAM % _LAMP
                     paint[:] = 0.22
-                elif number >= _SEAM:
-                    which = number - _SEAM
-                    paint[:] = 0.5
-                elif number >= _LAMP:
-                    which, shade = number - _LAMP, 4.0
-                    paint[:] = 1.0
                 else:
-                    which = number
-                    paint[:] = 0.72
+                    paint[:] = (_PANEL, _LAMP, _JOINT)[ceiling[i, k]]
             lit[row, column] = which
             for channel in range(3):
                 colours[row, column, channel] = paint[channel] * shade
@@ -665,5 +674,7 @@ def _develop(light, fall, gain, read, photon, noise, table, image):
         for column in range(image.shape[1]):
             for channel in range(3):
                 value = light[row, column, channel] * fall[row, column] * gain
-                value += noise[row, column, channel] * np.sqrt(read * read + photon * value)
+                value += noise[row, column, channel] * np.sqrt(
+                    read * read + photon * max(value, 0.0)
+                )
                 image[row, column, channel] = table[int(min(max(value, 0.0), 1.0) * last + 0.5)]

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from data_synth._checks import array, generator, instance, number
+from data_synth._checks import array, generator, instance, number, whole
 from data_synth.people.bodies import Person
 from data_synth.people.office import PeopleOffice
 
@@ -305,9 +305,7 @@ class World:
 
     def ask(self, person: int) -> None:
         """Call a visitor back."""
-        if not isinstance(person, int | np.integer) or not 0 <= person < len(self.people):
-            raise ValueError(f"person must be 0 to {len(self.people) - 1}, got {person!r:.60}")
-        self._states[person].asked = self.now.time
+        self._states[whole("person", person, 0, len(self.people) - 1)].asked = self.now.time
 
     def advance(self, dt: float, robot_velocity: tuple[float, float] = (0.0, 0.0)) -> Moment:
         """Let time pass, and return the moment at its end.
