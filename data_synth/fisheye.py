@@ -16,14 +16,12 @@ from functools import lru_cache
 import numba
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, reals, whole
 
 _FINE = 2  # rays along each side of a pixel
 _DIRECTIONS = 4096  # of the cast in the plan; a pixel at the rim is four wide
 _DEEP = 24  # boxes met in a direction, at most
-_LAMP = 100  # what the raster of the ceiling adds to the number of a room below a lamp
-_SEAM = 150  # and below a joint between its panels
-_NOWHERE = 255
+_PANEL, _LAMP, _JOINT = 0.72, 4.0, 0.5  # how bright the parts of the ceiling are in their light
 _RIM_LEFT = 0.65  # of the light at the rim
 _GAMMA = 1 / 2.2
 _CLOSE = 0.02  # a body does not come nearer to the lens, m
@@ -57,7 +55,7 @@ class Fisheye:
     photon_noise: float = 0.0004
 
     def __post_init__(self) -> None:
-        whole("size", self.size, 8, 2048)
+        whole("size", self.size, 8, 1024)
         number("focal_px", self.focal_px, 1.0, 1e5)
         number("height", self.height, 0.1, 2.5)
         number("widest", self.widest, 0.1, 3.0)
@@ -150,10 +148,11 @@ class Stage:
     pictures : (p, n, n, 3)
         Colours, the upper left corner first.
     plan : (rows, columns)
-        The light of each cell of the floor; 100 more below a lamp, 150 more below a joint of the
-        ceiling, 255 where there is no floor.
+        The light of each cell of the floor.
+    ceiling : (rows, columns)
+        What is above it: 0 for a panel, 1 for a lamp, 2 for a joint between panels.
     corner : (2,)
-        Of the plan, m.
+        Of both rasters, m.
     cell
         Side of a cell, m.
     high
@@ -174,20 +173,16 @@ class Stage:
     box_light: np.ndarray
     pictures: np.ndarray
     plan: np.ndarray
+    ceiling: np.ndarray
     corner: np.ndarray
     cell: float
     high: float
 
     def light_at(self, places: np.ndarray) -> np.ndarray:
-        """Return which light falls on places of the floor (n, 2), 0 where there is no floor."""
-        places = array("places", places, (None, 2))
-        columns, rows = np.floor((places - self.corner) / self.cell).T
-        inside = (rows >= 0) & (columns >= 0)
-        inside &= (rows < self.plan.shape[0]) & (columns < self.plan.shape[1])
-        found = self.plan[
-            np.where(inside, rows, 0).astype(int), np.where(inside, columns, 0).astype(int)
-        ]
-        return np.where(inside & (found != _NOWHERE), found % _SEAM % _LAMP, 0).astype(int)
+        """Return which light falls on places (n, 2), beside the floor that of the nearest cell."""
+        columns, rows = np.floor((array("places", places, (None, 2)) - self.corner) / self.cell).T
+        rows = rows.clip(0, self.plan.shape[0] - 1).astype(int)
+        return self.plan[rows, columns.clip(0, self.plan.shape[1] - 1).astype(int)].astype(int)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -237,6 +232,20 @@ class View:
     faces: np.ndarray
 
 
+def linear(colour: np.ndarray) -> np.ndarray:
+    """Return red, green and blue of 8 bits (…, 3) as shares of full light: blue, green and red.
+
+    Parameters
+    ----------
+    colour : (…, 3)
+        0 to 255.
+    """
+    colour = reals("colour", colour)
+    if colour.shape[-1:] != (3,) or not ((colour >= 0) & (colour <= 255)).all():
+        raise ValueError(f"colour must be (…, 3) from 0 to 255, got {colour.shape}")
+    return (colour[..., ::-1] / 255) ** (1 / _GAMMA)
+
+
 def view(
     camera: Fisheye, stage: Stage, pose: np.ndarray, bodies: Bodies, light: np.ndarray
 ) -> View:
@@ -259,31 +268,16 @@ def view(
     used = np.concatenate([stage.wall_light, stage.hung_light, stage.box_light, bodies.light])
     if len(light) <= used.max():
         raise ValueError(f"light must be one for each of {used.max() + 1}, got {len(light)}")
-    wall, face, count, near, far, met, edge = _around(
-        *(x, y, heading, stage.walls, stage.boxes, _DIRECTIONS, _DEEP)
-    )
-    size = camera.size * _FINE
-    colours = np.zeros((size, size, 3), dtype=np.float32)
-    depths = np.full((size, size), np.inf, dtype=np.float32)
-    whose = np.full((size, size), -1, dtype=np.int16)
-    eye = np.array([x, y, camera.height])
-    rays, direction = _rays(camera)
-    turned = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    _background(
-        *(eye, turned, rays, direction, wall, face, count, near, far, met, edge),
-        *(stage.walls, stage.wall_paint, stage.wall_light),
-        *(stage.hung, stage.hung_first, stage.hung_picture, stage.hung_light),
-        *(stage.boxes, stage.spans, stage.box_paint, stage.box_picture, stage.box_light),
-        *(stage.pictures, stage.plan, stage.corner, stage.cell, stage.high, light),
-        *(colours, depths),
-    )
-    reach = camera.focal_px * _FINE
+    colours, depths, lit = (part.copy() for part in _behind(camera, stage, x, y, heading))
+    whose = np.full(depths.shape, -1, dtype=np.int16)
+    rays, _ = _rays(camera)
     _bodies(
-        *(eye, turned, rays, reach, bodies.centres, bodies.shapes, bodies.paint, bodies.hair),
-        *(bodies.heads, bodies.owners, bodies.light, light, colours, depths, whose),
+        *(np.array([x, y, camera.height]), _turned(heading), rays, camera.focal_px * _FINE),
+        *(bodies.centres, bodies.shapes, bodies.paint, bodies.hair, bodies.heads),
+        *(bodies.owners, bodies.light, colours, depths, lit, whose),
     )
     seen = np.bincount(whose[whose >= 0], minlength=int(bodies.owners.max(initial=-1)) + 1)
-    return View(_gathered(colours, _FINE), seen / _FINE**2)
+    return View(_gathered(colours, lit, light, _FINE), seen / _FINE**2)
 
 
 def expose(
@@ -313,7 +307,42 @@ def expose(
     return image
 
 
-@lru_cache(maxsize=8)
+def _turned(heading: float) -> np.ndarray:
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+@lru_cache(maxsize=1)  # the same for image after image of a robot that stands
+def _behind(
+    camera: Fisheye, stage: Stage, x: float, y: float, heading: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Colours and depths of what stands still for each fine ray, and which light falls on it."""
+    size = camera.size * _FINE
+    colours = np.zeros((size, size, 3), dtype=np.float32)
+    depths = np.full((size, size), np.inf, dtype=np.float32)
+    lit = np.zeros((size, size), dtype=np.uint8)
+    _background(
+        *(np.array([x, y, camera.height]), _turned(heading), *_rays(camera)),
+        *_around(x, y, heading, stage.walls, stage.boxes, _DIRECTIONS, _DEEP),
+        *(stage.walls, stage.wall_paint, stage.wall_light),
+        *(stage.hung, stage.hung_first, stage.hung_picture, stage.hung_light),
+        *(stage.boxes, stage.spans, stage.box_paint, stage.box_picture, stage.box_light),
+        *(
+            stage.pictures,
+            stage.plan,
+            stage.ceiling,
+            stage.corner,
+            stage.cell,
+            stage.high,
+            colours,
+            depths,
+            lit,
+        ),
+    )
+    return colours, depths, lit
+
+
+@lru_cache(maxsize=2)
 def _rays(camera: Fisheye) -> tuple[np.ndarray, np.ndarray]:
     """Directions of the fine rays (ahead and left of the unit length in the plan, cosine and sine
     of the elevation), and the number of the direction in the plan, -1 beside the lens.
@@ -330,7 +359,7 @@ def _rays(camera: Fisheye) -> tuple[np.ndarray, np.ndarray]:
     return rays.astype(np.float32), np.where(off <= camera.widest, direction, -1).astype(np.int16)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def _fall_off(camera: Fisheye) -> np.ndarray:
     """How much of the light the lens lets through, pixel by pixel: none beside its image."""
     u, v = camera.centre_px
@@ -410,7 +439,7 @@ def _around(x, y, heading, walls, boxes, directions, deep):
 def _background(
     eye, turned, rays, direction, wall, face, count, near, far, met, edge, walls, wall_paint,
     wall_light, hung, hung_first, hung_picture, hung_light, boxes, spans, box_paint, box_picture,
-    box_light, pictures, plan, corner, cell, high, light, colours, depths,
+    box_light, pictures, plan, ceiling, corner, cell, high, colours, depths, lit,
 ):  # fmt: skip
     """Write the colour and the depth of what stands still for each ray."""
     x, y, h = eye
@@ -504,23 +533,14 @@ def _background(
                 i = int(np.floor((y + first * north - corner[1]) / cell))
                 k = int(np.floor((x + first * east - corner[0]) / cell))
                 i, k = min(max(i, 0), plan.shape[0] - 1), min(max(k, 0), plan.shape[1] - 1)
-                number = plan[i, k]
-                if number == _NOWHERE:
-                    number = 0
+                which = plan[i, k]
                 if kind == 2:
-                    which = number % _SEAM % _LAMP
                     paint[:] = 0.22
-                elif number >= _SEAM:
-                    which = number - _SEAM
-                    paint[:] = 0.5
-                elif number >= _LAMP:
-                    which, shade = number - _LAMP, 4.0
-                    paint[:] = 1.0
                 else:
-                    which = number
-                    paint[:] = 0.72
+                    paint[:] = (_PANEL, _LAMP, _JOINT)[ceiling[i, k]]
+            lit[row, column] = which
             for channel in range(3):
-                colours[row, column, channel] = paint[channel] * shade * light[which, channel]
+                colours[row, column, channel] = paint[channel] * shade
 
 
 @numba.njit(cache=True)
@@ -534,8 +554,8 @@ def _look_up(pictures, which, across, down, paint):
 
 @numba.njit(cache=True)
 def _bodies(
-    eye, turned, rays, reach, centres, shapes, paint, hair, heads, owners, lights, light, colours,
-    depths, whose,
+    eye, turned, rays, reach, centres, shapes, paint, hair, heads, owners, lights, colours, depths,
+    lit, whose,
 ):  # fmt: skip
     """Write the colour, the depth and the owner of each ray that meets an ellipsoid first."""
     size = colours.shape[0]
@@ -557,6 +577,7 @@ def _bodies(
         away = max(np.hypot(left, ahead), 1e-9)
         off = np.arctan2(away, -z)
         spread = np.arcsin(min(largest / far, 1.0)) if far > largest else np.pi / 2
+        narrow = np.cos(spread)
         most = min(off + spread, np.pi)
         radius = reach * spread * max(1.0, most / max(np.sin(min(most, 1.9)), 1e-3)) + 2
         u, v = middle - reach * off * left / away, middle + reach * off * ahead / away
@@ -571,6 +592,8 @@ def _bodies(
                 b = level * (
                     turned[1, 0] * rays[row, column, 0] + turned[1, 1] * rays[row, column, 1]
                 )
+                if a * x + b * y + rise * z > -far * narrow:
+                    continue
                 d0 = S[0, 0] * a + S[0, 1] * b + S[0, 2] * rise
                 d1 = S[1, 0] * a + S[1, 1] * b + S[1, 2] * rise
                 d2 = S[2, 0] * a + S[2, 1] * b + S[2, 2] * rise
@@ -593,11 +616,9 @@ def _bodies(
                 facing = -half / np.sqrt(square * (rest + 1))
                 shade = (0.62 + 0.3 * n2) * (0.8 + 0.2 * min(1.0, max(facing, 0.0)))
                 depths[row, column] = depth
-                whose[row, column] = owner
+                whose[row, column], lit[row, column] = owner, lights[e]
                 for channel in range(3):
-                    colours[row, column, channel] = (
-                        skin[channel] * shade * light[lights[e], channel]
-                    )
+                    colours[row, column, channel] = skin[channel] * shade
 
 
 @numba.njit(cache=True)
@@ -632,18 +653,16 @@ def _face(kind, f, s, t, hair, skin):
 
 
 @numba.njit(cache=True)
-def _gathered(fine, parts):
-    """Means of square blocks."""
+def _gathered(fine, lit, light, parts):
+    """Means of square blocks in their light; a ray that saturates counts as twice full light."""
     size = fine.shape[0] // parts
-    image = np.empty((size, size, 3), dtype=np.float32)
-    for row in range(size):
-        for column in range(size):
+    image = np.zeros((size, size, 3), dtype=np.float32)
+    for row in range(size * parts):
+        for column in range(size * parts):
+            which = lit[row, column]
             for channel in range(3):
-                total = 0.0
-                for i in range(parts):
-                    for j in range(parts):
-                        total += min(fine[row * parts + i, column * parts + j, channel], 2.0)
-                image[row, column, channel] = total / parts**2
+                value = min(fine[row, column, channel] * light[which, channel], 2.0)
+                image[row // parts, column // parts, channel] += value / parts**2
     return image
 
 
@@ -655,5 +674,7 @@ def _develop(light, fall, gain, read, photon, noise, table, image):
         for column in range(image.shape[1]):
             for channel in range(3):
                 value = light[row, column, channel] * fall[row, column] * gain
-                value += noise[row, column, channel] * np.sqrt(read * read + photon * value)
+                value += noise[row, column, channel] * np.sqrt(
+                    read * read + photon * max(value, 0.0)
+                )
                 image[row, column, channel] = table[int(min(max(value, 0.0), 1.0) * last + 0.5)]

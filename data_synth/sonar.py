@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, flags, generator, instance, number, whole
 from data_synth.outlines import cast_outlines
 
 _RAYS = 31  # of a cone
@@ -24,7 +24,7 @@ class SonarRing:
     Parameters
     ----------
     count
-        Sonars; the first two look half a spacing to the right and to the left of ahead's back.
+        Sonars, counter-clockwise; the first looks back and half a spacing to the right.
     radius
         Of the ring, from which ranges count, m.
     cone
@@ -105,7 +105,8 @@ def ping(
     instance("ring", ring, SonarRing)
     generator(rng)
     x, y, heading = array("pose", pose, (3,))
-    soft = array("soft", 1 * np.asarray(soft), (len(ellipses),)) > 0
+    faces, ellipses = array("faces", faces, (None, 2, 2)), array("ellipses", ellipses, (None, 5))
+    soft = flags("soft", soft, len(ellipses))
     count = ring.count
     off = np.linspace(-0.5, 0.5, _RAYS) * ring.cone
     look = heading + ring.angles

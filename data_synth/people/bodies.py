@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number
-from data_synth.fisheye import Bodies
-from data_synth.people.office import linear
+from data_synth._checks import array, flags, generator, instance, number
+from data_synth.fisheye import Bodies, linear
 
 LIGHT, DARK = (236, 200, 178), (98, 68, 54)
 """The lightest and the darkest skin, red, green and blue of 8 bits in white light."""
@@ -177,11 +176,13 @@ def figures(
     light : (p,)
         The light at each.
     """
+    if not isinstance(people, Sequence) or isinstance(people, str):
+        raise TypeError(f"people must be a sequence, got {people!r:.60}")
     count = len(people)
     positions = array("positions", positions, (count, 2))
     numbers = {"headings": headings, "gazes": gazes, "phases": phases, "swings": swings}
     headings, gazes, phases, swings = (array(k, v, (count,)) for k, v in numbers.items())
-    light, present = array("light", light, (count,)), array("present", 1 * present, (count,)) > 0
+    light, present = array("light", light, (count,)), flags("present", present, count)
     parts: list[tuple] = []
     for k in np.flatnonzero(present):
         person = instance("people", people[k], Person)

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, whole
-from data_synth.fisheye import _LAMP, _NOWHERE, _SEAM, Stage
+from data_synth._checks import array, generator, instance, number, reals
+from data_synth.fisheye import Stage, linear
 from data_synth.office import make_office
 from data_synth.textures import paint
 
@@ -117,9 +117,9 @@ class PeopleOffice:
         count = len(self.level)
         wave = self.level * (1 + self.sway * np.sin(2 * np.pi * time / self.period + self.phase))
         if lights_out is not None:
-            out = np.asarray(lights_out, dtype=float)
+            out = reals("lights_out", lights_out)
             if out.shape != (count - 1,) or np.isnan(out).any():
-                raise ValueError(f"lights_out must be ({count - 1},) times, got {out}")
+                raise ValueError(f"lights_out must be ({count - 1},) times, got {out.shape}")
             wave[:-1] *= time < out
         glow = wave[:, None] * _tint(self.warmth)
         glow[:-1] += _DAYLIGHT * glow[-1]
@@ -153,7 +153,7 @@ def make_people_office(*, rng: np.random.Generator, distractors: bool = True) ->
         build.furnish(room, door, light)
     low = rooms[:, :2].min(axis=0) - 0.3
     high = rooms[:, 2:].max(axis=0) + 0.3
-    stage = build.stage(low, high, rooms, doors)
+    stage = build.stage(low, high, rooms)
     clearance = build.clearance(low, high, rooms, doors)
     count = len(rooms) + 1
     level = np.r_[rng.uniform(0.55, 1.15, count - 1), rng.uniform(0.4, 1.2)]
@@ -164,12 +164,6 @@ def make_people_office(*, rng: np.random.Generator, distractors: bool = True) ->
         *(np.array(build.posts).reshape(-1, 4), clearance, low, _GRID),
         *(warmth, level, sway, rng.uniform(20, 90, count), rng.uniform(-np.pi, np.pi, count)),
     )
-
-
-def linear(colour: tuple[int, int, int] | np.ndarray) -> np.ndarray:
-    """Return red, green and blue of 8 bits (…, 3) as shares of light: blue, green and red."""
-    colour = np.asarray(colour, dtype=float)
-    return (colour[..., ::-1] / 255) ** 2.2
 
 
 def _tint(kelvin: np.ndarray) -> np.ndarray:
@@ -358,8 +352,7 @@ class _Builder:
         self.posts.append((x, y, radius, top))
         if top > 0.2:
             half = 0.85 * radius
-            corners = np.array([[x - half, y - half], [x + half, y - half]])
-            corners = np.concatenate([corners, corners[::-1] + [0, 2 * half]])
+            corners = np.array([x, y]) + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
             self.looks.append((corners, (0.0, top), tone, -1, light))
 
     def leaf(self, middle: float, inner: float, side: int, light: int) -> None:
@@ -395,7 +388,8 @@ class _Builder:
         """Put tables, chairs, cabinets, a basket and a plant along the walls of a room."""
         middle, inside = (room[:2] + room[2:]) / 2, door[1]
         self.taken.append(np.r_[middle - _MIDDLE, middle + _MIDDLE])
-        self.taken.append(np.r_[inside - [0.8, 1.1], inside + [0.8, 1.1]])
+        entry = np.array([0.8, 1.1])
+        self.taken.append(np.r_[inside - entry, inside + entry])
         wanted = {self.desks: 2, self.cabinet: 3, self.plant: 1, self.basket: 2}
         for put, count in wanted.items():
             for _ in range(20):
@@ -451,8 +445,8 @@ class _Builder:
         cloth = self.one_of([(52, 70, 120), (60, 62, 66), (110, 48, 46), (62, 96, 78)])
         low, high = place - 0.21, place + 0.21
         self.box(*low, *high, 0.43, 0.48, cloth, light=light, turn=turn)
-        back = place + 0.2 * ahead
-        ends = (*(back - [0.02, 0.2]), *(back + [0.02, 0.2]))
+        back, half = place + 0.2 * ahead, np.array([0.02, 0.2])
+        ends = (*(back - half), *(back + half))
         self.box(*ends, 0.58, 0.95, cloth, light=light, turn=turn)
         if self.rng.random() < 0.5:
             self.post(*place, 0.035, 0.45, linear(_METAL), light)
@@ -499,23 +493,22 @@ class _Builder:
         self.post(*place.mean(axis=0), radius, top, linear(tone), light)
         return True
 
-    def stage(self, low: np.ndarray, high: np.ndarray, rooms: np.ndarray, doors: np.ndarray):
+    def stage(self, low: np.ndarray, high: np.ndarray, rooms: np.ndarray) -> Stage:
         """All that a camera sees."""
         columns, rows = np.ceil((high - low) / _CELL).astype(int)
-        plan = np.full((rows, columns), _NOWHERE, dtype=np.uint8)
+        plan = np.full((rows, columns), 6, dtype=np.uint8)
+        ceiling = np.zeros_like(plan)
         x = low[0] + (np.arange(columns) + 0.5) * _CELL
-        y = low[1] + (np.arange(rows) + 0.5) * _CELL
-        areas = [(6, [door[0, 0] - 0.6, *sorted(door[:, 1]), door[0, 0] + 0.6]) for door in doors]
-        for k, (x0, y0, x1, y1) in [(6, (d[0], d[1], d[3], d[2])) for _, d in areas] + list(
-            enumerate(rooms)
-        ):
-            across, down = x - x0, y - y0
-            inside = (y[:, None] >= y0) & (y[:, None] <= y1) & (x >= x0) & (x <= x1)
-            seam = (across % _PANEL < 0.025) | (down % _PANEL < 0.025)[:, None]
-            i, j = np.floor(across / _PANEL), np.floor(down / _PANEL)[:, None]
-            wide, deep = (x1 - x0) // _PANEL, (y1 - y0) // _PANEL
-            lamp = (i % 4 >= 1) & (i % 4 <= 2) & (j % 4 == 1) & (i < wide - 1) & (j < deep - 1)
-            plan[inside] = np.where(lamp, k + _LAMP, np.where(seam, k + _SEAM, k))[inside]
+        y = low[1] + (np.arange(rows)[:, None] + 0.5) * _CELL
+        for k, (x0, y0, x1, y1) in enumerate(rooms):
+            inside = (x0 <= x) & (x <= x1) & (y0 <= y) & (y <= y1)
+            across, along = (x - x0) / _PANEL, (y - y0) / _PANEL
+            joint = (across % 1 < 0.04) | (along % 1 < 0.04)
+            i, j = np.floor(across), np.floor(along)
+            within = (i < (x1 - x0) // _PANEL - 1) & (j < (y1 - y0) // _PANEL - 1)
+            lamp = (i % 4 >= 1) & (i % 4 <= 2) & (j % 4 == 1) & within
+            plan[inside] = k
+            ceiling[inside] = np.where(lamp, 1, 2 * joint)[inside]
         hung = [item for *_, hangings in self.walls for item in hangings]
         first = np.cumsum([0, *(len(hangings) for *_, hangings in self.walls)])
         boxes = self.boxes + self.looks
@@ -532,7 +525,7 @@ class _Builder:
             np.array([tone for _, _, tone, *_ in boxes]),
             np.array([picture for *_, picture, _ in boxes]),
             np.array([light for *_, light in boxes]),
-            *(self.pictures, plan, low, _CELL, _HIGH),
+            *(self.pictures, plan, ceiling, low, _CELL, _HIGH),
         )
 
     def clearance(self, low: np.ndarray, high: np.ndarray, rooms: np.ndarray, doors: np.ndarray):
@@ -543,8 +536,8 @@ class _Builder:
         def cells(points: np.ndarray) -> np.ndarray:
             return np.rint((points - low) / _GRID - 0.5).astype(np.int32)
 
-        gaps = doors.mean(axis=1)
-        areas = [*rooms, *np.hstack([gaps - [_DOOR / 2, 0.9], gaps + [_DOOR / 2, 0.9]])]
+        gaps, half = doors.mean(axis=1), np.array([_DOOR / 2, 0.9])
+        areas = [*rooms, *np.hstack([gaps - half, gaps + half])]
         for area in areas:
             cv2.rectangle(free, *(tuple(map(int, c)) for c in cells(area.reshape(2, 2))), 1, -1)
         for corners, (bottom, _), *_ in self.boxes:

@@ -218,7 +218,8 @@ class _Driver:
             goal = (room[:2] + room[2:]) / 2 + self.rng.uniform(-0.5, 0.5, 2)
             self.way = self.world.way(place, goal)
         nearest = int(np.hypot(*(self.way - place).T).argmin())
-        gap = self.way[min(nearest + 5, len(self.way) - 1)] - place
+        ahead = nearest + (1 if self.world.bumped else 4)
+        gap = self.way[min(ahead, len(self.way) - 1)] - place
         off = (np.arctan2(gap[1], gap[0]) - heading + np.pi) % (2 * np.pi) - np.pi
         ahead = _CRUISE * max(0.0, 1 - abs(off) / 0.6)
         there = now.positions[now.present] - place

@@ -155,22 +155,28 @@ class Sensing:
         self._gain: float | None = None
 
     def due(self, before: Moment, now: Moment) -> Iterator[LaserScan | SonarScan | FisheyeImage]:
-        """Yield in order the readings taken after a moment and not after another."""
-        instance("before", before, Moment)
-        instance("now", now, Moment)
-        if len(now.present) != len(self.people) or len(before.present) != len(self.people):
-            raise ValueError(f"before and now must have {len(self.people)} people")
+        """Return in order the readings taken after a moment and not after another.
+
+        Parameters
+        ----------
+        before, now
+            The moments; in between people move evenly.
+        """
+        for name, moment in (("before", before), ("now", now)):
+            if len(instance(name, moment, Moment).present) != len(self.people):
+                raise ValueError(
+                    f"{name} must have {len(self.people)} people, got {len(moment.present)}"
+                )
         rates, delays = np.array(self.rig.rates), np.array(self.rig.delays)
         first = np.floor((before.time - delays) * rates + 1e-9).clip(-1) + 1
         last = np.floor((now.time - delays) * rates + 1e-9)
-        times = [
-            (delay + number / rate, sensor)
+        times = sorted(
+            (float(delay + number / rate), sensor)
             for sensor, (delay, rate) in enumerate(zip(delays, rates, strict=True))
             for number in np.arange(first[sensor], last[sensor] + 1)
-        ]
-        for time, sensor in sorted(times):
-            moment = between(before, now, float(time))
-            yield (self._scan, self._ping, self._image)[sensor](moment)
+        )
+        look = self._scan, self._ping, self._image
+        return (look[sensor](between(before, now, time)) for time, sensor in times)
 
     def _scan(self, moment: Moment) -> LaserScan:
         scanner = self.rig.scanner

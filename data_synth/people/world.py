@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from data_synth._checks import array, generator, instance, number, reals
+from data_synth._checks import array, generator, instance, number, whole
 from data_synth.people.bodies import Person
 from data_synth.people.office import PeopleOffice
 
@@ -305,9 +305,7 @@ class World:
 
     def ask(self, person: int) -> None:
         """Call a visitor back."""
-        if not isinstance(person, int | np.integer) or not 0 <= person < len(self.people):
-            raise ValueError(f"person must be 0 to {len(self.people) - 1}, got {person!r:.60}")
-        self._states[person].asked = self.now.time
+        self._states[whole("person", person, 0, len(self.people) - 1)].asked = self.now.time
 
     def advance(self, dt: float, robot_velocity: tuple[float, float] = (0.0, 0.0)) -> Moment:
         """Let time pass, and return the moment at its end.
@@ -435,17 +433,14 @@ class World:
         state.speed = float(
             np.clip(self.people[k].pace * self.rng.uniform(0.6, 1.25), 0.35, _FASTEST)
         )
-        if leaves:
-            goal = self._out(robot)
-        else:
-            goal = self._goal(robot[:2], act.reach, others)
+        goal = self._out(robot) if leaves else self._goal(robot[:2], act.reach, others)
         state.way = self._ways.way(positions[k], goal)
         state.mode = "out" if leaves else "walk"
         long = np.hypot(*np.diff(state.way, axis=0).T).sum()
         state.until = time + 4.0 + 2.0 * long / state.speed
 
     def _out(self, robot: np.ndarray) -> np.ndarray:
-        """Where to leave: past the door of the robot's room, else the nearer end of the corridor."""
+        """Where to leave: past the door of the robot's room, else the end of the corridor."""
         office, room = self.office, self.office.room_of(robot[:2])
         if room < len(office.doors):
             door = office.doors[room, 0]
@@ -570,7 +565,7 @@ class _Ways:
         number_of = np.full(room.shape, -1)
         number_of[tuple(self.cells.T)] = np.arange(len(self.cells))
         starts, ends, costs = [], [], []
-        price = 1 + 0.15 / room[tuple(self.cells.T)]
+        price = 1 + 0.8 * (_WALLS / room[tuple(self.cells.T)]) ** 2
         for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
             there = self.cells + step
             inside = (there < room.shape).all(axis=1) & (there >= 0).all(axis=1)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robot_perception.beliefs import ParticleSet
 from robot_perception.people.skin import Cloud, SkinModel, SkinRules, SkinState, SkinTracker
-from tests.people.scenes import CENTRE, FOCAL, SIZE, SKIN, WALL, model, picture
+from tests.people.scenes import CENTRE, FOCAL, SIZE, SKIN, WALL, directions, model, picture
 from tests.unchecked import unchecked
 
 MODEL = model()
@@ -96,6 +96,20 @@ def test_samples_are_of_the_pixels_in_their_direction():
             assert skin[i, j] == pytest.approx(float(expected))
             checked += 1
     assert checked > 150
+
+
+@pytest.mark.parametrize("edge", [10 * DEGREE, 22 * DEGREE, 33 * DEGREE])
+def test_a_ring_begins_and_a_sector_lies_where_they_were_drawn(edge):
+    phi, elevation = directions()
+    skin = (elevation > edge)[..., None]
+    shown = TRACKER.skin(np.where(skin, SKIN, WALL).astype(np.uint8)) > 0.5
+    begins = TRACKER.rules.band[0] + TRACKER.rules.step * (~shown).sum(axis=0).mean()
+    assert begins == pytest.approx(edge, abs=0.3 * DEGREE)
+    skin = (np.abs(phi - edge) < 0.4)[..., None]
+    shown = TRACKER.skin(np.where(skin, SKIN, WALL).astype(np.uint8)) > 0.5
+    columns = -np.pi + 2 * np.pi * (np.nonzero(shown)[1] + 0.5) / 720
+    assert columns.mean() == pytest.approx(edge, abs=0.3 * DEGREE)
+    assert len(columns) / 86 * 2 * np.pi / 720 == pytest.approx(0.8, abs=DEGREE)
 
 
 def test_shares_are_means_over_windows_that_go_on_across_the_seam():

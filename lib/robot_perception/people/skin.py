@@ -164,7 +164,7 @@ class SkinRules:
     seeds: int = 400
     band: tuple[float, float] = (np.deg2rad(2.0), np.deg2rad(45.0))
     step: float = np.deg2rad(0.5)
-    window: tuple[float, float] = (np.deg2rad(3.0), np.deg2rad(4.0))
+    window: tuple[float, float] = (np.deg2rad(2.0), np.deg2rad(3.0))
     prior: float = 0.1
     softness: float = 0.1
     least: float = 0.5
