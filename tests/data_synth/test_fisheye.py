@@ -18,7 +18,7 @@ NOBODY = Bodies(EMPTY, np.zeros((0, 3, 3)), EMPTY, EMPTY, *np.zeros((3, 0), dtyp
 LIGHT = np.ones((3, 3))
 
 
-def stage(*, boxes=(), spans=(), hung=(), paint=0.0):
+def stage(*, boxes=(), spans=(), hung=(), paint=0.0, picture=None):
     """A room of 8 m with walls that send nothing back; boxes and hangings are white."""
     ring = np.array([[-4.0, -4], [4, -4], [4, 4], [-4, 4]])
     count, high = len(boxes), 2.7
@@ -37,7 +37,7 @@ def stage(*, boxes=(), spans=(), hung=(), paint=0.0):
         np.ones((count, 3)),
         np.full(count, -1),
         np.ones(count, dtype=int),
-        np.ones((1, 4, 4, 3), dtype=np.float32),
+        np.ones((1, 4, 4, 3), dtype=np.float32) if picture is None else picture[None],
         plan,
         plan,
         np.array([-4.0, -4.0]),
@@ -118,6 +118,15 @@ def test_a_picture_on_a_wall_lies_where_the_projection_says():
     mask = (seen > 0).astype(float)
     assert (seen[..., 0] > 0.3).sum() == pytest.approx(shape.area, rel=0.05)
     assert np.hypot(*(centroid(mask) - [shape.centroid.x, shape.centroid.y])) < 0.3
+
+
+def test_a_picture_on_a_wall_is_not_mirrored():
+    picture = np.zeros((4, 4, 3), dtype=np.float32)
+    picture[:2, :2] = 1.0  # upper left
+    seen = view(CAMERA, stage(hung=[(2.0, 4.5, 1.0, 2.2)], picture=picture), POSE, NOBODY, dark())
+    shape = outline([(-0.75, -4, 1.6), (0.5, -4, 1.6), (0.5, -4, 2.2), (-0.75, -4, 2.2)])
+    away = centroid(1.0 * (seen.light > 0)) - [shape.centroid.x, shape.centroid.y]
+    assert np.hypot(*away) < 0.3
 
 
 @pytest.mark.parametrize("span", [(0.9, 1.9), (1.6, 2.2), (0.2, 0.95)])
