@@ -106,7 +106,7 @@ def test_swapping_the_beliefs_swaps_the_weights(seed, n):
 
 
 @given(seeds, st.integers(1, 4))
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_the_best_weights_are_those_that_scipy_finds(seed, n):
     rng = np.random.default_rng(seed)
     a, b = drawn(rng, n, spread=0.5), drawn(rng, n, spread=0.5)
@@ -287,6 +287,7 @@ def test_inverse_intersection_is_not_consistent_for_every_correlation():
 
 
 @given(seeds, st.integers(1, 4), st.floats(0.05, 0.95))
+@settings(max_examples=40)
 def test_split_intersection_is_consistent_and_joins_the_two_others(seed, n, omega):
     rng = np.random.default_rng(seed)
     dependent = [drawn(rng, n) for _ in range(2)]

@@ -73,14 +73,15 @@ def test_rates_of_a_case_counted_by_hand():
         frame([(0, 0), (5, 0)], [(0.1, 0)], names=[7]),
         frame([(0, 0)], [(0.2, 0), (0, 0)], names=[7, 5]),  # kept, though another is nearer
         frame([(0, 0)], [(0, 0.4)], names=[5]),  # switched
+        frame([(0, 0)], [(0, 0.4)], names=[5]),
         frame([], [(3, 3)]),
     ]
     found = score(frames, 0.5)
-    assert (found.people, found.hypotheses, found.matched, found.switches) == (6, 8, 5, 1)
-    assert found.tracked == pytest.approx(5 / 6)
-    assert found.false == pytest.approx(3 / 8)
-    assert found.mota == pytest.approx(1 - (1 + 3 + 1) / 6)
-    assert found.motp == pytest.approx((0.1 + 0.3 + 0.1 + 0.2 + 0.4) / 5)
+    assert (found.people, found.hypotheses, found.matched, found.switches) == (7, 9, 6, 1)
+    assert found.tracked == pytest.approx(6 / 7)
+    assert found.false == pytest.approx(3 / 9)
+    assert found.mota == pytest.approx(1 - (1 + 3 + 1) / 7)
+    assert found.motp == pytest.approx((0.1 + 0.3 + 0.1 + 0.2 + 0.4 + 0.4) / 6)
 
 
 def test_two_that_exchange_their_hypotheses_are_two_switches():
@@ -90,6 +91,11 @@ def test_two_that_exchange_their_hypotheses_are_two_switches():
     assert score([together, crossed], 1.0).switches == 0  # in reach both keep their own
     gone = frame([], [])
     assert score([together, gone, crossed], 0.4).switches == 2
+
+
+def test_two_pairs_in_reach_are_better_than_a_near_one():
+    found = score([frame([(0, 0), (1.0, 0)], [(0.1, 0), (-0.95, 0)])], 1.0)
+    assert (found.matched, found.distance) == (2, pytest.approx(0.95 + 0.9))
 
 
 def test_nobody_and_nothing():
