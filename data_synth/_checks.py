@@ -72,6 +72,15 @@ def array(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
     return found
 
 
+def flags(name: str, value: Any, size: int) -> np.ndarray:
+    """Return an array of truth values (size,)."""
+    if not isinstance(value, np.ndarray) or value.dtype != bool:
+        raise TypeError(f"{name} must be an array of truth values, got {_shown(value)}")
+    if value.shape != (size,):
+        raise ValueError(f"{name} must be ({size},), got {value.shape}")
+    return value
+
+
 def deviations(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return standard deviations, one or as many as the shape has, in that shape."""
     found = reals(name, value)

@@ -18,6 +18,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = {
     "robot_perception.cameras": "vision",
     "robot_perception.landmarks": "vision",
+    "robot_perception.people.skin": "vision",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",

@@ -20,6 +20,7 @@ PEERS = (
     "fastrdp",
     "shapely",
     "simplification",
+    "stonesoup",
     "opencv-python-headless",
     "numpy",
     "scipy",

@@ -21,6 +21,7 @@ from robot_perception.datasets.images import (
     read_image,
     read_images,
 )
+from robot_perception.datasets.leg_scans import LegScans, Sector, read_leg_scans
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
     Commands,
@@ -80,11 +81,13 @@ __all__ = [
     "ImageSequence",
     "LandmarkGraph",
     "LaserLog",
+    "LegScans",
     "Mrclam",
     "MrclamRobot",
     "PlanePair",
     "ReadReport",
     "Relations",
+    "Sector",
     "Sightings",
     "StereoDrive",
     "StereoFeatures",
@@ -107,6 +110,7 @@ __all__ = [
     "read_images",
     "read_kitti",
     "read_landmark_graph",
+    "read_leg_scans",
     "read_mrclam",
     "read_plane_pair",
     "read_ranges",

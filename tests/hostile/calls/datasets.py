@@ -10,7 +10,7 @@ from PIL import Image
 from scipy.io import savemat
 
 from robot_perception import datasets
-from robot_perception.datasets import DataFile, Dataset, Relations, Track
+from robot_perception.datasets import DataFile, Dataset, Relations, Sector, Track
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 from tests.hostile.sweep import call
 
@@ -29,6 +29,15 @@ READINGS = write(FOLDER / "ranges.csv", [b"1,2", b"3,4"])
 TIMES = np.array([1.0, 2.0, 3.0])
 savemat(FOLDER / "car.mat", {"time": TIMES, "speed": TIMES, "steering": TIMES})
 savemat(FOLDER / "fix.mat", {"timeGps": TIMES, "Lo_m": TIMES, "La_m": TIMES})
+np.savez(
+    FOLDER / "legs.npz",
+    stamp=TIMES,
+    ranges=np.ones((3, 5)),
+    angle_min=-1.0,
+    angle_increment=0.5,
+    range_min=0.1,
+    range_max=8.0,
+)
 UTIAS = FOLDER / "utias"
 UTIAS.mkdir()
 for name, line in {
@@ -91,6 +100,7 @@ RESULTS = {
     datasets.GraphLog,
     datasets.LandmarkGraph,
     datasets.LaserLog,
+    datasets.LegScans,
     datasets.Mrclam,
     datasets.MrclamRobot,
     datasets.PlanePair,
@@ -99,6 +109,7 @@ RESULTS = {
     datasets.Sightings,
     datasets.StereoDrive,
     datasets.StereoFeatures,
+    datasets.Sector,
     datasets.SurveyedLandmarks,
     datasets.Track,
     datasets.VehicleLog,
@@ -107,6 +118,7 @@ CALLS = {
     datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
     Dataset.file: lambda: call(SET, "a.txt"),
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
+    Sector.holds: lambda: call(Sector(-0.3, 0.3, 5.0), np.array([[1.0, 0.1]])),
     Track.at: lambda: call(datasets.read_track(TABLE), TIMES, longest_gap=2.0),
     datasets.ImageSequence: lambda: call((PICTURE,), (0,), False),
     datasets.StereoSequence: lambda: call(SEQUENCE, SEQUENCE),
@@ -132,6 +144,7 @@ CALLS = {
     datasets.read_fixes: lambda: call(FOLDER / "fix.mat"),
     datasets.read_graph_log: lambda: call(GRAPH, max_range=80.0, timed=True),
     datasets.read_landmark_graph: lambda: call(CHAIN),
+    datasets.read_leg_scans: lambda: call(FOLDER / "legs.npz"),
     datasets.read_mrclam: lambda: call(UTIAS),
     datasets.read_ranges: lambda: call(READINGS, max_range=8.0),
     datasets.read_relations: lambda: call(RELATIONS),

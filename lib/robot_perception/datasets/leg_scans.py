@@ -1,0 +1,143 @@
+"""Scans at leg height, with the middles of legs where somebody has marked them."""
+
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from robot_perception import checks
+from robot_perception.datasets.logs import CorruptLog, as_path
+
+NEEDED = ("stamp", "ranges", "angle_min", "angle_increment", "range_min", "range_max")
+DAMAGE = OSError, ValueError, EOFError, TypeError, RuntimeError, zipfile.BadZipFile, zlib.error
+LABELS = ("leg_scan", "leg_xy", "label_sector_deg_m")
+
+
+@dataclass(frozen=True, slots=True)
+class Sector:
+    """Part of the floor before a scanner.
+
+    Parameters
+    ----------
+    low, high
+        Directions, rad.
+    reach
+        Distance, m.
+    """
+
+    low: float
+    high: float
+    reach: float
+
+    def holds(self, points: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, " n"]:
+        """Tell which points (n, 2), m, lie within.
+
+        Raises
+        ------
+        ValueError
+            If the shape is another, or a number is not finite.
+        """
+        x, y = checks.array("points", points, ("n", 2)).T
+        angles = np.arctan2(y, x)
+        return (angles >= self.low) & (angles <= self.high) & (np.hypot(x, y) <= self.reach)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LegScans:
+    """Scans, and the legs that are marked in some of them.
+
+    Parameters
+    ----------
+    times : (scans,)
+        s.
+    ranges : (scans, beams)
+        m; infinite where nothing came back.
+    angles : (beams,)
+        Directions of the beams, rising, rad.
+    scans_of_legs : (legs,)
+        Scan that each marked leg is in, never falling.
+    legs : (legs, 2)
+        Mean of the readings on it, in the frame of the scanner, m. Two legs that touch are marked
+        as one.
+    sector
+        Where all legs of a scan with marks are marked; ``None`` for a recording without marks.
+    """
+
+    times: Float[np.ndarray, " scans"]
+    ranges: Float[np.ndarray, "scans beams"]
+    angles: Float[np.ndarray, " beams"]
+    scans_of_legs: Int[np.ndarray, " legs"]
+    legs: Float[np.ndarray, "legs 2"]
+    sector: Sector | None
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def read_leg_scans(path: str | Path) -> LegScans:
+    """Read scans at leg height from a NumPy archive.
+
+    Readings that are NaN, beyond the scanner's range or nearer than its least distance, which
+    scanners report where nothing came back, become infinite.
+
+    Parameters
+    ----------
+    path
+        File with the arrays ``stamp`` (s), ``ranges`` (m), ``angle_min``, ``angle_increment``
+        (rad), ``range_min`` and ``range_max`` (m); with marks also ``leg_scan``, ``leg_xy`` (m) and
+        ``label_sector_deg_m`` (degrees, degrees, m).
+
+    Raises
+    ------
+    CorruptLog
+        If the file cannot be read, an array is missing or of another shape, a number is not finite,
+        time does not rise or a mark is in no scan.
+    FileNotFoundError
+        If there is no such file.
+
+    References
+    ----------
+    Leigh, Pineau, Olmedo and Zhang, "Person tracking and following with 2D laser scanners", ICRA
+    2015.
+    """
+    path = as_path(path)
+    try:
+        with np.load(path, allow_pickle=False) as found:
+            arrays = {name: np.asarray(found[name]) for name in found.files}
+    except FileNotFoundError:
+        raise
+    except DAMAGE as error:
+        raise CorruptLog(f"{path}: no NumPy archive, or a damaged one ({error})") from error
+    marked = any(name in arrays for name in LABELS)
+    missing = [name for name in NEEDED + LABELS * marked if name not in arrays]
+    if missing:
+        raise CorruptLog(f"{path}: has no array {', '.join(missing)}")
+    try:
+        return _scans(arrays, marked)
+    except (ValueError, TypeError) as error:
+        raise CorruptLog(f"{path}: {error}") from error
+
+
+def _scans(arrays: dict[str, np.ndarray], marked: bool) -> LegScans:
+    first, step, nearest, farthest = (checks.array(name, arrays[name], ()) for name in NEEDED[2:])
+    checks.positive("angle_increment", float(step))
+    times = checks.array("stamp", arrays["stamp"], ("scans",))
+    if not times.size or (np.diff(times) <= 0).any():
+        raise ValueError("stamp must rise, one at least")
+    ranges = checks.array("ranges", arrays["ranges"], (len(times), "beams"), finite=False)
+    nothing = ~((ranges >= nearest) & (ranges <= farthest) & (ranges > 0))
+    ranges = np.where(nothing, np.inf, ranges)
+    angles = float(first) + float(step) * np.arange(ranges.shape[1])
+    if not marked:
+        none = np.zeros(0, dtype=np.int64)
+        return LegScans(times, ranges, angles, none, np.zeros((0, 2)), None)
+    rows = checks.integers("leg_scan", arrays["leg_scan"], ("legs",), 0)
+    if (np.diff(rows) < 0).any() or rows.max(initial=0) >= len(times):
+        raise ValueError(f"leg_scan must not fall, and be below {len(times)}")
+    legs = checks.array("leg_xy", arrays["leg_xy"], (len(rows), 2))
+    low, high, reach = checks.vector("label_sector_deg_m", arrays["label_sector_deg_m"], 3)
+    sector = Sector(float(np.deg2rad(low)), float(np.deg2rad(high)), float(reach))
+    return LegScans(times, ranges, angles, rows, legs, sector)

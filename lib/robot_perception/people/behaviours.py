@@ -1,0 +1,300 @@
+"""What a robot does with the people it tracks: guide a visitor, follow a person, hold a survey.
+
+Each is a small machine of states that sees persons and says what to do:
+
+``guide(state, persons, rules) -> (State, Command)``
+
+Persons are the hypotheses that count as such, at their time. Somebody who has been lost comes back
+under another identity: a person whose hypothesis came up about when the last one was seen, or
+later, may be the same; one who was there all along is not.
+
+The behaviours are those of Schaffernicht, Martin, Scheidig and Gross, sections 4.1 and 4.2; all
+distances and times are ours.
+"""
+
+from dataclasses import dataclass, fields, replace
+from typing import Literal
+
+import numpy as np
+
+from robot_perception import checks
+from robot_perception.people.aggregation import Hypotheses
+
+Phase = Literal["waiting", "inviting", "busy", "asking back", "given up"]
+PHASES = ("waiting", "inviting", "busy", "asking back", "given up")
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What the robot is to do.
+
+    Parameters
+    ----------
+    speed
+        Forward, m/s; of a guide: at most so fast along the route.
+    turn_rate
+        Counter-clockwise, rad/s.
+    say
+        What to say now; most of the time nothing.
+    """
+
+    speed: float = 0.0
+    turn_rate: float = 0.0
+    say: Literal["", "come back", "welcome back", "take part", "first question", "thank you"] = ""
+
+
+STOP = Command()
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What a behaviour remembers.
+
+    Parameters
+    ----------
+    phase
+        ``"waiting"`` for somebody, ``"inviting"`` them, ``"busy"`` with them, ``"asking back"`` or
+        ``"given up"``.
+    person
+        Identity of the one it is about; -1: nobody yet.
+    seen
+        When they were last there, s; -inf: never.
+    since
+        When the phase began, s; -inf: always.
+
+    Raises
+    ------
+    ValueError
+        If there is no such phase or identity, or a time is neither finite nor -inf.
+    """
+
+    phase: Phase = "waiting"
+    person: int = -1
+    seen: float = -np.inf
+    since: float = -np.inf
+
+    def __post_init__(self) -> None:
+        checks.one_of("phase", self.phase, PHASES)
+        checks.whole("person", self.person, -1)
+        for name in ("seen", "since"):
+            if checks.number(name, getattr(self, name), finite=False) == np.inf:
+                raise ValueError(f"{name} must be finite or -inf, got inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """Distances, times and speeds of the behaviours, all of them ours.
+
+    Parameters
+    ----------
+    reach
+        Who is further away is not there, m.
+    close
+        Who takes part in a survey comes as near as this, m.
+    patience
+        For so long somebody may be out of sight, s.
+    memory
+        A hypothesis that came up so long before the last sight of somebody, or later, may be
+        theirs, s.
+    resigned
+        For so long the robot asks somebody back, s.
+    gap
+        Distance at which the robot follows, m.
+    speed, turn_rate
+        Largest speeds, m/s and rad/s.
+    gain
+        Speed for a metre, and turn rate for a radian, that it is off, 1/s.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or ``close`` is above ``reach``.
+    """
+
+    reach: float = 3.0
+    close: float = 1.5
+    patience: float = 1.0
+    memory: float = 3.0
+    resigned: float = 20.0
+    gap: float = 1.0
+    speed: float = 0.8
+    turn_rate: float = 1.0
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            checks.positive(entry.name, getattr(self, entry.name))
+        if self.close > self.reach:
+            raise ValueError(f"close must not be above reach {self.reach}, got {self.close}")
+
+
+def guide(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Command]:
+    """Return what a guide does: go on while the visitor is there, else stop and ask back.
+
+    It waits for a first visitor. When they are away for longer than the patience it stops and asks
+    them to come back; when they are there again it goes on; after a time it gives up.
+
+    Parameters
+    ----------
+    state
+        What it remembers.
+    persons
+        Who is there now.
+    rules
+        The rules.
+
+    Returns
+    -------
+    State
+    Command
+        Where the route leads is not its business: the speed is that along the route.
+
+    Raises
+    ------
+    ValueError
+        If the persons are older than the state.
+    """
+    time, at = _sight(state, persons, rules, "reach")
+    go = Command(speed=rules.speed)
+    if at >= 0:
+        say = "welcome back" if state.phase in ("asking back", "given up") else ""
+        return _with(state, persons, at, "busy"), replace(go, say=say)
+    if state.phase == "busy":
+        if time - state.seen <= rules.patience:
+            return state, go
+        return replace(state, phase="asking back", since=time), Command(say="come back")
+    return _resigned(state, time, rules, "given up"), STOP
+
+
+def follow(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Command]:
+    r"""Return what a follower does: turn to the person and keep its distance, or stop and ask back.
+
+    .. math:: v = k (r - d), \qquad \omega = k \varphi
+
+    within the largest speeds, v not negative, and 0 while the person is beside or behind. Where
+    the person is comes from the hypotheses, whichever sensor confirms them, so that it may be a
+    back.
+
+    Parameters
+    ----------
+    state
+        What it remembers.
+    persons
+        Who is there now.
+    rules
+        The rules.
+
+    Returns
+    -------
+    State
+    Command
+
+    Raises
+    ------
+    ValueError
+        If the persons are older than the state.
+    """
+    time, at = _sight(state, persons, rules, "reach")
+    if at >= 0:
+        r, phi = persons.mean[at].tolist()
+        turn = float(np.clip(rules.gain * phi, -rules.turn_rate, rules.turn_rate))
+        speed = float(
+            np.clip(rules.gain * (r - rules.gap) * (abs(phi) < np.pi / 2), 0, rules.speed)
+        )
+        say = "welcome back" if state.phase in ("asking back", "given up") else ""
+        return _with(state, persons, at, "busy"), Command(speed, turn, say)
+    if state.phase == "busy" and time - state.seen > rules.patience:
+        return replace(state, phase="asking back", since=time), Command(say="come back")
+    return _resigned(state, time, rules, "given up"), STOP
+
+
+def survey(
+    state: State, persons: Hypotheses, finished: bool, rules: Rules
+) -> tuple[State, Command]:
+    """Return what a poller does: invite, ask, notice who breaks off, call back, begin again.
+
+    Somebody within reach is invited; when they come close they are asked. Who is not close for
+    longer than the patience before the end has broken off and is asked back; when they are close
+    again the survey goes on. After a time, and after the end, the robot waits for the next; the one
+    who has just been there is not invited again.
+
+    Parameters
+    ----------
+    state
+        What it remembers.
+    persons
+        Who is there now.
+    finished
+        Whether the last question has just been answered.
+    rules
+        The rules.
+
+    Returns
+    -------
+    State
+    Command
+
+    Raises
+    ------
+    ValueError
+        If the persons are older than the state.
+    """
+    finished = checks.flag("finished", finished)
+    time, at = _sight(state, persons, rules, "close")
+    if state.phase in ("waiting", "given up"):
+        near = (persons.mean[:, 0] <= rules.reach) & (persons.identity != state.person)
+        if not near.any():
+            return state, STOP
+        at = int(np.where(near, persons.mean[:, 0], np.inf).argmin())
+        return _with(state, persons, at, "inviting"), Command(say="take part")
+    if state.phase == "inviting":
+        if at >= 0:
+            return _with(state, persons, at, "busy"), Command(say="first question")
+        near = (persons.identity == state.person) & (persons.mean[:, 0] <= rules.reach)
+        if near.any():
+            return replace(state, seen=time), STOP
+        left = time - state.seen > rules.patience
+        return (State(since=time) if left else state), STOP
+    if state.phase == "busy" and finished:
+        return State("waiting", state.person, since=time), Command(say="thank you")
+    if at >= 0:
+        say = "welcome back" if state.phase == "asking back" else ""
+        return _with(state, persons, at, "busy"), Command(say=say)
+    if state.phase == "busy" and time - state.seen > rules.patience:
+        return replace(state, phase="asking back", since=time), Command(say="come back")
+    return _resigned(state, time, rules, "waiting"), STOP
+
+
+def _sight(state: State, persons: Hypotheses, rules: Rules, limit: str) -> tuple[float, int]:
+    """Return the time, and the row of the one it is about; -1 if they are not there."""
+    checks.instance("state", state, State)
+    checks.instance("persons", persons, Hypotheses)
+    checks.instance("rules", rules, Rules)
+    time = persons.time
+    if time < max(state.seen, state.since):
+        raise ValueError(
+            f"persons must not be older than the state, got {time:.6g} s after "
+            f"{max(state.seen, state.since):.6g} s"
+        )
+    near = persons.mean[:, 0] <= getattr(rules, limit)
+    distance = np.where(near, persons.mean[:, 0], np.inf)
+    same = np.flatnonzero((persons.identity == state.person) & (distance < np.inf))
+    if same.size:
+        return time, int(same[0])
+    if state.person in persons.identity:  # known, and too far away
+        return time, -1
+    distance = np.where(persons.born >= state.seen - rules.memory, distance, np.inf)
+    return time, int(distance.argmin()) if (distance < np.inf).any() else -1
+
+
+def _with(state: State, persons: Hypotheses, at: int, phase: Phase) -> State:
+    """Return that somebody is there."""
+    since = state.since if state.phase == phase else persons.time
+    return State(phase, int(persons.identity[at]), persons.time, since)
+
+
+def _resigned(state: State, time: float, rules: Rules, phase: Phase) -> State:
+    """Return the state after another moment of asking somebody back."""
+    if state.phase == "asking back" and time - state.since > rules.resigned:
+        return replace(state, phase=phase, since=time)
+    return state

@@ -1,0 +1,273 @@
+r"""Pairs of legs in one scan of a laser at knee height.
+
+The readings are cut into segments of similar distance; a segment of the width, the depth and the
+shape of a leg is taken for one; two legs a step apart are a person. The legs of a table may pass
+too. A skirt does not, nor do two legs one behind the other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from robot_perception import checks
+from robot_perception.beliefs import Gaussian
+from robot_perception.people._readings import check_readings
+from robot_perception.people.detections import polar
+
+
+@dataclass(frozen=True, slots=True)
+class LegRules:
+    r"""What is taken for a leg and for a pair. The paper gives no values: all are our choice.
+
+    Parameters
+    ----------
+    jump
+        Largest difference of neighbouring readings of one segment, m.
+    least_readings
+        Fewest readings of a leg, at least 2: fewer show no shape.
+    widths
+        Least and largest width of a leg, m.
+    deviation
+        Largest standard deviation of the readings of a leg, m.
+    hollow
+        How far the middle of a leg may lie behind the line from end to end, m. A leg bulges; this
+        leaves room for noise.
+    apart
+        Least and largest distance between the middles of a person's legs, m.
+    range_sigma
+        Standard deviation of a person's distance, m.
+    side_step
+        Standard deviation across the line of sight, m: by so much a person sways or steps aside.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, ``least_readings`` is below 2, or a range is upside down.
+
+    References
+    ----------
+    Schaffernicht et al. 2005 (see `Detections`), sections 2.1 and 3.1.
+    """
+
+    jump: float = 0.1
+    least_readings: int = 2
+    widths: tuple[float, float] = (0.05, 0.25)
+    deviation: float = 0.04
+    hollow: float = 0.015
+    apart: tuple[float, float] = (0.1, 0.5)
+    range_sigma: float = 0.05
+    side_step: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("jump", "deviation", "hollow", "range_sigma", "side_step"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        checks.whole("least_readings", self.least_readings, 2)
+        for name in ("widths", "apart"):
+            low, high = checks.vector(name, getattr(self, name), 2).tolist()
+            if not 0 <= low < high:
+                raise ValueError(f"{name} must rise from 0 or more, got {(low, high)}")
+            object.__setattr__(self, name, (low, high))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Profiles:
+    """What segments look like.
+
+    Parameters
+    ----------
+    spans : (k, 2)
+        First and last reading of each.
+    middles : (k, 2)
+        Where the middle of a round thing with that front would be, in the frame of the laser, m.
+    widths : (k,)
+        From end to end, with half the gap between beams on either side, m.
+    deviations : (k,)
+        Standard deviations of the readings, m.
+    bulges : (k,)
+        How far the readings between the ends lie in front of the line through these, on average, m.
+    free : (k,)
+        Whether what stands beside it is farther away on one side at least. A strip of wall
+        between two things in front of it is not free.
+    """
+
+    spans: Int[np.ndarray, "k 2"]
+    middles: Float[np.ndarray, "k 2"]
+    widths: Float[np.ndarray, " k"]
+    deviations: Float[np.ndarray, " k"]
+    bulges: Float[np.ndarray, " k"]
+    free: Bool[np.ndarray, " k"]
+
+    def __len__(self) -> int:
+        return len(self.spans)
+
+
+def segments(
+    ranges: Float[np.ndarray, " n"],
+    angles: Float[np.ndarray, " n"],
+    rules: LegRules = LegRules(),
+) -> Int[np.ndarray, "k 2"]:
+    """Return the first and the last reading of each group of similar distances.
+
+    Parameters
+    ----------
+    ranges : (n,)
+        Readings, m; infinite where nothing came back, which ends a segment.
+    angles : (n,)
+        Directions of the beams, rising, rad.
+    rules
+        What counts as similar.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree, there is no beam, a reading is NaN or not positive, or the angles do
+        not rise or span more than a turn.
+    """
+    ranges, _ = _scan(ranges, angles)
+    return _cut(ranges, checks.instance("rules", rules, LegRules).jump)
+
+
+def profiles(
+    ranges: Float[np.ndarray, " n"],
+    angles: Float[np.ndarray, " n"],
+    rules: LegRules = LegRules(),
+) -> Profiles:
+    r"""Return what the segments of enough readings look like.
+
+    The front of a cylinder of radius a, seen from afar, lies on average
+    :math:`a \int_0^1 \sqrt{1 - u^2}\, du = \pi a / 4` in front of its axis.
+
+    Parameters, and errors, are those of `segments`.
+    """
+    ranges, angles = _scan(ranges, angles)
+    spans = _cut(ranges, checks.instance("rules", rules, LegRules).jump)
+    spans = spans[spans[:, 1] - spans[:, 0] + 1 >= rules.least_readings]
+    first, last = spans.T
+    counts = last - first + 1
+    rows = np.repeat(np.arange(len(spans)), counts)
+    taken = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts) + first[rows]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(rows, values, len(spans)) / counts
+
+    r = ranges[taken]
+    x, y = r * np.cos(angles[taken]), r * np.sin(angles[taken])
+    middle_r, middle_x, middle_y = mean(r), mean(x), mean(y)
+    deviations = np.sqrt(mean((r - middle_r[rows]) ** 2))
+    begin = np.cumsum(counts) - counts
+    end = begin + counts - 1
+    along_x, along_y = x[end] - x[begin], y[end] - y[begin]
+    chords = np.hypot(along_x, along_y)
+    gaps = (angles[last] - angles[first]) / (counts - 1)
+    widths = chords + middle_r * gaps
+    # counter-clockwise beams: the scanner is to the left of the way from the first to the last
+    ahead = along_x[rows] * (y - y[begin[rows]]) - along_y[rows] * (x - x[begin[rows]])
+    inner = np.maximum(counts - 2, 1)
+    bulges = mean(ahead) * counts / (inner * np.maximum(chords, np.finfo(float).tiny))
+    outwards = 1 + np.pi / 8 * widths / np.hypot(middle_x, middle_y)
+    middles = np.stack([middle_x, middle_y], axis=-1) * outwards[:, None]
+    sides = np.pad(ranges, 1, constant_values=np.inf)
+    free = (sides[first] > ranges[first]) | (sides[last + 2] > ranges[last])
+    return Profiles(spans, middles, widths, deviations, bulges, free)
+
+
+def are_legs(found: Profiles, rules: LegRules = LegRules()) -> Bool[np.ndarray, " k"]:
+    """Tell which segments look like a leg: by width, deviation, shape, and standing free.
+
+    Parameters
+    ----------
+    found
+        The segments.
+    rules
+        What is taken for a leg.
+    """
+    checks.instance("found", found, Profiles)
+    low, high = checks.instance("rules", rules, LegRules).widths
+    thick = (found.widths >= low) & (found.widths <= high)
+    compact = found.deviations <= rules.deviation
+    return thick & compact & (found.bulges >= -rules.hollow) & found.free
+
+
+def pairs(
+    middles: Float[np.ndarray, "k 2"], rules: LegRules = LegRules()
+) -> Int[np.ndarray, "p 2"]:
+    """Return which legs belong together: the nearest two first, each leg to one person.
+
+    Parameters
+    ----------
+    middles : (k, 2)
+        Middles of the legs, m.
+    rules
+        How far apart a pair may stand.
+
+    Returns
+    -------
+    (p, 2)
+        Rows of ``middles``, the closest pair first.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another, or a number is not finite.
+    """
+    middles = checks.array("middles", middles, ("k", 2))
+    low, high = checks.instance("rules", rules, LegRules).apart
+    one, other = np.triu_indices(len(middles), 1)
+    apart = np.hypot(*(middles[one] - middles[other]).T)
+    near = np.flatnonzero((apart >= low) & (apart <= high))
+    taken, found = np.zeros(len(middles), dtype=bool), []
+    for k in near[np.argsort(apart[near], kind="stable")].tolist():
+        if not (taken[one[k]] or taken[other[k]]):
+            taken[one[k]] = taken[other[k]] = True
+            found.append([one[k], other[k]])
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def detect(
+    ranges: Float[np.ndarray, " n"],
+    angles: Float[np.ndarray, " n"],
+    rules: LegRules = LegRules(),
+) -> Gaussian:
+    r"""Return where a scan shows pairs of legs.
+
+    .. math:: C = \operatorname{diag}\left(\sigma_r^2,\, \arctan^2(s / r)\right)
+
+    The variance of the distance is the same everywhere; that of the direction grows towards the
+    robot, where a step to the side of length s turns the line of sight more.
+
+    Parameters and errors are those of `segments`.
+
+    Returns
+    -------
+    Gaussian
+        Positions :math:`(r, \varphi)` half-way between the legs, a batch of as many as there are
+        pairs, in the frame of the laser; none is an empty batch.
+
+    References
+    ----------
+    Schaffernicht et al. 2005 (see `Detections`), sections 2.1 and 3.1.
+    """
+    found = profiles(ranges, angles, rules)
+    middles = found.middles[are_legs(found, rules)]
+    x, y = middles[pairs(middles, rules)].mean(axis=1).T
+    r = np.hypot(x, y)
+    return polar(r, np.arctan2(y, x), rules.range_sigma, np.arctan2(rules.side_step, r))
+
+
+def _scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return checked readings and their directions."""
+    ranges = checks.array("ranges", ranges, ("n",), finite=False)
+    angles = checks.array("angles", angles, ranges.shape, f"ranges {ranges.shape}")
+    check_readings("ranges", ranges)
+    if (np.diff(angles) <= 0).any() or angles[-1] - angles[0] > 2 * np.pi:
+        raise ValueError("angles must rise over at most one turn")
+    return ranges, angles
+
+
+def _cut(ranges: np.ndarray, jump: float) -> np.ndarray:
+    there = np.flatnonzero(np.isfinite(ranges))
+    if not there.size:
+        return np.zeros((0, 2), dtype=np.int64)
+    apart = (np.diff(there) > 1) | (np.abs(np.diff(ranges[there])) > jump)
+    return np.stack([there[np.r_[True, apart]], there[np.r_[apart, True]]], axis=-1)

@@ -1,0 +1,42 @@
+"""People from several sensors: one reading of the aggregation, and its growth."""
+
+import numpy as np
+
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
+from robot_perception.people.detections import Detections, polar
+from tests.benchmarks.harness import Row
+
+RULES = AggregationRules()
+MOTION = np.array([0.02, 0.0, 0.01])
+
+
+def _reading(people: int, false: int) -> tuple[Hypotheses, Detections]:
+    """Return hypotheses of people who were seen before, and a reading with some false ones."""
+    rng = np.random.default_rng(people)
+    r, phi = 1.0 + np.arange(people) % 8, np.linspace(-np.pi, np.pi, people, endpoint=False)
+    first = Detections(0.0, "laser", polar(r, phi, 0.1, 0.05))
+    known, _ = step(Hypotheses.none(), first, np.zeros(3), RULES)
+    r = np.concatenate([r, rng.uniform(1, 8, false)])
+    phi = np.concatenate([phi, rng.uniform(-np.pi, np.pi, false)])
+    return known, Detections(0.1, "laser", polar(r, phi, 0.1, 0.05))
+
+
+def _row(people: int, false: int, at_most: float | None = None) -> Row:
+    known, reading = _reading(people, false)
+
+    def agree() -> None:
+        _, info = step(known, reading, MOTION, RULES)
+        assert info.matched.sum() >= 0.9 * people  # a false one may be nearer
+
+    return Row(
+        work=f"people aggregation, {people} people, {people + false} detections",
+        ours=lambda: step(known, reading, MOTION, RULES),
+        at_most=at_most,
+        agree=agree,
+        inner=20,
+    )
+
+
+def rows() -> list[Row]:
+    """Return the rows of the benchmark table that concern people."""
+    return [_row(10, 5, 2e-3), *(_row(n, n // 2) for n in (20, 40, 80, 160))]

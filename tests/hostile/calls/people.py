@@ -1,0 +1,111 @@
+"""Valid calls of `people`."""
+
+import numpy as np
+
+from robot_perception import people
+from robot_perception.beliefs import ParticleSet
+from robot_perception.people import (
+    Detections,
+    aggregation,
+    behaviours,
+    legs,
+    scores,
+    skin,
+    sonar,
+    trajectories,
+)
+from tests.hostile.sweep import call
+from tests.people import scenes
+
+SCAN = scenes.legs([[1.5, 0.2], [1.5, -0.1]], 0.07)
+PROFILES = legs.profiles(SCAN, scenes.LASER)
+NOBODY = people.polar(np.zeros(0), np.zeros(0), 0.1, 0.1)
+RING = np.deg2rad(np.arange(-165.0, 180.0, 30.0))
+PIXELS = np.array([[110, 140, 200], [120, 150, 210]], dtype=np.uint8)
+MODEL = scenes.model()
+TRACKER = skin.SkinTracker(scenes.CENTRE, scenes.FOCAL, scenes.SIZE, MODEL)
+FACE = scenes.picture([(0.7, 0.3, 0.1)])
+CLOUD = skin.Cloud(ParticleSet.uniform(np.full((50, 2), 0.3)))
+
+
+def nowhere(points: np.ndarray) -> np.ndarray:
+    return np.zeros(len(points), dtype=bool)
+
+
+RULES = aggregation.AggregationRules()
+SEEN = Detections(1.0, "laser", people.polar(np.array([1.0, 2]), np.array([0.5, 3]), 0.1, 0.1))
+THERE, _ = aggregation.step(aggregation.Hypotheses.none(), SEEN, np.zeros(3), RULES)
+AGAIN = Detections(1.1, "laser", SEEN.positions)
+STAYS, _ = trajectories.watch(
+    trajectories.Stays.none(), THERE, np.zeros(3), trajectories.StaticRules()
+)
+FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
+BUSY = behaviours.State("busy", 0, 1.0, 0.5)
+
+RESULTS = {
+    legs.Profiles,
+    skin.Cloud,
+    aggregation.StepInfo,
+    trajectories.Trajectory,
+    scores.Score,
+    scores.Gospa,
+    behaviours.Command,
+}
+CALLS = {
+    Detections: lambda: call(1.0, "laser", NOBODY),
+    people.polar: lambda: call(np.ones(2), np.array([0.5, 4.0]), 0.1, np.array([0.1, 0.2])),
+    legs.LegRules: lambda: call(0.1, 2, (0.05, 0.25), 0.04, 0.015, (0.1, 0.5), 0.1, 0.1),
+    legs.are_legs: lambda: call(PROFILES, legs.LegRules()),
+    legs.detect: lambda: call(SCAN, scenes.LASER, legs.LegRules()),
+    legs.pairs: lambda: call(PROFILES.middles, legs.LegRules()),
+    legs.profiles: lambda: call(SCAN, scenes.LASER, legs.LegRules()),
+    legs.segments: lambda: call(SCAN, scenes.LASER, legs.LegRules()),
+    sonar.SonarRules: lambda: call(2.0, 0.5, 0.1, 0.3, 0.2),
+    sonar.detect: lambda: call(np.full(12, 1.5), RING, 0.2, sonar.SonarRules(), nowhere),
+    skin.SkinModel: lambda: call(np.zeros((8, 8)), 45.0),
+    skin.SkinModel.fit: lambda: call(PIXELS, PIXELS + 9, bins=64, darkest=45.0, floor=1e-4),
+    skin.SkinModel.log_ratio: lambda: call(MODEL, PIXELS),
+    skin.SkinRules: lambda: call(
+        *(50, 400, (0.05, 0.8), 0.01, (0.05, 0.07), 0.1, 0.1, 0.5, (0.15, 0.05), 0.12, 3, 3),
+        *(2.0, 2.0),
+    ),
+    skin.SkinState: lambda: call((CLOUD,)),
+    skin.SkinTracker: lambda: call(
+        scenes.CENTRE, scenes.FOCAL, scenes.SIZE, MODEL, skin.SkinRules()
+    ),
+    skin.SkinTracker.detect: lambda: call(TRACKER, skin.SkinState((CLOUD,))),
+    skin.SkinTracker.skin: lambda: call(TRACKER, FACE),
+    skin.SkinTracker.step: lambda: call(
+        *(TRACKER, skin.SkinState((CLOUD,)), FACE),
+        rng=np.random.default_rng(0),
+        elapsed=0.1,
+        turned=0.1,
+    ),
+    aggregation.SensorRules: lambda: call(0.3, 2.0, 0.4),
+    aggregation.AggregationRules: lambda: call(
+        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"),
+        *(RULES.laser, RULES.sonar, RULES.camera),
+    ),
+    aggregation.Hypotheses: lambda: call(
+        *(THERE.mean, THERE.cov, THERE.weight, THERE.identity, THERE.born, THERE.last_seen),
+        *(THERE.heard, THERE.following),
+    ),
+    aggregation.Hypotheses.none: call,
+    aggregation.Hypotheses.persons: lambda: call(THERE, RULES),
+    aggregation.Hypotheses.select: lambda: call(THERE, np.array([True, False])),
+    aggregation.step: lambda: call(THERE, AGAIN, np.array([0.1, 0.0, 0.2]), RULES),
+    aggregation.predict: lambda: call(THERE, 0.1, np.array([0.1, 0.0, 0.2]), 0.5),
+    trajectories.trajectories: lambda: call([THERE, THERE], np.ones((2, 3))),
+    trajectories.StaticRules: lambda: call(0.4, 20.0),
+    trajectories.Stays: lambda: call(STAYS.identity, STAYS.place, STAYS.since),
+    trajectories.Stays.none: call,
+    trajectories.watch: lambda: call(STAYS, THERE, np.ones(3), trajectories.StaticRules()),
+    scores.Frame: lambda: call(THERE.points, THERE.identity, THERE.points, THERE.identity),
+    scores.score: lambda: call([FRAME, FRAME], 0.5),
+    scores.gospa: lambda: call(THERE.points, np.ones((3, 2)), 1.0),
+    behaviours.State: lambda: call("busy", 0, 1.0, 0.5),
+    behaviours.Rules: lambda: call(3.0, 1.5, 1.0, 3.0, 20.0, 1.0, 0.8, 1.0, 1.0),
+    behaviours.guide: lambda: call(BUSY, THERE, behaviours.Rules()),
+    behaviours.follow: lambda: call(BUSY, THERE, behaviours.Rules()),
+    behaviours.survey: lambda: call(BUSY, THERE, False, behaviours.Rules()),
+}
