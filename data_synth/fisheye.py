@@ -668,13 +668,14 @@ def _gathered(fine, lit, light, parts):
 
 @numba.njit(cache=True)
 def _develop(light, fall, gain, read, photon, noise, table, image):
-    """Grey values of light with a fall-off, an exposure and noise."""
+    """Grey values of light with a fall-off and noise, which the gain multiplies too."""
     last = len(table) - 1
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
             for channel in range(3):
-                value = light[row, column, channel] * fall[row, column] * gain
+                value = light[row, column, channel] * fall[row, column]
                 value += noise[row, column, channel] * np.sqrt(
                     read * read + photon * max(value, 0.0)
                 )
-                image[row, column, channel] = table[int(min(max(value, 0.0), 1.0) * last + 0.5)]
+                value = min(max(value * gain, 0.0), 1.0)
+                image[row, column, channel] = table[int(value * last + 0.5)]

@@ -25,7 +25,7 @@ _CELL = 0.02  # of the raster that the ceiling is drawn from, m
 _GRID = 0.05  # of the raster that people find their way on, m
 _TEXELS = 96  # along the sides of a picture
 _MIDDLE = 1.2  # half the side of the square in the middle of a room that stays free, m
-_DAYLIGHT = 0.08  # share of it that reaches the middle of a room
+_DAYLIGHT = 0.03  # share of it that reaches the middle of a room
 
 _WOOD = [(176, 128, 88), (196, 150, 108), (160, 112, 78), (205, 163, 122)]  # like skin, sRGB
 _GREY = [(196, 198, 200), (150, 154, 160), (120, 124, 128), (210, 208, 202)]
@@ -157,7 +157,7 @@ def make_people_office(*, rng: np.random.Generator, distractors: bool = True) ->
     clearance = build.clearance(low, high, rooms, doors)
     count = len(rooms) + 1
     level = np.r_[rng.uniform(0.55, 1.15, count - 1), rng.uniform(0.4, 1.2)]
-    warmth = np.r_[rng.uniform(3000, 5800, count - 1), rng.uniform(5800, 7500)]
+    warmth = np.r_[rng.uniform(3500, 5600, count - 1), rng.uniform(5800, 7500)]
     sway = np.r_[rng.uniform(0.02, 0.08, count - 1), rng.uniform(0.1, 0.3)]
     return PeopleOffice(
         *(stage, rooms, doors, exits, len(build.boxes)),
@@ -390,10 +390,13 @@ class _Builder:
         self.taken.append(np.r_[middle - _MIDDLE, middle + _MIDDLE])
         entry = np.array([0.8, 1.1])
         self.taken.append(np.r_[inside - entry, inside + entry])
-        wanted = {self.desks: 2, self.cabinet: 3, self.plant: 1, self.basket: 2}
+        wanted = {self.desks: 2, self.cabinet: 3}
+        if self.distractors:
+            wanted |= {self.plant: 1, self.basket: 2}
         for put, count in wanted.items():
+            stands = 0
             for _ in range(20):
-                count -= bool(count) and put(room, light)
+                stands += stands < count and put(room, light)
 
     def against(self, room: np.ndarray, wide: float, deep: float) -> tuple[np.ndarray, int]:
         """Low and high corner of a rectangle against one of the walls of a room, and which: 0 to 3
@@ -485,8 +488,6 @@ class _Builder:
         self, room: np.ndarray, radius: float, top: float, light: int, tone: tuple[int, int, int]
     ) -> bool:
         """Put something round against a wall."""
-        if not self.distractors:
-            return True
         place, _ = self.against(room, 2 * radius, 2 * radius)
         if not self.claims(*place, 0.02):
             return False

@@ -31,6 +31,8 @@ _ROUND = 0.35  # half the time over which scripts are smoothed, s
 _COARSE = 2  # cells of the office's raster along a cell of the ways
 _FOLLOW = 1.3  # where a visitor likes to be, m from the robot
 _REACTION = 0.8  # of somebody who is called, s
+_ARRIVED = 0.25  # at the end of a way, m
+_FIDGETS = 0.01  # probability of turning at a step while standing
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -203,14 +205,14 @@ def between(first: Moment, second: Moment, time: float) -> Moment:
 class _State:
     """What somebody is up to."""
 
-    mode: str = "new"
+    mode: str = "new"  # walks, stands, leaves or is away; astray or with the robot
     until: float = 0.0
     way: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     speed: float = 1.0
-    facing: float | None = None  # a direction; the robot if it is None
+    facing: float | None = None  # a direction while standing; as it came if it is None
     watches: bool = False
     strays: int = 0
-    asked: float = -np.inf
+    asked: float = np.inf  # when the robot called, s
 
 
 class World:
@@ -341,24 +343,21 @@ class World:
                 present[k] = act.times[0] <= time <= act.times[-1]
                 if not old.present[k]:
                     self._velocities[k] = 0.0
-        order = self.rng.permutation(len(self.acts))
-        for k in order:
+        for k in self.rng.permutation(len(self.acts)):
             act, state = self.acts[k], self._states[k]
+            facing, watches = state.facing, state.watches
             if isinstance(act, Walk):
-                wish = act.facing if isinstance(act.facing, float | int) else None
-                watch = act.facing == "robot"
-                self._turn(k, headings, gazes, positions, robot, dt, wish, watch)
-                continue
-            if isinstance(act, Wander):
-                self._wander(k, act, state, time, positions, present, robot)
+                watches = act.facing == "robot"
+                facing = None if isinstance(act.facing, str) else act.facing
             else:
-                self._visit(k, act, state, time, positions, robot)
-            if not present[k]:
-                self._velocities[k] = 0.0
-                continue
-            self._velocities[k] = self._steer(k, state, positions, present, robot, dt)
-            positions[k] += self._velocities[k] * dt
-            self._turn(k, headings, gazes, positions, robot, dt, state.facing, state.watches)
+                if isinstance(act, Wander):
+                    self._wander(k, act, time, positions, present, robot)
+                else:
+                    self._visit(k, act, time, positions, robot)
+                steered = self._steer(k, positions, present, robot, dt)
+                self._velocities[k] = steered if present[k] else 0.0
+                positions[k] += self._velocities[k] * dt
+            self._turn(k, headings, gazes, positions[k], robot, dt, facing, watches)
         speeds = np.hypot(*self._velocities.T)
         phases = old.phases + 2 * np.pi * speeds / (0.75 + 0.65 * speeds) * dt
         wanted = np.where(speeds > 0.15, 0.05 + 0.15 * speeds, 0.015)
@@ -396,48 +395,48 @@ class World:
             good = office.free(places) > _WALLS
         return places[good.argmax()]
 
-    def _wander(self, k, act, state, time, positions, present, robot) -> None:
-        """Choose what comes next."""
-        others = np.delete(positions, k, axis=0)
-        if state.mode == "walk":
-            stuck = time > state.until
-            if not stuck and np.hypot(*(state.way[-1] - positions[k])) > 0.25:
+    def _wander(
+        self,
+        k: int,
+        act: Wander,
+        time: float,
+        positions: np.ndarray,
+        present: np.ndarray,
+        robot: np.ndarray,
+    ) -> None:
+        """Choose what comes next: stop at the end of a way, vanish at the way out, set off."""
+        state, others = self._states[k], np.delete(positions, k, axis=0)
+        if state.mode in ("walks", "leaves"):
+            arrived = np.hypot(*(state.way[-1] - positions[k])) < _ARRIVED
+            if not arrived and time < state.until:
                 return
-            state.mode, state.until = "stand", time + self.rng.uniform(1.5, 7.0)
+            if arrived and state.mode == "leaves":
+                present[k] = False
+                state.mode, state.until = "away", time + self.rng.uniform(3.0, 10.0)
+                return
+            state.mode, state.until = "stands", time + self.rng.uniform(1.5, 7.0)
             state.watches = bool(self.rng.random() < act.faces)
             state.facing = None if state.watches else float(self.rng.uniform(-np.pi, np.pi))
             state.way = positions[k][None].copy()
             return
-        if state.mode == "out":
-            stuck = time > state.until
-            if not stuck and np.hypot(*(state.way[-1] - positions[k])) > 0.3:
-                return
-            if stuck:
-                state.mode, state.until = "stand", time
-                return
-            present[k] = False
-            state.mode, state.until = "away", time + self.rng.uniform(3.0, 10.0)
-            return
         if time < state.until:
-            if state.mode == "stand" and self.rng.random() < 0.01 and not state.watches:
+            if state.mode == "stands" and not state.watches and self.rng.random() < _FIDGETS:
                 state.facing = float(self.rng.uniform(-np.pi, np.pi))
             return
+        leaves = False
         if state.mode == "away":
-            if (np.hypot(*(others[np.delete(present, k)] - positions[k]).T) < 1.0).any():
+            near = np.hypot(*(others[np.delete(present, k)] - positions[k]).T) < 1.0
+            if near.any():
                 return
             present[k] = True
-            leaves = False
-        else:
-            leaves = self.rng.random() < act.leaves and state.mode != "new"
-        state.watches, state.facing = False, None
-        state.speed = float(
-            np.clip(self.people[k].pace * self.rng.uniform(0.6, 1.25), 0.35, _FASTEST)
-        )
+        elif state.mode == "stands":
+            leaves = bool(self.rng.random() < act.leaves)
         goal = self._out(robot) if leaves else self._goal(robot[:2], act.reach, others)
-        state.way = self._ways.way(positions[k], goal)
-        state.mode = "out" if leaves else "walk"
-        long = np.hypot(*np.diff(state.way, axis=0).T).sum()
-        state.until = time + 4.0 + 2.0 * long / state.speed
+        state.mode, state.way = "leaves" if leaves else "walks", self._ways.way(positions[k], goal)
+        state.watches, state.facing = False, None
+        pace = self.people[k].pace * self.rng.uniform(0.6, 1.25)
+        state.speed = float(np.clip(pace, 0.35, _FASTEST))
+        state.until = time + 4.0 + 2.0 * np.hypot(*np.diff(state.way, axis=0).T).sum() / state.speed
 
     def _out(self, robot: np.ndarray) -> np.ndarray:
         """Where to leave: past the door of the robot's room, else the end of the corridor."""
@@ -450,31 +449,25 @@ class World:
             return self.rng.permutation(sides[inside])[0]
         return office.exits[np.hypot(*(office.exits - robot[:2]).T).argmin()]
 
-    def _visit(self, k, act, state, time, positions, robot) -> None:
+    def _visit(
+        self, k: int, act: Visit, time: float, positions: np.ndarray, robot: np.ndarray
+    ) -> None:
         """Stay near the robot, or go away until called."""
-        due = state.strays < len(act.strays) and time >= act.strays[state.strays]
-        if due and state.mode != "astray":
-            state.mode, state.strays = "astray", state.strays + 1
+        state = self._states[k]
+        if state.strays < len(act.strays) and time >= act.strays[state.strays]:
+            state.mode, state.strays, state.asked = "astray", state.strays + 1, np.inf
             state.way = self._ways.way(positions[k], np.array(act.to))
-            state.watches, state.facing, state.speed = False, None, self.people[k].pace
-            state.asked = -np.inf
-        if state.mode == "astray":
-            called = time - state.asked
-            if not (act.returns and _REACTION <= called < 1e6):
-                return
-            state.mode = "with"
-        state.watches = True
-        gap = robot[:2] - positions[k]
-        away = np.hypot(*gap)
-        if away <= _FOLLOW + 0.3 and state.mode != "back":
-            state.way = positions[k][None].copy()
+            state.watches, state.speed = False, self.people[k].pace
+        if state.mode == "astray" and not (act.returns and time >= state.asked + _REACTION):
             return
-        if time >= state.until or len(state.way) < 2:
-            near = self._beside(positions[k], robot)
-            state.way = self._ways.way(positions[k], near)
+        state.mode, state.watches = "with", True
+        away = np.hypot(*(robot[:2] - positions[k]))
+        if away <= _FOLLOW + 0.3:
+            state.way = positions[k][None].copy()
+        elif time >= state.until or len(state.way) < 2:
+            state.way = self._ways.way(positions[k], self._beside(positions[k], robot))
             state.until = time + 0.6
         state.speed = float(np.clip(0.9 * (away - _FOLLOW) + 0.3, 0.35, 1.3))
-        state.mode = "with"
 
     def _beside(self, place: np.ndarray, robot: np.ndarray) -> np.ndarray:
         """A free place at the distance a visitor likes, on the near side of the robot if it can."""
@@ -484,11 +477,13 @@ class World:
         free = self.office.free(spots) > _WALLS
         return spots[free.argmax()] if free.any() else robot[:2]
 
-    def _steer(self, k, state, positions, present, robot, dt) -> np.ndarray:
+    def _steer(
+        self, k: int, positions: np.ndarray, present: np.ndarray, robot: np.ndarray, dt: float
+    ) -> np.ndarray:
         """The velocity among some near the present one that suits best."""
-        place, velocity = positions[k], self._velocities[k]
+        place, velocity, state = positions[k], self._velocities[k], self._states[k]
         wish = np.zeros(2)
-        if len(state.way) > 1 or np.hypot(*(state.way[-1:] - place).sum(axis=0)) > 0.25:
+        if len(state.way) and np.hypot(*(state.way[-1] - place)) > _ARRIVED:
             wish = _pursue(state.way, place, state.speed)
         others = np.flatnonzero(present & (np.arange(len(present)) != k))
         places = np.r_[positions[others], robot[None, :2]]
@@ -498,8 +493,8 @@ class World:
         speed, direction = np.hypot(*wish), np.arctan2(wish[1], wish[0])
         turns = direction + np.deg2rad([0, 20, -20, 45, -45, 75, -75, 110, -110])
         some = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-        trial = np.r_[(np.array([1.0, 0.65, 0.35])[:, None, None] * speed * some).reshape(-1, 2)]
-        trial = np.r_[trial, np.zeros((1, 2))]
+        shares = speed * np.array([1.0, 0.65, 0.35])[:, None, None]
+        trial = np.r_[(shares * some).reshape(-1, 2), np.zeros((1, 2))]
         change = trial - velocity
         size = np.maximum(np.hypot(*change.T), 1e-12)
         trial = velocity + change * np.minimum(1.0, _HARDEST * dt / size)[:, None]
@@ -520,11 +515,20 @@ class World:
             return np.zeros(2)
         return best
 
-    def _turn(self, k, headings, gazes, positions, robot, dt, wish, watches) -> None:
+    def _turn(
+        self,
+        k: int,
+        headings: np.ndarray,
+        gazes: np.ndarray,
+        place: np.ndarray,
+        robot: np.ndarray,
+        dt: float,
+        wish: float | None,
+        watches: bool,
+    ) -> None:
         """Turn body and face: along the way, or while standing to where they look."""
         speed = np.hypot(*self._velocities[k])
-        gap = robot[:2] - positions[k]
-        to_robot = np.arctan2(gap[1], gap[0])
+        to_robot = np.arctan2(*(robot[:2] - place)[::-1])
         if speed > 0.2:
             wish = np.arctan2(self._velocities[k, 1], self._velocities[k, 0])
         elif wish is None:

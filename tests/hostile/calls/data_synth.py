@@ -4,15 +4,20 @@ import numpy as np
 
 from data_synth import (
     building,
+    fisheye,
     laser,
     monobot,
     office,
+    outlines,
     posts,
+    sonar,
     stereo,
     textured_building,
     textures,
     wheels,
 )
+from data_synth.people import bodies, session, signals, world
+from data_synth.people import office as people_office
 from tests.hostile.sweep import call
 
 FLOOR = office.make_office(rng=np.random.default_rng(0), rooms=2)
@@ -26,6 +31,14 @@ CARD = stereo.Surface([2.0, 0.5, 1.5], [0.0, -1, 0], [0.0, 0, -1], 0)
 SCENE = stereo.make_scene([CARD], [np.full((4, 4), 90.0)])
 RIG = stereo.Rig(size=(8, 6))
 LIT = textured_building.make_textured_building(rng=np.random.default_rng(0))
+SMALL = people_office.make_people_office(rng=np.random.default_rng(0))
+ROBOT = np.array([*(SMALL.rooms[0, :2] + SMALL.rooms[0, 2:]) / 2, 0.1])
+PAIR = [bodies.Person(), bodies.Person(skirt=True)]
+EYE = fisheye.Fisheye(size=16, focal_px=4.5)
+SENSORS = signals.Rig(camera=EYE)
+GREYS = np.zeros((16, 16, 3))
+LEGS = np.array([[1.0, 0.0, 0.1, 0.2, 0.3]])
+NOON = np.array([0.0, 1.0])
 SIGMAS = {"start_deviation": 0.1, "motion_deviation": 0.1, "measurement_deviation": 0.1}
 
 
@@ -37,7 +50,32 @@ def runs() -> monobot.RailRuns:
     return monobot.simulate_rail(PLAN, AT, 2, rng=rng(), **SIGMAS)
 
 
+def crowd() -> world.World:
+    return world.World(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT, rng=rng())
+
+
+def shown() -> fisheye.Bodies:
+    return bodies.figures(
+        PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
+    )
+
+
+def some_session() -> session.Session:
+    return session.make_session(SMALL, rng=rng(), duration=0.2, people=PAIR)
+
+
 RESULTS = {
+    fisheye.Bodies,
+    fisheye.Stage,
+    fisheye.View,
+    people_office.PeopleOffice,
+    session.Session,
+    signals.FisheyeImage,
+    signals.LaserScan,
+    signals.SonarScan,
+    signals.Truth,
+    world.Moment,
+    world.Walk,
     building.Building,
     laser.Scans,
     laser.Sight,
@@ -52,6 +90,67 @@ RESULTS = {
     wheels.Odometry,
 }
 CALLS = {
+    bodies.Person: lambda: call(
+        1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)
+    ),
+    bodies.make_person: lambda: call(rng=rng(), skirt=True),
+    bodies.skin: lambda: call(0.3),
+    bodies.legs: lambda: call(PAIR[0], NOON, 0.2, 0.3, 0.1),
+    bodies.figures: lambda: call(
+        PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
+    ),
+    fisheye.Fisheye: lambda: call(16, 4.5, 1.2, 1.7, 0.01, 0.001),
+    fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
+    fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
+    fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
+    fisheye.Stage.light_at: lambda: call(SMALL.stage, ROBOT[None, :2]),
+    fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
+    fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
+    fisheye.expose: lambda: call(EYE, GREYS, 1.0, rng=rng()),
+    outlines.cast_outlines: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES, LEGS),
+    people_office.make_people_office: lambda: call(rng=rng(), distractors=False),
+    people_office.PeopleOffice.section: lambda: call(SMALL, 0.3),
+    people_office.PeopleOffice.room_of: lambda: call(SMALL, ROBOT[:2]),
+    people_office.PeopleOffice.free: lambda: call(SMALL, ROBOT[None, :2]),
+    people_office.PeopleOffice.light: lambda: call(SMALL, 3.0, np.full(7, 2.0)),
+    session.make_session: lambda: call(
+        SMALL,
+        rng=rng(),
+        duration=0.2,
+        people=1,
+        robot="drives",
+        act=world.Wander(),
+        lights_out=0.1,
+    ),
+    session.record: lambda: call(
+        crowd(), [crowd().now, crowd().advance(0.1)], rng=rng(), lights_out=np.full(7, 2.0)
+    ),
+    session.readings: lambda: call(some_session(), SENSORS, rng=rng()),
+    session.Session.at: lambda: call(some_session(), 0.1),
+    signals.Rig: lambda: call(
+        *(laser.Scanner(beams=181), 0.3, sonar.SonarRing(), 0.2, EYE),
+        *((10.0, 5.0, 7.5), (0.0, 0.01, 0.02)),
+    ),
+    signals.Sensing: lambda: call(SMALL, PAIR, SENSORS, rng=rng(), lights_out=np.full(7, 2.0)),
+    signals.Sensing.due: lambda: call(
+        signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
+    ),
+    signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
+    sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
+    sonar.ping: lambda: call(sonar.SonarRing(), ROBOT, FACES, LEGS, np.array([True]), rng=rng()),
+    world.Wander: lambda: call(0.1, 0.5, 3.0),
+    world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
+    world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
+    world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),
+    world.between: lambda: call(crowd().now, crowd().advance(0.1), 0.05),
+    world.World: lambda: call(
+        *(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT),
+        rng=rng(),
+        starts=ROBOT[:2] + np.array([[1.0, 0], [0, 1]]),
+    ),
+    world.World.way: lambda: call(crowd(), ROBOT[:2], ROBOT[:2] + 0.5),
+    world.World.ask: lambda: call(crowd(), 1),
+    world.World.advance: lambda: call(crowd(), 0.1, (0.1, 0.2)),
     building.make_building: lambda: call(rng=rng(), pole_radius=0.15),
     building.drive: lambda: call(HOUSE, step=1.0, beyond=2.0, radius=1.0),
     building.first_leg: lambda: call(HOUSE, radius=1.0),
