@@ -166,6 +166,14 @@ def test_directions_of_several_people_and_no_others():
     np.testing.assert_allclose(np.sort(found.mean[:, 1]), directions, atol=1.5 * DEGREE)
 
 
+def test_a_face_straight_behind_has_one_cloud():
+    tracker = SkinTracker(CENTRE, FOCAL, SIZE, MODEL, SkinRules(seeds=4000))
+    state = SkinState()
+    for k in range(8):
+        state = follow([picture([(np.pi, 15 * DEGREE, 3 * DEGREE)])], tracker, state, seed=k)
+        assert len(state.clouds) == 1
+
+
 def test_nobody_is_found_in_an_empty_room_and_in_the_dark():
     assert TRACKER.detect(SkinState()).mean.shape == (0, 2)
     assert TRACKER.detect(follow([picture([])] * 5)).mean.shape == (0, 2)

@@ -10,6 +10,7 @@ and is drawn anew by itself, so no face takes those of another; seeds strewn ove
 every image find new faces. Wood and cork have the colour of skin too.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -376,22 +377,26 @@ class SkinTracker:
             return share(states) / self.rules.softness
 
         clouds: list[Cloud] = []
+        taken: list[float] = []
         for cloud in state.clouds:
             particles, _ = condensation(cloud.particles, move, log_likelihood, rng=rng)
             seen = bool(particles.weights @ share(particles.states) >= self.rules.least)
             moved = Cloud(particles, cloud.images + seen, 0 if seen else cloud.missed + 1)
-            if moved.missed < self.rules.patience and self._free(moved.direction[0], clouds):
+            phi = moved.direction[0]
+            if moved.missed < self.rules.patience and self._free(phi, taken):
                 clouds.append(moved)
+                taken.append(phi)
         low, high = self.rules.band
         seeds = rng.uniform([-np.pi, low], [np.pi, high], (self.rules.seeds, 2))
         shares = share(seeds)
         for k in np.argsort(-shares, kind="stable"):
             if shares[k] < self.rules.least:
                 break
-            if self._free(seeds[k, 0], clouds):
+            if self._free(seeds[k, 0], taken):
                 offsets = np.array(self.rules.window) / 4
                 around = seeds[k] + offsets * rng.normal(size=(self.rules.particles, 2))
                 clouds.append(Cloud(ParticleSet.uniform(self._inside(around))))
+                taken.append(clouds[-1].direction[0])
         return SkinState(tuple(clouds))
 
     def detect(self, state: SkinState) -> Gaussian:
@@ -429,10 +434,10 @@ class SkinTracker:
         """Return states with the direction wrapped and the elevation within the band."""
         return np.stack([wrap_angle(states[:, 0]), states[:, 1].clip(*self.rules.band)], axis=-1)
 
-    def _free(self, phi: float, clouds: list[Cloud]) -> bool:
-        """Tell whether no cloud is near a direction."""
-        gaps = [abs(wrap_angle(cloud.direction[0] - phi)) for cloud in clouds]
-        return bool(min(gaps, default=np.inf) >= self.rules.apart)
+    def _free(self, phi: float, taken: list[float]) -> bool:
+        """Tell whether a direction is far from those of all clouds."""
+        gaps = (abs(math.remainder(phi - other, 2 * math.pi)) for other in taken)
+        return all(gap >= self.rules.apart for gap in gaps)
 
     def _shares(self, skin: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function of states that gives the share of skin in their windows."""

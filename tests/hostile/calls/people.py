@@ -25,6 +25,8 @@ PIXELS = np.array([[110, 140, 200], [120, 150, 210]], dtype=np.uint8)
 MODEL = scenes.model()
 TRACKER = skin.SkinTracker(scenes.CENTRE, scenes.FOCAL, scenes.SIZE, MODEL)
 FACE = scenes.picture([(0.7, 0.3, 0.1)])
+START = skin.SkinState()
+TRACKER.step(START, FACE, rng=np.random.default_rng(0))
 CLOUD = skin.Cloud(ParticleSet.uniform(np.full((50, 2), 0.3)))
 
 
