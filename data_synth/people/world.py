@@ -80,7 +80,7 @@ def walk(waypoints: np.ndarray, times: np.ndarray, *, facing: str | float = "ahe
         If the times do not rise, or a leg is faster than 1.6 m/s.
     """
     times = array("times", times, (None,))
-    waypoints = array("waypoints", waypoints, (len(times), 2))
+    waypoints = array("waypoints (one for each of times)", waypoints, (len(times), 2))
     if len(times) < 2 or not (np.diff(times) > 0).all():
         raise ValueError(f"times must be two at least and rise, got {times}")
     speeds = np.hypot(*np.diff(waypoints, axis=0).T) / np.diff(times)
@@ -261,7 +261,7 @@ class World:
                     words = " or ".join(kind.__name__ for kind in kinds)
                     raise TypeError(f"{name} must be of {words}, got {value!r:.60}")
         if len(people) != len(acts):
-            raise ValueError(f"acts must be {len(people)}, one for each person, got {len(acts)}")
+            raise ValueError(f"acts must be {len(people)}, one for each of people, got {len(acts)}")
         robot = array("robot", robot, (3,))
         if office.free(robot[None, :2])[0] < _BODY:
             raise ValueError(f"robot must stand free, not at {robot[:2]}")
