@@ -36,7 +36,7 @@ def cast_outlines(
         If the shapes are not as they should be or a semi-axis is not positive.
     """
     directions = array("directions", directions, (None,))
-    origins = array("origins", origins, (len(directions), 2))
+    origins = array("origins (one for each of directions)", origins, (len(directions), 2))
     faces = array("faces", faces, (None, 2, 2))
     ellipses = array("ellipses", ellipses, (None, 5))
     if not (ellipses[:, 2:4] > 0).all():

@@ -132,9 +132,8 @@ def legs(
     """
     instance("person", person, Person)
     position = array("position", position, (2,))
-    number("heading", heading)
-    number("phase", phase)
-    number("swing", swing, 0.0, 1.0)
+    heading, phase = number("heading", heading), number("phase", phase)
+    swing = number("swing", swing, 0.0, 1.0)
     if person.skirt:
         ahead, side = 0.09 + 0.3 * swing + person.leg[0], person.stance / 2 + person.leg[1] + 0.03
         return np.array([[*position, ahead, side, heading]])
@@ -179,7 +178,7 @@ def figures(
     if not isinstance(people, Sequence) or isinstance(people, str):
         raise TypeError(f"people must be a sequence, got {people!r:.60}")
     count = len(people)
-    positions = array("positions", positions, (count, 2))
+    positions = array("positions (one for each of people)", positions, (count, 2))
     numbers = {"headings": headings, "gazes": gazes, "phases": phases, "swings": swings}
     headings, gazes, phases, swings = (array(k, v, (count,)) for k, v in numbers.items())
     light, present = array("light", light, (count,)), flags("present", present, count)

@@ -15,6 +15,7 @@ from data_synth.wheels import SMALL, Odometry, roll
 _CRUISE, _SPIN = 0.4, 0.8  # of the robot, m/s and rad/s
 _NEAR = 0.9  # the robot stops for people nearer than that in front of it, m
 _WAITS = 2.0, 6.0  # between two drives, s
+_PATIENCE = 5.0  # before it drives elsewhere, s
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -203,6 +204,7 @@ class _Driver:
         self.world, self.rng = world, rng
         self.way = np.zeros((0, 2))
         self.wait = rng.uniform(*_WAITS)
+        self.moved = 0.0  # when it last did, s
 
     def velocity(self) -> tuple[float, float]:
         """Ahead and turning, m/s and rad/s."""
@@ -216,14 +218,18 @@ class _Driver:
             rooms = self.world.office.rooms
             room = rooms[self.rng.integers(len(rooms))]
             goal = (room[:2] + room[2:]) / 2 + self.rng.uniform(-0.5, 0.5, 2)
-            self.way = self.world.way(place, goal)
+            self.way, self.moved = self.world.way(place, goal), now.time
         nearest = int(np.hypot(*(self.way - place).T).argmin())
-        ahead = nearest + (1 if self.world.bumped else 4)
-        gap = self.way[min(ahead, len(self.way) - 1)] - place
+        next_ = min(nearest + (1 if self.world.bumped else 4), len(self.way) - 1)
+        gap = self.way[next_] - place
         off = (np.arctan2(gap[1], gap[0]) - heading + np.pi) % (2 * np.pi) - np.pi
         ahead = _CRUISE * max(0.0, 1 - abs(off) / 0.6)
         there = now.positions[now.present] - place
         front = there @ [np.cos(heading), np.sin(heading)]
         if ((np.hypot(*there.T) < _NEAR) & (front > 0.2)).any():
             ahead = 0.0
+        if ahead > 0 and not self.world.bumped:
+            self.moved = now.time
+        if now.time > self.moved + _PATIENCE:
+            self.way = np.zeros((0, 2))
         return ahead, float(np.clip(1.5 * off, -_SPIN, _SPIN))

@@ -32,6 +32,7 @@ _COARSE = 2  # cells of the office's raster along a cell of the ways
 _FOLLOW = 1.3  # where a visitor likes to be, m from the robot
 _REACTION = 0.8  # of somebody who is called, s
 _ARRIVED = 0.25  # at the end of a way, m
+_PASSAGE = 0.7  # a robot with less room than that beside it stands in a door, m
 _FIDGETS = 0.01  # probability of turning at a step while standing
 
 
@@ -80,7 +81,7 @@ def walk(waypoints: np.ndarray, times: np.ndarray, *, facing: str | float = "ahe
         If the times do not rise, or a leg is faster than 1.6 m/s.
     """
     times = array("times", times, (None,))
-    waypoints = array("waypoints", waypoints, (len(times), 2))
+    waypoints = array("waypoints (one for each of times)", waypoints, (len(times), 2))
     if len(times) < 2 or not (np.diff(times) > 0).all():
         raise ValueError(f"times must be two at least and rise, got {times}")
     speeds = np.hypot(*np.diff(waypoints, axis=0).T) / np.diff(times)
@@ -261,7 +262,7 @@ class World:
                     words = " or ".join(kind.__name__ for kind in kinds)
                     raise TypeError(f"{name} must be of {words}, got {value!r:.60}")
         if len(people) != len(acts):
-            raise ValueError(f"acts must be {len(people)}, one for each person, got {len(acts)}")
+            raise ValueError(f"acts must be {len(people)}, one for each of people, got {len(acts)}")
         robot = array("robot", robot, (3,))
         if office.free(robot[None, :2])[0] < _BODY:
             raise ValueError(f"robot must stand free, not at {robot[:2]}")
@@ -282,7 +283,7 @@ class World:
                 present[k] = act.times[0] <= 0.0
             elif starts is None:
                 others = np.r_[places[:k], robot[None, :2]]
-                places[k] = self._goal(robot[:2], 3.0, others)
+                places[k] = self._goal(robot[:2], robot[:2], 3.0, others)
         if starts is not None:
             starts = array("starts", starts, (count, 2))
             loose = np.array([not isinstance(act, Walk) for act in acts], dtype=bool)
@@ -381,10 +382,15 @@ class World:
             place = np.array([x, y])
         return np.array([*place, _wrap(heading + turning * dt)])
 
-    def _goal(self, around: np.ndarray, reach: float, others: np.ndarray) -> np.ndarray:
-        """A free place some way from the robot, in its room, and away from others."""
+    def _goal(
+        self, place: np.ndarray, around: np.ndarray, reach: float, others: np.ndarray
+    ) -> np.ndarray:
+        """A free place some way from the robot, in its room, and away from others; nobody wants to
+        pass a robot that stands in a door.
+        """
         office = self.office
-        x0, y0, x1, y1 = office.rooms[office.room_of(around)]
+        blocked = office.free(around[None])[0] < _PASSAGE
+        x0, y0, x1, y1 = office.rooms[office.room_of(place if blocked else around)]
         low = np.maximum([x0, y0], around - reach)
         high = np.minimum([x1, y1], around + reach)
         places = self.rng.uniform(low, high, (200, 2))
@@ -431,7 +437,9 @@ class World:
             present[k] = True
         elif state.mode == "stands":
             leaves = bool(self.rng.random() < act.leaves)
-        goal = self._out(robot) if leaves else self._goal(robot[:2], act.reach, others)
+        goal = self._out(robot)
+        if not leaves:
+            goal = self._goal(positions[k], robot[:2], act.reach, others)
         state.mode, state.way = "leaves" if leaves else "walks", self._ways.way(positions[k], goal)
         state.watches, state.facing = False, None
         pace = self.people[k].pace * self.rng.uniform(0.6, 1.25)
