@@ -19,6 +19,7 @@ EXTRAS = {
     "robot_perception.cameras": "vision",
     "robot_perception.landmarks": "vision",
     "robot_perception.people.skin": "vision",
+    "data_synth.people": "vision",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",
