@@ -1,0 +1,227 @@
+"""The whole system over a session, and how right it is: everywhere, ahead and behind."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from robot_perception.chapters.people_fusion import sessions
+from robot_perception.chapters.people_fusion.sessions import Config, Recording
+from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
+from robot_perception.geometry import se2
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
+from robot_perception.people.detections import SENSORS, Sensor
+from robot_perception.people.scores import Frame, gospa, score
+from robot_perception.people.trajectories import StaticRules, Stays, watch
+
+RULES = AggregationRules()
+"""The rules of the chapter, chosen on the sessions ``sessions.CHOOSE``."""
+STATIC = StaticRules()
+FARTHEST = 5.0
+"""Who is further from the robot, or hidden by furniture, need not be found, m; ours."""
+REACH = 0.6
+"""A hypothesis is somebody's within that, m; ours."""
+TURN = np.deg2rad(10.0)
+"""Judged by direction alone, within that, rad; ours."""
+CUTOFF = 1.0
+"""Of the metric GOSPA, m; ours."""
+
+Where = Literal["everywhere", "ahead", "behind"]
+By = Literal["place", "direction"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """The persons of a session at the judged readings of its sensors.
+
+    Parameters
+    ----------
+    recording
+        The session.
+    rows : (k,)
+        Which of the judged readings: those of the sensors that take part.
+    persons
+        The hypotheses that count as persons after each.
+    static
+        Which of them have stayed in one place for too long.
+    """
+
+    recording: Recording
+    rows: np.ndarray
+    persons: tuple[Hypotheses, ...]
+    static: tuple[Bool[np.ndarray, " n"], ...]
+
+
+@cache
+def tracked(
+    config: Config, rules: AggregationRules = RULES, sensors: tuple[Sensor, ...] = SENSORS
+) -> Tracked:
+    """Return the persons that the aggregation finds in a session.
+
+    Parameters
+    ----------
+    config
+        The session.
+    rules
+        Of the aggregation.
+    sensors
+        Who takes part.
+    """
+    recording = sessions.record(config)
+    row_of = {int(k): row for row, k in enumerate(recording.judged)}
+    taken = [SENSORS.index(sensor) for sensor in sensors]
+    hypotheses, stays, last = Hypotheses.none(), Stays.none(), recording.reckoned[0]
+    rows, persons, static = [], [], []
+    for k in np.flatnonzero(np.isin(recording.sensors, taken)):
+        pose = recording.reckoned[k]
+        hypotheses, _ = step(hypotheses, recording.found(k), se2.between(last, pose), rules)
+        stays, still = watch(stays, hypotheses, pose, STATIC)
+        last = pose
+        if k in row_of:
+            chosen = hypotheses.weight > rules.person
+            rows.append(row_of[k])
+            persons.append(hypotheses.select(chosen))
+            static.append(still[chosen])
+    return Tracked(recording, np.array(rows), tuple(persons), tuple(static))
+
+
+def frames(
+    run: Tracked, where: Where = "everywhere", by: By = "place", discard: bool = False
+) -> Iterator[Frame]:
+    """Yield people and hypotheses at each judged reading.
+
+    People who are hidden by furniture or far away need not be found, and who finds them all the
+    same is not wrong: such hypotheses are left out.
+
+    Parameters
+    ----------
+    run
+        What was found.
+    where
+        Which people count, and which hypotheses that are nobody.
+    by
+        Whether places are compared, or directions alone, as points of the unit circle.
+    discard
+        Whether static hypotheses are left out.
+    """
+    for row, persons, static in zip(run.rows, run.persons, run.static, strict=True):
+        some = persons.select(~static) if discard else persons
+        yield _frame(run.recording, int(row), some.mean, some.identity, where, by)
+
+
+def alone(recording: Recording, sensor: Sensor, by: By = "place") -> Iterator[Frame]:
+    """Yield people and what one reading of one sensor makes of them, without any memory."""
+    for row, k in enumerate(recording.judged):
+        if SENSORS[recording.sensors[k]] == sensor:
+            mean = recording.found(int(k)).positions.mean
+            yield _frame(recording, row, mean, np.arange(len(mean)), "everywhere", by)
+
+
+def _frame(
+    recording: Recording,
+    row: int,
+    found: np.ndarray,
+    identities: np.ndarray,
+    where: Where,
+    by: By,
+) -> Frame:
+    """Return people who count, and the hypotheses that may be theirs or nobody's."""
+    polar, present = recording.polar[row], recording.present[row]
+    counts = present & recording.clear[row] & (polar[:, 0] < FARTHEST) & _side(polar, where)
+    people, points = _points(polar, by), _points(found, by)
+    reach = reach_of(by)
+    near = np.linalg.norm(points[:, None] - people, axis=-1) <= reach
+    theirs, others = near[:, counts].any(axis=1), near[:, present & ~counts].any(axis=1)
+    kept = theirs | (_side(found, where) & ~others)
+    return Frame(people[counts], np.flatnonzero(counts), points[kept], identities[kept])
+
+
+def reach_of(by: By) -> float:
+    """Return how far a hypothesis may be from its person: m, or as a chord of the unit circle."""
+    return REACH if by == "place" else float(2 * np.sin(TURN / 2))
+
+
+def _side(polar: np.ndarray, where: Where) -> np.ndarray:
+    ahead = np.abs(polar[:, 1]) <= np.pi / 2
+    return {"everywhere": np.ones_like(ahead), "ahead": ahead, "behind": ~ahead}[where]
+
+
+def _points(polar: np.ndarray, by: By) -> Float[np.ndarray, "n 2"]:
+    r, phi = polar.T
+    circle = np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+    return circle if by == "direction" else r[:, None] * circle
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rates:
+    """Sums of each session: how often people were there, hypotheses were, and both were one.
+
+    Parameters
+    ----------
+    people, hypotheses, matched, switches, gospa : (sessions,)
+        The last is the mean of the metric over a session, m.
+    """
+
+    people: Float[np.ndarray, " sessions"]
+    hypotheses: Float[np.ndarray, " sessions"]
+    matched: Float[np.ndarray, " sessions"]
+    switches: Float[np.ndarray, " sessions"]
+    gospa: Float[np.ndarray, " sessions"]
+
+    @property
+    def tracked(self) -> Interval:
+        """Share of the people who have a hypothesis, as the paper's accuracy."""
+        return bootstrap_ratio(self.matched, self.people, "of the people, by session")
+
+    @property
+    def false(self) -> Interval:
+        """Share of the hypotheses that are nobody."""
+        nobody = self.hypotheses - self.matched
+        return bootstrap_ratio(nobody, self.hypotheses, "of the hypotheses, by session")
+
+    @property
+    def right(self) -> Float[np.ndarray, " sessions"]:
+        """Both in one: 2 · matched / (people + hypotheses) of each session."""
+        return 2 * self.matched / np.maximum(self.people + self.hypotheses, 1)
+
+    @property
+    def mota(self) -> Interval:
+        """Accuracy of the field: 1 − (misses + false + switches) / people."""
+        errors = self.people + self.hypotheses - 2 * self.matched + self.switches
+        return bootstrap_ratio(self.people - errors, self.people, "by session")
+
+    def cells(self) -> tuple[Interval, ...]:
+        """Return the cells of :data:`COLUMNS`."""
+        return self.tracked, self.false, self.mota, bootstrap_mean(self.gospa, "m")
+
+
+COLUMNS = {
+    "tracked": "share of the people in view within 5 m who have a hypothesis within 0.6 m",
+    "false": "share of the hypotheses that are nobody",
+    "MOTA": "1 − (misses + false + switches of identity) / people",
+    "GOSPA (m)": "mean distance of the two sets of points, with a cutoff of 1 m",
+}
+
+
+def rates(runs: Sequence[Iterator[Frame]], by: By = "place") -> Rates:
+    """Return the sums of sessions.
+
+    Parameters
+    ----------
+    runs
+        The frames of each.
+    by
+        As they were made.
+    """
+    rows = []
+    for run in runs:
+        scenes = list(run)
+        total = score(scenes, reach_of(by))
+        cutoff = CUTOFF if by == "place" else 2 * reach_of(by)
+        apart = [gospa(f.people, f.hypotheses, cutoff).total for f in scenes]
+        counts = (total.people, total.hypotheses, total.matched, total.switches)
+        rows.append((*map(float, counts), float(np.mean(apart))))
+    return Rates(*(np.array(column) for column in zip(*rows, strict=True)))
