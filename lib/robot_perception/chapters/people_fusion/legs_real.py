@@ -1,5 +1,6 @@
 """Legs of real people that others marked: how many are found, and what else is taken for legs."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from robot_perception.teaching.tables import Table
 
 MARKED = ("positive_1", "positive_2", "positive_3")
 EMPTY = ("negative_2_left", "negative_2_right")
+RULES = LegRules()
 BOUNDS = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
 NEAR = 0.2
 """A leg is found if one is reported within that of its mark, m; ours."""
@@ -53,7 +55,7 @@ def read(name: str) -> LegScans:
     return datasets.read_leg_scans(found)
 
 
-def run(every: int, rules: LegRules = LegRules()) -> Real:
+def run(every: int, rules: LegRules = RULES) -> Real:
     """Run the detector on real scans.
 
     Parameters
@@ -82,14 +84,14 @@ def run(every: int, rules: LegRules = LegRules()) -> Real:
 def table(results: dict[str, Real]) -> Table:
     """Return the share of marked legs found, by distance and by distance between beams."""
     rows = {}
-    for low, high in zip(BOUNDS[:-1], BOUNDS[1:], strict=True):
+    for low, high in itertools.pairwise(BOUNDS):
         cells = []
         for real in results.values():
             some = real.hits[(real.distances >= low) & (real.distances < high)]
             cells.append(proportion(int(some.sum()), some.size) if some.size else None)
         rows[f"{low:g} to {high:g} m"] = cells
     rows["persons in a scan of nobody"] = [bootstrap_mean(r.persons) for r in results.values()]
-    columns = {name: "share of the marked legs that are found" for name in results}
+    columns = dict.fromkeys(results, "share of the marked legs that are found")
     return Table(rows, columns, "Wilson interval over legs", "distance")
 
 
