@@ -1,3 +1,3 @@
 """People, by committee: Schaffernicht et al., "A Probabilistic Multimodal Sensor Aggregation"."""
 
-STUDIES = ("modalities", "rates", "trajectories", "behaviours", "legs_real")
+STUDIES = ("modalities", "rates", "trajectories", "behaviours")
