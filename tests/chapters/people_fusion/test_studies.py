@@ -1,0 +1,133 @@
+"""Laws of the studies, on sessions and stories written down by hand."""
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.people_fusion import behaviours, committee, modalities, rates
+from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Recording
+from robot_perception.people.aggregation import Hypotheses
+from robot_perception.people.detections import SENSORS
+
+
+def recording(polar, found, *, clear=True, sensor="laser"):
+    """Return a session of one reading: people and detections at distances and directions."""
+    polar, found = np.array(polar, float).reshape(-1, 2), np.array(found, float).reshape(-1, 2)
+    p, one = len(polar), np.ones((1, len(polar)))
+    return Recording(
+        times=np.array([1.0]),
+        sensors=np.array([SENSORS.index(sensor)]),
+        poses=np.zeros((1, 3)),
+        reckoned=np.zeros((1, 3)),
+        counts=np.array([len(found)]),
+        means=found,
+        covs=np.tile(np.diag([0.01, 0.01]), (len(found), 1, 1)),
+        judged=np.array([0]),
+        polar=polar[None],
+        present=one > 0,
+        clear=np.broadcast_to(clear, (1, p)).copy(),
+        beams=one.astype(int),
+        cones=one.astype(int),
+        face=one.astype(int),
+        side=0 * one,
+        gaze=one,
+        swing=0 * one,
+        skirt=np.zeros(p, dtype=bool),
+        tone=np.zeros(p),
+    )
+
+
+def only(scene, where="everywhere", by="place"):
+    """Return rates of the detections of one reading, taken for persons."""
+    mean = scene.found(0).positions.mean
+    (row,) = [committee._frame(scene, 0, mean, np.arange(len(mean)), where, by)]
+    return row
+
+
+def test_seeds_never_meet():
+    assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
+    assert len(TEST) == 10
+
+
+def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():
+    scene = recording(
+        [(2, 0), (2, 1), (6, -1)], [(2, 0), (2, 1), (6, -1), (4, 2)], clear=[True, False, True]
+    )
+    frame = only(scene)
+    assert frame.people_ids.tolist() == [0]
+    assert frame.hypotheses_ids.tolist() == [0, 3]
+
+
+@pytest.mark.parametrize(("where", "people", "found"), [("ahead", [0], [0]), ("behind", [1], [1])])
+def test_a_hypothesis_counts_on_the_side_of_its_person(where, people, found):
+    """The second hypothesis lies ahead, and is that of somebody just behind."""
+    scene = recording([(2, 0), (2, 1.6)], [(2, 0), (2, 1.5)])
+    frame = only(scene, where)
+    assert frame.people_ids.tolist() == people
+    assert frame.hypotheses_ids.tolist() == found
+
+
+def test_by_direction_the_distance_does_not_matter():
+    scene = recording([(2, 3.1)], [(4, -3.1)])
+    near = 2 * np.sin((2 * np.pi - 6.2) / 2)
+    for by, apart in (("direction", near), ("place", None)):
+        frame = only(scene, by=by)
+        gap = np.linalg.norm(frame.people - frame.hypotheses)
+        assert (gap <= committee.reach_of(by)) == (by == "direction")
+        assert apart is None or gap == pytest.approx(apart)
+
+
+def test_rates_of_a_scene_that_is_half_right():
+    scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
+    found = committee.rates([iter([only(scene)])] * 2)
+    assert found.tracked.estimate == found.false.estimate == 0.5
+    assert found.right == pytest.approx([0.5, 0.5])
+    assert found.mota.estimate == 0
+    assert found.gospa == pytest.approx([1.0, 1.0])
+
+
+def test_each_detection_is_one_persons():
+    scene = recording([(2, 0), (2, 0.1)], [(2, 0.05), (4, 2)])
+    seen = modalities.looks([scene], "laser")
+    assert seen.hit.sum() == 1
+    assert (seen.readings.item(), seen.found.item(), seen.false.item()) == (1, 2, 1)
+
+
+def test_a_camera_is_judged_by_direction_round_the_back():
+    scene = recording([(2, 3.1)], [(4, -3.1)], sensor="camera")
+    assert modalities.looks([scene], "camera").hit.all()
+
+
+def test_scaled_rules():
+    some = rates.scaled(committee.RULES, alpha=0.5, patience=2.0)
+    for name in SENSORS:
+        old, new = getattr(committee.RULES, name), getattr(some, name)
+        assert new.alpha == old.alpha / 2
+        assert new.patience == 2 * old.patience
+    assert rates.scaled(committee.RULES, alpha=100.0).camera.alpha_behind == 1
+
+
+def story(asked, apart):
+    """Return a story of a step a second."""
+    k = len(apart)
+    said = np.zeros(k, dtype=int)
+    said[asked] = 1
+    visitor = np.stack([np.array(apart, float), np.zeros(k)], axis=-1)
+    return behaviours.Story(
+        np.arange(k, dtype=float), np.zeros((k, 3)), visitor, 0 * said, said, np.zeros(k)
+    )
+
+
+def test_delay_counts_from_when_somebody_is_too_far_away():
+    away = [1.0] * 18 + [4.0] * 10
+    some = [story([21], away), story([], away), story([16], away), story([3], away)]
+    assert behaviours._delays(some, 3.0).tolist() == [3.0, np.inf, 0.0, np.inf]
+    assert behaviours._false_stops(some).tolist() == [0, 0, 0, 1]
+
+
+def test_no_persons_no_hypotheses():
+    nobody = Hypotheses.none()
+    run = committee.Tracked(
+        recording([(2, 0)], []), np.array([0]), (nobody,), (np.zeros(0, dtype=bool),)
+    )
+    (frame,) = committee.frames(run)
+    assert (len(frame.people), len(frame.hypotheses)) == (1, 0)
