@@ -80,11 +80,11 @@ class Person:
 
 
 def make_person(*, rng: np.random.Generator, skirt: bool | None = None) -> Person:
-    """Return somebody drawn at random; one in four wears a long skirt unless ``skirt`` says so."""
+    """Return somebody drawn at random; one in ten wears a long skirt unless ``skirt`` says so."""
     generator(rng)
     if skirt is not None:
         instance("skirt", skirt, bool)
-    drawn = rng.random() < 0.25
+    drawn = rng.random() < 0.1
     wears = drawn if skirt is None else skirt
     radius = rng.uniform(0.052, 0.075)
     return Person(
