@@ -25,6 +25,7 @@ _CELL = 0.02  # of the raster that the ceiling is drawn from, m
 _GRID = 0.05  # of the raster that people find their way on, m
 _TEXELS = 96  # along the sides of a picture
 _MIDDLE = 1.2  # half the side of the square in the middle of a room that stays free, m
+_LEFT = 1.1, 1.9  # how far from the middle of a room chairs are left, m
 _DAYLIGHT = 0.03  # share of it that reaches the middle of a room
 
 _WOOD = [(176, 128, 88), (196, 150, 108), (160, 112, 78), (205, 163, 122)]  # like skin, sRGB
@@ -387,9 +388,12 @@ class _Builder:
     def furnish(self, room: np.ndarray, door: np.ndarray, light: int) -> None:
         """Put tables, chairs, cabinets, a basket and a plant along the walls of a room."""
         middle, inside = (room[:2] + room[2:]) / 2, door[1]
-        self.taken.append(np.r_[middle - _MIDDLE, middle + _MIDDLE])
         entry = np.array([0.8, 1.1])
         self.taken.append(np.r_[inside - entry, inside + entry])
+        if self.distractors:
+            for _ in range(2):
+                self.loose_chair(middle, light)
+        self.taken.append(np.r_[middle - _MIDDLE, middle + _MIDDLE])
         wanted = {self.desks: 2, self.cabinet: 3}
         if self.distractors:
             wanted |= {self.plant: 1, self.basket: 2}
@@ -456,6 +460,15 @@ class _Builder:
             return
         for i, j in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             self.post(*(place + 0.19 * (i * ahead + j * side)), 0.018, 0.45, linear(_METAL), light)
+
+    def loose_chair(self, middle: np.ndarray, light: int) -> None:
+        """Put a chair that somebody has left near the middle of a room, if there is a place."""
+        for _ in range(20):
+            turn, away = self.rng.uniform(-np.pi, np.pi), self.rng.uniform(*_LEFT)
+            place = middle + away * np.array([np.cos(turn), np.sin(turn)])
+            if self.claims(place - 0.25, place + 0.25, 0.5):
+                self.chair(place, int(self.rng.integers(4)), light)
+                return
 
     def cabinet(self, room: np.ndarray, light: int) -> bool:
         """Put a cabinet or a shelf with books."""
