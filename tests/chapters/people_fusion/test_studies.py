@@ -39,7 +39,7 @@ def recording(polar, found, *, clear=True, sensor="laser"):
 def only(scene, where="everywhere", by="place"):
     """Return rates of the detections of one reading, taken for persons."""
     mean = scene.found(0).positions.mean
-    (row,) = [committee._frame(scene, 0, mean, np.arange(len(mean)), where, by)]
+    (row,) = [committee._frame(scene, 0, mean, np.arange(len(mean)), committee.View(where, by))]
     return row
 
 
@@ -72,13 +72,13 @@ def test_by_direction_the_distance_does_not_matter():
     for by, apart in (("direction", near), ("place", None)):
         frame = only(scene, by=by)
         gap = np.linalg.norm(frame.people - frame.hypotheses)
-        assert (gap <= committee.reach_of(by)) == (by == "direction")
+        assert (gap <= committee.View(by=by).gate) == (by == "direction")
         assert apart is None or gap == pytest.approx(apart)
 
 
 def test_rates_of_a_scene_that_is_half_right():
     scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
-    found = committee.rates([iter([only(scene)])] * 2)
+    found = committee.rates([[only(scene)]] * 2)
     assert found.tracked.estimate == found.false.estimate == 0.5
     assert found.right == pytest.approx([0.5, 0.5])
     assert found.mota.estimate == 0

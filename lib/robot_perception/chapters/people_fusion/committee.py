@@ -1,7 +1,7 @@
 """The whole system over a session, and how right it is: everywhere, ahead and behind."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 from robot_perception.chapters.people_fusion import sessions
 from robot_perception.chapters.people_fusion.sessions import Config, Recording
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
+from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
 from robot_perception.people.detections import SENSORS, Sensor
@@ -29,8 +30,68 @@ TURN = np.deg2rad(10.0)
 CUTOFF = 1.0
 """Of the metric GOSPA, m; ours."""
 
+DARK_AT = 1.0
+"""When the lamps go out, if they do: from then on there is only daylight, s."""
+
 Where = Literal["everywhere", "ahead", "behind"]
 By = Literal["place", "direction"]
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """The whole system, as chosen or with something changed.
+
+    Parameters
+    ----------
+    rules
+        Of the aggregation.
+    sensors
+        Who takes part.
+    dark
+        Whether the lamps are out.
+    """
+
+    rules: AggregationRules = RULES
+    sensors: tuple[Sensor, ...] = SENSORS
+    dark: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What of a session is judged, and how.
+
+    Parameters
+    ----------
+    where
+        Which people count, and which hypotheses that are nobody.
+    by
+        Whether places are compared, or directions alone, as points of the unit circle.
+    discard
+        Whether static hypotheses are left out.
+    farthest
+        Who is further from the robot need not be found, m.
+    reach
+        A hypothesis is somebody's within that, m.
+    """
+
+    where: Where = "everywhere"
+    by: By = "place"
+    discard: bool = False
+    farthest: float = FARTHEST
+    reach: float = REACH
+
+    @property
+    def gate(self) -> float:
+        """How far a hypothesis may be from its person: m, or as a chord of the unit circle."""
+        return self.reach if self.by == "place" else float(2 * np.sin(TURN / 2))
+
+    @property
+    def cutoff(self) -> float:
+        """Of the metric GOSPA, in the same unit."""
+        return CUTOFF if self.by == "place" else 2 * self.gate
+
+
+ALL = View()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,20 +117,11 @@ class Tracked:
 
 
 @cache
-def tracked(
-    config: Config, rules: AggregationRules = RULES, sensors: tuple[Sensor, ...] = SENSORS
-) -> Tracked:
-    """Return the persons that the aggregation finds in a session.
-
-    Parameters
-    ----------
-    config
-        The session.
-    rules
-        Of the aggregation.
-    sensors
-        Who takes part.
-    """
+def tracked(config: Config, system: System = System()) -> Tracked:
+    """Return the persons that a system finds in a session."""
+    rules, sensors = system.rules, system.sensors
+    if system.dark:
+        config = replace(config, lights_out=DARK_AT)
     recording = sessions.record(config)
     row_of = {int(k): row for row, k in enumerate(recording.judged)}
     taken = [SENSORS.index(sensor) for sensor in sensors]
@@ -88,60 +140,38 @@ def tracked(
     return Tracked(recording, np.array(rows), tuple(persons), tuple(static))
 
 
-def frames(
-    run: Tracked, where: Where = "everywhere", by: By = "place", discard: bool = False
-) -> Iterator[Frame]:
+def frames(run: Tracked, view: View = ALL) -> Iterator[Frame]:
     """Yield people and hypotheses at each judged reading.
 
     People who are hidden by furniture or far away need not be found, and who finds them all the
     same is not wrong: such hypotheses are left out.
-
-    Parameters
-    ----------
-    run
-        What was found.
-    where
-        Which people count, and which hypotheses that are nobody.
-    by
-        Whether places are compared, or directions alone, as points of the unit circle.
-    discard
-        Whether static hypotheses are left out.
     """
     for row, persons, static in zip(run.rows, run.persons, run.static, strict=True):
-        some = persons.select(~static) if discard else persons
-        yield _frame(run.recording, int(row), some.mean, some.identity, where, by)
+        some = persons.select(~static) if view.discard else persons
+        yield _frame(run.recording, int(row), some.mean, some.identity, view)
 
 
-def alone(recording: Recording, sensor: Sensor, by: By = "place") -> Iterator[Frame]:
+def alone(recording: Recording, sensor: Sensor, view: View = ALL) -> Iterator[Frame]:
     """Yield people and what one reading of one sensor makes of them, without any memory."""
     for row, k in enumerate(recording.judged):
         if SENSORS[recording.sensors[k]] == sensor:
             mean = recording.found(int(k)).positions.mean
-            yield _frame(recording, row, mean, np.arange(len(mean)), "everywhere", by)
+            yield _frame(recording, row, mean, np.arange(len(mean)), view)
 
 
 def _frame(
-    recording: Recording,
-    row: int,
-    found: np.ndarray,
-    identities: np.ndarray,
-    where: Where,
-    by: By,
+    recording: Recording, row: int, found: np.ndarray, identities: np.ndarray, view: View
 ) -> Frame:
     """Return people who count, and the hypotheses that may be theirs or nobody's."""
     polar, present = recording.polar[row], recording.present[row]
-    counts = present & recording.clear[row] & (polar[:, 0] < FARTHEST) & _side(polar, where)
-    people, points = _points(polar, by), _points(found, by)
-    reach = reach_of(by)
-    near = np.linalg.norm(points[:, None] - people, axis=-1) <= reach
+    counts = (
+        present & recording.clear[row] & (polar[:, 0] < view.farthest) & _side(polar, view.where)
+    )
+    people, points = _points(polar, view.by), _points(found, view.by)
+    near = np.linalg.norm(points[:, None] - people, axis=-1) <= view.gate
     theirs, others = near[:, counts].any(axis=1), near[:, present & ~counts].any(axis=1)
-    kept = theirs | (_side(found, where) & ~others)
+    kept = theirs | (_side(found, view.where) & ~others)
     return Frame(people[counts], np.flatnonzero(counts), points[kept], identities[kept])
-
-
-def reach_of(by: By) -> float:
-    """Return how far a hypothesis may be from its person: m, or as a chord of the unit circle."""
-    return REACH if by == "place" else float(2 * np.sin(TURN / 2))
 
 
 def _side(polar: np.ndarray, where: Where) -> np.ndarray:
@@ -206,22 +236,46 @@ COLUMNS = {
 }
 
 
-def rates(runs: Sequence[Iterator[Frame]], by: By = "place") -> Rates:
+def rates(runs: Iterable[Iterable[Frame]], view: View = ALL) -> Rates:
     """Return the sums of sessions.
 
     Parameters
     ----------
     runs
         The frames of each.
-    by
+    view
         As they were made.
     """
-    rows = []
-    for run in runs:
-        scenes = list(run)
-        total = score(scenes, reach_of(by))
-        cutoff = CUTOFF if by == "place" else 2 * reach_of(by)
-        apart = [gospa(f.people, f.hypotheses, cutoff).total for f in scenes]
-        counts = (total.people, total.hypotheses, total.matched, total.switches)
-        rows.append((*map(float, counts), float(np.mean(apart))))
-    return Rates(*(np.array(column) for column in zip(*rows, strict=True)))
+    return _table([sums(run, view) for run in runs])
+
+
+def sums(run: Iterable[Frame], view: View) -> tuple[float, ...]:
+    """Return the sums of one session, in the order of `Rates`."""
+    scenes = list(run)
+    total = score(scenes, view.gate)
+    apart = [gospa(f.people, f.hypotheses, view.cutoff).total for f in scenes]
+    counts = (total.people, total.hypotheses, total.matched, total.switches)
+    return (*map(float, counts), float(np.mean(apart)))
+
+
+def compare(
+    systems: Mapping[str, System], chosen: Sequence[Config], views: tuple[View, ...] = (ALL,)
+) -> dict[str, tuple[Rates, ...]]:
+    """Return the rates of some systems over the same sessions, one for each view."""
+    jobs = [(config, system, views) for system in systems.values() for config in chosen]
+    found = sweep(_judged, jobs, rng=np.random.default_rng(0), desc="sessions")
+    rows = np.array(found).reshape(len(systems), len(chosen), len(views), -1)
+    return {
+        name: tuple(_table(rows[k, :, v]) for v in range(len(views)))
+        for k, name in enumerate(systems)
+    }
+
+
+def _judged(job: tuple[Config, System, tuple[View, ...]], *, rng: np.random.Generator) -> list:
+    config, system, views = job
+    run = tracked(config, system)
+    return [sums(frames(run, view), view) for view in views]
+
+
+def _table(rows: Sequence[Sequence[float]] | np.ndarray) -> Rates:
+    return Rates(*np.array(rows, dtype=float).T)

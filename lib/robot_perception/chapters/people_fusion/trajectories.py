@@ -22,11 +22,9 @@ def ways(run: committee.Tracked) -> tuple[Trajectory, ...]:
 
 def before_and_after(chosen: Sequence[Config]) -> dict[str, committee.Rates]:
     """Return the rates with all hypotheses, and without those that stayed too long."""
-    runs = [committee.tracked(config) for config in chosen]
-    return {
-        name: committee.rates([committee.frames(run, discard=discard) for run in runs])
-        for name, discard in (("all", False), ("static ones discarded", True))
-    }
+    views = tuple(committee.View(discard=discard) for discard in (False, True))
+    found = committee.compare({"": committee.System()}, chosen, views)[""]
+    return dict(zip(("all", "static ones discarded"), found, strict=True))
 
 
 def _finding(before: committee.Rates, after: committee.Rates) -> Finding:
@@ -68,7 +66,7 @@ def at_random(size: Size, rng: np.random.Generator) -> Finding:
         static = tuple(np.split(flat, ends))
         mixed.append(committee.Tracked(run.recording, run.rows, run.persons, static))
     before, after = (
-        committee.rates([committee.frames(run, discard=discard) for run in mixed])
+        committee.rates([committee.frames(run, committee.View(discard=discard)) for run in mixed])
         for discard in (False, True)
     )
     return _finding(before, after)
