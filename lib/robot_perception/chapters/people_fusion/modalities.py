@@ -195,8 +195,10 @@ def one_leg(size: Size, rng: np.random.Generator) -> Finding:
     return Finding(seen.rate(seen.sideways & (seen.r < PAPER_REACH)))
 
 
-def _wrong(sensor: Sensor, size: Size, some: Callable[[Looks], np.ndarray]) -> Finding:
-    seen = looks(recordings(size), sensor)
+def _wrong(
+    sensor: Sensor, seen_in: Sequence[Recording], some: Callable[[Looks], np.ndarray]
+) -> Finding:
+    seen = looks(seen_in, sensor)
     evidence = {f"found, {n}": rate for n, rate in ranges(seen, some(seen)).items()}
     evidence["detections in a reading"] = bootstrap_ratio(
         seen.found.astype(float), seen.readings.astype(float), "by session"
@@ -204,11 +206,14 @@ def _wrong(sensor: Sensor, size: Size, some: Callable[[Looks], np.ndarray]) -> F
     return Finding(seen.wrong, evidence)
 
 
-def _knowing(sensor: Sensor, size: Size) -> Finding:
-    """Return the share of wrong detections of a sensor that reports people alone."""
-    seen = looks(recordings(size), sensor)
-    right = (seen.found - seen.false).astype(float)
-    return Finding(bootstrap_ratio(np.zeros_like(right), right, "by session"))
+def unfurnished() -> tuple[Config, ...]:
+    """Return sessions in an office in which nothing but people can be taken for people."""
+    return tuple(Config(seed, 60.0, furnished=False) for seed in TEST[:4])
+
+
+def _unfurnished(sensor: Sensor) -> Finding:
+    recorded = [sessions.record(config) for config in unfurnished()]
+    return Finding(looks(recorded, sensor).wrong)
 
 
 @claim(
@@ -224,13 +229,13 @@ def _knowing(sensor: Sensor, size: Size) -> Finding:
 )
 def sonar_unreliable(size: Size, rng: np.random.Generator) -> Finding:
     """Count the sonar's hypotheses that are nobody."""
-    return _wrong("sonar", size, lambda seen: seen.cones > 0)
+    return _wrong("sonar", recordings(size), lambda seen: seen.cones > 0)
 
 
-@sonar_unreliable.sabotage("sonars that know which echo is a person's")
-def knowing_sonar(size: Size, rng: np.random.Generator) -> Finding:
-    """Leave out every echo that is nobody's."""
-    return _knowing("sonar", size)
+@sonar_unreliable.sabotage("an office without chairs and baskets")
+def sonar_unfurnished(size: Size, rng: np.random.Generator) -> Finding:
+    """Count them where little but people comes near."""
+    return _unfurnished("sonar")
 
 
 @claim(
@@ -247,13 +252,15 @@ def knowing_sonar(size: Size, rng: np.random.Generator) -> Finding:
 )
 def fisheye_fooled(size: Size, rng: np.random.Generator) -> Finding:
     """Count the directions in which nobody is."""
-    return _wrong("camera", size, lambda seen: seen.clear & (seen.gaze > sessions.TURNED))
+    return _wrong(
+        "camera", recordings(size), lambda seen: seen.clear & (seen.gaze > sessions.TURNED)
+    )
 
 
-@fisheye_fooled.sabotage("a camera that knows which clouds lie on faces")
-def knowing_camera(size: Size, rng: np.random.Generator) -> Finding:
-    """Leave out every cloud that is on nobody."""
-    return _knowing("camera", size)
+@fisheye_fooled.sabotage("an office painted grey, without wood and cork")
+def camera_unfurnished(size: Size, rng: np.random.Generator) -> Finding:
+    """Count them where only skin has the colour of skin."""
+    return _unfurnished("camera")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -73,6 +73,8 @@ class Config:
         When all lamps go out, s.
     faces
         Probability that somebody who stops looks at the robot.
+    furnished
+        Whether there are chairs, baskets, wood and cork, which can be taken for people.
     """
 
     seed: int
@@ -81,6 +83,7 @@ class Config:
     robot: str = "stands"
     lights_out: float = np.inf
     faces: float = 0.5
+    furnished: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -222,7 +225,7 @@ def _record(config: Config) -> Recording:
     """Render a session and run the detectors on it."""
     rng = np.random.default_rng(config.seed)
     session = make_session(
-        make_people_office(rng=rng),
+        make_people_office(rng=rng, distractors=config.furnished),
         rng=rng,
         duration=config.duration,
         people=config.people,
