@@ -84,7 +84,7 @@ def describe_rumour(share: float) -> str:
     """Return what a state of the explorer of the rumour shows, in words."""
     result = heard(share)
     parts = [
-        f"{rule}: off by {100 * result.true(rule)[-1]:.0f} cm, states "
+        f"{rule}: off by {100 * result.true[rule][-1]:.0f} cm, states "
         f"{100 * result.stated[rule][-1]:.0f} cm"
         for rule in rumour.RULES
     ]

@@ -33,10 +33,10 @@ def rumours(ax: Axes, result: Result) -> Axes:
     ax.axhline(1, color=MEANING["expected"], linewidth=1.0)
     styles = zip(rumour.RULES, ("-", "-", "--"), strict=True)
     for rule, line in styles:
-        ax.plot(times, result.nees(rule), line, color=MEANING[rule], label=rule)
+        ax.plot(times, result.ratio(rule), line, color=MEANING[rule], label=rule)
     ax.set_yscale("log")
     ax.set(xlabel="readings heard", ylabel="true / stated variance")
-    ax.set(xlim=(1, times[-1]), ylim=(0.1, 30))
+    ax.set(xlim=(1, times[-1]), ylim=(0.2, 30))
     ax.legend(loc="upper left")
     return ax
 

@@ -30,19 +30,19 @@ class Config:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """Errors and stated deviations after each reading, m, by rule."""
+    """Errors, stated and true deviations after each reading, m, by rule.
+
+    The true ones are exact, from the weights that a rule gives to the readings.
+    """
 
     config: Config
     errors: Mapping[str, Float[np.ndarray, "runs readings"]]
     stated: Mapping[str, Float[np.ndarray, " readings"]]
+    true: Mapping[str, Float[np.ndarray, " readings"]]
 
-    def true(self, rule: str) -> Float[np.ndarray, " readings"]:
-        """Return the root mean square error after each reading, m."""
-        return np.sqrt(np.mean(self.errors[rule] ** 2, axis=0))
-
-    def nees(self, rule: str) -> Float[np.ndarray, " readings"]:
-        """Return the average squared error over the stated variance after each reading."""
-        return (self.true(rule) / self.stated[rule]) ** 2
+    def ratio(self, rule: str) -> Float[np.ndarray, " readings"]:
+        """Return the true over the stated variance after each reading."""
+        return (self.true[rule] / self.stated[rule]) ** 2
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
@@ -51,8 +51,13 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     common = rng.standard_normal((config.runs, 1))
     own = rng.standard_normal((config.runs, config.readings))
     heard = config.sigma * (np.sqrt(share) * common + np.sqrt(1 - share) * own)
-    done = {rule: _fuse(rule, heard, config) for rule in RULES}
-    return Result(config, {r: d[0] for r, d in done.items()}, {r: d[1] for r, d in done.items()})
+    errors, stated, true = {}, {}, {}
+    for rule in RULES:
+        errors[rule], stated[rule] = _fuse(rule, heard, config)
+        weights, _ = _fuse(rule, np.eye(config.readings), config)
+        repeated, fresh = weights.sum(axis=0) ** 2, (weights**2).sum(axis=0)
+        true[rule] = config.sigma * np.sqrt(share * repeated + (1 - share) * fresh)
+    return Result(config, errors, stated, true)
 
 
 def _fuse(rule: str, heard: np.ndarray, config: Config) -> tuple[np.ndarray, np.ndarray]:
