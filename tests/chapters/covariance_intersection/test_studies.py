@@ -10,7 +10,7 @@ from robot_perception.chapters.covariance_intersection import figures as draw
 from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
-FEW = consistency.Config(pairs=5)
+FEW = consistency.Config(pairs=3)
 
 
 def single(belief, k):
@@ -26,13 +26,13 @@ def test_worst_case_is_attained_and_never_passed_by_drawn_correlations(name):
         one, other = single(a, k), single(b, k)
         half = np.linalg.inv(np.linalg.cholesky(rule(one, other).cov))
         found = []
-        for turn in np.linspace(0, 2 * np.pi, 721):
+        for turn in np.linspace(0, 2 * np.pi, 91):
             c, s = np.cos(turn), np.sin(turn)
             for M in (np.array([[c, -s], [s, c]]), np.array([[c, s], [s, -c]])):
                 true = consistency.true_cov(rule, one, other, M)
                 found.append(np.linalg.eigvalsh(half @ true @ half.T)[-1])
         assert max(found) <= worst[k] * (1 + 1e-4)
-        assert max(found) == pytest.approx(worst[k], rel=1e-3)
+        assert max(found) == pytest.approx(worst[k], rel=3e-3)
 
 
 def test_gain_is_that_of_the_kalman_filter():
