@@ -30,7 +30,7 @@ def rumours(ax: Axes, result: Result) -> Axes:
     """Draw true over stated variance against the number of readings, by rule."""
     ax.clear()
     times = np.arange(1, result.config.readings + 1)
-    ax.axhline(1, color=MEANING["expected"], linewidth=1.0)
+    ax.plot(times, np.ones(len(times)), color=MEANING["expected"], linewidth=1.0)
     styles = zip(rumour.RULES, ("-", "-", "--"), strict=True)
     for rule, line in styles:
         ax.plot(times, result.ratio(rule), line, color=MEANING[rule], label=rule)
