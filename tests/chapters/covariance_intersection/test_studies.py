@@ -88,8 +88,8 @@ def test_compared_determinants_are_those_of_the_rules():
     np.testing.assert_allclose(found.alone, at_4 / better)
 
 
-def test_weight_of_a_hypothesis_is_drawn_against_its_threshold():
+def test_weight_of_a_hypothesis_is_drawn_against_its_thresholds():
     _, ax = figure()
-    draw.certainty(ax, np.arange(3.0), np.array([0.1, 0.5, 0.2]), 0.4)
+    draw.certainty(ax, np.arange(3.0), np.array([0.1, 0.5, 0.2]), 0.4, 0.15)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), [0.1, 0.5, 0.2])
-    assert set(ax.lines[1].get_ydata()) == {0.4}
+    assert [set(line.get_ydata()) for line in ax.lines[1:]] == [{0.4}, {0.15}]

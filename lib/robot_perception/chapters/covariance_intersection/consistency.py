@@ -159,7 +159,7 @@ def setup_table() -> Table:
     config = Config()
     rows = {
         "beliefs": ("distance, direction", "any two numbers", "no: the proof holds for all"),
-        "axes of an ellipse": ("–", f"exp({config.spread:g} · normal), turned", "for medians"),
+        "axes of an ellipse": ("–", "log-normal, turned at random", "for medians"),
         "correlation": ("unknown", "every one there may be", "yes"),
         "pairs": ("–", f"{config.pairs}", "little"),
     }
@@ -270,7 +270,7 @@ def _kalman(size: Size, rng: np.random.Generator, reach: float) -> np.ndarray:
 
 
 def _middle(worst: np.ndarray) -> Interval:
-    low, middle, high = np.quantile(worst, [0.025, 0.5, 0.975])
+    low, middle, high = np.quantile(worst, [0.025, 0.5, 0.975]).tolist()
     return Interval(middle, low, high, about="median and central 95 % of pairs")
 
 

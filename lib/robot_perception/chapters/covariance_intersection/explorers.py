@@ -13,27 +13,28 @@ from robot_perception.teaching.explore import choice, slider
 
 ELLIPSE_CONTROLS = {
     "rho": slider("Correlation", (-0.9, -0.5, 0.0, 0.5, 0.9, 1.0), 0.5),
-    "rule": choice(
-        "Fused by", {"Kalman": "Kalman", "covariance intersection": "intersection"}, "Kalman"
+    "omega": choice(
+        "Fused by",
+        {"Kalman": None} | {f"intersection, ω = {w}": w for w in (0.1, 0.3, 0.5, 0.7, 0.9)},
+        None,
     ),
-    "omega": slider("ω of the intersection", (0.1, 0.3, 0.5, 0.7, 0.9), 0.5),
 }
 ELLIPSE_PRESETS = {
     "as the filter believes": {"rho": 0.0},
     "the same error twice": {"rho": 1.0},
-    "intersection, the same error": {"rho": 1.0, "rule": "intersection"},
+    "intersection, the same error": {"rho": 1.0, "omega": 0.5},
 }
 RUMOUR_CONTROLS = {
     "share": slider("Repeated share of the variance", (0.0, 0.1, 0.25, 0.5, 0.75, 1.0), 1.0)
 }
 RUMOUR_PRESETS = {"a tenth repeated": {"share": 0.1}, "nothing repeated": {"share": 0.0}}
 PAIR_CONTROLS = {
-    "bearing": slider("Camera, direction", (1.0, 2.7, 5.0, 10.0), 2.7, "°"),
+    "bearing": slider("Camera, direction", (1.0, weights.BEARING, 5.0, 10.0), weights.BEARING, "°"),
     "depth": slider("Camera, distance", (0.2, 0.5, 1.0, 2.0), 2.0, "m"),
 }
 PAIR_PRESETS = {
     "a sharp camera": {"bearing": 1.0},
-    "a camera that knows less": {"bearing": 10.0},
+    "a camera that knows no more": {"bearing": 10.0},
     "a camera with depth": {"depth": 0.2},
 }
 
@@ -56,17 +57,18 @@ class Fused:
         return float(np.linalg.eigvalsh(half @ self.true @ half.T)[-1])
 
 
-def fused(rho: float, rule: str, omega: float) -> Fused:
-    """Return a state of the explorer of two Gaussians."""
-    chosen = fusion.kalman_fusion if rule == "Kalman" else consistency.with_weight(omega)
+def fused(rho: float, omega: float | None) -> Fused:
+    """Return a state of the explorer of two Gaussians; without ω, of the Kalman filter's fusion."""
+    rule = "Kalman" if omega is None else "intersection"
+    chosen = fusion.kalman_fusion if omega is None else consistency.with_weight(omega)
     true = consistency.true_cov(chosen, FIRST, SECOND, rho * np.eye(2))
     return Fused(rule, chosen(FIRST, SECOND).cov, true)
 
 
-def describe_ellipses(rho: float, rule: str, omega: float) -> str:
+def describe_ellipses(rho: float, omega: float | None) -> str:
     """Return what a state of the explorer of two Gaussians shows, in words."""
-    state = fused(rho, rule, omega)
-    name = "the Kalman filter" if rule == "Kalman" else f"covariance intersection with ω = {omega}"
+    state = fused(rho, omega)
+    name = "the Kalman filter" if omega is None else f"covariance intersection with ω = {omega}"
     where = "inside" if state.ratio <= 1 + consistency.ROUNDING else "outside"
     return (
         f"Two beliefs with correlation {rho:g} fused by {name}: the true covariance reaches "
@@ -78,6 +80,12 @@ def describe_ellipses(rho: float, rule: str, omega: float) -> str:
 def heard(share: float) -> rumour.Result:
     """Return a state of the explorer of the rumour."""
     return rumour.run(rumour.Config(share=share), rng=np.random.default_rng(4))
+
+
+def typical(result: rumour.Result) -> int:
+    """Return the run whose last error, fused as if independent, is nearest to one true σ."""
+    final, sigma = result.errors["Kalman"][:, -1], result.true["Kalman"][-1]
+    return int(np.abs(final - sigma).argmin())
 
 
 def describe_rumour(share: float) -> str:

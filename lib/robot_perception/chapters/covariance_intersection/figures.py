@@ -20,49 +20,51 @@ def heard(ax: Axes, result: Result, rule: str, run: int = 0) -> Axes:
     band(ax, times, mean - 2 * sigma, mean + 2 * sigma, MEANING[rule])
     ax.plot(times, mean, color=MEANING[rule])
     ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
-    label(ax, times[-1], 3, "where the person is", MEANING["truth"], ha="right", va="bottom")
-    ax.set(xlabel="readings heard", ylabel="distance, off by (cm)")
-    ax.set(xlim=(1, times[-1]), ylim=(-30, 90))
+    label(ax, times[-1], -4, "where the person is", MEANING["truth"], ha="right", va="top")
+    ax.set(xlabel="readings heard", ylabel="error of the distance (cm)")
+    ax.set(xlim=(1, times[-1]), ylim=(-30, 70))
+    ax.set_xticks(_readings(times))
     return ax
+
+
+def _readings(times: np.ndarray) -> list[int]:
+    return [1, *range(5, len(times) + 1, 5)]
 
 
 def rumours(ax: Axes, result: Result) -> Axes:
     """Draw true over stated variance against the number of readings, by rule."""
     ax.clear()
     times = np.arange(1, result.config.readings + 1)
-    ax.plot(times, np.ones(len(times)), color=MEANING["expected"], linewidth=1.0)
+    honest = np.ones(len(times))
+    ax.plot(times, honest, color=MEANING["expected"], linewidth=7, alpha=0.3, label="honest")
     styles = zip(rumour.RULES, ("-", "-", "--"), strict=True)
     for rule, line in styles:
         ax.plot(times, result.ratio(rule), line, color=MEANING[rule], label=rule)
     ax.set_yscale("log")
     ax.set(xlabel="readings heard", ylabel="true / stated variance")
-    ax.set(xlim=(1, times[-1]), ylim=(0.2, 30))
-    ax.legend(loc="upper left")
+    ax.set(xlim=(1, times[-1]), ylim=(0.2, 100))
+    ax.set_xticks(_readings(times))
+    ax.legend(loc="upper left", ncols=2)
     return ax
 
 
 def two_opinions(ax: Axes, state: Fused) -> Axes:
     """Draw two beliefs, the stated covariance of the fused one, and the true one."""
     ax.clear()
-    centre = np.zeros((1, 2))
-    for belief, name in (
-        (explorers.FIRST, "first opinion"),
-        (explorers.SECOND, "second opinion"),
+    for cov, colour, name, more in (
+        (explorers.FIRST.cov, MEANING["first opinion"], "first opinion", {}),
+        (explorers.SECOND.cov, MEANING["second opinion"], "second opinion", {}),
+        (state.stated, MEANING[state.rule], "fused, as stated", {"width": 2.6}),
+        (state.true, MEANING["truth"], "fused, true", {"fill": 0.15}),
     ):
-        ellipses(ax, centre, belief.cov[None], MEANING[name], deviations=1.0, corners=96)
-    ellipses(
-        ax,
-        centre,
-        state.stated[None],
-        MEANING[state.rule],
-        deviations=1.0,
-        corners=96,
-        width=2.2,
-    )
-    ellipses(ax, centre, state.true[None], MEANING["truth"], deviations=1.0, corners=96, fill=0.15)
+        ellipses(ax, np.zeros((1, 2)), cov[None], colour, deviations=1.0, corners=96, **more)
+        ax.lines[-1].set_label(name)
     ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal")
-    ax.set_title(f"true / stated variance: up to {state.ratio:.2f}")
+    ax.set_title(f"true / stated variance, worst direction: {state.ratio:.2f}")
     ax.set(xlabel="first number", ylabel="second number")
+    ax.set_xticks(range(-2, 3))
+    ax.set_yticks(range(-2, 3))
+    ax.legend(loc="upper right", handlelength=1.2)
     return ax
 
 
@@ -70,24 +72,28 @@ def areas(ax: Axes, state: Weighed) -> Axes:
     """Draw the area of the fused ellipse against the weight of the camera."""
     ax.clear()
     ax.plot(state.omegas, state.areas, color=MEANING["intersection"])
-    ax.axhline(1, color=MEANING["first opinion"], linewidth=1.0)
-    label(ax, 0.02, 1.04, "sonar alone", MEANING["first opinion"], va="bottom")
-    for omega, name, text in (
-        (state.printed, "equation 4", "eq. 4"),
-        (state.least, "intersection", "best"),
+    ax.axhline(1, color=MEANING["first opinion"], linewidth=1.0, label="sonar alone")
+    for omega, name, text, size in (
+        (state.printed, "equation 4", "ω of eq. 4", 12),
+        (state.least, "intersection", "best ω", 7),
     ):
-        ax.plot(omega, state.area(omega), "o", color=MEANING[name], markersize=8, label=text)
+        dot = {"color": MEANING[name], "markersize": size, "label": text}
+        ax.plot(omega, state.area(omega), "o", clip_on=False, zorder=3, **dot)
     ax.set_yscale("log")
-    ax.set(xlabel="ω, the weight of the camera", ylabel="area over the sonar's")
+    ax.set(xlabel="ω, the weight of the camera", ylabel="area / area of the sonar's")
     ax.set(xlim=(0, 1), ylim=(0.05, 12))
-    ax.legend(loc="lower right")
+    ax.legend(loc="upper left")
     return ax
 
 
-def certainty(ax: Axes, times: np.ndarray, values: np.ndarray, person: float) -> Axes:
-    """Draw the weight of a hypothesis over time and the threshold above which it is a person."""
+def certainty(
+    ax: Axes, times: np.ndarray, values: np.ndarray, person: float, threshold: float
+) -> Axes:
+    """Draw the weight of a hypothesis over time, and the two thresholds it is compared with."""
     ax.plot(times, values, color=MEANING["estimate"])
-    ax.axhline(person, color=MEANING["expected"], linestyle="--", linewidth=1.2)
-    label(ax, times[-1], person + 0.03, "a person", MEANING["expected"], ha="right", va="bottom")
+    for level, name, side in ((person, "a person", "bottom"), (threshold, "deleted", "top")):
+        ax.axhline(level, color=MEANING["expected"], linestyle="--", linewidth=1.2)
+        off = 0.02 if side == "bottom" else -0.02
+        label(ax, times[-1] / 3, level + off, name, MEANING["expected"], va=side)
     ax.set(xlabel="time (s)", ylabel="weight", xlim=(0, times[-1]), ylim=(0, 1))
     return ax

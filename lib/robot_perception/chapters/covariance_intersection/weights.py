@@ -68,8 +68,13 @@ def compare(a: Gaussian, b: Gaussian, config: Config | None = None) -> Result:
 
 # Sonar and camera --------------------------------------------------------------------------------
 
+BEARING = 2.7
+"""Standard deviation of the camera's direction, degrees; our choice, the paper gives none."""
 
-def sonar_and_camera(bearing: float = 2.7, depth: float | None = None) -> tuple[Gaussian, Gaussian]:
+
+def sonar_and_camera(
+    bearing: float = BEARING, depth: float | None = None
+) -> tuple[Gaussian, Gaussian]:
     """Return what sonar and camera say of one person, two metres ahead: distance and direction.
 
     Parameters
@@ -120,7 +125,11 @@ def setup_table() -> Table:
             f"{sonar.range_sigma:g} m, {np.rad2deg(sonar.bearing_sigma):.0f}°",
             "yes",
         ),
-        "camera": ("“huge” in distance", f"{camera.range_sigma:g} m, 2.7°", "yes"),
+        "camera": (
+            "“very large” in distance",
+            f"{camera.range_sigma:g} m, {BEARING:g}°",
+            "yes",
+        ),
         "person at": ("–", "2 m", "no: (r, φ) is fused"),
     }
     return Table(rows, {"paper": "in its words", "ours": "1σ", "matters": ""})
