@@ -86,6 +86,8 @@ class View:
         Who is further from the robot need not be found, m.
     reach
         A hypothesis is somebody's within that, m.
+    after
+        From when on it is judged, s.
     """
 
     where: Where = "everywhere"
@@ -93,6 +95,7 @@ class View:
     discard: bool = False
     farthest: float = FARTHEST
     reach: float = REACH
+    after: float = 0.0
 
     @property
     def gate(self) -> float:
@@ -161,6 +164,8 @@ def frames(run: Tracked, view: View = ALL) -> Iterator[Frame]:
     same is not wrong: such hypotheses are left out.
     """
     for row, persons, static in zip(run.rows, run.persons, run.static, strict=True):
+        if run.recording.times[run.recording.judged[row]] < view.after:
+            continue
         some = persons.select(~static) if view.discard else persons
         yield _frame(run.recording, int(row), some.mean, some.identity, view)
 

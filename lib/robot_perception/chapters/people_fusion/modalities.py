@@ -1,7 +1,7 @@
 """Each sensor by itself, and Fig. 7: none of them is right, the committee is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -144,16 +144,22 @@ def ranges(seen: Looks, some: np.ndarray) -> dict[str, Interval]:
     }
 
 
-def recordings(size: Size) -> tuple[Recording, ...]:
-    """Return the sessions that are scored: all ten, or the first minute of four."""
-    return tuple(sessions.record(config) for config in configs(size))
+def recordings(chosen: Sequence[Config]) -> tuple[Recording, ...]:
+    """Return what the detectors report in some sessions."""
+    return tuple(sessions.record(config) for config in chosen)
 
 
 def configs(size: Size) -> tuple[Config, ...]:
-    """Return the sessions that are scored: ten of three minutes, or four of one minute."""
-    if size is Size.FULL:
-        return tuple(Config(seed) for seed in TEST)
-    return tuple(Config(seed, 60.0) for seed in TEST[:4])
+    """Return the ten sessions that are scored: of three minutes, or their first minute."""
+    return tuple(Config(seed, 180.0 if size is Size.FULL else 60.0) for seed in TEST)
+
+
+BLIND = tuple(Config(seed, images=False) for seed in TEST)
+"""The same sessions without the pictures, which take most of the time."""
+DRIVES = tuple(Config(seed, 60.0, robot="drives", images=False) for seed in TEST)
+"""The robot drives from room to room, with walls beside it."""
+UNFURNISHED = tuple(Config(seed, 30.0, furnished=False) for seed in TEST)
+"""Nothing but people can be taken for people."""
 
 
 # The claims --------------------------------------------------------------------------------------
@@ -173,7 +179,7 @@ def configs(size: Size) -> tuple[Config, ...]:
 )
 def legs_found(size: Size, rng: np.random.Generator) -> Finding:
     """Count the legs found by distance, stance and clothes."""
-    seen = looks(recordings(size), "laser")
+    seen = looks(recordings(BLIND), "laser")
     near = seen.r < PAPER_REACH
     evidence = {f"found, {name}": rate for name, rate in ranges(seen, seen.upright).items()}
     for name, some in (
@@ -191,7 +197,7 @@ def legs_found(size: Size, rng: np.random.Generator) -> Finding:
 @legs_found.sabotage("people who stand sideways, so that one leg hides the other")
 def one_leg(size: Size, rng: np.random.Generator) -> Finding:
     """Count the legs of people who stand sideways alone."""
-    seen = looks(recordings(size), "laser")
+    seen = looks(recordings(BLIND), "laser")
     return Finding(seen.rate(seen.sideways & (seen.r < PAPER_REACH)))
 
 
@@ -204,16 +210,6 @@ def _wrong(
         seen.found.astype(float), seen.readings.astype(float), "by session"
     )
     return Finding(seen.wrong, evidence)
-
-
-def unfurnished() -> tuple[Config, ...]:
-    """Return sessions in an office in which nothing but people can be taken for people."""
-    return tuple(Config(seed, 60.0, furnished=False) for seed in TEST[:4])
-
-
-def _unfurnished(sensor: Sensor) -> Finding:
-    recorded = [sessions.record(config) for config in unfurnished()]
-    return Finding(looks(recorded, sensor).wrong)
 
 
 @claim(
@@ -229,13 +225,13 @@ def _unfurnished(sensor: Sensor) -> Finding:
 )
 def sonar_unreliable(size: Size, rng: np.random.Generator) -> Finding:
     """Count the sonar's hypotheses that are nobody."""
-    return _wrong("sonar", recordings(size), lambda seen: seen.cones > 0)
+    return _wrong("sonar", recordings(BLIND), lambda seen: seen.cones > 0)
 
 
-@sonar_unreliable.sabotage("an office without chairs and baskets")
-def sonar_unfurnished(size: Size, rng: np.random.Generator) -> Finding:
-    """Count them where little but people comes near."""
-    return _unfurnished("sonar")
+@sonar_unreliable.sabotage("a robot that drives through doors and along walls")
+def sonar_on_the_way(size: Size, rng: np.random.Generator) -> Finding:
+    """Count them where walls are near."""
+    return Finding(looks(recordings(DRIVES), "sonar").wrong)
 
 
 @claim(
@@ -260,7 +256,7 @@ def fisheye_fooled(size: Size, rng: np.random.Generator) -> Finding:
 @fisheye_fooled.sabotage("an office painted grey, without wood and cork")
 def camera_unfurnished(size: Size, rng: np.random.Generator) -> Finding:
     """Count them where only skin has the colour of skin."""
-    return _unfurnished("camera")
+    return Finding(looks(recordings(UNFURNISHED), "camera").wrong)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -276,6 +272,10 @@ class Result:
         best = np.max([rates.right for rates in self.single.values()], axis=0)
         return bootstrap_ratio(self.fused.right, best, "by session")
 
+    def over(self, sensor: Sensor) -> Interval:
+        """Share of the people tracked, by the committee over that by one sensor."""
+        return bootstrap_ratio(self.fused.matched, self.single[sensor].matched, "by session")
+
     def table(self) -> Table:
         """Return the rates, the committee last."""
         rows = {f"{name} alone": rates.cells() for name, rates in self.single.items()}
@@ -283,12 +283,19 @@ class Result:
         return Table(rows, committee.COLUMNS, "mean and 95 % bootstrap interval", "sensors")
 
 
-BY = (committee.View(), committee.View(by="direction"))
+BY = (
+    committee.View(),
+    committee.View(by="direction"),
+    committee.View("behind"),
+    committee.View("behind", by="direction"),
+)
+STRANGERS = committee.System(replace(committee.RULES, level=1e-6, alike=0.0))
+"""No two readings are taken for one person."""
 
 
 @cache
 def run(chosen: tuple[Config, ...]) -> tuple[Result, ...]:
-    """Track with all sensors, and with each alone; judge by place and by direction alone."""
+    """Track with all sensors, and with each alone; judge by place and direction, and behind."""
     systems = {"together": committee.System()}
     systems |= {sensor: committee.System(sensors=(sensor,)) for sensor in SENSORS}
     found = committee.compare(systems, chosen, BY)
@@ -312,7 +319,7 @@ def run(chosen: tuple[Config, ...]) -> tuple[Result, ...]:
 )
 def no_single_sensor(size: Size, rng: np.random.Generator) -> Finding:
     """Compare the committee with its members, by place and by direction alone."""
-    place, direction = run(configs(size))
+    place, direction, *_ = run(configs(size))
     return Finding(
         place.gain,
         {"by direction alone": direction.gain},
@@ -320,8 +327,38 @@ def no_single_sensor(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@no_single_sensor.sabotage("a committee of the sonars alone")
-def sonar_alone(size: Size, rng: np.random.Generator) -> Finding:
-    """Let the sonars speak for all."""
-    result, _ = run(configs(size))
-    return Finding(Result(result.single["sonar"], result.single).gain)
+@no_single_sensor.sabotage("a committee that never takes two readings for one person")
+def strangers(size: Size, rng: np.random.Generator) -> Finding:
+    """Let each reading be somebody else."""
+    chosen = configs(size)
+    (fused,) = committee.compare({"": STRANGERS}, chosen)[""]
+    return Finding(Result(fused, run(chosen)[0].single).gain)
+
+
+@claim(
+    "behind-slightly",
+    paper=PAPER,
+    place="§4",
+    basis="substitute",
+    statement="Behind the robot the system is only slightly better than the tracker of skin colour "
+    "alone.",
+    paper_value="“improved the performance in the area behind the robot only slightly”",
+    method="Share of the people behind the robot who have a hypothesis within 10° in direction, "
+    "which is all that the camera knows: of the system over that of the camera alone.",
+    accepted=Accepted(1.0, 1.1, "better, by a tenth at most", "our choice"),
+    seed=71,
+)
+def behind_slightly(size: Size, rng: np.random.Generator) -> Finding:
+    """Compare the system with the camera alone behind the robot."""
+    *_, place, direction = run(configs(size))
+    return Finding(
+        direction.over("camera"),
+        {"by place": place.over("camera"), "over the sonars": direction.over("sonar")},
+    )
+
+
+@behind_slightly.sabotage("judged by place, which takes a distance")
+def behind_by_place(size: Size, rng: np.random.Generator) -> Finding:
+    """Ask for the distance as well."""
+    *_, place, _ = run(configs(size))
+    return Finding(place.over("camera"))

@@ -29,7 +29,6 @@ FACTORS = (0.25, 0.5, 1.0, 2.0, 3.0)
 THRESHOLDS = (0.05, 0.1, 0.2, 0.3, 0.4)
 """θ in the sweep."""
 AS_CHOSEN = System()
-SONARS = System(sensors=("sonar",))
 SIDES: tuple[Where, ...] = ("everywhere", "ahead", "behind")
 CHOICES = {
     "within 3 m of the robot": View(farthest=3.0),
@@ -138,10 +137,12 @@ def rate_93(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@rate_93.sabotage("no camera and no laser")
-def sonars_alone(size: Size, rng: np.random.Generator) -> Finding:
-    """Track with the sonars alone."""
-    return Finding(sides(configs(size), SONARS)["everywhere"].tracked)
+@rate_93.sabotage("people ahead of the robot alone, and a hypothesis up to 1 m off is theirs")
+def ahead_and_roughly(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the people where all three sensors look, more generously."""
+    view = View("ahead", reach=1.0)
+    (found,) = compare({"": AS_CHOSEN}, configs(size), (view,))[""]
+    return Finding(found.tracked)
 
 
 @claim(
@@ -167,7 +168,8 @@ def false_25(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@false_25.sabotage("the sonars alone")
-def sonars_false(size: Size, rng: np.random.Generator) -> Finding:
-    """Count the hypotheses of the sonars alone that are nobody."""
-    return Finding(sides(configs(size), SONARS)["everywhere"].false)
+@false_25.sabotage("the camera alone, which knows no distance")
+def camera_false(size: Size, rng: np.random.Generator) -> Finding:
+    """Count the hypotheses of the camera alone that are nobody."""
+    (found,) = compare({"": System(sensors=("camera",))}, configs(size))[""]
+    return Finding(found.false)

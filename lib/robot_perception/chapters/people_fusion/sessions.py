@@ -40,6 +40,7 @@ from robot_perception.people.skin import SkinModel, SkinState, SkinTracker
 from robot_perception.teaching.kept import kept
 
 RIG = Rig()
+NO_IMAGES = Rig(rates=(*RIG.rates[:2], 0.001), delays=(*RIG.delays[:2], 60.0))
 LEARN = (9001, 9002, 9003)
 """Seeds of the sessions that the colours of skin are learnt on."""
 CHOOSE = (8001, 8002, 8003, 8004)
@@ -75,6 +76,8 @@ class Config:
         Probability that somebody who stops looks at the robot.
     furnished
         Whether there are chairs, baskets, wood and cork, which can be taken for people.
+    images
+        Whether the camera takes part; else it takes one picture, after a minute.
     """
 
     seed: int
@@ -84,6 +87,7 @@ class Config:
     lights_out: float = np.inf
     faces: float = 0.5
     furnished: bool = True
+    images: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -233,11 +237,12 @@ def _record(config: Config) -> Recording:
         act=Wander(faces=config.faces),
         lights_out=None if config.lights_out == np.inf else config.lights_out,
     )
+    rig = RIG if config.images else NO_IMAGES
     senses = Senses(np.random.default_rng([config.seed, 1]))
     wheels = _reckoned(session)
     found, poses, reckoned, judged, truths, moments = [], [], [], [], [], []
     seen = [0] * len(SENSORS)
-    for k, reading in enumerate(readings(session, RIG, rng=rng)):
+    for k, reading in enumerate(readings(session, rig, rng=rng)):
         moment = session.at(reading.time)
         poses.append(moment.robot)
         reckoned.append(np.array([np.interp(reading.time, session.times, c) for c in wheels.T]))
