@@ -13,10 +13,9 @@ from tests.chapters.ledger import RTOL, LedgerTests, quick, recorded
 class TestLedger(LedgerTests):
     stem = "sift_association"
     pictures = MappingProxyType(
-        dict.fromkeys(
-            ("stereo-sift", "viewpoint", "table1", "mahalanobis-needs", "erratum-new-landmark"),
-            0.05,
-        )
+        dict.fromkeys(("stereo-sift", "viewpoint", "erratum-new-landmark"), 0.05)
+        # gains are differences of a point or two between shares: there, the verdict is all
+        | dict.fromkeys(("table1", "mahalanobis-needs"), 1.0)
     )
 
 
