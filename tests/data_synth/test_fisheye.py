@@ -149,10 +149,12 @@ def test_a_box_covers_what_its_sides_cover(span):
 
 def test_what_is_nearer_hides_what_is_behind():
     mark = [2.5, -0.4, 1.6]
-    ring = np.array([[1.5, -1.0], [1.6, -1.0], [1.6, 0.2], [1.5, 0.2]])
-    hidden = stage(boxes=[ring], spans=[(0.0, 2.4)])
-    black = replace_paint(hidden)
-    assert view(CAMERA, black, POSE, bodies(sphere(mark)), dark()).light.sum() == 0
+    for away, seen in ((-0.2, False), (0.2, True)):
+        left, right = 2.5 + away, 2.6 + away
+        ring = np.array([[left, -1.0], [right, -1.0], [right, 0.2], [left, 0.2]])
+        black = replace_paint(stage(boxes=[ring], spans=[(0.0, 2.4)]))
+        light = view(CAMERA, black, POSE, bodies(sphere(mark)), dark()).light
+        assert (light.sum() > 0) == seen
     front = [1.2, -0.4, 1.5]
     one = bodies(sphere(mark, 0.05, 1.0), sphere(front, 0.2, 0.0))
     other = bodies(sphere(front, 0.2, 0.0), sphere(mark, 0.05, 1.0))

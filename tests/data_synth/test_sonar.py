@@ -69,7 +69,9 @@ def test_a_slanted_wall_is_lost():
 
 def test_nothing_is_heard_beyond_the_cut_nor_beside_the_cone():
     look = QUIET.angles[6]
-    assert np.isinf(heard(QUIET, post(2.05, look), False, 6, 1))
+    for distance, there in ((1.98, True), (2.02, False)):
+        ranges = ping(QUIET, STILL, wall(distance, look), NO_ROUND, HARD, rng=rng())
+        assert np.isfinite(ranges[6]) == there
     near = np.array([1.0 * np.cos(look + 0.3), 1.0 * np.sin(look + 0.3)])
     beside = np.array([[*near, 0.05, 0.05, 0.0]])
     assert np.isinf(heard(QUIET, beside, False, 6, 1))

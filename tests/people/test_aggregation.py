@@ -274,9 +274,18 @@ def test_a_row_of_hypotheses_is_united_from_the_nearest_pair_on():
     np.testing.assert_allclose(found.mean[0], [2, (0.0 + 0.145) / 2], atol=1e-12)
     _, info = run(replace(PLAIN, alike=1.0), [seen(0.1, "sonar", (5, -2))], before)
     assert info.absorbed == ((1, 2),)  # 0.845 from the second alone, 1.05 from the two as one
+    turned = known((2, 0.0), (2, 0.16), (2, 0.13), cov=0.01)
+    _, info = run(replace(PLAIN, alike=1.0), [seen(0.1, "sonar", (5, -2))], turned)
+    assert info.absorbed == ((1, 2),)  # who is gone is no longer near anybody
     two = seen(0.1, "laser", (2, 0.0), (2, 0.1))
     _, info = run(replace(PLAIN, alike=1.0), [two])
     assert info.identities.tolist() == [0, 0]
+
+
+def test_persons_are_those_above_the_weight_of_a_person():
+    found = known((2, 0), (3, 1), (4, 2), weight=[0.4, 0.5, 0.6])
+    assert found.persons(RULES).identity.tolist() == [2]
+    assert found.persons(replace(RULES, person=0.3)).identity.tolist() == [0, 1, 2]
 
 
 def test_two_hundred_detections_at_once():
