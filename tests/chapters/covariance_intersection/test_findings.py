@@ -135,3 +135,5 @@ def test_the_sharp_camera_has_the_sonars_area_and_the_other_presets_say_what_the
         **{"depth": 2.0} | explorers.PAIR_PRESETS["a camera that knows no more"]
     )
     assert less.least == 0 < less.printed
+    deep = explorers.weighed(**{"bearing": 2.7} | explorers.PAIR_PRESETS["a camera with depth"])
+    assert deep.least == 1 > deep.printed
