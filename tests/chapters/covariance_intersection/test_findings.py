@@ -112,6 +112,12 @@ def test_the_typical_run_of_the_hero_ends_outside_its_band():
     assert abs(final[one]) > 2 * stated
 
 
+def test_with_everything_repeated_the_intersection_is_honest_too():
+    default = explorers.RUMOUR_CONTROLS["share"]
+    assert default.values[default.default] == 1
+    np.testing.assert_allclose(explorers.heard(1.0).ratio("intersection"), 1, rtol=1e-9)
+
+
 # Sonar and camera
 
 
