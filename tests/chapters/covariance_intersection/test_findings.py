@@ -112,6 +112,12 @@ def test_the_typical_run_of_the_hero_ends_outside_its_band():
     assert abs(final[one]) > 2 * stated
 
 
+def test_with_everything_repeated_the_intersection_is_honest_too():
+    default = explorers.RUMOUR_CONTROLS["share"]
+    assert default.values[default.default] == 1
+    np.testing.assert_allclose(explorers.heard(1.0).ratio("intersection"), 1, rtol=1e-9)
+
+
 # Sonar and camera
 
 
@@ -135,3 +141,5 @@ def test_the_sharp_camera_has_the_sonars_area_and_the_other_presets_say_what_the
         **{"depth": 2.0} | explorers.PAIR_PRESETS["a camera that knows no more"]
     )
     assert less.least == 0 < less.printed
+    deep = explorers.weighed(**{"bearing": 2.7} | explorers.PAIR_PRESETS["a camera with depth"])
+    assert deep.least == 1 > deep.printed

@@ -60,7 +60,7 @@ def two_opinions(ax: Axes, state: Fused) -> Axes:
         ellipses(ax, np.zeros((1, 2)), cov[None], colour, deviations=1.0, corners=96, **more)
         ax.lines[-1].set_label(name)
     ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal")
-    ax.set_title(f"true / stated variance, worst direction: {state.ratio:.2f}")
+    ax.set_title(f"true / stated variance: up to {state.ratio:.2f}")
     ax.set(xlabel="first number", ylabel="second number")
     ax.set_xticks(range(-2, 3))
     ax.set_yticks(range(-2, 3))
