@@ -20,6 +20,7 @@ CHAPTERS = (
     "sift_association",
     "visual_slam",
     "covariance_intersection",
+    "people_fusion",
 )
 """Stems of the chapters, in the order of the book."""
 

@@ -281,12 +281,14 @@ def compare(
     systems: Mapping[str, System], chosen: Sequence[Config], views: tuple[View, ...] = (ALL,)
 ) -> dict[str, tuple[Rates, ...]]:
     """Return the rates of some systems over the same sessions, one for each view."""
-    jobs = [(config, system, views) for system in systems.values() for config in chosen]
+    different = list(dict.fromkeys(systems.values()))
+    jobs = [(config, system, views) for system in different for config in chosen]
     found = sweep(_judged, jobs, rng=np.random.default_rng(0), desc="sessions")
-    rows = np.array(found).reshape(len(systems), len(chosen), len(views), -1)
+    rows = np.array(found).reshape(len(different), len(chosen), len(views), -1)
+    tables = dict(zip(different, rows, strict=True))
     return {
-        name: tuple(_table(rows[k, :, v]) for v in range(len(views)))
-        for k, name in enumerate(systems)
+        name: tuple(_table(tables[system][:, v]) for v in range(len(views)))
+        for name, system in systems.items()
     }
 
 

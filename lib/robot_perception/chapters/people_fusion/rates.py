@@ -16,7 +16,7 @@ from robot_perception.chapters.people_fusion.committee import (
     compare,
 )
 from robot_perception.chapters.people_fusion.modalities import PAPER, configs
-from robot_perception.chapters.people_fusion.sessions import Config
+from robot_perception.chapters.people_fusion.sessions import TEST, Config
 from robot_perception.evaluation.intervals import bootstrap_ratio
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import SENSORS
@@ -92,8 +92,35 @@ def sides(chosen: tuple[Config, ...], system: System = AS_CHOSEN) -> dict[str, R
     return dict(zip(views, found, strict=True))
 
 
+def beside_the_paper(found: Table) -> Table:
+    """Return rates with the paper's two numbers above them."""
+    paper = {"the paper": (0.93, 0.25, None, None)}
+    return Table(paper | dict(found.rows), found.columns, found.about, found.corner)
+
+
+def setup_table() -> Table:
+    """Return what the paper says of its experiment, and ours."""
+    rows = {
+        "place": (
+            "an office with chairs, tables, skin-coloured things",
+            "rendered, the same",
+            "yes",
+        ),
+        "robot": ("stands in the middle of a room", "the same", "yes"),
+        "people": ("up to three, who move around", "three, one in ten in a long skirt", "yes"),
+        "length": ("not given", f"{len(TEST)} sessions of three minutes", "for the intervals"),
+        "parameters": ("not given", "chosen on four other sessions", "yes"),
+        "what counts": (
+            "not given",
+            f"in view within {committee.FARTHEST:g} m; found within {committee.REACH:g} m",
+            "yes",
+        ),
+    }
+    return Table(rows, {"paper": "section 4", "ours": "", "matters": ""})
+
+
 def _tables(size: Size, chosen: tuple[Config, ...]) -> dict[str, Table]:
-    found = {"sides": table(sides(chosen), "people")}
+    found = {"sides": beside_the_paper(table(sides(chosen), "people"))}
     if size is Size.FULL:
         for name, systems in (("ablations", ablations()), ("sweeps", sweeps())):
             rates = {key: one for key, (one,) in compare(systems, chosen).items()}

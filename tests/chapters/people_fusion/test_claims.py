@@ -1,0 +1,35 @@
+"""The claims of the chapter: the record, and what their findings must say."""
+
+from types import MappingProxyType
+
+from tests.chapters.ledger import LedgerTests, quick, recorded
+
+
+class TestLedger(LedgerTests):
+    stem = "people_fusion"
+    pictures = MappingProxyType({})
+
+
+def test_verdicts():
+    assert {e.id: e.verdict for e in recorded().chapter("people_fusion").entries} == {}
+
+
+def test_the_laser_sees_the_legs_of_who_stands_sideways_less_often():
+    evidence = quick("legs").evidence
+    assert evidence["standing sideways, within 3 m"].high < quick("legs").value.low
+
+
+def test_the_laser_loses_sight_with_the_distance():
+    evidence = quick("legs").evidence
+    assert evidence["found, 3 to 3.5 m"].high < evidence["found, 1 to 1.5 m"].low
+
+
+def test_most_misses_are_behind_the_robot():
+    evidence = quick("rate-93").evidence
+    assert evidence["missed behind over ahead"].low > 1
+
+
+def test_each_sensor_alone_finds_fewer_than_all_together():
+    table = quick("no-single-sensor").tables["by place"]
+    together = table["together", "tracked"].low
+    assert all(table[f"{name} alone", "tracked"].high < together for name in ("laser", "sonar"))
