@@ -67,7 +67,7 @@ def test_intersection_is_that_of_the_information_form(seed, n, omega):
     rng = np.random.default_rng(seed)
     a, b = drawn(rng, n, 4), drawn(rng, n, 1, 3, 1)
     found = fusion.covariance_intersection(a, b, omega)
-    printed = fusion.intersection_as_printed(a, b, omega)
+    printed = fusion.intersection_by_inverses(a, b, omega)
     Y = (1 - omega) * np.linalg.inv(a.cov) + omega * np.linalg.inv(b.cov)
     y = (1 - omega) * np.linalg.solve(a.cov, a.mean[..., None]) + omega * np.linalg.solve(
         b.cov, b.mean[..., None]
@@ -113,7 +113,7 @@ def test_the_best_weights_are_those_that_scipy_finds(seed, n):
     for rule, size in CRITERIA:
 
         def cost(w, size=size):
-            return size(fusion.intersection_as_printed(a, b, float(w)).cov)
+            return size(fusion.intersection_by_inverses(a, b, float(w)).cov)
 
         best = minimize_scalar(cost, bounds=(0, 1), method="bounded", options={"xatol": 1e-10})
         w = rule(a, b)
@@ -131,7 +131,7 @@ def test_the_slope_of_the_size_is_zero_at_a_weight_between_the_ends(seed, n):
         if not 0.01 < w < 0.99:
             continue
         before, at, after = (
-            size(fusion.intersection_as_printed(a, b, w + d).cov) for d in (-h, 0, h)
+            size(fusion.intersection_by_inverses(a, b, w + d).cov) for d in (-h, 0, h)
         )
         curvature = (before - 2 * at + after) / h**2
         assert abs(after - before) / (2 * h) <= 1e-4 * max(curvature, 1e-3)
@@ -370,7 +370,7 @@ BAD = [
     (lambda: fusion.covariance_intersection(ONE, ONE, 0.5, angles=(2,)), "angles must be indices"),
     (lambda: fusion.covariance_intersection(SURE, SURE, 0.5), "a and b must have a regular sum"),
     (lambda: fusion.covariance_intersection(SURE, ONE, 1.0), "regular sum"),
-    (lambda: fusion.intersection_as_printed(SURE, ONE, 0.5), "covariance of a"),
+    (lambda: fusion.intersection_by_inverses(SURE, ONE, 0.5), "covariance of a"),
     (lambda: fusion.kalman_fusion(SURE, SURE), "sum of the covariances"),
     (lambda: fusion.inverse_covariance_intersection(ONE, SURE, 0.5), "covariance of b"),
     (lambda: fusion.omega_determinants(ONE, SURE), "covariance of b"),

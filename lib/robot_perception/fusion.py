@@ -26,7 +26,7 @@ from robot_perception.geometry import wrap_angle
 
 __all__ = [
     "covariance_intersection",
-    "intersection_as_printed",
+    "intersection_by_inverses",
     "inverse_covariance_intersection",
     "kalman_fusion",
     "omega_determinants",
@@ -41,11 +41,11 @@ SINGULAR = 1e-14
 Weights = float | Float[np.ndarray, "..."]
 
 
-def intersection_as_printed(a: Gaussian, b: Gaussian, omega: Weights) -> Gaussian:
-    r"""Return the covariance intersection by eq. (3) as it is printed, with inverse matrices.
+def intersection_by_inverses(a: Gaussian, b: Gaussian, omega: Weights) -> Gaussian:
+    r"""Return the covariance intersection by the right sides of eq. (3), with inverse matrices.
 
-    :func:`covariance_intersection` gives the same, faster, and also for ω = 0 and 1 with a
-    covariance that has no inverse.
+    The second of them is the new mean, not its inverse. `covariance_intersection` gives the same,
+    faster, and also for ω = 0 and 1 with a covariance that has no inverse.
 
     Parameters
     ----------

@@ -19,6 +19,7 @@ CHAPTERS = (
     "loop_closing",
     "sift_association",
     "visual_slam",
+    "covariance_intersection",
 )
 """Stems of the chapters, in the order of the book."""
 

@@ -64,6 +64,7 @@ from robot_perception.datasets.victoria import (
     read_landmark_graph,
     read_vehicle,
 )
+from robot_perception.datasets.video import read_video
 
 __all__ = [
     "Calibration",
@@ -118,6 +119,7 @@ __all__ = [
     "read_stereo_features",
     "read_track",
     "read_vehicle",
+    "read_video",
     "registry",
     "status",
 ]

@@ -33,6 +33,11 @@ PAPERS = {
         "Simultaneous Localization and Mapping in Indoor Environments Using SIFT Features",
         "gil2006",
     ),
+    "sensor-aggregation": Paper(
+        "Schaffernicht et al. 2005",
+        "A Probabilistic Multimodal Sensor Aggregation Scheme Applied for a Mobile Robot",
+        "schaffernicht2005",
+    ),
 }
 """Papers by the key that a claim names."""
 

@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 from robot_perception import datasets
 from robot_perception.datasets import DataFile, Dataset, Relations, Sector, Track
+from tests.datasets.films import write_film
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 from tests.hostile.sweep import call
 
@@ -64,6 +65,8 @@ write(FEATURES / "VO_camera_poses_large.txt", [b"1 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0
 write(FEATURES / "VO_stereo_factors_large.txt", [b"1 7 9 8 8 0 0 1"])
 (PAIRS / "H1to3p.xml").write_text("<s><data>1 0 0 0 1 0 0 0 1</data></s>")
 PICTURE = KITTI / "image_l" / "0.png"
+FILM = FOLDER / "film.avi"
+write_film(FILM, np.stack([np.dstack([GREY] * 3)] * 3))
 SEQUENCE = datasets.read_images(KITTI / "image_l")
 OWN = FOLDER / "own"
 (OWN / "mine").mkdir(parents=True)
@@ -134,6 +137,7 @@ CALLS = {
     ),
     datasets.read_depth_pair: lambda: call(PAIRS),
     datasets.read_image: lambda: call(PICTURE, colour=True),
+    datasets.read_video: lambda: call(FILM),
     datasets.read_images: lambda: call(KITTI / "image_l", "*.png", colour=True, allow_gaps=True),
     datasets.read_kitti: lambda: call(KITTI, allow_gaps=True),
     datasets.read_plane_pair: lambda: call(PAIRS),

@@ -16,7 +16,7 @@ def weighed() -> Call:
 
 
 CALLS = {
-    fusion.intersection_as_printed: lambda: call(A, B, 0.3),
+    fusion.intersection_by_inverses: lambda: call(A, B, 0.3),
     fusion.covariance_intersection: weighed,
     fusion.inverse_covariance_intersection: weighed,
     fusion.kalman_fusion: lambda: call(A, B, angles=(1,)),

@@ -93,6 +93,13 @@ MEANING = {
     "floored": PURPLE,
     "shrunk": BLUE,
     "pooled": TEAL,
+    # two opinions, one belief
+    "first opinion": BLUE,  # the sonar
+    "second opinion": GREEN,  # the camera
+    "Kalman": ORANGE,
+    "intersection": PURPLE,
+    "split intersection": TEAL,
+    "equation 4": OLIVE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 

@@ -1,0 +1,99 @@
+"""Figures of the chapter "Two opinions, one belief"."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from robot_perception.chapters.covariance_intersection import explorers, rumour
+from robot_perception.chapters.covariance_intersection.explorers import Fused, Weighed
+from robot_perception.chapters.covariance_intersection.rumour import Result
+from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
+
+REACH = 2.3
+"""Half the width of the explorer of two Gaussians, standard deviations of one unit."""
+
+
+def heard(ax: Axes, result: Result, rule: str, run: int = 0) -> Axes:
+    """Draw one run: the belief after each reading with 2σ, and where the person is."""
+    ax.clear()
+    times = np.arange(1, result.config.readings + 1)
+    mean, sigma = 100 * result.errors[rule][run], 100 * result.stated[rule]
+    band(ax, times, mean - 2 * sigma, mean + 2 * sigma, MEANING[rule])
+    ax.plot(times, mean, color=MEANING[rule])
+    ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
+    label(ax, times[-1], -4, "where the person is", MEANING["truth"], ha="right", va="top")
+    ax.set(xlabel="readings heard", ylabel="error of the distance (cm)")
+    ax.set(xlim=(1, times[-1]), ylim=(-30, 70))
+    ax.set_xticks(_readings(times))
+    return ax
+
+
+def _readings(times: np.ndarray) -> list[int]:
+    return [1, *range(5, len(times) + 1, 5)]
+
+
+def rumours(ax: Axes, result: Result) -> Axes:
+    """Draw true over stated variance against the number of readings, by rule."""
+    ax.clear()
+    times = np.arange(1, result.config.readings + 1)
+    honest = np.ones(len(times))
+    ax.plot(times, honest, color=MEANING["expected"], linewidth=7, alpha=0.3, label="honest")
+    styles = zip(rumour.RULES, ("-", "-", "--"), strict=True)
+    for rule, line in styles:
+        ax.plot(times, result.ratio(rule), line, color=MEANING[rule], label=rule)
+    ax.set_yscale("log")
+    ax.set(xlabel="readings heard", ylabel="true / stated variance")
+    ax.set(xlim=(1, times[-1]), ylim=(0.2, 100))
+    ax.set_xticks(_readings(times))
+    ax.legend(loc="upper left", ncols=2)
+    return ax
+
+
+def two_opinions(ax: Axes, state: Fused) -> Axes:
+    """Draw two beliefs, the stated covariance of the fused one, and the true one."""
+    ax.clear()
+    for cov, colour, name, more in (
+        (explorers.FIRST.cov, MEANING["first opinion"], "first opinion", {}),
+        (explorers.SECOND.cov, MEANING["second opinion"], "second opinion", {}),
+        (state.stated, MEANING[state.rule], "fused, as stated", {"width": 2.6}),
+        (state.true, MEANING["truth"], "fused, true", {"fill": 0.15}),
+    ):
+        ellipses(ax, np.zeros((1, 2)), cov[None], colour, deviations=1.0, corners=96, **more)
+        ax.lines[-1].set_label(name)
+    ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal")
+    ax.set_title(f"true / stated variance, worst direction: {state.ratio:.2f}")
+    ax.set(xlabel="first number", ylabel="second number")
+    ax.set_xticks(range(-2, 3))
+    ax.set_yticks(range(-2, 3))
+    ax.legend(loc="upper right", handlelength=1.2)
+    return ax
+
+
+def areas(ax: Axes, state: Weighed) -> Axes:
+    """Draw the area of the fused ellipse against the weight of the camera."""
+    ax.clear()
+    ax.plot(state.omegas, state.areas, color=MEANING["intersection"])
+    ax.axhline(1, color=MEANING["first opinion"], linewidth=1.0, label="sonar alone")
+    for omega, name, text, size in (
+        (state.printed, "equation 4", "ω of eq. 4", 12),
+        (state.least, "intersection", "best ω", 7),
+    ):
+        dot = {"color": MEANING[name], "markersize": size, "label": text}
+        ax.plot(omega, state.area(omega), "o", clip_on=False, zorder=3, **dot)
+    ax.set_yscale("log")
+    ax.set(xlabel="ω, the weight of the camera", ylabel="area / area of the sonar's")
+    ax.set(xlim=(0, 1), ylim=(0.05, 12))
+    ax.legend(loc="upper left")
+    return ax
+
+
+def certainty(
+    ax: Axes, times: np.ndarray, values: np.ndarray, person: float, threshold: float
+) -> Axes:
+    """Draw the weight of a hypothesis over time, and the two thresholds it is compared with."""
+    ax.plot(times, values, color=MEANING["estimate"])
+    for level, name, side in ((person, "a person", "bottom"), (threshold, "deleted", "top")):
+        ax.axhline(level, color=MEANING["expected"], linestyle="--", linewidth=1.2)
+        off = 0.02 if side == "bottom" else -0.02
+        label(ax, times[-1] / 3, level + off, name, MEANING["expected"], va=side)
+    ax.set(xlabel="time (s)", ylabel="weight", xlim=(0, times[-1]), ylim=(0, 1))
+    return ax

@@ -1,0 +1,53 @@
+"""The exercises judge right and wrong answers, and their answers are what happens."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot_perception import fusion
+from robot_perception.beliefs import Gaussian
+from robot_perception.chapters.covariance_intersection import rumour
+from robot_perception.chapters.covariance_intersection.exercises import EXERCISES
+
+
+@pytest.mark.parametrize("key", list(EXERCISES))
+def test_each_mistake_has_its_words(key):
+    exercise = EXERCISES[key]
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        outcome, said = exercise.judge(wrong)
+        assert outcome == "wrong"
+        assert words in said
+
+
+def test_echoes_of_the_exercise_are_those_of_the_rumour():
+    result = rumour.run(rumour.Config(readings=16, runs=2), rng=np.random.default_rng(0))
+    assert EXERCISES["ci-echo"].answer == pytest.approx(result.stated["Kalman"][-1])
+
+
+def test_three_opinions_may_be_one():
+    one = Gaussian(np.zeros(1), np.eye(1))
+    stated = fusion.kalman_fusion(fusion.kalman_fusion(one, one), one).cov[0, 0]
+    assert EXERCISES["ci-three"].answer == pytest.approx(1 / stated)
+
+
+def test_weight_of_the_exercise_is_where_the_solution_looks_for_it():
+    w = np.linspace(0, 1, 10001)
+    product = ((1 - w) / 0.2**2 + w / 2**2) * ((1 - w) / 10**2 + w / 2.7**2)
+    assert EXERCISES["ci-weight"].answer == pytest.approx(w[product.argmax()], abs=1e-4)
+
+
+def test_matches_of_the_exercise_are_those_of_equation_5():
+    w, matches = 0.0, 0
+    while w <= 0.9:
+        w, matches = w + 0.4 * (1 - w), matches + 1
+    assert EXERCISES["ci-hits"].answer == matches
+
+
+def test_chapter_asks_each_exercise_once():
+    notebook = Path(__file__).parents[3] / "book" / "covariance_intersection.ipynb"
+    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
+    assert sorted(asked) == sorted(EXERCISES)
