@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import PARTNER, SAID, Kind, Story
+from robot_perception.chapters.people_fusion.behaviours import MOVES, PARTNER, SAID, Kind, Story
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
 from robot_perception.people.detections import SENSORS, Sensor
@@ -17,8 +17,8 @@ from robot_perception.teaching.figures.style import MEANING, figure, label
 
 FRAMES = 40
 FPS = 3.0
-WIDTH, HEIGHT = 5.6, 3.6
-BODY = 0.25
+WIDTH, HEIGHT = 5.0, 3.6
+BODY = 0.22
 """Radius of what is drawn of a person and of the robot, m."""
 LASTS = 2.0
 """For so long what was said stands in the picture, s."""
@@ -77,17 +77,17 @@ def frame(
 
 
 def _hypothesis(ax: Axes, story: Story, row: int, pose: np.ndarray) -> None:
-    """Draw where a hypothesis reaches with one σ; the line is as wide as its weight."""
+    """Draw where a hypothesis reaches with 2σ; the line is as wide as its weight."""
     turn = np.linspace(0, 2 * np.pi, 49)
     half = np.linalg.cholesky(story.cov[row])
-    r, phi = story.mean[row, :, None] + half @ np.stack([np.cos(turn), np.sin(turn)])
-    rim = np.stack([np.maximum(r, 0) * np.cos(phi), np.maximum(r, 0) * np.sin(phi)], axis=-1)
-    about = story.status[row] == PARTNER
-    colour = MEANING["estimate"] if about else MEANING["expected"]
-    points = se2.act(pose, rim)
-    ax.plot(*points.T, color=colour, linewidth=0.4 + 2.0 * float(story.weight[row]))
-    if about:
-        ax.fill(*points.T, color=colour, alpha=0.15, linewidth=0)
+    r, phi = story.mean[row, :, None] + 2 * half @ np.stack([np.cos(turn), np.sin(turn)])
+    rim = np.maximum(r, 0) * np.stack([np.cos(phi), np.sin(phi)])
+    points, status = se2.act(pose, rim.T), story.status[row]
+    colour = MEANING["estimate"] if status >= MOVES else MEANING["expected"]
+    width = 0.4 + 2.0 * float(story.weight[row])
+    ax.plot(*points.T, color=colour, linewidth=width, zorder=6)
+    if status == PARTNER:
+        ax.fill(*points.T, color=colour, alpha=0.25, linewidth=0, zorder=6)
 
 
 def _disc(ax: Axes, place: np.ndarray, colour: str) -> None:
@@ -98,7 +98,7 @@ def _disc(ax: Axes, place: np.ndarray, colour: str) -> None:
 
 def _widen(ax: Axes) -> None:
     """Make the limits as wide and as high as the panel, so that all of it is used."""
-    box = ax.get_position()
+    box = ax.get_position(original=True)
     ratio = (box.width * WIDTH) / (box.height * HEIGHT)
     (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
     wide, high = max(x1 - x0, ratio * (y1 - y0)), max(y1 - y0, (x1 - x0) / ratio)
