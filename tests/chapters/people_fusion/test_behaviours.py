@@ -70,13 +70,13 @@ def test_false_stops_are_those_before_anybody_leaves():
 
 
 def test_a_tour_goes_on_with_a_visitor_who_is_back():
-    asked, back = [round(STRAYS) + 5], [*LEFT, 1.0, 1.0]
+    asked, back = [round(STRAYS) + 5], [*LEFT, 1.0, 1.0, 1.0]
     busy = np.arange(len(back)) != asked[0]
-    assert behaviours.continued(story(asked, back, busy))
-    assert not behaviours.continued(story(asked, LEFT, busy[:-2]))  # busy with somebody else
-    assert not behaviours.continued(story([], back))  # nobody was asked
-    late = np.arange(len(back)) < asked[0]
-    assert not behaviours.continued(story(asked, back, late))  # it asks for ever
+    late = np.arange(len(back)) < asked[0]  # it asks for ever
+    some = [story(asked, back, busy), story(asked, back, late)]
+    assert behaviours.continued(some).tolist() == [True, False]
+    away, nobody = story(asked, LEFT, busy[:-3]), story([], back)
+    assert behaviours.continued([away, nobody, story(asked, back[:-2], busy[:-2])]).size == 0
 
 
 def test_seeds_of_the_rules_and_of_the_scores_never_meet():

@@ -60,7 +60,7 @@ STATIC = StaticRules(longest=3.0)
 """Who stays in one place for that long, and is not the one it is about, is furniture; ours."""
 STRAYS = 9.0
 """When the visitor of a guide or a survey goes away, s; ours."""
-DURATION = {"guide": 20.0, "follow": 20.0, "survey": 15.0}
+DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}
 """Of a story, s; ours."""
 PROMPT = 5.0
 """A robot that asks back within that time has noticed, s; ours."""
@@ -363,15 +363,19 @@ def false_stops(stories: Sequence[Story]) -> Float[np.ndarray, " n"]:
     return np.array([float((s.asked & (s.times <= STRAYS)).sum()) for s in stories])
 
 
-def continued(story: Story) -> bool:
-    """Tell whether the robot asked somebody back who had gone, and was busy with them in the end.
+def continued(stories: Sequence[Story]) -> Bool[np.ndarray, " n"]:
+    """Return of each story in which the person came back whether the robot was busy then.
 
-    That the one it is about is the visitor, and not something else, is part of it.
+    They are back who are near for a second after they were asked; the robot has to stop asking
+    while they are.
     """
-    asked = story.asked & (story.times > STRAYS)
-    after = asked.cumsum() > 0
-    with_them = (story.phase == PHASES.index("busy")) & (story.apart < RULES.reach)
-    return bool((after & with_them).any())
+    found = []
+    for story in stories:
+        after = (story.asked & (story.times > STRAYS)).cumsum() > 0
+        back = after & (story.apart < RULES.close)
+        if back.any() and story.times[-1] - story.times[back.argmax()] > 1.0:
+            found.append(bool((back & (story.phase == PHASES.index("busy"))).any()))
+    return np.array(found, dtype=bool)
 
 
 def _stories(
@@ -403,15 +407,15 @@ def _noticed(stories: list[Story], limit: float) -> Finding:
 def guide_asks_back(size: Size, rng: np.random.Generator) -> Finding:
     """Count the stories in which the robot asks back."""
     stories = _stories("guide", 20 if size is Size.FULL else 4)
-    found = _noticed(stories, RULES.reach)
-    after = proportion(sum(map(continued, stories)), len(stories))
-    return Finding(found.value, found.evidence | {"tour continued with the visitor": after})
+    found, after = _noticed(stories, RULES.reach), continued(stories)
+    goes_on = {"tours continued, of those who came back": proportion(int(after.sum()), after.size)}
+    return Finding(found.value, found.evidence | (goes_on if after.size else {}))
 
 
 @guide_asks_back.sabotage("a robot that waits for half a minute before it believes its sensors")
 def slow_guide(size: Size, rng: np.random.Generator) -> Finding:
     """Guide with a long patience."""
-    stories = _stories("guide", 8 if size is Size.FULL else 3, behaves=SLOW)
+    stories = _stories("guide", 8 if size is Size.FULL else 2, behaves=SLOW)
     return _noticed(stories, RULES.reach)
 
 
@@ -451,7 +455,7 @@ def follow_turned_back(size: Size, rng: np.random.Generator) -> Finding:
 @follow_turned_back.sabotage("the camera alone, which loses a face that turns away")
 def follow_by_camera(size: Size, rng: np.random.Generator) -> Finding:
     """Follow by the colour of skin alone."""
-    return _followed(_stories("follow", 8 if size is Size.FULL else 3, ("camera",)))
+    return _followed(_stories("follow", 8 if size is Size.FULL else 2, ("camera",)))
 
 
 @claim(
@@ -474,5 +478,5 @@ def survey_breaks_off(size: Size, rng: np.random.Generator) -> Finding:
 @survey_breaks_off.sabotage("a robot that waits for half a minute before it believes its sensors")
 def slow_survey(size: Size, rng: np.random.Generator) -> Finding:
     """Hold the survey with a long patience."""
-    stories = _stories("survey", 8 if size is Size.FULL else 3, behaves=SLOW)
+    stories = _stories("survey", 8 if size is Size.FULL else 2, behaves=SLOW)
     return _noticed(stories, RULES.close)
