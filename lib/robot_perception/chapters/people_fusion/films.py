@@ -13,7 +13,7 @@ from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
 from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.teaching.figures.maps import lines, plan
-from robot_perception.teaching.figures.style import MEANING, figure, label
+from robot_perception.teaching.figures.style import GROUND, MEANING, figure, label
 
 FRAMES = 40
 FPS = 3.0
@@ -52,8 +52,8 @@ def frame(
     """Draw one moment: what stands, both paths, the persons of the robot, and its words."""
     ax.clear()
     k = int(story.looks[look])
-    lines(ax, faces, MEANING["world"], 1.6, zorder=0)
-    ax.scatter(*posts[:, :2].T, s=5, color=MEANING["world"], linewidths=0, zorder=0)
+    lines(ax, faces, MEANING["world"], 1.6, alpha=0.5, zorder=0)
+    ax.scatter(*posts[:, :2].T, s=5, color=MEANING["world"], linewidths=0, alpha=0.5, zorder=0)
     ax.plot(*story.visitor[: k + 1].T, color=MEANING["truth"], linewidth=1.0, linestyle=":")
     ax.plot(*story.robot[: k + 1, :2].T, color=MEANING["robot"], linewidth=1.4)
     first, last = story.counts[:look].sum(), story.counts[: look + 1].sum()
@@ -71,8 +71,10 @@ def frame(
     if word:
         above = story.robot[k, :2] + [0.0, 0.75]
         low, high = ax.get_xlim()
-        x = float(np.clip(above[0], low + 1.9, high - 1.9))
-        label(ax, x, float(above[1]), word, MEANING["robot"], ha="center", zorder=9)
+        room = 0.24 * (high - low)  # half of the longest words
+        x = float(np.clip(above[0], low + room, high - room))
+        paper = {"facecolor": GROUND, "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
+        label(ax, x, float(above[1]), word, MEANING["robot"], ha="center", zorder=9, bbox=paper)
     return ax
 
 
