@@ -1,9 +1,9 @@
-"""Laws of the studies, on sessions and stories written down by hand."""
+"""Laws of the studies, on sessions written down by hand."""
 
 import numpy as np
 import pytest
 
-from robot_perception.chapters.people_fusion import behaviours, committee, modalities, rates
+from robot_perception.chapters.people_fusion import committee, modalities, rates
 from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Recording
 from robot_perception.people.aggregation import Hypotheses
 from robot_perception.people.detections import SENSORS
@@ -104,24 +104,6 @@ def test_scaled_rules():
         assert new.alpha == old.alpha / 2
         assert new.patience == 2 * old.patience
     assert rates.scaled(committee.RULES, alpha=100.0).camera.alpha_behind == 1
-
-
-def story(asked, apart):
-    """Return a story of a step a second."""
-    k = len(apart)
-    said = np.zeros(k, dtype=int)
-    said[asked] = 1
-    visitor = np.stack([np.array(apart, float), np.zeros(k)], axis=-1)
-    return behaviours.Story(
-        np.arange(k, dtype=float), np.zeros((k, 3)), visitor, 0 * said, said, np.zeros(k)
-    )
-
-
-def test_delay_counts_from_when_somebody_is_too_far_away():
-    away = [1.0] * 18 + [4.0] * 10
-    some = [story([21], away), story([], away), story([16], away), story([3], away)]
-    assert behaviours._delays(some, 3.0).tolist() == [3.0, np.inf, 0.0, np.inf]
-    assert behaviours._false_stops(some).tolist() == [0, 0, 0, 1]
 
 
 def test_no_persons_no_hypotheses():

@@ -1,6 +1,7 @@
 """Guide, follow, survey: the system steers the robot, and people answer to what it does."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
@@ -9,21 +10,29 @@ from jaxtyping import Bool, Float, Int
 
 import data_synth
 from data_synth.people import (
+    LASER_ANGLES,
     STEP,
+    FisheyeImage,
+    LaserScan,
+    Moment,
     Sensing,
+    SonarScan,
     Visit,
-    Walk,
     World,
     make_people_office,
     make_person,
     walk,
 )
+from data_synth.people.world import between
+from data_synth.sonar import SonarRing
+from data_synth.wheels import SMALL, roll
 from robot_perception import people
 from robot_perception.chapters.people_fusion import committee, sessions
 from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import RIG, Senses
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.geometry import se2, wrap_angle
+from robot_perception.people import legs, sonar
 from robot_perception.people.aggregation import Hypotheses, step
 from robot_perception.people.behaviours import (
     PHASES,
@@ -35,51 +44,105 @@ from robot_perception.people.behaviours import (
     guide,
     survey,
 )
-from robot_perception.people.detections import SENSORS, Sensor
+from robot_perception.people.detections import SENSORS, Detections, Sensor
+from robot_perception.people.trajectories import StaticRules, Stays, watch
 from robot_perception.teaching.claims import Finding, Size, claim
 from robot_perception.teaching.kept import kept
 from robot_perception.teaching.verdicts import Accepted
+from robot_perception.walls.scores import distance_to_segments
 
 Kind = Literal["guide", "follow", "survey"]
-RULES = Rules(close=2.0, patience=2.0)
-"""Of the behaviours. A visitor of the world stands up to 1.6 m away; ours."""
-STRAYS = 15.0
+RULES = Rules(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
+"""Of the behaviours. A visitor of the world stands up to 1.6 m away; ours, chosen on ``CHOOSE``."""
+LEADS = 0.4
+"""How fast a guide drives, so that who follows it stays in reach of the sonars, m/s; ours."""
+STATIC = StaticRules(longest=3.0)
+"""Who stays in one place for that long, and is not the one it is about, is furniture; ours."""
+STRAYS = 9.0
 """When the visitor of a guide or a survey goes away, s; ours."""
-DURATION = 45.0
+DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}
 """Of a story, s; ours."""
 PROMPT = 5.0
 """A robot that asks back within that time has noticed, s; ours."""
 LED = 0.5
 """How fast the one who is followed walks, m/s; ours."""
+COMES = 4.5
+"""From how far away the visitor comes, m; ours."""
+WALLED = 0.3
+"""A sonar's reading so near to a wall of the map is the wall, m; ours."""
+KNOWN = 1.2
+"""Whose distance has a larger standard deviation may be anywhere in that direction, m; ours."""
+ARRIVED = 0.3
+"""A guide so near to the end of its route stops, m; ours."""
+LOOK = 5
+"""Every so many steps the hypotheses are written down."""
+CHOOSE = tuple(range(5001, 5011))
+"""Seeds of the stories that the rules were chosen on."""
 SEEDS = tuple(range(6001, 6021))
+"""Seeds of the stories that are scored."""
+NOBODY, FURNITURE, MOVES, PARTNER = range(4)
+"""What a hypothesis is taken for: too weak, one that stays, a person, the one it is about."""
 BACK_TO_ROBOT = 1.2  # where the one who is followed starts, m
-_SAID = ("", "come back", "welcome back", "take part", "first question", "thank you")
+SAID = ("", "come back", "welcome back", "take part", "first question", "thank you")
+"""What the robot may say; mostly nothing."""
+_NEVER = 60.0  # when a camera reads first that takes no part, s
+
+
+class TurnedRing(SonarRing):
+    """The ring of the sessions turned by half a spacing: one sonar looks back, where visitors walk.
+
+    Unturned, whoever walks straight behind the robot is in the gap between two cones.
+    """
+
+    @property
+    def angles(self) -> Float[np.ndarray, " count"]:
+        """Where the sonars look, rad."""
+        return super().angles + np.pi / self.count
+
+
+RING = TurnedRing()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Story:
-    """What happened, k steps.
+    """What happened, k steps, j of them with the hypotheses, h in all.
 
     Parameters
     ----------
     times : (k,)
         s.
-    robot : (k, 3)
-        Poses, m and rad.
+    robot, reckoned : (k, 3)
+        Where the robot was, and where its wheels said it was, m and rad.
     visitor : (k, 2)
         Where the person was, m.
     phase, said : (k,)
         Of the behaviour, in the order of ``PHASES``; and what was said, 0 if nothing.
     speed : (k,)
         Of the robot, m/s.
+    bumped : (k,)
+        Whether the robot was stopped by what stood before it.
+    looks, counts : (j,)
+        At which steps the hypotheses were written down, and how many there were.
+    mean, cov, weight : (h, 2), (h, 2, 2), (h,)
+        The hypotheses, about the robot.
+    status : (h,)
+        ``NOBODY``, ``FURNITURE``, ``MOVES`` or ``PARTNER``.
     """
 
     times: Float[np.ndarray, " k"]
     robot: Float[np.ndarray, "k 3"]
+    reckoned: Float[np.ndarray, "k 3"]
     visitor: Float[np.ndarray, "k 2"]
     phase: Int[np.ndarray, " k"]
     said: Int[np.ndarray, " k"]
     speed: Float[np.ndarray, " k"]
+    bumped: Bool[np.ndarray, " k"]
+    looks: Int[np.ndarray, " j"]
+    counts: Int[np.ndarray, " j"]
+    mean: Float[np.ndarray, "h 2"]
+    cov: Float[np.ndarray, "h 2 2"]
+    weight: Float[np.ndarray, " h"]
+    status: Int[np.ndarray, " h"]
 
     @property
     def apart(self) -> Float[np.ndarray, " k"]:
@@ -89,73 +152,173 @@ class Story:
     @property
     def asked(self) -> Bool[np.ndarray, " k"]:
         """When the robot asked back."""
-        return self.said == _SAID.index("come back")
+        return self.said == SAID.index("come back")
 
 
 @cache
-def told(kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS) -> Story:
-    """Return a story in the closed loop; from storage if it was told before."""
-    return kept(_told, Story, kind, seed, sensors, code=(data_synth, people, sessions, committee))
+def told(
+    kind: Kind,
+    seed: int,
+    sensors: tuple[Sensor, ...] = SENSORS,
+    behaves: Rules = RULES,
+) -> Story:
+    """Return a story in the closed loop; from storage if it was told before.
+
+    Parameters
+    ----------
+    kind
+        What the robot does.
+    seed
+        Of office, person and noise.
+    sensors
+        Which of them take part.
+    behaves
+        Rules of the behaviour.
+    """
+    code = (data_synth, people, sessions, committee)
+    return kept(_told, Story, kind, seed, sensors, behaves, code=code)
 
 
-def _told(kind: Kind, seed: int, sensors: tuple[Sensor, ...]) -> Story:
+def _told(kind: Kind, seed: int, sensors: tuple[Sensor, ...], behaves: Rules) -> Story:
     """Let the world run, with the detectors and the behaviour in it."""
-    rng = np.random.default_rng(seed)
-    world, route = _stage(kind, rng)
-    sensing = Sensing(world.office, world.people, RIG, rng=rng)
-    senses = Senses(np.random.default_rng([seed, 1]))
-    hypotheses, state, command = Hypotheses.none(), State(), STOP
-    last, rows = world.now.robot, []
-    for _ in range(round(DURATION / STEP)):
-        before = world.now
-        now = world.advance(STEP, _velocity(kind, command, world, route))
-        said = ""
-        for reading in sensing.due(before, now):
-            share = (reading.time - before.time) / (now.time - before.time)
-            turned = share * wrap_angle(now.robot[2] - before.robot[2])
-            place = before.robot[:2] + share * (now.robot[:2] - before.robot[:2])
-            pose = np.array([*place, before.robot[2] + turned])
-            detections = senses.detect(reading, float(pose[2]))
-            if detections.sensor in sensors:
-                motion = se2.between(last, pose)
-                hypotheses, _ = step(hypotheses, detections, motion, committee.RULES)
-                last = pose
-        if len(hypotheses):
-            persons = hypotheses.persons(committee.RULES)
-            if kind == "survey":
-                state, command = survey(state, persons, False, RULES)
-            else:
-                state, command = (guide if kind == "guide" else follow)(state, persons, RULES)
-            said = command.say
-        if said == "come back":
+    world, route = stage(kind, np.random.default_rng(seed))
+    robot = _Robot(kind, seed, sensors, behaves, world)
+    wheels = np.random.default_rng([seed, 2])
+    command, rows, looks, now = STOP, [], [], world.now
+    for k in range(round(DURATION[kind] / STEP)):
+        before = now
+        if kind == "follow" and command.speed > 0 and k % LOOK == 0:
+            route = world.way(now.robot[:2], robot.place(now.robot))
+        elif kind == "guide" and np.hypot(*(route[-1] - now.robot[:2])) < ARRIVED:
+            command = STOP
+        now = world.advance(STEP, _velocity(world, command, route))
+        rolled = roll(np.stack([before.robot, now.robot]), SMALL, rng=wheels).increments[0]
+        command = robot.live(before, now, rolled)
+        if command.say == "come back":
             world.ask(0)
-        row = (PHASES.index(state.phase), _SAID.index(said), command.speed)
-        rows.append((now.time, now.robot, now.positions[0], *row))
-    return Story(*(np.array(column) for column in zip(*rows, strict=True)))
+        did = (PHASES.index(robot.state.phase), SAID.index(command.say), command.speed)
+        rows.append((now.time, now.robot, robot.pose, now.positions[0], *did, world.bumped))
+        if k % LOOK == 0:
+            found = robot.hypotheses
+            looks.append((k, len(found), found.mean, found.cov, found.weight, robot.status()))
+    at, counts, *found = zip(*looks, strict=True)
+    return Story(
+        *(np.array(column) for column in zip(*rows, strict=True)),
+        *(np.array(at), np.array(counts)),
+        *(np.concatenate(part) for part in found),
+    )
 
 
-def _stage(kind: Kind, rng: np.random.Generator) -> tuple[World, np.ndarray]:
-    """Return a world with one person in it, and the route of the guide."""
+class _Robot:
+    """What the robot knows: where people may be, who of them never moves, what it is about."""
+
+    def __init__(
+        self,
+        kind: Kind,
+        seed: int,
+        sensors: tuple[Sensor, ...],
+        behaves: Rules,
+        world: World,
+    ) -> None:
+        self.kind, self.sensors, self.rules = kind, sensors, committee.RULES
+        self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
+        rig, noise = replace(RIG, ring=RING), np.random.default_rng([seed, 3])
+        if "camera" in sensors:
+            self.senses = Senses(np.random.default_rng([seed, 1]))
+        else:
+            rig = replace(rig, delays=(*RIG.delays[:2], _NEVER))  # spares the images
+        self.sensing = Sensing(world.office, world.people, rig, rng=noise)
+        self.map, _ = world.office.section(RIG.ring_height)
+        self.pose = self.last = world.now.robot
+        self.hypotheses, self.stays, self.state = Hypotheses.none(), Stays.none(), State()
+        self.still = np.zeros(0, dtype=bool)
+
+    def live(self, before: Moment, now: Moment, rolled: Float[np.ndarray, "3"]) -> Command:
+        """Take in what the sensors report between two moments, and return what to do."""
+        start = self.pose
+        for reading in self.sensing.due(before, now):
+            share = (reading.time - before.time) / (now.time - before.time)
+            self.pose = se2.compose(start, share * rolled)
+            found = self._found(reading, between(before, now, reading.time).robot)
+            if found.sensor in self.sensors:
+                motion = se2.between(self.last, self.pose)
+                self.hypotheses, _ = step(self.hypotheses, found, motion, self.rules)
+                self.stays, self.still = watch(self.stays, self.hypotheses, self.pose, STATIC)
+                self.last = self.pose
+        self.pose = se2.compose(start, rolled)
+        persons = self.hypotheses.select(self.status() >= MOVES)
+        if persons.time == -np.inf:
+            return STOP
+        if self.kind == "survey":
+            self.state, command = survey(self.state, persons, False, self.behaves)
+        else:
+            act = guide if self.kind == "guide" else follow
+            self.state, command = act(self.state, persons, self.behaves)
+        return command
+
+    def place(self, pose: np.ndarray) -> Float[np.ndarray, "2"]:
+        """Return where in the building the one is whom it is about, from a pose on the map."""
+        found = self.hypotheses
+        return se2.act(pose, found.points[found.identity == self.state.person])[0]
+
+    def status(self) -> Int[np.ndarray, " n"]:
+        """Return what each hypothesis is taken for; whom it is about may stand still."""
+        found = self.hypotheses
+        theirs = (found.identity == self.state.person) & (self.state.phase != "waiting")
+        status = np.where(theirs, PARTNER, np.where(self.still, FURNITURE, MOVES))
+        known = np.sqrt(found.cov[:, 0, 0]) < KNOWN
+        return np.where(known & (found.weight > self.rules.person), status, NOBODY)
+
+    def _found(self, reading: LaserScan | SonarScan | FisheyeImage, pose: np.ndarray) -> Detections:
+        """Return what a detector makes of a reading; the sonars know the walls from the map."""
+        if isinstance(reading, LaserScan):
+            return Detections(reading.time, "laser", legs.detect(reading.ranges, LASER_ANGLES))
+        if isinstance(reading, FisheyeImage):
+            return self.senses.detect(reading, float(self.pose[2]))
+
+        def walled(points: np.ndarray) -> np.ndarray:
+            return distance_to_segments(se2.act(pose, points), self.map).min(axis=-1) < WALLED
+
+        found = sonar.detect(reading.ranges, RING.angles, RING.radius, occupied=walled)
+        return Detections(reading.time, "sonar", found)
+
+
+def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray, "n 2"]]:
+    """Return a world with a robot and one person in it, and the route of the robot or the person.
+
+    A guide waits in the corridor near the entrance, and its route leads to a room at the other end;
+    a poller stands half-way; people come from 4.5 m away. Who is followed leads from the middle of
+    a room to an end of the corridor.
+    """
     office = make_people_office(rng=rng)
-    room = int(rng.integers(len(office.rooms) - 1))
-    middle = (office.rooms[room, :2] + office.rooms[room, 2:]) / 2
-    out = office.exits[int(rng.integers(2))]
-    person = make_person(rng=rng)
-    empty = World(office, (), (), np.array([*middle, 0.0]), rng=rng)
-    way = _even(empty.way(middle, out))
-    heading = float(np.arctan2(*(way[10] - way[0])[::-1]))
-    act: Walk | Visit
+    person, ends = make_person(rng=rng), office.exits[rng.permutation(2)]
+    rooms = np.array([_middle(room) for room in office.rooms[:-1]])
+    room = rooms[rng.integers(len(rooms))]
+    start, goal, at = ends[0], ends[1], round(COMES / 0.1)
+    if kind == "guide":
+        goal = rooms[np.abs(rooms[:, 0] - goal[0]).argsort()[rng.integers(2)]]
+    elif kind == "follow":
+        start, goal, at = room, ends[np.abs(ends[:, 0] - room[0]).argmax()], 0
+    empty = World(office, (), (), np.array([*room, 0.0]), rng=rng)
+    way = _even(empty.way(start, goal))
+    if kind == "survey":
+        at = len(way) // 2
+    toward = way[at - 10] if kind == "survey" else way[at + 10]
+    robot = np.array([*way[at], np.arctan2(*(toward - way[at])[::-1])])
     if kind == "follow":
-        path = way[round(BACK_TO_ROBOT / 0.1) :][: round(LED * DURATION / 0.1)]
-        act = walk(path, 2.0 + 0.1 / LED * np.arange(len(path)), facing="ahead")
-        act = walk(
-            np.concatenate([path[:1], path]), np.concatenate([[0.0], act.times]), facing="ahead"
-        )
-        return World(office, (person,), (act,), np.array([*middle, heading]), rng=rng), way
-    returns = kind == "guide"
-    to = office.exits[np.linalg.norm(office.exits - out, axis=-1).argmax()]
-    act = Visit(strays=(STRAYS,), to=(float(to[0]), float(to[1])), returns=returns)
-    return World(office, (person,), (act,), np.array([*middle, heading]), rng=rng), way
+        path = way[round(BACK_TO_ROBOT / 0.1) :]
+        times = np.r_[0.0, 2.0 + 0.1 / LED * np.arange(len(path))]
+        led = walk(np.concatenate([path[:1], path]), times)
+        return World(office, (person,), (led,), robot, rng=rng), way[:0]
+    leaves = Visit(strays=(STRAYS,), to=(float(start[0]), float(start[1])), returns=kind == "guide")
+    comes = way[at - round(COMES / 0.1), None]
+    return World(office, (person,), (leaves,), robot, rng=rng, starts=comes), way[
+        at:
+    ] if kind == "guide" else way[:0]
+
+
+def _middle(room: np.ndarray) -> Float[np.ndarray, "2"]:
+    return (room[:2] + room[2:]) / 2
 
 
 def _even(way: np.ndarray) -> Float[np.ndarray, "n 2"]:
@@ -165,48 +328,68 @@ def _even(way: np.ndarray) -> Float[np.ndarray, "n 2"]:
     return np.stack([np.interp(at, along, column) for column in way.T], axis=-1)
 
 
-def _velocity(kind: Kind, command: Command, world: World, route: np.ndarray) -> tuple[float, float]:
-    """Return how the robot moves: as the behaviour says, a guide along its route."""
-    if kind != "guide" or command.speed == 0:
-        return command.speed, command.turn_rate
+def _velocity(world: World, command: Command, way: np.ndarray) -> tuple[float, float]:
+    """Return how the robot moves: towards a point ahead on its way, slower while it turns."""
     x, y, heading = world.now.robot
-    nearest = int(np.hypot(*(route - [x, y]).T).argmin())
-    if nearest >= len(route) - 3:
-        return 0.0, 0.0
-    gap = route[min(nearest + 6, len(route) - 1)] - [x, y]
+    if not len(way) or command.speed == 0:
+        return command.speed, command.turn_rate
+    nearest = int(np.hypot(*(way - [x, y]).T).argmin())
+    gap = way[min(nearest + 6, len(way) - 1)] - [x, y]
     off = float(wrap_angle(np.arctan2(gap[1], gap[0]) - heading))
-    return command.speed / 2 * max(0.0, 1 - abs(off) / 0.6), float(np.clip(1.5 * off, -1, 1))
+    return command.speed * max(0.0, 1 - abs(off) / 0.6), float(np.clip(1.5 * off, -1, 1))
 
 
 # The claims --------------------------------------------------------------------------------------
 
+WITHOUT_CAMERA: tuple[Sensor, ...] = ("laser", "sonar")
+SLOW = replace(RULES, patience=30.0)
+"""A robot that believes for half a minute that whoever is gone will be there."""
 
-def _stories(kind: Kind, size: Size, sensors: tuple[Sensor, ...] = SENSORS) -> list[Story]:
-    return [told(kind, seed, sensors) for seed in SEEDS[: 20 if size is Size.FULL else 8]]
 
-
-def _delays(stories: list[Story], limit: float) -> np.ndarray:
+def delays(stories: Sequence[Story], limit: float) -> Float[np.ndarray, " n"]:
     """Return how long after the person was too far away the robot asked back, s; inf: never."""
-    delays = []
+    found = []
     for story in stories:
         gone = (story.times > STRAYS) & (story.apart > limit)
-        start = story.times[gone.argmax()] if gone.any() else np.inf
         later = story.times[story.asked & (story.times > STRAYS)]
-        delays.append(float(max(later[0] - start, 0.0)) if later.size else np.inf)
-    return np.array(delays)
+        prompt = gone.any() and later.size
+        start = story.times[gone.argmax()]
+        found.append(max(float(later[0] - start), 0.0) if prompt else np.inf)
+    return np.array(found)
 
 
-def _false_stops(stories: list[Story]) -> np.ndarray:
+def false_stops(stories: Sequence[Story]) -> Float[np.ndarray, " n"]:
     """Return how often each robot asked back somebody who had not gone yet."""
     return np.array([float((s.asked & (s.times <= STRAYS)).sum()) for s in stories])
 
 
+def continued(stories: Sequence[Story]) -> Bool[np.ndarray, " n"]:
+    """Return of each story in which the person came back whether the robot was busy then.
+
+    They are back who are near for a second after they were asked; the robot has to stop asking
+    while they are.
+    """
+    found = []
+    for story in stories:
+        after = (story.asked & (story.times > STRAYS)).cumsum() > 0
+        back = after & (story.apart < RULES.close)
+        if back.any() and story.times[-1] - story.times[back.argmax()] > 1.0:
+            found.append(bool((back & (story.phase == PHASES.index("busy"))).any()))
+    return np.array(found, dtype=bool)
+
+
+def _stories(
+    kind: Kind, count: int, sensors: tuple[Sensor, ...] = SENSORS, behaves: Rules = RULES
+) -> list[Story]:
+    return [told(kind, seed, sensors, behaves) for seed in SEEDS[:count]]
+
+
 def _noticed(stories: list[Story], limit: float) -> Finding:
-    delays = _delays(stories, limit)
-    evidence = {"asked back before anybody left, a story": bootstrap_mean(_false_stops(stories))}
-    if np.isfinite(delays).sum() > 1:
-        evidence["delay"] = bootstrap_mean(delays[np.isfinite(delays)], "s")
-    return Finding(proportion(int((delays <= PROMPT).sum()), delays.size), evidence)
+    took = delays(stories, limit)
+    evidence = {"asked back before anybody left, a story": bootstrap_mean(false_stops(stories))}
+    if np.isfinite(took).sum() > 1:
+        evidence["delay"] = bootstrap_mean(took[np.isfinite(took)], "s")
+    return Finding(proportion(int((took <= PROMPT).sum()), took.size), evidence)
 
 
 @claim(
@@ -223,13 +406,17 @@ def _noticed(stories: list[Story], limit: float) -> Finding:
 )
 def guide_asks_back(size: Size, rng: np.random.Generator) -> Finding:
     """Count the stories in which the robot asks back."""
-    return _noticed(_stories("guide", size), RULES.reach)
+    stories = _stories("guide", 20 if size is Size.FULL else 4)
+    found, after = _noticed(stories, RULES.reach), continued(stories)
+    goes_on = {"tours continued, of those who came back": proportion(int(after.sum()), after.size)}
+    return Finding(found.value, found.evidence | (goes_on if after.size else {}))
 
 
-@guide_asks_back.sabotage("sonars alone, which take furniture for the visitor")
-def guide_on_sonars(size: Size, rng: np.random.Generator) -> Finding:
-    """Guide with the sonars alone."""
-    return _noticed(_stories("guide", size, ("sonar",)), RULES.reach)
+@guide_asks_back.sabotage("a robot that waits for half a minute before it believes its sensors")
+def slow_guide(size: Size, rng: np.random.Generator) -> Finding:
+    """Guide with a long patience."""
+    stories = _stories("guide", 8 if size is Size.FULL else 2, behaves=SLOW)
+    return _noticed(stories, RULES.reach)
 
 
 def _followed(stories: list[Story]) -> Finding:
@@ -258,17 +445,17 @@ def _followed(stories: list[Story]) -> Finding:
 )
 def follow_turned_back(size: Size, rng: np.random.Generator) -> Finding:
     """Count the stories in which the robot is still there."""
-    found = _followed(_stories("follow", size, ("laser", "sonar")))
-    all_ = _followed(_stories("follow", size))
-    return Finding(
-        found.value, found.evidence | {"with the camera as well": all_.value}, note=found.note
-    )
+    found = _followed(_stories("follow", 20 if size is Size.FULL else 12, WITHOUT_CAMERA))
+    if size is Size.QUICK:
+        return found
+    all_ = _followed(_stories("follow", 20))
+    return Finding(found.value, found.evidence | {"with the camera as well": all_.value})
 
 
-@follow_turned_back.sabotage("the camera alone")
+@follow_turned_back.sabotage("the camera alone, which loses a face that turns away")
 def follow_by_camera(size: Size, rng: np.random.Generator) -> Finding:
     """Follow by the colour of skin alone."""
-    return _followed(_stories("follow", size, ("camera",)))
+    return _followed(_stories("follow", 8 if size is Size.FULL else 2, ("camera",)))
 
 
 @claim(
@@ -285,10 +472,11 @@ def follow_by_camera(size: Size, rng: np.random.Generator) -> Finding:
 )
 def survey_breaks_off(size: Size, rng: np.random.Generator) -> Finding:
     """Count the stories in which the robot notices."""
-    return _noticed(_stories("survey", size), RULES.close)
+    return _noticed(_stories("survey", 20 if size is Size.FULL else 12), RULES.close)
 
 
-@survey_breaks_off.sabotage("sonars alone, which take furniture for the visitor")
-def survey_on_sonars(size: Size, rng: np.random.Generator) -> Finding:
-    """Hold the survey with the sonars alone."""
-    return _noticed(_stories("survey", size, ("sonar",)), RULES.close)
+@survey_breaks_off.sabotage("a robot that waits for half a minute before it believes its sensors")
+def slow_survey(size: Size, rng: np.random.Generator) -> Finding:
+    """Hold the survey with a long patience."""
+    stories = _stories("survey", 8 if size is Size.FULL else 2, behaves=SLOW)
+    return _noticed(stories, RULES.close)

@@ -1,0 +1,116 @@
+"""Films of the behaviours: the office from above, what the robot believes, and what it says."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.people_fusion import behaviours
+from robot_perception.chapters.people_fusion.behaviours import MOVES, PARTNER, SAID, Kind, Story
+from robot_perception.geometry import se2
+from robot_perception.people.behaviours import PHASES
+from robot_perception.people.detections import SENSORS, Sensor
+from robot_perception.teaching.figures.maps import lines, plan
+from robot_perception.teaching.figures.style import GROUND, MEANING, figure, label
+
+FRAMES = 40
+FPS = 3.0
+WIDTH, HEIGHT = 5.0, 3.6
+BODY = 0.22
+"""Radius of what is drawn of a person and of the robot, m."""
+LASTS = 2.0
+"""For so long what was said stands in the picture, s."""
+_WORDS = {
+    "come back": "Please come back!",
+    "welcome back": "Welcome back.",
+    "take part": "Would you take part?",
+    "first question": "First question …",
+    "thank you": "Thank you.",
+}
+
+
+def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS) -> Iterator[Figure]:
+    """Yield the frames of a story, all drawn on one figure."""
+    story = behaviours.told(kind, seed, sensors)
+    world, _ = behaviours.stage(kind, np.random.default_rng(seed))
+    faces, posts = world.office.section(0.3)
+    fig, ax = figure(width=WIDTH, height=HEIGHT)
+    for look in np.linspace(0, len(story.looks) - 1, FRAMES).round().astype(int).tolist():
+        frame(ax, story, look, faces, posts)
+        yield fig
+
+
+def frame(
+    ax: Axes,
+    story: Story,
+    look: int,
+    faces: Float[np.ndarray, "f 2 2"],
+    posts: Float[np.ndarray, "p 3"],
+) -> Axes:
+    """Draw one moment: what stands, both paths, the persons of the robot, and its words."""
+    ax.clear()
+    k = int(story.looks[look])
+    lines(ax, faces, MEANING["world"], 1.6, alpha=0.5, zorder=0)
+    ax.scatter(*posts[:, :2].T, s=5, color=MEANING["world"], linewidths=0, alpha=0.5, zorder=0)
+    ax.plot(*story.visitor[: k + 1].T, color=MEANING["truth"], linewidth=1.0, linestyle=":")
+    ax.plot(*story.robot[: k + 1, :2].T, color=MEANING["robot"], linewidth=1.4)
+    first, last = story.counts[:look].sum(), story.counts[: look + 1].sum()
+    for row in range(first, last):
+        _hypothesis(ax, story, row, story.robot[k])
+    _disc(ax, story.visitor[k], MEANING["truth"])
+    _disc(ax, story.robot[k, :2], MEANING["robot"])
+    nose = se2.act(story.robot[k], np.array([[0.0, 0.0], [1.6 * BODY, 0.0]]))
+    ax.plot(*nose.T, color=MEANING["robot"], linewidth=2.5)
+    plan(ax, np.concatenate([story.visitor, story.robot[:, :2]]), margin=1.4)
+    _widen(ax)
+    ax.grid(visible=False)
+    ax.set_title(f"{story.times[k]:.0f} s: {PHASES[story.phase[k]]}")
+    word = _last_word(story, k)
+    if word:
+        above = story.robot[k, :2] + [0.0, 0.75]
+        low, high = ax.get_xlim()
+        room = 0.24 * (high - low)  # half of the longest words
+        x = float(np.clip(above[0], low + room, high - room))
+        paper = {"facecolor": GROUND, "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
+        label(ax, x, float(above[1]), word, MEANING["robot"], ha="center", zorder=9, bbox=paper)
+    return ax
+
+
+def _hypothesis(ax: Axes, story: Story, row: int, pose: np.ndarray) -> None:
+    """Draw where a hypothesis reaches with 2σ; the line is as wide as its weight."""
+    turn = np.linspace(0, 2 * np.pi, 49)
+    half = np.linalg.cholesky(story.cov[row])
+    r, phi = story.mean[row, :, None] + 2 * half @ np.stack([np.cos(turn), np.sin(turn)])
+    rim = np.maximum(r, 0) * np.stack([np.cos(phi), np.sin(phi)])
+    points, status = se2.act(pose, rim.T), story.status[row]
+    colour = MEANING["estimate"] if status >= MOVES else MEANING["expected"]
+    width = 0.4 + 2.0 * float(story.weight[row])
+    ax.plot(*points.T, color=colour, linewidth=width, zorder=6)
+    if status == PARTNER:
+        ax.fill(*points.T, color=colour, alpha=0.25, linewidth=0, zorder=6)
+
+
+def _disc(ax: Axes, place: np.ndarray, colour: str) -> None:
+    turn = np.linspace(0, 2 * np.pi, 33)
+    ring = place + BODY * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    ax.fill(*ring.T, color=colour, linewidth=0, zorder=5)
+
+
+def _widen(ax: Axes) -> None:
+    """Make the limits as wide and as high as the panel, so that all of it is used."""
+    box = ax.get_position(original=True)
+    ratio = (box.width * WIDTH) / (box.height * HEIGHT)
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    wide, high = max(x1 - x0, ratio * (y1 - y0)), max(y1 - y0, (x1 - x0) / ratio)
+    ax.set_xlim((x0 + x1 - wide) / 2, (x0 + x1 + wide) / 2)
+    ax.set_ylim((y0 + y1 - high) / 2, (y0 + y1 + high) / 2)
+
+
+def _last_word(story: Story, k: int) -> str:
+    """Return what was said a short while ago, or nothing."""
+    spoken = np.flatnonzero(story.said[: k + 1])
+    if not spoken.size or story.times[k] - story.times[spoken[-1]] > LASTS:
+        return ""
+    return _WORDS[SAID[story.said[spoken[-1]]]]
