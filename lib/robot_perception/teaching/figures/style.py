@@ -100,6 +100,13 @@ MEANING = {
     "intersection": PURPLE,
     "split intersection": TEAL,
     "equation 4": OLIVE,
+    # people, by committee; the aggregate is an estimate
+    "laser": ORANGE,
+    "sonar": BLUE,
+    "camera": GREEN,
+    "θ": PURPLE,
+    "α": TEAL,
+    "t_v": BLUE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 

@@ -1,0 +1,406 @@
+"""Drawings of the chapter: the room from above, what each sensor says of it, and the rates."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib.axes import Axes
+
+from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from robot_perception.beliefs import Gaussian
+from robot_perception.chapters.people_fusion import committee, explorers, recordings, scene
+from robot_perception.chapters.people_fusion.explorers import Choice, State
+from robot_perception.chapters.people_fusion.modalities import GATES
+from robot_perception.chapters.people_fusion.recordings import Legs
+from robot_perception.chapters.people_fusion.sessions import RIG
+from robot_perception.chapters.people_fusion.trajectories import ways as found_ways
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.geometry import se2
+from robot_perception.people import legs
+from robot_perception.people.aggregation import Hypotheses
+from robot_perception.people.detections import Sensor
+from robot_perception.teaching.figures.maps import dots, lines
+from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.tables import Table
+
+REACH = 3.4
+"""The drawings show so much around the robot, m."""
+DEVIATIONS = 2.0
+"""All ellipses and wedges reach so far, standard deviations."""
+NAMES = "ABCDEFGH"
+"""Of the people."""
+BODY, ROBOT, CIRCLE = 0.2, 0.25, np.linspace(0, 2 * np.pi, 65)
+OUT = 0.36  # from the middle of a person to the letter, m
+
+
+# The room ----------------------------------------------------------------------------------------
+
+
+def _drawn(points: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
+    """Return places ahead and to the left as they are drawn: ahead is up, left is left."""
+    ahead, left = np.moveaxis(points, -1, 0)
+    return np.stack([-left, ahead], axis=-1)
+
+
+def _polar(r: np.ndarray, phi: np.ndarray) -> Float[np.ndarray, "... 2"]:
+    return _drawn(np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1))
+
+
+def _floor(ax: Axes, furniture: float = 1.0) -> None:
+    """Draw walls, furniture and the robot, and frame them."""
+    room, grey, robot = scene.signals(), MEANING["world"], MEANING["robot"]
+    for faces, strength in ((room.tops, 0.35), (room.faces, 0.9)):
+        lines(ax, _drawn(faces), grey, 1.0, alpha=strength * furniture)
+    for (x, y), radius in zip(_drawn(room.posts[:, :2]), room.posts[:, 2], strict=True):
+        if max(abs(x), abs(y)) < REACH:
+            rim = [x, y] + radius * np.stack([np.cos(CIRCLE), np.sin(CIRCLE)], axis=-1)[::4]
+            ax.plot(*rim.T, color=grey, linewidth=1.0, alpha=furniture)
+    ax.plot(ROBOT * np.cos(CIRCLE), ROBOT * np.sin(CIRCLE), color=robot, linewidth=1.6)
+    ax.plot([0, 0], [0, ROBOT], color=robot, linewidth=1.6)
+    ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xticks([-2, 0, 2], ["2", "0", "2"])
+    ax.set_yticks([-2, 0, 2])
+    ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
+    ax.grid(visible=False)
+
+
+def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
+    """Draw where people were, each with the direction of the body and a letter."""
+    truth = MEANING["truth"]
+    headings = scene.signals().headings[scene.MOMENTS.index(at)]
+    for word, place, heading in zip(words, scene.people(at), headings, strict=False):
+        x, y = _drawn(place)
+        if not ax.viewLim.contains(x, y):
+            continue
+        rim = [x, y] + BODY * np.stack([np.cos(CIRCLE), np.sin(CIRCLE)], axis=-1)
+        if strong:
+            ax.fill(*rim.T, color=truth, alpha=0.2, linewidth=0)
+        ax.plot(*rim.T, color=truth, linewidth=1.2, linestyle="-" if strong else ":")
+        ax.plot(
+            *np.array([[x, y], [x, y] + BODY * _polar(np.array(1.0), heading)]).T,
+            color=truth,
+            linewidth=1.2,
+        )
+        out = 1 + OUT / np.hypot(x, y)
+        label(ax, out * x, out * y, word, truth, ha="center")
+
+
+def plan(ax: Axes, at: float) -> Axes:
+    """Draw the room from above at a moment: walls, furniture, the robot, and who is where."""
+    ax.clear()
+    _floor(ax)
+    _people(ax, at)
+    return ax
+
+
+# What the sensors say ----------------------------------------------------------------------------
+
+
+def rims(
+    mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
+) -> Float[np.ndarray, "n corners 2"]:
+    """Return the outlines of normal distributions of distance and direction, as they are drawn.
+
+    An ellipse of distance and direction is bent in the plane.
+
+    Parameters
+    ----------
+    mean, cov : (n, 2), (n, 2, 2)
+        m and rad.
+    """
+    circle = np.stack([np.cos(CIRCLE), np.sin(CIRCLE)])
+    polar = mean[:, :, None] + DEVIATIONS * np.linalg.cholesky(cov) @ circle
+    return _polar(np.maximum(polar[:, 0], 0.0), polar[:, 1])
+
+
+def _wedges(mean: np.ndarray, cov: np.ndarray) -> Float[np.ndarray, "n corners 2"]:
+    """Return sectors of directions, for beliefs that say nothing of the distance."""
+    wide = DEVIATIONS * np.sqrt(cov[:, 1, 1])
+    phi = mean[:, 1, None] + wide[:, None] * np.linspace(-1, 1, 9)
+    ends = np.zeros((len(mean), 1, 2))
+    return np.concatenate([ends, _polar(np.full(phi.shape, 2 * REACH), phi), ends], axis=1)
+
+
+def said(ax: Axes, sensor: Sensor, detections: Gaussian) -> None:
+    """Draw what a sensor takes for people: bent 2σ ellipses, of the camera wedges."""
+    shapes = (_wedges if sensor == "camera" else rims)(detections.mean, detections.cov)
+    for shape in shapes:
+        ax.fill(*shape.T, color=MEANING[sensor], alpha=0.2, linewidth=0)
+        ax.plot(*shape.T, color=MEANING[sensor], linewidth=1.6)
+
+
+def aggregated(
+    ax: Axes, hypotheses: Hypotheses, nobody: Bool[np.ndarray, " n"] | None = None
+) -> None:
+    """Draw hypotheses as bent 2σ ellipses: the heavier the stronger, the persons filled.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    hypotheses
+        The hypotheses.
+    nobody : (n,)
+        Which persons have a cross in the middle, not a dot.
+    """
+    person = committee.RULES.person
+    colour = MEANING["estimate"]
+    shapes = rims(hypotheses.mean, hypotheses.cov)
+    crossed = np.zeros(len(hypotheses), dtype=bool) if nobody is None else nobody
+    parts = zip(shapes, hypotheses.mean, hypotheses.weight, crossed, strict=True)
+    for shape, mean, weight, cross in parts:
+        if weight > person:
+            ax.fill(*shape.T, color=colour, alpha=0.25 * weight, linewidth=0)
+            middle = _polar(*mean)
+            ax.plot(*middle, "x" if cross else "o", color=colour, markersize=10 if cross else 4)
+        width = 0.6 + 2.4 * weight
+        ax.plot(*shape.T, color=colour, linewidth=width, linestyle="-" if weight > person else ":")
+
+
+def hero(axes: np.ndarray, at: float) -> np.ndarray:
+    """Draw Fig. 7 again on five axes: the scene, what each sensor says, and all together."""
+    plan(axes[0], at).set_title("the scene")
+    for ax, sensor in zip(axes[1:4], ("camera", "laser", "sonar"), strict=True):
+        ax.clear()
+        _floor(ax, 0.4)
+        _people(ax, at, strong=False)
+        said(ax, sensor, scene.found(at, sensor).positions)
+        ax.set_title(f"{sensor} alone")
+    axes[4].clear()
+    _floor(axes[4], 0.4)
+    _people(axes[4], at, strong=False)
+    aggregated(axes[4], scene.history().at(at))
+    axes[4].set_title("together, over time")
+    return axes
+
+
+def card(ax: Axes, at: float) -> Axes:
+    """Draw all in one for a card: people, the three sensors, and the persons they agree on."""
+    ax.clear()
+    _floor(ax, 0.5)
+    for sensor in ("camera", "sonar", "laser"):
+        said(ax, sensor, scene.found(at, sensor).positions)
+    _people(ax, at, words=("", "", ""))
+    hypotheses = scene.history().at(at)
+    persons = hypotheses.persons(committee.RULES)
+    aggregated(ax, persons)
+    ax.set(xlim=(-3.4, 3.4), ylim=(-2.5, 1.9))
+    ax.set_position((0.0, 0.0, 1.0, 1.0))
+    ax.set_axis_off()
+    return ax
+
+
+def scan(ax: Axes, at: float) -> Axes:
+    """Draw one scan of the laser: what is taken for legs, and for pairs of them."""
+    ax.clear()
+    ranges = scene.signals().scans[scene.MOMENTS.index(at)]
+    back = ranges > 0
+    reading = np.where(back, ranges, np.inf)
+    rules = legs.LegRules()
+    seen = legs.profiles(reading, LASER_ANGLES, rules)
+    middles = seen.middles[legs.are_legs(seen, rules)]
+    paired = legs.pairs(middles, rules)
+    points = _polar(ranges[back], LASER_ANGLES[back])
+    dots(ax, points, MEANING["laser"], 2.2)
+    _frame_scan(ax)
+    _people(ax, at, strong=False)
+    for pair in paired:
+        middle = middles[pair].mean(axis=0)
+        near = np.hypot(*(scene.people(at) - middle).T).min() < GATES["laser"]
+        colour = MEANING["right" if near else "wrong"]
+        ax.plot(*_drawn(middles[pair]).T, "o-", color=colour, markersize=6, linewidth=2.4)
+    single = np.setdiff1d(np.arange(len(middles)), paired.ravel())
+    ax.plot(
+        *_drawn(middles[single]).T, "s", color=MEANING["expected"], markersize=5, fillstyle="none"
+    )
+    return ax
+
+
+def _frame_scan(ax: Axes) -> None:
+    robot = MEANING["robot"]
+    ax.plot(ROBOT * np.cos(CIRCLE), ROBOT * np.sin(CIRCLE), color=robot, linewidth=1.6)
+    ax.plot([0, 0], [0, ROBOT], color=robot, linewidth=1.6)
+    ax.set(xlim=(-REACH, REACH), ylim=(-0.6, REACH))
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xticks([-2, 0, 2], ["2", "0", "2"])
+    ax.set_yticks([0, 1, 2, 3])
+    ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
+
+
+def ring(ax: Axes, at: float) -> Axes:
+    """Draw one round of the sonars: an arc across each cone, and where the people are."""
+    ax.clear()
+    _floor(ax, 0.5)
+    _people(ax, at, strong=False)
+    echoes = scene.signals().echoes[scene.MOMENTS.index(at)]
+    half = RIG.ring.cone / 2 * np.linspace(-1, 1, 9)
+    for echo, angle in zip(echoes, SONAR_ANGLES, strict=True):
+        near = 0 < echo < RIG.ring.cut
+        r = RIG.ring.radius + (echo if near else RIG.ring.cut)
+        arc = _polar(np.full(half.shape, r), angle + half)
+        colour = MEANING["sonar" if near else "expected"]
+        ax.plot(
+            *arc.T, color=colour, linewidth=3.0 if near else 1.2, linestyle="-" if near else ":"
+        )
+    return ax
+
+
+def fisheye(ax: Axes, at: float) -> Axes:
+    """Draw over a picture the directions of the clouds, and where the heads are."""
+    ax.clear()
+    camera = RIG.camera
+    centre, rim = np.array(camera.centre_px), camera.size / 2
+    found = scene.found(at, "camera").positions.mean[:, 1]
+    for phi in found:
+        out = np.array([-np.sin(phi), np.cos(phi)])
+        ends = centre + np.outer([0.28 * rim, 0.97 * rim], out)
+        ax.plot(*ends.T, color=MEANING["camera"], linewidth=2.4)
+    heads = np.column_stack([scene.people(at), scene.signals().heads])
+    for name, pixel in zip(NAMES, camera.project(heads), strict=False):
+        ax.plot(*pixel, "o", color=MEANING["truth"], markersize=15, fillstyle="none")
+        inwards = pixel + 24 * (centre - pixel) / np.hypot(*(centre - pixel))
+        label(ax, *inwards.tolist(), name, MEANING["truth"], ha="center")
+    label(ax, centre[0], 0.985 * camera.size, "ahead", MEANING["robot"], ha="center", va="bottom")
+    return ax
+
+
+# Numbers -----------------------------------------------------------------------------------------
+
+
+def rates_by_distance(ax: Axes, found: Mapping[Sensor, Mapping[str, Interval]]) -> Axes:
+    """Draw the share of people found against their distance, with intervals.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    found
+        Of each sensor the evidence of its claim; what is named "found, 1 to 1.5 m" is drawn.
+    """
+    for shift, (sensor, evidence) in zip((-0.03, 0.0, 0.03), found.items(), strict=False):
+        rows = [
+            (np.mean([float(end) for end in bounds.groups()]) + shift, share)
+            for name, share in evidence.items()
+            if (bounds := re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name))
+        ]
+        colour, at = MEANING[sensor], [r for r, _ in rows]
+        for r, share in rows:
+            ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+        ax.plot(at, [share.estimate for _, share in rows], "o-", color=colour, linewidth=1.4)
+        r, last = rows[-1]
+        label(ax, r + 0.12, last.estimate, sensor, colour)
+    ax.set(xlim=(0, 5.6), ylim=(0, 1.02), xlabel="distance (m)", ylabel="share found")
+    return ax
+
+
+def ways(ax: Axes, run: committee.Tracked) -> Axes:
+    """Draw the ways of all persons, those who were static at last with a square, and the truth."""
+    ax.clear()
+    known = run.recording
+    start = se2.inverse(known.poses[0])
+    _floor(ax, 0.4)
+    for way in np.moveaxis(known.places, 1, 0):
+        ax.plot(*_drawn(way).T, color=MEANING["truth"], linewidth=3.0, alpha=0.3)
+    still = {
+        int(one)
+        for persons, static in zip(run.persons, run.static, strict=True)
+        for one in persons.identity[static]
+    }
+    for way in found_ways(run):
+        points = _drawn(se2.act(start, way.points))
+        static = way.identity in still
+        colour = MEANING["wrong" if static else "estimate"]
+        ax.plot(*points.T, color=colour, linewidth=1.3)
+        ax.plot(*points[-1], "s" if static else "o", color=colour, markersize=5)
+    return ax
+
+
+def trade(ax: Axes, sweeps: Table) -> Axes:
+    """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    sweeps
+        Rows "θ = 0.1", "2 α" and "2 t_v", of the ledger.
+    """
+    for name in ("θ", "α", "t_v"):
+        rows = [row for row in sweeps.rows if name in row.split()]
+        false, tracked = (
+            np.array([sweeps[row, column].estimate for row in rows])
+            for column in ("false", "tracked")
+        )
+        colour = MEANING[name]
+        ax.plot(false, tracked, "o-", color=colour, linewidth=1.4, markersize=4)
+        for k, side, gap in ((0, "right", -0.01), (-1, "left", 0.01)):
+            text = rows[k].replace("t_v", "t\u1d65")
+            label(ax, false[k] + gap, tracked[k], text, colour, ha=side, fontsize=9)
+    _paper(ax)
+    return ax
+
+
+def _paper(ax: Axes) -> None:
+    """Mark the paper's two numbers, and make the axes of shares."""
+    colour = MEANING["paper"]
+    ax.plot(*explorers.PAPER, "D", color=colour, markersize=8)
+    label(ax, explorers.PAPER[0], 0.972, "the paper", colour, ha="center")
+    ax.set(xlim=(0, 0.6), ylim=(0.4, 1.01))
+    ax.set(xlabel="share of the hypotheses that are nobody", ylabel="share of the people tracked")
+
+
+# Real scans --------------------------------------------------------------------------------------
+
+
+def real_scan(ax: Axes, result: Legs) -> Axes:
+    """Draw a real scan: legs that somebody marked, found and missed, and what else is reported."""
+    angles, there = result.angles, result.ranges < recordings.FAR
+    dots(ax, _polar(result.ranges[there], angles[there]), MEANING["laser"], 1.6)
+    apart = np.hypot(*(result.marked[:, None] - result.found).transpose(2, 0, 1))
+    near = apart <= recordings.NEAR
+    for points, name, mark in (
+        (result.marked[near.any(axis=1)], "right", "o"),
+        (result.marked[~near.any(axis=1)], "missed", "o"),
+        (result.found[~near.any(axis=0)], "wrong", "s"),
+    ):
+        ax.plot(
+            *_drawn(points).T,
+            mark,
+            color=MEANING[name],
+            markersize=9,
+            fillstyle="none",
+            markeredgewidth=1.8,
+        )
+    ax.plot(0, 0, marker=(3, 0, 0), color=MEANING["robot"], markersize=9)
+    ax.set(xlim=(-6, 6), ylim=(-2.6, 5.4), xlabel="left, right (m)", ylabel="ahead (m)")
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xticks([-4, -2, 0, 2, 4], ["4", "2", "0", "2", "4"])
+    return ax
+
+
+# Explorers ---------------------------------------------------------------------------------------
+
+
+def committee_at(ax: Axes, state: State) -> Axes:
+    """Draw the hypotheses of some sensors at a moment over the truth, on axes cleared first."""
+    ax.clear()
+    _floor(ax, 0.5)
+    gone = zip(NAMES, state.missed, strict=False)
+    words = [f"{name}?" if missed else name for name, missed in gone]
+    _people(ax, state.at, strong=False, words=words)
+    aggregated(ax, state.hypotheses, state.nobody)
+    ax.set_title(f"{state.who}: {len(state.missed) - state.missed.sum()} of 3 found")
+    return ax
+
+
+def rules(ax: Axes, now: Choice) -> Axes:
+    """Draw the two shares under a choice of the rules, on axes cleared first."""
+    ax.clear()
+    every = np.array([[one.false, one.tracked] for one in explorers.all_chosen().values()])
+    ax.plot(*every.T, "o", color=MEANING["expected"], markersize=2.5)
+    _paper(ax)
+    ax.plot(now.false, now.tracked, "o", color=MEANING["estimate"], markersize=10)
+    label(ax, now.false + 0.03, now.tracked, "here", MEANING["estimate"])
+    return ax

@@ -1,0 +1,87 @@
+"""The exercises judge right and wrong answers, and their answers are what happens."""
+
+import numpy as np
+import pytest
+
+from robot_perception.beliefs import Gaussian
+from robot_perception.chapters.people_fusion.exercises import (
+    EXERCISES,
+    _adds_alpha,
+    _falls_from_one_to_nothing,
+    _never_deletes,
+    _weight,
+)
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
+from robot_perception.people.detections import Detections
+
+RULES = AggregationRules(threshold=0.3, walk=0.0, laser=SensorRules(0.1, 3.0))
+NUMBERS = [key for key, exercise in EXERCISES.items() if not callable(exercise.answer)]
+
+
+def reading(time: float, *places: tuple[float, float]) -> Detections:
+    mean = np.array(places).reshape(-1, 2)
+    return Detections(time, "laser", Gaussian(mean, np.tile(0.01 * np.eye(2), (len(mean), 1, 1))))
+
+
+def one(weight: float) -> Hypotheses:
+    """Return a single hypothesis ahead, seen last at the time 0."""
+    zero = np.zeros(1)
+    heard = np.array([0.0, -np.inf, -np.inf])
+    return Hypotheses(
+        np.array([[2.0, 0.0]]), 0.01 * np.eye(2)[None], np.array([weight]),
+        np.zeros(1, dtype=np.int64), zero, zero, heard, 1,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+def test_each_mistake_has_its_words(key):
+    exercise = EXERCISES[key]
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        outcome, said = exercise.judge(wrong)
+        assert outcome == "wrong"
+        assert words in said
+
+
+def test_the_written_function_is_judged():
+    exercise = EXERCISES["people-update"]
+    assert exercise.judge(_weight)[0] == "right"
+    assert exercise.judge(0.5)[0] == "wrong"
+    assert exercise.judge(lambda weight: weight)[0] == "wrong"
+    wrong = (_never_deletes, _adds_alpha, _falls_from_one_to_nothing)
+    for given, (_, words) in zip(wrong, exercise.mistakes, strict=True):
+        outcome, said = exercise.judge(given)
+        assert outcome == "wrong"
+        assert words in said
+
+
+@pytest.mark.parametrize("weight", [0.31, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("matched", [True, False])
+@pytest.mark.parametrize("elapsed", [0.02, 0.1, 1.0])
+def test_the_written_function_is_what_the_aggregation_does(weight, matched, elapsed):
+    seen = reading(elapsed, *[(2.0, 0.0)] * matched)
+    after, _ = step(one(weight), seen, np.zeros(3), RULES)
+    expected = _weight(weight, matched, elapsed, 0.1, 3.0, 0.3)
+    assert expected == pytest.approx(after.weight[0] if len(after) else 0.0)
+
+
+def test_ten_matches_raise_the_weight():
+    now = one(0.3)
+    for k in range(10):
+        now, _ = step(now, reading(0.1 * (k + 1), (2.0, 0.0)), np.zeros(3), RULES)
+    assert EXERCISES["people-raised"].answer == pytest.approx(now.weight[0])
+
+
+def test_a_hypothesis_is_deleted_after_the_time_of_the_exercise():
+    gone = EXERCISES["people-forgotten"].answer
+    assert len(step(one(0.9), reading(gone - 1e-3), np.zeros(3), RULES)[0]) == 1
+    assert len(step(one(0.9), reading(gone + 1e-3), np.zeros(3), RULES)[0]) == 0
+
+
+def test_a_leg_is_met_twice_up_to_the_distance_of_the_exercise():
+    far, gap = EXERCISES["people-beams"].answer, np.deg2rad(1.0)
+    for distance, least in ((0.999 * far, 2), (1.001 * far, 1)):
+        starts = np.linspace(0, gap, 101)[:-1] * distance
+        beams = starts[:, None] + gap * distance * np.arange(10)
+        assert ((beams > 0) & (beams < 0.12)).sum(axis=1).min() == least

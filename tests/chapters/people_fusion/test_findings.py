@@ -1,0 +1,197 @@
+"""What the chapter tells a reader to find, in every state of its explorers."""
+
+import numpy as np
+import pytest
+
+from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from robot_perception.chapters.people_fusion import committee, explorers, scene, sessions
+from robot_perception.chapters.people_fusion import figures as draw
+from robot_perception.chapters.people_fusion.behaviours import SEEDS
+from robot_perception.chapters.people_fusion.sessions import RIG
+from robot_perception.people import legs, sonar
+from robot_perception.people.detections import SENSORS
+from robot_perception.people.scores import score
+from robot_perception.teaching.explore import MOST_STATES
+from robot_perception.teaching.figures import figure, image_axes
+from tests.chapters.findings import default, limits, presets_that_show_the_default, states
+from tests.unchecked import unchecked
+
+SETS = [
+    (explorers.SCENE_PRESETS, explorers.SCENE_CONTROLS),
+    (explorers.RATES_PRESETS, explorers.RATES_CONTROLS),
+]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def computed():
+    """All states, computed once, without the checks of shapes."""
+    with unchecked():
+        scene.signals()
+        explorers.all_chosen()
+        for state in states(explorers.SCENE_CONTROLS):
+            explorers.shown(**state)
+
+
+@pytest.mark.parametrize(("presets", "controls"), SETS)
+def test_no_preset_shows_the_default_and_there_are_not_too_many_states(presets, controls):
+    assert not presets_that_show_the_default(presets, controls)
+    assert np.prod([len(c.values) for c in controls.values()]) <= MOST_STATES
+
+
+# The session of the page
+
+
+def test_the_session_is_none_of_those_that_are_used_elsewhere():
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *SEEDS}
+    assert scene.CONFIG.seed not in used
+
+
+def test_everybody_is_there_and_in_view_at_all_moments_ahead_and_behind():
+    known = scene.recording()
+    assert known.present.all()
+    assert known.clear.all()
+    assert (known.polar[..., 0] < draw.REACH).all()
+    assert not known.skirt.any()
+    ahead = np.abs(known.polar[..., 1]) < np.pi / 2
+    assert (ahead.any(axis=1) & ~ahead.all(axis=1)).mean() > 0.5
+
+
+def test_signals_are_those_that_the_detectors_had():
+    seen = scene.signals()
+    for k, at in enumerate(scene.MOMENTS):
+        ranges, echoes = (np.where(r > 0, r, np.inf) for r in (seen.scans[k], seen.echoes[k]))
+        found = legs.detect(ranges, LASER_ANGLES)
+        np.testing.assert_allclose(found.mean, scene.found(at, "laser").positions.mean)
+        found = sonar.detect(echoes, SONAR_ANGLES, RIG.ring.radius)
+        np.testing.assert_allclose(found.mean, scene.found(at, "sonar").positions.mean)
+        times = scene.recording().times[seen.readings[k]]
+        assert (times <= at).all()
+        assert (times > at - 0.06).all()
+
+
+def test_the_loop_of_the_page_is_that_of_the_studies():
+    ours, theirs = scene.history().tracked(), committee.tracked(scene.CONFIG)
+    np.testing.assert_array_equal(ours.rows, theirs.rows)
+    for one, other in zip(ours.persons, theirs.persons, strict=True):
+        np.testing.assert_array_equal(one.mean, other.mean)
+    for one, other in zip(ours.static, theirs.static, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+# The scene
+
+
+def test_all_three_find_as_many_as_any_others_and_only_the_camera_makes_people_up():
+    for state in states(explorers.SCENE_CONTROLS):
+        found = explorers.shown(**state)
+        together = explorers.shown("all three", state["at"])
+        assert together.missed.sum() <= found.missed.sum(), state
+        if "camera" not in explorers.WHO[state["who"]]:
+            assert not found.nobody.any(), state
+
+
+def test_the_moment_of_the_hero_is_right_together_and_by_no_sensor_alone():
+    assert explorers.shown("all three", explorers.SHOWN).right
+    for who, sensors in explorers.WHO.items():
+        if len(sensors) == 1:
+            assert not explorers.shown(who, explorers.SHOWN).right
+    for sensor in ("laser", "sonar"):
+        assert len(scene.found(explorers.SHOWN, sensor)) == 2
+    assert len(scene.found(explorers.SHOWN, "camera")) == 4
+
+
+def test_presets_show_what_their_names_say():
+    found = {
+        name: explorers.shown(**default(explorers.SCENE_CONTROLS) | dict(values))
+        for name, values in explorers.SCENE_PRESETS.items()
+    }
+    at = found["no sonars, somebody behind"].at
+    assert found["no sonars, somebody behind"].missed.sum() == 2
+    assert explorers.shown("all three", at).right
+    behind = scene.people(at)[:, 0] < 0
+    assert (behind & found["no sonars, somebody behind"].missed).any()
+    worst = max(scene.MOMENTS, key=lambda t: explorers.shown("all three", t).missed.sum())
+    assert found["the worst moment"].at == worst
+
+
+@pytest.mark.parametrize("who", explorers.WHO)
+def test_a_state_counts_as_the_studies_do(who):
+    for at in scene.MOMENTS:
+        state = explorers.shown(who, at)
+        run = scene.history(sensors=explorers.WHO[who]).tracked()
+        times = run.recording.times[run.recording.judged[run.rows]]
+        last = int(np.searchsorted(times, at, side="right")) - 1
+        total = score([list(committee.frames(run))[last]], committee.REACH)
+        assert total.matched == len(state.missed) - state.missed.sum()
+        assert total.hypotheses == state.persons.sum()
+        assert total.hypotheses - total.matched == state.nobody.sum()
+
+
+# The rules
+
+
+def test_more_belief_or_patience_or_a_higher_threshold_never_loses_people_and_none_reach_93():
+    found = explorers.all_chosen()
+    for name in explorers.RATES_CONTROLS:
+        values = explorers.RATES_CONTROLS[name].values
+        for state in states(explorers.RATES_CONTROLS):
+            larger = [v for v in values if v > state[name]]
+            if larger:
+                now = found[tuple(state.values())].tracked
+                assert found[tuple((state | {name: larger[0]}).values())].tracked >= now, state
+    assert max(one.tracked for one in found.values()) < explorers.PAPER[1]
+
+
+def test_the_last_people_cost_the_most_false_hypotheses():
+    found = explorers.all_chosen()
+    ours = found[tuple(default(explorers.RATES_CONTROLS).values())]
+    most = max(found.values(), key=lambda one: (one.tracked, one.false))
+    assert most.tracked - ours.tracked < 0.05
+    assert most.false > 2 * ours.false
+
+
+# Drawings
+
+
+def test_axes_stay():
+    _, ax = figure()
+    ends = {limits(draw.committee_at(ax, explorers.shown(**s))) for s in _some_scenes()}
+    assert len(ends) == 1
+    ends = set()
+    for one in list(explorers.all_chosen().values())[::15]:
+        left, right, low, high = limits(draw.rules(ax, one))
+        ends.add((left, right, low, high))
+        assert left <= one.false <= right
+        assert low <= one.tracked <= high
+    assert len(ends) == 1
+
+
+def _some_scenes():
+    return list(states(explorers.SCENE_CONTROLS))[::17]
+
+
+def test_bent_ellipses_lie_two_deviations_away():
+    found = scene.found(explorers.SHOWN, "sonar").positions
+    for rim, mean, cov in zip(draw.rims(found.mean, found.cov), found.mean, found.cov, strict=True):
+        r, phi = np.hypot(*rim.T), np.arctan2(-rim[:, 0], rim[:, 1])
+        off = np.stack([r, phi], axis=-1) - mean
+        away = np.einsum("ki,ij,kj->k", off, np.linalg.inv(cov), off)
+        np.testing.assert_allclose(away, draw.DEVIATIONS**2)
+
+
+def test_each_drawing_is_drawn_twice_alike():
+    fig, axes = figure(1, 5, width=14.4, height=2.9)
+    once = draw.hero(axes, explorers.SHOWN)[4].get_children()
+    assert len(draw.hero(axes, explorers.SHOWN)[4].get_children()) == len(once)
+    for drawing in (draw.plan, draw.scan, draw.ring, draw.card):
+        _, ax = figure()
+        counts = [len(drawing(ax, explorers.SHOWN).get_children()) for _ in range(2)]
+        assert counts[0] == counts[1]
+    _, ax = image_axes(scene.picture(explorers.SHOWN))
+    assert len(draw.fisheye(ax, explorers.SHOWN).lines) == 4 + 3
+
+
+def test_each_state_says_what_it_shows():
+    words = [explorers.describe_scene(**s) for s in states(explorers.SCENE_CONTROLS)]
+    words += [explorers.describe_rates(**s) for s in states(explorers.RATES_CONTROLS)]
+    assert len(set(words)) == len(words)
