@@ -1,4 +1,11 @@
-"""Guide, follow, survey: the system steers the robot, and people answer to what it does."""
+"""Guide, follow, survey: the system steers the robot, and people answer to what it does.
+
+What the paper names, and we use: the sonars compare their readings with the walls and cabinets of
+the map, and hypotheses that never move are discarded unless the robot is busy with them. What we
+add: a hypothesis whose distance is unknown, from the camera alone, is nobody to deal with. The
+robot is taken to know where it is on the map, for its route and its sonars; hypotheses are moved by
+what the wheels report.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -284,11 +291,24 @@ class _Robot:
 
 
 def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray, "n 2"]]:
-    """Return a world with a robot and one person in it, and the route of the robot or the person.
+    """Return a world with a robot and one person in it, and the route of a guide.
 
     A guide waits in the corridor near the entrance, and its route leads to a room at the other end;
-    a poller stands half-way; people come from 4.5 m away. Who is followed leads from the middle of
-    a room to an end of the corridor.
+    a poller stands half-way; people come from 4.5 m away and leave the same way. Who is followed
+    leads from the middle of a room to an end of the corridor.
+
+    Parameters
+    ----------
+    kind
+        What the robot does.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    World
+    (n, 2)
+        Points of the route every 0.1 m; none but for a guide.
     """
     office = make_people_office(rng=rng)
     person, ends = make_person(rng=rng), office.exits[rng.permutation(2)]
@@ -312,9 +332,8 @@ def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray
         return World(office, (person,), (led,), robot, rng=rng), way[:0]
     leaves = Visit(strays=(STRAYS,), to=(float(start[0]), float(start[1])), returns=kind == "guide")
     comes = way[at - round(COMES / 0.1), None]
-    return World(office, (person,), (leaves,), robot, rng=rng, starts=comes), way[
-        at:
-    ] if kind == "guide" else way[:0]
+    world = World(office, (person,), (leaves,), robot, rng=rng, starts=comes)
+    return world, way[at if kind == "guide" else len(way) :]
 
 
 def _middle(room: np.ndarray) -> Float[np.ndarray, "2"]:
@@ -352,9 +371,9 @@ def delays(stories: Sequence[Story], limit: float) -> Float[np.ndarray, " n"]:
     for story in stories:
         gone = (story.times > STRAYS) & (story.apart > limit)
         later = story.times[story.asked & (story.times > STRAYS)]
-        prompt = gone.any() and later.size
+        noticed = gone.any() and later.size
         start = story.times[gone.argmax()]
-        found.append(max(float(later[0] - start), 0.0) if prompt else np.inf)
+        found.append(max(float(later[0] - start), 0.0) if noticed else np.inf)
     return np.array(found)
 
 
@@ -366,8 +385,7 @@ def false_stops(stories: Sequence[Story]) -> Float[np.ndarray, " n"]:
 def continued(stories: Sequence[Story]) -> Bool[np.ndarray, " n"]:
     """Return of each story in which the person came back whether the robot was busy then.
 
-    They are back who are near for a second after they were asked; the robot has to stop asking
-    while they are.
+    They came back who were near after they were asked, a second before the end or earlier.
     """
     found = []
     for story in stories:
@@ -408,8 +426,10 @@ def guide_asks_back(size: Size, rng: np.random.Generator) -> Finding:
     """Count the stories in which the robot asks back."""
     stories = _stories("guide", 20 if size is Size.FULL else 4)
     found, after = _noticed(stories, RULES.reach), continued(stories)
-    goes_on = {"tours continued, of those who came back": proportion(int(after.sum()), after.size)}
-    return Finding(found.value, found.evidence | (goes_on if after.size else {}))
+    if not after.size:
+        return found
+    share = proportion(int(after.sum()), after.size)
+    return Finding(found.value, found.evidence | {"continued, of those who came back": share})
 
 
 @guide_asks_back.sabotage("a robot that waits for half a minute before it believes its sensors")
