@@ -2,17 +2,19 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.people_fusion import committee, explorers, recordings, scene
 from robot_perception.chapters.people_fusion.explorers import Choice, State
 from robot_perception.chapters.people_fusion.modalities import GATES
-from robot_perception.chapters.people_fusion.recordings import Legs
+from robot_perception.chapters.people_fusion.recordings import Legs, Pedestrians
 from robot_perception.chapters.people_fusion.sessions import RIG
 from robot_perception.chapters.people_fusion.trajectories import ways as found_ways
 from robot_perception.evaluation.intervals import Interval
@@ -31,6 +33,10 @@ DEVIATIONS = 2.0
 NAMES = "ABCDEFGH"
 """Of the people."""
 BODY, ROBOT, CIRCLE = 0.2, 0.25, np.linspace(0, 2 * np.pi, 65)
+WITNESSES: Mapping[Sensor, str] = MappingProxyType(
+    {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
+)
+"""The claim about each sensor."""
 OUT = 0.36  # from the middle of a person to the letter, m
 
 
@@ -377,6 +383,14 @@ def real_scan(ax: Axes, result: Legs) -> Axes:
     ax.set(xlim=(-6, 6), ylim=(-2.6, 5.4), xlabel="left, right (m)", ylabel="ahead (m)")
     ax.set_aspect("equal", adjustable="box")
     ax.set_xticks([-4, -2, 0, 2, 4], ["4", "2", "0", "2", "4"])
+    return ax
+
+
+def taken_for_skin(ax: Axes, result: Pedestrians) -> Axes:
+    """Mark on a frame what is taken for skin."""
+    over = np.zeros((*result.skin.shape, 4))
+    over[result.skin] = to_rgba(MEANING["wrong"], 0.9)
+    ax.imshow(over, interpolation="nearest")
     return ax
 
 
