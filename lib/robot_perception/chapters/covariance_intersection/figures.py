@@ -93,7 +93,7 @@ def certainty(
     ax.plot(times, values, color=MEANING["estimate"])
     for level, name, side in ((person, "a person", "bottom"), (threshold, "deleted", "top")):
         ax.axhline(level, color=MEANING["expected"], linestyle="--", linewidth=1.2)
-        off = 0.02 if side == "bottom" else -0.02
+        off = 0.02 if side == "bottom" else -0.05
         label(ax, times[-1] / 3, level + off, name, MEANING["expected"], va=side)
     ax.set(xlabel="time (s)", ylabel="weight", xlim=(0, times[-1]), ylim=(0, 1))
     return ax
