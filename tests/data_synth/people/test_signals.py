@@ -129,6 +129,11 @@ def test_truth_tells_distance_and_direction():
     assert known.clear.all()
     np.testing.assert_array_equal(known.beams > 0, [True, False, False])  # the others are behind
     assert (known.cones > 0).all()
+    ahead = np.array([np.cos(SONAR_ANGLES[8]), np.sin(SONAR_ANGLES[8])])
+    far = truth(OFFICE, [Person()], moment([2.8 * ahead]), RIG)
+    assert far.clear.all()
+    assert far.beams[0] > 0
+    assert far.cones[0] == 0  # beyond the reach of the sonars
 
 
 def test_truth_tells_who_is_hidden():

@@ -89,6 +89,24 @@ def test_nobody_walks_through_anybody_or_anything(seed):
             assert np.hypot(*(places[both, k] - places[both, other]).T).min() > 0.5
 
 
+def test_nobody_walks_on_into_somebody_who_turns_up_before_him():
+    start, end = CORRIDOR + np.array([[-3.0, 0.0], [3.0, 0.0]])
+    visit = Visit(strays=(0.5,), to=tuple(end))
+
+    def goes(spot, until):
+        script = walk(np.array([spot, spot]), np.array([2.0, 9.0]))
+        robot = np.array([start[0] - 1.3, start[1], 0.0])
+        here = world([visit, script], robot=robot, starts=np.array([start, spot]))
+        return np.array([here.advance(STEP).positions[0] for _ in range(round(until / STEP))])
+
+    before, last = goes(MIDDLE, 2.0)[-2:]
+    ahead = (last - before) / np.hypot(*(last - before))
+    spot = last + 0.6 * ahead
+    gaps = np.hypot(*(goes(spot, 3.0) - spot).T)[40:]
+    assert gaps[0] == pytest.approx(0.6, abs=0.1)
+    assert gaps.min() > 0.54
+
+
 def test_people_leave_and_come_back():
     here = world([Wander(leaves=1.0)], seed=4)
     there = np.array([here.advance(0.1).present[0] for _ in range(900)])
