@@ -9,7 +9,6 @@ from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.sessions import RIG
 from robot_perception.people import legs, sonar
-from robot_perception.people.detections import SENSORS
 from robot_perception.people.scores import score
 from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures import figure, image_axes
@@ -180,7 +179,7 @@ def test_bent_ellipses_lie_two_deviations_away():
 
 
 def test_each_drawing_is_drawn_twice_alike():
-    fig, axes = figure(1, 5, width=14.4, height=2.9)
+    _, axes = figure(1, 5, width=14.4, height=2.9)
     once = draw.hero(axes, explorers.SHOWN)[4].get_children()
     assert len(draw.hero(axes, explorers.SHOWN)[4].get_children()) == len(once)
     for drawing in (draw.plan, draw.scan, draw.ring, draw.card):

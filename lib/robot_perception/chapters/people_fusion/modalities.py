@@ -156,7 +156,7 @@ def configs(size: Size) -> tuple[Config, ...]:
 
 BLIND = tuple(Config(seed, images=False) for seed in TEST)
 """The same sessions without the pictures, which take most of the time."""
-DRIVES = tuple(Config(seed, 50.0, robot="drives", images=False) for seed in TEST)
+DRIVES = tuple(Config(seed, 150.0, robot="drives", images=False) for seed in TEST)
 """The robot drives from room to room, with walls beside it."""
 UNFURNISHED = tuple(Config(seed, 30.0, furnished=False) for seed in TEST)
 """Nothing but people can be taken for people."""
@@ -249,7 +249,7 @@ def sonar_on_the_way(size: Size, rng: np.random.Generator) -> Finding:
 def fisheye_fooled(size: Size, rng: np.random.Generator) -> Finding:
     """Count the directions in which nobody is."""
     return _wrong(
-        "camera", recordings(size), lambda seen: seen.clear & (seen.gaze > sessions.TURNED)
+        "camera", recordings(configs(size)), lambda seen: seen.clear & (seen.gaze > sessions.TURNED)
     )
 
 
