@@ -9,7 +9,6 @@ from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.sessions import RIG
 from robot_perception.people import legs, sonar
-from robot_perception.people.detections import SENSORS
 from robot_perception.people.scores import score
 from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures import figure, image_axes
@@ -70,7 +69,8 @@ def test_signals_are_those_that_the_detectors_had():
 
 
 def test_the_loop_of_the_page_is_that_of_the_studies():
-    ours, theirs = scene.history().tracked(), committee.tracked(scene.CONFIG)
+    with unchecked():
+        ours, theirs = scene.history().tracked(), committee.tracked(scene.CONFIG)
     np.testing.assert_array_equal(ours.rows, theirs.rows)
     for one, other in zip(ours.persons, theirs.persons, strict=True):
         np.testing.assert_array_equal(one.mean, other.mean)
@@ -118,7 +118,8 @@ def test_presets_show_what_their_names_say():
 def test_a_state_counts_as_the_studies_do(who):
     for at in scene.MOMENTS:
         state = explorers.shown(who, at)
-        run = scene.history(sensors=explorers.WHO[who]).tracked()
+        with unchecked():
+            run = scene.history(sensors=explorers.WHO[who]).tracked()
         times = run.recording.times[run.recording.judged[run.rows]]
         last = int(np.searchsorted(times, at, side="right")) - 1
         total = score([list(committee.frames(run))[last]], committee.REACH)
@@ -130,7 +131,7 @@ def test_a_state_counts_as_the_studies_do(who):
 # The rules
 
 
-def test_more_belief_or_patience_or_a_higher_threshold_never_loses_people_and_none_reach_93():
+def test_more_belief_or_a_higher_threshold_never_loses_people_and_none_reach_93():
     found = explorers.all_chosen()
     for name in explorers.RATES_CONTROLS:
         values = explorers.RATES_CONTROLS[name].values
@@ -146,8 +147,8 @@ def test_the_last_people_cost_the_most_false_hypotheses():
     found = explorers.all_chosen()
     ours = found[tuple(default(explorers.RATES_CONTROLS).values())]
     most = max(found.values(), key=lambda one: (one.tracked, one.false))
-    assert most.tracked - ours.tracked < 0.05
-    assert most.false > 2 * ours.false
+    assert most.tracked - ours.tracked < 0.03
+    assert most.false > 1.5 * ours.false
 
 
 # Drawings
@@ -158,7 +159,7 @@ def test_axes_stay():
     ends = {limits(draw.committee_at(ax, explorers.shown(**s))) for s in _some_scenes()}
     assert len(ends) == 1
     ends = set()
-    for one in list(explorers.all_chosen().values())[::15]:
+    for one in list(explorers.all_chosen().values())[::5]:
         left, right, low, high = limits(draw.rules(ax, one))
         ends.add((left, right, low, high))
         assert left <= one.false <= right
@@ -180,7 +181,7 @@ def test_bent_ellipses_lie_two_deviations_away():
 
 
 def test_each_drawing_is_drawn_twice_alike():
-    fig, axes = figure(1, 5, width=14.4, height=2.9)
+    _, axes = figure(1, 5, width=14.4, height=2.9)
     once = draw.hero(axes, explorers.SHOWN)[4].get_children()
     assert len(draw.hero(axes, explorers.SHOWN)[4].get_children()) == len(once)
     for drawing in (draw.plan, draw.scan, draw.ring, draw.card):
