@@ -8,10 +8,12 @@ from robot_perception.chapters.people_fusion import committee, explorers, scene,
 from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.sessions import RIG
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs, sonar
 from robot_perception.people.scores import score
 from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures import figure, image_axes
+from robot_perception.teaching.tables import Table
 from tests.chapters.findings import default, limits, presets_that_show_the_default, states
 from tests.unchecked import unchecked
 
@@ -196,3 +198,45 @@ def test_each_state_says_what_it_shows():
     words = [explorers.describe_scene(**s) for s in states(explorers.SCENE_CONTROLS)]
     words += [explorers.describe_rates(**s) for s in states(explorers.RATES_CONTROLS)]
     assert len(set(words)) == len(words)
+
+
+def test_shares_are_drawn_where_they_are():
+    shares = [Interval(v, v - 0.1, v + 0.1) for v in (0.9, 0.5)]
+    evidence = dict(zip(("found, 1 to 1.5 m", "found, 1.5 to 2 m"), shares, strict=True))
+    _, ax = figure()
+    draw.rates_by_distance(ax, {"laser": evidence | {"detections in a reading": shares[0]}})
+    bars, line = ax.lines[:2], ax.lines[2]
+    np.testing.assert_allclose(line.get_xdata(), [1.22, 1.72])
+    np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
+    np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])
+
+
+def test_sweeps_and_the_paper_are_drawn_where_they_are():
+    names = [f"{v} {name}" for name in ("α", "t_v") for v in (0.5, 2)] + ["θ = 0.1", "θ = 0.4"]
+    rows = {
+        name: (Interval(0.5 + 0.05 * k, 0, 1), Interval(0.1 * k, 0, 1), None, None)
+        for k, name in enumerate(names)
+    }
+    _, ax = figure()
+    draw.trade(ax, Table(rows, committee.COLUMNS, "made up", "system"))
+    theta, alpha, patience, paper = (np.array(line.get_data()).T for line in ax.lines)
+    np.testing.assert_allclose(alpha, [[0.0, 0.5], [0.1, 0.55]])
+    np.testing.assert_allclose(patience, [[0.2, 0.6], [0.3, 0.65]])
+    np.testing.assert_allclose(theta, [[0.4, 0.7], [0.5, 0.75]])
+    np.testing.assert_allclose(paper, [explorers.PAPER])
+
+
+def test_every_person_has_a_way():
+    with unchecked():
+        run = scene.history().tracked()
+        _, ax = figure()
+        draw.ways(ax, run)
+    identities = {int(one) for persons in run.persons for one in persons.identity}
+    ends = [line for line in ax.lines if line.get_marker() in ("s", "o")]
+    assert len(ends) == len(identities)
+    still = {
+        int(one)
+        for persons, static in zip(run.persons, run.static, strict=True)
+        for one in persons.identity[static]
+    }
+    assert sum(line.get_marker() == "s" for line in ends) == len(still)

@@ -240,7 +240,7 @@ def ring(ax: Axes, at: float) -> Axes:
         near = 0 < echo < RIG.ring.cut
         r = RIG.ring.radius + (echo if near else RIG.ring.cut)
         arc = _polar(np.full(half.shape, r), angle + half)
-        colour = MEANING["sonar" if near else "expected"]
+        colour = MEANING["sonar"]
         ax.plot(
             *arc.T, color=colour, linewidth=3.0 if near else 1.2, linestyle="-" if near else ":"
         )
