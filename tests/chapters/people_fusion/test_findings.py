@@ -8,10 +8,12 @@ from robot_perception.chapters.people_fusion import committee, explorers, scene,
 from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.sessions import RIG
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs, sonar
 from robot_perception.people.scores import score
 from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures import figure, image_axes
+from robot_perception.teaching.tables import Table
 from tests.chapters.findings import default, limits, presets_that_show_the_default, states
 from tests.unchecked import unchecked
 
@@ -69,7 +71,8 @@ def test_signals_are_those_that_the_detectors_had():
 
 
 def test_the_loop_of_the_page_is_that_of_the_studies():
-    ours, theirs = scene.history().tracked(), committee.tracked(scene.CONFIG)
+    with unchecked():
+        ours, theirs = scene.history().tracked(), committee.tracked(scene.CONFIG)
     np.testing.assert_array_equal(ours.rows, theirs.rows)
     for one, other in zip(ours.persons, theirs.persons, strict=True):
         np.testing.assert_array_equal(one.mean, other.mean)
@@ -117,7 +120,8 @@ def test_presets_show_what_their_names_say():
 def test_a_state_counts_as_the_studies_do(who):
     for at in scene.MOMENTS:
         state = explorers.shown(who, at)
-        run = scene.history(sensors=explorers.WHO[who]).tracked()
+        with unchecked():
+            run = scene.history(sensors=explorers.WHO[who]).tracked()
         times = run.recording.times[run.recording.judged[run.rows]]
         last = int(np.searchsorted(times, at, side="right")) - 1
         total = score([list(committee.frames(run))[last]], committee.REACH)
@@ -129,7 +133,7 @@ def test_a_state_counts_as_the_studies_do(who):
 # The rules
 
 
-def test_more_belief_or_patience_or_a_higher_threshold_never_loses_people_and_none_reach_93():
+def test_more_belief_or_a_higher_threshold_never_loses_people_and_none_reach_93():
     found = explorers.all_chosen()
     for name in explorers.RATES_CONTROLS:
         values = explorers.RATES_CONTROLS[name].values
@@ -145,8 +149,8 @@ def test_the_last_people_cost_the_most_false_hypotheses():
     found = explorers.all_chosen()
     ours = found[tuple(default(explorers.RATES_CONTROLS).values())]
     most = max(found.values(), key=lambda one: (one.tracked, one.false))
-    assert most.tracked - ours.tracked < 0.05
-    assert most.false > 2 * ours.false
+    assert most.tracked - ours.tracked < 0.03
+    assert most.false > 1.5 * ours.false
 
 
 # Drawings
@@ -157,7 +161,7 @@ def test_axes_stay():
     ends = {limits(draw.committee_at(ax, explorers.shown(**s))) for s in _some_scenes()}
     assert len(ends) == 1
     ends = set()
-    for one in list(explorers.all_chosen().values())[::15]:
+    for one in list(explorers.all_chosen().values())[::5]:
         left, right, low, high = limits(draw.rules(ax, one))
         ends.add((left, right, low, high))
         assert left <= one.false <= right
@@ -194,3 +198,45 @@ def test_each_state_says_what_it_shows():
     words = [explorers.describe_scene(**s) for s in states(explorers.SCENE_CONTROLS)]
     words += [explorers.describe_rates(**s) for s in states(explorers.RATES_CONTROLS)]
     assert len(set(words)) == len(words)
+
+
+def test_shares_are_drawn_where_they_are():
+    shares = [Interval(v, v - 0.1, v + 0.1) for v in (0.9, 0.5)]
+    evidence = dict(zip(("found, 1 to 1.5 m", "found, 1.5 to 2 m"), shares, strict=True))
+    _, ax = figure()
+    draw.rates_by_distance(ax, {"laser": evidence | {"detections in a reading": shares[0]}})
+    bars, line = ax.lines[:2], ax.lines[2]
+    np.testing.assert_allclose(line.get_xdata(), [1.22, 1.72])
+    np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
+    np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])
+
+
+def test_sweeps_and_the_paper_are_drawn_where_they_are():
+    names = [f"{v} {name}" for name in ("α", "t_v") for v in (0.5, 2)] + ["θ = 0.1", "θ = 0.4"]
+    rows = {
+        name: (Interval(0.5 + 0.05 * k, 0, 1), Interval(0.1 * k, 0, 1), None, None)
+        for k, name in enumerate(names)
+    }
+    _, ax = figure()
+    draw.trade(ax, Table(rows, committee.COLUMNS, "made up", "system"))
+    theta, alpha, patience, paper = (np.array(line.get_data()).T for line in ax.lines)
+    np.testing.assert_allclose(alpha, [[0.0, 0.5], [0.1, 0.55]])
+    np.testing.assert_allclose(patience, [[0.2, 0.6], [0.3, 0.65]])
+    np.testing.assert_allclose(theta, [[0.4, 0.7], [0.5, 0.75]])
+    np.testing.assert_allclose(paper, [explorers.PAPER])
+
+
+def test_every_person_has_a_way():
+    with unchecked():
+        run = scene.history().tracked()
+        _, ax = figure()
+        draw.ways(ax, run)
+    identities = {int(one) for persons in run.persons for one in persons.identity}
+    ends = [line for line in ax.lines if line.get_marker() in ("s", "o")]
+    assert len(ends) == len(identities)
+    still = {
+        int(one)
+        for persons, static in zip(run.persons, run.static, strict=True)
+        for one in persons.identity[static]
+    }
+    assert sum(line.get_marker() == "s" for line in ends) == len(still)

@@ -44,17 +44,15 @@ SCENE_PRESETS = {
     "the worst moment": {"at": 16.86},
 }
 
-PATIENCES = (0.5, 1.0, 2.0)
 RATES_CONTROLS = {
     "theta": slider("θ", rates.THRESHOLDS, committee.RULES.threshold),
     "alpha": slider("α of all sensors", rates.FACTORS, 1.0, "× ours"),
-    "patience": slider("t_v of all sensors", PATIENCES, 1.0, "× ours"),
 }
 RATES_PRESETS = {
     "slow to believe": {"alpha": 0.25},
     "quick to believe": {"alpha": 3.0},
-    "quick to forget": {"patience": 0.5},
-    "slow to forget": {"patience": 2.0},
+    "the most people": {"theta": 0.4, "alpha": 3.0},
+    "the fewest false": {"theta": 0.05, "alpha": 0.25},
 }
 PAPER = 0.25, 0.93
 """Share of the hypotheses that are nobody, and of the people who are tracked, in the paper."""
@@ -139,13 +137,13 @@ class Choice:
     tracked: float
 
 
-def chosen(theta: float, alpha: float, patience: float) -> Choice:
+def chosen(theta: float, alpha: float) -> Choice:
     """Return a state of the explorer of the rules."""
-    return all_chosen()[theta, alpha, patience]
+    return all_chosen()[theta, alpha]
 
 
 @cache
-def all_chosen() -> dict[tuple[float, float, float], Choice]:
+def all_chosen() -> dict[tuple[float, float], Choice]:
     """Return all states of the explorer of the rules."""
     states = list(product(*(control.values for control in RATES_CONTROLS.values())))
     scene.recording()  # before the work is handed out
@@ -153,19 +151,19 @@ def all_chosen() -> dict[tuple[float, float, float], Choice]:
     return dict(zip(states, done, strict=True))
 
 
-def _choose(state: tuple[float, float, float], *, rng: np.random.Generator) -> Choice:
-    theta, alpha, patience = state
-    rules = replace(rates.scaled(committee.RULES, alpha=alpha, patience=patience), threshold=theta)
+def _choose(state: tuple[float, float], *, rng: np.random.Generator) -> Choice:
+    theta, alpha = state
+    rules = replace(rates.scaled(committee.RULES, alpha=alpha), threshold=theta)
     run = scene.history(rules).tracked()
     total = score(committee.frames(run), committee.ALL.gate)
     return Choice(total.false, total.tracked)
 
 
-def describe_rates(theta: float, alpha: float, patience: float) -> str:
+def describe_rates(theta: float, alpha: float) -> str:
     """Return what a state of the explorer of the rules shows, in words."""
-    found = chosen(theta, alpha, patience)
+    found = chosen(theta, alpha)
     return (
-        f"With θ = {theta:g}, {alpha:g} times our α and {patience:g} times our t_v "
-        f"{found.tracked:.0%} of the people are tracked and {found.false:.0%} of the hypotheses "
-        f"are nobody, in one session of {scene.CONFIG.duration:.0f} s."
+        f"With θ = {theta:g} and {alpha:g} times our α {found.tracked:.0%} of the people are "
+        f"tracked and {found.false:.0%} of the hypotheses are nobody, in one session of "
+        f"{scene.CONFIG.duration:.0f} s; the paper has {PAPER[1]:.0%} and about {PAPER[0]:.0%}."
     )

@@ -49,7 +49,7 @@ def _drawn(points: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
     return np.stack([-left, ahead], axis=-1)
 
 
-def _polar(r: np.ndarray, phi: np.ndarray) -> Float[np.ndarray, "... 2"]:
+def _polar(r: np.ndarray | float, phi: np.ndarray | float) -> Float[np.ndarray, "... 2"]:
     return _drawn(np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1))
 
 
@@ -85,7 +85,7 @@ def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = 
             ax.fill(*rim.T, color=truth, alpha=0.2, linewidth=0)
         ax.plot(*rim.T, color=truth, linewidth=1.2, linestyle="-" if strong else ":")
         ax.plot(
-            *np.array([[x, y], [x, y] + BODY * _polar(np.array(1.0), heading)]).T,
+            *np.array([[x, y], [x, y] + BODY * _polar(1.0, heading)]).T,
             color=truth,
             linewidth=1.2,
         )
@@ -246,7 +246,7 @@ def ring(ax: Axes, at: float) -> Axes:
         near = 0 < echo < RIG.ring.cut
         r = RIG.ring.radius + (echo if near else RIG.ring.cut)
         arc = _polar(np.full(half.shape, r), angle + half)
-        colour = MEANING["sonar" if near else "expected"]
+        colour = MEANING["sonar"]
         ax.plot(
             *arc.T, color=colour, linewidth=3.0 if near else 1.2, linestyle="-" if near else ":"
         )
