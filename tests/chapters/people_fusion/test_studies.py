@@ -27,7 +27,6 @@ def recording(polar, found, *, clear=True, sensor="laser"):
         clear=np.broadcast_to(clear, (1, p)).copy(),
         beams=one.astype(int),
         cones=one.astype(int),
-        face=one.astype(int),
         side=0 * one,
         gaze=one,
         swing=0 * one,

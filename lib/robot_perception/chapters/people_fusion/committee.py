@@ -130,7 +130,7 @@ class Tracked:
     recording: Recording
     rows: np.ndarray
     persons: tuple[Hypotheses, ...]
-    static: tuple[Bool[np.ndarray, " n"], ...]
+    static: tuple[Bool[np.ndarray, " _"], ...]
 
 
 @cache

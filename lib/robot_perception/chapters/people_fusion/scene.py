@@ -11,9 +11,6 @@ from data_synth.people import (
     FisheyeImage,
     LaserScan,
     SonarScan,
-    Wander,
-    make_people_office,
-    make_session,
     readings,
 )
 from robot_perception.chapters.people_fusion import committee, sessions
@@ -76,15 +73,7 @@ def signals() -> Signals:
 
 def _signals(config: Config) -> Signals:
     """Render the session once more: the same noise, the same readings."""
-    rng = np.random.default_rng(config.seed)
-    session = make_session(
-        make_people_office(rng=rng),
-        rng=rng,
-        duration=config.duration,
-        people=config.people,
-        robot=config.robot,
-        act=Wander(faces=config.faces),
-    )
+    session, rng = sessions.staged(config)
     pose = session.robot[0]
     last: dict[type, tuple[int, np.ndarray]] = {}
     rows, moments = [], iter(MOMENTS)

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 import data_synth
+from data_synth.fisheye import Fisheye
 from data_synth.people import (
     LASER_ANGLES,
     SONAR_ANGLES,
@@ -40,6 +41,8 @@ from robot_perception.people.skin import SkinModel, SkinState, SkinTracker
 from robot_perception.teaching.kept import kept
 
 RIG = Rig()
+TRUTH = Rig(camera=Fisheye(size=8))
+"""For what the sensors could know; the pixels of faces, which take long, are not asked for."""
 NO_IMAGES = Rig(rates=(*RIG.rates[:2], 0.001), delays=(*RIG.delays[:2], 60.0))
 LEARN = (9001, 9002, 9003)
 """Seeds of the sessions that the colours of skin are learnt on."""
@@ -110,8 +113,8 @@ class Recording:
         Where the people were, from the robot.
     present, clear : (j, p)
         Who was on the floor, and whose head nothing hid that stands.
-    beams, cones, face : (j, p)
-        Beams of the laser and sonars that met the legs, and pixels of the face.
+    beams, cones : (j, p)
+        Beams of the laser and sonars that met the legs.
     side, gaze : (j, p)
         Sine of the direction that the body is turned off the robot, and cosine of the face's.
     swing : (j, p)
@@ -135,7 +138,6 @@ class Recording:
     clear: Bool[np.ndarray, "j p"]
     beams: Int[np.ndarray, "j p"]
     cones: Int[np.ndarray, "j p"]
-    face: Int[np.ndarray, "j p"]
     side: Float[np.ndarray, "j p"]
     gaze: Float[np.ndarray, "j p"]
     swing: Float[np.ndarray, "j p"]
@@ -227,16 +229,7 @@ class Senses:
 
 def _record(config: Config) -> Recording:
     """Render a session and run the detectors on it."""
-    rng = np.random.default_rng(config.seed)
-    session = make_session(
-        make_people_office(rng=rng, distractors=config.furnished),
-        rng=rng,
-        duration=config.duration,
-        people=config.people,
-        robot=config.robot,
-        act=Wander(faces=config.faces),
-        lights_out=None if config.lights_out == np.inf else config.lights_out,
-    )
+    session, rng = staged(config)
     rig = RIG if config.images else NO_IMAGES
     senses = Senses(np.random.default_rng([config.seed, 1]))
     wheels = _reckoned(session)
@@ -250,10 +243,25 @@ def _record(config: Config) -> Recording:
         sensor = SENSORS.index(found[-1].sensor)
         if seen[sensor] % JUDGED[sensor] == 0:
             judged.append(k)
-            truths.append(truth(session.office, session.people, moment, RIG))
+            truths.append(truth(session.office, session.people, moment, TRUTH))
             moments.append(moment)
         seen[sensor] += 1
     return _recording(session.people, found, poses, reckoned, judged, truths, moments)
+
+
+def staged(config: Config) -> tuple[Session, np.random.Generator]:
+    """Return a session, and the source of the noise of its readings."""
+    rng = np.random.default_rng(config.seed)
+    session = make_session(
+        make_people_office(rng=rng, distractors=config.furnished),
+        rng=rng,
+        duration=config.duration,
+        people=config.people,
+        robot=config.robot,
+        act=Wander(faces=config.faces),
+        lights_out=None if config.lights_out == np.inf else config.lights_out,
+    )
+    return session, rng
 
 
 def _reckoned(session: Session) -> Float[np.ndarray, "t 3"]:
@@ -283,7 +291,7 @@ def _recording(
     )
     columns = {
         name: np.array([getattr(t, name) for t in truths])
-        for name in ("polar", "present", "clear", "beams", "cones", "face")
+        for name in ("polar", "present", "clear", "beams", "cones")
     }
     return Recording(
         np.array([d.time for d in found]),
