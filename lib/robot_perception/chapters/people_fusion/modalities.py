@@ -149,16 +149,16 @@ def recordings(chosen: Sequence[Config]) -> tuple[Recording, ...]:
 
 
 def configs(size: Size) -> tuple[Config, ...]:
-    """Return the ten sessions that are scored: of three minutes, or their first minute."""
-    return tuple(Config(seed, 180.0 if size is Size.FULL else 60.0) for seed in TEST)
+    """Return the ten sessions that are scored: of three minutes, or of forty seconds."""
+    return tuple(Config(seed, 180.0 if size is Size.FULL else 40.0) for seed in TEST)
 
 
 BLIND = tuple(Config(seed, images=False) for seed in TEST)
 """The same sessions without the pictures, which take most of the time."""
 DRIVES = tuple(Config(seed, 100.0, robot="drives", images=False) for seed in TEST)
 """The robot drives from room to room, with walls beside it."""
-FIXED, HALF = np.deg2rad(3.0), 0.5
-"""A direction in which something is seen, within so much, in more of the readings than that."""
+FIXED, OFTEN = np.deg2rad(3.0), 0.1
+"""A direction in which something is seen, within so much, in a larger share of the readings than that."""
 
 
 # The claims --------------------------------------------------------------------------------------
@@ -252,9 +252,9 @@ def fisheye_fooled(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@fisheye_fooled.sabotage("a tracker that leaves out what it sees in one place most of the time")
+@fisheye_fooled.sabotage("a tracker that leaves out what stays in one direction")
 def camera_without_fixtures(size: Size, rng: np.random.Generator) -> Finding:
-    """Leave out directions that hold something in more than half of the readings."""
+    """Leave out directions that hold something in more than a tenth of the readings."""
     moving = [without_fixtures(recording) for recording in recordings(configs(size))]
     return Finding(looks(moving, "camera").wrong)
 
@@ -269,7 +269,7 @@ def without_fixtures(recording: Recording) -> Recording:
     _, row = np.unique(reading[mine], return_inverse=True)
     seen = np.array([np.unique(row[some]).size for some in near])
     kept = np.ones(len(reading), dtype=bool)
-    kept[mine] = seen <= HALF * (recording.sensors == SENSORS.index("camera")).sum()
+    kept[mine] = seen <= OFTEN * (recording.sensors == SENSORS.index("camera")).sum()
     return replace(
         recording,
         counts=np.bincount(reading[kept], minlength=count),
@@ -293,7 +293,10 @@ class Result:
 
     def over(self, sensor: Sensor) -> Interval:
         """Share of the people tracked, by the committee over that by one sensor."""
-        return bootstrap_ratio(self.fused.matched, self.single[sensor].matched, "by session")
+        together, alone = (
+            rates.matched / rates.people for rates in (self.fused, self.single[sensor])
+        )
+        return bootstrap_ratio(together, alone, "by session")
 
     def table(self) -> Table:
         """Return the rates, the committee last."""
