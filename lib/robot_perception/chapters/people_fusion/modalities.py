@@ -158,7 +158,7 @@ BLIND = tuple(Config(seed, images=False) for seed in TEST)
 DRIVES = tuple(Config(seed, 100.0, robot="drives", images=False) for seed in TEST)
 """The robot drives from room to room, with walls beside it."""
 FIXED, OFTEN = np.deg2rad(3.0), 0.1
-"""A direction in which something is seen, within so much, in a larger share of the readings than that."""
+"""What stays in a direction: seen within so much, rad, in a larger share of the readings."""
 
 
 # The claims --------------------------------------------------------------------------------------
