@@ -1,7 +1,10 @@
-"""People from several sensors: one reading of the aggregation, and its growth."""
+"""People from several sensors: one reading of the aggregation, its growth, and the whole system."""
 
 import numpy as np
 
+from data_synth.people import readings
+from robot_perception.chapters.people_fusion import committee
+from robot_perception.chapters.people_fusion.sessions import RIG, Config, Senses, staged
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
 from robot_perception.people.detections import Detections, polar
 from tests.benchmarks.harness import Row
@@ -37,6 +40,31 @@ def _row(people: int, false: int, at_most: float | None = None) -> Row:
     )
 
 
+SECONDS = 2.0
+
+
+def _system() -> Row:
+    """Return the row of the whole system: detectors on all signals of two seconds, aggregated."""
+    session, noise = staged(Config(46, SECONDS + 0.05))
+    signals = list(readings(session, RIG, rng=noise))
+
+    def run() -> Hypotheses:
+        senses, known = Senses(np.random.default_rng(0)), Hypotheses.none()
+        for signal in signals:
+            known, _ = step(known, senses.detect(signal, 0.0), np.zeros(3), committee.RULES)
+        return known
+
+    def agree() -> None:
+        assert len(run().persons(committee.RULES)) >= 2  # of three people
+
+    return Row(
+        work=f"people, {len(signals)} readings of {SECONDS:g} s, from signals to persons",
+        ours=run,
+        at_most=SECONDS,
+        agree=agree,
+    )
+
+
 def rows() -> list[Row]:
     """Return the rows of the benchmark table that concern people."""
-    return [_row(10, 5, 2e-3), *(_row(n, n // 2) for n in (20, 40, 80, 160))]
+    return [_row(10, 5, 2e-3), *(_row(n, n // 2) for n in (20, 40, 80, 160)), _system()]

@@ -32,6 +32,8 @@ THEMES = {
     "landmarks": "Visual landmarks",
     "Rao-Blackwellised": "Particles",
     "resampling": "Particles",
+    "covariance": "Fusion and people",
+    "people": "Fusion and people",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

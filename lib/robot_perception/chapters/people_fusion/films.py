@@ -13,7 +13,7 @@ from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
 from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.teaching.figures.maps import lines, plan
-from robot_perception.teaching.figures.style import GROUND, MEANING, figure, label
+from robot_perception.teaching.figures.style import MEANING, figure, label
 
 FRAMES = 40
 FPS = 3.0
@@ -73,8 +73,7 @@ def frame(
         low, high = ax.get_xlim()
         room = 0.24 * (high - low)  # half of the longest words
         x = float(np.clip(above[0], low + room, high - room))
-        paper = {"facecolor": GROUND, "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
-        label(ax, x, float(above[1]), word, MEANING["robot"], ha="center", zorder=9, bbox=paper)
+        label(ax, x, float(above[1]), word, MEANING["robot"], ha="center", zorder=9)
     return ax
 
 

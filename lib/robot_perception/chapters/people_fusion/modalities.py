@@ -155,7 +155,7 @@ def configs(size: Size) -> tuple[Config, ...]:
 
 BLIND = tuple(Config(seed, images=False) for seed in TEST)
 """The same sessions without the pictures, which take most of the time."""
-DRIVES = tuple(Config(seed, 100.0, robot="drives", images=False) for seed in TEST)
+DRIVES = tuple(Config(seed, 80.0, robot="drives", images=False) for seed in TEST)
 """The robot drives from room to room, with walls beside it."""
 FIXED, OFTEN = np.deg2rad(3.0), 0.1
 """What stays in a direction: seen within so much, rad, in a larger share of the readings."""
@@ -351,8 +351,8 @@ def no_single_sensor(size: Size, rng: np.random.Generator) -> Finding:
 
 @no_single_sensor.sabotage("a committee that never takes two readings for one person")
 def strangers(size: Size, rng: np.random.Generator) -> Finding:
-    """Let each reading be somebody else."""
-    chosen = configs(size)
+    """Let each reading be somebody else, in three of the sessions."""
+    chosen = configs(size)[:3]
     (fused,) = committee.compare({"": STRANGERS}, chosen)[""]
     return Finding(Result(fused, run(chosen)[0].single).gain)
 
