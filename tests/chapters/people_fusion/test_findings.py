@@ -217,9 +217,11 @@ def test_sweeps_and_the_paper_are_drawn_where_they_are():
         name: (Interval(0.5 + 0.05 * k, 0, 1), Interval(0.1 * k, 0, 1), None, None)
         for k, name in enumerate(names)
     }
-    _, ax = figure()
-    draw.trade(ax, Table(rows, committee.COLUMNS, "made up", "system"))
-    theta, alpha, patience, paper = (np.array(line.get_data()).T for line in ax.lines)
+    _, axes = figure(1, 3)
+    draw.trade(axes, Table(rows, committee.COLUMNS, "made up", "system"))
+    (theta, paper), (alpha, _), (patience, _) = (
+        [np.array(line.get_data()).T for line in ax.lines] for ax in axes
+    )
     np.testing.assert_allclose(alpha, [[0.0, 0.5], [0.1, 0.55]])
     np.testing.assert_allclose(patience, [[0.2, 0.6], [0.3, 0.65]])
     np.testing.assert_allclose(theta, [[0.4, 0.7], [0.5, 0.75]])

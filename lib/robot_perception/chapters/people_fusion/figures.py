@@ -296,7 +296,7 @@ def rates_by_distance(ax: Axes, found: Mapping[Sensor, Mapping[str, Interval]]) 
             ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
         ax.plot(at, [share.estimate for _, share in rows], "o-", color=colour, linewidth=1.4)
         r, last = rows[-1]
-        label(ax, r + 0.12, last.estimate, sensor, colour)
+        label(ax, r + 0.12, max(last.estimate, 0.05), sensor, colour)
     ax.set(xlim=(0, 5.6), ylim=(0, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
@@ -323,17 +323,17 @@ def ways(ax: Axes, run: committee.Tracked) -> Axes:
     return ax
 
 
-def trade(ax: Axes, sweeps: Table) -> Axes:
+def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
     """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers.
 
     Parameters
     ----------
-    ax
-        Where to draw.
+    axes
+        Where to draw: one for each of the three.
     sweeps
         Rows "θ = 0.1", "2 α" and "2 t_v", of the ledger.
     """
-    for name in ("θ", "α", "t_v"):
+    for ax, name in zip(axes, ("θ", "α", "t_v"), strict=True):
         rows = [row for row in sweeps.rows if name in row.split()]
         false, tracked = (
             np.array([sweeps[row, column].estimate for row in rows])
@@ -344,8 +344,8 @@ def trade(ax: Axes, sweeps: Table) -> Axes:
         for k, side, gap in ((0, "right", -0.01), (-1, "left", 0.01)):
             text = rows[k].replace("t_v", "t\u1d65")
             label(ax, false[k] + gap, tracked[k], text, colour, ha=side, fontsize=9)
-    _paper(ax)
-    return ax
+        _paper(ax)
+    return axes
 
 
 def _paper(ax: Axes) -> None:
