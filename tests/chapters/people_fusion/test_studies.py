@@ -1,10 +1,12 @@
 """Laws of the studies, on sessions written down by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from robot_perception.chapters.people_fusion import committee, modalities, rates
-from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Recording
+from robot_perception.chapters.people_fusion import committee, modalities, rates, sessions
+from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Config, Recording
 from robot_perception.people.aggregation import Hypotheses
 from robot_perception.people.detections import SENSORS
 
@@ -103,6 +105,25 @@ def test_scaled_rules():
         assert new.alpha == old.alpha / 2
         assert new.patience == 2 * old.patience
     assert rates.scaled(committee.RULES, alpha=100.0).camera.alpha_behind == 1
+
+
+def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):
+    one, n = recording([(2, 0)], [(2, 0)]), 20
+    rows = ("means", "covs", "poses", "reckoned", "polar", "present", "clear", "beams", "cones")
+    rows = (*rows, "sensors", "counts", "side", "gaze", "swing")
+    many = replace(
+        one,
+        times=np.arange(n) / 10,
+        judged=np.arange(n),
+        **{name: np.repeat(getattr(one, name), n, axis=0) for name in rows},
+    )
+    monkeypatch.setattr(sessions, "record", lambda config: many)
+    run = committee.tracked.__wrapped__(Config(1))
+    counts = [len(persons) for persons in run.persons]
+    assert counts[0] == 0
+    assert counts[-1] == 1
+    assert counts == sorted(counts)
+    assert committee.rates([list(committee.frames(run))] * 2).false.estimate == 0
 
 
 def test_no_persons_no_hypotheses():

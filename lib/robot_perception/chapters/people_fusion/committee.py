@@ -144,7 +144,7 @@ def tracked(config: Config, system: System = System()) -> Tracked:
     taken = [SENSORS.index(sensor) for sensor in sensors]
     hypotheses, stays, last = Hypotheses.none(), Stays.none(), recording.reckoned[0]
     rows, persons, static = [], [], []
-    for k in np.flatnonzero(np.isin(recording.sensors, taken)):
+    for k in np.flatnonzero(np.isin(recording.sensors, taken)).tolist():
         pose = recording.reckoned[k]
         hypotheses, _ = step(hypotheses, recording.found(k), se2.between(last, pose), rules)
         stays, still = watch(stays, hypotheses, pose, STATIC)
