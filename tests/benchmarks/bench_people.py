@@ -58,7 +58,7 @@ def _system() -> Row:
         assert len(run().persons(committee.RULES)) >= 2  # of three people
 
     return Row(
-        work=f"people, {len(signals)} readings of {SECONDS:g} s, from signals to persons",
+        work=f"people system, {len(signals)} readings of {SECONDS:g} s, signals to persons",
         ours=run,
         at_most=SECONDS,
         agree=agree,

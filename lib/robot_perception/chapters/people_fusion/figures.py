@@ -93,14 +93,6 @@ def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = 
         label(ax, out * x, out * y, word, truth, ha="center")
 
 
-def plan(ax: Axes, at: float) -> Axes:
-    """Draw the room from above at a moment: walls, furniture, the robot, and who is where."""
-    ax.clear()
-    _floor(ax)
-    _people(ax, at)
-    return ax
-
-
 # What the sensors say ----------------------------------------------------------------------------
 
 
@@ -166,19 +158,13 @@ def aggregated(
 
 
 def hero(axes: np.ndarray, at: float) -> np.ndarray:
-    """Draw Fig. 7 again on five axes: the scene, what each sensor says, and all together."""
-    plan(axes[0], at).set_title("the scene")
-    for ax, sensor in zip(axes[1:4], ("camera", "laser", "sonar"), strict=True):
+    """Draw the middle of Fig. 7 again on three axes: what each sensor says of the scene."""
+    for ax, sensor in zip(axes, ("camera", "laser", "sonar"), strict=True):
         ax.clear()
         _floor(ax, 0.4)
         _people(ax, at, strong=False)
         said(ax, sensor, scene.found(at, sensor).positions)
         ax.set_title(f"{sensor} alone")
-    axes[4].clear()
-    _floor(axes[4], 0.4)
-    _people(axes[4], at, strong=False)
-    aggregated(axes[4], scene.history().at(at))
-    axes[4].set_title("together, over time")
     return axes
 
 
@@ -354,7 +340,7 @@ def _paper(ax: Axes) -> None:
     ax.plot(*explorers.PAPER, "D", color=colour, markersize=8)
     label(ax, explorers.PAPER[0], 0.972, "the paper", colour, ha="center")
     ax.set(xlim=(0, 0.6), ylim=(0.4, 1.01))
-    ax.set(xlabel="share of the hypotheses that are nobody", ylabel="share of the people tracked")
+    ax.set(xlabel="hypotheses: share false", ylabel="people: share tracked")
 
 
 # Real scans --------------------------------------------------------------------------------------
