@@ -70,7 +70,7 @@ def test_people_are_drawn_from_the_documented_ranges():
     tones = np.array([p.tone for p in crowd])
     assert tones.min() < 0.02
     assert tones.max() > 0.98
-    assert 0.15 < np.mean([p.skirt for p in crowd]) < 0.35
+    assert 0.05 < np.mean([p.skirt for p in crowd]) < 0.16
     assert not any(make_person(rng=np.random.default_rng(k), skirt=False).skirt for k in range(20))
     assert all(make_person(rng=np.random.default_rng(k), skirt=True).skirt for k in range(20))
 

@@ -27,7 +27,7 @@ from data_synth.people import (
 from data_synth.sonar import SonarRing
 from data_synth.wheels import true_increments
 
-OFFICE = make_people_office(rng=np.random.default_rng(0))
+OFFICE = make_people_office(rng=np.random.default_rng(1))
 RIG = Rig()
 STANDS, DRIVES = (
     make_session(OFFICE, rng=np.random.default_rng(3), duration=6.0, robot=robot)
