@@ -1,8 +1,5 @@
 """The exercises judge right and wrong answers, and their answers are what happens."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,17 +7,12 @@ from robot_perception import fusion
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.covariance_intersection import rumour
 from robot_perception.chapters.covariance_intersection.exercises import EXERCISES
+from tests.chapters.exercises import ExerciseTests
 
 
-@pytest.mark.parametrize("key", list(EXERCISES))
-def test_each_mistake_has_its_words(key):
-    exercise = EXERCISES[key]
-    assert exercise.judge(exercise.answer)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    for wrong, words in exercise.mistakes:
-        outcome, said = exercise.judge(wrong)
-        assert outcome == "wrong"
-        assert words in said
+class TestSheet(ExerciseTests):
+    stem = "covariance_intersection"
+    sheet = EXERCISES
 
 
 def test_echoes_of_the_exercise_are_those_of_the_rumour():
@@ -45,9 +37,3 @@ def test_matches_of_the_exercise_are_those_of_equation_5():
     while w <= 0.9:
         w, matches = w + 0.4 * (1 - w), matches + 1
     assert EXERCISES["ci-hits"].answer == matches
-
-
-def test_chapter_asks_each_exercise_once():
-    notebook = Path(__file__).parents[3] / "book" / "covariance_intersection.ipynb"
-    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
-    assert sorted(asked) == sorted(EXERCISES)

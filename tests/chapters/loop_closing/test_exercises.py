@@ -1,8 +1,5 @@
 """The exercises judge right and wrong answers, and their answers are what happens."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -10,6 +7,13 @@ from scipy import stats
 from data_synth.wheels import Slip, roll
 from robot_perception.chapters.loop_closing.exercises import EXERCISES
 from robot_perception.slam import planar
+from tests.chapters.exercises import ExerciseTests
+
+
+class TestSheet(ExerciseTests):
+    stem = "loop_closing"
+    sheet = EXERCISES
+
 
 RNG = np.random.default_rng
 
@@ -34,17 +38,6 @@ def test_exercise_of_the_frozen_landmark_is_the_nees_of_many_measurements():
     assert np.mean(error**2) / 0.03**2 == pytest.approx(answer, rel=0.05)
 
 
-@pytest.mark.parametrize("key", list(EXERCISES))
-def test_each_mistake_has_its_words(key):
-    exercise = EXERCISES[key]
-    assert exercise.judge(exercise.answer)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    for wrong, words in exercise.mistakes:
-        outcome, said = exercise.judge(wrong)
-        assert outcome == "wrong"
-        assert words in said
-
-
 def test_exercise_of_the_start_is_what_the_filter_says():
     sensor = planar.CartesianSensor(0.03**2 * np.eye(2))
     seen = planar.Observations(np.array([7]), np.array([[4.0, 0.0]]))
@@ -53,9 +46,3 @@ def test_exercise_of_the_start_is_what_the_filter_says():
         start = planar.MapBelief.start(np.zeros(3), np.diag(deviations) ** 2)
         aside.append(np.sqrt(planar.add_landmarks(start, seen, sensor).cov[-1, -1]))
     assert EXERCISES["loop-start"].answer == pytest.approx(aside[0] / aside[1])
-
-
-def test_chapter_asks_each_exercise_once():
-    notebook = Path(__file__).parents[3] / "book" / "loop_closing.ipynb"
-    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
-    assert sorted(asked) == sorted(EXERCISES)

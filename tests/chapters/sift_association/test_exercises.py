@@ -1,25 +1,17 @@
 """The exercises judge right and wrong answers, and their answers are what happens."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from robot_perception.chapters.sift_association import stereo
 from robot_perception.chapters.sift_association import variances as law
 from robot_perception.chapters.sift_association.exercises import EXERCISES
+from tests.chapters.exercises import ExerciseTests
 
 
-@pytest.mark.parametrize("key", list(EXERCISES))
-def test_each_mistake_has_its_words(key):
-    exercise = EXERCISES[key]
-    assert exercise.judge(exercise.answer)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    for wrong, words in exercise.mistakes:
-        outcome, said = exercise.judge(wrong)
-        assert outcome == "wrong"
-        assert words in said
+class TestSheet(ExerciseTests):
+    stem = "sift_association"
+    sheet = EXERCISES
 
 
 def test_depth_of_the_exercise_is_what_triangulation_says():
@@ -37,9 +29,3 @@ def test_distance_of_a_class_to_its_own_is_the_same_for_any_numbers():
 
 def test_distance_of_a_stranger_is_the_law():
     assert EXERCISES["sift-law"].answer == pytest.approx(law.expected_distance(5))
-
-
-def test_chapter_asks_each_exercise_once():
-    notebook = Path(__file__).parents[3] / "book" / "sift_association.ipynb"
-    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
-    assert sorted(asked) == sorted(EXERCISES)

@@ -1,14 +1,18 @@
 """The exercises judge right and wrong answers, and their answers are what happens."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.chapters.visual_slam.exercises import EXERCISES
 from robot_perception.particles import effective_number
+from tests.chapters.exercises import ExerciseTests
+
+
+class TestSheet(ExerciseTests):
+    stem = "visual_slam"
+    sheet = EXERCISES
+
 
 RNG = np.random.default_rng
 
@@ -30,20 +34,3 @@ def test_number_of_the_exercise():
 def test_one_particle_adds_an_error_of_its_own():
     wheels, particle = RNG(1).standard_normal((2, 100_000))
     assert EXERCISES["slam-one"].answer == pytest.approx(np.std(wheels + particle), rel=0.01)
-
-
-@pytest.mark.parametrize("key", list(EXERCISES))
-def test_each_mistake_has_its_words(key):
-    exercise = EXERCISES[key]
-    assert exercise.judge(exercise.answer)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    for wrong, words in exercise.mistakes:
-        outcome, said = exercise.judge(wrong)
-        assert outcome == "wrong"
-        assert words in said
-
-
-def test_chapter_asks_each_exercise_once():
-    notebook = Path(__file__).parents[3] / "book" / "visual_slam.ipynb"
-    asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
-    assert sorted(asked) == sorted(EXERCISES)

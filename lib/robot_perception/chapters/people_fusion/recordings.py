@@ -166,15 +166,18 @@ class Pedestrians:
     both: int
     total: int
 
-    @property
-    def still(self) -> float:
-        """Share of what is taken for skin that never moves."""
-        return 1 - self.both / max(self.pixels, 1)
-
-    @property
-    def covered(self) -> float:
-        """Share of the picture that is taken for skin."""
-        return self.pixels / self.total
+    def table(self) -> Table:
+        """Return how much of what moves and of what stands still is taken for skin."""
+        still = (self.pixels - self.both) / max(self.total - self.moves, 1)
+        rows = {
+            "what moves": (self.moves / self.total, self.both / max(self.moves, 1)),
+            "what stands still": (1 - self.moves / self.total, still),
+        }
+        columns = {
+            "of the picture": "its share of all pixels of the frames used",
+            "taken for skin": "which share of it is taken for skin",
+        }
+        return Table(rows, columns, "every tenth frame", "pixels")
 
 
 def pedestrians(folder: Path) -> Pedestrians:
