@@ -11,6 +11,7 @@ from data_synth.coloured.outdoors import (
     HALF,
     SUN,
     WARM,
+    lit_ground,
     make_path,
     make_weather,
     sand,
@@ -70,8 +71,8 @@ def beetle(
     ground = sand(rng=grounds)
     if clutter:
         scatter(ground, 11, 12, rng=grounds)
-    spots = np.column_stack([coat.uniform((-0.85, 0.12), (0.1, 0.42), (5, 2)),
-                             coat.uniform(0.07, 0.13, 5)])  # fmt: skip
+    spots = np.array([[-0.8, 0.16], [-0.6, 0.38], [-0.36, 0.17], [-0.14, 0.4], [0.05, 0.15]])
+    spots = np.column_stack([spots + coat.normal(0, 0.03, (5, 2)), coat.uniform(0.06, 0.12, 5)])
     ring = _outline()
 
     def size(time: float) -> float:
@@ -94,7 +95,7 @@ def beetle(
         sun, sky = weather.sun(time), weather.sky(time)
         low = 1 - 0.6 * shifted(thin, DROP * 0.07 * size(time))
         shadow(low, shape, DROP * 0.16 * size(time), 2.0, 0.9)
-        canvas = weather.ground(ground, low, time)
+        canvas = lit_ground(ground, sun, low, sky)
         box, cover = inside(shape, margin=int(1.2 * size(time)))
         lay(canvas, box, thin[box], _LEG * (0.5 * sun[box][..., None] * WARM + sky))
         box, cover = inside(shape)

@@ -1,5 +1,6 @@
 """Filming: the light of a scene made into images, its switches and its random numbers."""
 
+import math
 from collections.abc import Callable
 
 import cv2
@@ -72,10 +73,10 @@ def wave(
     """Return a smooth random function of time: sines, never further from 0 than ``reach``, of
     periods from the shortest to the longest, frames.
     """
-    periods = np.geomspace(periods[1], periods[0], 3) * rng.uniform(0.85, 1.15, 3)
+    lengths = np.geomspace(periods[1], periods[0], 3) * rng.uniform(0.85, 1.15, 3)
     phases = rng.uniform(0, 2 * np.pi, 3)
-    heights = reach * np.array([0.5, 0.3, 0.2])
-    return lambda time: float(heights @ np.sin(2 * np.pi * time / periods + phases))
+    sines = list(zip((0.5, 0.3, 0.2), 2 * np.pi / lengths, phases, strict=True))
+    return lambda time: reach * sum(a * math.sin(w * time + phase) for a, w, phase in sines)
 
 
 def one_of(name: str, value: object, words: tuple[str, ...]) -> None:

@@ -77,14 +77,14 @@ class _Person:
         centre, yaw, tilt = self.place(time), self.yaw(time), self.tilt(time)
         head, upright, body = _axes(yaw, tilt), _axes(yaw, 0.4 * tilt), _axes(yaw, 0.0)
         lean = np.array([-np.sin(tilt), np.cos(tilt), 0])
-        throat = centre + 0.125 * lean + 0.012 * body[0] * -1
-        base = centre + 0.06 * lean + np.array([0, 0.20, 0]) - 0.02 * body[0]
+        throat = centre + 0.115 * lean - 0.012 * body[0]
+        base = centre + 0.06 * lean + np.array([0, 0.18, 0]) - 0.02 * body[0]
         face, wool = [self.skin, self.hair], [self.shirt, self.stripes]
         parts = [
             (centre, head / _SEMI[:, None], _HEAD, face),
-            (throat, upright / _column(0.054, 0.052, 0.095), _PLAIN, face),
-            (base, body / _column(0.085, 0.205, 0.080), _SHIRT, wool),
-            (base + np.array([0, 0.24, 0]), body / _column(0.11, 0.185, 0.30), _SHIRT, wool),
+            (throat, upright / _column(0.054, 0.052, 0.10), _PLAIN, face),
+            (base, body / _column(0.085, 0.210, 0.085), _SHIRT, wool),
+            (base + np.array([0, 0.20, 0]), body / _column(0.105, 0.200, 0.29), _SHIRT, wool),
         ]
         for ahead, left, up, size in (
             (0.098, 0.0, -0.014, (0.020, 0.013, 0.026)),
@@ -149,7 +149,7 @@ def head(
     def seen(time: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The light, and to whose head each pixel belongs."""
         near, side = ambient(time), lamp(time)
-        canvas = walls * (near + lean * side)
+        canvas = _lit(walls, lean, near, side)
         depths = np.full((HEIGHT, WIDTH), np.inf, dtype=np.float32)
         whose = np.full((HEIGHT, WIDTH), -1, dtype=np.int16)
         for k, person in enumerate(people):
@@ -218,6 +218,18 @@ def _boxes(centres: np.ndarray, maps: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(cache=True)
+def _lit(walls, lean, near, side):
+    """The light that comes back from the walls: ``lean`` is how much of the lamp meets them."""
+    canvas = np.empty_like(walls)
+    for row in range(walls.shape[0]):
+        for column in range(walls.shape[1]):
+            for channel in range(3):
+                came = near[channel] + lean[row, column] * side[channel]
+                canvas[row, column, channel] = walls[row, column, channel] * came
+    return canvas
+
+
+@numba.njit(cache=True)
 def _cast(
     centres, maps, kinds, colours, boxes, near, side, lamp, shift, owner, focal, canvas, depths,
     whose,
@@ -261,7 +273,7 @@ def _cast(
                     whose[row, column] = owner
                     gloss = _face(f, s, t, colours[e, 1], paint)
                 elif kinds[e] == _SHIRT:
-                    if np.sin(24 * t) > 0.3:
+                    if np.sin(2 * np.pi * (depth * b - c[1]) / 0.05) > 0.3:
                         paint[:] = colours[e, 1]
                 elif kinds[e] == _BIT:
                     whose[row, column] = owner + _BITS
@@ -443,4 +455,4 @@ def _room(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     )
     panel(p, 38, p + 56, 102, sky.clip(0.02, 1))
     falls = (0.75 - 0.5 * columns / WIDTH) * (1 - 0.3 * rows / HEIGHT)
-    return paint.clip(0.005, 1).astype(np.float32), falls[..., None].astype(np.float32)
+    return paint.clip(0.005, 1).astype(np.float32), falls.astype(np.float32)

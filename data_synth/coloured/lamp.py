@@ -11,10 +11,10 @@ __all__ = ["rectangle"]
 _POINTS = 80
 _FOCAL = 300.0  # pixels
 _AWAY, _SLANT = 2.0, np.deg2rad(20)  # of the table: m, and off the camera's axis
-_LAMP_HIGH, _CARD_HIGH = 0.45, 0.18  # above the table, m
+_LAMP_HIGH, _CARD_HIGH = 0.42, 0.18  # above the table, m
 _SIDES = np.array([0.40, 0.28])  # of the rectangle, m
-_ORBIT, _OFF = 0.52, 0.16  # radius, and what the lamp stands off its middle, m
-LAMP_LIGHT = 0.50 * np.array([1.0, 0.70, 0.40])  # at 1 m, shares of full light
+_ORBIT, _OFF = 0.52, 0.19  # radius, and what the lamp stands off its middle, m
+LAMP_LIGHT = 0.55 * np.array([1.0, 0.70, 0.40])  # at 1 m, shares of full light
 AMBIENT = np.array([0.05, 0.065, 0.10])
 CARD = np.array([0.52, 0.12, 0.085])  # colour of the rectangle
 _MIDDLE = np.array([(WIDTH - 1) / 2, (HEIGHT - 1) / 2])
@@ -55,7 +55,7 @@ def rectangle(
     first, sense = motion.uniform(0, 2 * np.pi), motion.choice([-1, 1])
     aside = motion.uniform(0, 2 * np.pi)
     lamp = middle + _LAMP_HIGH * up + _OFF * (np.cos(aside) * right + np.sin(aside) * far)
-    nod, sway = wave(0.45, (30, 90), rng=motion), wave(0.4, (40, 120), rng=motion)
+    nod, sway = wave(0.6, (30, 90), rng=motion), wave(0.4, (40, 120), rng=motion)
     spin, lift = wave(0.7, (40, 120), rng=motion), wave(0.07, (40, 120), rng=motion)
 
     def frame(time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +63,7 @@ def rectangle(
         turned = first + sense * 2 * np.pi * time / 60
         out = np.cos(turned) * right + np.sin(turned) * far
         along = np.cos(turned) * far - np.sin(turned) * right
-        tip = 0.45 + nod(time)  # towards the lamp
+        tip = 0.35 + nod(time)  # towards the lamp
         axes = [along, np.cos(tip) * out + np.sin(tip) * up, np.cos(tip) * up - np.sin(tip) * out]
         axes = _about(axes, sway(time), (1, 2))
         centre = middle + _ORBIT * out + (_CARD_HIGH + lift(time)) * up

@@ -66,12 +66,6 @@ class Weather:
         leaves = cv2.warpAffine(self.leaves, shift, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REFLECT)
         return leaves * np.float32(self.strength(time))
 
-    def ground(self, paint: np.ndarray, low: np.ndarray, time: float) -> np.ndarray:
-        """Return the light that comes back from the ground; ``low`` is 0 in an animal's shadow."""
-        lit = np.empty_like(paint)
-        _ground(paint, self.sun(time), low, SUN[2] * WARM, self.sky(time), lit)
-        return lit
-
     def at(self, place: np.ndarray, time: float) -> np.ndarray:
         """Return the light (3,) on the ground at a place in the image."""
         column, row = np.rint(place).astype(int)
@@ -79,14 +73,19 @@ class Weather:
 
 
 @numba.njit(cache=True)
-def _ground(paint, sun, low, warm, sky, lit):
-    """Sun and sky on the ground; what stands on it hides some of the sky too."""
+def lit_ground(paint, sun, low, sky):
+    """Return the light that comes back from the ground: ``low`` is 0 in the shadow of what stands
+    on it, which hides some of the sky too.
+    """
+    lit = np.empty_like(paint)
     for row in range(paint.shape[0]):
         for column in range(paint.shape[1]):
             free = low[row, column]
             for channel in range(3):
-                came = sun[row, column] * free * warm[channel] + sky[channel] * (0.4 + 0.6 * free)
+                came = sun[row, column] * free * SUN[2] * WARM[channel]
+                came += sky[channel] * (0.4 + 0.6 * free)
                 lit[row, column, channel] = paint[row, column, channel] * came
+    return lit
 
 
 def make_weather(light: str, *, rng: np.random.Generator) -> Weather:

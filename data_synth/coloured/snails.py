@@ -24,6 +24,7 @@ from data_synth.coloured.outdoors import (
     HALF,
     SUN,
     WARM,
+    lit_ground,
     make_path,
     make_weather,
     sand,
@@ -116,7 +117,7 @@ def snail(
         sun, sky = weather.sun(time), weather.sky(time)
         low = 1 - 0.6 * shifted(cv2.GaussianBlur(soft, (0, 0), 1.5), DROP * 4)
         shadow(low, shape, DROP * 9, 2.5, 0.85)
-        canvas = weather.ground(ground, low, time)
+        canvas = lit_ground(ground, sun, low, sky)
         box, _cover = inside(shape, margin=int(2 * _SIZE))
         thick = (0.5 + 0.6 * cv2.GaussianBlur(soft[box], (0, 0), 4.0))[..., None]
         moved = np.roll(bumps, np.rint(place[::-1]).astype(int), axis=(0, 1))[box][..., None]
