@@ -415,7 +415,7 @@ def _room(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Paint of the room's back wall (height, width, 3), and how much of the lamp meets it."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     fine, wide = texture(4, 2, rng=rng), texture(60, 3, rng=rng)
-    paint = linear(np.array([0.72, 0.70, 0.64])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
+    paint = linear(np.array([0.60, 0.67, 0.69])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
 
     def board(left: float, top: float, right: float, bottom: float, colour: np.ndarray) -> None:
         ring = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], dtype=float)
