@@ -81,6 +81,37 @@ def test_the_same_seed_gives_the_same_numbers():
     np.testing.assert_array_equal(again.snakes["free"].overlap, found().snakes["free"].overlap)
 
 
+def test_the_gap_is_the_mean_of_the_films_means():
+    result = found()
+    by_film = [
+        (result.snakes["free"].overlap - result.snakes["affine"].overlap)[result.films == film]
+        for film in SMALL.films
+    ]
+    gap = result.gap("overlap")
+    assert gap.estimate == pytest.approx(np.mean([film.mean() for film in by_film]))
+    assert gap.low < gap.estimate < gap.high
+
+
+def test_each_snake_is_scored_with_the_weights_that_are_best_for_it_elsewhere():
+    rules = SnakeRules(reach=(8.0, 3.0), steps=10)
+    got, best = snakes.tuned(cases()[:1], cases()[1:2], rules), snakes.grid(cases()[1:2], rules)
+    for snake in snakes.SNAKES:
+        alpha, beta = best.best(snake)
+        own = replace(rules, elasticity=alpha, rigidity=beta)
+        expected = snakes.fitted(cases()[:1], snake, own)
+        np.testing.assert_array_equal(got[snake].overlap, expected.overlap)
+
+
+def test_the_table_of_reaches_has_the_results_of_each():
+    table = snakes.reach_table(cases(), SMALL)
+    rules = replace(SMALL.rules, rigidity=snakes.STIFF, reach=(20.0, 3.0))
+    result = snakes.compared(cases(), replace(SMALL, rules=rules))
+    row = dict(zip(table.columns, table.rows["β = 100, reach 20 px"], strict=True))
+    assert row["neck, free"] == result.snakes["free"].swallowed.mean()
+    assert row["half, affine"] == (result.snakes["affine"].swallowed > 0.5).sum()
+    assert row["overlap, affine"] == result.snakes["affine"].overlap.mean()
+
+
 def test_a_grid_has_the_means_of_its_fits():
     got = snakes.grid(cases()[:2], SnakeRules(steps=5), (0.1, 0.5), (0.2, 3.0, 9.0))
     one = snakes.fitted(cases()[:2], "free", SnakeRules(0.5, 3.0, steps=5))
@@ -138,7 +169,7 @@ def test_figures_draw_what_they_are_given():
     draw.swallowed(ax, result)
     for line, snake in zip(ax.lines, snakes.SNAKES, strict=True):
         ordered = np.sort(result.snakes[snake].swallowed)
-        np.testing.assert_array_equal(line.get_xdata()[1:], ordered)
+        np.testing.assert_array_equal(line.get_xdata()[1:-1], ordered)
     _, ax = figure()
     got = snakes.grid([case], SnakeRules(steps=3), (0.1,), (0.2, 3.0))
     draw.stiffness(ax, got)

@@ -18,7 +18,11 @@ from jaxtyping import Float
 from robot_perception.appearance import shape_scores
 from robot_perception.appearance.affine_snake import SnakeRules, affine_snake, area
 from robot_perception.appearance.segmentation import blob, filled
-from robot_perception.chapters.colour_and_shape.snakes import Case
+from robot_perception.chapters.colour_and_shape import snakes
+from robot_perception.chapters.colour_and_shape.snakes import PAPER, Case
+from robot_perception.evaluation.intervals import Interval, exact, proportion
+from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.verdicts import Accepted
 
 SIGNS = {
     "printed": shape_scores.area_difference,
@@ -99,3 +103,44 @@ def run(config: Config, cases: list[Case]) -> Result:
     }
     weights = {name: shape_scores.weight(values, config.sigma) for name, values in rho.items()}
     return Result(config, affine, rho, weights)
+
+
+@claim(
+    "erratum-phi-area",
+    paper=PAPER,
+    place="§3.3, measure and weight",
+    basis="mathematics",
+    statement="With the printed Φ_area, ρ is 0 where the area is the predicted one.",
+    paper_value="Φ_area = |Ã − A| / max {Ã, A}, and ρ adds μ₂ (1 − Φ_area)",
+    method="Exact fractions: ρ over μ₂ of a segmentation whose two other scores are 1 and whose "
+    "area is the predicted one. Beside it rendered shells, each as it is and with twice its area, "
+    "a snake fitted to either: which of the two gets the larger weight.",
+    accepted=Accepted(0.0, 0.0, "a perfect match lacks nothing, and its weight is 1"),
+    seed=72,
+)
+def phi_area(size: Size, rng: np.random.Generator) -> Finding:
+    """Compute ρ of a perfect match, and weigh true shells against ones that are too large."""
+    films = snakes.Config().films if size is Size.FULL else snakes.Config().films[:2]
+    cases = snakes.gathered(snakes.Config(films=films, frames=(8, 24)), rng=rng)
+    found = run(Config(), cases)
+    shares = {
+        f"right shell first, {sign}": proportion(found.right_first(sign), len(cases))
+        for sign in SIGNS
+    }
+    double = exact_rho(Fraction(2), Fraction(1), printed=True)
+    return Finding(
+        _perfect(printed=True),
+        {"twice the area, as printed": exact(float(double)), **shares},
+        note="As printed it is 0 for a perfect match, where ρ rewards 1: a segmentation of twice "
+        "the area gets the larger weight. 1 less the printed expression is what ρ wants.",
+    )
+
+
+@phi_area.sabotage("1 less the printed expression")
+def turned_round(size: Size, rng: np.random.Generator) -> Finding:
+    """Turn the sign round."""
+    return Finding(_perfect(printed=False))
+
+
+def _perfect(*, printed: bool) -> Interval:
+    return exact(float(exact_rho(Fraction(1), Fraction(1), printed=printed)))

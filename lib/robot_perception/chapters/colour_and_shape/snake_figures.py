@@ -75,7 +75,7 @@ def slid(ax: Axes, state: Slid) -> Axes:
 def _shares(ax: Axes, values: np.ndarray, colour: str, name: str) -> None:
     ordered = np.sort(values)
     share = np.arange(1, len(ordered) + 1) / len(ordered)
-    ax.step(np.r_[0, ordered], np.r_[0, share], where="post", color=colour, label=name)
+    ax.step(np.r_[0, ordered, 1], np.r_[0, share, 1], where="post", color=colour, label=name)
 
 
 def swallowed(ax: Axes, result: Result) -> Axes:
@@ -110,5 +110,5 @@ def signs(ax: Axes, config: area_sign.Config) -> Axes:
     ax.set_xscale("log", base=2)
     ax.set_xticks([0.25, 0.5, 1, 2, 4], ["¼", "½", "1", "2", "4"])
     ax.set(xlabel="area found / area predicted", ylabel="weight", xlim=(0.25, 4), ylim=(0, 1.05))
-    ax.legend(loc="upper left")
+    ax.legend(loc="lower left")
     return ax
