@@ -42,7 +42,7 @@ def beetle(
     clutter: bool = True,
     camera: Camera | None = None,
 ) -> Sequence:
-    """Return a shiny beetle that walks over sand, soil and leaves; the target is its body.
+    """Return a shiny beetle that walks over sand, moss and leaves; the target is its body.
 
     The outline goes round wing cases, pronotum and head; legs and antennae are ``extra``. Sun and
     sky light it, the sun through clouds and leaves; the sun's reflection moves as it turns.
@@ -116,7 +116,7 @@ def beetle(
     )
 
 
-_WING, _FRONT, _LEG = np.array([[0.17, 0.050, 0.018], [0.05, 0.024, 0.016], [0.05, 0.025, 0.015]])
+_WING, _FRONT, _LEG = np.array([[0.20, 0.042, 0.016], [0.085, 0.022, 0.012], [0.06, 0.022, 0.012]])
 
 
 def _outline(points: int = 45) -> np.ndarray:
@@ -178,5 +178,5 @@ def _coat(place, heading, size, spots, sun, sky, light):
             normal[0] = (cos * ahead - sin * aside) / long
             normal[1] = (sin * ahead + cos * aside) / long
             normal[2] = 1 / long
-            shine(paint, normal, sun[row, column], sky, WARM, SUN, HALF, 1.1, 70.0,
+            shine(paint, normal, sun[row, column], sky, WARM, SUN, HALF, 0.9, 120.0,
                   light[row, column])  # fmt: skip

@@ -78,14 +78,16 @@ class _Person:
         head, upright, body = _axes(yaw, tilt), _axes(yaw, 0.4 * tilt), _axes(yaw, 0.0)
         lean = np.array([-np.sin(tilt), np.cos(tilt), 0])
         throat = centre + 0.115 * lean - 0.012 * body[0]
-        base = centre + 0.06 * lean + np.array([0, 0.18, 0]) - 0.02 * body[0]
+        chest = centre + 0.06 * lean + np.array([0, 0.50, 0]) - 0.02 * body[0]
         face, wool = [self.skin, self.hair], [self.shirt, self.stripes]
         parts = [
             (centre, head / _SEMI[:, None], _HEAD, face),
             (throat, upright / _column(0.054, 0.052, 0.10), _PLAIN, face),
-            (base, body / _column(0.085, 0.210, 0.085), _SHIRT, wool),
-            (base + np.array([0, 0.20, 0]), body / _column(0.105, 0.200, 0.29), _SHIRT, wool),
+            (chest, body / _column(0.115, 0.20, 0.40), _SHIRT, wool),
         ]
+        for side in (-1, 1):
+            arm = chest + [0, 0.175 * side, 0.07] @ body
+            parts.append((arm, body / _column(0.062, 0.056, 0.22), _SHIRT, wool))
         for ahead, left, up, size in (
             (0.098, 0.0, -0.014, (0.020, 0.013, 0.026)),
             (-0.012, 0.073, -0.008, (0.018, 0.010, 0.030)),
@@ -273,7 +275,7 @@ def _cast(
                     whose[row, column] = owner
                     gloss = _face(f, s, t, colours[e, 1], paint)
                 elif kinds[e] == _SHIRT:
-                    if np.sin(2 * np.pi * (depth * b - c[1]) / 0.05) > 0.3:
+                    if np.sin(2 * np.pi * (depth * b - centres[2, 1]) / 0.05) > 0.3:
                         paint[:] = colours[e, 1]
                 elif kinds[e] == _BIT:
                     whose[row, column] = owner + _BITS
@@ -413,7 +415,7 @@ def _room(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Paint of the room's back wall (height, width, 3), and how much of the lamp meets it."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     fine, wide = texture(4, 2, rng=rng), texture(60, 3, rng=rng)
-    paint = linear(np.array([0.72, 0.70, 0.64])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
+    paint = linear(np.array([0.60, 0.67, 0.69])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
 
     def board(left: float, top: float, right: float, bottom: float, colour: np.ndarray) -> None:
         ring = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], dtype=float)

@@ -26,15 +26,15 @@ __all__: tuple[str, ...] = ()  # for the worlds alone
 SUN = np.array([0.42, 0.55, 0.72])  # where it stands: right, down, and up from the ground
 SUN = SUN / np.linalg.norm(SUN)
 HALF = (SUN + np.array([0, 0, 1])) / np.linalg.norm(SUN + np.array([0, 0, 1]))
-WARM = 1.75 * np.array([1.0, 0.92, 0.78])  # light of the sun
-COLD = 1.5 * np.array([0.24, 0.28, 0.34])  # and of the sky
+WARM = 1.75 * np.array([1.0, 0.95, 0.86])  # light of the sun
+COLD = 1.5 * np.array([0.26, 0.28, 0.31])  # and of the sky
 DROP = np.array([-0.42, -0.55]) / 0.72  # of a shadow, for each pixel of height
 _FALLEN = np.array(  # colours of what lies about; those of beetle and snail are among them
     [
         [0.20, 0.075, 0.030],
-        [0.30, 0.150, 0.060],
+        [0.30, 0.140, 0.045],
         [0.13, 0.050, 0.025],
-        [0.36, 0.240, 0.110],
+        [0.38, 0.210, 0.075],
         [0.12, 0.160, 0.050],
         [0.24, 0.110, 0.040],
     ]
@@ -102,7 +102,7 @@ def shine(paint, normal, sun, sky, warm, towards, half, gloss, power, out):
     facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2]
     glance = normal[0] * half[0] + normal[1] * half[1] + normal[2] * half[2]
     spark = sun * gloss * max(glance, 0.0) ** power if facing > 0 else 0.0
-    sheen = gloss * 0.15 * (1 - normal[2]) ** 2
+    sheen = gloss * 0.06 * (1 - normal[2]) ** 2
     for channel in range(3):
         came = sun * max(facing, 0.0) * warm[channel] + sky[channel]
         out[channel] = paint[channel] * came + spark * warm[channel] + sheen * sky[channel]
@@ -143,10 +143,10 @@ def make_path(period: float, *, rng: np.random.Generator) -> Path:
 
 
 def sand(*, rng: np.random.Generator) -> np.ndarray:
-    """Return the paint (height, width, 3) of ground: sand, here and there soil."""
+    """Return the paint (height, width, 3) of ground: grey sand, here and there moss."""
     fine, rough = texture(3, 2, rng=rng)[..., None], texture(90, 3, rng=rng)[..., None]
     soil = 1 / (1 + np.exp(-(rough - 0.7) * 6))
-    paint = np.array([0.40, 0.32, 0.22]) * (1 - soil) + np.array([0.15, 0.095, 0.06]) * soil
+    paint = np.array([0.28, 0.30, 0.31]) * (1 - soil) + np.array([0.10, 0.13, 0.08]) * soil
     return (paint * (1 + 0.10 * fine + 0.08 * rough).clip(0.3, None)).astype(np.float32)
 
 

@@ -36,7 +36,7 @@ from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera, Sequence
 __all__ = ["snail"]
 
 _SIZE = 36.0  # of the shell, pixels
-_SKIN = np.array([0.33, 0.215, 0.115])
+_SKIN = np.array([0.34, 0.18, 0.065])
 
 
 def snail(
@@ -80,7 +80,7 @@ def snail(
     blades = np.zeros((0, 40, 2))
     if clutter:
         scatter(ground, 20, 16, rng=grounds)
-        blades = np.stack([_blade(grounds) for _ in range(3)])
+        blades = np.stack([_blade(grounds) for _ in range(2)])
     base = round_outline(3, 0.06, rng=coat)
     picture, bumps = _spiral(coat), texture(4, 3, rng=coat)
 
@@ -153,7 +153,7 @@ def _blade(rng: np.random.Generator) -> np.ndarray:
     """Outline (40, 2) of a narrow leaf that lies over the path."""
     angle = rng.uniform(0, 2 * np.pi)
     spot = np.array([WIDTH / 2, HEIGHT / 2]) + np.array([88, 55]) * (np.cos(angle), np.sin(angle))
-    return place_at(leaf_outline(rng.uniform(70, 110), rng.uniform(7, 11)),
+    return place_at(leaf_outline(rng.uniform(70, 110), rng.uniform(5, 8)),
                     rng.uniform(0, 2 * np.pi), spot)  # fmt: skip
 
 
@@ -183,7 +183,7 @@ def _spiral(rng: np.random.Generator) -> np.ndarray:
     groove = np.exp(-(((turns % 1) - 0.5) ** 2) / 0.006)
     ribs = np.sin(40 * angle + 4 * radius) * 0.06
     fine = 0.10 * texture(9, 3, rng=rng, size=(256, 256))
-    light, dark = np.array([0.42, 0.27, 0.13]), np.array([0.19, 0.085, 0.035])
+    light, dark = np.array([0.42, 0.22, 0.075]), np.array([0.19, 0.072, 0.022])
     paint = dark + band[..., None] * (light - dark)
     return (paint * (1 - 0.6 * groove + ribs + fine)[..., None]).clip(0.01, 1).astype(np.float32)
 
@@ -210,5 +210,5 @@ def _shell(picture, place, inverse, linear, sun, sky, light):
             rise = np.sqrt(max(1 - x * x - y * y, 0.05))
             long = np.sqrt((right * right + down * down) / scale**2 + rise * rise)
             normal[0], normal[1], normal[2] = right / scale / long, down / scale / long, rise / long
-            shine(paint, normal, sun[row, column], sky, WARM, SUN, HALF, 0.35, 40.0,
+            shine(paint, normal, sun[row, column], sky, WARM, SUN, HALF, 0.25, 60.0,
                   light[row, column])  # fmt: skip
