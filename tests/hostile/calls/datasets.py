@@ -94,6 +94,7 @@ def adding():
 
 CALIBRATION = datasets.read_kitti(KITTI).calibration
 RESULTS = {
+    datasets.Boxes,
     datasets.Calibration,
     datasets.Commands,
     datasets.DataFile,
