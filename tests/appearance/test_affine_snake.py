@@ -146,6 +146,15 @@ def test_edges_beyond_reach_pull_nothing():
         np.testing.assert_allclose(rule(start, far, still).outline, start, atol=1e-8)
 
 
+def test_on_the_edges_of_one_pixel_a_snake_shrinks_to_something_finite():
+    pixel = np.zeros(SHAPE, dtype=bool)
+    pixel[125, 165] = True
+    for rule in (snakes.affine_snake, snakes.free_snake):
+        found = rule(pear() + MIDDLE, boundary(pixel), snakes.SnakeRules(reach=(60.0, 60.0)))
+        assert np.isfinite(found.iterates).all()
+        assert snakes.area(found.outline) < 0.3 * snakes.area(pear())
+
+
 def test_elasticity_alone_shrinks_a_circle_by_its_first_eigenvalue():
     t = 2 * np.pi * np.arange(60) / 60
     circle = np.stack([30 * np.cos(t), 30 * np.sin(t)], axis=-1) + MIDDLE
