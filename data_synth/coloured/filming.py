@@ -93,5 +93,5 @@ def camera_or_default(camera: Camera | None) -> Camera:
 def start(rng: np.random.Generator, frames: int, count: int) -> list[np.random.Generator]:
     """Return generators for the parts of a scene, so that switching one off leaves the others."""
     generator(rng)
-    whole("frames", frames, 1, 10_000)
+    whole("frames", frames, 1, 2000)
     return [np.random.default_rng(seed) for seed in rng.integers(2**63, size=count)]

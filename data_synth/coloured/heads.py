@@ -20,7 +20,7 @@ _LAMP = np.array([-0.80, -0.35, -0.49])  # where the lamp stands: left, above, o
 _LAMP = _LAMP / np.linalg.norm(_LAMP)
 _LENS = np.array([[_FOCAL, 0, _U], [0, _FOCAL, _V], [0, 0, 1]])
 _POINTS = 72
-_PLAIN, _HEAD, _SHIRT, _BIT = 0, 1, 2, 3  # kinds of ellipsoids; a bit belongs to the head
+_PLAIN, _HEAD, _SHIRT, _BIT = 0, 1, 2, 3  # kinds of ellipsoids; a bit is neck, nose or ear
 _BITS = 64  # added to the number of an owner
 
 
@@ -82,7 +82,7 @@ class _Person:
         face, wool = [self.skin, self.hair], [self.shirt, self.stripes]
         parts = [
             (centre, head / _SEMI[:, None], _HEAD, face),
-            (throat, upright / _column(0.054, 0.052, 0.10), _PLAIN, face),
+            (throat, upright / _column(0.054, 0.052, 0.10), _BIT, face),
             (chest, body / _column(0.115, 0.20, 0.40), _SHIRT, wool),
         ]
         for side in (-1, 1):
@@ -123,9 +123,9 @@ def head(
 ) -> HeadSequence:
     """Return a person in a room; the target is the head, of which the outline is an ellipse.
 
-    The head is an ellipsoid with a face and a cap of hair, all hair from behind; what stands
-    out of it of nose and ears is ``extra``. A door and shelves of wood and other heads share its
-    colours.
+    The head is an ellipsoid with a face and a cap of hair, all hair from behind. Neck, nose and
+    ears before it count as head, beside it as ``extra``. Others, a door and shelves of wood share
+    its colours.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def _cast(
     whose,
 ):  # fmt: skip
     """Write what a ray through each pixel meets first; ``whose`` gets the owner's number for a
-    head, more by ``_BITS`` for a nose or an ear, else -1.
+    head, more by ``_BITS`` for a neck, a nose or an ear, else -1.
     """
     paint = np.empty(3)
     u, v = (canvas.shape[1] - 1) / 2, (canvas.shape[0] - 1) / 2
