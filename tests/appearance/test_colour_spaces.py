@@ -52,7 +52,9 @@ def whole_numbers(name, colours, bins):
 
 
 @pytest.mark.parametrize("name", SPACES)
-@pytest.mark.parametrize("bins", [None, (256, 256, 256), (7, 12, 18), (1, 73, 3), (6, 5, 9)])
+@pytest.mark.parametrize(
+    "bins", [None, (256, 256, 256), (7, 12, 18), (1, 73, 3), (73, 6, 9), (219, 146, 191)]
+)
 def test_bins_are_those_of_whole_numbers(name, bins):
     binning, colours = Binning(name, bins), every(11)
     i, j, k = whole_numbers(name, colours, binning.bins)
