@@ -173,7 +173,7 @@ class Result:
 
     def _means(self, values: np.ndarray) -> Float[np.ndarray, " sequences"]:
         seen = self.visible >= SEEN
-        return (values * seen).sum(axis=1) / seen.sum(axis=1)
+        return (values * seen).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
