@@ -75,6 +75,15 @@ def test_bins_of_all_colours_are_exact(name):
         )
 
 
+def test_a_colour_on_the_edge_of_a_bin_lies_in_the_upper_one():
+    binning = Binning("normalised rgb", (49, 49, 49))
+    assert 49 * (1 / 49) < 1  # what floating point makes of it
+    colours = np.array([[1, 48, 0], [48, 1, 0], [48, 0, 1]], dtype=np.uint8)
+    np.testing.assert_array_equal(
+        binning.of(colours), [49**2 + 48 * 49, 48 * 49**2 + 49, 48 * 49**2 + 1]
+    )
+
+
 @given(COLOURS, st.sampled_from(list(SPACES)), BINS)
 def test_bytes_and_their_coordinates_have_the_same_bins(colours, name, bins):
     binning = Binning(name, bins)

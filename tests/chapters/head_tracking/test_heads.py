@@ -41,6 +41,23 @@ def test_overlap_of_the_truth_is_one_and_of_elsewhere_none():
         np.testing.assert_array_equal(heads.overlaps(track, masks), expected)
 
 
+def test_overlap_counts_the_area_of_both():
+    _, boxes, masks = drawn()
+    none = np.zeros(FRAMES, dtype=bool)
+    for factor in (0.5, 2.0):
+        track = heads.Track(boxes * [1, 1, factor, 1], np.zeros(FRAMES), none, none)
+        np.testing.assert_allclose(heads.overlaps(track, masks), 0.5, atol=0.05)
+
+
+def test_images_in_which_the_head_is_hidden_do_not_count():
+    iou, hidden = np.array([[[1.0, 0.0, 0.5]]]), np.array([[1.0, 0.2, 0.6]])
+    lost = iou == 0
+    none = np.zeros((1, 3))
+    found = heads.Result(("a",), iou, iou, lost, lost, hidden, none, np.zeros((1, 3, 3)))
+    assert found.overlaps("a") == 0.75
+    assert found.off("a") == found.said("a") == 0
+
+
 def test_a_run_is_the_same_again_and_can_be_stored(tmp_path):
     names = ("adapted", "fixed", "CamShift")
     config = heads.Config((9003, 9004), 60, others=0, turns=False, variants=names)
