@@ -52,7 +52,9 @@ def whole_numbers(name, colours, bins):
 
 
 @pytest.mark.parametrize("name", SPACES)
-@pytest.mark.parametrize("bins", [None, (256, 256, 256), (7, 12, 18), (1, 73, 3), (6, 5, 9)])
+@pytest.mark.parametrize(
+    "bins", [None, (256, 256, 256), (7, 12, 18), (1, 73, 3), (73, 6, 9), (219, 146, 191)]
+)
 def test_bins_are_those_of_whole_numbers(name, bins):
     binning, colours = Binning(name, bins), every(11)
     i, j, k = whole_numbers(name, colours, binning.bins)
@@ -71,6 +73,15 @@ def test_bins_of_all_colours_are_exact(name):
         np.testing.assert_array_equal(
             binning.of(colours), (i * binning.bins[1] + j) * binning.bins[2] + k
         )
+
+
+def test_a_colour_on_the_edge_of_a_bin_lies_in_the_upper_one():
+    binning = Binning("normalised rgb", (49, 49, 49))
+    assert 49 * (1 / 49) < 1  # what floating point makes of it
+    colours = np.array([[1, 48, 0], [48, 1, 0], [48, 0, 1]], dtype=np.uint8)
+    np.testing.assert_array_equal(
+        binning.of(colours), [49**2 + 48 * 49, 48 * 49**2 + 49, 48 * 49**2 + 1]
+    )
 
 
 @given(COLOURS, st.sampled_from(list(SPACES)), BINS)

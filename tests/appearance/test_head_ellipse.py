@@ -27,7 +27,8 @@ from tests.unchecked import unchecked
 
 SIZE = (160, 120)
 SKIN, HAIR, WALL = (210, 150, 120), (60, 40, 30), (90, 120, 150)
-TRACKER = HeadTracker(Binning("opponent", (16, 16, 4)))
+RULES = HeadRules(measure="shares", rate=0.1, gate=0.7, floor=0.4)
+TRACKER = HeadTracker(Binning("opponent", (16, 16, 4)), RULES)
 
 
 def scene(u, v, half_width=12, *, light=1.0, turned=False, size=SIZE):
@@ -138,7 +139,7 @@ def test_the_printed_measure_lets_the_ellipse_shrink():
         ("printed", "score", 5, 12),  # a part of the head has all its pixels in the model
         ("shares", "excess", 14, 16),
     ):
-        tracker = replace(TRACKER, rules=HeadRules(measure=measure, size=size))
+        tracker = replace(TRACKER, rules=replace(RULES, measure=measure, size=size))
         state = start(tracker)
         for _ in range(15):
             state, _ = tracker.step(state, scene(60, 60, 15))
@@ -164,7 +165,7 @@ def test_the_search_begins_where_the_head_would_be():
 def test_of_equal_scores_the_nearest_to_the_middle_is_taken():
     even = np.full((100, 100, 3), 128, dtype=np.uint8)
     for tracker, half_width in (
-        (replace(TRACKER, rules=HeadRules(size="score")), 9),
+        (replace(TRACKER, rules=replace(RULES, size="score")), 9),
         (TRACKER, 10),  # most pixels
     ):
         state = HeadState(Ellipse(50, 50, 9), tracker.colours(even, Ellipse(50, 50, 9)))
@@ -174,7 +175,7 @@ def test_of_equal_scores_the_nearest_to_the_middle_is_taken():
 def test_a_fading_light_is_followed_by_adaptation_alone():
     scores = []
     for rate in (0.2, 0.0):
-        tracker = replace(TRACKER, rules=HeadRules(rate=rate, gate=0.5))
+        tracker = replace(TRACKER, rules=replace(RULES, rate=rate, gate=0.5))
         state = start(tracker)
         for light in np.linspace(1, 0.5, 80):
             state, info = tracker.step(state, scene(60, 60, light=light), half_width=12)
@@ -187,11 +188,11 @@ def test_the_model_is_adapted_only_above_the_gate():
     image, state = scene(60, 60, light=0.8), start()
     _, seen = TRACKER.step(state, image)
     for gate in (seen.score, np.nextafter(seen.score, 1)):
-        tracker = replace(TRACKER, rules=HeadRules(gate=gate))
+        tracker = replace(TRACKER, rules=replace(RULES, gate=gate))
         after, info = tracker.step(state, image)
         assert info.adapted == (gate <= seen.score)
         assert np.array_equal(after.model, state.model) != info.adapted
-    adapted, _ = replace(TRACKER, rules=HeadRules(gate=0.0)).step(state, image)
+    adapted, _ = replace(TRACKER, rules=replace(RULES, gate=0.0)).step(state, image)
     expected = 0.9 * state.model + 0.1 * TRACKER.colours(image, adapted.ellipse)
     np.testing.assert_allclose(adapted.model, expected, atol=1e-15)
 
@@ -223,6 +224,13 @@ def test_a_head_that_is_hidden_is_reported_lost_and_found_again():
     assert not info.lost
 
 
+def test_a_lost_head_is_found_only_where_it_is_surely_the_head():
+    state, image = replace(start(), lost=1), scene(60, 60, turned=True)
+    for again, lost in ((0.2, False), (0.9, True)):
+        tracker = replace(TRACKER, rules=replace(RULES, again=again, floor=0.0))
+        assert tracker.step(state, image)[1].lost == lost
+
+
 def test_a_head_that_leaves_the_image_is_lost_and_the_ellipse_stays_in_the_image():
     state, seen = start(), []
     for k in range(40):
@@ -240,7 +248,7 @@ def test_colours_are_those_of_the_pixels_inside():
     mask = ellipse.mask(SIZE)
     counts = histogram(TRACKER.binning.index(image), TRACKER.binning.count, mask)
     np.testing.assert_array_equal(TRACKER.colours(image, ellipse), shares(counts))
-    printed = replace(TRACKER, rules=HeadRules(measure="printed"))
+    printed = replace(TRACKER, rules=replace(RULES, measure="printed"))
     np.testing.assert_array_equal(printed.colours(image, ellipse), counts)
     drawn = cv2.ellipse(np.zeros(SIZE[::-1], np.uint8), (3, 60), (12, 14), 0, 0, 360, 1, -1)
     assert np.mean(drawn.astype(bool) != mask) < 0.005

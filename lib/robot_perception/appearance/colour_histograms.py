@@ -168,7 +168,7 @@ def intersection_of_shares(
 
     References
     ----------
-    Our choice where the size is searched.
+    Our choice where another sensor gives the size of the candidate.
     """
     candidate, model = _pair(candidate, model)
     candidate = candidate / _total("candidate", candidate)[..., None]

@@ -201,7 +201,7 @@ SPACES: Mapping[str, ColourSpace] = MappingProxyType(
     {
         name: ColourSpace(name, bins)
         for name, bins in zip(
-            NAMES, [(16, 16, 16), (32, 32, 1), (16, 8, 4), (32, 32, 4)], strict=True
+            NAMES, [(16, 16, 16), (32, 32, 1), (16, 8, 4), (16, 16, 8)], strict=True
         )
     }
 )

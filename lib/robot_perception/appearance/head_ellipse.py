@@ -111,19 +111,21 @@ class HeadRules:
     growth
         By how much the half width may change from image to image, px; Birchfield's 1.
     measure
-        ``"printed"``: eq. (28), numbers of pixels. ``"shares"``: `intersection_of_shares`, our
-        choice where the size is searched.
+        ``"printed"``: eq. (28), numbers of pixels. ``"shares"``: `intersection_of_shares`, where
+        another sensor gives the size; searched by shares it grows or shrinks without limit.
     size
         Which candidate is the best where sizes differ. ``"score"``: that of the highest score
         :math:`\phi`, as printed. ``"excess"``: that with most
-        :math:`(\phi - \text{floor}) \cdot \text{pixels}`, our choice, since a small ellipse inside
-        the head scores as high as the head.
+        :math:`(\phi - \text{floor}) \cdot \text{pixels}`, our choice: as printed, a small ellipse
+        inside the head scores as high as the head.
     rate
         a of eq. (29); our choice.
     gate
         The score from which the model is adapted; our choice.
     floor
         The score below which the head is lost; our choice.
+    again
+        The score from which a lost head counts as found; our choice.
     widest
         The radius doubles with every image in which the head is lost, up to this; our choice.
     least, most
@@ -137,11 +139,12 @@ class HeadRules:
 
     radius: int = 8
     growth: int = 1
-    measure: str = "shares"
+    measure: str = "printed"
     size: str = "excess"
-    rate: float = 0.1
-    gate: float = 0.7
-    floor: float = 0.4
+    rate: float = 0.02
+    gate: float = 0.6
+    floor: float = 0.45
+    again: float = 0.6
     widest: int = 64
     least: int = 5
     most: int = 100
@@ -153,7 +156,7 @@ class HeadRules:
         object.__setattr__(self, "most", checks.whole("most", self.most, self.least, WIDEST))
         checks.one_of("measure", self.measure, ("printed", "shares"))
         checks.one_of("size", self.size, ("excess", "score"))
-        for name in ("rate", "gate", "floor"):
+        for name in ("rate", "gate", "floor", "again"):
             object.__setattr__(self, name, checks.share(name, getattr(self, name)))
 
 
@@ -210,7 +213,7 @@ class HeadInfo:
     best
         It; where the head is lost it is not believed.
     lost
-        Whether the score is below the floor.
+        Whether the score is below the floor, or where it was lost before below ``again``.
     adapted
         Whether the model was adapted.
     candidates : (sizes, rows, columns)
@@ -331,7 +334,7 @@ class HeadTracker:
         k, row, column = _best(merit, widths, state.ellipse.half_width)
         best = Ellipse(centre[0] + column - radius, centre[1] + row - radius, widths[k])
         score = float(scores[k, row, column])
-        lost = score < rules.floor
+        lost = score < (rules.again if state.lost else rules.floor)
         adapted = not lost and rules.rate > 0 and score >= rules.gate
         info = HeadInfo(score, best, lost, adapted, scores, centre, tuple(widths))
         if lost:
