@@ -42,7 +42,7 @@ def rectangle(
     frames
         How many; the rectangle goes round the lamp once in sixty.
     light
-        ``"steady"`` gives the rectangle everywhere the light of its first place.
+        ``"steady"`` gives the rectangle everywhere the mean of the light on its path.
     camera
         That films; by default as :class:`~data_synth.coloured.Camera` is.
     """
@@ -55,7 +55,7 @@ def rectangle(
     first, sense = motion.uniform(0, 2 * np.pi), motion.choice([-1, 1])
     aside = motion.uniform(0, 2 * np.pi)
     lamp = middle + _LAMP_HIGH * up + _OFF * (np.cos(aside) * right + np.sin(aside) * far)
-    nod, sway = wave(0.6, (30, 90), rng=motion), wave(0.4, (40, 120), rng=motion)
+    nod, sway = wave(0.55, (30, 90), rng=motion), wave(0.4, (40, 120), rng=motion)
     spin, lift = wave(0.7, (40, 120), rng=motion), wave(0.07, (40, 120), rng=motion)
 
     def frame(time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +63,7 @@ def rectangle(
         turned = first + sense * 2 * np.pi * time / 60
         out = np.cos(turned) * right + np.sin(turned) * far
         along = np.cos(turned) * far - np.sin(turned) * right
-        tip = 0.35 + nod(time)  # towards the lamp
+        tip = 0.37 + nod(time)  # towards the lamp
         axes = [along, np.cos(tip) * out + np.sin(tip) * up, np.cos(tip) * up - np.sin(tip) * out]
         axes = _about(axes, sway(time), (1, 2))
         centre = middle + _ORBIT * out + (_CARD_HIGH + lift(time)) * up
@@ -95,6 +95,10 @@ def rectangle(
         way = lamp - centre
         return LAMP_LIGHT * max(float(way @ axes[2]), 0.0) / float(way @ way) ** 1.5 + AMBIENT
 
+    times = range(frames)
+    light_on = np.stack([at_centre(t) for t in times])
+    if light == "steady":
+        light_on[:] = light_on.mean(axis=0)
     everywhere = (slice(0, HEIGHT), slice(0, WIDTH))
     paint_of_table = _table(ground)
     cold = (paint_of_table * AMBIENT).astype(np.float32)
@@ -112,20 +116,19 @@ def rectangle(
         canvas = cold + warm * lit[..., None]
         box, cover = inside(outline(time))
         if cover.size:
-            came = received(time, box) if light == "changing" else at_centre(0.0)
+            came = received(time, box) if light == "changing" else light_on[0]
             lay(canvas, box, cover, (CARD * came).astype(np.float32))
         box, cover = inside(_seen(shade))
         lay(canvas, box, cover, np.array([0.02, 0.02, 0.02], dtype=np.float32))
         return canvas
 
-    times = range(frames)
     masks = np.stack([covered(outline(t)) for t in times]) & ~covered(_seen(shade))
     return LampSequence(
         frames=film(camera, paint, frames, rng=noise),
         masks=masks,
         extra=np.zeros_like(masks),
         outlines=np.stack([outline(t) for t in times]),
-        light=np.stack([at_centre(t if light == "changing" else 0.0) for t in times]),
+        light=light_on,
         corners=np.stack([corners(t) for t in times]),
         lamp=lamp,
     )
