@@ -21,6 +21,7 @@ CHAPTERS = (
     "visual_slam",
     "covariance_intersection",
     "people_fusion",
+    "head_tracking",
 )
 """Stems of the chapters, in the order of the book."""
 

@@ -107,6 +107,10 @@ MEANING = {
     "θ": PURPLE,
     "α": TEAL,
     "t_v": BLUE,
+    # a head by its colours
+    "fixed model": BLUE,
+    "adapted model": RED,
+    "light": ORANGE,
     # colour and shape
     "affine snake": BLUE,
     "free snake": MAGENTA,

@@ -1,0 +1,173 @@
+"""Figures of the chapter "A head by its colours"."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+
+from data_synth.coloured import HeadSequence
+from robot_perception.appearance.head_ellipse import Ellipse
+from robot_perception.chapters.head_tracking import incremental, scene
+from robot_perception.chapters.head_tracking.heads import OFF
+from robot_perception.chapters.head_tracking.recordings import Girl
+from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching.figures.style import MEANING, label
+
+_TURN = np.linspace(0, 2 * np.pi, 73)
+
+
+def _ring(ax: Axes, ellipse: Float[np.ndarray, " 4"], colour: str, **kwargs: object) -> None:
+    """Draw an ellipse of centre, half width and half height."""
+    u, v, a, b = ellipse
+    ax.plot(u + a * np.cos(_TURN), v + b * np.sin(_TURN), color=colour, **kwargs)
+
+
+def _picture(ax: Axes, image: np.ndarray) -> None:
+    ax.imshow(image, interpolation="nearest")
+    ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(visible=False)
+
+
+def hero(axes: Sequence[Axes], film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
+    """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
+    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
+    fixed = found.ellipses[0, 0]
+    for ax, k in zip(axes, at, strict=True):
+        _picture(ax, film.frames[k])
+        _ring(ax, fixed[k], MEANING["fixed model"], linewidth=2.4, linestyle="--")
+        _ring(ax, adapted[k], MEANING["adapted model"], linewidth=2.4)
+        ax.set_title(f"picture {k}")
+
+
+def tracked(axes: Sequence[Axes], state: Followed) -> None:
+    """Draw overlap by picture, and below it the light; axes cleared first."""
+    top, bottom = axes
+    pictures = np.arange(len(state.iou))
+    top.clear()
+    for iou, name in ((state.fixed, "fixed model"), (state.iou, "adapted model")):
+        line = "--" if name == "fixed model" else "-"
+        top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
+    top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
+    label(top, pictures[-1], OFF + 0.02, "missed below", MEANING["expected"], ha="right")
+    top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
+    top.set_title(
+        f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
+    )
+    top.legend(loc="upper right", ncols=2)
+    bottom.clear()
+    bottom.plot(pictures, state.light, color=MEANING["light"], label="light on the head")
+    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible share")
+    bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="picture", ylabel="share")
+    bottom.legend(loc="upper right", ncols=2)
+
+
+def looked(axes: Sequence[Axes], state: Look) -> None:
+    """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
+    left, right = axes
+    left.clear()
+    _picture(left, state.image)
+    right.clear()
+    for points, name, size in ((state.first, "fixed model", 7), (state.now, "adapted model", 7)):
+        words = "picture 0" if name == "fixed model" else "this picture"
+        right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
+    right.set(xlim=(-110, 60), ylim=(-110, 60), xlabel="B − G", ylabel="G − R")
+    shared = state.common
+    right.set_title(f"common: RGB {shared['RGB']:.0%}, (B − G, …) {shared['opponent']:.0%}")
+    right.legend(loc="lower right")
+
+
+def by_size(ax: Axes, found: Sizes) -> Axes:
+    """Draw the score of an ellipse against its size, with both ways to divide."""
+    for scores, name, words in (
+        (found.printed, "paper", "eq. 28, pixels"),
+        (found.by_shares, "right", "shares"),
+    ):
+        ax.plot(found.half_widths, scores, color=MEANING[name], label=words)
+    ax.axvline(found.true, color=MEANING["truth"], linestyle="--", linewidth=1.2)
+    label(ax, found.true + 0.4, 0.05, "the head", MEANING["truth"])
+    ax.set(xlabel="half width of the ellipse (px)", ylabel="intersection φ", ylim=(0, 1.05))
+    ax.set_xlim(found.half_widths[0], found.half_widths[-1])
+    ax.legend(loc="lower left")
+    return ax
+
+
+def step_aside(ax: Axes, half_width: int = 10) -> Axes:
+    """Draw the pixels of two adjacent ellipses: those they share, those that leave and enter."""
+    size = 2 * half_width + 5, round(2.4 * half_width) + 5
+    before = Ellipse(half_width + 2, size[1] // 2, half_width).mask(size)
+    after = Ellipse(half_width + 3, size[1] // 2, half_width).mask(size)
+    for mask, name, words in (
+        (before & after, "expected", "shared"),
+        (before & ~after, "error", "subtracted"),
+        (after & ~before, "agreement", "added"),
+    ):
+        v, u = np.nonzero(mask)
+        faint = 0.25 if words == "shared" else 1.0
+        ax.scatter(u, v, s=26, marker="s", color=MEANING[name], alpha=faint, linewidths=0)
+        ax.scatter([], [], s=26, marker="s", color=MEANING[name], label=words, alpha=faint)
+    ax.set(aspect="equal", xlabel="column", ylabel="row", ylim=(size[1] + 0.5, -6.5))
+    ax.set_xlim(-1.5, size[0] + 0.5)
+    ax.legend(loc="upper center", ncols=3, columnspacing=0.8, handletextpad=0.1)
+    return ax
+
+
+def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
+    """Draw how many pixels a search touches against the size, in full and incrementally."""
+    counts = np.array([incremental.additions(w, 8) for w in half_widths])
+    for k, (name, words) in enumerate((("plain", "counted anew"), ("right", "incremental"))):
+        ax.plot(half_widths, counts[:, k], "o-", color=MEANING[name], label=words)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xticks(list(half_widths), [str(w) for w in half_widths])
+    ax.set(xlabel="half width of the ellipse (px)", ylabel="pixels touched in a search")
+    ax.minorticks_off()
+    ax.legend(loc="upper left")
+    return ax
+
+
+def gains(ax: Axes, rows: Mapping[str, Interval], xlabel: str) -> Axes:
+    """Draw intervals of differences, one under the other, and 0."""
+    places = np.arange(len(rows))[::-1]
+    for place, value in zip(places, rows.values(), strict=True):
+        colour = MEANING["right" if value.low > 0 else "wrong" if value.high < 0 else "expected"]
+        ax.plot([value.low, value.high], [place, place], color=colour, linewidth=2.5)
+        ax.plot(value.estimate, place, "o", color=colour, markersize=7)
+    ax.axvline(0, color=MEANING["truth"], linewidth=1.0)
+    ax.set_yticks(places, list(rows))
+    ax.set(xlabel=xlabel, ylim=(-0.6, len(rows) - 0.4))
+    return ax
+
+
+def girl(axes: Sequence[Axes], result: Girl, shown: Sequence[int]) -> None:
+    """Draw some pictures of the recording with the marked head and two trackers."""
+    for ax, k in zip(axes, shown, strict=True):
+        at = int(result.shown[k])
+        _picture(ax, result.frames[k])
+        _ring(ax, result.marked[at], MEANING["truth"], linewidth=1.6)
+        for name, meaning, line in (
+            ("fixed", "fixed model", "--"),
+            ("adapted", "adapted model", "-"),
+        ):
+            ring = result.ellipses[result.variants.index(name), at]
+            _ring(ax, ring, MEANING[meaning], linewidth=2.0, linestyle=line)
+        ax.set_title(f"picture {at + 1}")
+
+
+def girl_overlap(ax: Axes, result: Girl) -> Axes:
+    """Draw overlap by picture of the trackers that the text speaks of."""
+    pictures = np.arange(1, result.iou.shape[1] + 1)
+    for name, meaning, line in (
+        ("CamShift", "CamShift", ":"),
+        ("fixed", "fixed model", "--"),
+        ("adapted", "adapted model", "-"),
+    ):
+        iou = result.iou[result.variants.index(name)]
+        ax.plot(pictures, iou, line, color=MEANING[meaning], label=meaning, linewidth=1.6)
+    ax.set(xlabel="picture", ylabel="overlap with the marked head", ylim=(0, 1))
+    ax.set_xlim(1, pictures[-1])
+    ax.legend(loc="upper right", ncols=3)
+    return ax

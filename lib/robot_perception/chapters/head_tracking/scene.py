@@ -1,0 +1,249 @@
+"""The films of the page, and what trackers make of them: the states of its explorers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+import data_synth.coloured
+from data_synth.coloured import HeadSequence
+from robot_perception.appearance import colour_histograms, colour_spaces, head_ellipse
+from robot_perception.appearance.colour_histograms import (
+    histogram,
+    intersection,
+    intersection_of_shares,
+    shares,
+)
+from robot_perception.appearance.colour_spaces import Binning
+from robot_perception.appearance.head_ellipse import Ellipse
+from robot_perception.appearance.segmentation import filled
+from robot_perception.chapters.head_tracking import heads
+from robot_perception.chapters.head_tracking.heads import RULES, Start, Variant
+from robot_perception.teaching.explore import choice, slider
+from robot_perception.teaching.kept import kept
+
+SCENES: Mapping[str, tuple[int, heads.Config]] = MappingProxyType(
+    {
+        "the light changes": (9006, heads.Config(others=0, turns=False)),
+        "he turns his back, others pass": (9005, heads.Config()),
+    }
+)
+"""Film and what happens in it, by name; both of those on which numbers may be chosen."""
+LIGHT, CROWD = SCENES
+
+RATES = (0.0, 0.02, 0.1, 0.5)
+GATES = (0.0, 0.4, 0.5, 0.6, 0.7)
+FIXED = replace(RULES, rate=0.0)
+
+RATE_CONTROLS = {
+    "scene": choice("Film", {name: name for name in SCENES}, LIGHT),
+    "rate": slider("Adaptation a", RATES, 0.1),
+    "gate": slider("Threshold", GATES, 0.5),
+}
+RATE_PRESETS = {
+    "the first picture for ever": {"rate": 0.0},
+    "half of it new in every picture": {"rate": 0.5},
+    "others pass": {"scene": CROWD},
+    "others pass, no threshold": {"scene": CROWD, "gate": 0.0},
+}
+LOOK_CONTROLS = {"at": slider("Picture", tuple(range(0, 150, 10)), 0)}
+LOOK_PRESETS = {"dark": {"at": 60}, "bright": {"at": 110}}
+
+
+@cache
+def filmed(scene: str) -> HeadSequence:
+    """Return a film of the page."""
+    seed, config = SCENES[scene]
+    return heads.film(config, seed)
+
+
+@cache
+def beginning(scene: str) -> Start:
+    """Return what a tracker is told of its first picture."""
+    film = filmed(scene)
+    return heads.start(film.frames[0], film.ellipses[0])
+
+
+# How fast, and above which score -----------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracks:
+    """What every pair of a and threshold makes of a film.
+
+    Parameters
+    ----------
+    iou : (rates, gates, n)
+        Overlap with the true head.
+    ellipses : (rates, gates, n, 4)
+        Centre (column, row), half width and half height, px.
+    light : (n,)
+        On the head: mean of its three channels, shares of full light.
+    visible : (n,)
+        Share of the head that is visible.
+    """
+
+    iou: Float[np.ndarray, "rates gates n"]
+    ellipses: Float[np.ndarray, "rates gates n 4"]
+    light: Float[np.ndarray, " n"]
+    visible: Float[np.ndarray, " n"]
+
+
+def _every_pair(scene: str) -> Tracks:
+    film, first = filmed(scene), beginning(scene)
+    truth = np.array([filled(outline, film.masks.shape[1:]) for outline in film.outlines])
+    half_widths = heads.sizes(film, SCENES[scene][1].depth_sigma, np.random.default_rng(1))
+    shape = len(RATES), len(GATES), len(film.frames)
+    iou, ellipses = np.empty(shape), np.empty((*shape, 4))
+    for i, rate in enumerate(RATES):
+        for j, gate in enumerate(GATES):
+            floor = RULES.floor if gate else 0.0  # without a threshold, none at all
+            rules = replace(RULES, rate=rate, gate=gate, floor=floor)
+            track = heads.follow(film.frames, first, Variant(rules), half_widths)
+            iou[i, j], ellipses[i, j] = heads.overlaps(track, truth), track.ellipses
+    return Tracks(iou, ellipses, film.light.mean(axis=1), film.visible)
+
+
+@cache
+def tracks(scene: str) -> Tracks:
+    """Return the states of the explorer for a film; kept on this computer."""
+    code = (data_synth.coloured, colour_spaces, colour_histograms, head_ellipse, heads)
+    return kept(_every_pair, Tracks, scene, code=code)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Followed:
+    """A state of the explorer: overlap by picture, with the chosen values and with a = 0."""
+
+    iou: Float[np.ndarray, " n"]
+    fixed: Float[np.ndarray, " n"]
+    light: Float[np.ndarray, " n"]
+    visible: Float[np.ndarray, " n"]
+
+    def missed(self, iou: Float[np.ndarray, " n"]) -> float:
+        """Return the share of the pictures in which a visible head is missed."""
+        return float((iou[self.visible >= heads.SEEN] < heads.OFF).mean())
+
+
+def followed(scene: str, rate: float, gate: float) -> Followed:
+    """Return a state of the explorer of rate and threshold."""
+    found, i, j = tracks(scene), RATES.index(rate), GATES.index(gate)
+    fixed = found.iou[0, GATES.index(RULES.gate)]
+    return Followed(found.iou[i, j], fixed, found.light, found.visible)
+
+
+def describe_rates(scene: str, rate: float, gate: float) -> str:
+    """Return what a state of the explorer of rate and threshold shows, in words."""
+    state = followed(scene, rate, gate)
+    return (
+        f"Overlap of ellipse and head in each picture of the film in which {scene}, with a = "
+        f"{rate:g} above a threshold of {gate:g}: the head is missed in "
+        f"{state.missed(state.iou):.0%} of the pictures, by the fixed model in "
+        f"{state.missed(state.fixed):.0%}."
+    )
+
+
+# What the light does to a histogram --------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """A picture, the colours of the true head in it, and what they share with the first picture's.
+
+    Parameters
+    ----------
+    image : (height, width, 3)
+        What lies round the head.
+    first, now : (n, 2), (m, 2)
+        B − G and G − R of pixels of the head, in the first picture and in this one.
+    common : {space: share}
+        Intersection of the histograms of the two heads.
+    """
+
+    image: UInt8[np.ndarray, "height width 3"]
+    first: Float[np.ndarray, "n 2"]
+    now: Float[np.ndarray, "m 2"]
+    common: dict[str, float]
+
+
+COMPARED = ("RGB", "normalised rgb", "HSI", "opponent")
+HALF = 60
+
+
+@cache
+def look(at: int) -> Look:
+    """Return a state of the explorer of colours."""
+    film = filmed(LIGHT)
+    u, v = np.round(film.ellipses[at, :2]).astype(int)
+    height, width = film.masks.shape[1:]
+    left, top = np.clip(u - HALF, 0, width - 2 * HALF), np.clip(v - HALF, 0, height - 2 * HALF)
+    image = film.frames[at, top : top + 2 * HALF, left : left + 2 * HALF]
+    return Look(image, _chroma(0), _chroma(at), {s: common(s, at) for s in COMPARED})
+
+
+def common(space: str, at: int) -> float:
+    """Return how much the true head's colours have in common with those of the first picture."""
+    film, binning = filmed(LIGHT), Binning(space)
+    first, now = (
+        histogram(binning.index(film.frames[k]), binning.count, film.masks[k]) for k in (0, at)
+    )
+    return float(intersection_of_shares(now, shares(first)))
+
+
+def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:
+    """Return B − G and G − R of some pixels of the head."""
+    film = filmed(LIGHT)
+    pixels = film.frames[at][film.masks[at]].astype(float)
+    red, green, blue = pixels[:: max(len(pixels) // most, 1)].T
+    return np.stack([blue - green, green - red], axis=-1)
+
+
+def describe_look(at: int) -> str:
+    """Return what a state of the explorer of colours shows, in words."""
+    state = look(at)
+    parts = ", ".join(f"{state.common[space]:.0%} in {space}" for space in COMPARED)
+    return f"Picture {at}: the head's colours have in common with those of picture 0: {parts}."
+
+
+# Eq. (28) and the size ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sizes:
+    """Scores of ellipses of all sizes in the middle of the true head.
+
+    Parameters
+    ----------
+    half_widths : (k,)
+        px.
+    printed, by_shares : (k,)
+        Eq. (28) with numbers of pixels, and of shares.
+    true : ()
+        Half width of an ellipse of the head's area, px.
+    """
+
+    half_widths: np.ndarray
+    printed: Float[np.ndarray, " k"]
+    by_shares: Float[np.ndarray, " k"]
+    true: int
+
+
+def sizes() -> Sizes:
+    """Score ellipses of all sizes around the head of the first picture."""
+    first, binning = beginning(LIGHT), Binning()
+    index, size = binning.index(first.image), first.image.shape[1::-1]
+    whole = first.ellipse
+
+    def counted(half_width: int) -> np.ndarray:
+        return histogram(index, binning.count, Ellipse(whole.u, whole.v, half_width).mask(size))
+
+    model, widths = counted(whole.half_width), np.arange(2, 2 * whole.half_width + 1)
+    scores = [
+        (intersection(c, model), intersection_of_shares(c, shares(model)))
+        for c in map(counted, widths.tolist())
+    ]
+    printed, by_shares = np.array(scores).T
+    return Sizes(widths, printed, by_shares, whole.half_width)
