@@ -32,12 +32,20 @@ def _picture(ax: Axes, image: np.ndarray) -> None:
     ax.grid(visible=False)
 
 
+def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
+    """Show of a picture what lies round a place."""
+    u = np.clip(ellipse[0], 80, 240)
+    v = np.clip(ellipse[1], 60, 180)
+    ax.set(xlim=(u - 80, u + 80), ylim=(v + 60, v - 60))
+
+
 def hero(axes: Sequence[Axes], film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
     adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
     fixed = found.ellipses[0, 0]
     for ax, k in zip(axes, at, strict=True):
         _picture(ax, film.frames[k])
+        _near(ax, film.ellipses[k])
         _ring(ax, fixed[k], MEANING["fixed model"], linewidth=2.4, linestyle="--")
         _ring(ax, adapted[k], MEANING["adapted model"], linewidth=2.4)
         ax.set_title(f"picture {k}")
@@ -52,7 +60,7 @@ def tracked(axes: Sequence[Axes], state: Followed) -> None:
         line = "--" if name == "fixed model" else "-"
         top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
     top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
-    label(top, pictures[-1], OFF + 0.02, "missed below", MEANING["expected"], ha="right")
+    label(top, pictures[-1], OFF - 0.03, "missed", MEANING["expected"], ha="right", va="top")
     top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
     top.set_title(
         f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
@@ -74,10 +82,9 @@ def looked(axes: Sequence[Axes], state: Look) -> None:
     for points, name, size in ((state.first, "fixed model", 7), (state.now, "adapted model", 7)):
         words = "picture 0" if name == "fixed model" else "this picture"
         right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
-    right.set(xlim=(-110, 60), ylim=(-110, 60), xlabel="B − G", ylabel="G − R")
-    shared = state.common
-    right.set_title(f"common: RGB {shared['RGB']:.0%}, (B − G, …) {shared['opponent']:.0%}")
-    right.legend(loc="lower right")
+    right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
+    right.set_title(f"in common: {state.common['opponent']:.0%}")
+    right.legend(loc="upper left")
 
 
 def by_size(ax: Axes, found: Sizes) -> Axes:

@@ -158,7 +158,7 @@ class Look:
     image : (height, width, 3)
         What lies round the head.
     first, now : (n, 2), (m, 2)
-        B − G and G − R of pixels of the head, in the first picture and in this one.
+        R + G + B and G − R of pixels of the head, in the first picture and in this one.
     common : {space: share}
         Intersection of the histograms of the two heads.
     """
@@ -194,11 +194,11 @@ def common(space: str, at: int) -> float:
 
 
 def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:
-    """Return B − G and G − R of some pixels of the head."""
+    """Return R + G + B and G − R of some pixels of the head."""
     film = filmed(LIGHT)
     pixels = film.frames[at][film.masks[at]].astype(float)
     red, green, blue = pixels[:: max(len(pixels) // most, 1)].T
-    return np.stack([blue - green, green - red], axis=-1)
+    return np.stack([red + green + blue, green - red], axis=-1)
 
 
 def describe_look(at: int) -> str:
