@@ -39,15 +39,15 @@ GATES = (0.0, 0.4, 0.5, 0.6, 0.7)
 FIXED = replace(RULES, rate=0.0)
 
 RATE_CONTROLS = {
-    "scene": choice("Film", {name: name for name in SCENES}, LIGHT),
+    "film": choice("Film", {name: name for name in SCENES}, LIGHT),
     "rate": slider("Adaptation a", RATES, 0.1),
     "gate": slider("Threshold", GATES, 0.5),
 }
 RATE_PRESETS = {
     "the first picture for ever": {"rate": 0.0},
     "half of it new in every picture": {"rate": 0.5},
-    "others pass": {"scene": CROWD},
-    "others pass, no threshold": {"scene": CROWD, "gate": 0.0},
+    "others pass": {"film": CROWD},
+    "others pass, no threshold": {"film": CROWD, "gate": 0.0},
 }
 LOOK_CONTROLS = {"at": slider("Picture", tuple(range(0, 150, 10)), 0)}
 LOOK_PRESETS = {"dark": {"at": 60}, "bright": {"at": 110}}
@@ -128,18 +128,18 @@ class Followed:
         return float((iou[self.visible >= heads.SEEN] < heads.OFF).mean())
 
 
-def followed(scene: str, rate: float, gate: float) -> Followed:
+def followed(film: str, rate: float, gate: float) -> Followed:
     """Return a state of the explorer of rate and threshold."""
-    found, i, j = tracks(scene), RATES.index(rate), GATES.index(gate)
+    found, i, j = tracks(film), RATES.index(rate), GATES.index(gate)
     fixed = found.iou[0, GATES.index(RULES.gate)]
     return Followed(found.iou[i, j], fixed, found.light, found.visible)
 
 
-def describe_rates(scene: str, rate: float, gate: float) -> str:
+def describe_rates(film: str, rate: float, gate: float) -> str:
     """Return what a state of the explorer of rate and threshold shows, in words."""
-    state = followed(scene, rate, gate)
+    state = followed(film, rate, gate)
     return (
-        f"Overlap of ellipse and head in each picture of the film in which {scene}, with a = "
+        f"Overlap of ellipse and head in each picture of the film in which {film}, with a = "
         f"{rate:g} above a threshold of {gate:g}: the head is missed in "
         f"{state.missed(state.iou):.0%} of the pictures, by the fixed model in "
         f"{state.missed(state.fixed):.0%}."

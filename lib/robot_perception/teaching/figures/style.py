@@ -111,6 +111,7 @@ MEANING = {
     "fixed model": BLUE,
     "adapted model": RED,
     "light": ORANGE,
+    "CamShift": TEAL,
     # colour and shape
     "affine snake": BLUE,
     "free snake": MAGENTA,
