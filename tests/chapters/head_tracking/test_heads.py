@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.head_tracking import heads, rates, recordings
+from robot_perception.chapters.head_tracking import heads, recordings
 from robot_perception.datasets import find
 from robot_perception.teaching import storage
 
@@ -27,7 +27,7 @@ def test_variants_follow_a_drawn_head():
     frames, boxes, masks = drawn()
     first = heads.start(frames[0], boxes[0])
     assert masks[0][first.hair].all()
-    for name in ("adapted", "fixed", "one view", "size searched", "HSI", "RGB"):
+    for name in ("adapted", "fixed", "one view", "size searched", "RGB"):
         track = heads.follow(frames, first, heads.VARIANTS[name], np.full(FRAMES, 10.0))
         assert heads.overlaps(track, masks).min() > 0.7, name
     assert heads.overlaps(heads.camshift(frames, boxes[0]), masks)[0] == 1
@@ -85,21 +85,9 @@ def test_the_real_head_is_marked_in_every_picture():
     if find("head_girl") is None:
         pytest.skip("the recording head_girl is not on this computer")
     found = recordings.GIRL.read().result
-    assert found.iou.shape == found.lost.shape == (8, 250)
+    assert found.iou.shape == found.lost.shape == (6, 250)
     assert (found.iou[:, 0] > 0.8).all()
     # as printed the ellipse shrinks until nearly nothing of the head is left in it
     shrunk = found.ellipses[found.variants.index("by highest score"), -1, 2]
     assert shrunk < found.marked[-1, 2] / 2
     assert set(found.table().rows) == set(found.variants)
-
-
-def test_rates_and_gates_go_from_the_fixed_to_the_adapted_model():
-    films = heads.Config((9003,), 40, others=0, turns=False, variants=("adapted", "fixed"))
-    config = rates.Config((0.0, 0.02), (0.6, 1.0), films)
-    found = rates.run(config, rng=np.random.default_rng(2))
-    plain = heads.run(films, rng=np.random.default_rng(2))
-    assert found.iou.shape == (2, 2, 1)
-    assert np.isclose(found.iou[1, 0], plain.overlaps("adapted"))
-    assert (found.iou[0] == found.iou[0, 0]).all()
-    assert np.isclose(found.iou[0, 0], plain.overlaps("fixed"))
-    assert np.isclose(found.off[1, 0], plain.off("adapted"))

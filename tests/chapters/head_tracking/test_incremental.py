@@ -6,13 +6,22 @@ from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking import incremental
 
 
-def test_both_ways_give_the_same_scores_and_the_incremental_one_touches_fewer_pixels():
-    config = incremental.Config((5, 20), repeats=1)
-    found = incremental.run(config, rng=np.random.default_rng(0))
-    assert not found.differ.any()
-    ratios = found.full / found.incremental
-    assert 1 < ratios[0] < 5 < ratios[1]
-    assert (found.full_s > 0).all()
+def test_what_is_carried_is_the_full_count_and_changes_few_pixels():
+    found = incremental.run(incremental.Config((5, 20), 40), rng=np.random.default_rng(0))
+    assert found.same.all()
+    ratios = found.pixels / found.counts.max(axis=1)
+    assert 1 < ratios[0] < ratios[1]
+
+
+def test_as_printed_every_step_is_wrong():
+    config = incremental.Config((5, 20), 40, printed=True)
+    assert not incremental.run(config, rng=np.random.default_rng(0)).same.any()
+
+
+def test_a_step_aside_changes_two_pixels_a_row():
+    rows = 2 * int(1.2 * 20) + 1
+    expected = Ellipse(0, 0, 20).pixels / (2 * rows)
+    assert incremental.savings((20,), 0.0)[0] == expected
 
 
 def test_additions_are_those_of_the_masks():

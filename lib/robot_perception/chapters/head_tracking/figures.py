@@ -39,7 +39,7 @@ def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
     ax.set(xlim=(u - 80, u + 80), ylim=(v + 60, v - 60))
 
 
-def hero(axes: Sequence[Axes], film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
+def hero(axes: np.ndarray, film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
     adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
     fixed = found.ellipses[0, 0]
@@ -51,7 +51,15 @@ def hero(axes: Sequence[Axes], film: HeadSequence, found: scene.Tracks, at: Sequ
         ax.set_title(f"picture {k}")
 
 
-def tracked(axes: Sequence[Axes], state: Followed) -> None:
+def card(ax: Axes, found: scene.Tracks, at: int) -> Axes:
+    """Draw the ellipses of the fixed and of the adapted model on the axes of a picture."""
+    _ring(ax, found.ellipses[0, -1, at], MEANING["fixed model"], linewidth=3, linestyle="--")
+    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5), at]
+    _ring(ax, adapted, MEANING["adapted model"], linewidth=3)
+    return ax
+
+
+def tracked(axes: np.ndarray, state: Followed) -> None:
     """Draw overlap by picture, and below it the light; axes cleared first."""
     top, bottom = axes
     pictures = np.arange(len(state.iou))
@@ -60,7 +68,7 @@ def tracked(axes: Sequence[Axes], state: Followed) -> None:
         line = "--" if name == "fixed model" else "-"
         top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
     top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
-    label(top, pictures[-1], OFF - 0.03, "missed", MEANING["expected"], ha="right", va="top")
+    label(top, float(pictures[-1]), OFF - 0.03, "missed", MEANING["expected"], ha="right", va="top")
     top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
     top.set_title(
         f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
@@ -73,7 +81,7 @@ def tracked(axes: Sequence[Axes], state: Followed) -> None:
     bottom.legend(loc="upper right", ncols=2)
 
 
-def looked(axes: Sequence[Axes], state: Look) -> None:
+def looked(axes: np.ndarray, state: Look) -> None:
     """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
     left, right = axes
     left.clear()
@@ -95,7 +103,7 @@ def by_size(ax: Axes, found: Sizes) -> Axes:
     ):
         ax.plot(found.half_widths, scores, color=MEANING[name], label=words)
     ax.axvline(found.true, color=MEANING["truth"], linestyle="--", linewidth=1.2)
-    label(ax, found.true + 0.4, 0.05, "the head", MEANING["truth"])
+    label(ax, float(found.true) + 0.4, 0.05, "the head", MEANING["truth"])
     ax.set(xlabel="half width of the ellipse (px)", ylabel="intersection φ", ylim=(0, 1.05))
     ax.set_xlim(found.half_widths[0], found.half_widths[-1])
     ax.legend(loc="lower left")
@@ -149,7 +157,7 @@ def gains(ax: Axes, rows: Mapping[str, Interval], xlabel: str) -> Axes:
     return ax
 
 
-def girl(axes: Sequence[Axes], result: Girl, shown: Sequence[int]) -> None:
+def girl(axes: np.ndarray, result: Girl, shown: Sequence[int]) -> None:
     """Draw some pictures of the recording with the marked head and two trackers."""
     for ax, k in zip(axes, shown, strict=True):
         at = int(result.shown[k])
