@@ -1,0 +1,1 @@
+"""Colours and outlines of what is tracked."""
