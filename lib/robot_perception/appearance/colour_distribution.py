@@ -313,7 +313,7 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
     after = states[order:] - s @ prior.T  # what the prior leaves to be explained
     centre, rest = s.mean(axis=0), after.mean(axis=0)
     apart = s - centre
-    penalty = ridge * apart.var(axis=0) + np.finfo(float).tiny ** 0.5
+    penalty = ridge * apart.var(axis=0) + FLAT**2  # what never changed is left to the prior
     gram = apart.T @ apart / len(s) + np.diag(penalty)
     gained = np.linalg.solve(gram, apart.T @ (after - rest) / len(s)).T
     b = rest - gained @ centre
