@@ -1,0 +1,494 @@
+r"""Snakes: outlines that slide onto edges, freely or by affine maps of where they start alone.
+
+A snake :math:`r = (r_1, \dots, r_n)` is a closed chain of points (u, v). Its energy is
+
+.. math::
+    E(r) = \tfrac12 \sum_i \alpha |r_{i+1} - r_i|^2 + \beta |r_{i+1} - 2 r_i + r_{i-1}|^2
+        + \min(D(r_i), T)^2
+
+with D the distance to the nearest edge. Squared and truncated it pulls a point straight onto an
+edge that is near, and does nothing where none is. T is large at first and small in the end, so that
+a snake that starts far away arrives, and what has no edge of its own is left to the others. Only
+the part of the pull across the snake counts: along it, points would crowd at the ends of edges that
+are partly hidden. The paper leaves the potential open; all this is our choice.
+
+Distances grow by one from pixel to pixel and are interpolated in between. Beyond the frame of the
+image those at the frame hold.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import no_type_check
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
+
+__all__ = [
+    "Affine",
+    "SnakeFit",
+    "SnakeRules",
+    "affine_part",
+    "affine_snake",
+    "area",
+    "edges",
+    "free_snake",
+    "resample",
+    "step_by_step",
+]
+
+MOST_POINTS = 2000
+TINY = 1e-300
+
+
+@dataclass(frozen=True, slots=True)
+class SnakeRules:
+    r"""How stiff a snake is, and how it moves. All values are our choice.
+
+    Parameters
+    ----------
+    elasticity, rigidity
+        Weights α and β, against stretching and bending, by points, not by pixels.
+    damping
+        Weight γ of where a point was, at least 0.55: a step takes it about 1 / γ of the way to its
+        edge, and with less than a half the points would run away.
+    reach
+        T at the first step and at the last, px; it falls by the same factor at each.
+    steps
+        How many steps are taken.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, or the reach rises.
+    """
+
+    elasticity: float = 0.05
+    rigidity: float = 0.05
+    damping: float = 0.7
+    reach: tuple[float, float] = (20.0, 3.0)
+    steps: int = 60
+
+    def __post_init__(self) -> None:
+        for name, least in {"elasticity": 0, "rigidity": 0, "damping": 0.55}.items():
+            value = checks.number(name, getattr(self, name))
+            if not least <= value <= 1e6:
+                raise ValueError(f"{name} must be from {least} to a million, got {value:g}")
+            object.__setattr__(self, name, value)
+        first, last = checks.vector("reach", self.reach, 2).tolist()
+        if not 0 < last <= first:
+            raise ValueError(f"reach must fall and stay positive, got {(first, last)}")
+        object.__setattr__(self, "reach", (first, last))
+        object.__setattr__(self, "steps", checks.whole("steps", self.steps, 1, 10_000))
+
+    @property
+    def reaches(self) -> Float[np.ndarray, " steps"]:
+        """The reach T at each step, px."""
+        return np.geomspace(*self.reach, self.steps)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Affine:
+    r"""An affine map of the image, :math:`p \mapsto M (p - c) + c + t`.
+
+    Parameters
+    ----------
+    matrix : (2, 2)
+        M.
+    shift : (2,)
+        t, px.
+    centre : (2,)
+        c, the mean of the points of the outline it belongs to, px.
+    """
+
+    matrix: Float[np.ndarray, "2 2"]
+    shift: Float[np.ndarray, "2"]
+    centre: Float[np.ndarray, "2"]
+
+    def apply(self, points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Return where the map takes points.
+
+        Parameters
+        ----------
+        points : (n, 2)
+            Points (u, v), px.
+
+        Raises
+        ------
+        ValueError
+            If they are not of this shape or not finite.
+        """
+        points = checks.array("points", points, ("n", 2))
+        return (points - self.centre) @ self.matrix.T + self.centre + self.shift
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SnakeFit:
+    """Where a snake came to rest.
+
+    Parameters
+    ----------
+    outline : (n, 2)
+        Its points at the end, px.
+    iterates : (steps + 1, n, 2)
+        Its points at the start and after each step, px.
+    affine
+        The affine map of the start that is nearest to the outline.
+    residual
+        Root of the mean squared distance between the outline and what the map makes of the start,
+        px: what is not affine.
+    """
+
+    outline: Outline
+    iterates: Float[np.ndarray, "k n 2"]
+    affine: Affine
+    residual: float
+
+
+def area(outline: Outline) -> float:
+    r"""Return the area inside an outline, whichever way round it runs.
+
+    .. math:: \tfrac12 \left| \sum_i u_i v_{i+1} - u_{i+1} v_i \right|
+
+    Parameters
+    ----------
+    outline : (n, 2)
+        Points (u, v), px, at least three.
+
+    Raises
+    ------
+    ValueError
+        If the points are fewer or not finite.
+    """
+    points = checks.array("outline", outline, ("n", 2))
+    if len(points) < 3:
+        raise ValueError(f"outline must have 3 points at least, got {len(points)}")
+    u, v = (points - points.mean(axis=0)).T
+    return float(abs(u @ np.roll(v, -1) - v @ np.roll(u, -1)) / 2)
+
+
+def resample(outline: Outline, count: int = 80) -> Outline:
+    """Return points evenly spaced along an outline, the first where it begins.
+
+    Parameters
+    ----------
+    outline : (n, 2)
+        Points (u, v), px; the last is joined to the first.
+    count
+        How many points are wanted.
+
+    Raises
+    ------
+    ValueError
+        If the points lie on a line or are not finite, or the count is out of its range.
+    """
+    points = check_outline("outline", outline)
+    count = checks.whole("count", count, 3, MOST_POINTS)
+    closed = np.vstack([points, points[:1]])
+    along = np.r_[0.0, np.hypot(*np.diff(closed, axis=0).T).cumsum()]
+    wanted = along[-1] * np.arange(count) / count
+    return np.stack([np.interp(wanted, along, axis) for axis in closed.T], axis=-1)
+
+
+def affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
+    r"""Return the affine map of a start nearest to an outline, and what it makes of the start.
+
+    .. math:: \min_{M, t} \sum_i |M (r^0_i - c) + c + t - r_i|^2
+
+    Parameters
+    ----------
+    start : (n, 2)
+        Points :math:`r^0`, px.
+    outline : (n, 2)
+        Points r, px, each belonging to the one of the start with its number.
+
+    Raises
+    ------
+    ValueError
+        If the points of the start lie on a line, or there are other numbers of points, or one is
+        not finite.
+    """
+    start = check_outline("start", start)
+    points = checks.array("outline", outline, start.shape, beside="start")
+    return _affine_part(start, points)
+
+
+def edges(image: UInt8[np.ndarray, "height width *colours"], within: Mask, share: float) -> Mask:
+    r"""Return the ridges of an image's gradient inside a mask, :math:`\nabla I^*`.
+
+    .. math:: \nabla I^* = \nabla I \cdot \operatorname{dil}(\nabla S)
+
+    A pixel is one where the gradient is greater than before and behind it (Canny's rule), and no
+    smaller than a share of the greatest in the mask. Of the colours the one with the greatest
+    gradient counts. Ridges are looked for before the mask is laid on, so that its rim makes none.
+
+    Parameters
+    ----------
+    image : (height, width) or (height, width, 3)
+        Bytes, grey or of several colours.
+    within : (height, width)
+        Where edges count, :math:`\operatorname{dil}(\nabla S)`.
+    share
+        Of the greatest gradient, between 0 and 1; our choice, as the paper uses the gradient
+        itself.
+
+    Raises
+    ------
+    TypeError
+        If the image does not hold bytes or the mask not True and False.
+    ValueError
+        If the two are of other shapes, or the share is not between 0 and 1.
+
+    References
+    ----------
+    Andrade-Cetto, "Perception issues in mobile robotics", section 3.3, contour updating.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        raise TypeError(f"image must hold bytes, got {checks.shown(image)}")
+    within, share = check_mask("within", within), checks.level("share", share)
+    if image.shape not in (within.shape, (*within.shape, 3)):
+        raise ValueError(f"image must be as large as within, {within.shape}, got {image.shape}")
+    along_u, along_v = (
+        cv2.Sobel(image, cv2.CV_16S, *order, borderType=cv2.BORDER_REPLICATE)
+        for order in ((1, 0), (0, 1))
+    )
+    if image.ndim == 3:
+        strongest = (np.abs(along_u) + np.abs(along_v)).argmax(axis=2)[..., None]
+        along_u, along_v = (
+            np.take_along_axis(a, strongest, axis=2)[..., 0] for a in (along_u, along_v)
+        )
+    size = np.hypot(along_u, along_v, dtype=np.float32)
+    least = max(share * float(size.max(where=within, initial=0.0)), 1.0)
+    along_u, along_v = np.ascontiguousarray(along_u), np.ascontiguousarray(along_v)
+    ridges = cv2.Canny(along_u, along_v, least, least, L2gradient=True)
+    return (ridges > 0) & within
+
+
+def affine_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -> SnakeFit:
+    r"""Return where a snake comes to rest that only affine maps of its start may deform.
+
+    After each step of the free snake its points are replaced by the nearest ones of the affine
+    family of the start, by least squares:
+
+    .. math::
+        r \leftarrow B B^+ (A + \gamma I)^{-1} (\gamma r - n n^\top D \nabla D),
+        \qquad B = \begin{pmatrix} 1 & u^0 & v^0 \end{pmatrix}
+
+    Parameters
+    ----------
+    start : (n, 2)
+        Points :math:`r_{t-1}` (u, v), px; not on a line.
+    edges : (height, width)
+        True on edges.
+    rules
+        Stiffness and motion; `SnakeRules` if not given.
+
+    Raises
+    ------
+    TypeError
+        If the edges are no mask, or the rules of another type.
+    ValueError
+        If the points lie on a line or are not finite, or there is no edge.
+
+    References
+    ----------
+    Andrade-Cetto, "Perception issues in mobile robotics", section 3.3.
+    """
+    return _fit(start, edges, rules, affine=True)
+
+
+def free_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -> SnakeFit:
+    r"""Return where a snake comes to rest that may take any shape.
+
+    .. math:: r \leftarrow (A + \gamma I)^{-1} (\gamma r - n n^\top D \nabla D)
+
+    n is the normal of the snake at each point, A the circulant matrix of stretching and bending:
+    along each row
+    :math:`\beta,\, -\alpha - 4\beta,\, 2\alpha + 6\beta,\, -\alpha - 4\beta,\, \beta`.
+
+    Parameters
+    ----------
+    start : (n, 2)
+        Points (u, v), px; not on a line.
+    edges : (height, width)
+        True on edges.
+    rules
+        Stiffness and motion; `SnakeRules` if not given.
+
+    Raises
+    ------
+    TypeError
+        If the edges are no mask, or the rules of another type.
+    ValueError
+        If the points lie on a line or are not finite, or there is no edge.
+
+    References
+    ----------
+    Kass, Witkin and Terzopoulos, "Snakes: active contour models", International Journal of Computer
+    Vision 1(4), 1988, appendix A.
+    """
+    return _fit(start, edges, rules, affine=False)
+
+
+def step_by_step(
+    start: Outline, edges: Mask, rules: SnakeRules | None = None, *, affine: bool = True
+) -> SnakeFit:
+    """Return what `affine_snake` or `free_snake` gives, computed line by line without a compiler.
+
+    Parameters
+    ----------
+    start, edges, rules
+        As there.
+    affine
+        Which of the two.
+
+    Raises
+    ------
+    TypeError
+        If the edges are no mask, or an argument is of another type.
+    ValueError
+        If the points lie on a line or are not finite, or there is no edge.
+    """
+    start, distance, rules = _checked(start, edges, rules)
+    stiff = _smoothing(len(start), rules.elasticity, rules.rigidity, rules.damping)
+    family = _family(start) if checks.flag("affine", affine) else None
+    iterates = [start]
+    for reach in rules.reaches:
+        r = iterates[-1]
+        far, slope = _sampled(distance, r)
+        normal = (np.roll(r, -1, axis=0) - np.roll(r, 1, axis=0)) @ [[0.0, -1.0], [1.0, 0.0]]
+        normal /= np.maximum(np.hypot(*normal.T), TINY)[:, None]
+        size = np.where(far < reach, far, 0.0) * np.sum(slope * normal, axis=1)
+        pull = size[:, None] * normal
+        r = stiff @ (rules.damping * r - pull)
+        iterates.append(r if family is None else family @ (family.T @ r))
+    return _result(np.array(iterates))
+
+
+def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool) -> SnakeFit:
+    start, distance, rules = _checked(start, edges, rules)
+    stiff = _smoothing(len(start), rules.elasticity, rules.rigidity, rules.damping)
+    iterates = np.empty((rules.steps + 1, 2, len(start)))
+    iterates[0] = start.T
+    basis = _family(start).T if affine else np.empty((0, len(start)))
+    onto = np.ascontiguousarray(basis @ stiff if affine else stiff)
+    _slide(distance, onto, np.ascontiguousarray(basis), rules.damping, rules.reaches, iterates)
+    return _result(iterates.transpose(0, 2, 1))
+
+
+def _checked(
+    start: Outline, edges: Mask, rules: SnakeRules | None
+) -> tuple[Outline, Float[np.ndarray, "h w"], SnakeRules]:
+    """Return the start, the distance of each pixel to the nearest edge, and the rules."""
+    start, edges = check_outline("start", start), check_mask("edges", edges)
+    if len(start) > MOST_POINTS:
+        raise ValueError(f"start must have {MOST_POINTS} points at most, got {len(start)}")
+    if min(edges.shape) < 2:
+        raise ValueError(f"edges must be 2 px a side at least, got {edges.shape}")
+    if not edges.any():
+        raise ValueError("edges must hold an edge, got none")
+    rules = SnakeRules() if rules is None else checks.instance("rules", rules, SnakeRules)
+    return start, cv2.distanceTransform((~edges).view(np.uint8), cv2.DIST_L2, 5), rules
+
+
+def _result(iterates: Float[np.ndarray, "k n 2"]) -> SnakeFit:
+    affine, nearest = _affine_part(iterates[0], iterates[-1])
+    residual = np.sqrt(np.mean(np.sum((iterates[-1] - nearest) ** 2, axis=-1)))
+    return SnakeFit(iterates[-1], iterates, affine, float(residual))
+
+
+def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
+    centre, mean = start.mean(axis=0), outline.mean(axis=0)
+    spread = start - centre
+    # of centred points the shift is that of the mean, and the matrix a problem of its own
+    matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
+    return Affine(matrix, mean - centre, centre), spread @ matrix.T + mean
+
+
+def _family(start: Outline) -> Float[np.ndarray, "n 3"]:
+    """Return an orthonormal basis of the affine family of an outline, for each coordinate."""
+    spread = start - start.mean(axis=0)
+    ones = np.ones((len(start), 1))
+    return np.linalg.qr(np.hstack([ones, spread / np.abs(spread).max()]))[0]
+
+
+@cache
+def _smoothing(
+    n: int, elasticity: float, rigidity: float, damping: float
+) -> Float[np.ndarray, "n n"]:
+    """Return the inverse of the circulant matrix, by its eigenvalues: the Fourier transform."""
+    wave = 2 - 2 * np.cos(2 * np.pi * np.arange(n) / n)
+    row = np.fft.ifft(1 / (damping + elasticity * wave + rigidity * wave**2)).real
+    inverse = row[(np.arange(n)[:, None] - np.arange(n)) % n]
+    inverse.setflags(write=False)
+    return inverse
+
+
+def _sampled(
+    distance: Float[np.ndarray, "h w"], points: Outline
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 2"]]:
+    """Return distances at points, interpolated in their squares of pixels, and their gradients."""
+    height, width = distance.shape
+    u, v = np.clip(points, 0, [width - 1, height - 1]).T
+    column = np.minimum(u.astype(int), width - 2)
+    row = np.minimum(v.astype(int), height - 2)
+    x, y = u - column, v - row
+    corner, right, below, across = (
+        distance[row + i, column + j].astype(float) for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))
+    )
+    far = (1 - y) * ((1 - x) * corner + x * right) + y * ((1 - x) * below + x * across)
+    along_u = (1 - y) * (right - corner) + y * (across - below)
+    along_v = (1 - x) * (below - corner) + x * (across - right)
+    return far, np.stack([along_u, along_v], axis=-1)
+
+
+@njit(cache=True)
+@no_type_check
+def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cover - compiled
+    """Write the points after each step, coordinates in rows.
+
+    ``onto`` takes pulled points to new ones or, where there is a ``basis``, to coefficients in it.
+    """
+    height, width = distance.shape
+    n = onto.shape[1]
+    pulled, found = np.empty((2, n)), np.empty((2, len(onto)))
+    for k in range(reaches.size):
+        r, new = iterates[k], iterates[k + 1]
+        for i in range(n):
+            u = min(max(r[0, i], 0.0), width - 1.0)
+            v = min(max(r[1, i], 0.0), height - 1.0)
+            column, row = min(int(u), width - 2), min(int(v), height - 2)
+            x, y = u - column, v - row
+            corner, right = float(distance[row, column]), float(distance[row, column + 1])
+            below, across = float(distance[row + 1, column]), float(distance[row + 1, column + 1])
+            far = (1 - y) * ((1 - x) * corner + x * right) + y * ((1 - x) * below + x * across)
+            along_u = (1 - y) * (right - corner) + y * (across - below)
+            along_v = (1 - x) * (below - corner) + x * (across - right)
+            after = i + 1 if i + 1 < n else 0
+            normal_u, normal_v = r[1, after] - r[1, i - 1], r[0, i - 1] - r[0, after]
+            length = max(np.hypot(normal_u, normal_v), TINY)
+            normal_u, normal_v = normal_u / length, normal_v / length
+            pull = far * (along_u * normal_u + along_v * normal_v) if far < reaches[k] else 0.0
+            pulled[0, i] = damping * r[0, i] - pull * normal_u
+            pulled[1, i] = damping * r[1, i] - pull * normal_v
+        _times(onto, pulled, found)
+        if len(basis):
+            _times(basis.T, found, new)
+        else:
+            new[:] = found
+
+
+@njit(cache=True)
+@no_type_check
+def _times(matrix, columns, products):  # pragma: no cover - compiled
+    """Write the products of a matrix with two columns, which stand in rows."""
+    for i in range(matrix.shape[0]):
+        u, v = 0.0, 0.0
+        for j in range(matrix.shape[1]):
+            u += matrix[i, j] * columns[0, j]
+            v += matrix[i, j] * columns[1, j]
+        products[0, i], products[1, i] = u, v
