@@ -5,11 +5,12 @@ a rectangle that revolves about a lamp, a beetle, a snail and a head. All images
 pixels, red, green and blue of 8 bits.
 """
 
-from data_synth.coloured.animals import beetle, snail
-from data_synth.coloured.camera import Camera
-from data_synth.coloured.figures import circles, rectangle
+from data_synth.coloured.beetles import beetle
+from data_synth.coloured.discs import circles
 from data_synth.coloured.heads import HeadScene, head
-from data_synth.coloured.sequences import HeadSequence, LampSequence, Sequence
+from data_synth.coloured.lamp import rectangle
+from data_synth.coloured.sequences import Camera, HeadSequence, LampSequence, Sequence
+from data_synth.coloured.snails import snail
 
 __all__ = [
     "Camera",

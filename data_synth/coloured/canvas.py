@@ -1,12 +1,12 @@
 """Painting light on an image: outlines, strokes, random textures, leaves and stones."""
 
-from collections.abc import Callable
-
 import cv2
 import numba
 import numpy as np
 
-from data_synth.coloured.camera import HEIGHT, WIDTH
+from data_synth.coloured.sequences import HEIGHT, WIDTH
+
+__all__: tuple[str, ...] = ()  # for the worlds alone
 
 _LINES = 4  # on which the area of an outline is measured, a row of pixels
 Box = tuple[slice, slice]
@@ -64,6 +64,14 @@ def _fill(outline, left, top, lines, cover):
                     cover[line // lines, column] += share / lines
 
 
+def covered(outline: np.ndarray) -> np.ndarray:
+    """Return the pixels (height, width) of which the most part lies inside an outline (n, 2)."""
+    found = np.zeros((HEIGHT, WIDTH), dtype=bool)
+    box, cover = inside(outline)
+    found[box] = cover > 0.5
+    return found
+
+
 def stroke(points: np.ndarray, widths: np.ndarray) -> tuple[Box, np.ndarray]:
     """Return the box round a line of straight pieces with round ends, and each pixel's share.
 
@@ -116,10 +124,18 @@ def lay(canvas: np.ndarray, box: Box, cover: np.ndarray, colour: np.ndarray) -> 
 def shadow(
     canvas: np.ndarray, outline: np.ndarray, shift: np.ndarray, soft: float, deep: float
 ) -> None:
-    """Darken a canvas by the shifted outline with a soft edge, ``deep`` the share it takes."""
+    """Darken a canvas (height, width) or (height, width, 3) below the shifted outline, whose edge
+    is soft, by the share ``deep``.
+    """
     box, cover = inside(outline + shift, margin=int(3 * soft) + 1)
     if cover.size:
-        canvas[box] *= 1 - deep * cv2.GaussianBlur(cover, (0, 0), soft)[..., None]
+        left = 1 - deep * cv2.GaussianBlur(cover, (0, 0), soft)
+        canvas[box] *= left if canvas.ndim == 2 else left[..., None]
+
+
+def shifted(image: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Return an image (height, width) moved by columns and rows; what comes in is 0."""
+    return cv2.warpAffine(image, np.column_stack([np.eye(2), shift]), image.shape[::-1])
 
 
 def texture(
@@ -163,6 +179,3 @@ def turn(points: np.ndarray, angle: float) -> np.ndarray:
 def place_at(points: np.ndarray, angle: float, place: np.ndarray) -> np.ndarray:
     """Return points (n, 2) turned and then moved."""
     return turn(points, angle) + place
-
-
-Light = Callable[[float], np.ndarray]

@@ -7,18 +7,21 @@ import numba
 import numpy as np
 
 from data_synth._checks import instance, number, whole
-from data_synth.coloured.camera import HEIGHT, WIDTH, Camera, children, linear, wave
-from data_synth.coloured.canvas import inside, lay, texture
-from data_synth.coloured.figures import LIGHTS, one_of
-from data_synth.coloured.sequences import HeadSequence
+from data_synth.coloured.canvas import covered, inside, lay, texture
+from data_synth.coloured.filming import LIGHTS, camera_or_default, film, linear, one_of, start, wave
+from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera, HeadSequence
+
+__all__ = ["HeadScene", "head"]
 
 _FOCAL = 300.0  # pixels
 _U, _V = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
 _SEMI = np.array([0.098, 0.076, 0.118])  # half axes of a head: ahead, left, up, m
 _LAMP = np.array([-0.80, -0.35, -0.49])  # where the lamp stands: left, above, on our side
 _LAMP = _LAMP / np.linalg.norm(_LAMP)
+_LENS = np.array([[_FOCAL, 0, _U], [0, _FOCAL, _V], [0, 0, 1]])
 _POINTS = 72
-_PLAIN, _HEAD, _SHIRT = 0, 1, 2  # kinds of ellipsoids
+_PLAIN, _HEAD, _SHIRT, _BIT = 0, 1, 2, 3  # kinds of ellipsoids; a bit is neck, nose or ear
+_BITS = 64  # added to the number of an owner
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,28 +75,34 @@ class _Person:
     def parts(self, time: float) -> tuple[np.ndarray, ...]:
         """Centres (e, 3), maps to the unit sphere (e, 3, 3), kinds (e,), colours (e, 2, 3)."""
         centre, yaw, tilt = self.place(time), self.yaw(time), self.tilt(time)
-        head, upright = _axes(yaw, tilt), _axes(0.55 * yaw if abs(yaw) < 2 else yaw, 0.0)
-        body = _axes(yaw, 0.0)
-        throat = centre + 0.13 * np.array([-np.sin(tilt), np.cos(tilt), 0])
-        chest = throat + np.array([0, 0.26, 0]) - 0.03 * body[0]
-        ears = [centre + head.T @ np.array([-0.012, s * 0.073, -0.008]) for s in (-1, 1)]
-        nose = centre + head.T @ np.array([0.098, 0, -0.014])
+        head, upright, body = _axes(yaw, tilt), _axes(yaw, 0.4 * tilt), _axes(yaw, 0.0)
+        lean = np.array([-np.sin(tilt), np.cos(tilt), 0])
+        throat = centre + 0.115 * lean - 0.012 * body[0]
+        chest = centre + 0.06 * lean + np.array([0, 0.50, 0]) - 0.02 * body[0]
+        face, wool = [self.skin, self.hair], [self.shirt, self.stripes]
         parts = [
-            (centre, head / _SEMI[:, None], _HEAD, [self.skin, self.hair]),
-            (throat, upright / np.array([[0.052], [0.05], [0.10]]), _PLAIN, [self.skin] * 2),
-            (chest, body / np.array([[0.12], [0.215], [0.22]]), _SHIRT, [self.shirt, self.stripes]),
-            (nose, head / np.array([[0.020], [0.013], [0.026]]), _PLAIN, [self.skin] * 2),
+            (centre, head / _SEMI[:, None], _HEAD, face),
+            (throat, upright / _column(0.054, 0.052, 0.10), _BIT, face),
+            (chest, body / _column(0.115, 0.20, 0.40), _SHIRT, wool),
         ]
-        for ear in ears:
-            parts.append(
-                (ear, head / np.array([[0.018], [0.010], [0.030]]), _PLAIN, [self.skin] * 2)
-            )
+        for side in (-1, 1):
+            arm = chest + [0, 0.175 * side, 0.07] @ body
+            parts.append((arm, body / _column(0.062, 0.056, 0.22), _SHIRT, wool))
+        for ahead, left, up, size in (
+            (0.098, 0.0, -0.014, (0.020, 0.013, 0.026)),
+            (-0.012, 0.073, -0.008, (0.018, 0.010, 0.030)),
+            (-0.012, -0.073, -0.008, (0.018, 0.010, 0.030)),
+        ):  # nose and ears
+            parts.append((centre + [ahead, left, up] @ head, head / _column(*size), _BIT, face))
         if self.long:
-            back = centre + head.T @ np.array([-0.045, 0, -0.07])
-            parts.append(
-                (back, head / np.array([[0.065], [0.092], [0.15]]), _PLAIN, [self.hair] * 2)
-            )
+            back = centre + [-0.045, 0, -0.07] @ head
+            hair = [self.hair, self.hair]
+            parts.append((back, head / _column(0.065, 0.092, 0.15), _PLAIN, hair))
         return tuple(np.array(part) for part in zip(*parts, strict=True))
+
+
+def _column(*values: float) -> np.ndarray:
+    return np.array(values)[:, None]
 
 
 def _axes(yaw: float, tilt: float) -> np.ndarray:
@@ -114,8 +123,9 @@ def head(
 ) -> HeadSequence:
     """Return a person in a room; the target is the head, of which the outline is an ellipse.
 
-    The head is an ellipsoid with a face and a cap of hair, all hair from behind; nose and ears
-    are ``extra``. What it wears, a door and shelves of wood and other heads share its colours.
+    The head is an ellipsoid with a face and a cap of hair, all hair from behind. Neck, nose and
+    ears before it count as head, beside it as ``extra``. Others, a door and shelves of wood share
+    its colours.
 
     Parameters
     ----------
@@ -128,33 +138,30 @@ def head(
     camera
         That films; by default as :class:`~data_synth.coloured.Camera` is.
     """
-    whole("frames", frames, 1, 10_000)
-    scene = instance("scene", scene or HeadScene(), HeadScene)
-    camera = instance("camera", camera or Camera(), Camera)
-    motion, looks, passing, room, air, noise = children(rng, 6)
+    motion, looks, passing, room, air, noise = start(rng, frames, 6)
+    scene = HeadScene() if scene is None else instance("scene", scene, HeadScene)
+    camera = camera_or_default(camera)
     target = _target(scene, frames, motion, looks)
     people = [target, *(_passer(k, scene.others, frames, target, passing)
                         for k in range(scene.others))]  # fmt: skip
     ambient, lamp = _lights(scene, air)
     walls, lean = _room(room)
-    offsets = [((i * 0.754877) % 1 - 0.5, (i * 0.569840 + 0.5) % 1 - 0.5) for i in range(64)]
+    shifts = _shifts(camera.parts)
 
-    def seen(time: float, shift: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    def seen(time: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The light, and to whose head each pixel belongs."""
         near, side = ambient(time), lamp(time)
-        canvas = walls * (near + lean * side)
+        canvas = _lit(walls, lean, near, side)
         depths = np.full((HEIGHT, WIDTH), np.inf, dtype=np.float32)
         whose = np.full((HEIGHT, WIDTH), -1, dtype=np.int16)
         for k, person in enumerate(people):
-            if person.place(time)[2] < 0.3:
-                continue
             centres, maps, kinds, colours = person.parts(time)
-            boxes = np.stack([_box(c, s) for c, s in zip(centres, maps, strict=True)])
-            _cast(centres, maps, kinds, colours, boxes, near, side, _LAMP, np.array(shift), k,
-                  _FOCAL, canvas, depths, whose)  # fmt: skip
+            _cast(centres, maps, kinds, colours, _boxes(centres, maps), near, side, _LAMP,
+                  shift, k, _FOCAL, canvas, depths, whose)  # fmt: skip
         return canvas, whose
 
-    def paint(time: float, number_: int) -> np.ndarray:
-        return seen(time, offsets[number_])[0]
+    def paint(time: float, moment: int) -> np.ndarray:
+        return seen(time, shifts[moment])[0]
 
     masks = np.zeros((frames, HEIGHT, WIDTH), dtype=bool)
     extra = np.zeros_like(masks)
@@ -163,16 +170,18 @@ def head(
     ring = 2 * np.pi * np.arange(_POINTS) / _POINTS
     ring = np.stack([np.cos(ring), np.sin(ring)], axis=1)
     for t in range(frames):
-        whose = seen(t, (0.0, 0.0))[1]
-        masks[t], extra[t] = whose == 0, whose == 8
+        whose = seen(t, np.zeros(2))[1]
         centres, maps, _, _ = target.parts(t)
-        middle, spread = _silhouette(centres[0], maps[0])
+        middle, spread = (part[0] for part in _silhouettes(centres[:1], maps[:1]))
         ellipses[t] = [*middle, *np.sqrt(np.diag(spread))]
         outlines[t] = middle + ring @ np.linalg.cholesky(spread).T
+        within = covered(outlines[t])
+        masks[t] = (whose == 0) | ((whose == _BITS) & within)
+        extra[t] = (whose == _BITS) & ~within
         visible[t] = masks[t].sum() / (np.pi * np.sqrt(np.linalg.det(spread)))
     times = range(frames)
     return HeadSequence(
-        frames=camera.film(paint, frames, rng=noise),
+        frames=film(camera, paint, frames, rng=noise),
         masks=masks,
         extra=extra,
         outlines=outlines,
@@ -185,24 +194,41 @@ def head(
     )
 
 
-def _silhouette(centre: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle (2,) and spread S (2, 2) of an ellipsoid's outline (p - m)ᵀ S⁻¹ (p - m) = 1, from
-    the dual of its cone, K (A Aᵀ - c cᵀ) Kᵀ with A the map from the unit sphere.
+def _shifts(count: int) -> np.ndarray:
+    """Where in a pixel (count, 2) the rays of the moments of an exposure go: spread, mean 0."""
+    scattered = np.arange(count)[:, None] * (0.754878, 0.569840) % 1
+    return (scattered.argsort(axis=0).argsort(axis=0) + 0.5) / count - 0.5
+
+
+def _silhouettes(centres: np.ndarray, maps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles m (e, 2) and spreads S (e, 2, 2) of the outlines (p - m)ᵀ S⁻¹ (p - m) = 1 of
+    ellipsoids, from the duals of their cones, K (A Aᵀ - c cᵀ) Kᵀ with A from the unit sphere.
     """
-    out = np.linalg.inv(shape)
-    lens = np.array([[_FOCAL, 0, _U], [0, _FOCAL, _V], [0, 0, 1]])
-    dual = lens @ (out @ out.T - np.outer(centre, centre)) @ lens.T
-    middle = dual[:2, 2] / dual[2, 2]
-    return middle, np.outer(middle, middle) - dual[:2, :2] / dual[2, 2]
+    out = np.linalg.inv(maps)
+    dual = _LENS @ (out @ out.mT - centres[:, :, None] * centres[:, None, :]) @ _LENS.T
+    middle = dual[:, :2, 2] / dual[:, 2, 2, None]
+    return middle, middle[:, :, None] * middle[:, None, :] - dual[:, :2, :2] / dual[:, 2:, 2:]
 
 
-def _box(centre: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """First and last columns and rows that an ellipsoid can meet."""
-    middle, spread = _silhouette(centre, shape)
-    reach = np.sqrt(np.diag(spread)) + 1
-    low, high = np.floor(middle - reach), np.ceil(middle + reach)
-    low, high = low.clip(0, (WIDTH, HEIGHT)), high.clip(-1, (WIDTH - 1, HEIGHT - 1))
-    return np.array([low[0], high[0], low[1], high[1]], dtype=np.int64)
+def _boxes(centres: np.ndarray, maps: np.ndarray) -> np.ndarray:
+    """First and last columns and rows (e, 4) that ellipsoids can meet."""
+    middle, spread = _silhouettes(centres, maps)
+    reach = np.sqrt(np.diagonal(spread, axis1=1, axis2=2)) + 1
+    low = np.floor(middle - reach).clip(0, (WIDTH, HEIGHT))
+    high = np.ceil(middle + reach).clip(-1, (WIDTH - 1, HEIGHT - 1))
+    return np.concatenate([low, high], axis=1).astype(np.int64)
+
+
+@numba.njit(cache=True)
+def _lit(walls, lean, near, side):
+    """The light that comes back from the walls: ``lean`` is how much of the lamp meets them."""
+    canvas = np.empty_like(walls)
+    for row in range(walls.shape[0]):
+        for column in range(walls.shape[1]):
+            for channel in range(3):
+                came = near[channel] + lean[row, column] * side[channel]
+                canvas[row, column, channel] = walls[row, column, channel] * came
+    return canvas
 
 
 @numba.njit(cache=True)
@@ -211,7 +237,7 @@ def _cast(
     whose,
 ):  # fmt: skip
     """Write what a ray through each pixel meets first; ``whose`` gets the owner's number for a
-    head, plus 8 for a nose or an ear, else -2.
+    head, more by ``_BITS`` for a neck, a nose or an ear, else -1.
     """
     paint = np.empty(3)
     u, v = (canvas.shape[1] - 1) / 2, (canvas.shape[0] - 1) / 2
@@ -223,8 +249,8 @@ def _cast(
         rest = o0 * o0 + o1 * o1 + o2 * o2 - 1
         if rest <= 0:
             continue
-        for row in range(boxes[e, 2], boxes[e, 3] + 1):
-            for column in range(boxes[e, 0], boxes[e, 1] + 1):
+        for row in range(boxes[e, 1], boxes[e, 3] + 1):
+            for column in range(boxes[e, 0], boxes[e, 2] + 1):
                 a, b = (column + shift[0] - u) / focal, (row + shift[1] - v) / focal
                 d0 = S[0, 0] * a + S[0, 1] * b + S[0, 2]
                 d1 = S[1, 0] * a + S[1, 1] * b + S[1, 2]
@@ -244,15 +270,15 @@ def _cast(
                 long = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
                 gloss = 0.0
                 paint[:] = colours[e, 0]
-                whose[row, column] = -2
-                if kinds[e] == 1:
+                whose[row, column] = -1
+                if kinds[e] == _HEAD:
                     whose[row, column] = owner
                     gloss = _face(f, s, t, colours[e, 1], paint)
-                elif kinds[e] == 2:
-                    if np.sin(24 * t) > 0.3:
+                elif kinds[e] == _SHIRT:
+                    if np.sin(2 * np.pi * (depth * b - centres[2, 1]) / 0.05) > 0.3:
                         paint[:] = colours[e, 1]
-                elif e != 1:
-                    whose[row, column] = owner + 8
+                elif kinds[e] == _BIT:
+                    whose[row, column] = owner + _BITS
                 up = -n1 / long
                 facing = (n0 * lamp[0] + n1 * lamp[1] + n2 * lamp[2]) / long
                 lit = max(facing, 0.0)
@@ -272,7 +298,8 @@ def _face(f, s, t, hair, paint):
     much it shines.
     """
     line = 0.60 - 0.12 * abs(s)
-    if t > line or f < 0.06 + 0.30 * max(t, 0.0) - 0.25 * min(t + 0.35, 0.0) * 2.0 and t > -0.72:
+    front = 0.06 + 0.30 * max(t, 0.0) - 0.5 * min(t + 0.35, 0.0)
+    if t > line or (f < front and t > -0.72):
         streak = 0.85 + 0.3 * np.sin(31 * s + 9 * t) * np.sin(23 * f + 5 * s)
         for channel in range(3):
             paint[channel] = hair[channel] * streak
@@ -373,7 +400,9 @@ def _lights(
         if scene.light == "steady":
             return np.array([0.80, 0.80, 0.80])
         heat = warm(time)
-        return (0.78 + bright(time)) * np.array([1 + 0.18 * heat, 1.0, 1 - 0.26 * heat])
+        return (0.78 + bright(time)) * np.array(
+            [1 + 0.18 * heat, 1.0, 1 - 0.26 * heat], dtype=np.float32
+        )
 
     def lamp(time: float) -> np.ndarray:
         share = 0.5 if scene.light == "steady" else 0.5 + glow(time)
@@ -386,7 +415,7 @@ def _room(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Paint of the room's back wall (height, width, 3), and how much of the lamp meets it."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     fine, wide = texture(4, 2, rng=rng), texture(60, 3, rng=rng)
-    paint = linear(np.array([0.72, 0.70, 0.64])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
+    paint = linear(np.array([0.60, 0.67, 0.69])) * (1 + 0.03 * fine + 0.04 * wide)[..., None]
 
     def board(left: float, top: float, right: float, bottom: float, colour: np.ndarray) -> None:
         ring = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], dtype=float)
@@ -428,4 +457,4 @@ def _room(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     )
     panel(p, 38, p + 56, 102, sky.clip(0.02, 1))
     falls = (0.75 - 0.5 * columns / WIDTH) * (1 - 0.3 * rows / HEIGHT)
-    return paint.clip(0.005, 1).astype(np.float32), falls[..., None].astype(np.float32)
+    return paint.clip(0.005, 1).astype(np.float32), falls.astype(np.float32)

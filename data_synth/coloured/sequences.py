@@ -1,8 +1,44 @@
-"""What a world of coloured things gives: images and the truth about their target."""
+"""The camera that films coloured things, and what it gives: images and the truth about a target."""
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from data_synth._checks import number, whole
+
+WIDTH, HEIGHT = 320, 240  # of all images, pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A colour camera; all values are ours.
+
+    Parameters
+    ----------
+    read_noise
+        Deviation of the noise in the dark, shares of full light.
+    photon_noise
+        Variance of the noise for a share of full light.
+    blur
+        Share of the time between frames that the shutter is open: motion within it blurs.
+    parts
+        How many moments stand for the time of an exposure.
+    softness
+        Deviation of the blur by the lens, pixels.
+    """
+
+    read_noise: float = 0.003
+    photon_noise: float = 0.0003
+    blur: float = 0.5
+    parts: int = 4
+    softness: float = 0.4
+
+    def __post_init__(self) -> None:
+        number("read_noise", self.read_noise, 0.0, 1.0)
+        number("photon_noise", self.photon_noise, 0.0, 1.0)
+        number("blur", self.blur, 0.0, 1.0)
+        whole("parts", self.parts, 1, 64)
+        number("softness", self.softness, 0.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, slots=True)

@@ -22,7 +22,7 @@ from typing import no_type_check
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Float, UInt8
 from numba import njit
 
 from robot_perception import checks
@@ -35,8 +35,8 @@ __all__ = [
     "affine_part",
     "affine_snake",
     "area",
-    "edges",
     "free_snake",
+    "image_edges",
     "resample",
     "step_by_step",
 ]
@@ -171,7 +171,7 @@ def area(outline: Outline) -> float:
     return float(abs(u @ np.roll(v, -1) - v @ np.roll(u, -1)) / 2)
 
 
-def resample(outline: Outline, count: int = 80) -> Outline:
+def resample(outline: Outline, count: int = 80) -> Float[np.ndarray, "count 2"]:
     """Return points evenly spaced along an outline, the first where it begins.
 
     Parameters
@@ -217,7 +217,9 @@ def affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
     return _affine_part(start, points)
 
 
-def edges(image: UInt8[np.ndarray, "height width *colours"], within: Mask, share: float) -> Mask:
+def image_edges(
+    image: UInt8[np.ndarray, "height width *colours"], within: Mask, share: float
+) -> Mask:
     r"""Return the ridges of an image's gradient inside a mask, :math:`\nabla I^*`.
 
     .. math:: \nabla I^* = \nabla I \cdot \operatorname{dil}(\nabla S)

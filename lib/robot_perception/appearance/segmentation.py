@@ -9,7 +9,7 @@ from typing import no_type_check
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Integer, Real
 from numba import njit
 
 from robot_perception import checks
@@ -22,7 +22,7 @@ QUADS = np.array([0, 1, 1, 0, 1, 0, -2, -1, 1, -2, 0, -1, 0, -1, -1, 0])
 
 
 def segment(
-    index: Int[np.ndarray, "height width"], histogram: Float[np.ndarray, " bins"]
+    index: Integer[np.ndarray, "height width"], histogram: Real[np.ndarray, " bins"]
 ) -> Bool[np.ndarray, "height width"]:
     r"""Return where the colour of an image has been seen on the object.
 

@@ -4,6 +4,7 @@
 stop at the first that cannot be read.
 """
 
+from robot_perception.datasets.boxes import Boxes, read_boxes
 from robot_perception.datasets.carmen import read_carmen_log
 from robot_perception.datasets.entries import (
     DataFile,
@@ -67,6 +68,7 @@ from robot_perception.datasets.victoria import (
 from robot_perception.datasets.video import read_video
 
 __all__ = [
+    "Boxes",
     "Calibration",
     "Commands",
     "CorruptImage",
@@ -102,6 +104,7 @@ __all__ = [
     "fetch",
     "find",
     "path",
+    "read_boxes",
     "read_carmen_log",
     "read_columns",
     "read_depth_pair",

@@ -16,6 +16,7 @@ from data_synth import (
     textures,
     wheels,
 )
+from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, world
 from data_synth.people import office as people_office
 from tests.hostile.sweep import call
@@ -65,6 +66,9 @@ def some_session() -> session.Session:
 
 
 RESULTS = {
+    sequences.Sequence,
+    sequences.LampSequence,
+    sequences.HeadSequence,
     fisheye.Bodies,
     fisheye.Stage,
     fisheye.View,
@@ -90,6 +94,15 @@ RESULTS = {
     wheels.Odometry,
 }
 CALLS = {
+    sequences.Camera: lambda: call(0.01, 0.001, 0.3, 2, 0.5),
+    discs.circles: lambda: call(
+        rng=rng(), frames=2, others=1, colour_step=0.1, camera=sequences.Camera(parts=1)
+    ),
+    lamp.rectangle: lambda: call(rng=rng(), frames=1, light="steady"),
+    beetles.beetle: lambda: call(rng=rng(), frames=1, light="steady", legs=True, clutter=False),
+    snails.snail: lambda: call(rng=rng(), frames=1, light="steady", neck=True, clutter=False),
+    heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3),
+    heads.head: lambda: call(rng=rng(), frames=1, scene=heads.HeadScene(others=0)),
     bodies.Person: lambda: call(
         1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)
     ),

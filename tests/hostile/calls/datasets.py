@@ -25,6 +25,7 @@ GRAPH = write(FOLDER / "graph.log", [vertex(0, [0] * 3), SCANS[0], vertex(1, [1]
 CHAIN = write(FOLDER / "chain.txt", [b"ODOMETRY 0 1 1 0 0 1 0 0 1 0 1"])
 RELATIONS = write(FOLDER / "pairs.txt", [b"1 2 0.1 0 0 0 0 0"])
 TABLE = write(FOLDER / "table.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0", b"2,1,0,0"])
+BOXES = write(FOLDER / "boxes.csv", [b"frame,x,y,w,h", b"1,3,4,10,12"])
 COLUMNS = write(FOLDER / "columns.csv", [b"time_s,x_m,wrong", b"1,0,0.5"])
 READINGS = write(FOLDER / "ranges.csv", [b"1,2", b"3,4"])
 TIMES = np.array([1.0, 2.0, 3.0])
@@ -93,6 +94,7 @@ def adding():
 
 CALIBRATION = datasets.read_kitti(KITTI).calibration
 RESULTS = {
+    datasets.Boxes,
     datasets.Calibration,
     datasets.Commands,
     datasets.DataFile,
@@ -132,6 +134,7 @@ CALLS = {
     datasets.path: lambda: call("mine", "a.txt", download=False),
     datasets.status: lambda: call("mine", "a.txt"),
     datasets.registry: lambda: call(),
+    datasets.read_boxes: lambda: call(BOXES, np.array([1])),
     datasets.read_carmen_log: lambda: call(
         CARMEN, max_range=80.0, field_of_view=(-1.5, 1.5), timed=True
     ),

@@ -107,6 +107,10 @@ MEANING = {
     "θ": PURPLE,
     "α": TEAL,
     "t_v": BLUE,
+    # colour and shape
+    "affine snake": BLUE,
+    "free snake": MAGENTA,
+    "neck": ORANGE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
