@@ -26,8 +26,9 @@ __all__: tuple[str, ...] = ()  # for the worlds alone
 SUN = np.array([0.42, 0.55, 0.72])  # where it stands: right, down, and up from the ground
 SUN = SUN / np.linalg.norm(SUN)
 HALF = (SUN + np.array([0, 0, 1])) / np.linalg.norm(SUN + np.array([0, 0, 1]))
-WARM = 1.75 * np.array([1.0, 0.95, 0.86])  # light of the sun
-COLD = 1.5 * np.array([0.26, 0.28, 0.31])  # and of the sky
+WARM = np.array([1.75, 1.66, 1.50], dtype=np.float32)  # light of the sun
+COLD = np.array([0.39, 0.42, 0.465], dtype=np.float32)  # and of the sky
+LEVEL = WARM * np.float32(SUN[2])  # light of the sun on level ground
 DROP = np.array([-0.42, -0.55]) / 0.72  # of a shadow, for each pixel of height
 _FALLEN = np.array(  # colours of what lies about; those of beetle and snail are among them
     [
@@ -69,7 +70,7 @@ class Weather:
     def at(self, place: np.ndarray, time: float) -> np.ndarray:
         """Return the light (3,) on the ground at a place in the image."""
         column, row = np.rint(place).astype(int)
-        return self.sun(time)[row, column] * SUN[2] * WARM + self.sky(time)
+        return self.sun(time)[row, column] * LEVEL + self.sky(time)
 
 
 @numba.njit(cache=True)
@@ -82,7 +83,7 @@ def lit_ground(paint, sun, low, sky):
         for column in range(paint.shape[1]):
             free = low[row, column]
             for channel in range(3):
-                came = sun[row, column] * free * SUN[2] * WARM[channel]
+                came = sun[row, column] * free * LEVEL[channel]
                 came += sky[channel] * (0.4 + 0.6 * free)
                 lit[row, column, channel] = paint[row, column, channel] * came
     return lit

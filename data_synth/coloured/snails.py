@@ -22,6 +22,7 @@ from data_synth.coloured.filming import camera_or_default, film, start, wave
 from data_synth.coloured.outdoors import (
     DROP,
     HALF,
+    LEVEL,
     SUN,
     WARM,
     lit_ground,
@@ -36,7 +37,7 @@ from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera, Sequence
 __all__ = ["snail"]
 
 _SIZE = 36.0  # of the shell, pixels
-_SKIN = np.array([0.34, 0.18, 0.065])
+_SKIN = np.array([0.34, 0.18, 0.065], dtype=np.float32)
 
 
 def snail(
@@ -112,25 +113,33 @@ def snail(
             total[box] = np.maximum(total[box], cover)
         return total
 
+    over = []
+    for blade in blades:
+        dark = np.ones((HEIGHT, WIDTH, 1), dtype=np.float32)
+        shadow(dark, blade, DROP * 6, 2.0, 0.45)
+        around, _ = inside(blade, margin=20)
+        over.append((around, dark[around], *inside(blade)))
+
     def paint(time: float, _: int) -> np.ndarray:
         shape, soft, place = outline(time), foot(time), path.place(time)
         sun, sky = weather.sun(time), weather.sky(time)
-        low = 1 - 0.6 * shifted(cv2.GaussianBlur(soft, (0, 0), 1.5), DROP * 4)
+        low = 1 - 0.6 * shifted(soft, DROP * 4)
         shadow(low, shape, DROP * 9, 2.5, 0.85)
         canvas = lit_ground(ground, sun, low, sky)
-        box, _cover = inside(shape, margin=int(2 * _SIZE))
-        thick = (0.5 + 0.6 * cv2.GaussianBlur(soft[box], (0, 0), 4.0))[..., None]
-        moved = np.roll(bumps, np.rint(place[::-1]).astype(int), axis=(0, 1))[box][..., None]
-        came = sun[box][..., None] * (SUN[2] * WARM) + sky
-        lay(canvas, box, soft[box], _SKIN * (1 + 0.16 * moved) * thick * came)
+        box, _ = inside(shape, margin=int(1.8 * _SIZE))
+        thick = 0.5 + 0.6 * cv2.GaussianBlur(soft[box], (0, 0), 4.0)
+        rows, columns = (np.arange(s.start, s.stop) for s in box)
+        along, across = np.rint(place).astype(int)
+        moved = bumps[np.ix_((rows - across) % HEIGHT, (columns - along) % WIDTH)]
+        came = sun[box][..., None] * LEVEL + sky
+        lay(canvas, box, soft[box], _SKIN * (thick * (1 + 0.16 * moved))[..., None] * came)
         box, cover = inside(shape)
         light_back = np.empty((*cover.shape, 3), dtype=np.float32)
         corner = place - (box[1].start, box[0].start)
         _shell(picture, corner, np.linalg.inv(bent(time)), bent(time), sun[box], sky, light_back)
         lay(canvas, box, cover, light_back)
-        for blade in blades:
-            shadow(canvas, blade, DROP * 6, 2.0, 0.45)
-            box, cover = inside(blade)
+        for around, dark, box, cover in over:
+            canvas[around] *= dark
             lay(canvas, box, cover, _BLADE * (sun[box][..., None] * WARM + sky))
         return canvas
 
