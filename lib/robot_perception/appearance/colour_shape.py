@@ -24,7 +24,7 @@ from jaxtyping import Bool, Float, UInt8
 from robot_perception import checks
 from robot_perception.appearance import colour_distribution as distributions
 from robot_perception.appearance import shape_scores as scores
-from robot_perception.appearance._masks import Mask, Outline, check_outline
+from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
 from robot_perception.appearance.affine_snake import (
     SnakeRules,
     affine_snake,
@@ -45,11 +45,12 @@ __all__ = [
     "ColourShapeState",
     "ColourShapeTracker",
     "colours_inside",
+    "inner",
 ]
 
 Image = UInt8[np.ndarray, "height width 3"]
 SMALLEST = 30.0
-"""Area below which an outline is lost, px²."""
+"""Area below which a piece or an outline is none, px²."""
 BINNING = Binning("opponent", (64, 64, 16))
 SNAKE = SnakeRules(reach=(8.0, 3.0))
 
@@ -123,7 +124,7 @@ class ColourShapeRules:
     band: int = 4
     strength: float = 0.2
     snake: SnakeRules = SNAKE
-    worst: float = 0.6
+    worst: float = 0.45
 
     def __post_init__(self) -> None:
         for name, least, most in (
@@ -182,7 +183,7 @@ class ColourShapeState:
     """
 
     particles: ParticleSet
-    colours: Float[np.ndarray, "n 3"]
+    colours: Float[np.ndarray, "colours 3"]
     distribution: ColourDistribution
     outline: Outline
     areas: tuple[float, float]
@@ -408,7 +409,7 @@ class ColourShapeTracker:
         watch("morphology")
         piece = blob(mask, state.outline)
         watch("blob")
-        if piece is None or (piece.overlap == 0 and not state.lost):
+        if piece is None or piece.area < SMALLEST or (piece.overlap == 0 and not state.lost):
             return None
         start = state.outline
         if piece.overlap == 0:
@@ -495,7 +496,7 @@ class _Look:
 
 def colours_inside(
     image: Image, outline: Outline, rules: ColourShapeRules, *, rng: np.random.Generator
-) -> Float[np.ndarray, "n 3"] | None:
+) -> Float[np.ndarray, "m 3"] | None:
     r"""Return colours of the pixels inside an outline, :math:`\mathcal C`; ``None`` without any.
 
     Parameters
@@ -519,15 +520,36 @@ def colours_inside(
     """
     image = picture("image", image)
     checks.instance("rules", rules, ColourShapeRules)
-    whole = filled(outline, image.shape[:2])
-    inner = whole & ~dilate(~whole, rules.inset) if rules.inset else whole
-    pixels = image[inner if inner.any() else whole]
+    pixels = image[inner(filled(outline, image.shape[:2]), rules.inset)]
     checks.generator("rng", rng)
     if not len(pixels):
         return None
     if len(pixels) > rules.colours:
         pixels = pixels[rng.choice(len(pixels), rules.colours, replace=False)]
     return rules.binning.space.coordinates(pixels)
+
+
+def inner(mask: Mask, inset: int) -> Mask:
+    """Return the pixels of a mask that lie so far from its rim; all if none does.
+
+    Parameters
+    ----------
+    mask : (height, width)
+        True inside.
+    inset
+        Pixels from the rim; what lies beyond the image is not outside.
+
+    Raises
+    ------
+    TypeError
+        If the mask does not hold True and False.
+    ValueError
+        If the mask is empty or the inset out of its range.
+    """
+    inset = checks.whole("inset", inset, 0, 200)
+    mask = check_mask("mask", mask)
+    deep = mask & ~dilate(~mask, inset)
+    return deep if deep.any() else mask
 
 
 def _sound(outline: Outline) -> bool:

@@ -12,7 +12,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.appearance._masks import Outline, check_outline
 from robot_perception.appearance.affine_snake import affine_snake, area, image_edges, resample
-from robot_perception.appearance.colour_shape import ColourShapeRules
+from robot_perception.appearance.colour_shape import ColourShapeRules, inner
 from robot_perception.appearance.colour_spaces import picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
 
@@ -129,7 +129,7 @@ class ColourTracker:
         return CueState(resample(outline, rules.points), counts, 0, state.shape)
 
     def _counts(self, image: Image, inside: np.ndarray) -> np.ndarray:
-        binning = self.rules.binning
+        binning, inside = self.rules.binning, inner(inside, self.rules.inset)
         return np.bincount(binning.of(image[inside]), minlength=binning.count).astype(float)
 
 
