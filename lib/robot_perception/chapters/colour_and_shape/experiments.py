@@ -67,7 +67,8 @@ class Config:
     in_rgb
         For the circles.
     order, ridge
-        Of the dynamics that are learned.
+        Of the dynamics that are learned. A weak ridge takes the way that the colours happened to go
+        in training for a law, and drives the samples off the colours of another film.
     """
 
     worlds: tuple[str, ...] = tuple(WORLDS)
@@ -77,7 +78,7 @@ class Config:
     rules: ColourShapeRules = RULES
     in_rgb: ColourShapeRules = IN_RGB
     order: int = 1
-    ridge: float = 0.1
+    ridge: float = 100.0
 
     def of(self, world: str) -> ColourShapeRules:
         """Return the rules for a film."""
