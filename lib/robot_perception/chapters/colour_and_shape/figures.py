@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from data_synth.coloured import Sequence as Film
 from robot_perception.chapters.colour_and_shape import explorers, films
-from robot_perception.chapters.colour_and_shape.experiments import LOST
+from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS
 from robot_perception.chapters.colour_and_shape.films import Tracks, outline
 from robot_perception.chapters.colour_and_shape.iteration import Iteration
 from robot_perception.chapters.colour_and_shape.samples import Path, Samples
@@ -19,6 +20,7 @@ def _picture(ax: Axes, image: np.ndarray) -> None:
     ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
     ax.set_xticks([])
     ax.set_yticks([])
+    ax.spines[:].set_visible(False)
     ax.grid(visible=False)
 
 
@@ -34,7 +36,7 @@ def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
 
 def hero(axes: Sequence[Axes], at: int = 50) -> Sequence[Axes]:
     """Draw a frame of each experiment with the true outline and those of three trackers."""
-    for ax, world in zip(axes, films.SEEDS, strict=True):
+    for ax, world in zip(axes, WORLDS, strict=True):
         film, found = films.filmed(world), films.tracks(world)
         _picture(ax, film.frames[at])
         for name in ("colour alone", "shape alone", "fused"):
@@ -51,7 +53,7 @@ def overlap(ax: Axes, found: Tracks) -> Axes:
         line = films.LINES[name]
         ax.plot(k, values, line, color=MEANING[name], label=name, linewidth=2.0)
     ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
-    label(ax, len(values), LOST - 0.05, "lost", MEANING["expected"], ha="right")
+    label(ax, 0.5, LOST - 0.06, "lost", MEANING["expected"])
     ax.set(xlabel="frame", ylabel="overlap with the object", ylim=(0, 1.03))
     ax.set_xlim(0, len(values))
     ax.legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
@@ -68,37 +70,50 @@ def path(axes: Sequence[Axes], film: Film, found: Path, at: Sequence[int]) -> Se
         _picture(panel, film.frames[k])
         _near(panel, film.outlines[k])
         panel.set_title(f"frame {k}")
-    red, _, blue = found.colours.T
+    red, _, blue = found.colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
     ax.scatter(red, blue, s=34, c=found.colours / 255, linewidths=0, zorder=3)
     for k in at:
         ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=MEANING["truth"])
-        ax.annotate(str(k), (red[k], blue[k]), (7, 6), textcoords="offset points", fontsize=10)
-    ax.set(xlabel="red", ylabel="blue")
+        ax.annotate(str(k), (red[k], blue[k]), (-22, 6), textcoords="offset points", fontsize=10)
+    ax.set(xlim=_room(red, 0.15), ylim=_room(blue, 0.15), xlabel="red", ylabel="blue")
     ax.set_title("mean colour")
     return axes
 
 
 def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence[Axes]]:
-    """Draw the colours of some samples, one a column, and below what they take for the object."""
-    for k, (above, below) in enumerate(zip(*axes, strict=True)):
-        cloud = found.clouds[k]
-        shown = ((cloud >= 0) & (cloud <= 1)).all(axis=1)
-        colours = cloud[shown]
-        above.scatter(colours[:, 0], colours[:, 2], s=14, c=colours, linewidths=0)
-        above.set(xlabel="red", ylabel="blue")
-        above.set_title(f"weight {found.weights[k]:.2f}")
+    """Draw colours of samples in the opponent space, one a column; below, what has such colours."""
+    everything = _rgb(found.clouds.reshape(-1, 3))
+    left, right = _room(everything.sum(axis=1))
+    low, high = _room(everything[:, 1] - everything[:, 0])
+    for above, below, cloud, blob, points, weight in zip(
+        *axes, found.clouds, found.blobs, found.outlines, found.weights, strict=True
+    ):
+        colours = _rgb(cloud)
+        x, y = colours.sum(axis=1), colours[:, 1] - colours[:, 0]
+        above.scatter(x, y, s=14, c=np.clip(colours, 0, 255) / 255, linewidths=0)
+        above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
+        above.set_title(f"weight {weight:.2f}")
         faded = 200 + found.image.astype(float) * 0.2
-        picture = np.where(found.blobs[k][..., None], found.image, faded)
+        picture = np.where(blob[..., None], found.image, faded)
         _picture(below, np.round(picture).astype(np.uint8))
-        closed = np.vstack([found.outlines[k], found.outlines[k][:1]])
-        below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.0)
-    middle = np.median(found.clouds[:, :, (0, 2)], axis=(0, 1))
-    reach = 1.15 * np.abs(found.clouds[:, :, (0, 2)] - middle).max()
-    for above in axes[0]:
-        above.set(xlim=middle[0] + reach * np.array([-1, 1]))
-        above.set(ylim=middle[1] + reach * np.array([-1, 1]))
+        _near(below, found.outlines[0], 75.0)
+        closed = np.vstack([points, points[:1]])
+        below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.2)
     return axes
+
+
+def _room(values: Float[np.ndarray, " n"], share: float = 0.08) -> tuple[float, float]:
+    """Return limits with some room on both sides of values."""
+    spare = share * np.ptp(values)
+    return float(values.min() - spare), float(values.max() + spare)
+
+
+def _rgb(opponent: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """Return red, green and blue of coordinates of the opponent space; beyond 0 … 255 as well."""
+    blue_green, green_red = 511 * opponent[:, :2].T - 255
+    green = (766 * opponent[:, 2] - blue_green + green_red) / 3
+    return np.stack([green - green_red, green, green + blue_green], axis=-1)
 
 
 # One iteration -----------------------------------------------------------------------------------
@@ -108,7 +123,7 @@ _TOP = {"a": 4.0, "b": 3.0, "c": 2.0, "d": 1.0, "e": 0.0}
 
 def _sizes(weights: np.ndarray) -> np.ndarray:
     """Return areas of points, as large together for few samples as for many."""
-    return np.clip(1400 * weights / weights.sum(), 2, 260)
+    return np.clip(2400 * weights / weights.sum(), 3, 300)
 
 
 def _joined(ax: Axes, start: np.ndarray, end: np.ndarray, top: float) -> None:
@@ -148,6 +163,7 @@ def iterated(ax: Axes, found: Iteration, step: str) -> Axes:
             linewidths=0,
             zorder=3,
         )
+        label(ax, 1.0, top + 0.4, explorers.STEPS[name], MEANING["expected"], ha="right")
         last = places
     if step == "e":
         ax.fill_between(
@@ -158,7 +174,7 @@ def iterated(ax: Axes, found: Iteration, step: str) -> Axes:
             alpha=0.25,
             linewidth=0,
         )
-        label(ax, 0.02, -0.55, "how well it fits the frame", MEANING["readings"])
+        label(ax, 0.02, -0.55, "fit to the frame", MEANING["readings"])
     ax.set(xlim=(0, 1), ylim=(-0.8, 4.6), xlabel="brightness")
     ax.set_yticks(list(_TOP.values()), [f"({name})" for name in _TOP])
     ax.grid(visible=False)
