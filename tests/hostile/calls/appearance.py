@@ -1,6 +1,7 @@
 """Valid calls of `appearance`."""
 
-from tests.hostile.calls import _appearance_colour, _appearance_shape
+from tests.hostile.calls import _appearance_colour, _appearance_shape, _appearance_tracking
 
-RESULTS = {*_appearance_colour.RESULTS, *_appearance_shape.RESULTS}
-CALLS = {**_appearance_colour.CALLS, **_appearance_shape.CALLS}
+PARTS = (_appearance_colour, _appearance_shape, _appearance_tracking)
+RESULTS = {kind for part in PARTS for kind in part.RESULTS}
+CALLS = {thing: valid for part in PARTS for thing, valid in part.CALLS.items()}

@@ -116,6 +116,9 @@ MEANING = {
     "affine snake": BLUE,
     "free snake": MAGENTA,
     "neck": ORANGE,
+    "fused": RED,
+    "colour alone": OLIVE,
+    "shape alone": PURPLE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
