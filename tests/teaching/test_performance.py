@@ -86,6 +86,7 @@ def test_the_themes_count_their_work_and_its_peers(store):
         "Visual landmarks": (0, 0),
         "Particles": (0, 0),
         "Fusion and people": (0, 0),
+        "Colour and shape": (0, 0),
     }
 
 

@@ -34,6 +34,12 @@ THEMES = {
     "resampling": "Particles",
     "covariance": "Fusion and people",
     "people": "Fusion and people",
+    "colour": "Colour and shape",
+    "scores": "Colour and shape",
+    "head": "Colour and shape",
+    "affine": "Colour and shape",
+    "segmentation": "Colour and shape",
+    "blob": "Colour and shape",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

@@ -375,7 +375,7 @@ def affine_snake_claim(size: Size, rng: np.random.Generator) -> Finding:
             "cases without a blob": exact(found.empty, about=f"of {found.cases}"),
         },
         tables={"by reach and rigidity": reach_table(cases, config)},
-        conditions=(Condition("the snakes are loose", stiff.gap().low < 0.01),),
+        conditions=(Condition("the snakes are loose", stiff.gap().high < 0.01),),
         note="The paper names no weights. A free snake that is stiff enough leaves the neck out as "
         "well, and overlaps with the shell about as far.",
     )
