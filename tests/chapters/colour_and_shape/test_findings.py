@@ -124,6 +124,7 @@ def test_words_of_the_overlap_say_how_it_ends():
 # The films ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["circles", "rectangle", "beetle", "snail"])
 def test_in_the_films_shown_the_fused_tracker_holds_and_colour_alone_loses(world):
     found = films.tracks(world).overlap
