@@ -7,7 +7,6 @@ from robot_perception.chapters.colour_and_shape.exercises import EXERCISES
 from tests.chapters.exercises import ExerciseTests
 
 
-
 class TestExercises(ExerciseTests):
     stem = "colour_and_shape"
     sheet = EXERCISES

@@ -24,6 +24,7 @@ from robot_perception.chapters.head_tracking import heads
 from robot_perception.chapters.head_tracking.heads import RULES, Start, Variant
 from robot_perception.teaching.explore import choice, slider
 from robot_perception.teaching.kept import kept
+from robot_perception.teaching.tables import Table
 
 SCENES: Mapping[str, tuple[int, heads.Config]] = MappingProxyType(
     {
@@ -247,3 +248,16 @@ def sizes() -> Sizes:
     ]
     printed, by_shares = np.array(scores).T
     return Sizes(widths, printed, by_shares, whole.half_width)
+
+
+def setup_table() -> Table:
+    """Return the paper's values, ours, and which of them matters."""
+    cells = " × ".join(map(str, Binning().bins))
+    rows = {
+        "cells": ("(B − G, G − R, R + G + B)", cells, "yes"),
+        "a, threshold": ("“empirically determined”", f"{RULES.rate:g}, {RULES.gate:g}", "yes"),
+        "lost below": ("–", f"{RULES.floor:g}", "yes"),
+        "search": ("“a local region”", f"± {RULES.radius} px, as Birchfield's", "little"),
+        "size": ("by stereo", f"by distance ± {heads.Config().depth_sigma:.0%}", "yes"),
+    }
+    return Table(rows, {"paper": "in its words", "ours": "", "matters": ""})
