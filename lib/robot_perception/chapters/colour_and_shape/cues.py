@@ -3,83 +3,19 @@
 All claims read one result: each film of the four kinds is followed once by every tracker.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from jaxtyping import Float
 
-import data_synth.coloured
-from robot_perception.appearance import (
-    affine_snake,
-    colour_distribution,
-    colour_shape,
-    colour_spaces,
-    segmentation,
-    shape_scores,
-    single_cues,
-)
-from robot_perception.chapters.colour_and_shape import experiments
-from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, Config, Result
+from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, Result
+from robot_perception.chapters.colour_and_shape.followed import FEW, FRAMES, changed, followed
 from robot_perception.chapters.colour_and_shape.snakes import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, proportion
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.kept import kept
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Origin
 
-SCORED = tuple(range(2001, 2021))
-"""Seeds of the films of each kind; no number was chosen on them."""
-FRAMES = 40
-"""Frames that are tracked, at 15 a second."""
-QUICK = 6
-"""Films of each kind of the quick size."""
-CODE = (
-    data_synth.coloured,
-    affine_snake,
-    colour_distribution,
-    colour_shape,
-    colour_spaces,
-    segmentation,
-    shape_scores,
-    single_cues,
-    experiments,
-)
 FURTHER = Accepted(0.02, 1.0, "two hundredths of overlap; the paper names no number", Origin.CHOICE)
 OFTEN = Accepted(0.02, 1.0, "two films in a hundred; the paper names no number", Origin.CHOICE)
-
-
-def followed(size: Size, change: str = "") -> Result:
-    """Return what all trackers make of the films of a size; kept on this computer.
-
-    Parameters
-    ----------
-    size
-        Full or quick.
-    change
-        Name in ``CHANGES``: the fused tracker alone, changed in one thing.
-    """
-    films = len(SCORED) if size is Size.FULL else QUICK
-    return kept(_follow, Result, films, change, code=CODE)
-
-
-CHANGES = ("", "printed area", "no spread", "one sample")
-
-
-def _follow(films: int, change: str) -> Result:
-    config = Config(films=SCORED[:films], frames=FRAMES)
-    if change:
-        changed = {
-            "printed area": {"printed_area": True},
-            "no spread": {"noise": 0.0},
-            "one sample": {"samples": 1},
-        }[change]
-        config = replace(
-            config,
-            trackers=("fused",),
-            rules=replace(config.rules, **changed),
-            in_rgb=replace(config.in_rgb, **changed),
-        )
-    return experiments.run(config, rng=np.random.default_rng(43))
 
 
 def overlaps(found: Result, tracker: str) -> Float[np.ndarray, " films"]:
@@ -110,6 +46,14 @@ NAMES = {
     "colour, adapted": "colour, adapted",
     "CamShift": "CamShift",
 }
+
+
+def among_few(found: Result) -> Result:
+    """Return the result of the films on which changed trackers are followed as well."""
+    return Result(
+        {name: films[:FEW] for name, films in found.overlap.items()},
+        {name: films[:FEW] for name, films in found.missed.items()},
+    )
 
 
 def overlap_table(found: Result) -> Table:
@@ -151,12 +95,11 @@ def _about(found: Result) -> str:
 )
 def four(size: Size, rng: np.random.Generator) -> Finding:
     """Count the films that the fused tracker follows to the end."""
-    found = followed(size)
+    found = followed()
     return Finding(
         _followed_share(found),
         tables={"overlap": overlap_table(found), "lost": loss_table(found)},
-        note="Lost films are nearly all of circles: another circle has the same shape, and for a "
-        "while may have the same colour.",
+        note="Another circle has the same shape, and for a while may have the same colour.",
     )
 
 
@@ -168,7 +111,7 @@ def _followed_share(found: Result) -> Interval:
 @four.sabotage("samples that do not spread: B = 0")
 def no_spread(size: Size, rng: np.random.Generator) -> Finding:
     """Move the samples without noise."""
-    return Finding(_followed_share(followed(size, "no spread")))
+    return Finding(_followed_share(changed("no spread")))
 
 
 @claim(
@@ -187,18 +130,22 @@ def no_spread(size: Size, rng: np.random.Generator) -> Finding:
 )
 def condensation(size: Size, rng: np.random.Generator) -> Finding:
     """Compare weighed samples with unchecked adaptation."""
-    found = followed(size)
+    found, one = followed(), changed("one sample")
+    gained = overlaps(among_few(found), "fused") - overlaps(one, "fused")
     return Finding(
         further(found, "colour, adapted"),
-        {"films lost more often": more_often(found, "colour, adapted")},
+        {
+            "films lost more often": more_often(found, "colour, adapted"),
+            "overlap, fifty samples less one": bootstrap_mean(gained),
+        },
     )
 
 
-@condensation.sabotage("one sample in place of fifty, and the printed sign of Φ_area")
+@condensation.sabotage("one sample in place of fifty")
 def one_sample(size: Size, rng: np.random.Generator) -> Finding:
     """Give shape nothing to choose from."""
-    one, all_ = followed(size, "one sample"), followed(size)
-    return Finding(bootstrap_mean(overlaps(one, "fused") - overlaps(all_, "fused")))
+    one, found = changed("one sample"), among_few(followed())
+    return Finding(bootstrap_mean(overlaps(one, "fused") - overlaps(found, "colour, adapted")))
 
 
 @claim(
@@ -216,15 +163,15 @@ def one_sample(size: Size, rng: np.random.Generator) -> Finding:
 )
 def colour_alone(size: Size, rng: np.random.Generator) -> Finding:
     """Compare fixed colours with colour and shape."""
-    found = followed(size)
+    found = followed()
     return Finding(more_often(found, "colour, fixed"), {"overlap": further(found, "colour, fixed")})
 
 
 @colour_alone.sabotage("samples that do not spread: B = 0")
 def stale(size: Size, rng: np.random.Generator) -> Finding:
     """Compare fixed colours with a fused tracker whose colours do not move by chance."""
-    still, found = followed(size, "no spread"), followed(size)
-    return Finding(bootstrap_mean(losses(found, "fused") - losses(still, "fused")))
+    still, found = changed("no spread"), among_few(followed())
+    return Finding(bootstrap_mean(losses(found, "colour, fixed") - losses(still, "fused")))
 
 
 @claim(
@@ -241,7 +188,7 @@ def stale(size: Size, rng: np.random.Generator) -> Finding:
 )
 def shape_alone(size: Size, rng: np.random.Generator) -> Finding:
     """Compare edges alone with colour and shape."""
-    found = followed(size)
+    found = followed()
     by_kind = {
         f"overlap, {world}": bootstrap_mean(found.mean(world, "fused") - found.mean(world, "shape"))
         for world in WORLDS
@@ -252,5 +199,5 @@ def shape_alone(size: Size, rng: np.random.Generator) -> Finding:
 @shape_alone.sabotage("the printed sign of Φ_area")
 def printed_sign(size: Size, rng: np.random.Generator) -> Finding:
     """Compare edges alone with a fused tracker that prefers wrong areas."""
-    printed, found = followed(size, "printed area"), followed(size)
+    printed, found = changed("printed area"), among_few(followed())
     return Finding(bootstrap_mean(losses(found, "shape") - losses(printed, "fused")))
