@@ -68,7 +68,15 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
         line = "--" if name == "fixed model" else "-"
         top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
     top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
-    label(top, float(pictures[-1]), OFF - 0.03, "missed", MEANING["expected"], ha="right", va="top")
+    label(
+        top,
+        float(pictures[-1]),
+        OFF - 0.03,
+        "off the head",
+        MEANING["expected"],
+        ha="right",
+        va="top",
+    )
     top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
     top.set_title(
         f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
