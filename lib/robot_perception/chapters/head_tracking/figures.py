@@ -66,7 +66,7 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
     top.clear()
     for iou, name in ((state.fixed, "fixed model"), (state.iou, "adapted model")):
         line = "--" if name == "fixed model" else "-"
-        top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
+        top.plot(pictures, iou, line, color=MEANING[name], label=name.split()[0], linewidth=1.8)
     top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
     label(
         top,
@@ -83,8 +83,8 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
     )
     top.legend(loc="upper right", ncols=2)
     bottom.clear()
-    bottom.plot(pictures, state.light, color=MEANING["light"], label="light on the head")
-    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible share")
+    bottom.plot(pictures, state.light, color=MEANING["light"], label="light")
+    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible")
     bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="picture", ylabel="share")
     bottom.legend(loc="upper right", ncols=2)
 
