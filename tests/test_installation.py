@@ -19,6 +19,8 @@ EXTRAS = {
     "robot_perception.cameras": "vision",
     "robot_perception.landmarks": "vision",
     "robot_perception.people.skin": "vision",
+    "robot_perception.appearance": "vision",
+    "data_synth.coloured": "vision",
     "data_synth.people": "vision",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.sweep": "book",

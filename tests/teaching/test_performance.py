@@ -83,10 +83,9 @@ def test_the_themes_count_their_work_and_its_peers(store):
         "The robot on a line": (0, 0),
         "Planar EKF-SLAM": (2, 2),
         "Simplifying a line": (2, 1),
-        "Visual landmarks": (0, 0),
+        "Pictures": (0, 0),
         "Particles": (0, 0),
         "Fusion and people": (0, 0),
-        "Colour and shape": (0, 0),
     }
 
 

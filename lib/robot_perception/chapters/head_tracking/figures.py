@@ -1,6 +1,6 @@
 """Figures of the chapter "A head by its colours"."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +12,6 @@ from robot_perception.chapters.head_tracking import incremental, scene
 from robot_perception.chapters.head_tracking.heads import OFF
 from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures.style import MEANING, label
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
@@ -66,17 +65,25 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
     top.clear()
     for iou, name in ((state.fixed, "fixed model"), (state.iou, "adapted model")):
         line = "--" if name == "fixed model" else "-"
-        top.plot(pictures, iou, line, color=MEANING[name], label=name, linewidth=1.8)
+        top.plot(pictures, iou, line, color=MEANING[name], label=name.split()[0], linewidth=1.8)
     top.axhline(OFF, color=MEANING["expected"], linewidth=1.0)
-    label(top, float(pictures[-1]), OFF - 0.03, "missed", MEANING["expected"], ha="right", va="top")
+    label(
+        top,
+        float(pictures[-1]),
+        OFF - 0.03,
+        "off the head",
+        MEANING["expected"],
+        ha="right",
+        va="top",
+    )
     top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
     top.set_title(
         f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
     )
     top.legend(loc="upper right", ncols=2)
     bottom.clear()
-    bottom.plot(pictures, state.light, color=MEANING["light"], label="light on the head")
-    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible share")
+    bottom.plot(pictures, state.light, color=MEANING["light"], label="light")
+    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible")
     bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="picture", ylabel="share")
     bottom.legend(loc="upper right", ncols=2)
 
@@ -141,19 +148,6 @@ def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
     ax.set(xlabel="half width of the ellipse (px)", ylabel="pixels touched in a search")
     ax.minorticks_off()
     ax.legend(loc="upper left")
-    return ax
-
-
-def gains(ax: Axes, rows: Mapping[str, Interval], xlabel: str) -> Axes:
-    """Draw intervals of differences, one under the other, and 0."""
-    places = np.arange(len(rows))[::-1]
-    for place, value in zip(places, rows.values(), strict=True):
-        colour = MEANING["right" if value.low > 0 else "wrong" if value.high < 0 else "expected"]
-        ax.plot([value.low, value.high], [place, place], color=colour, linewidth=2.5)
-        ax.plot(value.estimate, place, "o", color=colour, markersize=7)
-    ax.axvline(0, color=MEANING["truth"], linewidth=1.0)
-    ax.set_yticks(places, list(rows))
-    ax.set(xlabel=xlabel, ylim=(-0.6, len(rows) - 0.4))
     return ax
 
 

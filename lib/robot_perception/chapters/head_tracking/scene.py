@@ -255,7 +255,7 @@ def setup_table() -> Table:
     cells = " × ".join(map(str, Binning().bins))
     rows = {
         "cells": ("(B − G, G − R, R + G + B)", cells, "yes"),
-        "a, threshold": ("“empirically determined”", f"{RULES.rate:g}, {RULES.gate:g}", "yes"),
+        "a, threshold": ("–, “empirically determined”", f"{RULES.rate:g}, {RULES.gate:g}", "yes"),
         "lost below": ("–", f"{RULES.floor:g}", "not varied"),
         "search": ("“a local region”", f"± {RULES.radius} px, as Birchfield's", "not varied"),
         "size": ("by stereo", f"by distance ± {heads.Config().depth_sigma:.0%}", "yes"),
