@@ -22,6 +22,7 @@ CHAPTERS = (
     "covariance_intersection",
     "people_fusion",
     "head_tracking",
+    "colour_and_shape",
 )
 """Stems of the chapters, in the order of the book."""
 

@@ -112,6 +112,13 @@ MEANING = {
     "adapted model": RED,
     "light": ORANGE,
     "CamShift": TEAL,
+    # colour and shape
+    "affine snake": BLUE,
+    "free snake": MAGENTA,
+    "neck": ORANGE,
+    "fused": RED,
+    "colour alone": OLIVE,
+    "shape alone": PURPLE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 

@@ -1,0 +1,23 @@
+"""The exercises of the chapter."""
+
+import numpy as np
+
+from robot_perception.appearance.segmentation import euler_number
+from robot_perception.chapters.colour_and_shape.exercises import EXERCISES
+from tests.chapters.exercises import ExerciseTests
+
+
+class TestExercises(ExerciseTests):
+    stem = "colour_and_shape"
+    sheet = EXERCISES
+
+
+def test_a_piece_with_three_holes_has_the_number_of_the_exercise():
+    mask = np.ones((5, 11), dtype=bool)
+    mask[2, [2, 5, 8]] = False
+    assert euler_number(mask) == EXERCISES["shape-euler"].answer
+
+
+def test_samples_of_the_exercise_are_just_enough():
+    enough = EXERCISES["shape-enough"].answer
+    assert 0.9**enough <= 0.01 < 0.9 ** (enough - 1)
