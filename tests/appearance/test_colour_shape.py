@@ -120,6 +120,7 @@ def test_without_shape_all_samples_that_see_a_piece_weigh_the_same():
     _, (info,) = tracked(replace(RULES, shape=False), FADING[:2])
     found = np.isfinite(info.rho)
     np.testing.assert_allclose(info.weights[found], 1 / found.sum())
+    assert info.best == found.argmax()  # the first of them leads on
 
 
 def test_colours_that_are_not_taken_anew_stay():

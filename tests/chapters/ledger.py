@@ -18,6 +18,10 @@ Numbers of pictures are those of OpenCV. It rounds otherwise on a processor with
 hundred descriptors two have an entry that differs by one, of a thousand matches one is another, and
 a drive of the filter goes another way. A class tells in ``pictures`` how far numbers of which claim
 may be from the recorded ones there; verdicts are compared everywhere.
+
+A share that has to be above nine in ten needs more cases than a quick run has. A class names such
+claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
+value, and its numbers are compared as all others are.
 """
 
 from collections.abc import Iterable, Mapping
@@ -77,6 +81,7 @@ class LedgerTests:
 
     stem: str
     pictures: Mapping[str, float] = MappingProxyType({})
+    open_when_quick: frozenset[str] = frozenset()
 
     def rtol(self, claim: Claim) -> float:
         """Return how far numbers may be from the recorded ones, of the larger."""
@@ -103,7 +108,11 @@ class LedgerTests:
 
     def test_quick_verdict_and_numbers_are_the_recorded_ones(self, claim: Claim):
         found, finding = recorded()[claim.id], quick(claim.id)
-        assert claim.verdict(finding) == found.verdict, f"{finding.value}: {finding.note}"
+        if claim.id in self.open_when_quick:
+            assert claim.verdict(finding) == "inconclusive" != found.verdict
+            assert finding.value.overlaps(found.value)
+        else:
+            assert claim.verdict(finding) == found.verdict, f"{finding.value}: {finding.note}"
         lines = different(numbers(finding), found.quick, self.rtol(claim))
         assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
 

@@ -78,7 +78,8 @@ class ColourShapeRules:
     affine
         Whether the snakes are affine; free ones otherwise.
     shape
-        Whether the shape weighs samples; otherwise all that find a piece weigh the same.
+        Whether the shape weighs samples; otherwise all that find a piece weigh the same, and the
+        first of them leads to the outline.
     refresh
         Whether the colours are taken anew after each frame.
     colours
@@ -368,7 +369,7 @@ class ColourShapeTracker:
 
         particles, seen = condensation(state.particles, move, log_likelihood, rng=rng)
         rho = np.array([np.inf if look is None else look.rho for look in looks])
-        best = int(np.argmax(particles.log_weights)) if self.rules.shape else int(np.argmin(rho))
+        best = int(np.argmax(particles.log_weights))
         chosen = looks[best]
         after, ridges, found = self._updated(state, image, chosen, particles, best, rng)
         watch("outline on the image's edges")
@@ -451,7 +452,7 @@ class ColourShapeTracker:
     ) -> tuple[ColourShapeState, Mask | None, bool]:
         """Return the state after the samples were weighed, the edges followed, whether found."""
         rules, ridges, outline = self.rules, None, None
-        if look is not None and (look.rho <= rules.worst or not rules.shape):
+        if look is not None and look.rho <= rules.worst:
             border = dilate(look.blob.boundary(), rules.band)
             ridges = image_edges(image, border, rules.strength)
             outline = self._fit(look.start, ridges)

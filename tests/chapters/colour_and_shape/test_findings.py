@@ -5,7 +5,7 @@ import pytest
 
 from robot_perception.chapters.colour_and_shape import explorers, films
 from robot_perception.chapters.colour_and_shape import figures as draw
-from robot_perception.chapters.colour_and_shape.experiments import LOST
+from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, LOST
 from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures import figure
 from tests.chapters.findings import default, limits, presets_that_show_the_default, states
@@ -130,3 +130,11 @@ def test_in_the_films_shown_the_fused_tracker_holds_and_colour_alone_loses(world
     found = films.tracks(world).overlap
     assert found["fused"].min() > 0.8
     assert found["colour alone"][-1] < LOST
+    assert (found["shape alone"][-1] > 0.9) == (world == "circles")
+
+
+@pytest.mark.slow
+def test_the_film_of_where_it_breaks_breaks():
+    found = films.tracks("circles", CHOOSING[-1]).overlap["fused"]
+    assert found[0] > 0.8
+    assert found[-1] == 0

@@ -9,19 +9,11 @@ from matplotlib.axes import Axes
 from data_synth.coloured import Sequence as Film
 from robot_perception.chapters.colour_and_shape import explorers, films
 from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS
-from robot_perception.chapters.colour_and_shape.films import Tracks, outline
+from robot_perception.chapters.colour_and_shape.films import Tracks, outline, picture
 from robot_perception.chapters.colour_and_shape.iteration import Iteration
 from robot_perception.chapters.colour_and_shape.samples import Path, Samples
 from robot_perception.teaching.figures.style import MEANING, label
-
-
-def _picture(ax: Axes, image: np.ndarray) -> None:
-    ax.imshow(image, interpolation="nearest")
-    ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
-    ax.set_xticks([])
-    ax.set_yticks([])
-    ax.spines[:].set_visible(False)
-    ax.grid(visible=False)
+from robot_perception.teaching.tables import Table
 
 
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
@@ -38,7 +30,7 @@ def hero(axes: Sequence[Axes], at: int = 50) -> Sequence[Axes]:
     """Draw a frame of each experiment with the true outline and those of three trackers."""
     for ax, world in zip(axes, WORLDS, strict=True):
         film, found = films.filmed(world), films.tracks(world)
-        _picture(ax, film.frames[at])
+        picture(ax, film.frames[at])
         for name in ("colour alone", "shape alone", "fused"):
             outline(ax, found.outlines[name][at - 1], name)
         outline(ax, film.outlines[at], "truth", linewidth=1.4)
@@ -46,7 +38,16 @@ def hero(axes: Sequence[Axes], at: int = 50) -> Sequence[Axes]:
     return axes
 
 
-def overlap(ax: Axes, found: Tracks) -> Axes:
+def overlaps(axes: Sequence[Axes]) -> Sequence[Axes]:
+    """Draw the overlap with the truth against the frame, by tracker, one experiment an axes."""
+    for ax, world in zip(axes, WORLDS, strict=True):
+        _overlap(ax, films.tracks(world))
+        ax.set_title(world)
+    axes[0].legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
+    return axes
+
+
+def _overlap(ax: Axes, found: Tracks) -> Axes:
     """Draw the overlap with the truth against the frame, by tracker."""
     for name, values in found.overlap.items():
         k = np.arange(1, len(values) + 1)
@@ -56,7 +57,24 @@ def overlap(ax: Axes, found: Tracks) -> Axes:
     label(ax, 0.5, LOST - 0.06, "lost", MEANING["expected"])
     ax.set(xlabel="frame", ylabel="overlap with the object", ylim=(0, 1.03))
     ax.set_xlim(0, len(values))
-    ax.legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
+    return ax
+
+
+def many(ax: Axes, found: Table) -> Axes:
+    """Draw the mean overlap of the fused tracker against the number of samples, by film."""
+    counts = [int(count) for count in found.rows]
+    for column, (world, marker) in enumerate(zip(found.columns, "osD^", strict=True)):
+        cells = [row[column] for row in found.rows.values()]
+        middle = np.array([cell.estimate for cell in cells])
+        ends = [[m - c.low for m, c in zip(middle, cells, strict=True)]]
+        ends += [[c.high - m for m, c in zip(middle, cells, strict=True)]]
+        places = np.array(counts) * 1.05 ** (column - 1.5)  # side by side
+        ax.errorbar(places, middle, ends, marker=marker, color=MEANING["fused"], label=world)
+    ax.set_xscale("log")
+    ax.set_xticks(counts, [str(count) for count in counts], minor=False)
+    ax.minorticks_off()
+    ax.set(xlabel="samples N", ylabel="mean overlap", ylim=(0, 1.03))
+    ax.legend(loc="lower right")
     return ax
 
 
@@ -67,7 +85,7 @@ def path(axes: Sequence[Axes], film: Film, found: Path, at: Sequence[int]) -> Se
     """Draw some frames of a film, and in the last axes the way of the target's mean colour."""
     *pictures, ax = axes
     for panel, k in zip(pictures, at, strict=True):
-        _picture(panel, film.frames[k])
+        picture(panel, film.frames[k])
         _near(panel, film.outlines[k])
         panel.set_title(f"frame {k}")
     red, _, blue = found.colours.T.astype(float)
@@ -96,7 +114,7 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence
         above.set_title(f"weight {weight:.2f}")
         faded = 200 + found.image.astype(float) * 0.2
         picture = np.where(blob[..., None], found.image, faded)
-        _picture(below, np.round(picture).astype(np.uint8))
+        picture(below, np.round(picture).astype(np.uint8))
         _near(below, found.outlines[0], 75.0)
         closed = np.vstack([points, points[:1]])
         below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.2)

@@ -15,7 +15,7 @@ from data_synth.coloured import Sequence
 from robot_perception import appearance
 from robot_perception.chapters.colour_and_shape import experiments
 from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, WORLDS, Config
-from robot_perception.teaching.figures import image_axes
+from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.kept import kept
 
@@ -88,14 +88,29 @@ def outline(ax: Axes, points: Float[np.ndarray, "n 2"], name: str, **kwargs: obj
 
 
 def frames(
-    world: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colour alone")
+    *worlds: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colour alone")
 ) -> Iterator[Figure]:
-    """Yield every second frame of an experiment, with the true outline and those of trackers."""
-    film, found = filmed(world, seed), tracks(world, seed)
+    """Yield every second frame of one experiment, or of all side by side, with outlines."""
     for k in range(1, FRAMES, EVERY):
-        fig, ax = image_axes(film.frames[k])
-        fig.set_size_inches(WIDTH, 0.75 * WIDTH)
-        for name in reversed(names):
-            outline(ax, found.outlines[name][k - 1], name)
-        outline(ax, film.outlines[k], "truth", linewidth=1.4)
+        rows = 1 if len(worlds) == 1 else 2
+        size = {"width": rows * WIDTH * 0.8, "height": rows * WIDTH * 0.6}
+        edges = {"left": 0, "right": 1, "bottom": 0, "top": 1, "wspace": 0.02, "hspace": 0.02}
+        fig, axes = figure(rows, rows, gridspec_kw=edges, **size)
+        for ax, world in zip(np.ravel(axes), worlds, strict=True):
+            film, found = filmed(world, seed), tracks(world, seed)
+            picture(ax, film.frames[k])
+            for name in reversed(names):
+                outline(ax, found.outlines[name][k - 1], name)
+            outline(ax, film.outlines[k], "truth", linewidth=1.4)
         yield fig
+
+
+def picture(ax: Axes, image: np.ndarray) -> Axes:
+    """Show an image on axes without scales."""
+    ax.imshow(image, interpolation="nearest")
+    ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.spines[:].set_visible(False)
+    ax.grid(visible=False)
+    return ax

@@ -1,0 +1,57 @@
+"""The claims of the chapter: the record, and what their findings must say."""
+
+from types import MappingProxyType
+
+from robot_perception.chapters.colour_and_shape.experiments import WORLDS
+from tests.chapters.ledger import LedgerTests, quick, recorded
+
+
+class TestLedger(LedgerTests):
+    stem = "colour_and_shape"
+    open_when_quick = frozenset({"four-experiments", "shape-alone"})
+    pictures = MappingProxyType(
+        dict.fromkeys(
+            (
+                "affine-snake",
+                "four-experiments",
+                "colour-condensation",
+                "colour-alone",
+                "shape-alone",
+            ),
+            0.25,
+        )
+    )
+
+
+def test_verdicts():
+    assert {e.id: e.verdict for e in recorded().chapter("colour_and_shape").entries} == {
+        "affine-snake": "conditional",
+        "erratum-phi-area": "refuted",
+        "four-experiments": "reproduced",
+        "colour-condensation": "reproduced",
+        "colour-alone": "reproduced",
+        "shape-alone": "reproduced",
+    }
+
+
+def test_adapted_colours_lose_every_animal():
+    lost = recorded()["four-experiments"].tables["lost"]
+    for world in ("beetle", "snail"):
+        assert lost["colours adapted unchecked", world] == 1
+        assert lost["both", world] < 0.1
+
+
+def test_samples_that_are_not_weighed_lose_more_films():
+    assert quick("colour-condensation").evidence["films lost more often, unweighed"].low > 0
+
+
+def test_on_the_snail_edges_alone_are_the_better_tracker():
+    overlap = recorded()["four-experiments"].tables["overlap"]
+    assert overlap["edges alone", "snail"].low > overlap["both", "snail"].estimate
+
+
+def test_twenty_samples_are_as_good_as_a_hundred():
+    by_samples = recorded()["colour-condensation"].tables["by samples"]
+    for world in WORLDS:
+        assert by_samples["20", world].high > by_samples["100", world].estimate
+        assert by_samples["1", "beetle"].high < by_samples["20", "beetle"].low
