@@ -25,7 +25,7 @@ class TestLedger(LedgerTests):
 
 def test_verdicts():
     assert {e.id: e.verdict for e in recorded().chapter("colour_and_shape").entries} == {
-        "affine-snake": "conditional",
+        "affine-snake": "reproduced",
         "erratum-phi-area": "refuted",
         "four-experiments": "reproduced",
         "colour-condensation": "reproduced",
@@ -45,13 +45,19 @@ def test_samples_that_are_not_weighed_lose_more_films():
     assert quick("colour-condensation").evidence["films lost more often, unweighed"].low > 0
 
 
-def test_on_the_snail_edges_alone_are_the_better_tracker():
+def test_on_the_snail_edges_alone_do_as_well():
     overlap = recorded()["four-experiments"].tables["overlap"]
-    assert overlap["edges alone", "snail"].low > overlap["both", "snail"].estimate
+    assert overlap["edges alone", "snail"].overlaps(overlap["both", "snail"])
 
 
-def test_twenty_samples_are_as_good_as_a_hundred():
+def test_camshift_loses_circles_and_hardly_anything_else():
+    lost = recorded()["four-experiments"].tables["lost"]
+    assert lost["CamShift", "circles"] > 0.5
+    assert max(lost["CamShift", world] for world in ("rectangle", "beetle", "snail")) < 0.2
+
+
+def test_fifty_samples_are_enough_and_one_is_not():
     by_samples = recorded()["colour-condensation"].tables["by samples"]
     for world in WORLDS:
-        assert by_samples["20", world].high > by_samples["100", world].estimate
-        assert by_samples["1", "beetle"].high < by_samples["20", "beetle"].low
+        assert by_samples["50", world].high > by_samples["100", world].estimate
+    assert by_samples["1", "beetle"].high < by_samples["50", "beetle"].low
