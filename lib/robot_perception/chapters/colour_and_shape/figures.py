@@ -113,8 +113,8 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence
         above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
         above.set_title(f"weight {weight:.2f}")
         faded = 200 + found.image.astype(float) * 0.2
-        picture = np.where(blob[..., None], found.image, faded)
-        picture(below, np.round(picture).astype(np.uint8))
+        shown = np.where(blob[..., None], found.image, faded)
+        picture(below, np.round(shown).astype(np.uint8))
         _near(below, found.outlines[0], 75.0)
         closed = np.vstack([points, points[:1]])
         below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.2)
