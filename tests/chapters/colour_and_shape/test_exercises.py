@@ -1,6 +1,7 @@
 """The exercises of the chapter."""
 
 import numpy as np
+import pytest
 
 from robot_perception.appearance.segmentation import euler_number
 from robot_perception.chapters.colour_and_shape.exercises import EXERCISES
@@ -21,3 +22,17 @@ def test_a_piece_with_three_holes_has_the_number_of_the_exercise():
 def test_samples_of_the_exercise_are_just_enough():
     enough = EXERCISES["shape-enough"].answer
     assert 0.9**enough <= 0.01 < 0.9 ** (enough - 1)
+
+
+@pytest.mark.parametrize(
+    ("score", "words"),
+    [
+        (lambda predicted, found: min(predicted, found) / max(predicted, found), "Right"),
+        (lambda p, found: abs(p - found) / max(p, found), "the printed score"),
+        (lambda p, found: found / p, "too large and too small"),
+        (lambda p, found: p / found, "too large and too small"),
+        (lambda p, found: 1.0, "one half"),
+    ],
+)
+def test_scores_of_an_area_are_told_apart(score, words):
+    assert words in EXERCISES["shape-score"].judge(score)[1]

@@ -186,5 +186,5 @@ def test_the_segmented_picture_fades_what_is_outside_and_tints_the_neck():
     picture = draw.segmented(case)
     body = case.blob & ~case.neck
     np.testing.assert_array_equal(picture[body], case.image[body])
-    assert picture[~case.blob].min() >= 200
+    assert np.ptp(picture[~case.blob].astype(int)) <= 51  # a fifth of the contrast
     assert (picture[case.blob & case.neck] != case.image[case.blob & case.neck]).any(axis=1).all()

@@ -28,6 +28,7 @@ OFTEN = Accepted(0.02, 1.0, "two films in a hundred; the paper names no number",
 FIRST = 20
 """Films of each kind that were followed first; they left `four-experiments` open."""
 KINDS = tuple(WORLDS)
+OVERLAP = "mean overlap of the inside of the outline with the true one, by kind of film"
 
 NAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -87,8 +88,7 @@ def overlap_table(found: Result) -> Table:
         name: [bootstrap_mean(found.mean(world, tracker)) for world in KINDS]
         for tracker, name in NAMES.items()
     }
-    what = "mean overlap of the inside of the outline with the true one"
-    return Table(rows, dict.fromkeys(KINDS, what), _about(found), "tracker")
+    return Table(rows, dict.fromkeys(KINDS, ""), f"{OVERLAP}; {_about(found)}", "tracker")
 
 
 def loss_table(found: Result) -> Table:
@@ -97,7 +97,7 @@ def loss_table(found: Result) -> Table:
         name: [found.lost(world, tracker) for world in KINDS] for tracker, name in NAMES.items()
     }
     what = f"share of the films in whose last frame the overlap is below {LOST:g}"
-    return Table(rows, dict.fromkeys(KINDS, what), _about(found), "tracker")
+    return Table(rows, dict.fromkeys(KINDS, ""), f"{what}; {_about(found)}", "tracker")
 
 
 def changes_table(changes: Mapping[str, str], rows: str) -> Table:
@@ -107,8 +107,8 @@ def changes_table(changes: Mapping[str, str], rows: str) -> Table:
         name: [bootstrap_mean(result.mean(world, "fused")) for world in KINDS]
         for name, result in found.items()
     }
-    what = "mean overlap of the inside of the outline with the true one"
-    return Table(cells, dict.fromkeys(KINDS, what), _about(next(iter(found.values()))), rows)
+    about = f"{OVERLAP}; {_about(next(iter(found.values())))}"
+    return Table(cells, dict.fromkeys(KINDS, ""), about, rows)
 
 
 def _about(found: Result) -> str:

@@ -60,22 +60,27 @@ def _overlap(ax: Axes, found: Tracks) -> Axes:
     return ax
 
 
-def many(ax: Axes, found: Table) -> Axes:
-    """Draw the mean overlap of the fused tracker against the number of samples, by film."""
+def many(axes: Sequence[Axes], found: Table) -> Sequence[Axes]:
+    """Draw the mean overlap of the fused tracker against the number of samples, by kind of film."""
     counts = [int(count) for count in found.rows]
-    for column, (world, marker) in enumerate(zip(found.columns, "osD^", strict=True)):
-        cells = [row[column] for row in found.rows.values()]
+    for ax, world in zip(axes, found.columns, strict=True):
+        cells = [found[row, world] for row in found.rows]
         middle = np.array([cell.estimate for cell in cells])
-        ends = [[m - c.low for m, c in zip(middle, cells, strict=True)]]
-        ends += [[c.high - m for m, c in zip(middle, cells, strict=True)]]
-        places = np.array(counts) * 1.05 ** (column - 1.5)  # side by side
-        ax.errorbar(places, middle, ends, marker=marker, color=MEANING["fused"], label=world)
-    ax.set_xscale("log")
-    ax.set_xticks(counts, [str(count) for count in counts], minor=False)
-    ax.minorticks_off()
-    ax.set(xlabel="samples N", ylabel="mean overlap", ylim=(0, 1.03))
-    ax.legend(loc="lower right")
-    return ax
+        ax.fill_between(
+            counts,
+            [cell.low for cell in cells],
+            [cell.high for cell in cells],
+            color=MEANING["fused"],
+            alpha=0.2,
+            linewidth=0,
+        )
+        ax.plot(counts, middle, "o-", color=MEANING["fused"])
+        ax.set_xscale("log")
+        ax.set_xticks(counts, [str(count) for count in counts])
+        ax.minorticks_off()
+        ax.set(xlabel="samples N", ylabel="mean overlap", ylim=(0, 1.03))
+        ax.set_title(world)
+    return axes
 
 
 # Colours -----------------------------------------------------------------------------------------
@@ -93,7 +98,7 @@ def path(axes: Sequence[Axes], film: Film, found: Path, at: Sequence[int]) -> Se
     ax.scatter(red, blue, s=34, c=found.colours / 255, linewidths=0, zorder=3)
     for k in at:
         ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=MEANING["truth"])
-        ax.annotate(str(k), (red[k], blue[k]), (-22, 6), textcoords="offset points", fontsize=10)
+        ax.annotate(str(k), (red[k], blue[k]), (8, -10), textcoords="offset points", fontsize=10)
     ax.set(xlim=_room(red, 0.15), ylim=_room(blue, 0.15), xlabel="red", ylabel="blue")
     ax.set_title("mean colour")
     return axes
@@ -109,10 +114,11 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence
     ):
         colours = _rgb(cloud)
         x, y = colours.sum(axis=1), colours[:, 1] - colours[:, 0]
-        above.scatter(x, y, s=14, c=np.clip(colours, 0, 255) / 255, linewidths=0)
+        edges = {"edgecolors": MEANING["expected"], "linewidths": 0.3}
+        above.scatter(x, y, s=16, c=np.clip(colours, 0, 255) / 255, **edges)
         above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
         above.set_title(f"weight {weight:.2f}")
-        faded = 200 + found.image.astype(float) * 0.2
+        faded = 110 + found.image.astype(float) * 0.2
         shown = np.where(blob[..., None], found.image, faded)
         picture(below, np.round(shown).astype(np.uint8))
         _near(below, found.outlines[0], 75.0)

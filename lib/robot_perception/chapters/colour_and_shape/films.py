@@ -92,8 +92,8 @@ def frames(
 ) -> Iterator[Figure]:
     """Yield every second frame of one experiment, or of all side by side, with outlines."""
     for k in range(1, FRAMES, EVERY):
-        rows = 1 if len(worlds) == 1 else 2
-        size = {"width": rows * WIDTH * 0.8, "height": rows * WIDTH * 0.6}
+        rows, width = (1, WIDTH) if len(worlds) == 1 else (2, 1.6 * WIDTH)
+        size = {"width": width, "height": 0.75 * width}
         edges = {"left": 0, "right": 1, "bottom": 0, "top": 1, "wspace": 0.02, "hspace": 0.02}
         fig, axes = figure(rows, rows, gridspec_kw=edges, **size)
         for ax, world in zip(np.ravel(axes), worlds, strict=True):

@@ -9,7 +9,7 @@ from robot_perception.appearance.affine_snake import SnakeFit
 from robot_perception.chapters.colour_and_shape import area_sign
 from robot_perception.chapters.colour_and_shape.snake_explorers import Slid
 from robot_perception.chapters.colour_and_shape.snakes import SNAKES, Case, Grid, Measures, Result
-from robot_perception.teaching.figures.style import MEANING
+from robot_perception.teaching.figures.style import MEANING, label
 
 HALF = 80.0
 """Half the width of what is shown round the shell, px; the height is three quarters of it."""
@@ -20,7 +20,7 @@ STEPS = (2, 5, 12)
 
 def segmented(case: Case) -> UInt8[np.ndarray, "height width 3"]:
     """Return the frame with the blob as it is, its neck tinted, and all else faded."""
-    faded = 200 + case.image.astype(float) * 0.2
+    faded = 110 + case.image.astype(float) * 0.2
     picture = np.where(case.blob[..., None], case.image, faded)
     neck = case.blob & case.neck
     tint = 255 * np.array(to_rgb(MEANING["neck"]))
@@ -67,8 +67,8 @@ def slid(ax: Axes, state: Slid) -> Axes:
     ax.clear()
     sliding(ax, state.case, state.fit, state.snake)
     words = f"overlap {state.overlap:.2f}, neck {state.swallowed:.0%}"
-    box = {"facecolor": "#fdfefe", "edgecolor": "none", "alpha": 0.85}
-    ax.text(0.03, 0.95, words, transform=ax.transAxes, va="top", fontsize=12, bbox=box)
+    colour = MEANING[f"{state.snake} snake"]
+    label(ax, 0.03, 0.93, words, colour, transform=ax.transAxes, fontsize=12)
     return ax
 
 

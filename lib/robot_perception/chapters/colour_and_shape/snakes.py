@@ -376,8 +376,8 @@ def affine_snake_claim(size: Size, rng: np.random.Generator) -> Finding:
         },
         tables={"by reach and rigidity": reach_table(cases, config)},
         conditions=(Condition("the snakes are loose", stiff.gap().high < 0.01),),
-        note="The paper names no weights. A stiff free snake takes in little more of the neck than a "
-        "stiff affine one, and overlaps with the shell about as far.",
+        note="The paper names no weights. A stiff free snake takes in little more of the neck than "
+        "a stiff affine one, and overlaps with the shell about as far.",
     )
 
 
