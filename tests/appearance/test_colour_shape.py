@@ -232,3 +232,16 @@ def test_edges_alone_wait_where_there_are_none():
     state = single(EdgeTracker(RULES), [FADING[0], blank])
     assert state.lost == 1
     assert overlap(state.outline, there(0)) > 0.99
+
+
+@pytest.mark.parametrize("tracker", [ColourTracker(RULES), EdgeTracker(RULES)])
+def test_a_single_cue_refuses_an_outline_beyond_the_image(tracker):
+    with pytest.raises(ValueError, match="must hold pixels of the image"):
+        tracker.start(scene(there(0)), there(0) + 1000.0)
+
+
+def test_a_histogram_of_other_bins_is_refused():
+    image = scene(there(0))
+    state = ColourTracker(replace(RULES, binning=Binning("RGB", (4, 4, 4)))).start(image, there(0))
+    with pytest.raises(ValueError, match="counts, got 64"):
+        ColourTracker(RULES).step(state, image)

@@ -19,7 +19,7 @@ hundred descriptors two have an entry that differs by one, of a thousand matches
 a drive of the filter goes another way. A class tells in ``pictures`` how far numbers of which claim
 may be from the recorded ones there; verdicts are compared everywhere.
 
-A share that has to be above nine in ten needs more cases than a quick run has. A class names such
+Some shares, and differences of shares, need more cases than a quick run has. A class names such
 claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
 value, and its numbers are compared as all others are.
 """

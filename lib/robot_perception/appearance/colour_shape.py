@@ -7,8 +7,8 @@ sample's segmentation then says which edges of the image the outline may follow.
 
 The colours are taken anew, within the new outline, after each frame; and their description takes
 the best sample's place. The paper leaves both open, and what happens when the object is lost: here
-the outline waits, the samples go on spreading, and the largest piece of a segmentation is compared
-with the shape, wherever it lies.
+the outline waits, the samples go on spreading, and where no piece of a segmentation lies below the
+outline, the largest one is compared with the shape, wherever it is.
 
 References
 ----------

@@ -1,6 +1,7 @@
 """Trackers by colour alone, or by edges alone: what `colour_shape` joins, each by itself.
 
-They share its segmentation, its snake and its rules, so that what differs is the cue.
+They share its rules: the tracker by colour its segmentation, the one by edges its affine snake. By
+colour there is no snake, the outline is that of the piece; and all pixels inside it are counted.
 """
 
 from dataclasses import dataclass, field
@@ -110,9 +111,13 @@ class ColourTracker:
         TypeError
             If an argument is of another type, or the image does not hold bytes.
         ValueError
-            If the image has another shape.
+            If the image has another shape, or the histogram other bins.
         """
         image, rules = _frame(state, image), self.rules
+        if state.counts.size != rules.binning.count:
+            raise ValueError(
+                f"state must have {rules.binning.count} counts, got {state.counts.size}"
+            )
         mask = clean(
             segment(rules.binning.index(image), state.counts), rules.opening, rules.closing
         )
@@ -168,10 +173,12 @@ class EdgeTracker:
         TypeError
             If the image does not hold bytes.
         ValueError
-            If it has another shape, or the outline lies on a line.
+            If it has another shape, or the outline lies on a line or has no pixel in it.
         """
         image = picture("image", image)
         outline = resample(check_outline("outline", outline), self.rules.points)
+        if not filled(outline, image.shape[:2]).any():
+            raise ValueError(f"outline must hold pixels of the image {image.shape[:2]}")
         return CueState(outline, np.zeros(0), 0, image.shape[:2])
 
     def step(self, state: CueState, image: Image) -> CueState:

@@ -5,9 +5,7 @@ import pytest
 
 from robot_perception.chapters.colour_and_shape import cues, followed
 from robot_perception.chapters.colour_and_shape.experiments import (
-    BARE,
     CHOOSING,
-    STEADY,
     TRACKERS,
     TRAINING,
     WORLDS,
@@ -36,6 +34,7 @@ def test_only_the_last_frame_says_whether_a_film_is_lost(found):
     np.testing.assert_array_equal(cues.losses(found, "shape"), [0, 0, 0, 1, 0, 0, 0, 0])
     np.testing.assert_array_equal(cues.losses(found, "colour, fixed"), [0, 1] + 6 * [0])
     np.testing.assert_array_equal(cues.losses(found), [0, 0, 0, 0, 0, 0, 0, 1])
+    np.testing.assert_array_equal(cues.losses(found, least=0.81), np.ones(8))
 
 
 def test_differences_are_those_of_films(found):
@@ -51,6 +50,8 @@ def test_share_held(found):
 
 def test_tables_have_every_tracker_and_kind(found):
     overlap, lost = cues.overlap_table(found), cues.loss_table(found)
+    assert overlap.about.endswith("95 % over films")
+    assert lost.about.endswith("2 films of 40 frames each")
     for table in (overlap, lost):
         assert list(table.rows) == list(cues.NAMES.values())
         assert list(table.columns) == list(WORLDS)
@@ -66,13 +67,11 @@ def test_every_tracker_has_a_name():
 
 def test_scored_films_are_new():
     assert not set(followed.SEEDS) & {*CHOOSING, TRAINING, *range(1001, 1011)}
-    assert followed.films(Size.QUICK) == followed.FEW < followed.SOME < cues.FIRST
-    assert followed.films(Size.FULL) == len(followed.SEEDS) == 2 * cues.FIRST
+    assert followed.films(Size.QUICK) == followed.FEW < followed.SOME
+    assert followed.films(Size.FULL) == len(followed.SEEDS) > followed.PRINTED
 
 
-def test_changes_name_worlds():
-    assert set(STEADY) == set(WORLDS)
-    assert set(BARE) < set(WORLDS)
+def test_changes_are_named():
     assert set(cues.SPACES) < set(followed.RULES)
     assert {change for change in cues.MANY.values() if change} < set(followed.RULES)
 

@@ -129,8 +129,8 @@ def test_words_of_the_overlap_say_how_it_ends():
 def test_in_the_films_shown_the_fused_tracker_holds_and_colour_alone_loses(world):
     found = films.tracks(world).overlap
     assert found["fused"].min() > 0.8
-    assert found["colour alone"][-1] < LOST
-    assert (found["shape alone"][-1] > 0.9) == (world == "circles")
+    assert found["colours adapted"][-1] < LOST
+    assert (found["edges alone"][-1] > 0.9) == (world == "circles")
 
 
 @pytest.mark.slow

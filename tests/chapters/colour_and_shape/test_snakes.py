@@ -46,10 +46,10 @@ def test_most_of_the_neck_is_in_the_blob_and_none_without_a_neck():
     assert min(case.in_blob for case in cases()) > SMALL.attached
     bare = replace(SMALL, films=snakes.CHOOSING[2:3], frames=(4,), neck=False)
     bald = snakes.run(bare, rng=np.random.default_rng(0))
-    for measures in bald.snakes.values():
-        np.testing.assert_array_equal(measures.swallowed, 0)
-        np.testing.assert_array_equal(measures.excess, 0)
     assert len(bald.films) == 1
+    (case,) = snakes.film_cases(snakes.CHOOSING[2], bare, rng=np.random.default_rng(0))
+    assert case.neck.any()  # where it would be
+    assert case.in_blob < 0.3
 
 
 def test_measures_are_those_of_known_outlines():
@@ -64,7 +64,6 @@ def test_measures_are_those_of_known_outlines():
         expected = swallowed / (1 if outline is whole else case.neck.sum())
         assert measures.swallowed[0] == pytest.approx(expected)
         assert measures.overlap[0] == pytest.approx(overlap)
-        assert measures.excess[0] == pytest.approx(expected * case.neck.sum() / shell)
 
 
 def test_the_affine_snake_is_affine_and_the_free_one_swallows_more_of_these_necks():

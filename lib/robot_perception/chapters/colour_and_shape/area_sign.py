@@ -121,7 +121,7 @@ def run(config: Config, cases: list[Case]) -> Result:
 def phi_area(size: Size, rng: np.random.Generator) -> Finding:
     """Compute ρ of a perfect match, and weigh true shells against ones that are too large."""
     films = snakes.Config().films if size is Size.FULL else snakes.Config().films[:2]
-    cases = snakes.gathered(snakes.Config(films=films, frames=(8, 24)), rng=rng)
+    cases = snakes.gathered(snakes.Config(films=films, frames=(24,)), rng=rng)
     found = run(Config(), cases)
     shares = {
         f"right shell first, {sign}": proportion(found.right_first(sign), len(cases))

@@ -9,9 +9,11 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.chapters.colour_and_shape.experiments import BARE, LOST, WORLDS, Result
+from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, Result
 from robot_perception.chapters.colour_and_shape.followed import (
+    FEW,
     FRAMES,
+    PRINTED,
     SOME,
     changed,
     films,
@@ -25,8 +27,8 @@ from robot_perception.teaching.verdicts import Accepted, Origin
 
 FURTHER = Accepted(0.02, 1.0, "two hundredths of overlap; the paper names no number", Origin.CHOICE)
 OFTEN = Accepted(0.02, 1.0, "two films in a hundred; the paper names no number", Origin.CHOICE)
-FIRST = 20
-"""Films of each kind that were followed first; they left `four-experiments` open."""
+STRICT = 0.5
+"""Overlap that is asked for where `LOST` is thought too little."""
 KINDS = tuple(WORLDS)
 OVERLAP = "mean overlap of the inside of the outline with the true one, by kind of film"
 
@@ -60,10 +62,10 @@ def overlaps(
 
 
 def losses(
-    found: Result, tracker: str = "fused", kinds: Sequence[str] = KINDS
+    found: Result, tracker: str = "fused", kinds: Sequence[str] = KINDS, least: float = LOST
 ) -> Float[np.ndarray, " films"]:
     """Return for every film 1 if the outline is off the object in the last frame, else 0."""
-    last = [found.overlap[f"{world}, {tracker}"][:, -1] < LOST for world in kinds]
+    last = [found.overlap[f"{world}, {tracker}"][:, -1] < least for world in kinds]
     return np.concatenate(last).astype(float)
 
 
@@ -97,7 +99,7 @@ def loss_table(found: Result) -> Table:
         name: [found.lost(world, tracker) for world in KINDS] for tracker, name in NAMES.items()
     }
     what = f"share of the films in whose last frame the overlap is below {LOST:g}"
-    return Table(rows, dict.fromkeys(KINDS, ""), f"{what}; {_about(found)}", "tracker")
+    return Table(rows, dict.fromkeys(KINDS, ""), f"{what}; {_films(found)}", "tracker")
 
 
 def changes_table(changes: Mapping[str, str], rows: str) -> Table:
@@ -111,9 +113,12 @@ def changes_table(changes: Mapping[str, str], rows: str) -> Table:
     return Table(cells, dict.fromkeys(KINDS, ""), about, rows)
 
 
+def _films(found: Result) -> str:
+    return f"{len(found.overlap['circles, fused'])} films of {FRAMES} frames each"
+
+
 def _about(found: Result) -> str:
-    count = len(found.overlap["circles, fused"])
-    return f"{count} films of {FRAMES} frames each, 95 % over films"
+    return f"{_films(found)}, 95 % over films"
 
 
 @claim(
@@ -124,25 +129,20 @@ def _about(found: Result) -> str:
     statement="The tracker that joins colour and shape is on the object at the end in at least "
     "nine films of ten.",
     paper_value="shown working on four films",
-    method="Rendered circles of changing colour, a rectangle round a lamp, beetles and snails; "
-    f"share of all films in whose last frame the outline overlaps with the object ({LOST:g} or "
-    "more). Twenty films of each kind left it open, so twenty more were added, once.",
+    method="Rendered circles of changing colour, a rectangle round a lamp, beetles and snails, "
+    f"{FRAMES} frames a film: share of the films of all kinds together in whose last frame the "
+    f"outline overlaps with the object by {LOST:g} or more (intersection over union). A first run "
+    "over twenty films of each kind left it open; it was repeated once, over forty.",
     accepted=Accepted(0.9, 1.0, "the paper shows four of four and no share", Origin.CHOICE),
     seed=79,
 )
 def four(size: Size, rng: np.random.Generator) -> Finding:
     """Count the films that the fused tracker follows to the end."""
     found = followed(size)
-    evidence = {}
-    if size is Size.FULL:
-        lost = losses(found).reshape(len(KINDS), -1)
-        evidence = {
-            "the first twenty of each kind": held(lost[:, :FIRST].ravel()),
-            "those added": held(lost[:, FIRST:].ravel()),
-        }
+    by_kind = {f"of {world}": held(losses(found, kinds=(world,))) for world in KINDS}
     return Finding(
         held(losses(found)),
-        evidence,
+        {f"overlap of {STRICT:g} or more": held(losses(found, least=STRICT)), **by_kind},
         tables={"overlap": overlap_table(found), "lost": loss_table(found)},
         note="A circle is lost where another one lies in front of it in the first frames, a snail "
         "where leaves of its colours touch it.",
@@ -152,7 +152,7 @@ def four(size: Size, rng: np.random.Generator) -> Finding:
 @four.sabotage("the printed sign of Φ_area")
 def printed_sign(size: Size, rng: np.random.Generator) -> Finding:
     """Prefer wrong areas."""
-    return Finding(held(losses(changed("printed area"))))
+    return Finding(held(losses(changed("printed area", PRINTED))))
 
 
 @claim(
@@ -165,7 +165,8 @@ def printed_sign(size: Size, rng: np.random.Generator) -> Finding:
     paper_value="other methods “do not check for the goodness of the adaptation, which can still "
     "lead to failure”",
     method="The films of `four-experiments`: mean overlap with the true outline of the fused "
-    "tracker, less that of the same one in which all samples that find a piece weigh the same.",
+    "tracker, less that of the same one in which all samples that find a piece weigh the same, so "
+    "that the first of them leads. Both give an outline up that is too unlike the object.",
     accepted=FURTHER,
     seed=80,
 )
@@ -189,11 +190,12 @@ def condensation(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@condensation.sabotage("one sample in place of fifty")
-def one_sample(size: Size, rng: np.random.Generator) -> Finding:
-    """Give shape nothing to choose from."""
-    gained = overlaps(changed("one sample")) - overlaps(changed("one sample, unweighed"))
-    return Finding(bootstrap_mean(gained))
+@condensation.sabotage("weighed with the printed sign of Φ_area")
+def weighed_wrongly(size: Size, rng: np.random.Generator) -> Finding:
+    """Prefer wrong areas."""
+    printed, blind = changed("printed area", PRINTED), changed("unweighed", FEW)
+    first = [printed.mean(world, "fused")[:FEW] for world in KINDS]
+    return Finding(bootstrap_mean(np.concatenate(first) - overlaps(blind)))
 
 
 @claim(
@@ -215,10 +217,10 @@ def colour_alone(size: Size, rng: np.random.Generator) -> Finding:
     return Finding(more_often(found, "colour, fixed"), {"overlap": further(found, "colour, fixed")})
 
 
-@colour_alone.sabotage("colours that stay")
-def steady(size: Size, rng: np.random.Generator) -> Finding:
-    """Film the same objects in steady light, and circles that keep their colours."""
-    return Finding(more_often(changed("steady colours"), "colour, fixed"))
+@colour_alone.sabotage("the printed sign of Φ_area")
+def colour_and_wrong_area(size: Size, rng: np.random.Generator) -> Finding:
+    """Let the tracker of both prefer wrong areas."""
+    return Finding(more_often(changed("printed area", PRINTED), "colour, fixed"))
 
 
 @claim(
@@ -229,18 +231,21 @@ def steady(size: Size, rng: np.random.Generator) -> Finding:
     statement="Edges alone lose the object more often than colour and shape together.",
     paper_value="“the fusion of several visual modules … offers more reliability”",
     method="The films of `four-experiments`: share that end off the object with an affine snake on "
-    "all edges of the image, less that of the fused tracker.",
+    "the strong edges of the image within 20 px of it, less that of the fused tracker.",
     accepted=OFTEN,
     seed=82,
 )
 def shape_alone(size: Size, rng: np.random.Generator) -> Finding:
     """Compare edges alone with colour and shape."""
     found = followed(size)
-    by_kind = {f"lost, {world}": more_often(found, "shape", (world,)) for world in KINDS}
+    by_kind = {
+        f"overlap, {world}": bootstrap_mean(found.mean(world, "fused") - found.mean(world, "shape"))
+        for world in KINDS
+    }
     return Finding(more_often(found, "shape"), {"overlap": further(found, "shape"), **by_kind})
 
 
-@shape_alone.sabotage("nothing but the object")
-def nothing_else(size: Size, rng: np.random.Generator) -> Finding:
-    """Film circles, beetles and snails without other things."""
-    return Finding(more_often(changed("nothing else"), "shape", tuple(BARE)))
+@shape_alone.sabotage("the printed sign of Φ_area")
+def edges_and_wrong_area(size: Size, rng: np.random.Generator) -> Finding:
+    """Let the tracker of both prefer wrong areas."""
+    return Finding(more_often(changed("printed area", PRINTED), "shape"))

@@ -7,8 +7,6 @@ film of its own kind with another seed; parameters were chosen on the films `CHO
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from types import MappingProxyType
-from typing import Any
 
 import cv2
 import numpy as np
@@ -37,19 +35,6 @@ CHOOSING = (9001, 9002, 9003, 9004)
 """Seeds of the films on which parameters were chosen; none of them is scored."""
 TRAINING = 8001
 """Seed of the films from which A and B are learned."""
-STEADY: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {
-        "circles": {"colour_step": 0.0},
-        "rectangle": {"light": "steady"},
-        "beetle": {"light": "steady"},
-        "snail": {"light": "steady"},
-    }
-)
-"""The same worlds where colours stay."""
-BARE: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {"circles": {"others": 0}, "beetle": {"clutter": False}, "snail": {"clutter": False}}
-)
-"""The same worlds without other things; the table below the rectangle stays."""
 LOST = 0.2
 """Overlap below which an outline is no longer on the object."""
 TRACKERS = ("colour, fixed", "colour, adapted", "shape", "fused", "CamShift")
@@ -81,8 +66,6 @@ class Config:
         Of all trackers, but for the circles.
     in_rgb
         For the circles.
-    options
-        Of the worlds, as `STEADY` and `BARE`; the film for training is as it was.
     order, ridge
         Of the dynamics that are learned. A weak ridge takes the way that the colours happened to go
         in training for a law, and drives the samples off the colours of another film.
@@ -94,7 +77,6 @@ class Config:
     trackers: tuple[str, ...] = TRACKERS
     rules: ColourShapeRules = RULES
     in_rgb: ColourShapeRules = IN_RGB
-    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     order: int = 1
     ridge: float = 100.0
 
@@ -104,8 +86,7 @@ class Config:
 
     def film(self, world: str, seed: int) -> coloured.Sequence:
         """Return a film as long as it is tracked, and its first frame."""
-        options = self.options.get(world, {})
-        return WORLDS[world](rng=np.random.default_rng(seed), frames=self.frames + 1, **options)
+        return WORLDS[world](rng=np.random.default_rng(seed), frames=self.frames + 1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -31,7 +31,7 @@ def hero(axes: Sequence[Axes], at: int = 50) -> Sequence[Axes]:
     for ax, world in zip(axes, WORLDS, strict=True):
         film, found = films.filmed(world), films.tracks(world)
         picture(ax, film.frames[at])
-        for name in ("colour alone", "shape alone", "fused"):
+        for name in ("colours adapted", "edges alone", "fused"):
             outline(ax, found.outlines[name][at - 1], name)
         outline(ax, film.outlines[at], "truth", linewidth=1.4)
         ax.set_title(world)

@@ -29,11 +29,11 @@ SEED = CHOOSING[2]
 """Of the films that are shown, of those on which numbers were chosen; picked since all of them show
 what a cue alone does not hold. The fused tracker loses the circle of the fourth."""
 NAMES: Mapping[str, str] = MappingProxyType(
-    {"fused": "fused", "shape": "shape alone", "colour, adapted": "colour alone"}
+    {"fused": "fused", "shape": "edges alone", "colour, adapted": "colours adapted"}
 )
 """What the figures call a tracker."""
 LINES: Mapping[str, str] = MappingProxyType(
-    {"truth": ":", "fused": "-", "shape alone": "--", "colour alone": "-."}
+    {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
 )
 
 
@@ -88,7 +88,7 @@ def outline(ax: Axes, points: Float[np.ndarray, "n 2"], name: str, **kwargs: obj
 
 
 def frames(
-    *worlds: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colour alone")
+    *worlds: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colours adapted")
 ) -> Iterator[Figure]:
     """Yield every second frame of one experiment, or of all side by side, with outlines."""
     for k in range(1, FRAMES, EVERY):

@@ -8,17 +8,20 @@ from typing import Any
 import numpy as np
 
 import data_synth.coloured
-from robot_perception import appearance, particles
+from robot_perception import appearance, beliefs, particles
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.chapters.colour_and_shape import experiments
-from robot_perception.chapters.colour_and_shape.experiments import BARE, STEADY, Config, Result
+from robot_perception.chapters.colour_and_shape.experiments import Config, Result
+from robot_perception.evaluation import sweep
 from robot_perception.teaching.claims import Size
 from robot_perception.teaching.kept import kept
 
 SEEDS = tuple(range(2001, 2041))
 """Of the films of each kind; no number was chosen on them."""
 FEW = 3
-"""Films of each kind at the quick size, and of sabotages."""
+"""Films of each kind at the quick size."""
+PRINTED = 10
+"""Films of each kind that are followed with the printed sign."""
 SOME = 6
 """Films of each kind on which numbers of samples and spaces are compared."""
 FRAMES = 40
@@ -28,7 +31,6 @@ RULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "unweighed": {"shape": False},
         "printed area": {"printed_area": True},
         "one sample": {"samples": 1},
-        "one sample, unweighed": {"samples": 1, "shape": False},
         "five samples": {"samples": 5},
         "twenty samples": {"samples": 20},
         "a hundred samples": {"samples": 100},
@@ -39,14 +41,11 @@ RULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     }
 )
 """What may be different about the fused tracker; the spaces have 4096 cells each."""
-FILMS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {
-        "steady colours": {"options": STEADY, "trackers": ("colour, fixed", "fused")},
-        "nothing else": {"options": BARE, "trackers": ("shape", "fused")},
-    }
+BESIDE: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"printed area": ("shape", "colour, fixed")}
 )
-"""What may be different about the films."""
-CODE = (data_synth.coloured, appearance, particles, experiments)
+"""Which other trackers follow the same films beside a changed one."""
+CODE = (data_synth.coloured, appearance, beliefs, particles, sweep, experiments)
 
 
 def films(size: Size) -> int:
@@ -60,19 +59,17 @@ def followed(size: Size) -> Result:
 
 
 def changed(change: str, count: int = FEW) -> Result:
-    """Return what comes of the first films with one thing changed, of `RULES` or `FILMS`."""
+    """Return what comes of the first films with one thing changed, of `RULES`."""
     return kept(_follow, Result, count, change, code=CODE)
 
 
 def _follow(count: int, change: str) -> Result:
     config = Config(films=SEEDS[:count], frames=FRAMES)
-    if change in FILMS:
-        config = replace(config, **FILMS[change])
-    elif change:
+    if change:
         own = RULES[change]
         config = replace(
             config,
-            trackers=("fused",),
+            trackers=("fused", *BESIDE.get(change, ())),
             rules=replace(config.rules, **own),
             in_rgb=replace(config.in_rgb, **own),
         )

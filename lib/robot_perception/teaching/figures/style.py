@@ -117,8 +117,8 @@ MEANING = {
     "free snake": MAGENTA,
     "neck": ORANGE,
     "fused": RED,
-    "colour alone": OLIVE,
-    "shape alone": PURPLE,
+    "colours adapted": OLIVE,
+    "edges alone": PURPLE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
