@@ -94,6 +94,19 @@ def test_compiled_and_line_by_line_take_the_same_steps(affine):
                 assert quick.residual == pytest.approx(slow.residual, abs=1e-7)
 
 
+@settings(deadline=None)
+@given(st.integers(0, 39), st.integers(0, 59), st.floats(1.5, 12.0), seeds)
+def test_edges_pull_as_far_as_they_reach_wherever_they_are(v, u, reach, seed):
+    edges = np.zeros((40, 60), dtype=bool)
+    edges[v : v + 3, u : u + 2] = True
+    rules = snakes.SnakeRules(0.0, 0.0, 1.0, (reach, reach), 1)
+    # points all about the reach away, so that some are pulled and some are not
+    start = np.add(np.random.default_rng(seed).uniform(-reach - 3, reach + 3, (40, 2)), [u, v])
+    slow = snakes.step_by_step(start, edges, rules, affine=False).outline
+    quick = snakes.free_snake(start, edges, rules).outline
+    np.testing.assert_allclose(quick, slow, atol=1e-9)
+
+
 @pytest.mark.parametrize("rule", [snakes.affine_snake, snakes.free_snake])
 def test_a_shape_is_found_from_starts_that_are_off(rule):
     there = pear() + MIDDLE

@@ -156,6 +156,38 @@ def test_the_blob_is_the_piece_that_the_predicted_outline_covers_most():
     assert found.overlap == (small & segmentation.filled(near, SHAPE)).sum() > 0
 
 
+@given(masks, st.integers(0, 10**6))
+def test_the_blob_is_that_of_opencvs_pieces_of_the_whole_image(mask, seed):
+    near = np.random.default_rng(seed).random(mask.shape) < 0.4
+    count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    pieces = [labels == k for k in range(1, count)]
+    found = segmentation.blob(mask, near)
+    if not pieces:
+        assert found is None
+        return
+    assert any((found.mask == piece).all() for piece in pieces)
+    most = max((piece & near).sum() for piece in pieces)
+    assert found.overlap == (found.mask & near).sum() == most
+    assert found.area == found.mask.sum()
+    if not most:
+        assert found.area == max(piece.sum() for piece in pieces)
+    assert found.euler == segmentation.euler_number(found.mask)
+
+
+def test_an_outline_and_the_mask_of_its_inside_give_one_blob():
+    mask = disc((80, 120), 12) | disc((230, 120), 40)
+    near = pear() * 0.4 + [84, 122]
+    by_outline = segmentation.blob(mask, near)
+    by_mask = segmentation.blob(mask, segmentation.filled(near, SHAPE))
+    np.testing.assert_array_equal(by_outline.mask, by_mask.mask)
+    assert by_outline.overlap == by_mask.overlap
+    with (
+        unchecked(),
+        pytest.raises(ValueError, match=r"near must be as large as mask, \(240, 320\)"),
+    ):
+        segmentation.blob(mask, np.ones((9, 9), dtype=bool))
+
+
 def test_without_an_outline_or_overlap_the_blob_is_the_largest_piece():
     mask = disc((80, 60), 12) | disc((230, 120), 40)
     for near in (None, np.add(pear() * 0.2, 20), np.add(pear(), [-300, 20])):

@@ -43,6 +43,8 @@ __all__ = [
 
 MOST_POINTS = 2000
 TINY = 1e-300
+FAR = 1e30
+"""Distance, px, of pixels that are not looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -355,7 +357,8 @@ def step_by_step(
     ValueError
         If the points lie on a line or are not finite, or there is no edge.
     """
-    start, distance, rules = _checked(start, edges, rules)
+    start, edges, rules = _checked(start, edges, rules)
+    distance = cv2.distanceTransform((~edges).view(np.uint8), cv2.DIST_L2, 5)
     stiff = _smoothing(len(start), rules.elasticity, rules.rigidity, rules.damping)
     family = _family(start) if checks.flag("affine", affine) else None
     iterates = [start]
@@ -372,7 +375,8 @@ def step_by_step(
 
 
 def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool) -> SnakeFit:
-    start, distance, rules = _checked(start, edges, rules)
+    start, edges, rules = _checked(start, edges, rules)
+    distance = _distance(edges, rules.reach[0])
     stiff = _smoothing(len(start), rules.elasticity, rules.rigidity, rules.damping)
     iterates = np.empty((rules.steps + 1, 2, len(start)))
     iterates[0] = start.T
@@ -384,8 +388,7 @@ def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool)
 
 def _checked(
     start: Outline, edges: Mask, rules: SnakeRules | None
-) -> tuple[Outline, Float[np.ndarray, "h w"], SnakeRules]:
-    """Return the start, the distance of each pixel to the nearest edge, and the rules."""
+) -> tuple[Outline, Mask, SnakeRules]:
     start, edges = check_outline("start", start), check_mask("edges", edges)
     if len(start) > MOST_POINTS:
         raise ValueError(f"start must have {MOST_POINTS} points at most, got {len(start)}")
@@ -394,7 +397,20 @@ def _checked(
     if not edges.any():
         raise ValueError("edges must hold an edge, got none")
     rules = SnakeRules() if rules is None else checks.instance("rules", rules, SnakeRules)
-    return start, cv2.distanceTransform((~edges).view(np.uint8), cv2.DIST_L2, 5), rules
+    return start, edges, rules
+
+
+def _distance(edges: Mask, reach: float) -> Float[np.ndarray, "h w"]:
+    """Return the distance of each pixel to the nearest edge; far beyond the reach just a large one.
+
+    A pixel further than the reach from the box round all edges pulls no point.
+    """
+    u, v, width, height = cv2.boundingRect(edges.view(np.uint8))
+    margin = int(min(reach, max(edges.shape))) + 3
+    near = np.s_[max(v - margin, 0) : v + height + margin, max(u - margin, 0) : u + width + margin]
+    distance = np.full(edges.shape, np.float32(FAR))
+    distance[near] = cv2.distanceTransform((~edges[near]).view(np.uint8), cv2.DIST_L2, 5)
+    return distance
 
 
 def _result(iterates: Float[np.ndarray, "k n 2"]) -> SnakeFit:

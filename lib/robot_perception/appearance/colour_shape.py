@@ -353,6 +353,7 @@ class ColourShapeTracker:
         checks.instance("watch", watch, Callable)
         index = self.rules.binning.index(image)
         watch("bins of the pixels")
+        expected = filled(state.outline, state.shape)
         looks: list[_Look | None] = []
 
         def move(states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -362,7 +363,7 @@ class ColourShapeTracker:
             watch("draw and propagate")
             clouds = self.warped(state, states[:, : distributions.SIZE])
             watch("warp")
-            looks.extend(self._look(state, index, cloud, watch) for cloud in clouds)
+            looks.extend(self._look(state, expected, index, cloud, watch) for cloud in clouds)
             if all(look is None for look in looks):
                 return np.zeros(len(looks))  # nothing to choose by: the samples just spread
             return np.array([-np.inf if look is None else self._log(look) for look in looks])
@@ -395,6 +396,7 @@ class ColourShapeTracker:
     def _look(
         self,
         state: ColourShapeState,
+        expected: Mask,
         index: np.ndarray,
         cloud: np.ndarray,
         watch: Callable[[str], None],
@@ -408,7 +410,7 @@ class ColourShapeTracker:
         watch("segment")
         mask = clean(mask, rules.opening, rules.closing)
         watch("morphology")
-        piece = blob(mask, state.outline)
+        piece = blob(mask, expected)
         watch("blob")
         if piece is None or piece.area < SMALLEST or (piece.overlap == 0 and not state.lost):
             return None

@@ -237,7 +237,7 @@ class Blob:
         return boundary(self.mask, reach)
 
 
-def blob(mask: Mask, near: Outline | None = None) -> Blob | None:
+def blob(mask: Mask, near: Outline | Mask | None = None) -> Blob | None:
     """Return the piece of a mask that is taken for the object, ``None`` if there is no piece.
 
     It is the one with most pixels inside a predicted outline; where none has any, the largest.
@@ -246,30 +246,46 @@ def blob(mask: Mask, near: Outline | None = None) -> Blob | None:
     ----------
     mask : (height, width)
         A segmentation, cleaned.
-    near : (n, 2)
-        Outline (u, v) where the object is expected, px.
+    near : (n, 2) or (height, width)
+        Outline (u, v) where the object is expected, px, or the mask of its inside.
 
     Raises
     ------
     TypeError
         If the mask does not hold True and False.
     ValueError
-        If the mask is empty, or the points of the outline lie on a line or are not finite.
+        If the mask is empty, the one of the inside has another shape, or the points of the outline
+        lie on a line or are not finite.
     """
-    found = check_mask("mask", mask).view(np.uint8)
-    expected = None if near is None else filled(check_outline("near", near), mask.shape)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(found, connectivity=8)
-    if count == 1:  # the background alone
+    mask = check_mask("mask", mask)
+    expected = None if near is None else _expected(near, mask.shape)
+    u, v, width, height = cv2.boundingRect(mask.view(np.uint8))
+    if not width:
         return None
+    some = np.s_[v : v + height, u : u + width]
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        mask[some].view(np.uint8), connectivity=8
+    )
     inside = np.zeros(count, dtype=int)
     if expected is not None:
-        inside = np.bincount(labels[expected], minlength=count)
-        inside[0] = 0
+        inside = np.bincount(labels[expected[some]], minlength=count)
+        inside[0] = 0  # the background
     areas = stats[1:, cv2.CC_STAT_AREA]
     best = 1 + int(np.argmax(inside[1:] if inside.any() else areas))
     u, v, width, height, area = stats[best].tolist()
-    own = labels == best
-    return Blob(own, area, euler_number(own[v : v + height, u : u + width]), int(inside[best]))
+    piece = labels[v : v + height, u : u + width] == best
+    own = np.zeros_like(mask)
+    own[some][v : v + height, u : u + width] = piece
+    return Blob(own, area, euler_number(piece), int(inside[best]))
+
+
+def _expected(near: Outline | Mask, shape: tuple[int, int]) -> Mask:
+    """Return the pixels where an object is expected."""
+    if not (isinstance(near, np.ndarray) and near.dtype == bool):
+        return filled(check_outline("near", near), shape)
+    if check_mask("near", near).shape != shape:
+        raise ValueError(f"near must be as large as mask, {shape}, got {near.shape}")
+    return near
 
 
 def _disc(diameter: int) -> np.ndarray:
