@@ -44,6 +44,14 @@ def test_a_film_is_the_same_again(found):
         np.testing.assert_array_equal(found.overlap[name], values)
 
 
+def test_who_else_follows_a_film_changes_nothing(found):
+    """A changed tracker is compared with the unchanged one on the same draws."""
+    alone = experiments.run(replace(SMALL, trackers=("fused",)), rng=np.random.default_rng(0))
+    assert set(alone.overlap) == {"circles, fused", "snail, fused"}
+    for name, values in alone.overlap.items():
+        np.testing.assert_array_equal(found.overlap[name], values)
+
+
 def test_in_the_first_frames_the_fused_tracker_is_on_the_object(found):
     assert found.overlap["circles, fused"].min() > 0.5
     assert found.overlap["snail, fused"].min() > 0.5

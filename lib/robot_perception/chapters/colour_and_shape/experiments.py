@@ -197,13 +197,14 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
 def _film(
     item: tuple[str, int, Dynamics, Config], *, rng: np.random.Generator
 ) -> dict[str, Float[np.ndarray, "2 frames"]]:
-    """Return overlap and losses of the trackers on one film."""
+    """Return overlap and losses of the trackers on one film; each has its own chance, always."""
     world, seed, dynamics, config = item
     film = config.film(world, seed)
     shape = film.frames.shape[1:3]
+    chances = dict(zip(TRACKERS, rng.spawn(len(TRACKERS)), strict=True))
     found = {}
-    for tracker, own in zip(config.trackers, rng.spawn(len(config.trackers)), strict=True):
-        steps = follow(tracker, film, dynamics, config.of(world), rng=own)
+    for tracker in config.trackers:
+        steps = follow(tracker, film, dynamics, config.of(world), rng=chances[tracker])
         rows = [
             (overlap(outline, truth, shape), float(lost))
             for (outline, lost), truth in zip(steps, film.outlines[1:], strict=True)
