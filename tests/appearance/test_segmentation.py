@@ -1,4 +1,4 @@
-"""Segmentations: the definition, OpenCV's pieces, Euler's formula, shapely's polygons."""
+"""Segmentations: the definition, OpenCV's pieces, scikit-image, Euler's formula, shapely."""
 
 import cv2
 import numpy as np
@@ -7,6 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from skimage import measure
 
 from robot_perception.appearance import segmentation
 from tests.appearance.shapes import MIDDLE, SHAPE, pear
@@ -66,6 +67,12 @@ def test_what_is_no_segmentation_is_refused():
 def test_euler_number_is_pieces_less_holes(mask):
     holes, pieces = holes_and_pieces(mask)
     assert segmentation.euler_number(mask) == pieces - holes
+
+
+@settings(deadline=None)
+@given(masks)
+def test_euler_number_is_scikit_images(mask):
+    assert segmentation.euler_number(mask) == measure.euler_number(mask, connectivity=2)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
