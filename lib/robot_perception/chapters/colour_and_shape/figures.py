@@ -121,7 +121,7 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence
         faded = 110 + found.image.astype(float) * 0.2
         shown = np.where(blob[..., None], found.image, faded)
         picture(below, np.round(shown).astype(np.uint8))
-        _near(below, found.outlines[0], 75.0)
+        _near(below, found.outlines[0], 62.0)
         closed = np.vstack([points, points[:1]])
         below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.2)
     return axes
@@ -210,11 +210,12 @@ def tried(ax: Axes, samples: int, noise: float) -> Axes:
     ax.clear()
     found = explorers.grid().overlap
     k = np.arange(1, found.shape[-1] + 1)
-    ax.plot(k, found.reshape(-1, len(k)).T, color=MEANING["expected"], linewidth=0.7, alpha=0.5)
+    ax.plot(k, found.reshape(-1, len(k)).T, color=MEANING["expected"], linewidth=1.2, alpha=0.6)
     values = explorers.overlap(samples, noise)
     ax.plot(k, values, color=MEANING["fused"], linewidth=2.6)
     ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
     label(ax, 1.2, LOST - 0.06, "lost", MEANING["expected"])
+    label(ax, k[7], explorers.overlap(samples, 0.0)[7] + 0.03, "no noise", MEANING["expected"])
     ax.set(xlim=(1, k[-1]), ylim=(0, 1.03), xlabel="frame", ylabel="overlap with the circle")
     ax.set_title(f"on average {values.mean():.2f}")
     return ax
