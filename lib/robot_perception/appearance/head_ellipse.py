@@ -392,6 +392,8 @@ def candidate_scores(
 
     Raises
     ------
+    TypeError
+        If the bins are no whole numbers.
     ValueError
         If a bin is not of the model, the centre lies outside the image, or a number is out of its
         range.

@@ -8,6 +8,7 @@ from tests.chapters.ledger import LedgerTests, quick, recorded
 class TestLedger(LedgerTests):
     stem = "head_tracking"
     pictures = MappingProxyType({})
+    open_when_quick = frozenset({"histogram-space"})
 
 
 def test_verdicts():
@@ -16,7 +17,7 @@ def test_verdicts():
         "incremental-saving": "reproduced",
         "histogram-head": "conditional",
         "histogram-threshold": "reproduced",
-        "histogram-bimodal": "reproduced",
+        "histogram-bimodal": "conditional",
         "histogram-space": "reproduced",
     }
 
@@ -30,8 +31,9 @@ def test_an_adapted_model_gains_nothing_from_the_second_view():
     assert found.evidence["overlap, both adapted"].high < found.value.low
 
 
-def test_once_adapted_rgb_is_no_worse():
-    assert quick("histogram-space").evidence["overlap, both adapted"].high < 0
+def test_once_adapted_the_gain_of_the_space_is_less_certain():
+    found = quick("histogram-space")
+    assert found.evidence["overlap, both adapted"].low < found.value.low
 
 
 def test_the_highest_score_loses_the_head():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.chapters.head_tracking import heads, recordings
 from robot_perception.datasets import find
 from robot_perception.teaching import storage
@@ -31,6 +32,26 @@ def test_variants_follow_a_drawn_head():
         track = heads.follow(frames, first, heads.VARIANTS[name], np.full(FRAMES, 10.0))
         assert heads.overlaps(track, masks).min() > 0.7, name
     assert heads.overlaps(heads.camshift(frames, boxes[0]), masks)[0] == 1
+
+
+def test_a_head_whose_top_is_beyond_the_image_has_no_hair():
+    frames, _, _ = drawn()
+    with pytest.raises(ValueError, match=r"box must show the top of the head, got \[30.0, -2.0"):
+        heads.start(frames[0], np.array([30.0, -2.0, 10.0, 12.0]))
+
+
+@pytest.mark.parametrize(
+    ("space", "bins", "reached"),
+    [("opponent", heads.FINE, 4176), ("RGB", None, 4096), ("opponent", None, 818)],
+)
+def test_colours_of_bytes_reach_so_many_cells(space, bins, reached):
+    binning = Binning(space, bins)
+    seen = np.zeros(binning.count, dtype=bool)
+    byte = np.arange(256, dtype=np.uint8)
+    for red in byte:
+        colours = np.stack(np.meshgrid(red, byte, byte), axis=-1).reshape(256, 256, 3)
+        seen[binning.index(colours)] = True
+    assert seen.sum() == reached
 
 
 def test_overlap_of_the_truth_is_one_and_of_elsewhere_none():

@@ -35,14 +35,16 @@ LIGHT, TURNS, CROWD, STEADY = SCENES
 FOLLOWED: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         LIGHT: ("adapted", "fixed", "without gate", "RGB", "RGB, fixed", "size searched",
-                "searched by highest score", "CamShift"),
-        TURNS: ("adapted", "fixed", "without gate", "one view", "one view, fixed"),
-        CROWD: ("adapted", "fixed", "without gate", "CamShift"),
-        STEADY: ("adapted", "fixed", "one view, fixed", "RGB, fixed"),
+                "searched by highest score", "CamShift", "threshold alone", "fine cells",
+                "fine cells, fixed"),
+        TURNS: ("adapted", "fixed", "without gate", "one view", "one view, fixed",
+                "threshold alone"),
+        CROWD: ("adapted", "fixed", "without gate", "CamShift", "threshold alone", "floor alone"),
+        STEADY: ("adapted", "fixed", "one view, fixed", "RGB, fixed", "fine cells, fixed"),
     }
 )  # fmt: skip
 """Who is compared in which scene."""
-QUICK: Mapping[str, int] = MappingProxyType({LIGHT: 20, TURNS: 12, CROWD: 60, STEADY: 8})
+QUICK: Mapping[str, int] = MappingProxyType({LIGHT: 20, TURNS: 24, CROWD: 60, STEADY: 8})
 """Films of the quick size: as many as it takes to decide; what the threshold is worth takes all."""
 OFTEN = Accepted(0.02, 1.0, "two pictures in a hundred; the paper names no number", Origin.CHOICE)
 FURTHER = Accepted(0.02, 1.0, "two hundredths of overlap; the paper names no number", Origin.CHOICE)
@@ -80,7 +82,6 @@ def table(size: Size) -> Table:
     rows = {
         "adapted": ("adapted", (LIGHT, TURNS, CROWD)),
         "fixed": ("fixed", (LIGHT, TURNS, CROWD)),
-        "no threshold": ("without gate", (LIGHT, TURNS, CROWD)),
         "fixed, one view": ("one view, fixed", (TURNS,)),
         "CamShift": ("CamShift", (LIGHT, CROWD)),
     }
@@ -146,28 +147,34 @@ def steady(size: Size, rng: np.random.Generator) -> Finding:
     "adapting always.",
     paper_value="“in order to avoid updating with false head candidates”",
     method="Rendered heads that turn round while others pass and the light changes; a = 0.1 above "
-    "a threshold of 0.5, or always: in how many more of the pictures the tracker without "
-    "threshold misses the head. Mean over films.",
+    "a threshold of 0.5, or always; neither tracker ever calls the head lost, as the paper's does "
+    "not: in how many more of the pictures the one without threshold misses it. Mean over films.",
     accepted=OFTEN,
     seed=74,
 )
 def threshold(size: Size, rng: np.random.Generator) -> Finding:
     """Compare trackers with and without a threshold, among others."""
+    found = followed(CROWD, _films(CROWD, size))
     return Finding(
-        missed(CROWD, "adapted", "without gate", size),
+        missed(CROWD, "threshold alone", "without gate", size),
         {
-            "overlap": overlap(CROWD, "adapted", "without gate", size),
-            "missed less often, nobody passes": missed(TURNS, "adapted", "without gate", size),
+            "overlap": overlap(CROWD, "threshold alone", "without gate", size),
+            "missed less often, nobody passes": missed(
+                TURNS, "threshold alone", "without gate", size
+            ),
+            "missed less often, both call it lost": missed(CROWD, "adapted", "floor alone", size),
+            "missed with it": bootstrap_mean(found.off("threshold alone")),
+            "missed without it": bootstrap_mean(found.off("without gate")),
         },
-        note="Without a threshold the tracker never reports the head as lost, and so never "
-        "searches wider.",
+        note="Our other trackers call the head lost below a score of 0.45, and then search wider "
+        "and do not adapt. What a threshold adds to that rule, sixty films leave open.",
     )
 
 
 @threshold.sabotage("nobody who passes, and a face that stays in sight")
 def alone(size: Size, rng: np.random.Generator) -> Finding:
     """Let the light alone change."""
-    return Finding(missed(LIGHT, "adapted", "without gate", size))
+    return Finding(missed(LIGHT, "threshold alone", "without gate", size))
 
 
 @claim(
@@ -187,12 +194,14 @@ def alone(size: Size, rng: np.random.Generator) -> Finding:
 )
 def bimodal(size: Size, rng: np.random.Generator) -> Finding:
     """Compare models of one and of two views on heads that turn."""
+    adapted = overlap(TURNS, "adapted", "one view", size)
     return Finding(
         overlap(TURNS, "fixed", "one view, fixed", size),
         {
             "missed less often": missed(TURNS, "fixed", "one view, fixed", size),
-            "overlap, both adapted": overlap(TURNS, "adapted", "one view", size),
+            "overlap, both adapted": adapted,
         },
+        conditions=(Condition("the model is fixed", adapted.high < FURTHER.low),),
         note="Adapted by eq. 29, both models soon hold the same: what shows.",
     )
 
@@ -211,18 +220,22 @@ def face_only(size: Size, rng: np.random.Generator) -> Finding:
     statement="Counted in (B − G, G − R, R + G + B), a fixed model overlaps further with a head in "
     "changing light than counted in RGB.",
     paper_value="“can give some robustness against varying illumination”",
-    method="Rendered heads that move and tilt while the light changes; fixed models, 16 × 16 × 8 "
-    "cells of the one space and 16 × 16 × 16 of the other: gain in overlap. Mean over films.",
+    method="Rendered heads that move and tilt while the light changes; fixed models, 32 × 32 × 12 "
+    "cells of the one space, of which colours reach 4176, and 16 × 16 × 16 of the other, of which "
+    "they reach 4096: gain in overlap. Mean over films.",
     accepted=FURTHER,
     seed=76,
 )
 def space(size: Size, rng: np.random.Generator) -> Finding:
     """Compare two colour spaces in changing light."""
     return Finding(
-        overlap(LIGHT, "fixed", "RGB, fixed", size),
+        overlap(LIGHT, "fine cells, fixed", "RGB, fixed", size),
         {
-            "missed less often": missed(LIGHT, "fixed", "RGB, fixed", size),
-            "overlap, both adapted": overlap(LIGHT, "adapted", "RGB", size),
+            "missed less often": missed(LIGHT, "fine cells, fixed", "RGB, fixed", size),
+            "overlap, both adapted": overlap(LIGHT, "fine cells", "RGB", size),
+            "overlap, with the 818 cells of the other claims": overlap(
+                LIGHT, "fixed", "RGB, fixed", size
+            ),
         },
         note="“But none of these transformations is general enough”: the paper says so itself.",
     )
@@ -231,4 +244,4 @@ def space(size: Size, rng: np.random.Generator) -> Finding:
 @space.sabotage("light that does not change")
 def same_light(size: Size, rng: np.random.Generator) -> Finding:
     """Film the same heads in steady light."""
-    return Finding(overlap(STEADY, "fixed", "RGB, fixed", size))
+    return Finding(overlap(STEADY, "fine cells, fixed", "RGB, fixed", size))

@@ -1,6 +1,6 @@
 """The exercises of the chapter "A head by its colours"."""
 
-from robot_perception.chapters.head_tracking.incremental import additions
+from robot_perception.chapters.head_tracking.incremental import additions, savings
 from robot_perception.teaching.exercises import Exercise, Sheet
 
 _FULL, _CARRIED = additions(30, 8)
@@ -29,7 +29,7 @@ EXERCISES = Sheet(
             mistakes=(
                 (_CARRIED / _FULL, "that is what is left; what is the ratio the other way round?"),
                 (
-                    0.6 * 30,
+                    float(savings((30,), 0.0)[0]),
                     "that is the saving of one step alone; the first ellipse is counted in full.",
                 ),
             ),

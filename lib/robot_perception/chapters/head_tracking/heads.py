@@ -55,6 +55,9 @@ class Variant:
     depth: bool = True
 
 
+FINE = (32, 32, 12)
+"""Cells of the opponent space of which colours of bytes reach 4176; of 16 × 16 × 16 of RGB they
+reach all 4096, of 16 × 16 × 8 of the opponent space 818."""
 ADAPTED = Variant()
 FIXED = Variant(replace(RULES, rate=0.0))
 VARIANTS: Mapping[str, Variant] = MappingProxyType(
@@ -68,9 +71,14 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
         "RGB, fixed": replace(FIXED, space="RGB"),
         "size searched": Variant(SEARCHING, depth=False),
         "searched by highest score": Variant(replace(SEARCHING, size="score"), depth=False),
+        "threshold alone": Variant(replace(RULES, floor=0.0)),
+        "floor alone": Variant(replace(RULES, gate=0.0)),
+        "fine cells": Variant(bins=FINE),
+        "fine cells, fixed": replace(FIXED, bins=FINE),
     }
 )
-"""One thing changed each."""
+"""Who follows. "without gate" neither has a threshold nor calls the head lost; "threshold alone"
+does not call it lost either, and "floor alone" has no threshold but does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,13 +194,22 @@ class Start:
 
 
 def start(image: UInt8[np.ndarray, "height width 3"], box: Float[np.ndarray, " 4"]) -> Start:
-    """Return the start that a box of centre (column, row), half width and half height gives."""
+    """Return the start that a box of centre (column, row), half width and half height gives.
+
+    Raises
+    ------
+    ValueError
+        If the top of the box lies beyond the image: there the hair is looked for.
+    """
     u, v, half_width, half_height = box
     size = image.shape[1::-1]
     ellipse = Ellipse(round(u), round(v), round(float(np.sqrt(half_width * half_height / 1.2))))
     rows, columns = np.arange(size[1])[:, None], np.arange(size[0])
     inside = ((columns - u) / half_width) ** 2 + ((rows - v) / half_height) ** 2 <= 1
-    return Start(image, ellipse, inside & (rows < v - HAIR * half_height))
+    hair = inside & (rows < v - HAIR * half_height)
+    if not hair.any():
+        raise ValueError(f"box must show the top of the head, got {np.round(box, 1).tolist()}")
+    return Start(image, ellipse, hair)
 
 
 HAIR = 0.6

@@ -160,8 +160,8 @@ class Look:
         What lies round the head.
     first, now : (n, 2), (m, 2)
         R + G + B and G − R of pixels of the head, in the first picture and in this one.
-    common : {space: share}
-        Intersection of the histograms of the two heads.
+    common : {cells: share}
+        Intersection of the histograms of the two heads, by the cells of `COMPARED`.
     """
 
     image: UInt8[np.ndarray, "height width 3"]
@@ -170,7 +170,11 @@ class Look:
     common: dict[str, float]
 
 
-COMPARED = ("RGB", "normalised rgb", "HSI", "opponent")
+COMPARED: Mapping[str, Binning] = MappingProxyType(
+    {space: Binning(space) for space in ("RGB", "normalised rgb", "HSI", "opponent")}
+    | {"opponent, finer cells": Binning("opponent", heads.FINE)}
+)
+"""Ways to count colours; of the last, colours reach about as many cells as of RGB."""
 HALF = 60
 
 
@@ -182,12 +186,12 @@ def look(at: int) -> Look:
     height, width = film.masks.shape[1:]
     left, top = np.clip(u - HALF, 0, width - 2 * HALF), np.clip(v - HALF, 0, height - 2 * HALF)
     image = film.frames[at, top : top + 2 * HALF, left : left + 2 * HALF]
-    return Look(image, _chroma(0), _chroma(at), {s: common(s, at) for s in COMPARED})
+    return Look(image, _chroma(0), _chroma(at), {name: common(name, at) for name in COMPARED})
 
 
-def common(space: str, at: int) -> float:
+def common(cells: str, at: int) -> float:
     """Return how much the true head's colours have in common with those of the first picture."""
-    film, binning = filmed(LIGHT), Binning(space)
+    film, binning = filmed(LIGHT), COMPARED[cells]
     first, now = (
         histogram(binning.index(film.frames[k]), binning.count, film.masks[k]) for k in (0, at)
     )
@@ -205,7 +209,7 @@ def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:
 def describe_look(at: int) -> str:
     """Return what a state of the explorer of colours shows, in words."""
     state = look(at)
-    parts = ", ".join(f"{state.common[space]:.0%} in {space}" for space in COMPARED)
+    parts = ", ".join(f"{state.common[name]:.0%} in {name}" for name in COMPARED)
     return f"Picture {at}: the head's colours have in common with those of picture 0: {parts}."
 
 
