@@ -95,6 +95,22 @@ def test_samples_are_segmented_by_their_own_colours():
     assert not seen[~cv2.dilate(blob.view(np.uint8), np.ones((15, 15))).astype(bool)].mean() > 0.02
 
 
+def test_colours_that_do_not_move_are_those_of_the_first_frame():
+    """The angles of a sample are turns since the frame before: at first there is none."""
+    still = Dynamics(np.eye(8), np.zeros(8), np.zeros((8, 8)))
+    picture = scene(there(0)).astype(float)
+    picture[..., 0] += np.linspace(-60, 60, SHAPE[1])  # a long cloud, off the axes of the space
+    picture[..., 1] += np.linspace(-20, 20, SHAPE[1])
+    picture = picture.clip(0, 255).astype(np.uint8)
+    tracker, source = ColourShapeTracker(still, RULES), rng()
+    before = tracker.start(picture, there(0), rng=source)
+    clouds = tracker.warped(before, before.particles.states)
+    np.testing.assert_allclose(clouds, np.broadcast_to(before.colours, clouds.shape), atol=1e-12)
+    after, info = tracker.step(before, picture, rng=source)
+    assert not info.lost
+    assert overlap(after.outline, there(0)) > 0.9
+
+
 def test_the_same_seed_gives_the_same_outlines():
     first, second = (tracked(RULES, FADING[:4])[0][-1] for _ in range(2))
     np.testing.assert_array_equal(first.outline, second.outline)
@@ -225,6 +241,12 @@ def test_colour_alone_takes_in_what_touches_the_object_and_fused_does_not():
 
 def test_edges_alone_follow_an_object_on_plain_ground():
     assert overlap(single(EdgeTracker(RULES), FADING).outline, there(12)) > 0.95
+
+
+def test_edges_alone_reach_only_so_far():
+    far = replace(RULES, snake=replace(RULES.snake, reach=(201.0, 3.0)))
+    with unchecked(), pytest.raises(ValueError, match="reach must be at most 200 px, got 201"):
+        EdgeTracker(far)
 
 
 def test_edges_alone_wait_where_there_are_none():

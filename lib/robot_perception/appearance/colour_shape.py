@@ -51,6 +51,8 @@ __all__ = [
 Image = UInt8[np.ndarray, "height width 3"]
 SMALLEST = 30.0
 """Area below which a piece or an outline is none, px²."""
+THINNEST = 0.05
+"""Smallest spread of an outline over its largest below which it is none."""
 BINNING = Binning("opponent", (64, 64, 16))
 SNAKE = SnakeRules(reach=(8.0, 3.0))
 
@@ -288,7 +290,8 @@ class ColourShapeTracker:
         if seen is None:
             raise ValueError(f"outline must hold pixels of the image {image.shape[:2]}")
         found = distributions.describe(seen)
-        states = np.tile(found.state, (rules.samples, self.dynamics.order))
+        state = np.append(found.state[:6], [0.0, 0.0])  # angles are turns since the frame before
+        states = np.tile(state, (rules.samples, self.dynamics.order))
         areas = (area(outline),) * 2
         particles = ParticleSet.uniform(states)
         return ColourShapeState(particles, seen, found, outline, areas, 0, image.shape[:2])
@@ -441,7 +444,7 @@ class ColourShapeTracker:
         if not border.any():
             return None
         fit = (affine_snake if self.rules.affine else free_snake)(start, border, self.rules.snake)
-        return fit.outline if _sound(fit.outline) else None
+        return fit.outline if sound(fit.outline) else None
 
     def _updated(
         self,
@@ -555,9 +558,15 @@ def inner(mask: Mask, inset: int) -> Mask:
     return deep if deep.any() else mask
 
 
-def _sound(outline: Outline) -> bool:
-    """Tell whether an outline still has an area."""
+def sound(outline: Outline) -> bool:
+    """Tell whether an outline still has an area.
+
+    Parameters
+    ----------
+    outline : (n, 2)
+        Points (u, v), px.
+    """
     if not np.isfinite(outline).all() or area(outline) < SMALLEST:
         return False
     spread = np.linalg.svd(outline - outline.mean(axis=0), compute_uv=False)
-    return bool(spread[1] > 0.05 * spread[0])
+    return bool(spread[1] > THINNEST * spread[0])

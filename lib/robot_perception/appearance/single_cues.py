@@ -1,7 +1,8 @@
 """Trackers by colour alone, or by edges alone: what `colour_shape` joins, each by itself.
 
 They share its rules: the tracker by colour its segmentation, the one by edges its affine snake. By
-colour there is no snake, the outline is that of the piece; and all pixels inside it are counted.
+colour there is no snake, the outline is that of the piece; and all its pixels but those at the rim
+are counted.
 """
 
 from dataclasses import dataclass, field
@@ -12,18 +13,16 @@ from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.appearance._masks import Outline, check_outline
-from robot_perception.appearance.affine_snake import affine_snake, area, image_edges, resample
-from robot_perception.appearance.colour_shape import ColourShapeRules, inner
+from robot_perception.appearance.affine_snake import affine_snake, image_edges, resample
+from robot_perception.appearance.colour_shape import SMALLEST, ColourShapeRules, inner, sound
 from robot_perception.appearance.colour_spaces import picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
 
 __all__ = ["ColourTracker", "CueState", "EdgeTracker"]
 
 Image = UInt8[np.ndarray, "height width 3"]
-SMALLEST = 30.0
-"""Area below which an outline is lost, px²."""
-THINNEST = 0.05
-"""Its smallest spread over its largest below which it is lost."""
+FURTHEST = 200
+"""Greatest reach of the snake that follows edges, px."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,7 +127,7 @@ class ColourTracker:
             found.mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
         )
         outline = max(lines, key=len)[:, 0].astype(float)
-        if not _sound(outline):
+        if not sound(outline):
             return CueState(state.outline, state.counts, state.lost + 1, state.shape)
         counts = self._counts(image, found.mask) if self.adapt else state.counts
         return CueState(resample(outline, rules.points), counts, 0, state.shape)
@@ -151,12 +150,18 @@ class EdgeTracker:
     ------
     TypeError
         If the rules are of another type.
+    ValueError
+        If the snake's reach is more than 200 px.
     """
 
     rules: ColourShapeRules = field(default_factory=ColourShapeRules)
 
     def __post_init__(self) -> None:
         checks.instance("rules", self.rules, ColourShapeRules)
+        if self.rules.snake.reach[0] > FURTHEST:
+            raise ValueError(
+                f"reach must be at most {FURTHEST} px, got {self.rules.snake.reach[0]:g}"
+            )
 
     def start(self, image: Image, outline: Outline) -> CueState:
         """Return the state of an object whose outline is known.
@@ -209,7 +214,7 @@ class EdgeTracker:
         if ridges.any():
             outline = affine_snake(state.outline, ridges, rules.snake).outline
             middle = outline.mean(axis=0)
-            if _sound(outline) and ((middle >= 0) & (middle < state.shape[::-1])).all():
+            if sound(outline) and ((middle >= 0) & (middle < state.shape[::-1])).all():
                 return CueState(outline, state.counts, 0, state.shape)
         return CueState(state.outline, state.counts, state.lost + 1, state.shape)
 
@@ -221,8 +226,3 @@ def _frame(state: CueState, image: Image) -> Image:
     if image.shape[:2] != state.shape:
         raise ValueError(f"image must be {state.shape} as the first, got {image.shape[:2]}")
     return image
-
-
-def _sound(outline: Outline) -> bool:
-    spread = np.linalg.svd(outline - outline.mean(axis=0), compute_uv=False)
-    return bool(area(outline) >= SMALLEST and spread[1] > THINNEST * spread[0])

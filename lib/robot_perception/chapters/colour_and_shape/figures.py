@@ -215,7 +215,8 @@ def tried(ax: Axes, samples: int, noise: float) -> Axes:
     ax.plot(k, values, color=MEANING["fused"], linewidth=2.6)
     ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
     label(ax, 1.2, LOST - 0.06, "lost", MEANING["expected"])
-    label(ax, k[7], explorers.overlap(samples, 0.0)[7] + 0.03, "no noise", MEANING["expected"])
+    still = float(explorers.overlap(samples, 0.0)[7])
+    label(ax, 8.0, still + 0.03, "no noise", MEANING["expected"])
     ax.set(xlim=(1, k[-1]), ylim=(0, 1.03), xlabel="frame", ylabel="overlap with the circle")
     ax.set_title(f"on average {values.mean():.2f}")
     return ax

@@ -24,12 +24,17 @@ PRINTED = 10
 """Films of each kind that are followed with the printed sign."""
 SOME = 6
 """Films of each kind on which numbers of samples and spaces are compared."""
+NEVER = 10.0
+"""Of `worst`: no ρ is that great. With the printed sign a perfect match has a ρ of 0.4, so the
+threshold that goes with the right sign would give up most right segmentations."""
 FRAMES = 40
 """Frames that are tracked, at 15 a second."""
 RULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "unweighed": {"shape": False},
-        "printed area": {"printed_area": True},
+        "printed area": {"printed_area": True, "worst": NEVER},
+        "never given up": {"worst": NEVER},
+        "one sample, unweighed": {"samples": 1, "shape": False},
         "one sample": {"samples": 1},
         "five samples": {"samples": 5},
         "twenty samples": {"samples": 20},
@@ -41,10 +46,6 @@ RULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     }
 )
 """What may be different about the fused tracker; the spaces have 4096 cells each."""
-BESIDE: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"printed area": ("shape", "colour, fixed")}
-)
-"""Which other trackers follow the same films beside a changed one."""
 CODE = (data_synth.coloured, appearance, beliefs, particles, sweep, experiments)
 
 
@@ -69,7 +70,7 @@ def _follow(count: int, change: str) -> Result:
         own = RULES[change]
         config = replace(
             config,
-            trackers=("fused", *BESIDE.get(change, ())),
+            trackers=("fused",),
             rules=replace(config.rules, **own),
             in_rgb=replace(config.in_rgb, **own),
         )
