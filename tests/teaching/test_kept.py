@@ -1,5 +1,7 @@
 """What is kept is read, unless what it depends on has changed."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,6 +81,18 @@ def test_a_change_of_the_code_is_another_result(tmp_path, monkeypatch):
     source.write_text("a = 2")
     kept(compute, Sum, 1.0, 2.0, code=[storage])
     assert len(CALLS) == 2
+
+
+@contextmanager
+def guard() -> Iterator[None]:
+    """Do nothing; as a decorator, it is written in another file, as a check of shapes is."""
+    yield
+
+
+def test_a_decorator_changes_nothing():
+    kept(compute, Sum, 1.0, 2.0, code=[storage])
+    kept(guard()(compute), Sum, 1.0, 2.0, code=[storage])
+    assert len(CALLS) == 1
 
 
 def test_all_modules_of_a_package_count(tmp_path, monkeypatch):
