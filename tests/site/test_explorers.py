@@ -75,7 +75,7 @@ def test_explorers_on_paper(name: str, visit: Callable[..., Visit], address: str
     page.emulate_media(media="print")
     for root in page.query_selector_all("div.explorer"):
         assert not root.query_selector(".rp-controls").is_visible()
-        assert root.query_selector(".rp-canvas > *").is_visible()
+        assert root.wait_for_selector(".rp-canvas > *", state="visible")  # it may be drawn anew
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
