@@ -55,6 +55,17 @@ def test_a_warped_set_is_described_by_where_it_was_warped_to(seed):
     np.testing.assert_allclose(warp(warp(colours, before, after), after, before), colours)
 
 
+def test_the_shortest_axis_turns_round_where_the_nearest_ones_are_a_mirror():
+    colours = np.array(
+        [[1.0, 0, 0], [-1, 0, 0], [0, 0.5, 0], [0, -0.5, 0], [0, 0, 0.2], [0, 0, -0.2]]
+    )
+    before = Rotation.from_rotvec(np.deg2rad(150) * np.ones(3) / np.sqrt(3)).as_matrix()
+    found = describe(colours, before)
+    np.testing.assert_allclose(found.axes, np.diag([-1.0, -1, 1]), atol=1e-12)
+    nearest = np.sum(found.axes * before, axis=0) > 0
+    assert nearest.tolist() == [True, True, False]
+
+
 @given(SEEDS, st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_states_come_back_with_their_angles(seed, theta, phi):
     rng = np.random.default_rng(seed)

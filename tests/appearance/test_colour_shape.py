@@ -171,10 +171,12 @@ def test_one_colour_everywhere_is_a_loss_and_no_accident(value):
     assert np.isfinite(states[-1].outline).all()
 
 
-def test_one_pixel_of_the_colour_is_not_the_object():
+@pytest.mark.parametrize("wide", [1, 5])
+def test_a_speck_of_the_colour_is_not_the_object(wide):
     speck = np.broadcast_to(GREEN, (*SHAPE, 3)).astype(np.uint8).copy()
-    speck[120, 160] = (190, 60, 50)
-    _, (info,) = tracked(replace(RULES, opening=1, closing=1), [FADING[0], speck])
+    speck[120 : 120 + wide, 160 : 160 + wide] = (190, 60, 50)
+    rules = replace(RULES, opening=1, closing=1, worst=10.0)  # whatever its shape
+    _, (info,) = tracked(rules, [FADING[0], speck])
     assert info.lost
 
 
