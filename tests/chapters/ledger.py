@@ -17,8 +17,8 @@ they take six sevenths of the time, and the tests of the rooms have them.
 Numbers of pictures are those of OpenCV. It rounds otherwise on a processor without AVX2: of a
 hundred descriptors two have an entry that differs by one, of a thousand matches one is another, and
 a drive of the filter goes another way. A class tells in ``pictures`` how far numbers of which claim
-may be from the recorded ones there; verdicts are compared everywhere. With AVX2, too, processors
-differ: one match of some thousands is another. There these numbers are compared to a thousandth.
+may be from the recorded ones there; verdicts are compared everywhere. ``fused_rtol`` is for a class
+whose pictures differ between processors with AVX2, too.
 
 Some shares, and differences of shares, need more cases than a quick run has. A class names such
 claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
@@ -52,8 +52,6 @@ MEND = "robot-perception claims --run full --claim {} --write book/_data/claims.
 DECLARED = ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method")
 RTOL = 1e-6
 """Processors differ in the eleventh digit; iterated filters make some orders more of it."""
-PICTURE_RTOL = 1e-3
-"""Seen on a second processor with AVX2: 4e-4 of the lower end of an interval of a share."""
 
 
 @cache
@@ -84,12 +82,13 @@ class LedgerTests:
 
     stem: str
     pictures: Mapping[str, float] = MappingProxyType({})
+    fused_rtol: float = RTOL
     open_when_quick: frozenset[str] = frozenset()
 
     def rtol(self, claim: Claim) -> float:
         """Return how far numbers may be from the recorded ones, of the larger."""
         far = self.pictures.get(claim.id, RTOL)
-        return min(far, PICTURE_RTOL) if opencv_fuses() else far
+        return min(far, self.fused_rtol) if opencv_fuses() else far
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make one test a claim."""
