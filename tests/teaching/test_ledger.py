@@ -65,8 +65,8 @@ def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
 
 def test_an_entry_has_what_its_sabotages_gave():
     claim = some()
-    broken = claim.sabotage("half of it")(lambda size, rng: finding(0.5))
-    made = record(claim, [broken], versions="")
+    claim.sabotage("half of it")(lambda size, rng: finding(0.5))
+    made = record(claim, versions="")
     assert [(s.text, s.verdict, s.value.high) for s in made.sabotages] == [
         ("half of it", "refuted", 0.6)
     ]

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
-from robot_perception.teaching.claims import Claim, Sabotage, claims_in, sabotages_in
+from robot_perception.teaching.claims import Claim, claims_in
 from robot_perception.teaching.recordings import Recording
 
 CHAPTERS = (
@@ -64,12 +64,6 @@ def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
     if twice:
         raise ValueError(f"claims declared twice: {', '.join(twice)}")
     return found
-
-
-def sabotages(claim: Claim) -> tuple[Sabotage, ...]:
-    """Return the sabotages of a claim, from any study of its chapter."""
-    found = (s for study in studies(claim.chapter) for s in sabotages_in(study))
-    return tuple(sabotage for sabotage in found if sabotage.claim is claim)
 
 
 def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:

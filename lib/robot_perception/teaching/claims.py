@@ -20,14 +20,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robot_perception.checks import entries, instance, instances, one_of, whole
+from robot_perception.checks import entries, instance, instances, one_of
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
+
+if TYPE_CHECKING:
+    from robot_perception.teaching.studies import Study
 
 
 class Size(StrEnum):
@@ -105,11 +108,16 @@ class Claim:
         Range of the value inside which the statement holds, or ``None`` for a statement without a
         number, whose verdict is then ``illustrated``.
     compute
-        Function of the size and a generator that returns the finding.
+        Function of the study's result that returns the finding; without a study, of the size and
+        a generator.
     paper_value
         The paper's value if it gives one.
     seed
         Seed of the generator.
+    study
+        What gives the result.
+    sabotages
+        Variants in which the truth of the statement is turned.
     """
 
     id: str
@@ -120,61 +128,62 @@ class Claim:
     statement: str
     method: str
     accepted: Accepted | None
-    compute: Compute
+    compute: Callable[..., Finding]
     paper_value: str = ""
     seed: int = 0
+    study: "Study | None" = None
+    sabotages: list["Sabotage"] = field(default_factory=list)
 
     def find(self, size: Size | str = Size.QUICK) -> Finding:
         """Compute the claim; the same size always gives the same finding."""
-        return self.compute(Size(one_of("size", size, Size)), np.random.default_rng(self.seed))
+        size = Size(one_of("size", size, Size))
+        if self.study is not None:
+            return self.compute(self.study.result(size))
+        return self.compute(size, np.random.default_rng(self.seed))
 
     def verdict(self, finding: Finding) -> Verdict:
         """Return the verdict that follows from a finding."""
         instance("finding", finding, Finding)
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
 
-    def sabotage(self, text: str) -> Callable[[Compute], "Sabotage"]:
-        """Declare a sabotage on the function that computes it.
+    def sabotage(self, text: str) -> Callable[[Compute], Compute]:
+        """Declare a sabotage of a claim without a study on the function that computes it.
 
         Parameters
         ----------
         text
             What was changed, in words that complete "The same with …".
-
-        Raises
-        ------
-        ValueError
-            If the text is empty.
         """
-        if not instance("text", text, str).strip():
-            raise ValueError(f"the text of a sabotage of {self.id!r} must say what it changes")
-        return lambda compute: Sabotage(self, text, compute)
+
+        def declare(compute: Compute) -> Compute:
+            find = lambda: compute(Size.QUICK, np.random.default_rng(self.seed))  # noqa: E731
+            self.sabotages.append(Sabotage(text, find))
+            return compute
+
+        return declare
 
 
 @dataclass(frozen=True, slots=True)
 class Sabotage:
-    """A variant of a study in which a claim's statement is false; use :meth:`Claim.sabotage`.
+    """A variant of a study in which a claim's statement is false.
 
     Where the statement itself fails, its sabotage is a variant in which it is true: a verdict that
     no computation could turn says nothing.
 
     Parameters
     ----------
-    claim
-        The claim whose value is computed.
     text
-        What was changed.
-    compute
-        Function of the size and a generator that returns the finding.
+        What was changed, in words that complete "The same with …".
+    find
+        Computes the value at the quick size, with the seed of the claim.
     """
 
-    claim: Claim
     text: str
-    compute: Compute
+    find: Callable[[], Finding]
 
-    def find(self) -> Finding:
-        """Compute the value at the quick size, with the seed of the claim."""
-        return self.compute(Size.QUICK, np.random.default_rng(self.claim.seed))
+    def __post_init__(self) -> None:
+        if not instance("text", self.text, str).strip():
+            raise ValueError("the text of a sabotage must say what it changes")
 
 
 def claim(
@@ -199,23 +208,13 @@ def claim(
         If the basis is unknown, a text that a reader needs is empty, or the function is outside
         the chapters.
     """
-    needed = {"id": id, "place": place, "statement": statement, "method": method}
-    for name, text in (needed | {"paper": paper, "paper_value": paper_value}).items():
-        if not instance(name, text, str).strip() and name in needed:
-            raise ValueError(f"claim {id!r} needs a {name}")
-
+    needed(id=id, place=place, statement=statement, method=method)
     one_of("basis", basis, Basis)
-    if accepted is not None:
-        instance("accepted", accepted, Accepted)
-    whole("seed", seed, 0)
 
     def declare(compute: Compute) -> Claim:
-        _, inside, rest = compute.__module__.partition(".chapters.")
-        if not inside:
-            raise ValueError(f"claim {id!r} is declared outside the chapters: {compute.__module__}")
         return Claim(
             id=id,
-            chapter=rest.split(".")[0],
+            chapter=chapter_of(id, compute),
             paper=paper,
             place=place,
             basis=Basis(basis),
@@ -230,21 +229,28 @@ def claim(
     return declare
 
 
-def sabotages_in(module: ModuleType) -> tuple[Sabotage, ...]:
-    """Return the sabotages that are declared in a module, in the order of their declarations."""
-    instance("module", module, ModuleType)
-    return _declared_in(module, Sabotage)
+def needed(**texts: str) -> None:
+    """Refuse a claim that does not say what a reader needs."""
+    for name, text in texts.items():
+        if not text.strip():
+            raise ValueError(f"claim {texts['id']!r} needs a {name}")
+
+
+def chapter_of(claim_id: str, function: Callable[..., Any]) -> str:
+    """Return the chapter in whose package a function is defined."""
+    _, inside, rest = function.__module__.partition(".chapters.")
+    if not inside:
+        raise ValueError(
+            f"claim {claim_id!r} is declared outside the chapters: {function.__module__}"
+        )
+    return rest.split(".")[0]
 
 
 def claims_in(module: ModuleType) -> tuple[Claim, ...]:
     """Return the claims that are declared in a module, in the order of their declarations."""
     instance("module", module, ModuleType)
-    return _declared_in(module, Claim)
-
-
-def _declared_in(module: ModuleType, kind: type) -> tuple[Any, ...]:
     return tuple(
         value
         for value in vars(module).values()
-        if isinstance(value, kind) and value.compute.__module__ == module.__name__
+        if isinstance(value, Claim) and value.compute.__module__ == module.__name__
     )

@@ -12,7 +12,7 @@ from typing import Any
 
 from robot_perception.checks import array, instance, instances, not_negative
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.claims import Claim, Finding, Sabotage, Size
+from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
 
@@ -164,25 +164,31 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
     )
 
 
-def record(claim: Claim, sabotages: Iterable[Sabotage] = (), *, versions: str) -> Entry:
+def record(claim: Claim, *, versions: str) -> Entry:
     """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
     instance("claim", claim, Claim)
-    sabotages = instances("sabotages", sabotages, Sabotage)
     instance("versions", versions, str)
     made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
     made = replace(
         made,
-        sabotages=tuple(map(sabotaged, sabotages)),
+        sabotages=sabotaged(claim),
         date=date.today().isoformat(),
         versions=versions,
     )
     return Entry.from_plain(made.to_plain())
 
 
-def sabotaged(sabotage: Sabotage) -> Sabotaged:
-    """Compute a sabotage and return what it gave."""
-    finding = instance("sabotage", sabotage, Sabotage).find()
-    return Sabotaged(sabotage.text, str(sabotage.claim.verdict(finding)), finding.value)
+def renewed(claim: Claim, recorded: Entry) -> Entry:
+    """Compute the quick size and the sabotages of a recorded claim anew; the rest stays."""
+    quick = numbers(claim.find(Size.QUICK))
+    made = replace(recorded, quick=quick, sabotages=sabotaged(claim))
+    return Entry.from_plain(made.to_plain())
+
+
+def sabotaged(claim: Claim) -> tuple[Sabotaged, ...]:
+    """Compute the sabotages of a claim and return what they gave."""
+    found = [(sabotage.text, sabotage.find()) for sabotage in claim.sabotages]
+    return tuple(Sabotaged(text, str(claim.verdict(f)), f.value) for text, f in found)
 
 
 def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:

@@ -13,6 +13,7 @@ from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.kalman import Motion, Sensor, predict, steady_state, update
 from robot_perception.slam.monobot import first_measurement, relative_system, sensor_matrix
 from robot_perception.teaching.claims import Accepted, Condition, Finding, Size, claim
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 
 
@@ -34,7 +35,22 @@ def gain_curves(counts: tuple[int, ...], base: Config) -> dict[int, Gains]:
     return curves
 
 
-@claim(
+def shrink(wander: float, *, rng: np.random.Generator) -> Float[np.ndarray, "steps"]:
+    """Return the landmark's gains at P0 = V = W = 1 m² if it moves by ``wander``, m, at a step."""
+    belief, gains = first_measurement(FIG3.belief, np.zeros(1), 1.0), []
+    move = Motion(np.eye(2), np.diag([1.0, wander**2]))
+    for _ in range(15):
+        belief, info = update(
+            predict(belief, move), np.zeros(1), Sensor(sensor_matrix(1), np.eye(1))
+        )
+        gains.append(info.gain[1, 0])
+    return np.array(gains)
+
+
+shrinking = Study(shrink, full=0.0, quick=0.0)
+
+
+@shrinking.claim(
     "gain-vanishes",
     paper=PAPER,
     place="§2.2, Fig. 4",
@@ -50,10 +66,10 @@ def gain_curves(counts: tuple[int, ...], base: Config) -> dict[int, Gains]:
         "the pole 1/φ² of the steady state; the fit begins at step 5, where the gain is "
         "within 1e-4 of its limit law",
     ),
+    sabotage=Change("a landmark that wanders by 0.5 m at each step", config=0.5),
 )
-def gain_vanishes(size: Size, rng: np.random.Generator) -> Finding:
+def gain_vanishes(gain: Float[np.ndarray, "steps"]) -> Finding:
     """Fit the rate of the gain for one landmark, and the power of its own part for two."""
-    gain = _gains(wander=0.0)
     state = steady_state(*relative_system(1, motion_variance=1.0, measurement_variance=1.0))
     pole = abs(state.poles[0])
     own = gain_curves((2,), replace(FIG3, steps=1000))[2].own
@@ -78,24 +94,6 @@ def gain_vanishes(size: Size, rng: np.random.Generator) -> Finding:
         ),
         note="The gain does go to zero for every number of landmarks.",
     )
-
-
-@gain_vanishes.sabotage("a landmark that wanders by 0.5 m at each step")
-def wandering_landmark(size: Size, rng: np.random.Generator) -> Finding:
-    """Keep the landmark uncertain, so that no measurement ever stops to count."""
-    return Finding(_rate(_gains(wander=0.5)))
-
-
-def _gains(wander: float) -> Float[np.ndarray, "steps"]:
-    """Return the landmark's gains at P0 = V = W = 1 m² if it moves by ``wander``, m, at a step."""
-    belief, gains = first_measurement(FIG3.belief, np.zeros(1), 1.0), []
-    move = Motion(np.eye(2), np.diag([1.0, wander**2]))
-    for _ in range(15):
-        belief, info = update(
-            predict(belief, move), np.zeros(1), Sensor(sensor_matrix(1), np.eye(1))
-        )
-        gains.append(info.gain[1, 0])
-    return np.array(gains)
 
 
 def _rate(gain: Float[np.ndarray, "steps"]) -> Interval:

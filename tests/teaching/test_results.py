@@ -1,0 +1,172 @@
+"""What is kept is computed once, and never stale: code, libraries and arguments are in its name."""
+
+import multiprocessing
+import time
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot_perception.datasets.store import CACHE_VARIABLE
+from robot_perception.teaching import reach, results
+from robot_perception.teaching.results import kept
+
+
+@dataclass(frozen=True)
+class Sum:
+    values: np.ndarray
+    about: dict | None = None
+
+
+@dataclass(frozen=True)
+class Size:
+    name: str
+    ends: tuple[float, ...]
+    inner: object = 0.0
+
+
+class Kind(Enum):
+    A = "a"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setattr(results, "WORTH_KEEPING", 0.0)
+    return tmp_path / "computed"
+
+
+def counted():
+    """Return a function as another process has it, nothing in its memory, and its calls."""
+    calls = []
+
+    def add(first, second=2.0, *, third=0.0):
+        calls.append((first, second))
+        return Sum(np.array([first, second, third]), {"name": "x", "more": [np.nan, None]})
+
+    return kept(add), calls
+
+
+def files(folder: Path) -> list[Path]:
+    return [file for file in folder.iterdir() if file.suffix != ".lock"]
+
+
+def test_is_computed_once_by_two_processes(folder):
+    (one, first), (other, second) = counted(), counted()
+    made, read = one(1.0), other(1.0, second=2.0)
+    assert (first, second) == ([(1.0, 2.0)], [])
+    np.testing.assert_array_equal(made.values, read.values)
+    assert read.about["more"][1] is None
+    assert one(1.0) is made  # in memory
+    assert len(files(folder)) == 1
+
+
+@kept
+def slow(seconds):
+    time.sleep(seconds)
+    return time.time()
+
+
+def test_a_second_process_waits_for_the_first():
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        first, second = pool.map(slow, [0.6, 0.6], chunksize=1)
+    assert first == second
+
+
+def test_other_arguments_are_another_result():
+    one, calls = counted()
+    assert one(1.0).values[0] == 1.0
+    assert one(3.0).values[0] == 3.0
+    assert one(1.0, third=1.0).values[2] == 1.0
+    assert len(calls) == 3
+
+
+@pytest.mark.parametrize("value", [np.zeros(2), [1.0], Size("a", (1.0,), [2]), Size, object()])
+def test_arguments_whose_text_may_not_say_all_are_refused(value):
+    one, calls = counted()
+    with pytest.raises(TypeError, match=r"arguments must be|unhashable"):
+        one(value)
+    assert not calls
+
+
+def test_dataclasses_of_dataclasses_are_arguments():
+    seen = []
+
+    def told(size):
+        seen.append(size.inner.ends)
+        return size.name
+
+    told = kept(told)
+    for ends in ((1.0,), (2.0,), (1.0,)):
+        told(Size("a", (), Size("b", ends, (Kind.A, None))))
+    assert seen == [(1.0,), (2.0,)]
+
+
+@pytest.mark.parametrize("what", ["code", "library"])
+def test_other_code_and_other_libraries_are_another_result(what, monkeypatch):
+    one, first = counted()
+    one(1.0)
+    if what == "code":
+        monkeypatch.setattr(results, "code_digest", lambda module: "other")
+    else:
+        monkeypatch.setattr(results, "version", lambda name: "0.0")
+    other, second = counted()
+    other(1.0)
+    assert len(first) == len(second) == 1
+
+
+@pytest.mark.parametrize("at", [0, 31, 32, 100, -1])
+def test_a_damaged_file_is_computed_again_with_a_word_about_it(folder, at, caplog):
+    one, _ = counted()
+    one(1.0)
+    (file,) = files(folder)
+    content = bytearray(file.read_bytes())
+    content[at] ^= 1
+    file.write_bytes(content if at != 100 else content[:100])
+    other, calls = counted()
+    assert other(1.0).values[1] == 2.0
+    assert len(calls) == 1
+    assert "is damaged and computed anew" in caplog.text
+
+
+def test_without_a_place_to_keep_it_is_computed_each_time(monkeypatch):
+    monkeypatch.setenv(CACHE_VARIABLE, str(Path(__file__)))
+    for _ in range(2):
+        one, calls = counted()
+        assert one(1.0).values[0] == 1.0
+        assert len(calls) == 1
+
+
+def test_what_takes_no_time_is_not_stored(folder, monkeypatch):
+    monkeypatch.setattr(results, "WORTH_KEEPING", 60.0)
+    one, _ = counted()
+    one(1.0)
+    assert not files(folder)
+
+
+def test_the_code_of_a_function_is_that_of_all_it_imports():
+    reached = reach.reached("robot_perception.chapters.monobot.rail")
+    assert {"data_synth.monobot", "robot_perception.kalman"} <= reached
+    assert not any(name.startswith("robot_perception.teaching") for name in reached)
+
+
+def test_comments_and_docstrings_are_no_code(tmp_path, monkeypatch):
+    def digest(text):
+        for function in (reach.code_digest, reach._normalised):
+            function.cache_clear()
+        source = tmp_path / "some.py"
+        source.write_text(text)
+        monkeypatch.setattr(reach, "_file", lambda module: source)
+        return reach._normalised("some")
+
+    plain = digest("def f(a):\n    return a\n")
+    assert digest('"""Words."""\ndef f(a):\n    "More."\n    # why\n    return a\n') == plain
+    assert digest("def f(a):\n    return -a\n") != plain
+    reach._normalised.cache_clear()
+
+
+def test_a_module_of_a_reader_counts_with_what_it_imports():
+    assert "robot_perception.teaching.results" not in reach.reached(__name__)
+    assert reach.reached(__name__) >= {__name__, "robot_perception.datasets.store"}
