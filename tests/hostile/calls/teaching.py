@@ -93,7 +93,7 @@ storage.save(FOLDER / "kept.npz", Kept())
 FIG, AX = figures.figure()
 SHEET = exercises.Sheet({"a": exercises.Exercise(1.0)})
 storage.save(FOLDER / "result.npz", Kept())
-(FOLDER / "result.json").write_text('{"dataset": "mine", "date": "2026-01-01"}')
+(FOLDER / "result.json").write_text('{"dataset": "mine", "date": "2026-01-01", "result": {}}')
 
 RESULTS = {
     claims.Claim,
@@ -144,11 +144,14 @@ CALLS = {
     ledger.sabotaged: lambda: call(SABOTAGE),
     ledger.verdicts: lambda: call(BOOK),
     recordings.Recording: lambda: call("mine", keep, Kept, "result"),
+    recordings.Recording.is_current: lambda: call(RECORDING),
     recordings.Recording.read: lambda: call(RECORDING),
+    recordings.Recording.renew: lambda: call(RECORDING),
     recordings.Recording.stored: lambda: call(RECORDING),
     recordings.Recording.write: lambda: call(RECORDING),
     kept.kept: lambda: call(made, Kept, 2.0, code=[storage]),
     storage.load: lambda: call(FOLDER / "kept.npz", Kept),
+    storage.same: lambda: call(FOLDER / "kept.npz", FOLDER / "result.npz"),
     storage.save: lambda: call(FOLDER / "more.npz", Kept()),
     figures.band: lambda: call(
         AX, np.arange(3.0), np.zeros(3), np.ones(3), figures.MEANING["truth"]
