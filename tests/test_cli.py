@@ -183,6 +183,34 @@ def test_one_stored_result_is_computed_alone(run, monkeypatch):
     ]
 
 
+def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
+    class Recorded:
+        """Stands for a recording; only the first is what its code computes."""
+
+        def __init__(self, store, current=False, same=None):
+            self.store, self.dataset, self.current, self.same = store, "attic", current, same
+
+        def is_current(self):
+            return self.current
+
+        def renew(self):
+            if self.same is None:
+                raise DatasetMissing
+            return self.same
+
+        def write(self):
+            pytest.fail("stored anew")
+
+    found = [Recorded("a", current=True), Recorded("b", same=True), Recorded("c", same=False)]
+    monkeypatch.setattr(chapters, "recordings", lambda stems: [*found, Recorded("d")])
+    assert run("store", "--keys").stdout.splitlines() == [
+        "a: current",
+        "b: the same, keys renewed",
+        "c: NOT the same; `robot-perception store --only c` stores what it is now",
+        "d: kept as it is, attic is not on this computer",
+    ]
+
+
 def test_help_loads_nothing_that_computes():
     program = (
         "import sys; from robot_perception.cli import main\n"

@@ -7,7 +7,15 @@ import nbformat
 import pytest
 
 from robot_perception.teaching import dependencies
-from robot_perception.teaching.dependencies import ROOT, Dependencies, code
+from robot_perception.teaching.dependencies import (
+    IRRELEVANT,
+    PACKAGES,
+    ROOT,
+    Dependencies,
+    Imports,
+    code,
+    code_digest,
+)
 
 HOUSE = {
     "house/__init__.py": "",
@@ -150,3 +158,95 @@ def test_the_monobot_stands_on_no_walls_and_the_scorecard_on_every_chapter():
     assert {"robot_perception.slam.monobot", "data_synth.monobot"} <= monobot & scorecard
     assert not {name for name in monobot if "walls" in name}
     assert {"robot_perception.walls.segments", "data_synth.posts"} <= scorecard
+
+
+COMPUTES = """
+def area(width, height):
+    return width * height
+"""
+SAME = [
+    COMPUTES.replace("\n", "  # of a wall\n"),
+    f'"""Of walls."""{COMPUTES}',
+    COMPUTES.replace("    return", '    """Return it, in m²."""\n    return'),
+    COMPUTES.replace("width * height", "(\n        width\n        * height\n    )"),
+    COMPUTES + '"""Of the scans."""',
+]
+OTHER = [
+    COMPUTES.replace("*", "+"),
+    COMPUTES.replace("width, height", "height, width"),
+    COMPUTES.replace("width * height", "width * height * 1.0"),
+    COMPUTES.replace("return ", ""),
+    COMPUTES.replace("    return", "    width = None\n    return"),
+    COMPUTES + "LEAST = 4",
+    COMPUTES + 'LEAST = "4"',
+    COMPUTES + "LEAST = [[1], 2]",
+    COMPUTES + "LEAST = [[1, 2]]",
+]
+
+
+def digest(root: Path, *modules: str) -> str:
+    found = Imports(("house",), ("house.records",))
+    return found.digest(*(modules or ("house.chapters.walls",)))
+
+
+@pytest.mark.parametrize("text", SAME)
+def test_what_does_nothing_changes_no_digest(house: Path, text: str):
+    write(house / "house/rooms/walls.py", COMPUTES)
+    before = digest(house)
+    write(house / "house/rooms/walls.py", text)
+    assert digest(house) == before
+
+
+def test_what_does_something_else_has_another_digest(house: Path):
+    digests = []
+    for text in (COMPUTES, *OTHER):
+        write(house / "house/rooms/walls.py", text)
+        digests.append(digest(house))
+    assert len(set(digests)) == len(digests)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("house/rooms/walls.py", True),
+        ("house/chapters/walls.py", True),
+        ("house/chapters/slam/study.py", False),
+        ("house/rooms/__init__.py", True),  # "from house.rooms import …" says that it is meant
+        ("house/chapters/__init__.py", False),
+        ("house/__init__.py", False),
+        ("house/records.py", False),
+    ],
+)
+def test_a_digest_is_of_what_a_module_reaches(house: Path, name: str, changes: bool):
+    write(house / "house/rooms/walls.py", "from house import records")
+    write(house / "house/rooms/__init__.py", "from house.rooms import slam")
+    write(
+        house / "house/chapters/walls.py", "from house.rooms import slam, walls\nimport house.rooms"
+    )
+    before = digest(house)
+    write(house / name, (house / name).read_text() + "\nMORE = 1")
+    assert (digest(house) != before) == changes
+
+
+def test_a_digest_of_two_modules_is_of_both_and_an_unknown_one_is_named(house: Path):
+    two = ("house.chapters.walls", "house.chapters.slam.study")
+    assert digest(house, *two) == digest(house, *reversed(two))
+    assert len({digest(house, *two), *(digest(house, name) for name in two)}) == 3
+    with pytest.raises(ValueError, match=r"no module 'house\.attic' in house"):
+        digest(house, "house.attic")
+
+
+def test_a_chapter_is_no_part_of_the_digest_of_another():
+    monobot = Imports().reached(["robot_perception.chapters.monobot.recordings"], results=True)
+    assert {"robot_perception.slam.monobot", "robot_perception.datasets.carmen"} <= monobot
+    assert not {name for name in monobot if "teaching" in name or "chapters.walls" in name}
+    assert "robot_perception.chapters" not in monobot  # or the next chapter would change it
+    assert code_digest("robot_perception.slam.monobot") != code_digest("robot_perception.kalman")
+
+
+def test_no_table_lies_beside_the_code_that_no_digest_would_see():
+    """The registry says where recordings are; whoever reads one names its hash."""
+    folders = (Path(Imports().files[name]).parent for name in PACKAGES)
+    files = (file for folder in folders for file in folder.rglob("*") if file.is_file())
+    tables = {f.name for f in files if f.suffix != ".py" and IRRELEVANT.isdisjoint(f.parts)}
+    assert tables == {"registry.txt", "sets.toml"}

@@ -1,7 +1,10 @@
-"""A chapter reads a recording where it is, else its stored result, and says which."""
+"""A chapter shows the stored result while code and recording are the same, and says which it is."""
 
+import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,7 +12,7 @@ from jaxtyping import Float
 
 from robot_perception import datasets
 from robot_perception.teaching import recordings
-from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.recordings import Read, Recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,50 +28,165 @@ class More:
     doors: int
 
 
+def find(folder):
+    """Do what a chapter does."""
+    return Found(np.array([[0.123456789, 2.0]]), len(list(folder.iterdir())), folder.name)
+
+
+SCANS = b"scan 1 2 3"
+OURS = f"scans.log {hashlib.sha256(SCANS).hexdigest()}\n"
+
+
 @pytest.fixture
 def recording(tmp_path, monkeypatch):
-    monkeypatch.setattr(recordings, "records", lambda: tmp_path)
-    monkeypatch.setattr(datasets, "path", lambda name: tmp_path / name)
-    monkeypatch.setattr(datasets, "find", lambda name: None)
-    return Recording(
-        "carmen_fr079",
-        lambda folder: Found(np.array([[0.123456789, 2.0]]), 2, folder.name),
-        Found,
-        "test-store",
+    """A recording of one file; it is known, but not on this computer."""
+    (tmp_path / "data").mkdir()
+    (tmp_path / "registry.txt").write_text(f"attic/{OURS}")
+    (tmp_path / "sets.toml").write_text(
+        '[attic]\ntitle = "t"\nlicence = "l"\norigin = "o"\nbytes = 10\n'
     )
+    monkeypatch.setenv("ROBOT_PERCEPTION_DATA", str(tmp_path))
+    monkeypatch.setenv("ROBOT_PERCEPTION_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(recordings, "records", lambda: tmp_path / "data")
+    monkeypatch.setattr(recordings, "code_digest", lambda *modules: f"of {sorted(modules)}")
+    return Recording("attic", find, Found, "test-store")
 
 
-def test_present_recording_is_computed(recording, tmp_path, monkeypatch):
-    monkeypatch.setattr(datasets, "find", lambda name: tmp_path / name)
-    read = recording.read()
+@pytest.fixture
+def recorded(recording, tmp_path):
+    """The same with the file there, and a result stored by another day."""
+    (tmp_path / "attic").mkdir()
+    (tmp_path / "attic/scans.log").write_bytes(SCANS)
+    summary = recording.write().with_suffix(".json")
+    text = summary.read_text()
+    summary.write_text(text.replace(json.loads(text)["date"], "2025-06-01"))
+    return recording
+
+
+def test_a_recording_without_a_stored_result_is_computed(recorded, tmp_path):
+    read = Recording("attic", find, Found, "nobodys").read()
     assert read.live
-    assert read.result.folder == "carmen_fr079"
+    assert read.result.folder == "attic"
     assert "Computed" in read.note
 
 
-def test_absent_recording_shows_the_stored_result_and_says_how_to_get_it(recording):
-    summary = json.loads(recording.write().with_suffix(".json").read_text())
-    assert summary["dataset"] == "carmen_fr079"
-    assert summary["result"]["count"] == "2"
-    read = recording.read()
+def test_the_stored_result_is_shown_while_code_and_recording_are_the_same(recorded):
+    other = Recording("attic", partial(fail), Found, "test-store")
+    assert recorded.is_current()
+    assert other.is_current()  # by the digest that stands for all code here
+    read = other.read()
     assert not read.live
-    assert "datasets info carmen_fr079" in read.note
+    assert (read.result.folder, read.result.count) == ("attic", 1)
+    assert (
+        "Stored result of 2025-06-01, computed from the recording `attic` by this code" in read.note
+    )
+
+
+def fail(folder):
+    raise AssertionError("computed, although it is stored")
+
+
+def changed_code(root, monkeypatch):
+    monkeypatch.setattr(recordings, "code_digest", lambda *modules: "of other code")
+
+
+def changed_file(root, monkeypatch):
+    (root / "attic/scans.log").write_bytes(SCANS + b" 4")
+
+
+def changed_registry(root, monkeypatch):
+    (root / "attic/scans.log").write_bytes(b"other")
+    ours = (root / "registry.txt").read_text()
+    theirs = hashlib.sha256(b"other").hexdigest()
+    (root / "registry.txt").write_text(ours.replace(hashlib.sha256(SCANS).hexdigest(), theirs))
+
+
+def no_keys(root, monkeypatch):
+    summary = root / "data/test-store.json"
+    stored = json.loads(summary.read_text())
+    summary.write_text(json.dumps({k: v for k, v in stored.items() if k not in ("code", "data")}))
+
+
+def code_of_a_notebook(root, monkeypatch):
+    def unknown(*modules):
+        raise ValueError("no module '__main__'")
+
+    monkeypatch.setattr(recordings, "code_digest", unknown)
+
+
+CHANGES = [changed_code, changed_file, changed_registry, no_keys, code_of_a_notebook]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_it_is_computed_anew_after(
+    change: Callable[..., None], recorded: Recording, tmp_path, monkeypatch: pytest.MonkeyPatch
+):
+    change(tmp_path, monkeypatch)
+    assert not recorded.is_current()
+    read = recorded.read()
+    assert read.live
+    assert "Computed on this machine" in read.note
+    if change is not changed_file and change is not code_of_a_notebook:
+        recorded.write()
+        assert recorded.is_current()
+
+
+def test_the_code_is_that_of_function_and_result(recorded, monkeypatch):
+    asked = []
+    monkeypatch.setattr(recordings, "code_digest", lambda *modules: asked.append(modules) or "x")
+    Recording("attic", partial(partial(find), folder=1), Read, "test-store").is_current()
+    assert set(asked[0]) == {__name__, "robot_perception.teaching.recordings"}
+
+
+def test_keys_are_renewed_only_if_the_result_is_the_same(recorded, tmp_path, monkeypatch):
+    before = (tmp_path / "data/test-store.npz").read_bytes()
+    changed_code(tmp_path, monkeypatch)
+    nearly = find(tmp_path / "attic")
+    nearly.walls[0, 0] += 1e-12
+    assert Recording("attic", lambda folder: nearly, Found, "test-store").renew()
+    assert recorded.is_current()
+    assert (tmp_path / "data/test-store.npz").read_bytes() == before
+    assert "2025-06-01" in recorded.read().note
+    summary = (tmp_path / "data/test-store.json").read_text()
+    changed_file(tmp_path, monkeypatch)
+    for other in (
+        Found(nearly.walls + 1e-6, 1, "attic"),
+        Found(nearly.walls, 2, "attic"),
+        Found(nearly.walls, 1, "cellar"),
+        Found(np.vstack([nearly.walls] * 2), 1, "attic"),
+        More(nearly.walls, 1),
+    ):
+        assert not Recording("attic", lambda _, other=other: other, Found, "test-store").renew()
+    assert (tmp_path / "data/test-store.json").read_text() == summary
+    assert not Recording("attic", find, Found, "nobodys").renew()
+
+
+def test_absent_recording_shows_the_stored_result_and_says_how_to_get_it(recorded, tmp_path):
+    (tmp_path / "attic/scans.log").unlink()
+    read = recorded.read()
+    assert not read.live
+    assert "The recording `attic` is not on this machine" in read.note
+    assert "stored result of 2025-06-01" in read.note
+    assert "datasets info attic" in read.note
     assert isinstance(read.result, Found)
     np.testing.assert_array_equal(read.result.walls, [[0.123456789, 2.0]])
-    assert read.result.count == 2
+    summary = json.loads((tmp_path / "data/test-store.json").read_text())
+    assert summary["dataset"] == "attic"
+    assert summary["result"]["count"] == "1"
+    with pytest.raises(datasets.DatasetMissing):
+        recorded.renew()
 
 
-def test_non_finite_results_are_not_stored(recording, tmp_path):
+def test_non_finite_results_are_not_stored(recorded, tmp_path):
     broken = Recording(
-        "carmen_fr079", lambda folder: Found(np.array([[np.nan, 0]]), 1, ""), Found, "broken"
+        "attic", lambda folder: Found(np.array([[np.nan, 0]]), 1, ""), Found, "broken"
     )
     with pytest.raises(ValueError, match="walls must be finite, got 1 of 2"):
         broken.write()
-    assert not (tmp_path / "broken.npz").exists()
+    assert not (tmp_path / "data/broken.npz").exists()
 
 
-def test_a_stored_result_of_another_type_names_the_command_that_mends_it(recording):
-    recording.write()
-    other = Recording("carmen_fr079", recording.compute, More, "test-store")
+def test_a_stored_result_of_another_type_names_the_command_that_mends_it(recorded):
+    other = Recording("attic", find, More, "test-store")
     with pytest.raises(ValueError, match=r"no More \(doors is missing\).*store --only test-store"):
         other.stored()

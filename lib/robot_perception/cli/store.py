@@ -8,15 +8,21 @@ from robot_perception.cli.workers import with_workers, working
 @click.command()
 @click.option("--chapter", "stems", multiple=True, help="Only this chapter; may be repeated.")
 @click.option("--only", "names", multiple=True, help="Only this stored result; may be repeated.")
+@click.option("--keys", is_flag=True, help="Only renew the keys of results that are the stored.")
 @with_workers
 def store(
     stems: tuple[str, ...],
     names: tuple[str, ...],
+    keys: bool,
     workers: int | None,
     dask: str | None,
     ray: str | None,
 ) -> None:
-    """Recompute the stored results of the real recordings and write them beside the ledger."""
+    """Recompute the stored results of the real recordings and write them beside the ledger.
+
+    After a change of code that should change no result, --keys leaves what is stored as it is and
+    says which results have changed after all.
+    """
     from tqdm import tqdm
 
     from robot_perception import chapters
@@ -30,7 +36,7 @@ def store(
         with working(workers, dask, ray):
             for recording in tqdm(found, desc="recordings", unit="recording", disable=None):
                 if not names or recording.store in names:
-                    click.echo(_store(recording))
+                    click.echo(_renew(recording) if keys else _store(recording))
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
 
@@ -46,3 +52,19 @@ def _store(recording) -> str:
     return (
         f"{recording.store}: computed from {recording.dataset}, {file.stat().st_size / 1e3:.0f} kB"
     )
+
+
+def _renew(recording) -> str:
+    """Renew the keys of a stored result that is what the code computes; return what was done."""
+    from robot_perception.datasets import DatasetMissing
+
+    if recording.is_current():
+        return f"{recording.store}: current"
+    try:
+        same = recording.renew()
+    except DatasetMissing:
+        return f"{recording.store}: kept as it is, {recording.dataset} is not on this computer"
+    if same:
+        return f"{recording.store}: the same, keys renewed"
+    again = f"`robot-perception store --only {recording.store}` stores what it is now"
+    return f"{recording.store}: NOT the same; {again}"

@@ -1,20 +1,22 @@
-"""What the results on a page of the book depend on besides its own cells.
+"""What results depend on: those on a page of the book, and those of a single module.
 
 A page reaches the modules that its cells import, and what those import. It reads the recorded
 results, tables of the package and data sets whose names stand as strings in those modules or in its
 cells. What no module names could be anybody's, and counts for every page.
+
+What a module computes depends on less: on what it and the modules that it reaches do, not on their
+comments, nor on how a page shows it.
 """
 
 import ast
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 import grimp
-import nbformat
-from myst_nb.core.read import is_myst_markdown_notebook, read_myst_markdown_notebook
 
 from robot_perception.datasets import find, registry
 
@@ -25,6 +27,140 @@ BY_NAME = frozenset({"importlib", "pkgutil"})
 """Who imports one of these may import each of its submodules by name."""
 
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
+_END = object()
+SHOWING = ("robot_perception.teaching",)
+"""Packages that show, judge and store what others compute: no result depends on them."""
+
+
+class Imports:
+    """The import graph of packages.
+
+    Parameters
+    ----------
+    packages
+        Their names.
+    showing
+        Packages among them where the way of a result ends.
+    """
+
+    def __init__(
+        self, packages: tuple[str, ...] = PACKAGES, showing: tuple[str, ...] = SHOWING
+    ) -> None:
+        self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=None)
+        self._showing = showing
+        self._meanings: dict[str, str] = {}
+        self.files = {
+            name: _file(name) for name in self._graph.modules if name.split(".")[0] in packages
+        }
+
+    def reached(self, modules: Iterable[str], *, results: bool = False) -> set[str]:
+        """Return the modules that run when some are imported: these, and what they import.
+
+        Parameters
+        ----------
+        modules
+            Their names.
+        results
+            Leave out what no result depends on: what shows results, and packages that were not
+            themselves imported but stand above a module that was.
+        """
+        todo = {(name, True) for name in modules}
+        seen: set[tuple[str, bool]] = set()
+        while todo:
+            if results:
+                todo = {(name, meant) for name, meant in todo if meant and not self._shows(name)}
+            seen |= todo
+            found = {step for name, meant in todo for step in self._next(name, meant)}
+            todo = found - seen
+        return {name for name, _ in seen}
+
+    def digest(self, *modules: str) -> str:
+        """Hash what the results of some modules depend on: `code_digest` of these packages.
+
+        Raises
+        ------
+        ValueError
+            If there is no such module.
+        """
+        for name in modules:
+            if name not in self.files:
+                tops = sorted({known.partition(".")[0] for known in self.files})
+                raise ValueError(f"no module {name!r} in {', '.join(tops)}")
+        digest = hashlib.sha256()
+        for name in sorted(self.reached(modules, results=True)):
+            if name not in self._meanings:
+                self._meanings[name] = _meaning(self.files[name].read_bytes())
+            digest.update(f"{name} {self._meanings[name]}\n".encode())
+        return digest.hexdigest()[:16]
+
+    def _shows(self, name: str) -> bool:
+        return any(f"{name}.".startswith(f"{package}.") for package in self._showing)
+
+    def _next(self, name: str, meant: bool) -> Iterator[tuple[str, bool]]:
+        """Yield what a module imports, whether it was meant or only stands above another one."""
+        imported = self._graph.find_modules_directly_imported_by(name)
+        yield from ((other, True) for other in imported & self.files.keys())
+        if meant and imported & BY_NAME:
+            yield from ((other, True) for other in self._graph.find_descendants(name))
+        if "." in name:
+            yield name.rpartition(".")[0], False
+
+
+def code_digest(*modules: str) -> str:
+    """Hash the code on which the results of some modules depend.
+
+    That is what these modules and all those that they reach do: a comment, a docstring or a line
+    that is broken elsewhere changes nothing, nor does `robot_perception.teaching`. Where a module
+    lies, and which Python reads it, makes no difference.
+
+    Parameters
+    ----------
+    modules
+        Full names.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    """
+    return _imports().digest(*modules)
+
+
+@cache
+def _imports() -> Imports:
+    return Imports()
+
+
+def _meaning(source: bytes) -> str:
+    """Hash the syntax tree of a module without what does nothing: texts that are statements."""
+    said: list[str] = []
+    todo: list[object] = [ast.parse(source)]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.AST):  # `ast.dump` differs between versions of Python
+            said.append(f"{type(node).__name__}(")
+            todo.append(_END)
+            for name, value in ast.iter_fields(node):
+                if value is not None and value != []:
+                    todo += [value, name]
+        elif isinstance(node, list):
+            todo += reversed([part for part in node if not _is_text(part)])
+        else:
+            said.append(")" if node is _END else repr(node))
+    return hashlib.sha256(" ".join(said).encode()).hexdigest()
+
+
+def _is_text(node: object) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 class Dependencies:
@@ -40,12 +176,10 @@ class Dependencies:
 
     def __init__(self, root: Path, packages: tuple[str, ...] = PACKAGES) -> None:
         self._root = root
-        self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=None)
-        self._files = {
-            name: _file(name) for name in self._graph.modules if name.split(".")[0] in packages
-        }
+        self._imports = Imports(packages)
         self._names = {
-            name: _strings(ast.parse(file.read_bytes())) for name, file in self._files.items()
+            name: _strings(ast.parse(file.read_bytes()))
+            for name, file in self._imports.files.items()
         }
         self._named = frozenset().union(*self._names.values())
         folders = (root / "book" / "_data", *(_file(name).parent for name in packages))
@@ -65,7 +199,7 @@ class Dependencies:
         named = _strings(*cells).union(*(self._names[name] for name in modules))
         digest = hashlib.sha256((self._root / "constraints.txt").read_bytes())
         for name in sorted(modules):
-            digest.update(name.encode() + self._files[name].read_bytes())
+            digest.update(name.encode() + self._imports.files[name].read_bytes())
         for file in self.data(named):
             ledger = file.name == LEDGER
             digest.update(file.name.encode())
@@ -77,30 +211,16 @@ class Dependencies:
 
     def modules(self, cells: Iterable[ast.Module]) -> set[str]:
         """Return the modules that run when cells do: those they import, and what those import."""
-        todo = {(name, True) for name in self._imported(cells)}
-        seen: set[tuple[str, bool]] = set()
-        while todo:
-            seen |= todo
-            found = {step for name, meant in todo for step in self._next(name, meant)}
-            todo = found - seen
-        return {name for name, _ in seen}
-
-    def _next(self, name: str, meant: bool) -> Iterable[tuple[str, bool]]:
-        """Yield what a module imports, whether it was meant or only stands above another one."""
-        imported = self._graph.find_modules_directly_imported_by(name)
-        yield from ((other, True) for other in imported & self._files.keys())
-        if meant and imported & BY_NAME:
-            yield from ((other, True) for other in self._graph.find_descendants(name))
-        if "." in name:
-            yield name.rpartition(".")[0], False
+        return self._imports.reached(self._imported(cells))
 
     def _imported(self, cells: Iterable[ast.Module]) -> Iterable[str]:
+        files = self._imports.files
         for node in (node for cell in cells for node in ast.walk(cell)):
             if isinstance(node, ast.Import):
-                yield from (alias.name for alias in node.names if alias.name in self._files)
-            elif isinstance(node, ast.ImportFrom) and node.module in self._files:
+                yield from (alias.name for alias in node.names if alias.name in files)
+            elif isinstance(node, ast.ImportFrom) and node.module in files:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
-                yield from (name if name in self._files else node.module for name in names)
+                yield from (name if name in files else node.module for name in names)
 
     def data(self, named: frozenset[str]) -> list[Path]:
         """Return the files that are named, and those that no module names."""
@@ -113,6 +233,9 @@ class Dependencies:
 
 def code(page: Path) -> list[ast.Module]:
     """Return the code cells of a notebook, stored as such or as Markdown."""
+    import nbformat  # half a second, which who only asks for a digest need not wait
+    from myst_nb.core.read import is_myst_markdown_notebook, read_myst_markdown_notebook
+
     text = page.read_text("utf-8")
     if page.suffix == ".ipynb":
         notebook = nbformat.reads(text, as_version=4)

@@ -1,21 +1,28 @@
-"""Real recordings in a chapter: computed where the recording is, drawn from storage where not.
+"""Real recordings in a chapter: read from storage unless their code or the recording has changed.
 
 A result is a frozen dataclass of arrays, numbers, texts, and mappings or nested dataclasses of
 them. It is stored in full precision as ``.npz`` beside a summary in JSON, which a diff can be read
-of; reading it makes the same type again.
+of; reading it makes the same type again. The summary has two keys, of the code that computed the
+result and of the recording that it was computed from; where both fit, computing it again would give
+what is stored.
 """
 
+import hashlib
+import inspect
 import json
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
+from functools import partial
 from pathlib import Path
-from typing import Generic, TypeVar
+from tempfile import TemporaryDirectory
+from typing import Any, Generic, TypeVar
 
 from robot_perception import datasets
 from robot_perception.checks import dataclass_type, instance, shown
 from robot_perception.teaching import storage
+from robot_perception.teaching.dependencies import code_digest
 from robot_perception.teaching.records import records
 
 Result = TypeVar("Result")
@@ -69,12 +76,28 @@ class Recording(Generic[Result]):
         dataclass_type("result", self.result)
 
     def read(self) -> Read[Result]:
-        """Compute the result where the recording is present, else return the stored one."""
+        """Return the stored result if it is what this recording and this code give.
+
+        Otherwise compute it; without the recording the stored result is all there is.
+        """
         folder = datasets.find(self.dataset)
-        if folder is not None:
-            note = f"Computed on this machine from the recording `{self.dataset}`."
-            return Read(self.compute(folder), True, note)
-        return self.stored()
+        if folder is None:
+            return self.stored()
+        if self.is_current():
+            note = (
+                f"Stored result of {self._summary()['date']}, computed from the recording "
+                f"`{self.dataset}` by this code; both are on this machine, unchanged."
+            )
+            return Read(self._load(), False, note)
+        note = f"Computed on this machine from the recording `{self.dataset}`."
+        return Read(self.compute(folder), True, note)
+
+    def is_current(self) -> bool:
+        """Tell whether the stored result comes from this code and the recording that is here."""
+        if not self._file().exists():
+            return False
+        keys, stored = self._keys(), self._summary()
+        return None not in keys.values() and all(stored.get(k) == keys[k] for k in keys)
 
     def stored(self) -> Read[Result]:
         """Return the stored result.
@@ -84,20 +107,12 @@ class Recording(Generic[Result]):
         ValueError
             If what is stored is not a result of this type.
         """
-        file = self._file()
-        summary = json.loads(file.with_suffix(".json").read_text(encoding="utf-8"))
         note = (
             f"The recording `{self.dataset}` is not on this machine: what follows is the stored "
-            f"result of {summary['date']}. `robot-perception datasets info {self.dataset}` says "
-            "how to get the recording."
+            f"result of {self._summary()['date']}. `robot-perception datasets info {self.dataset}` "
+            "says how to get the recording."
         )
-        try:
-            return Read(storage.load(file, self.result), False, note)
-        except (ValueError, KeyError, zipfile.BadZipFile) as error:
-            raise ValueError(
-                f"{file.name} holds no {self.result.__name__} ({error}); store it anew with "
-                f"`robot-perception store --only {self.store}`"
-            ) from error
+        return Read(self._load(), False, note)
 
     def write(self) -> Path:
         """Compute the result and store it; return the file.
@@ -110,17 +125,82 @@ class Recording(Generic[Result]):
             If a number is not finite.
         """
         result = self.compute(datasets.path(self.dataset))
-        summary = {"dataset": self.dataset, "date": date.today().isoformat()}
         file = self._file()
-        summary["result"] = storage.save(file, result)
+        self._describe(date.today().isoformat(), storage.save(file, result))
+        return file
+
+    def renew(self) -> bool:
+        """Compute the result and, if it is the stored one, store the keys of this code only.
+
+        Returns
+        -------
+        bool
+            Whether it is, each number to 1e-9. If not, nothing is changed.
+
+        Raises
+        ------
+        robot_perception.datasets.DatasetMissing
+            If the recording is not on this machine.
+        ValueError
+            If a number is not finite.
+        """
+        file, result = self._file(), self.compute(datasets.path(self.dataset))
+        with TemporaryDirectory() as folder:
+            again = Path(folder) / file.name
+            storage.save(again, result)
+            same = file.exists() and storage.same(again, file)
+        if same:
+            stored = self._summary()
+            self._describe(stored["date"], stored["result"])
+        return same
+
+    def _keys(self) -> dict[str, str | None]:
+        """Return the digests of code and recording; None of what is not the book's own."""
+        return {"code": self._code(), "data": self._data()}
+
+    def _code(self) -> str | None:
+        function: Any = self.compute
+        while isinstance(function, partial):
+            function = function.func
+        modules = {inspect.unwrap(function).__module__, self.result.__module__}
+        try:
+            return code_digest(*modules)
+        except ValueError:  # the reader's own, in a notebook
+            return None
+
+    def _data(self) -> str | None:
+        """Return a digest of the registered hashes, if the files have them."""
+        if self.dataset not in datasets.registry():
+            return None
+        files = datasets.status(self.dataset)
+        if any(item.state != "present" for item in files):
+            return None
+        named = "\n".join(f"{item.file.name} {item.file.sha256}" for item in files)
+        return hashlib.sha256(named.encode()).hexdigest()[:16]
+
+    def _describe(self, day: str, parts: dict[str, str]) -> None:
+        """Write the summary: what the result is, and what it was computed by and from."""
+        keys = {name: key for name, key in self._keys().items() if key is not None}
+        head = json.dumps({"dataset": self.dataset, "date": day, **keys})[1:-1]
         lines = ",\n".join(
             f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}"
-            for name, value in summary.pop("result").items()
+            for name, value in parts.items()
         )
-        head = json.dumps(summary)[1:-1]
         text = f'{{{head},\n "result": {{\n{lines}\n}}}}\n'
-        file.with_suffix(".json").write_text(text, encoding="utf-8")
-        return file
+        self._file().with_suffix(".json").write_text(text, encoding="utf-8")
+
+    def _summary(self) -> dict[str, Any]:
+        return json.loads(self._file().with_suffix(".json").read_text(encoding="utf-8"))
+
+    def _load(self) -> Result:
+        file = self._file()
+        try:
+            return storage.load(file, self.result)
+        except (ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"{file.name} holds no {self.result.__name__} ({error}); store it anew with "
+                f"`robot-perception store --only {self.store}`"
+            ) from error
 
     def _file(self) -> Path:
         return records() / f"{self.store}.npz"

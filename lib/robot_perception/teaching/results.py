@@ -27,7 +27,7 @@ from filelock import FileLock
 
 from robot_perception.checks import shown
 from robot_perception.datasets.store import cache_directory
-from robot_perception.teaching.reach import code_digest
+from robot_perception.teaching.dependencies import PACKAGES, code_digest
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -43,6 +43,8 @@ log = logging.getLogger(__name__)
 
 def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
     """Let a function be computed once for the same arguments and the same code.
+
+    One of the library's is kept on this computer as well, one of a reader's own in memory alone.
 
     It must always return the same for the same arguments: numbers, texts, and tuples and
     dataclasses of them. What it returns is shared, and not to be written to.
@@ -86,12 +88,14 @@ def keep(
         Computes it.
     """
     own: Any = inspect.unwrap(code)  # what checks shapes stands in another file
+    if own.__module__.partition(".")[0] not in PACKAGES:
+        return call()  # what a reader's own function depends on is not known
     digest = hashlib.sha256(code_digest(own.__module__).encode())
     for library in LIBRARIES:
         digest.update(f"{library} {version(library)}\n".encode())
     digest.update(f"{own.__qualname__} {arguments!r}".encode())
     folder = cache_directory() / "computed"
-    file = folder / f"{own.__qualname__}-{digest.hexdigest()[:20]}"
+    file = folder / f"{own.__name__}-{digest.hexdigest()[:20]}"
     found = _read(file)
     if found is not None:
         return found[0]

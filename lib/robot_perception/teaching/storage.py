@@ -62,16 +62,43 @@ def load(path: Path | str, kind: type[Result]) -> Result:
     """
     path = Path(instance("path", path, str, os.PathLike))
     dataclass_type("kind", kind)
-    try:
-        with zipfile.ZipFile(path) as archive:
-            content = {name: archive.read(name) for name in archive.namelist()}
-    except zipfile.BadZipFile as error:
-        raise ValueError(f"path {path} holds no result: {error}") from error
-    parts = {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
+    parts = _parts("path", path)
     result = _built(kind, parts, "")
     if parts:
         raise ValueError(f"{path.name} has parts that no field takes: {', '.join(sorted(parts))}")
     return result
+
+
+def same(one: Path | str, other: Path | str) -> bool:
+    """Tell whether two files hold the same, numbers to 1e-9 of the largest of their part.
+
+    Raises
+    ------
+    ValueError
+        If one holds no result.
+    OSError
+        If one cannot be read.
+    """
+    ours, theirs = _parts("one", one), _parts("other", other)
+    return ours.keys() == theirs.keys() and all(_alike(ours[k], theirs[k]) for k in ours)
+
+
+def _alike(ours: np.ndarray, theirs: np.ndarray) -> bool:
+    if ours.shape != theirs.shape or ours.dtype != theirs.dtype:
+        return False
+    if ours.dtype.kind != "f":
+        return np.array_equal(ours, theirs)
+    return bool((np.abs(ours - theirs) <= 1e-9 * np.abs(theirs).max(initial=0.0)).all())
+
+
+def _parts(name: str, path: Path | str) -> dict[str, np.ndarray]:
+    path = Path(instance(name, path, str, os.PathLike))
+    try:
+        with zipfile.ZipFile(path) as archive:
+            content = {name: archive.read(name) for name in archive.namelist()}
+    except zipfile.BadZipFile as error:
+        raise ValueError(f"{name} {path} holds no result: {error}") from error
+    return {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
 
 
 def _flat(value: Any, name: str, webp: int | None = None) -> Iterator[tuple[str, tuple]]:
