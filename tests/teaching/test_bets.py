@@ -5,7 +5,6 @@ import re
 import pytest
 
 from robot_perception.teaching.bets import MOST_ANSWERS, bet
-from tests.unchecked import unchecked
 
 QUESTION = "A post is <seen> twice. How much of $P_0$ is left?"
 REPLIES = {
@@ -75,19 +74,18 @@ def test_the_style_shows_as_many_replies_as_there_may_be_answers():
 
 
 @pytest.mark.parametrize(
-    ("question", "replies", "right", "error", "match"),
+    ("question", "replies", "right", "match"),
     [
-        ("", REPLIES, RIGHT, ValueError, "question must not be empty"),
-        (QUESTION, {"a": " ", "b": "No."}, "a", ValueError, r"replies\['a'\] must not be empty"),
-        (QUESTION, {" ": "No.", "b": "No."}, "b", ValueError, "an answer in replies"),
-        (QUESTION, {"a": "Yes."}, "a", ValueError, "2 to 6 answers, got 1"),
-        (QUESTION, dict.fromkeys("abcdefg", "No."), "a", ValueError, "2 to 6 answers, got 7"),
-        (QUESTION, REPLIES, "half", ValueError, "right must be one of 'all of it'"),
-        (QUESTION, ["a", "b"], "a", TypeError, "replies must be a Mapping"),
+        ("", REPLIES, RIGHT, "question must not be empty"),
+        (QUESTION, {"a": " ", "b": "No."}, "a", r"replies\['a'\] must not be empty"),
+        (QUESTION, {" ": "No.", "b": "No."}, "b", "an answer in replies"),
+        (QUESTION, {"a": "Yes."}, "a", "2 to 6 answers, got 1"),
+        (QUESTION, dict.fromkeys("abcdefg", "No."), "a", "2 to 6 answers, got 7"),
+        (QUESTION, REPLIES, "half", "right must be one of 'all of it'"),
     ],
 )
-def test_what_is_no_bet_is_refused(question, replies, right, error, match):
-    with unchecked(), pytest.raises(error, match=match):
+def test_what_is_no_bet_is_refused(question, replies, right, match):
+    with pytest.raises(ValueError, match=match):
         bet(question, replies, right)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from hashlib import sha256
 from string import ascii_uppercase
 
-from robot_perception.checks import entries, instance, one_of
+from robot_perception.checks import one_of
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.media import Shown, with_mathematics
 from robot_perception.teaching.outputs import output
@@ -51,7 +51,7 @@ def bet(question: str, replies: Mapping[str, str], right: str) -> Shown:
       B is right. So is the other.
     """
     _worded("question", question)
-    for answer, reply in entries("replies", replies, str).items():
+    for answer, reply in replies.items():
         _worded("an answer in replies", answer)
         _worded(f"replies[{answer!r}]", reply)
     if not 2 <= len(replies) <= MOST_ANSWERS:
@@ -61,7 +61,7 @@ def bet(question: str, replies: Mapping[str, str], right: str) -> Shown:
 
 
 def _worded(name: str, text: str) -> None:
-    if not instance(name, text, str).strip():
+    if not text.strip():
         raise ValueError(f"{name} must not be empty")
 
 

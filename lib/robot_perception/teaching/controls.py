@@ -2,18 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
 from robot_perception.checks import (
     array,
-    flag,
-    instance,
-    instances,
-    iterable,
-    number,
-    one_of,
     positive,
     whole,
 )
@@ -50,11 +44,8 @@ class Control:
 
     def __post_init__(self) -> None:
         """Refuse a control that cannot work."""
-        one_of("kind", self.kind, get_args(Kind))
-        if not instance("label", self.label, str).strip():
+        if not self.label.strip():
             raise ValueError("label must not be empty: a control needs a label")
-        instance("values", self.values, tuple)
-        instances("shown", instance("shown", self.shown, tuple), str)
         if len(self.shown) != len(self.values):
             raise ValueError(
                 f"shown must name each of {len(self.values)} values, got {len(self.shown)}"
@@ -151,7 +142,7 @@ def timeline(
     ValueError
         As for `slider`, or if `fps` is not positive.
     """
-    if not number("fps", fps) > 0:
+    if not fps > 0:
         raise ValueError(f"fps of {label!r} must be positive, got {fps}")
     return _ordered("timeline", label, values, default, unit, form, float(fps))
 
@@ -177,8 +168,7 @@ def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any)
     ValueError
         If there are fewer than two options, two look alike, or the default is none of them.
     """
-    instance("label", label, str)
-    options = options if isinstance(options, Mapping) else tuple(iterable("options", options))
+    options = options if isinstance(options, Mapping) else tuple(options)
     table = options if isinstance(options, Mapping) else {str(option): option for option in options}
     if len(table) < len(options):
         raise ValueError(f"options of {label!r} look alike: {', '.join(map(str, options))}")
@@ -201,7 +191,6 @@ def toggle(label: str, default: bool = False) -> Control:
     -------
     Control
     """
-    flag("default", default)
     return _with_default("toggle", label, (False, True), ("off", "on"), default)
 
 
@@ -214,13 +203,11 @@ def _ordered(
     form: str,
     fps: float | None = None,
 ) -> Control:
-    instance("label", label, str)
-    instance("unit", unit, str)
     try:
-        format(1.0, instance("form", form, str))
+        format(1.0, form)
     except ValueError:
         raise ValueError(f"form must be a format of numbers, got {form!r}") from None
-    listed = np.asarray([*iterable("values", values)])
+    listed = np.asarray([*values])
     array("values", listed, ("n",))
     listed = listed.tolist()
     numbers = tuple(n if isinstance(n, int) else float(f"{n:.12g}") for n in listed)

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from robot_perception.checks import entries, instance, instances, not_negative, shown
+from robot_perception.checks import shown
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.outputs import output
 
@@ -38,11 +38,9 @@ class Exercise:
         answer = self.answer if isinstance(self.answer, float | np.ndarray) else 0.0
         if np.asarray(answer).dtype.kind in "fc" and np.isnan(answer).any():
             raise ValueError(f"answer must not be NaN, got {shown(self.answer)}")
-        for pair in instances("mistakes", self.mistakes, tuple):
+        for pair in self.mistakes:
             if len(pair) != 2 or not isinstance(pair[1], str):
                 raise ValueError(f"mistakes must be pairs of an answer and a hint, got {pair!r}")
-        instance("hint", self.hint, str)
-        not_negative("rtol", self.rtol)
 
     def judge(self, answer: object) -> tuple[str, str]:
         """Return the outcome (``"right"``, ``"wrong"``, ``"not yet"``) and what to say."""
@@ -79,7 +77,7 @@ class Sheet(Mapping[str, Exercise]):
     """The exercises of one chapter by identifier, such as ``"monobot-1"``."""
 
     def __init__(self, exercises: Mapping[str, Exercise]) -> None:
-        self._exercises = dict(entries("exercises", exercises, Exercise))
+        self._exercises = dict(exercises)
 
     def __getitem__(self, key: str) -> Exercise:
         return self._exercises[key]
@@ -98,7 +96,7 @@ class Sheet(Mapping[str, Exercise]):
         ValueError
             If the chapter has no exercise of that name.
         """
-        if instance("key", key, str) not in self._exercises:
+        if key not in self._exercises:
             raise ValueError(f"key: no exercise {key!r}; this chapter has {', '.join(self)}")
         outcome, words = self._exercises[key].judge(answer)
         style = outcome.replace(" ", "-")

@@ -20,7 +20,7 @@ import anywidget
 import traitlets
 from IPython.display import display
 
-from robot_perception.checks import entries, flag, instance, shown, whole
+from robot_perception.checks import shown
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import (
     check_alt,
@@ -143,9 +143,6 @@ class Explorer(anywidget.AnyWidget):
             check_alt(alt)
         check_caption(caption)
         check_name(name, caption)
-        entries("presets", presets, Mapping)
-        flag("pixelated", pixelated)
-        flag("lossless", lossless)
         super().__init__()
         self._pixelated = pixelated
         self._lossless = lossless
@@ -195,7 +192,6 @@ class Explorer(anywidget.AnyWidget):
         -------
         Frame
         """
-        whole("effort", effort, 0, 6)
         return self._rendered(*self._drawn(parameters), effort=effort)
 
     def _drawn(self, parameters: Mapping[str, Any]) -> tuple[object, str]:
@@ -384,7 +380,6 @@ def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
     list of Explorer
         Each once, in order of appearance.
     """
-    instance("namespace", namespace, Mapping)
     displayed = namespace.get("Out", {})
     values = [*namespace.values(), *(displayed.values() if isinstance(displayed, dict) else ())]
     return list({id(value): value for value in values if isinstance(value, Explorer)}.values())
@@ -393,7 +388,7 @@ def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
 def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
     if not callable(draw):
         raise TypeError(f"draw must be a function, got {shown(draw)}")
-    if not instance("controls", controls, Mapping):
+    if not controls:
         raise ValueError("controls must not be empty: an explorer needs a control")
     for name, control in controls.items():
         if not isinstance(control, Control):

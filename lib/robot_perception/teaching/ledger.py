@@ -7,10 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import date
 from pathlib import Path
-from types import NoneType
 from typing import Any
 
-from robot_perception.checks import array, instance, instances, not_negative
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.tables import Table
@@ -109,7 +107,7 @@ class Entry:
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> "Entry":
         """Return the entry of :meth:`to_plain`."""
-        row = dict(instance("plain", plain, Mapping))
+        row = dict(plain)
         missing = [name for name in cls.__slots__[:-3] if name not in row]
         if missing:
             raise ValueError(f"plain is no entry: it lacks {', '.join(missing)}")
@@ -140,9 +138,6 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
     quick
         What the quick size gave, whose numbers the tests compare.
     """
-    instance("claim", claim, Claim)
-    instance("finding", finding, Finding)
-    instance("quick", quick, Finding, NoneType)
     return Entry(
         id=claim.id,
         chapter=claim.chapter,
@@ -166,8 +161,6 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
 
 def record(claim: Claim, *, versions: str) -> Entry:
     """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
-    instance("claim", claim, Claim)
-    instance("versions", versions, str)
     made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
     made = replace(
         made,
@@ -196,7 +189,6 @@ def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:
 
     Evidence whose name ends in "(time)" is left out: it belongs to a machine, not to the claim.
     """
-    instance("finding", finding, Finding)
     found = {} if finding.value is None else {"value": finding.value}
     found |= {
         f"evidence: {name}": value
@@ -224,7 +216,6 @@ class Ledger:
 
     def chapter(self, stem: str) -> "Ledger":
         """Return the part of the ledger that one chapter computes."""
-        instance("stem", stem, str)
         return Ledger(tuple(e for e in self.entries if e.chapter == stem))
 
     def merged(self, entries: Iterable[Entry], order: Sequence[str]) -> "Ledger":
@@ -237,8 +228,6 @@ class Ledger:
         order
             Identifiers of all declared claims; entries of others are dropped.
         """
-        entries = instances("entries", entries, Entry)
-        instances("order", instance("order", order, Sequence), str)
         by_id = {e.id: e for e in (*self.entries, *entries)}
         return Ledger(tuple(by_id[name] for name in order if name in by_id))
 
@@ -256,7 +245,6 @@ class Ledger:
         ValueError
             If the text is no ledger.
         """
-        instance("text", text, str)
         try:
             return cls(tuple(Entry.from_plain(row) for row in json.loads(text)["claims"]))
         except (KeyError, TypeError, AttributeError, ValueError) as error:
@@ -265,13 +253,11 @@ class Ledger:
     @classmethod
     def read(cls, path: Path | str) -> "Ledger":
         """Return the ledger stored in a file, or raise ``OSError`` if it cannot be read."""
-        return cls.from_json(
-            Path(instance("path", path, str, os.PathLike)).read_text(encoding="utf-8")
-        )
+        return cls.from_json(Path(path).read_text(encoding="utf-8"))
 
     def write(self, path: Path | str) -> None:
         """Store the ledger in a file, at once or not at all; ``OSError`` if it cannot be."""
-        path = Path(instance("path", path, str, os.PathLike))
+        path = Path(path)
         beside = path.with_suffix(".new")
         beside.write_text(self.to_json(), encoding="utf-8")
         os.replace(beside, path)
@@ -285,10 +271,6 @@ def different(
     Numbers of one triple are compared on the scale of its largest, so that an end of an interval
     near zero is not asked for digits that it does not have.
     """
-    for what, numbered in (("found", found), ("recorded", recorded)):
-        for name, values in instance(what, numbered, Mapping).items():
-            array(f"{what}[{name!r}]", values, ("n",), finite=False)
-    not_negative("rtol", rtol)
     lines = [f"{name}: no longer computed" for name in recorded.keys() - found.keys()]
     for name, ours in found.items():
         if name not in recorded:
@@ -303,7 +285,6 @@ def different(
 
 def verdicts(ledger: Ledger) -> dict[Verdict, int]:
     """Return how many claims have which verdict, in the order of :class:`Verdict`."""
-    instance("ledger", ledger, Ledger)
     found = [e.verdict for e in ledger.entries]
     return {v: found.count(v) for v in Verdict if v in found}
 

@@ -9,7 +9,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
-from robot_perception.checks import flag, shown
+from robot_perception.checks import shown
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.listings import reduced, validates
 from robot_perception.teaching.media import Shown
@@ -36,7 +36,6 @@ def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
     TypeError
         If the object has no Python source.
     """
-    flag("whole", whole)
     function = inspect.unwrap(getattr(function, "py_func", function))
     try:
         lines, first = inspect.getsourcelines(function)

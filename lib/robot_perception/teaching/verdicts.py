@@ -8,10 +8,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from numbers import Real
-from types import NoneType
 
-from robot_perception.checks import flag, instance, instances, one_of
+from robot_perception.checks import one_of
 from robot_perception.evaluation.intervals import Interval
 
 
@@ -73,24 +71,20 @@ class Accepted:
     origin: Origin | str = Origin.THEORY
 
     def __post_init__(self) -> None:
-        instance("low", self.low, Real)
-        instance("high", self.high, Real)
         if not self.low <= self.high:
             raise ValueError(
                 f"accepted range must satisfy low <= high, got {self.low}, {self.high}"
             )
-        if not instance("why", self.why, str).strip():
+        if not self.why.strip():
             raise ValueError("an accepted range must say why it is that range")
         object.__setattr__(self, "origin", Origin(one_of("origin", self.origin, Origin)))
 
     def contains(self, value: Interval) -> bool:
         """Return whether the whole interval of ``value`` lies inside the range."""
-        instance("value", value, Interval)
         return self.low <= value.low and value.high <= self.high
 
     def excludes(self, value: Interval) -> bool:
         """Return whether the interval of ``value`` and the range have no number in common."""
-        instance("value", value, Interval)
         return value.high < self.low or value.low > self.high
 
 
@@ -108,10 +102,6 @@ class Condition:
 
     text: str
     needed: bool
-
-    def __post_init__(self) -> None:
-        instance("text", self.text, str)
-        flag("needed", self.needed)
 
 
 def decide(
@@ -143,10 +133,6 @@ def decide(
     conditions
         Parts of the domain in which the claim holds.
     """
-    one_of("basis", basis, Basis)
-    instance("accepted", accepted, Accepted, NoneType)
-    instance("value", value, Interval, NoneType)
-    instances("conditions", instance("conditions", conditions, Sequence), Condition)
     if value is None:
         return Verdict.UNTESTABLE
     if accepted is None:
@@ -205,8 +191,6 @@ def turn(accepted: Accepted, value: Interval) -> Turn | None:
     begins to overlap; one across gets inside when the range is widened past what sticks out, or
     outside when it is narrowed to what does not.
     """
-    instance("accepted", accepted, Accepted)
-    instance("value", value, Interval)
     below, above = accepted.low - value.low, value.high - accepted.high
     if accepted.contains(value):
         moves = [Turn("lower", below), Turn("upper", above)]
