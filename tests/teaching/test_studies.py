@@ -96,6 +96,16 @@ def test_a_claim_is_recorded_with_all_its_sabotages(study):
     assert made.quick["evidence: runs"][0] == study.quick.runs
 
 
+def test_a_value_of_its_own_serves_where_a_sabotage_has_less_to_say(study):
+    def more(result, value):
+        assert result[0] == 1.5, "of a sabotage the value alone is asked for"
+        return Finding(value, {"twice": exact(2 * value.estimate)})
+
+    some = declared(study, more, value=lambda r: exact(r[0]), sabotage=Change("three", gain=3.0))
+    assert some.find("quick").evidence["twice"].estimate == 3.0
+    assert [found.value.estimate for found in sabotaged(some)] == [3.0]
+
+
 @pytest.mark.parametrize("name", ["statement", "method", "place"])
 def test_a_declaration_that_says_too_little_is_refused(study, name):
     with pytest.raises(ValueError, match=f"'some-claim' needs a {name}"):

@@ -109,6 +109,8 @@ class Claim:
         Seed of the generator.
     study
         What gives the result.
+    value
+        Computes the value of a result, where the function that returns the finding is handed it.
     sabotages
         Variants in which the truth of the statement is turned.
     """
@@ -125,13 +127,15 @@ class Claim:
     paper_value: str = ""
     seed: int = 0
     study: "Study | None" = None
+    value: Callable[..., Interval] | None = None
     sabotages: list["Sabotage"] = field(default_factory=list)
 
     def find(self, size: Size | str = Size.QUICK) -> Finding:
         """Compute the claim; the same size always gives the same finding."""
         size = Size(size)
         if self.study is not None:
-            return self.compute(self.study.result(size))
+            result = self.study.result(size)
+            return self.compute(result, *([self.value(result)] if self.value else []))
         return self.compute(size, np.random.default_rng(self.seed))
 
     def verdict(self, finding: Finding) -> Verdict:

@@ -24,6 +24,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.claims import Claim, Finding, Sabotage, Size, chapter_of, needed
 from robot_perception.teaching.results import keep, told
 from robot_perception.teaching.verdicts import Accepted, Basis
@@ -102,11 +103,14 @@ class Study(Generic[Config, Result]):
         accepted: Accepted | None = None,
         paper_value: str = "",
         sabotage: Change | Sequence[Change] = (),
-    ) -> Callable[[Callable[[Result], Finding]], Claim]:
+        value: Callable[[Result], Interval] | None = None,
+    ) -> Callable[[Callable[..., Finding]], Claim]:
         """Declare a claim on the function that says what a result shows of it.
 
         The parameters are those of `Claim`; ``sabotage`` is what makes its statement false, or
-        true where it fails. The chapter is the package below ``chapters`` of the function.
+        true where it fails. Where the rest of a finding asks for more than the result of a sabotage
+        has, ``value`` computes the value of both, and the function takes it as its second argument.
+        The chapter is the package below ``chapters`` of the function.
 
         Raises
         ------
@@ -117,7 +121,7 @@ class Study(Generic[Config, Result]):
 
         needed(id=id, place=place, statement=statement, method=method)
 
-        def declare(finding: Callable[[Result], Finding]) -> Claim:
+        def declare(finding: Callable[..., Finding]) -> Claim:
             changes = (sabotage,) if isinstance(sabotage, Change) else sabotage
             return Claim(
                 id=id,
@@ -132,17 +136,24 @@ class Study(Generic[Config, Result]):
                 seed=self.seed,
                 compute=finding,
                 study=self,
+                value=value,
                 sabotages=[
-                    Sabotage(change.text, partial(self._changed, change, finding))
+                    Sabotage(change.text, partial(self._changed, change, finding, value))
                     for change in changes
                 ],
             )
 
         return declare
 
-    def _changed(self, change: Change, finding: Callable[[Result], Finding]) -> Finding:
+    def _changed(
+        self,
+        change: Change,
+        finding: Callable[..., Finding],
+        value: Callable[[Result], Interval] | None,
+    ) -> Finding:
         """Return the value, and nothing else, of a finding of a changed study."""
-        return Finding(finding(self.result(Size.QUICK, change)).value)
+        result = self.result(Size.QUICK, change)
+        return Finding(finding(result).value if value is None else value(result))
 
 
 @lru_cache(maxsize=IN_MEMORY)
