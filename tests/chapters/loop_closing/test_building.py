@@ -14,14 +14,14 @@ FEW = (Case("plain", association="known"), Case("anchored"), Case("external", "s
 
 @pytest.fixture(scope="module")
 def study():
-    return building.run(building.Config(seeds=2), rng=RNG(0), cases=FEW)
+    return building.run(building.Config(seeds=2, cases=FEW), rng=RNG(0))
 
 
 # The building
 
 
 def test_a_seed_does_not_depend_on_how_many_there_are(study):
-    one = building.run(building.Config(seeds=1), rng=RNG(0), cases=FEW[:1])
+    one = building.run(building.Config(seeds=1, cases=FEW[:1]), rng=RNG(0))
     np.testing.assert_array_equal(one.runs[FEW[0]].errors[0], study.runs[FEW[0]].errors[0])
     assert not np.allclose(study.runs[FEW[0]].errors[1], study.runs[FEW[0]].errors[0])
 
@@ -59,7 +59,7 @@ def test_readings_of_a_good_path_lie_on_the_plan(given):
     gaps = _distance(made.readings, made.faces)
     assert (np.median(gaps) < 0.15) == (given != "nothing")
     _, ax = figure()
-    draw.built_map(ax, made)
+    draw.built_map.on(ax, made)
     assert f"{made.off:.2f} m off" in ax.get_title(loc="left")
     assert f"{made.twice} landmarks twice" in ax.get_title(loc="left")
 

@@ -63,7 +63,7 @@ def test_tables_and_ratios_of_the_loop_are_of_the_same_runs():
     assert list(known.rows) == ["plain", "anchored"]
     assert known["plain", "wrong"].high == known["plain", "twice"].high == 0
     _, axes = figure(1, 2)
-    draw.end_errors(axes, {"large": table, "known": known})
+    draw.end_errors.on(axes, {"large": table, "known": known})
     assert [name.get_text().replace("\n", " ") for name in axes[0].get_yticklabels()] == list(
         table.rows
     )

@@ -1,53 +1,65 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 import pytest
 
-from robot_perception.chapters.loop_closing import building, explorers, posts
 from robot_perception.chapters.loop_closing import figures as draw
-from robot_perception.teaching.figures import figure
-from tests.chapters.findings import limits, presets_that_show_the_default, states
+from robot_perception.chapters.loop_closing import posts, states
+from robot_perception.chapters.loop_closing.explorers import ANCHORS, BUILT, GROWTH, PLAY
+from robot_perception.teaching.figures.style import MEANING
+from tests.chapters.findings import limits
 from tests.unchecked import unchecked
 
 CLOSES = ("a sensor of the position", "the names", "the names and an anchor")
+EXPLORERS = (BUILT, PLAY, ANCHORS, GROWTH)
 
 
 @pytest.fixture(autouse=True, scope="module")
 def computed():
     """All states, computed once, without the checks of shapes, which double their time."""
     with unchecked():
-        explorers.growth(3.0, 90.0)
-        explorers.nailed(0, 0)
-        for state in states(explorers.BUILT_CONTROLS):
-            building.built(**state)
+        states.grown()
+        states.all_nailed()
+        for state in BUILT.parameters():
+            BUILT.state(**state)
 
 
-@pytest.mark.parametrize(
-    ("presets", "controls"),
-    [
-        (explorers.BUILT_PRESETS, explorers.BUILT_CONTROLS),
-        (explorers.PLAY_PRESETS, explorers.PLAY_CONTROLS),
-        (explorers.ANCHOR_PRESETS, explorers.ANCHOR_CONTROLS),
-        (explorers.GROWTH_PRESETS, explorers.GROWTH_CONTROLS),
-    ],
-)
-def test_no_preset_shows_the_default(presets, controls):
-    assert not presets_that_show_the_default(presets, controls)
+@pytest.mark.parametrize("explorer", EXPLORERS)
+def test_every_end_is_drawn_and_said_on_axes_that_stay(explorer):
+    ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
+    seen = set()
+    for values in product(*ends.values()):
+        setting = dict(zip(ends, values, strict=True))
+        axes = np.ravel(explorer.drawn(**setting))
+        seen.add(tuple(limits(ax) for ax in axes))
+        assert all(np.isfinite(line.get_ydata()).any() for ax in axes for line in ax.lines)
+        assert explorer.described(**setting)
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize("explorer", EXPLORERS)
+def test_no_preset_shows_the_default(explorer):
+    assert all(
+        explorer.default | values != explorer.default for values in explorer.presets.values()
+    )
 
 
 # The building
 
 
 def test_only_names_or_a_position_close_the_loop():
-    for state in states(explorers.BUILT_CONTROLS):
-        made = building.built(**state)
+    for state in BUILT.parameters():
+        made = BUILT.state(**state)
         assert (made.off < 0.5) == (state["given"] in CLOSES), state
         assert (made.off > 2.0) == (state["given"] not in CLOSES), state
         assert (made.twice == 0) == state["given"].startswith("the names"), state
 
 
 def test_an_anchor_changes_nothing_unless_the_names_are_known_and_the_start_is_not():
-    off = {tuple(s.values()): building.built(**s).off for s in states(explorers.BUILT_CONTROLS)}
+    off = {tuple(s.values()): BUILT.found(**s)[0] for s in BUILT.parameters()}
     for start in ("exact", "uncertain"):
         assert off["an anchor", start] == pytest.approx(off["nothing", start], rel=0.02)
     assert off["the names and an anchor", "exact"] == pytest.approx(
@@ -56,31 +68,20 @@ def test_an_anchor_changes_nothing_unless_the_names_are_known_and_the_start_is_n
     assert off["the names and an anchor", "uncertain"] < off["the names", "uncertain"] / 2
 
 
-def test_axes_of_the_map_stay_and_hold_it():
-    _, ax = figure()
-    seen = set()
-    for state in states(explorers.BUILT_CONTROLS):
-        made = building.built(**state)
-        seen.add(limits(draw.built_map(ax, made)))
-        left, right, low, high = limits(ax)
-        assert ((made.readings > [left, low]) & (made.readings < [right, high])).mean() > 0.9
-    assert len(seen) == 1
+def test_the_map_holds_nearly_all_readings():
+    for state in BUILT.parameters():
+        left, right, low, high = limits(BUILT.drawn(**state))
+        readings = BUILT.state(**state).readings
+        assert ((readings > [left, low]) & (readings < [right, high])).mean() > 0.9
 
 
 # What the filter believes on the way
 
 
-def ellipse(played, time):
-    """Return the largest 2σ of the robot's position, m."""
-    belief = played.history.kept[played.steps[time]]
-    return 2 * np.sqrt(np.linalg.eigvalsh(belief.pose_cov[:2, :2])[-1])
-
-
 def test_ellipses_grow_across_the_path_and_shrink_when_the_first_posts_return():
-    before, after = explorers.PLAY_PRESETS["just before"], explorers.PLAY_PRESETS["just after"]
+    before, after = PLAY.presets["just before"], PLAY.presets["just after"]
     for variant in ("plain", "anchored"):
-        played = explorers.play(variant)
-        reach = [ellipse(played, time) for time in range(explorers.FRAMES)]
+        played, reach = states.play(variant), PLAY.found(variant=variant)
         assert max(reach) > 5 * reach[0]
         assert reach[after["time"]] < reach[before["time"]] / 2
         first, last = (played.history.kept[played.steps[p["time"]]] for p in (before, after))
@@ -89,81 +90,57 @@ def test_ellipses_grow_across_the_path_and_shrink_when_the_first_posts_return():
 
 
 def test_the_anchor_opens_the_same_fan_from_a_sharper_point():
-    plain, anchored, external = map(explorers.play, explorers.PLAY_CONTROLS["variant"].values)
-    assert ellipse(anchored, 0) < 0.8 * ellipse(plain, 0)
-    widest = [max(ellipse(p, t) for t in range(explorers.FRAMES)) for p in (plain, anchored)]
-    assert widest[1] > 0.7 * widest[0]
-    assert max(ellipse(external, t) for t in range(explorers.FRAMES)) < widest[0] / 3
+    plain, anchored, external = (PLAY.found(variant=v) for v in PLAY.controls["variant"].values)
+    assert anchored[0] < 0.8 * plain[0]
+    assert max(anchored) > 0.7 * max(plain)
+    assert max(external) < max(plain) / 3
 
 
-def test_axes_of_the_play_stay():
-    _, ax = figure()
-    seen = set()
-    for variant in explorers.PLAY_CONTROLS["variant"].values:
-        for time in (0, 20, 39):
-            seen.add(limits(draw.moment(ax, explorers.play(variant), time)))
-    assert len(seen) == 1
+def test_the_last_posts_in_sight_again_make_the_whole_map_sharp():
+    played = states.play("plain")
+    before, after = (played.history.kept[played.steps[i]] for i in (33, states.FRAMES - 1))
+    assert np.trace(after.pose_cov[:2, :2]) < 0.1 * np.trace(before.pose_cov[:2, :2])
+    assert len(after.landmarks) == len(played.drive.landmarks)
 
 
 # Anchors
 
 
 def test_an_anchor_works_where_the_robot_has_had_time_to_err():
-    rms = explorers.path_errors()
-    ones = {place: rms[1, place] for place in explorers.ANCHOR_CONTROLS["place"].values}
-    assert max(ones.values()) < rms[0, 0]
+    (none,) = set(ANCHORS.found(count=0))
+    ones, twos = (dict(zip(states.PLACES, ANCHORS.found(count=n), strict=True)) for n in (1, 2))
+    assert max(ones.values()) < none
     best = min(ones, key=ones.get)
     assert 15 <= best <= 45
     assert ones[best] < min(ones[0], ones[75])
-    twos = [rms[2, place] for place in ones]
-    assert all(two < one for two, one in zip(twos, ones.values(), strict=True))
+    assert all(twos[place] < one for place, one in ones.items())
 
 
 def test_two_that_are_far_apart_hold_the_heading():
-    for place in explorers.ANCHOR_CONTROLS["place"].values:
-        one, two = (explorers.nailed(count, place).runs for count in (1, 2))
+    for place in states.PLACES:
+        one, two = (states.nailed(count, place).runs for count in (1, 2))
         assert np.mean(two.rms_heading**2) < np.mean(one.rms_heading**2)
-
-
-def test_axes_of_the_anchors_stay():
-    _, axes = figure(2, 1)
-    seen = set()
-    for state in states(explorers.ANCHOR_CONTROLS):
-        draw.nailed(axes, explorers.nailed(**state))
-        seen.add(tuple(limits(ax) for ax in axes))
-    assert len(seen) == 1
 
 
 # Noise and length
 
 
-def lengths():
-    return explorers.GROWTH_CONTROLS["length"].values
-
-
 def test_errors_grow_with_the_loop_and_hardly_with_the_external_sensor():
-    for noise in explorers.GROWTH_CONTROLS["noise"].values:
-        plain, external = (
-            [explorers.growth(noise, length)[name].rms.max() for length in lengths()]
-            for name in ("plain", "external")
-        )
-        assert plain[-1] > 5 * plain[0]
-        assert max(external) < 0.6
+    for noise in states.NOISES:
+        found = GROWTH.found(noise=noise)
+        assert found[-1]["plain"] > 5 * found[0]["plain"]
+        assert max(errors["external"] for errors in found) < 0.6
 
 
-def test_axes_of_noise_and_length_stay():
-    _, axes = figure(2, 1)
-    seen = set()
-    for state in states(explorers.GROWTH_CONTROLS):
-        draw.growth(axes, explorers.growth(**state), explorers.growth_reach())
-        seen.add(tuple(limits(ax) for ax in axes))
-    assert len(seen) == 1
+def test_errors_grow_with_the_noise_from_the_quietest_to_the_roughest():
+    quiet, *_, rough = GROWTH.found(length=90.0)
+    assert all(rough[name] > error for name, error in quiet.items())
 
 
 def test_the_quietest_filter_is_not_better_and_less_honest():
-    quiet, next_to_it, *_ = explorers.GROWTH_CONTROLS["noise"].values
-    for length in lengths():
-        first, other = explorers.growth(quiet, length), explorers.growth(next_to_it, length)
+    quiet, next_to_it, *_ = states.NOISES
+    for length in states.LENGTHS:
+        first, other = states.growth(quiet, length), states.growth(next_to_it, length)
         assert first["plain"].nees.mean() > 1.5 * other["plain"].nees.mean()
         assert first["plain"].rms.max() > other["plain"].rms.max()
         assert first["first estimates"].nees.mean() < 0.6 * first["plain"].nees.mean()
@@ -173,9 +150,26 @@ def test_the_quietest_filter_is_not_better_and_less_honest():
 
 
 def test_with_the_rule_the_error_hardly_grows_and_the_filter_is_far_too_sure():
-    rule = posts.run(posts.RULE_DRAWN, posts.RULE_VARIANTS, rng=np.random.default_rng(4))
+    rule = posts.run(replace(posts.RULE, runs=8), rng=np.random.default_rng(4))
     plain, removed, considered = rule.runs.values()
     assert removed.path_error.mean() < 1.5 * plain.path_error.mean()
     assert removed.nees.mean() > 30 * plain.nees.mean()
     assert considered.nees.mean() < 2 * plain.nees.mean()
     assert (removed.retired > 0).all()
+
+
+# Words and colours
+
+
+def test_every_variant_has_its_own_colour():
+    assert len({draw.tint(name) for name in posts.JACOBIANS}) == len(posts.JACOBIANS)
+    assert MEANING["rule"] not in map(draw.tint, posts.JACOBIANS)
+
+
+def test_words_say_what_the_pictures_show():
+    most = states.growth(0.3, 30.0)["external"].rms.max()
+    assert f"external: at most {most:.2f} m" in GROWTH.described(noise=0.3, length=30.0)
+    last = states.nailed(2, 15).runs.rms[-1]
+    assert f"{last:.2f} m at the end" in ANCHORS.described(count=2, place=15)
+    number = len(states.play("plain").drive.landmarks)
+    assert f"{number} landmarks" in PLAY.described(time=states.FRAMES - 1)

@@ -19,7 +19,7 @@ RNG = np.random.default_rng
 @pytest.fixture(scope="module")
 def linear():
     with unchecked():  # the checks of shapes take six sevenths of the time
-        return posts.run(replace(LINEAR, runs=50), posts.JACOBIANS[:5], rng=RNG(11))
+        return posts.run(replace(LINEAR, variants=posts.JACOBIANS[:5]), rng=RNG(11))
 
 
 @pytest.mark.parametrize("variant", posts.JACOBIANS[:5])
@@ -50,8 +50,8 @@ def test_share_of_steps_in_the_band_is_what_honest_errors_of_such_memory_give(li
 
 
 def test_an_uncertain_start_breaks_the_plain_filter_and_not_the_one_with_first_estimates():
-    config = replace(TURNED, runs=30)
-    runs = posts.run(config, ("plain", "first estimates", "ideal"), rng=RNG(2))
+    variants = ("plain", "first estimates", "ideal")
+    runs = posts.run(replace(TURNED, runs=30, variants=variants), rng=RNG(2))
     high = average_bounds(3, 30, 1 - 1e-6)[1]
     assert runs["plain"].nees[:, -1].mean() > high
     for variant in ("first estimates", "ideal"):
@@ -76,7 +76,7 @@ def test_what_a_run_saw_is_the_worlds_glimpse_with_its_covariance():
 
 
 def test_considered_landmarks_keep_the_filter_honest_and_frozen_ones_do_not():
-    runs = posts.run(replace(posts.RULE, runs=12), posts.RULE_VARIANTS, rng=RNG(4))
+    runs = posts.run(replace(posts.RULE, runs=12), rng=RNG(4))
     plain, rule, considered = runs.runs.values()
     assert rule.retired.min() > 20
     assert rule.states.mean() < 0.2 * plain.states.mean()
@@ -86,9 +86,9 @@ def test_considered_landmarks_keep_the_filter_honest_and_frozen_ones_do_not():
 
 
 def test_the_rule_states_less_than_it_errs_and_the_others_what_they_err():
-    result = posts.run(replace(posts.RULE, runs=8), posts.RULE_VARIANTS, rng=RNG(4))
+    result = posts.run(replace(posts.RULE, runs=8), rng=RNG(4))
     table = posts.rule_table(result)
-    assert list(table.rows) == list(posts.RULE_VARIANTS)
+    assert list(table.rows) == list(posts.RULE.variants)
     for name in ("plain", "considered at 50"):
         stated, error = (table[name, c].estimate for c in ("stated (m)", "path error (m)"))
         assert 0.5 < stated / error < 2

@@ -4,9 +4,9 @@ There are no scans here, each observation comes with its name and its true covar
 the linearisation can make the filter wrong.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -28,14 +28,28 @@ from robot_perception.evaluation.intervals import (
 )
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.observations import Observations
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.results import kept
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
+
+JACOBIANS = (
+    "plain",
+    "anchored",
+    "first estimates",
+    "anchored, first estimates",
+    "ideal",
+    "external",
+)
+"""Variants whose consistency is compared."""
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
     """Posts along a loop, each observation with name and true covariance; all is ours, in m.
+
+    Every run is filtered by all variants, on the same noise.
 
     There is a post every ``apart`` along the loop and an observation every ``step``; the robot
     drives on ``beyond`` the closing of the loop, no farther than to the first bend, and sees as far
@@ -55,6 +69,7 @@ class Config:
     start: Literal["exact", "shifted", "uncertain"] = "exact"
     fixes: Fixes = field(default_factory=lambda: Fixes(4, 0.3))
     believed: float = 1.0
+    variants: tuple[str, ...] = JACOBIANS
 
     @property
     def slip(self) -> Slip:
@@ -81,20 +96,8 @@ TURNED = replace(LINEAR, start="uncertain")
 ROUGH = Config(noise=6.0)
 """Noise so large that the heading is lost by tens of degrees before the loop closes."""
 STUDIES = {"linear": LINEAR, "turned": TURNED, "rough": ROUGH}
-JACOBIANS = (
-    "plain",
-    "anchored",
-    "first estimates",
-    "anchored, first estimates",
-    "ideal",
-    "external",
-)
-"""Variants whose consistency is compared."""
-RULE = Config(step=0.1)
+RULE = Config(step=0.1, variants=("plain", "rule at 50", "considered at 50"))
 """The world of the rule: observations every 10 cm, so that each post is seen more than 50 times."""
-RULE_DRAWN = replace(RULE, runs=8)
-"""The same with as few runs as a figure needs."""
-RULE_VARIANTS = ("plain", "rule at 50", "considered at 50")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,14 +111,11 @@ class Result:
         return self.runs[variant]
 
 
-def run(config: Config, variants: Sequence[str], *, rng: np.random.Generator) -> Result:
+def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Drive round the posts with every variant, on the same noise for all variants of a run."""
-    items = [variants] * config.runs
-    done = sweep(partial(_accounts, config), items, rng=rng, desc="round the posts")
-    columns = zip(*done, strict=True)
-    return Result(
-        config, {name: loops.stack(rows) for name, rows in zip(variants, columns, strict=True)}
-    )
+    done = sweep(_accounts, [config] * config.runs, rng=rng, desc="round the posts")
+    columns = zip(config.variants, zip(*done, strict=True), strict=True)
+    return Result(config, {name: loops.stack(rows) for name, rows in columns})
 
 
 def simulate(config: Config, *, rng: np.random.Generator) -> Drive:
@@ -137,9 +137,9 @@ def case(config: Config, variant: str) -> Case:
     return Case(variant, "own", "known", config.start)
 
 
-def _accounts(config: Config, variants: Sequence[str], *, rng: np.random.Generator) -> list[tuple]:
+def _accounts(config: Config, *, rng: np.random.Generator) -> list[tuple]:
     one = simulate(config, rng=rng)
-    histories = (loops.filter_drive(case(config, name), one) for name in variants)
+    histories = (loops.filter_drive(case(config, name), one) for name in config.variants)
     return [loops.account(history, one) for history in histories]
 
 
@@ -165,15 +165,25 @@ def setup_table() -> Table:
 
 # Is it honest? -----------------------------------------------------------------------------------
 
-SEED = 9
-"""Seed of the claim about consistency; the chapter shows the same runs."""
+
+def honesty(config: Config, *, rng: np.random.Generator) -> dict[str, Result]:
+    """Run the three studies of consistency, with runs and variants of a configuration."""
+    own = zip(STUDIES, rng.spawn(len(STUDIES)), strict=True)
+    return {name: _study(name, config, stream) for name, stream in own}
 
 
-@cache
+def _study(name: str, config: Config, stream: np.random.Generator) -> Result:
+    return run(replace(STUDIES[name], runs=config.runs, variants=config.variants), rng=stream)
+
+
+JACOBIAN = Study(honesty, full=Config(), quick=Config(runs=20, variants=JACOBIANS[:4]), seed=9)
+
+
+@kept
 def study(name: Literal["linear", "turned", "rough"]) -> Result:
-    """Return one study of the claim about consistency at its full size; each is run once."""
-    streams = dict(zip(STUDIES, np.random.default_rng(SEED).spawn(3), strict=True))
-    return run(STUDIES[name], JACOBIANS, rng=streams[name])
+    """Return one study of consistency at its full size, as it is recorded."""
+    streams = dict(zip(STUDIES, np.random.default_rng(JACOBIAN.seed).spawn(3), strict=True))
+    return _study(name, JACOBIAN.full, streams[name])
 
 
 def consistency(result: Result) -> Table:
@@ -223,7 +233,32 @@ def rule_table(result: Result) -> Table:
     return Table(rows, columns, about, "filter")
 
 
-@claim(
+def from_both_starts(config: Config, *, rng: np.random.Generator) -> tuple[Result, Result]:
+    """Run a study from an exact start and from an uncertain one."""
+    uncertain = rng.spawn(1)[0]
+    return run(config, rng=rng), run(replace(config, start="uncertain"), rng=uncertain)
+
+
+def from_an_exact_start(config: Config, *, rng: np.random.Generator) -> tuple[Result]:
+    """Run a study from an exact start alone."""
+    return (run(config, rng=rng),)
+
+
+def inconsistency(results: tuple[Result, ...]) -> Interval:
+    """Return the NEES of the second variant over that of the plain filter, from an exact start."""
+    return _over_plain(results[0], results[0].config.variants[1])
+
+
+def _over_plain(result: Result, variant: str) -> Interval:
+    """Return the NEES of a variant over that of the plain filter on the same noise."""
+    above, below = result[variant].mean_nees, result["plain"].mean_nees
+    return bootstrap_ratio(above, below, f"NEES, {variant} over plain")
+
+
+REMOVAL = Study(from_both_starts, full=RULE, quick=replace(RULE, runs=15), seed=8)
+
+
+@REMOVAL.claim(
     "controllability-rule",
     paper=PAPER,
     place="§2.2, text after eq. 27",
@@ -241,23 +276,33 @@ def rule_table(result: Result) -> Table:
         f"consistent filter is at most {EXCESS:.2f} times its expectation (97.5 %)",
         "our choice",
     ),
-    seed=8,
+    sabotage=(
+        Change(
+            "removed landmarks whose uncertainty is still counted",
+            from_an_exact_start,
+            runs=10,
+            variants=("plain", "considered at 50"),
+        ),
+        Change(
+            "observations so far apart that no landmark is revised 50 times",
+            from_an_exact_start,
+            runs=10,
+            step=0.5,
+            variants=("plain", "rule at 50"),
+        ),
+    ),
+    value=inconsistency,
 )
-def controllability_rule(size: Size, rng: np.random.Generator) -> Finding:
+def controllability_rule(results: tuple[Result, Result], value: Interval) -> Finding:
     """Compare NEES and errors with the rule, without it, and if landmarks are considered."""
-    config = replace(RULE, runs=50 if size is Size.FULL else 15)
-    exactly, turned = (
-        run(replace(config, start=start), RULE_VARIANTS, rng=own)
-        for start, own in zip(("exact", "uncertain"), (rng, rng.spawn(1)[0]), strict=True)
-    )
+    exactly, turned = results
     plain, rule, considered = exactly.runs.values()
-    value = _inconsistency(exactly, "rule at 50")
     path = bootstrap_ratio(rule.path_error, plain.path_error, "path error, with over without")
     return Finding(
         value,
         {
-            "NEES from an uncertain start, with over without": _inconsistency(turned, "rule at 50"),
-            "NEES, considered over without": _inconsistency(exactly, "considered at 50"),
+            "NEES from an uncertain start, with over without": _over_plain(turned, "rule at 50"),
+            "NEES, considered over without": _over_plain(exactly, "considered at 50"),
             "path error, with over without": path,
             "error at the loop end, with over without": bootstrap_ratio(
                 rule.distance(), plain.distance(), "loop end, with over without"
@@ -286,31 +331,11 @@ def controllability_rule(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-def _inconsistency(result: Result, variant: str) -> Interval:
-    """Return the NEES of a variant over that of the plain filter on the same noise."""
-    above, below = result[variant].mean_nees, result["plain"].mean_nees
-    return bootstrap_ratio(above, below, f"NEES, {variant} over plain")
-
-
 def _unseen_by_rank() -> list[int]:
     """Return the directions unseen along the true path with 0, 1 and 2 landmarks known."""
     found = gauge.ranks(moving=True)
     readings = (found[name, "true path"] for name in ("plain", "one anchor", "two anchors"))
     return [reading.dimension - reading.rank for reading in readings]
-
-
-@controllability_rule.sabotage("removed landmarks whose uncertainty is still counted")
-def considered_landmarks(size: Size, rng: np.random.Generator) -> Finding:
-    """Let the estimate of a landmark stand, and count its uncertainty (Schmidt's filter)."""
-    runs = run(replace(RULE, runs=10), ("plain", "considered at 50"), rng=rng)
-    return Finding(_inconsistency(runs, "considered at 50"))
-
-
-@controllability_rule.sabotage("observations so far apart that no landmark is revised 50 times")
-def unreached_limit(size: Size, rng: np.random.Generator) -> Finding:
-    """Observe every half metre, so that the rule has nothing to remove."""
-    runs = run(replace(RULE, step=0.5, runs=10), ("plain", "rule at 50"), rng=rng)
-    return Finding(_inconsistency(runs, "rule at 50"))
 
 
 CHANGING = ("plain", "first estimates")
@@ -319,7 +344,19 @@ EXCESS_SHARE = "share of the excess NEES that goes with first estimates"
 ERROR_SHARE = "share of the path error that goes with first estimates"
 
 
-@claim(
+def alone(config: Config, *, rng: np.random.Generator) -> dict[str, Result]:
+    """Run one study in the place of the one that is judged."""
+    return {"turned": run(config, rng=rng)}
+
+
+def excess(studies: Mapping[str, Result]) -> Interval:
+    """Return the NEES of the filter with changing Jacobians over that with first estimates."""
+    result = studies["turned"]
+    changing = "plain" if "plain" in result.runs else "ideal"
+    return _excess(result, changing, "first estimates")
+
+
+@JACOBIAN.claim(
     "jacobian-consistency",
     paper=PAPER,
     place="beyond the paper; its “effects of nonlinearities”, §2.2",
@@ -337,16 +374,28 @@ ERROR_SHARE = "share of the path error that goes with first estimates"
         f"of a consistent filter is at most {EXCESS:.2f} times its expectation (97.5 %)",
         "our choice",
     ),
-    seed=SEED,
+    sabotage=(
+        Change(
+            "a start whose heading is exact and whose place is not",
+            alone,
+            config=replace(LINEAR, start="shifted", runs=10, variants=CHANGING),
+        ),
+        Change(
+            "an exact start, and a filter that believes a quarter of the wheels' noise",
+            alone,
+            config=replace(LINEAR, believed=0.25, runs=10, variants=CHANGING),
+        ),
+        Change(
+            "Jacobians at the true states in place of the changing estimates",
+            alone,
+            config=replace(TURNED, runs=10, variants=("ideal", "first estimates")),
+        ),
+    ),
+    value=excess,
 )
-def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
+def jacobian_consistency(studies: dict[str, Result], value: Interval) -> Finding:
     """Compare the NEES of the plain filter with those of the cures, in three studies."""
-    count = 50 if size is Size.FULL else 20
-    variants = JACOBIANS if size is Size.FULL else JACOBIANS[:4]
-    studies = {
-        name: run(replace(config, runs=count), variants, rng=own)
-        for (name, config), own in zip(STUDIES.items(), rng.spawn(len(STUDIES)), strict=True)
-    }
+    count = studies["turned"].config.runs
     tables = {name: consistency(result) for name, result in studies.items()}
     factors = {name: _excess(result, *CHANGING) for name, result in studies.items()}
     cures = {f"NEES, plain over first estimates, {name}": f for name, f in factors.items()}
@@ -370,7 +419,7 @@ def jacobian_consistency(size: Size, rng: np.random.Generator) -> Finding:
     inside = tables["linear"]["first estimates", "in band"]
     turned = {name: float(runs.nees.mean()) for name, runs in studies["turned"].runs.items()}
     return Finding(
-        factors["turned"],
+        value,
         cures,
         tables,
         (
@@ -396,30 +445,3 @@ def _excess(result: Result, changing: str, fixed: str) -> Interval:
     """Return the factor between the NEES of two filters that differ in their Jacobians."""
     above, below = (result[variant].mean_nees for variant in (changing, fixed))
     return bootstrap_ratio(above, below, f"NEES, {changing} over {fixed}")
-
-
-def _excess_of(
-    config: Config, rng: np.random.Generator, compared: tuple[str, str] = CHANGING
-) -> Finding:
-    """Return the factor in ten runs of another study."""
-    return Finding(_excess(run(replace(config, runs=10), compared, rng=rng), *compared))
-
-
-@jacobian_consistency.sabotage("a start whose heading is exact and whose place is not")
-def exact_heading(size: Size, rng: np.random.Generator) -> Finding:
-    """Leave the noise so small that all errors stay of linear size; only the place is uncertain."""
-    return _excess_of(replace(LINEAR, start="shifted"), rng)
-
-
-@jacobian_consistency.sabotage(
-    "an exact start, and a filter that believes a quarter of the wheels' noise"
-)
-def understated_noise(size: Size, rng: np.random.Generator) -> Finding:
-    """Make the filter inconsistent through its noise."""
-    return _excess_of(replace(LINEAR, believed=0.25), rng)
-
-
-@jacobian_consistency.sabotage("Jacobians at the true states in place of the changing estimates")
-def unchanging_jacobians(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare two filters whose Jacobians do not change with the estimates."""
-    return _excess_of(TURNED, rng, ("ideal", "first estimates"))
