@@ -24,7 +24,10 @@ ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records
 PACKAGES = ("robot_perception", "data_synth")
 LEDGER = "claims.json"
 BY_NAME = frozenset({"importlib", "pkgutil"})
-"""Who imports one of these may import each of its submodules by name."""
+"""Who imports one of these may import by name each of its submodules that it names as a string.
+
+A package on the way there may name them too. If none is named, it may be any.
+"""
 
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
 _END = object()
@@ -49,6 +52,7 @@ class Imports:
         self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=None)
         self._showing = showing
         self._meanings: dict[str, str] = {}
+        self._words: dict[str, frozenset[str]] = {}
         self.files = {
             name: _file(name) for name in self._graph.modules if name.split(".")[0] in packages
         }
@@ -101,9 +105,26 @@ class Imports:
         imported = self._graph.find_modules_directly_imported_by(name)
         yield from ((other, True) for other in imported & self.files.keys())
         if meant and imported & BY_NAME:
-            yield from ((other, True) for other in self._graph.find_descendants(name))
+            below = self._graph.find_descendants(name)
+            named = {other for other in below if self._is_named(other, name)}
+            yield from ((other, True) for other in named or below)
         if "." in name:
             yield name.rpartition(".")[0], False
+
+    def _is_named(self, module: str, top: str) -> bool:
+        """Tell whether a package, or those between, name each step of the way to a module."""
+        while module != top:
+            above, _, step = module.rpartition(".")
+            if not any(step in self._said(name) for name in (above, top)):
+                return False
+            module = above
+        return True
+
+    def _said(self, module: str) -> frozenset[str]:
+        if module not in self._words:
+            tree = ast.parse(self.files[module].read_bytes())
+            self._words[module] = frozenset(text.strip(".") for text in _strings(tree))
+        return self._words[module]
 
 
 def code_digest(*modules: str) -> str:
@@ -196,7 +217,7 @@ class Dependencies:
         if not cells:
             return None
         modules = self.modules(cells)
-        named = _strings(*cells).union(*(self._names[name] for name in modules))
+        named = self.named(cells, modules)
         digest = hashlib.sha256((self._root / "constraints.txt").read_bytes())
         for name in sorted(modules):
             digest.update(name.encode() + self._imports.files[name].read_bytes())
@@ -221,6 +242,10 @@ class Dependencies:
             elif isinstance(node, ast.ImportFrom) and node.module in files:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
                 yield from (name if name in files else node.module for name in names)
+
+    def named(self, cells: Iterable[ast.Module], modules: Iterable[str]) -> frozenset[str]:
+        """Return the texts that stand in cells, and in the modules that run with them."""
+        return _strings(*cells).union(*(self._names[name] for name in modules))
 
     def data(self, named: frozenset[str]) -> list[Path]:
         """Return the files that are named, and those that no module names."""
