@@ -139,6 +139,10 @@ def test_who_imports_by_name_reaches_what_it_names(house: Path, name: str, pages
     before = keys(house)
     write(house / name, (house / name).read_text() + "\n# changed")
     assert expired(before, house) == pages
+    write(chapters / "__init__.py", "from importlib.metadata import version\nimport house.records")
+    before = keys(house)
+    write(house / name, (house / name).read_text() + "\n# changed")
+    assert expired(before, house) == pages - {"scorecard"}  # it imports nothing by name
     write(chapters / "__init__.py", '"""Of walls."""\nimport pkgutil\n')
     before = keys(house)
     write(house / name, (house / name).read_text() + "\n# changed")
