@@ -3,13 +3,14 @@ PYTHON ?= python3
 BIN := .venv/bin
 SITE := build/_build/html
 JOBS ?= 2
+BASE ?= HEAD
 export OMP_NUM_THREADS ?= 1
 ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
 export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test test-portable mutants lint lab serve reproduce bench clean
+.PHONY: help setup book test check test-portable mutants lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -43,6 +44,9 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 test: lint book ## lint, unit and property tests, quick claims, notebooks, site in a real browser
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+
+check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages
+	$(BIN)/python -m tests.reached --base $(BASE) --jobs $(JOBS)
 
 test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without the fast paths of NumPy and OpenCV
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
