@@ -386,7 +386,11 @@ def test_a_track_that_a_frame_misses_has_ended():
 def test_when_particles_are_drawn(options, drawn):
     """What is printed is 1 but for rounding: below M/2 with five particles, at it with two."""
     poses, frames = world(np.random.default_rng(5))
-    _, infos, _ = run(poses, frames, options, rng=np.random.default_rng(6))
+    states, infos, _ = run(poses, frames, options, rng=np.random.default_rng(6))
+    for state, info in zip(states, infos, strict=True):
+        if options.share == 0:  # the weights are still those that were judged
+            weights = state.maps.particles.weights
+            assert info.resampling.effective == pytest.approx(1 / (weights**2).sum())
     seen = {info.resampling.resampled for info in infos if info.known.any()}
     assert drawn is None or seen == drawn
     assert not any(info.resampling.resampled for info in infos if not info.known.any())
