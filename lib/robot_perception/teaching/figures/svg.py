@@ -203,8 +203,8 @@ class Passage:
 
     Parameters
     ----------
-    text
-        What stands in the drawing.
+    text, shortened
+        What stands in the drawing, and the paths in it.
     needs
         Identifiers that it refers to and that stand before it.
     markers, glyphs, clips
@@ -212,6 +212,7 @@ class Passage:
     """
 
     text: str = ""
+    shortened: list[Path] = field(default_factory=list)
     needs: set[str] = field(default_factory=set)
     markers: dict[Any, str] = field(default_factory=dict)
     glyphs: dict[str, Any] = field(default_factory=dict)
@@ -226,6 +227,11 @@ def _measured(
     return TextToPath().get_text_width_height_descent(text, font, ismath)
 
 
+def _written(path: Path, decimals: int) -> str:
+    letters = [b"M", b"L", b"Q", b"C", b"z"]
+    return convert_to_string(path, None, None, False, None, decimals, letters, False).decode()
+
+
 class _Renderer(RendererSVG):
     """Writes text as text, formulas as outlines, and images as they are.
 
@@ -235,10 +241,15 @@ class _Renderer(RendererSVG):
     """
 
     effort = 4
-    stream: io.StringIO
-    fonts = ""
     keeps = False
     """Whether passages are kept: only where identifiers will be those of the caller's prefix."""
+
+    def __init__(self, width: float, height: float, stream: io.StringIO) -> None:
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        super().__init__(width, height, stream, None, RASTER_DPI, metadata=nothing)
+        self.stream = stream
+        self.fonts = repr([mpl.rcParams[name] for name in _FONTS])
+        self.shortened: list[Path] = []
 
     def get_text_width_height_descent(
         self, s: str, prop: FontProperties, ismath: bool | str
@@ -253,25 +264,26 @@ class _Renderer(RendererSVG):
         simplify: bool | None = None,
         sketch: tuple | None = None,
     ) -> str:
-        if clip is None:  # to be defined, and drawn elsewhere
+        if clip is None or not len(path.vertices):  # to be defined, and drawn elsewhere
             return super()._convert_path(path, transform, clip, simplify, sketch)
         window = (0.0, 0.0, self.width, self.height) if clip else None
         drawn = path.cleaned(transform, True, window, simplify=simplify, curves=True, sketch=sketch)
         # to six decimals and then to one, as matplotlib and `_shorten_path` would
-        rounded = Path(drawn.vertices.round(6), drawn.codes)
-        letters = [b"M", b"L", b"Q", b"C", b"z"]
-        return convert_to_string(rounded, None, None, False, None, 1, letters, False).decode()
+        drawn.vertices = drawn.vertices.round(6)
+        self.shortened.append(drawn)
+        return _written(drawn, 1)
 
     @contextmanager
     def kept(self) -> Iterator[Passage]:
         """Keep what is written meanwhile."""
         self.writer._XMLWriter__flush()  # the tag that is open belongs to what stands before
         stream, markers, glyphs = self.stream, set(self._markers), set(self._glyph_map)
-        start = stream.tell()
+        start, paths = stream.tell(), len(self.shortened)
         passage = Passage()
         yield passage
         stream.seek(start)
         passage.text = stream.read()
+        passage.shortened = self.shortened[paths:]
         passage.markers = {k: v for k, v in self._markers.items() if k not in markers}
         passage.glyphs = {k: v for k, v in self._glyph_map.items() if k not in glyphs}
         used = {a or b for a, b in _REFERENCE.findall(passage.text)}
@@ -292,6 +304,7 @@ class _Renderer(RendererSVG):
         """Write a passage again."""
         self.writer._XMLWriter__flush()
         self.stream.write(passage.text)
+        self.shortened += passage.shortened
         self._markers |= passage.markers
         self._glyph_map |= passage.glyphs
         self._clipd |= passage.clips
@@ -356,17 +369,35 @@ def _saved(
 ) -> tuple[list[str], list[tuple[float, float]]]:
     """Return what matplotlib writes of each column, and the columns' windows."""
 
-    def save() -> list[str]:
+    def save() -> list[Raw]:
         return [_save_only(axes, fig, effort, keeps) for axes, *_ in columns]
 
     raws = save()
-    if sum(len(_EMBEDDED.sub("", raw)) for raw in raws) > HEAVY:
+    if _is_heavy(raws):
         with _rasterised(_heavy(fig)):
             raws = save()
-    return raws, [(left, right) for _, left, right in columns]
+    return [text for text, _ in raws], [(left, right) for _, left, right in columns]
 
 
-def _save_only(axes: Sequence[Axes], fig: Figure, effort: int, keeps: bool) -> str:
+Raw = tuple[str, list[Path]]
+"""What matplotlib writes of a drawing, and its paths, of which one decimal is written."""
+
+
+def _is_heavy(raws: Sequence[Raw]) -> bool:
+    """Tell whether drawings had more than `HEAVY` characters with all six decimals."""
+    most = sum(len(text) + 14 * sum(len(path.vertices) for path in paths) for text, paths in raws)
+    return (
+        most
+        > HEAVY
+        < sum(
+            len(_EMBEDDED.sub("", text))
+            + sum(len(_written(path, 6)) - len(_written(path, 1)) for path in paths)
+            for text, paths in raws
+        )
+    )
+
+
+def _save_only(axes: Sequence[Axes], fig: Figure, effort: int, keeps: bool) -> Raw:
     hidden = [ax for ax in fig.axes if ax not in axes and ax.get_visible()]
     for ax in hidden:
         ax.set_visible(False)
@@ -377,15 +408,13 @@ def _save_only(axes: Sequence[Axes], fig: Figure, effort: int, keeps: bool) -> s
             ax.set_visible(True)
 
 
-def _save(fig: Figure, effort: int, keeps: bool) -> str:
+def _save(fig: Figure, effort: int, keeps: bool) -> Raw:
     stream = io.StringIO()
     width, height = fig.get_size_inches()
     dpi, ground = fig.dpi, fig.patch.get_visible()
-    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with settings(_CHECKED):
-        fonts = repr([mpl.rcParams[name] for name in _FONTS])
-        writer = _Renderer(72 * width, 72 * height, stream, None, RASTER_DPI, metadata=nothing)
-        writer.effort, writer.stream, writer.fonts, writer.keeps = effort, stream, fonts, keeps
+        writer = _Renderer(72 * width, 72 * height, stream)
+        writer.effort, writer.keeps = effort, keeps
         try:
             fig.dpi = 72
             fig.patch.set_visible(False)
@@ -395,7 +424,7 @@ def _save(fig: Figure, effort: int, keeps: bool) -> str:
             fig.dpi = dpi
             fig.patch.set_visible(ground)
         renderer.finalize()
-    return stream.getvalue()
+    return stream.getvalue(), writer.shortened
 
 
 def _vertices(artist: Artist) -> int:
