@@ -3,13 +3,14 @@ PYTHON ?= python3
 BIN := .venv/bin
 SITE := build/_build/html
 JOBS ?= 2
+BASE ?= HEAD
 export OMP_NUM_THREADS ?= 1
 ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
 export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test test-portable mutants lint lab serve reproduce bench clean
+.PHONY: help setup book test check test-portable test-held-back mutants lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -44,8 +45,14 @@ test: lint book ## lint, unit and property tests, quick claims, notebooks, site 
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
 
-test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, and without the fast paths of NumPy and OpenCV
+check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages
+	$(BIN)/python -m tests.reached --base $(BASE) --jobs $(JOBS)
+
+test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, with and without this machine's vector units
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
+
+test-held-back: .venv/.book ## the quick claims alone, with the vector units of this machine held back
+	$(BIN)/python -m tests.portable held-back -n $(JOBS) --dist loadfile
 
 mutants: .venv/.book ## plant errors in a copy of the code and count what the tests notice
 	$(BIN)/python -m tests.mutants -n $(JOBS) $(ROOMS)

@@ -1,9 +1,10 @@
-"""The tests as other processors run them: other BLAS kernels, NumPy and OpenCV without fast paths.
+"""The tests as other processors run them: other BLAS kernels, and vector units held back.
 
-``python -m tests.portable`` prints a line for each; further words go to pytest. Every kernel gets
-the unit tests with the quick claims, and the notebooks with their compared outputs; the site in its
-browser is the same on every processor and left out. Each has a cache of its own, empty at first:
-what another kernel computed would hide what this one does.
+``python -m tests.portable`` prints a line for each; further words go to pytest. Every processor
+gets the unit tests with the quick claims, and the notebooks with their compared outputs; the site
+in its browser is the same on every processor and left out. ``python -m tests.portable held-back``
+runs the quick claims alone, on the least of them. Each has caches of its own, empty at first: what
+another processor computed or compiled would hide what this one does.
 """
 
 import os
@@ -12,23 +13,46 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 KERNELS = {"Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
 """OpenBLAS's kernels, and the instructions that a processor must have for each."""
 
-PICTURES = {
-    "SSE42": {"OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX", "OPENCV_IPP": "sse42"},
-    "AVX2": {"OPENCV_CPU_DISABLE": "AVX512-SKX", "OPENCV_IPP": "avx2"},
+_WIDE = [name for name in __cpu_dispatch__ if "AVX512" in name or name == "X86_V4"]
+HELD = {
+    "SSE42": {
+        "NPY_DISABLE_CPU_FEATURES": " ".join(__cpu_dispatch__),
+        "NUMBA_CPU_NAME": "generic",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4",
+        "OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX",
+        "OPENCV_IPP": "sse42",
+    },
+    "AVX2": {
+        "NPY_DISABLE_CPU_FEATURES": " ".join(_WIDE),
+        "NUMBA_CPU_NAME": "haswell",
+        "NUMBA_CPU_FEATURES": "+avx2,+fma",
+        "OPENCV_CPU_DISABLE": "AVX512-SKX",
+        "OPENCV_IPP": "avx2",
+    },
     "AVX512_SKX": {},
 }
-"""What holds OpenCV, and Intel's library in it, to instructions."""
+"""What holds NumPy, compiled kernels, the library of C, OpenCV, and Intel's library in it to
+instructions."""
+BASELINE = HELD["SSE42"] | {
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX,SSE4.2,SSE4.1",
+    "OPENCV_IPP": "disabled",
+}
+"""The least that the libraries are built for."""
 
 RUNS = {
     "tests": ["-m", "not slow", "--ignore", "tests/site", "tests"],
     "notebooks": ["--nbval-lax", "book"],
 }
+_FILES = sorted((Path(__file__).parent / "chapters").glob("*/test_claims.py"))
+CLAIMS = {"quick claims": ["-m", "not slow", *map(str, _FILES)]}
 ASK = "import numpy, threadpoolctl as t; print(t.threadpool_info()[0].get('architecture'))"
 
 
@@ -36,7 +60,7 @@ def variants() -> Iterator[tuple[str, dict[str, str]]]:
     """Yield name and environment of what can be tested here; print what cannot."""
     seen: dict[str, str] = {}
     for name, instructions in KERNELS.items():
-        environment = {"OPENBLAS_CORETYPE": name} | PICTURES[instructions]
+        environment = {"OPENBLAS_CORETYPE": name} | HELD[instructions]
         if not __cpu_features__.get(instructions):
             print(f"{name:18s}  needs {instructions}, which this processor does not have")
         elif (taken := python("-c", ASK, **environment).stdout.strip()) in seen:
@@ -46,9 +70,7 @@ def variants() -> Iterator[tuple[str, dict[str, str]]]:
             yield name, environment
         else:
             print(f"{name:18s}  is not in this BLAS, which takes {taken}")
-    numpy = {"NPY_DISABLE_CPU_FEATURES": " ".join(__cpu_dispatch__)}
-    opencv = {"OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FP16,AVX,SSE4.2,SSE4.1"}
-    yield "the baseline", numpy | opencv | {"OPENCV_IPP": "disabled"}
+    yield "the baseline", BASELINE
 
 
 def python(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -57,13 +79,18 @@ def python(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
 
 
-def passes(name: str, environment: Mapping[str, str], words: list[str]) -> bool:
-    """Run all tests in an environment, print the line of it, and what failed."""
+def passes(
+    name: str,
+    environment: Mapping[str, str],
+    words: list[str],
+    runs: Mapping[str, list[str]] = RUNS,
+) -> bool:
+    """Run tests in an environment, print the line of it, and what failed."""
     failures = []
     print(f"{name:18s}", end="", flush=True)
     with tempfile.TemporaryDirectory() as cache:
-        for what, chosen in RUNS.items():
-            own = {**environment, "ROBOT_PERCEPTION_CACHE": cache}
+        own = {**environment, "ROBOT_PERCEPTION_CACHE": cache, "NUMBA_CACHE_DIR": cache}
+        for what, chosen in runs.items():
             run = python("-m", "pytest", "-q", *words, *chosen, **own)
             (*_, last) = run.stdout.splitlines() or [""]
             print(
@@ -77,5 +104,8 @@ def passes(name: str, environment: Mapping[str, str], words: list[str]) -> bool:
 
 
 if __name__ == "__main__":
-    results = [passes(*variant, sys.argv[1:]) for variant in variants()]
+    if sys.argv[1:2] == ["held-back"]:
+        results = [passes("the baseline", BASELINE, sys.argv[2:], CLAIMS)]
+    else:
+        results = [passes(*variant, sys.argv[1:]) for variant in variants()]
     sys.exit(not all(results))

@@ -216,7 +216,8 @@ def test_equal_determinants_do_not_make_equation_4_best_for_three_numbers():
     assert fusion.omega_least_determinant(a, b) == pytest.approx(0.5, abs=1e-9)
     a, b = pair_with((4.0, 4.0, 1 / 16), np.random.default_rng(4))
     assert fusion.omega_determinants(a, b) == pytest.approx(0.5, abs=1e-9)
-    assert abs(fusion.omega_least_determinant(a, b) - 0.5) > 0.1
+    # 6 / (1 + 3 ω) = 15 / (16 - 15 ω), the derivative of log |C⁻¹| at ω
+    assert fusion.omega_least_determinant(a, b) == pytest.approx(0.6, abs=1e-6)
 
 
 @given(seeds, st.integers(1, 4), st.floats(0, 1))

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number, reals
+from data_synth._grid import on_grid
 from data_synth.fisheye import Stage, linear
 from data_synth.office import make_office
 from data_synth.textures import paint
@@ -147,7 +148,7 @@ def make_people_office(*, rng: np.random.Generator, distractors: bool = True) ->
         [[np.cos(plan.tilt), -np.sin(plan.tilt)], [np.sin(plan.tilt), np.cos(plan.tilt)]]
     )
     build = _Builder(rng, distractors)
-    rooms, doors = build.shell(plan.faces @ turn)
+    rooms, doors = build.shell(on_grid(plan.faces @ turn))
     exits = np.array([[0.35, _WIDE / 2], [_LONG - 0.35, _WIDE / 2]])
     build.furnish_corridor(doors)
     for light, (room, door) in enumerate(zip(rooms[:-1], doors, strict=True)):

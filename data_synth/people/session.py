@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_synth._checks import generator, instance, number, reals, whole
+from data_synth._grid import direction, on_grid
 from data_synth.people.bodies import Person, make_person
 from data_synth.people.office import PeopleOffice
 from data_synth.people.signals import FisheyeImage, LaserScan, Rig, Sensing, SonarScan
@@ -219,10 +220,10 @@ class _Driver:
             room = rooms[self.rng.integers(len(rooms))]
             goal = (room[:2] + room[2:]) / 2 + self.rng.uniform(-0.5, 0.5, 2)
             self.way, self.moved = self.world.way(place, goal), now.time
-        nearest = int(np.hypot(*(self.way - place).T).argmin())
+        nearest = int(on_grid(np.hypot(*(self.way - place).T)).argmin())
         next_ = min(nearest + (1 if self.world.bumped else 4), len(self.way) - 1)
         gap = self.way[next_] - place
-        off = (np.arctan2(gap[1], gap[0]) - heading + np.pi) % (2 * np.pi) - np.pi
+        off = direction(np.arctan2(gap[1], gap[0]) - heading)
         ahead = _CRUISE * max(0.0, 1 - abs(off) / 0.6)
         there = now.positions[now.present] - place
         front = there @ [np.cos(heading), np.sin(heading)]

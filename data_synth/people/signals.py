@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number
+from data_synth._grid import on_grid
 from data_synth.fisheye import Bodies, Fisheye, expose, view
 from data_synth.laser import Scanner, Sight, measure
 from data_synth.outlines import cast_outlines
@@ -199,7 +200,7 @@ class Sensing:
         seen = view(self.rig.camera, self.office.stage, moment.robot, body, light)
         wanted = float(np.clip(_GREY / max(seen.light.clip(0, 1).mean(), 1e-6), *_GAINS))
         gain = wanted if self._gain is None else self._gain
-        self._gain = gain + _ADAPTS * (wanted - gain)
+        self._gain = float(on_grid(gain + _ADAPTS * (wanted - gain)))
         return FisheyeImage(
             moment.time, expose(self.rig.camera, seen.light, gain, rng=self._rngs[2])
         )

@@ -3,6 +3,9 @@
 Everybody walks with a bounded acceleration towards a point ahead on a shortest way through the
 office, and among some velocities near the present one takes that which leads there without coming
 near to anybody. Scripts are walked as written; the others keep clear of them.
+
+All that a step hands to the next, and every best of several choices, is rounded to a grid:
+:mod:`data_synth._grid` says why.
 """
 
 from collections.abc import Sequence
@@ -13,6 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from data_synth._checks import array, generator, instance, number, whole
+from data_synth._grid import direction, on_grid
 from data_synth.people.bodies import Person
 from data_synth.people.office import PeopleOffice
 
@@ -184,7 +188,7 @@ def between(first: Moment, second: Moment, time: float) -> Moment:
     share = min(max((time - first.time) / span, 0.0), 1.0) if span > 0 else 1.0
 
     def turned(a, b):
-        return _wrap(a + share * _wrap(b - a))
+        return direction(a + share * direction(b - a))
 
     def moved(a, b):
         return a + share * (b - a)
@@ -266,6 +270,7 @@ class World:
         robot = array("robot", robot, (3,))
         if office.free(robot[None, :2])[0] < _BODY:
             raise ValueError(f"robot must stand free, not at {robot[:2]}")
+        robot = np.r_[on_grid(robot[:2]), direction(robot[2])]
         self.people, self.acts = tuple(people), tuple(acts)
         self.rng = generator(rng)
         self._ways = _Ways(office)
@@ -288,10 +293,11 @@ class World:
             starts = array("starts", starts, (count, 2))
             loose = np.array([not isinstance(act, Walk) for act in acts], dtype=bool)
             places[loose] = starts[loose]
-        headings = np.arctan2(*(robot[:2] - places).T[::-1])
+        places = on_grid(places)
+        headings = direction(np.arctan2(*(robot[:2] - places).T[::-1]))
+        phases = direction(self.rng.uniform(0, 2 * np.pi, count))
         self.now = Moment(
-            *(0.0, robot, places, headings, headings, self.rng.uniform(0, 2 * np.pi, count)),
-            *(np.zeros(count), present),
+            *(0.0, robot, places, headings, headings, phases, np.zeros(count), present)
         )
         self.before = self.now
         self.bumped = False
@@ -339,8 +345,9 @@ class World:
         headings, gazes = old.headings.copy(), old.gazes.copy()
         for k, act in enumerate(self.acts):
             if isinstance(act, Walk):
-                self._velocities[k] = (act.position(time) - positions[k]) / dt
-                positions[k] = act.position(time)
+                place = on_grid(act.position(time))
+                self._velocities[k] = on_grid((place - positions[k]) / dt)
+                positions[k] = place
                 present[k] = act.times[0] <= time <= act.times[-1]
                 if not old.present[k]:
                     self._velocities[k] = 0.0
@@ -357,15 +364,15 @@ class World:
                     self._visit(k, act, time, positions, robot)
                 steered = self._steer(k, positions, present, robot, dt)
                 self._velocities[k] = steered if present[k] else 0.0
-                positions[k] += self._velocities[k] * dt
+                positions[k] = on_grid(positions[k] + self._velocities[k] * dt)
             self._turn(k, headings, gazes, positions[k], robot, dt, facing, watches)
-        speeds = np.hypot(*self._velocities.T)
+        speeds = on_grid(np.hypot(*self._velocities.T))
         phases = old.phases + 2 * np.pi * speeds / (0.75 + 0.65 * speeds) * dt
         wanted = np.where(speeds > 0.15, 0.05 + 0.15 * speeds, 0.015)
         swings = old.swings + (wanted - old.swings) * min(1.0, 4 * dt)
-        self._robot_velocity = (robot[:2] - old.robot[:2]) / dt
+        self._robot_velocity = on_grid((robot[:2] - old.robot[:2]) / dt)
         self.now = Moment(
-            *(time, robot, positions, _wrap(headings), _wrap(gazes), _wrap(phases), swings, present)
+            *(time, robot, positions, headings, gazes, direction(phases), on_grid(swings), present)
         )
 
     def _drive(self, old: Moment, dt: float, ahead: float, turning: float) -> np.ndarray:
@@ -373,14 +380,14 @@ class World:
         x, y, heading = old.robot
         middle = heading + turning * dt / 2
         chord = ahead * dt * np.sinc(turning * dt / (2 * np.pi))
-        place = np.array([x + chord * np.cos(middle), y + chord * np.sin(middle)])
+        place = on_grid([x + chord * np.cos(middle), y + chord * np.sin(middle)])
         there = old.positions[old.present]
         before, after = np.hypot(*(there - [x, y]).T), np.hypot(*(there - place).T)
         hits = (after < _ROBOT_KEEP) & (after < before)
         if self.office.free(place[None])[0] < _BODY or hits.any():
             self.bumped = self.bumped or ahead != 0
             place = np.array([x, y])
-        return np.array([*place, _wrap(heading + turning * dt)])
+        return np.array([*place, direction(heading + turning * dt)])
 
     def _goal(
         self, place: np.ndarray, around: np.ndarray, reach: float, others: np.ndarray
@@ -444,7 +451,8 @@ class World:
         state.watches, state.facing = False, None
         pace = self.people[k].pace * self.rng.uniform(0.6, 1.25)
         state.speed = float(np.clip(pace, 0.35, _FASTEST))
-        state.until = time + 4.0 + 2.0 * np.hypot(*np.diff(state.way, axis=0).T).sum() / state.speed
+        long = on_grid(np.hypot(*np.diff(state.way, axis=0).T).sum())
+        state.until = time + 4.0 + 2.0 * long / state.speed
 
     def _out(self, robot: np.ndarray) -> np.ndarray:
         """Where to leave: past the door of the robot's room, else the end of the corridor."""
@@ -498,14 +506,14 @@ class World:
         moving = np.r_[self._velocities[others], self._robot_velocity[None]]
         wanted = np.r_[np.full(len(others), _APART), _ROBOT_APART]
         least = np.r_[np.full(len(others), _KEEP), _ROBOT_KEEP]
-        speed, direction = np.hypot(*wish), np.arctan2(wish[1], wish[0])
-        turns = direction + np.deg2rad([0, 20, -20, 45, -45, 75, -75, 110, -110])
+        speed, ahead = np.hypot(*wish), np.arctan2(wish[1], wish[0])
+        turns = ahead + np.deg2rad([0, 20, -20, 45, -45, 75, -75, 110, -110])
         some = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         shares = speed * np.array([1.0, 0.65, 0.35])[:, None, None]
         trial = np.r_[(shares * some).reshape(-1, 2), np.zeros((1, 2))]
         change = trial - velocity
         size = np.maximum(np.hypot(*change.T), 1e-12)
-        trial = velocity + change * np.minimum(1.0, _HARDEST * dt / size)[:, None]
+        trial = on_grid(velocity + change * np.minimum(1.0, _HARDEST * dt / size)[:, None])
         cost = np.hypot(*(trial - wish).T)
         then = place + trial[:, None] * _AHEAD[:, None]  # (trials, times, 2)
         room = self.office.free(then.reshape(-1, 2)).reshape(then.shape[:2])
@@ -514,7 +522,7 @@ class World:
         gaps = np.linalg.norm(then[:, :, None] - they, axis=-1)
         near = np.maximum(wanted - gaps, 0) * np.array([12, 8, 4, 2])[:, None]
         cost = cost + near.sum(axis=(1, 2))
-        best = trial[cost.argmin()]
+        best = trial[on_grid(cost).argmin()]
         after = place + best * dt
         now, next_ = np.hypot(*(places - place).T), np.hypot(*(places - after).T)
         clash = ((next_ < least) & (next_ < now)).any()
@@ -541,18 +549,20 @@ class World:
             wish = np.arctan2(self._velocities[k, 1], self._velocities[k, 0])
         elif wish is None:
             wish = to_robot if watches else headings[k]
-        off = _wrap(wish - headings[k])
+        off = direction(wish - headings[k])
         most = _TURN * dt
-        headings[k] += np.clip(0.2 * off if abs(off) < most else off, -most, most)
-        look = _wrap((to_robot if watches else headings[k]) - headings[k])
+        turn = np.clip(0.2 * off if abs(off) < most else off, -most, most)
+        headings[k] = direction(headings[k] + turn)
+        look = direction((to_robot if watches else headings[k]) - headings[k])
         look = np.clip(look, -_NECK, _NECK)
-        gazes[k] += np.clip(_wrap(headings[k] + look - gazes[k]), -1.5 * most, 1.5 * most)
+        turn = np.clip(direction(headings[k] + look - gazes[k]), -1.5 * most, 1.5 * most)
+        gazes[k] = direction(gazes[k] + turn)
 
 
 def _pursue(way: np.ndarray, place: np.ndarray, speed: float) -> np.ndarray:
     """Velocity towards a point ahead on a way, slower near its end."""
     away = np.hypot(*(way - place).T)
-    nearest = int(away.argmin())
+    nearest = int(on_grid(away).argmin())
     ahead = min(nearest + 6, len(way) - 1)
     gap = way[ahead] - place
     left = np.hypot(*(way[-1] - place))
@@ -560,10 +570,6 @@ def _pursue(way: np.ndarray, place: np.ndarray, speed: float) -> np.ndarray:
     if size < 1e-9:
         return np.zeros(2)
     return gap / size * min(speed, 0.3 + 1.2 * left)
-
-
-def _wrap(angle):
-    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 class _Ways:
@@ -588,7 +594,8 @@ class _Ways:
             costs.append(np.hypot(*step) * (price[fits] + price[other[fits]]) / 2)
         count = len(self.cells)
         edges = (np.concatenate(starts), np.concatenate(ends))
-        self.graph = coo_array((np.concatenate(costs), edges), shape=(count, count)).tocsr()
+        costs = on_grid(np.concatenate(costs))
+        self.graph = coo_array((costs, edges), shape=(count, count)).tocsr()
 
     def way(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
         """Places (n, 2) from near the start to the goal."""

@@ -9,6 +9,7 @@ from playwright.sync_api import Page
 
 from tests.site.conftest import Visit
 from tests.site.contents import BOOK, NOTEBOOKS, PAGES
+from tests.site.measures import ALIGNED, EQUATIONS
 
 WIDE_ELEMENTS = """
 () => {
@@ -208,6 +209,30 @@ def test_nothing_has_to_be_moved_sideways(
     assert page.evaluate(SIDEWAYS, f"{WHOLE}, {CODE}") == []
 
 
+@pytest.mark.parametrize("name", PAGES)
+def test_equations_stand_in_the_middle_and_words_of_tables_at_the_left(
+    name: str, visit: Callable[..., Visit], address: str
+) -> None:
+    """A displayed equation is centred, on a telephone too, where a wide one begins at the left."""
+    page = visit().open(f"{address}{name}.html")
+    assert page.evaluate(ALIGNED) == []
+    for size in ({"width": 1280, "height": 900}, {"width": 390, "height": 844}):
+        page.set_viewport_size(size)
+        page.wait_for_timeout(150)
+        assert page.evaluate(EQUATIONS) == []
+
+
+def test_equations_and_words_out_of_place_are_found(
+    visit: Callable[..., Visit], address: str
+) -> None:
+    """The measures measure: boxes that shrink and columns at the right are seen."""
+    page = visit().open(f"{address}walls.html")
+    page.add_style_tag(content="div.math > * { flex: none !important; }")
+    page.add_style_tag(content=".rp-table td { text-align: right !important; }")
+    assert page.evaluate(EQUATIONS)
+    assert page.evaluate(ALIGNED)
+
+
 @pytest.mark.parametrize("name", NOTEBOOKS[:1])
 def test_without_scripts_a_page_says_so(
     name: str, visit: Callable[..., Visit], address: str
@@ -235,13 +260,14 @@ SOURCE = r"""
 
 
 def test_without_scripts_formulas_are_set(visit: Callable[..., Visit], address: str) -> None:
-    """Each has a size and shows no LaTeX; no other text shows any either."""
+    """Each has a size and its place and shows no LaTeX; no other text shows any either."""
     page = visit(java_script_enabled=False).page
     for name in ("monobot", "anchored_slam", "notation", "references", "library/slam"):
         page.goto(f"{address}{name}.html")
         assert page.locator(".math").count() > 0
         assert page.evaluate(UNSET) == []
         assert page.evaluate(SOURCE) == []
+        assert page.evaluate(EQUATIONS) == []
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)

@@ -121,6 +121,35 @@ def test_a_change_expires_the_pages_that_reach_it(house: Path, name: str, pages:
 
 
 @pytest.mark.parametrize(
+    ("name", "pages"),
+    [
+        ("house/chapters/walls.py", {"walls", "scorecard"}),
+        ("house/chapters/slam/__init__.py", {"slam", "scorecard"}),
+        ("house/chapters/slam/study.py", {"slam", "scorecard"}),
+        ("house/chapters/slam/drives.py", {"slam"}),
+        ("house/chapters/attic/study.py", set()),
+    ],
+)
+def test_who_imports_by_name_reaches_what_it_names(house: Path, name: str, pages: set[str]):
+    chapters = house / "house/chapters"
+    write(chapters / "__init__.py", 'import importlib\nFOUND = "walls", "slam"\n')
+    write(chapters / "slam/__init__.py", "STUDIES = ['study']")
+    write(chapters / "attic/__init__.py", "STUDIES = ['study']")
+    write(chapters / "attic/study.py", "")
+    before = keys(house)
+    write(house / name, (house / name).read_text() + "\n# changed")
+    assert expired(before, house) == pages
+    write(chapters / "__init__.py", "from importlib.metadata import version\nimport house.records")
+    before = keys(house)
+    write(house / name, (house / name).read_text() + "\n# changed")
+    assert expired(before, house) == pages - {"scorecard"}  # it imports nothing by name
+    write(chapters / "__init__.py", '"""Of walls."""\nimport pkgutil\n')
+    before = keys(house)
+    write(house / name, (house / name).read_text() + "\n# changed")
+    assert expired(before, house) == pages | {"scorecard"}  # nothing is named: it may be any
+
+
+@pytest.mark.parametrize(
     ("claim", "pages"),
     [
         ("straight", EVERY),  # the other chapter's page names it

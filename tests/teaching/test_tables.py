@@ -73,6 +73,19 @@ def test_a_table_of_words_is_known_and_numbers_have_minus_signs():
     assert "-0.12 [-0.25, 0.10]" in numbers.text()
 
 
+def test_columns_of_words_stand_flush_left_and_those_with_a_number_do_not():
+    rows = {"a": ["given", "lost", None, None], "b": [None, 3, 0.5, None]}
+    html = (
+        Table(rows, dict.fromkeys(("words", "both", "number", "none"), ""))
+        .show()
+        .bundle["text/html"]
+    )
+    assert html.count("rp-text") == 3
+    assert '<th scope="col" class="rp-text">words</th>' in html
+    assert '<td data-name="words" class="rp-text">given</td>' in html
+    assert '<td data-name="words" class="rp-text">–</td>' in html
+
+
 def test_cells_are_found_by_name_and_a_part_keeps_them():
     assert ENDS["plain", "end (m)"].high == 2.2212
     part = ENDS.pick(["anchored <A>"], ["runs", "end (m)"])

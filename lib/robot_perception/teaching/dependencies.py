@@ -24,7 +24,12 @@ ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records
 PACKAGES = ("robot_perception", "data_synth")
 LEDGER = "claims.json"
 BY_NAME = frozenset({"importlib", "pkgutil"})
-"""Who imports one of these may import each of its submodules by name."""
+"""Who imports one of these may import by name each of its submodules that it names as a string.
+
+A package on the way there may name them too. If none is named, it may be any.
+"""
+NOT_BY_NAME = ("importlib.metadata", "importlib.resources", "importlib.util")
+"""Parts of it that import nothing."""
 
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
 _END = object()
@@ -49,6 +54,7 @@ class Imports:
         self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=None)
         self._showing = showing
         self._meanings: dict[str, str] = {}
+        self._words: dict[str, frozenset[str]] = {}
         self.files = {
             name: _file(name) for name in self._graph.modules if name.split(".")[0] in packages
         }
@@ -100,10 +106,32 @@ class Imports:
         """Yield what a module imports, whether it was meant or only stands above another one."""
         imported = self._graph.find_modules_directly_imported_by(name)
         yield from ((other, True) for other in imported & self.files.keys())
-        if meant and imported & BY_NAME:
-            yield from ((other, True) for other in self._graph.find_descendants(name))
+        if meant and any(self._is_by_name(name, top) for top in imported & BY_NAME):
+            below = self._graph.find_descendants(name)
+            named = {other for other in below if self._is_named(other, name)}
+            yield from ((other, True) for other in named or below)
         if "." in name:
             yield name.rpartition(".")[0], False
+
+    def _is_by_name(self, importer: str, imported: str) -> bool:
+        """Tell whether one of the lines that import such a package takes what imports by name."""
+        found = self._graph.get_import_details(importer=importer, imported=imported)
+        return not all(any(part in line["line_contents"] for part in NOT_BY_NAME) for line in found)
+
+    def _is_named(self, module: str, top: str) -> bool:
+        """Tell whether a package, or those between, name each step of the way to a module."""
+        while module != top:
+            above, _, step = module.rpartition(".")
+            if not any(step in self._said(name) for name in (above, top)):
+                return False
+            module = above
+        return True
+
+    def _said(self, module: str) -> frozenset[str]:
+        if module not in self._words:
+            tree = ast.parse(self.files[module].read_bytes())
+            self._words[module] = frozenset(text.strip(".") for text in _strings(tree))
+        return self._words[module]
 
 
 def code_digest(*modules: str) -> str:
@@ -176,14 +204,14 @@ class Dependencies:
 
     def __init__(self, root: Path, packages: tuple[str, ...] = PACKAGES) -> None:
         self._root = root
-        self._imports = Imports(packages)
+        self.imports = Imports(packages)
         self._names = {
             name: _strings(ast.parse(file.read_bytes()))
-            for name, file in self._imports.files.items()
+            for name, file in self.imports.files.items()
         }
         self._named = frozenset().union(*self._names.values())
         folders = (root / "book" / "_data", *(_file(name).parent for name in packages))
-        self._data = {
+        self.stored = {
             file: _calls(file.relative_to(folder))
             for folder in folders
             for file in sorted(folder.rglob("*"))
@@ -196,14 +224,14 @@ class Dependencies:
         if not cells:
             return None
         modules = self.modules(cells)
-        named = _strings(*cells).union(*(self._names[name] for name in modules))
+        named = self.named(cells, modules)
         digest = hashlib.sha256((self._root / "constraints.txt").read_bytes())
         for name in sorted(modules):
-            digest.update(name.encode() + self._imports.files[name].read_bytes())
+            digest.update(name.encode() + self.imports.files[name].read_bytes())
         for file in self.data(named):
-            ledger = file.name == LEDGER
             digest.update(file.name.encode())
-            digest.update(claims_of(page.stem, named, file) if ledger else file.read_bytes())
+            text = file.read_bytes()
+            digest.update(claims_of(page.stem, named, text) if file.name == LEDGER else text)
         for name in registry():  # a page differs with its recording there or not
             if name in named or name not in self._named:
                 digest.update(f"{name} {find(name) is not None}".encode())
@@ -211,10 +239,11 @@ class Dependencies:
 
     def modules(self, cells: Iterable[ast.Module]) -> set[str]:
         """Return the modules that run when cells do: those they import, and what those import."""
-        return self._imports.reached(self._imported(cells))
+        return self.imports.reached(self.imported(cells))
 
-    def _imported(self, cells: Iterable[ast.Module]) -> Iterable[str]:
-        files = self._imports.files
+    def imported(self, cells: Iterable[ast.Module]) -> Iterator[str]:
+        """Yield the modules that cells import themselves."""
+        files = self.imports.files
         for node in (node for cell in cells for node in ast.walk(cell)):
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names if alias.name in files)
@@ -222,11 +251,15 @@ class Dependencies:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
                 yield from (name if name in files else node.module for name in names)
 
+    def named(self, cells: Iterable[ast.Module], modules: Iterable[str]) -> frozenset[str]:
+        """Return the texts that stand in cells, and in the modules that run with them."""
+        return _strings(*cells).union(*(self._names[name] for name in modules))
+
     def data(self, named: frozenset[str]) -> list[Path]:
         """Return the files that are named, and those that no module names."""
         return [
             file
-            for file, calls in self._data.items()
+            for file, calls in self.stored.items()
             if calls & named or calls.isdisjoint(self._named)
         ]
 
@@ -248,15 +281,14 @@ def code(page: Path) -> list[ast.Module]:
     ]
 
 
-def claims_of(chapter: str, named: frozenset[str], ledger: Path) -> bytes:
+def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:
     """Return what a page reads of the ledger.
 
     That is a chapter's own claims and those it names; all of it for a page that is no chapter.
     """
-    text = ledger.read_bytes()
-    claims = json.loads(text)["claims"]
+    claims = json.loads(ledger)["claims"]
     if chapter not in {claim["chapter"] for claim in claims}:
-        return text
+        return ledger
     read = [claim for claim in claims if claim["chapter"] == chapter or claim["id"] in named]
     return json.dumps(read).encode()
 

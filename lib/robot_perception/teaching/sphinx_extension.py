@@ -19,7 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from joblib import effective_n_jobs
 from jupyter_client import KernelManager
+from myst_nb.core.config import NbParserConfig
 from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.config import Config
@@ -27,8 +29,10 @@ from sphinx.environment import BuildEnvironment
 from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 
+from robot_perception.evaluation.sweep import WORKERS
 from robot_perception.teaching import source_pages
 from robot_perception.teaching.dependencies import ROOT, Dependencies
+from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 from robot_perception.teaching.formulas import with_mathml
 
@@ -77,6 +81,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _drop_listeners)
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
+    app.connect("env-before-read-docs", _execute)
     app.connect("source-read", _choose_cache)
     connect_figures(app)
     app.connect("env-check-consistency", _name_references)
@@ -124,10 +129,26 @@ def _expire(
     return [name for name, key in env.page_keys.items() if before.get(name) != key]
 
 
+def _execute(app: Sphinx, env: BuildEnvironment, names: list[str]) -> None:
+    """Execute the pages that will be read, the landing page last: it shows what others compute."""
+    pages = sorted(env.page_keys.keys() & set(names), key=lambda n: (n == env.config.root_doc, n))
+    if not pages:
+        return
+    workers = effective_n_jobs(int(os.environ.get(WORKERS, "1")))
+    kernels = min(workers, len(pages))
+    os.environ[WORKERS] = str(workers // kernels)  # for the sweeps within each of them
+    files = [Path(env.doc2path(name)) for name in pages]
+    configs = [_config(app, name) for name in pages]
+    execute(zip(files, configs, strict=True), env.myst_config, kernels)
+
+
 def _choose_cache(app: Sphinx, name: str, source: list[str]) -> None:
     if name in app.env.page_keys:
-        path = str(_cache(app, name))
-        app.env.mystnb_config = app.env.mystnb_config.copy(execution_cache_path=path)
+        app.env.mystnb_config = _config(app, name)
+
+
+def _config(app: Sphinx, name: str) -> NbParserConfig:
+    return app.env.mystnb_config.copy(execution_cache_path=str(_cache(app, name)))
 
 
 def _figures(env: BuildEnvironment) -> dict[str, list[str]]:

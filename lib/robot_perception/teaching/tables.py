@@ -1,7 +1,7 @@
 """Tables of results: one type for the evidence of a claim and for what a chapter shows."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
@@ -161,7 +161,11 @@ class Table:
         )
 
     def _html(self, digits: int, bold: Collection[str | tuple[str, str]]) -> str:
-        head = "".join(f'<th scope="col">{escape(name)}</th>' for name in self.columns)
+        kinds = {
+            name: ' class="rp-text"' if _of_words(row[place] for row in self.rows.values()) else ""
+            for place, name in enumerate(self.columns)
+        }
+        head = "".join(f'<th scope="col"{kinds[c]}>{escape(c)}</th>' for c in self.columns)
         body = ""
         for name, cells in self.rows.items():
             shown = ""
@@ -172,7 +176,7 @@ class Table:
                 if isinstance(cell, Interval):
                     value, _, ends = value.partition(" [")
                 strong = {name, column, (name, column)} & set(bold)
-                shown += f'<td data-name="{escape(column)}">'
+                shown += f'<td data-name="{escape(column)}"{kinds[column]}>'
                 shown += f"<strong>{value}</strong>" if strong else value
                 shown += f" <small>[{ends}</small></td>" if ends else "</td>"
             body += f'<tr><th scope="row">{escape(name)}</th>{shown}</tr>'
@@ -190,6 +194,12 @@ class Table:
             f"{head}</tr></thead><tbody>{body}</tbody></table></div>"
             + (f'<p class="rp-defined">{caption}.</p>' if caption else "")
         )
+
+
+def _of_words(column: Iterable[Cell]) -> bool:
+    """Tell whether a column holds texts and no number: it stands flush left."""
+    cells = [cell for cell in column if cell is not None]
+    return bool(cells) and all(isinstance(cell, str) for cell in cells)
 
 
 def _checked(cell: object) -> Cell:

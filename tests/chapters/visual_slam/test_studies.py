@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
 from data_synth import stereo
 from robot_perception.chapters.visual_slam import (
@@ -17,6 +18,7 @@ from robot_perception.chapters.visual_slam import (
     stability,
 )
 from robot_perception.geometry import compose, se3
+from robot_perception.slam.visual import Newcomers
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -77,10 +79,18 @@ def test_errors_of_a_disparity_last(seen):
     assert 0.4 < correlation < 0.6
 
 
+def ages(seen):
+    """Return for each point in how many frames its track was seen by then."""
+    counts, found = {}, []
+    for track in seen.tracks.tolist():
+        counts[track] = counts.get(track, 0) + 1
+        found.append(counts[track])
+    return np.array(found)
+
+
 def recognised(drive):
     """Return points, landmarks and gaps (m) of the tracks that were taken for a landmark."""
-    seen, stable = drive.seen, drives.stable_points(drive.seen, 5)
-    first = np.concatenate([r[f] for r, f in zip(stable.rows, stable.first, strict=True)])
+    seen, first = drive.seen, np.flatnonzero(ages(drive.seen) == 6)
     new = np.isin(drive.rows, first) & (seen.frames[drive.rows] != drive.made[drive.names])
     rows, names = drive.rows[new], drive.names[new]
     return rows, names, np.linalg.norm(seen.places[rows] - drive.places[names], axis=1)
@@ -95,15 +105,31 @@ def test_most_that_is_taken_for_another_lies_on_the_same_surface():
     assert 0.5 < same.mean() < 0.9
 
 
-@pytest.mark.parametrize("stable", [0, 5])
-def test_stable_points_are_those_of_long_tracks(seen, stable):
-    found = drives.stable_points(seen, stable)
-    lengths = np.bincount(seen.tracks)
-    assert sum(map(len, found.rows)) == np.maximum(lengths - stable, 0).sum()
-    assert sum(first.sum() for first in found.first) == np.count_nonzero(lengths > stable)
-    track = int(np.argmax(lengths))
-    rows = np.flatnonzero(seen.tracks == track)[: stable + 1]
-    assert found.means[track] == pytest.approx(seen.descriptors[rows].mean(axis=0))
+def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
+    """Each track of more than five frames is recognised or a landmark; later points may be lost."""
+    drive = explorers.driven(10)
+    age = ages(drive.seen)
+    assert age[drive.rows].min() == 6
+    assert np.isin(np.flatnonzero(age == 6), drive.rows).all()
+    assert np.count_nonzero(age == 6) == drive.matched + len(drive.places)
+    used, made = (
+        np.bincount(frames, minlength=len(drive.poses))
+        for frames in (drive.seen.frames[drive.rows], drive.made)
+    )
+    assert (used - made == drive.observed).all()
+
+
+def test_costs_are_distances_of_descriptors():
+    new, old = RNG(5).uniform(0, 255, (3, 128)), RNG(6).uniform(0, 255, (7, 128))
+    assert drives.alike(Newcomers(np.arange(3), new, old)) == pytest.approx(cdist(new, old))
+
+
+def test_what_is_in_the_map_again_was_there_before():
+    drive = explorers.driven(10)
+    near = cdist(drive.places, drive.places) < drives.AGAIN
+    same = drive.carriers[:, None] == drive.carriers
+    before = drive.made[:, None] > drive.made
+    assert drive.twice == (near & same & before).any(axis=1).sum() > 0
 
 
 def test_the_wheels_alone_add_up():
@@ -125,7 +151,7 @@ def test_the_path_is_that_of_ancestors():
 def test_told_the_names_nothing_is_wrong(seen):
     report = drives.roll(seen.poses, rng=RNG(3))
     with unchecked():
-        drive = drives.run(seen, replace(drives.TEN, names="told"), report, rng=RNG(4))
+        drive = drives.run(seen, drives.TEN, report, rng=RNG(4), told=True)
     assert drive.matched > 100
     assert drive.wrong == 0
     assert recognised(drive)[2].max() < drives.AGAIN

@@ -6,7 +6,7 @@ import sympy
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.observations import Observations
 from robot_perception.particles import effective_number, systematic
-from robot_perception.slam import monobot, observability, planar, rao_blackwellised
+from robot_perception.slam import monobot, observability, planar, rao_blackwellised, visual
 from robot_perception.slam.observability import symbolic
 from robot_perception.slam.planar import textbook
 from robot_perception.slam.rao_blackwellised import textbook as one_by_one
@@ -48,6 +48,18 @@ MAPS = rao_blackwellised.ParticleMaps(PARTICLES, np.array([4]), PLACES, SPREADS)
 POINT, OTHER = (
     Observations(np.array([name]), np.array([[-2.0, -1.0, 2.0]]), 0.1 * Q[None]) for name in (4, 5)
 )
+LOOKS = np.ones((1, 4))
+FEW = visual.Options(2, 0)
+VISUAL, _ = visual.step(
+    visual.VisualMaps.start(POSE, FEW, length=4),
+    None,
+    POINT,
+    LOOKS,
+    MOUNT,
+    costs=lambda asked: np.ones((1, 1)),
+    options=FEW,
+    rng=np.random.default_rng(0),
+)
 PARTICLE = one_by_one.Particle(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)})
 
 
@@ -72,6 +84,10 @@ RESULTS = {
     planar.Optimum,
     rao_blackwellised.Weighing,
     symbolic.Reading,
+    visual.FrameInfo,
+    visual.Newcomers,
+    visual.Ongoing,
+    visual.VisualMaps,
 }
 OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
 INNER = {
@@ -156,6 +172,18 @@ CALLS = {
         MAPS, POINT.anonymous(), MOUNT, **gated(by="best")
     ),
     rao_blackwellised.associate_each: lambda: call(MAPS, POINT.anonymous(), MOUNT, **gated()),
+    visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0),
+    visual.VisualMaps.start: lambda: call(POSE, FEW, length=4),
+    visual.step: lambda: call(
+        VISUAL,
+        MOTION,
+        OTHER,
+        LOOKS,
+        MOUNT,
+        costs=lambda asked: np.ones((1, 1)),
+        options=FEW,
+        rng=np.random.default_rng(0),
+    ),
     one_by_one.Particle: lambda: call(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)}, -1.0),
     one_by_one.camera_pose: lambda: call(POSE, MOUNT),
     one_by_one.predict: lambda: call(PARTICLE, MOTION, rng=np.random.default_rng(0)),

@@ -38,6 +38,11 @@ WITNESSES: Mapping[Sensor, str] = MappingProxyType(
 )
 """The claim about each sensor."""
 OUT = 0.36  # from the middle of a person to the letter, m
+HERO = {  # three plans fill the row: their margins have room for ticks, the caption says what is up
+    "width": 8.2,
+    "height": 3.1,
+    "gridspec_kw": {"left": 0.42 / 8.2, "right": 1 - 0.11 / 8.2, "wspace": 0.54 / 2.2},
+}
 
 
 # The room ----------------------------------------------------------------------------------------
@@ -162,6 +167,7 @@ def hero(axes: np.ndarray, at: float) -> np.ndarray:
     for ax, sensor in zip(axes, ("camera", "laser", "sonar"), strict=True):
         ax.clear()
         _floor(ax, 0.4)
+        ax.set_ylabel("")
         _people(ax, at, strong=False)
         said(ax, sensor, scene.found(at, sensor).positions)
         ax.set_title(f"{sensor} alone")

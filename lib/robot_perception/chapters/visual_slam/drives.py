@@ -1,9 +1,9 @@
 """One drive through the filter of the paper: stable tracks in, path, map and accounts out."""
 
-import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Literal
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -12,57 +12,16 @@ from data_synth import wheels
 from data_synth.textured_building import SLIP
 from robot_perception.chapters.visual_slam.frontend import RIG, Seen
 from robot_perception.geometry import compose
-from robot_perception.landmarks import DescriptorClasses, Euclidean
+from robot_perception.landmarks import Euclidean
 from robot_perception.observations import Observations
-from robot_perception.particles import effective_number
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry
+from robot_perception.slam.visual import FrameInfo, Newcomers, Options, VisualMaps, step
 
 SAME = 0.3
 """A match is wrong where the point lies farther than that from what the landmark was made of, m."""
 AGAIN = 0.05
 """A landmark is in the map again where another one of the same surface is nearer than that, m."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How the filter runs; paper: section 3, section 5.
-
-    Parameters
-    ----------
-    particles
-        M; paper: 1, 10, 50, 100.
-    stable
-        A track gives observations once it is longer than so many frames; paper: 5.
-    share
-        Particles are drawn anew below this share of M; paper: 1/2; 0 is never, 1 is always.
-    criterion
-        What is compared with it: the effective number, or what eq. (7) prints.
-    limit
-        Largest distance of mean descriptors of one landmark, whose length is 512; ours.
-    level
-        Probability that a right match passes the gate in space; ours.
-    reach
-        Standard deviation that the gate adds to what the particles say of a coordinate, m; ours.
-        Particles that descend from one know nothing of the error that they share.
-    names
-        Whether landmarks are recognised by descriptor and place (``"found"``), or told by the
-        renderer (``"told"``).
-    noise
-        What the standard deviation of the points is multiplied by in the filter; ours.
-    """
-
-    particles: int = 10
-    stable: int = 5
-    share: float = 0.5
-    criterion: Literal["effective", "printed"] = "effective"
-    limit: float = 150.0
-    level: float = 0.999
-    reach: float = 0.3
-    names: Literal["found", "told"] = "found"
-    noise: float = 1.0
-
-
 TEN = Options()
 
 
@@ -157,138 +116,97 @@ def dead_reckoning(start: np.ndarray, report: wheels.Odometry) -> Float[np.ndarr
     return np.array(path)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Stable:
-    """The points of stable tracks, frame by frame, and the classes of their descriptors.
-
-    Parameters
-    ----------
-    rows
-        For each frame the points whose track is stable by then.
-    first
-        For each frame whether the track becomes so in it.
-    means : (tracks, 128)
-        Mean descriptor of each track when it becomes stable.
-    """
-
-    rows: tuple[np.ndarray, ...]
-    first: tuple[np.ndarray, ...]
-    means: np.ndarray
+def motions(report: wheels.Odometry) -> list[Odometry]:
+    """Return what the wheels report as the filter takes it."""
+    return [
+        Odometry(increment, np.diag(sigma**2))
+        for increment, sigma in zip(report.increments, report.deviations, strict=True)
+    ]
 
 
-@cache
-def stable_points(seen: Seen, stable: int) -> Stable:
-    """Return the points of tracks that have been followed for more than so many frames."""
-    order = np.lexsort((seen.frames, seen.tracks))
-    starts = np.flatnonzero(np.diff(seen.tracks[order], prepend=-1))
-    age = np.empty(len(order), dtype=int)
-    lengths = np.diff(starts, append=len(order))
-    age[order] = np.arange(len(order)) - np.repeat(starts, lengths) + 1
-    means = np.zeros((len(starts), seen.descriptors.shape[1]))
-    early = age <= stable + 1
-    np.add.at(means, seen.tracks[early], seen.descriptors[early])
-    means /= np.minimum(lengths, stable + 1)[:, None]
-    old = np.flatnonzero(age > stable)
-    ends = np.searchsorted(seen.frames[old], np.arange(len(seen.poses) + 1))
-    rows = tuple(old[a:b] for a, b in itertools.pairwise(ends))
-    return Stable(rows, tuple(age[r] == stable + 1 for r in rows), means)
+def alike(asked: Newcomers) -> Float[np.ndarray, "m N"]:
+    """Return what it costs to take newcomers for landmarks: the distances of their descriptors."""
+    return np.sqrt(Euclidean(asked.landmarks).distances(asked.descriptors))
+
+
+def apart(
+    seen: Seen, rows: Int[np.ndarray, "m"], others: Int[np.ndarray, "N"]
+) -> Float[np.ndarray, "m N"]:
+    """Return how far apart points are in truth, m; infinite where it is not the same place."""
+    near = np.linalg.norm(seen.places[rows][:, None] - seen.places[others], axis=-1)
+    same = seen.carriers[rows][:, None] == seen.carriers[others]
+    return np.where(same & (near < AGAIN), near, np.inf)
 
 
 def run(
-    seen: Seen, options: Options, report: wheels.Odometry, *, rng: np.random.Generator
+    seen: Seen,
+    options: Options,
+    report: wheels.Odometry,
+    *,
+    rng: np.random.Generator,
+    told: bool = False,
 ) -> Drive:
-    """Run the filter over a drive."""
-    mount = RIG.T_robot_camera
-    stable = stable_points(seen, options.stable)
-    count = options.particles
-    maps = rb.ParticleMaps.start(seen.poses[0], count)
-    criterion = effective_number if options.criterion == "effective" else rb.printed_number
-    names: dict[int, int] = {}  # of tracks
-    founders: list[int] = []  # rows of the points that landmarks were made of
-    classes = None
-    used: list[tuple[np.ndarray, np.ndarray]] = []
-    poses, ancestors, effective, drawn, observed = [], [], [], [], []
-    matched = wrong = twice = 0
-    for k, (rows, first) in enumerate(zip(stable.rows, stable.first, strict=True)):
-        if k:
-            motion = Odometry(
-                report.increments[k - 1],
-                np.diag(report.deviations[k - 1] ** 2),
-            )
-            maps = rb.predict(maps, motion, rng=rng)
-        tracks = seen.tracks[rows]
-        look = Observations(
-            np.full(len(rows), -1), seen.points[rows], options.noise**2 * seen.covs[rows]
+    """Run the filter over a drive, and score it; ``told``, the renderer names the landmarks."""
+    state = VisualMaps.start(seen.poses[0], options, length=seen.descriptors.shape[1])
+    founders = np.empty(0, dtype=int)  # the points that landmarks were made of
+    poses, infos = [], []
+    ends = np.searchsorted(seen.frames, np.arange(len(seen.poses) + 1))
+    for (begin, end), motion in zip(pairwise(ends), [None, *motions(report)], strict=True):
+        rows = np.arange(begin, end)
+        state, info = step(
+            state,
+            motion,
+            Observations(seen.tracks[rows], seen.points[rows], seen.covs[rows]),
+            seen.descriptors[rows].astype(float),
+            RIG.T_robot_camera,
+            costs=partial(_named, seen, rows, founders) if told else alike,
+            options=options,
+            rng=rng,
         )
-        found = np.full(len(rows), -1)
-        if founders and len(rows):
-            costs = np.full((len(rows), len(founders)), np.inf)
-            if options.names == "found":
-                costs[first] = np.sqrt(
-                    Euclidean(classes.means).distances(stable.means[tracks[first]])
-                )
-            else:
-                near = np.linalg.norm(
-                    seen.places[rows[first]][:, None] - seen.places[founders], axis=-1
-                )
-                same = seen.carriers[rows[first]][:, None] == seen.carriers[founders]
-                costs[first] = np.where(same & (near < AGAIN), near, np.inf)
-            for i in np.flatnonzero(~first):
-                if tracks[i] in names:
-                    costs[i, names[tracks[i]]] = 0.0
-            wide = Observations(look.ids, look.values, look.covs + options.reach**2 * np.eye(3))
-            found = rb.associate_shared(
-                maps, wide, mount, costs=costs, limit=options.limit, level=options.level
-            )
-        for i in np.flatnonzero(first & (found >= 0)):
-            names[tracks[i]] = int(found[i])
-            matched += 1
-            far = np.linalg.norm(seen.places[rows[i]] - seen.places[founders[found[i]]])
-            wrong += bool(far > SAME)
-        known = found >= 0
-        info_drawn, ancestor = False, np.arange(count)
-        number = effective_number(maps.particles.log_weights)
-        if known.any():
-            maps, _ = rb.update(maps, look.named(found)[known], mount)
-            number = effective_number(maps.particles.log_weights)
-            maps, info = rb.resample(maps, rng=rng, share=options.share, criterion=criterion)
-            info_drawn, ancestor = info.resampled, info.ancestors
-        new = np.flatnonzero(first & ~known)
-        if len(new):
-            ids = len(founders) + np.arange(len(new))
-            if founders:
-                near = np.linalg.norm(
-                    seen.places[rows[new]][:, None] - seen.places[founders], axis=-1
-                )
-                same = seen.carriers[rows[new]][:, None] == seen.carriers[founders]
-                twice += int((same & (near < AGAIN)).any(axis=1).sum())
-            maps = rb.add_landmarks(maps, look[new].named(ids), mount)
-            fresh = DescriptorClasses.of(stable.means[tracks[new]])
-            classes = fresh if classes is None else classes.with_others(fresh)
-            names |= zip(tracks[new].tolist(), ids.tolist(), strict=True)
-            founders += rows[new].tolist()
-            found[new] = ids
-        used.append((rows[found >= 0], found[found >= 0]))
-        poses.append(maps.poses)
-        ancestors.append(ancestor)
-        effective.append(number)
-        drawn.append(info_drawn)
-        observed.append(int(known.sum()))
+        founders = np.append(founders, rows[info.new])
+        poses.append(state.maps.poses)
+        infos.append(info)
+    return _scored(seen, options, report, np.array(poses), infos, state.maps)
+
+
+def _named(seen: Seen, rows: np.ndarray, founders: np.ndarray, asked: Newcomers) -> np.ndarray:
+    """Return the costs that know the truth: nothing but the place itself will do."""
+    return apart(seen, rows[asked.rows], founders)
+
+
+def _scored(
+    seen: Seen,
+    options: Options,
+    report: wheels.Odometry,
+    poses: np.ndarray,
+    infos: Sequence[FrameInfo],
+    maps: rb.ParticleMaps,
+) -> Drive:
+    """Judge by the truth what the filter made of each point."""
+    names, first, new = (
+        np.concatenate(column)
+        for column in zip(*((info.names, info.first, info.new) for info in infos), strict=True)
+    )
+    founders, matched, used = map(np.flatnonzero, (new, first & ~new, names >= 0))
+    far = np.linalg.norm(seen.places[matched] - seen.places[founders[names[matched]]], axis=1)
+    made = seen.frames[founders]
+    again = [apart(seen, founders[made == k], founders[made < k]) for k in np.unique(made)]
     return Drive(
         options,
         seen,
         dead_reckoning(seen.poses[0], report),
-        np.array(poses),
-        np.array(ancestors),
-        np.array(effective),
-        np.array(drawn),
+        poses,
+        np.array([info.resampling.ancestors for info in infos]),
+        np.array([info.resampling.effective for info in infos]),
+        np.array([info.resampling.resampled for info in infos]),
         maps,
-        *(np.concatenate(column) for column in zip(*used, strict=True)),
+        used,
+        names[used],
         seen.places[founders],
         seen.carriers[founders],
-        seen.frames[founders],
-        matched,
-        wrong,
-        twice,
-        np.array(observed),
+        made,
+        len(matched),
+        int(np.count_nonzero(far > SAME)),
+        sum(int(np.isfinite(gaps).any(axis=1).sum()) for gaps in again),
+        np.array([info.known.sum() for info in infos]),
     )

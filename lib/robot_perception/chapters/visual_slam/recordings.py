@@ -14,7 +14,7 @@ from jaxtyping import Float
 from data_synth import wheels
 from robot_perception import landmarks
 from robot_perception.cameras import Pinhole, StereoRig, level_mount
-from robot_perception.chapters.visual_slam.drives import dead_reckoning
+from robot_perception.chapters.visual_slam.drives import dead_reckoning, motions
 from robot_perception.datasets import read_kitti, read_stereo_features
 from robot_perception.datasets.stereo import Calibration
 from robot_perception.evaluation.trajectories import absolute_error
@@ -127,12 +127,8 @@ def _filter(
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, rb.ParticleMaps]:
     still = Odometry(np.zeros(3), np.zeros((3, 3)))
-    motions = [still] + [
-        Odometry(increment, np.diag(sigma**2))
-        for increment, sigma in zip(report.increments, report.deviations, strict=True)
-    ]
     maps, poses, ancestors = rb.ParticleMaps.start(start, count), [], []
-    for motion, frame in zip(motions, frames, strict=True):
+    for motion, frame in zip([still, *motions(report)], frames, strict=True):
         maps, info = rb.step(maps, motion, frame, MOUNT, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)

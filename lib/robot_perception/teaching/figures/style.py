@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
@@ -18,11 +17,19 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
+from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
+from matplotlib.transforms import Transform
 
 from robot_perception.checks import array as checked_array
 from robot_perception.checks import flag, instance, number, positive, whole
+from robot_perception.teaching.figures.ticks import (
+    LastingXAxis,
+    LastingYAxis,
+    checked,
+    settings,
+)
 from robot_perception.teaching.figures.webp import check_image
 
 INK = "#1c1e21"
@@ -185,6 +192,8 @@ STYLE: dict[str, Any] = {
     "ytick.major.size": 3.5,
 }
 
+_CHECKED = checked(STYLE)
+
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -204,15 +213,34 @@ class _Powers(Formatter):
         return f"{value:g}" if high < 10 * low else ""
 
 
+class _Ground(Rectangle):
+    """What axes are drawn on, and cut off by: all artists share its transformation."""
+
+    def get_transform(self) -> Transform:
+        """Return the transformation of the unit square."""
+        if (*self.get_xy(), self.get_width(), self.get_height(), self.angle) == (0, 0, 1, 1, 0):
+            return Artist.get_transform(self)
+        return super().get_transform()
+
+
 class BookAxes(Axes):
     """Axes that keep the book's style when they are cleared and drawn on again."""
 
     def _ipython_display_(self) -> None:
         """Show nothing: a cell that ends in a drawing call has its figure shown by `show`."""
 
+    def _gen_axes_patch(self) -> Rectangle:
+        return _Ground((0.0, 0.0), 1.0, 1.0)
+
+    def _init_axis(self) -> None:
+        self.xaxis = LastingXAxis(self, clear=False, style=_CHECKED)
+        self.yaxis = LastingYAxis(self, clear=False, style=_CHECKED)
+        for side, spine in self.spines.items():
+            spine.register_axis(self.xaxis if side in ("bottom", "top") else self.yaxis)
+
     def clear(self) -> None:
         """Empty the axes and put the style back."""
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             super().clear()
         self.yaxis.labelpad = Y_PAD
         self.tick_params(which="both", **TICKS)
@@ -230,27 +258,27 @@ class BookAxes(Axes):
     def imshow(self, X: Any, *args: Any, **kwargs: Any) -> AxesImage:
         """Show an image at its own resolution; data (not 8-bit) without loss, cell by cell."""
         gid = None if np.asarray(X).dtype == np.uint8 else f"{LOSSLESS} {PIXELATED}"
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             return super().imshow(X, *args, **({"gid": gid} | kwargs))
 
     def set_title(self, *args: Any, **kwargs: Any) -> Text:
         """Write the title, bold and at the left."""
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             return super().set_title(*args, **kwargs)
 
     def text(self, *args: Any, **kwargs: Any) -> Text:
         """Write text in the colour of the ink unless told otherwise."""
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             return super().text(*args, **kwargs)
 
     def annotate(self, *args: Any, **kwargs: Any) -> Text:
         """Annotate a point in the colour of the ink unless told otherwise."""
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             return super().annotate(*args, **kwargs)
 
     def legend(self, *args: Any, **kwargs: Any) -> Legend:
         """Place a legend without a frame."""
-        with mpl.rc_context(STYLE):
+        with settings(_CHECKED):
             return super().legend(*args, **kwargs)
 
 
@@ -319,7 +347,7 @@ def image_axes(
     flag("lossless", lossless)
     rows, cols = check_image(array, channels=(3,)).shape[:2]
     scale = min(7 / cols, 5.25 / rows)
-    with mpl.rc_context(STYLE):
+    with settings(_CHECKED):
         fig = Figure((cols * scale, rows * scale), dpi=100, facecolor="none", layout="none")
         ax = fig.add_axes((0, 0, 1, 1), axes_class=ImageAxes)
     coloured = array if array.ndim == 3 else np.repeat(array[..., None], 3, axis=2)
@@ -380,7 +408,7 @@ def figure(
         "hspace": gap_y / panel_height,
     } | kwargs.pop("gridspec_kw", {})
     subplot_kw = {"axes_class": BookAxes} | kwargs.pop("subplot_kw", {})
-    with mpl.rc_context(STYLE):
+    with settings(_CHECKED):
         fig = Figure(figsize=(width, height), dpi=100, facecolor="none", layout="none")
         axes = fig.subplots(rows, cols, gridspec_kw=grid, subplot_kw=subplot_kw, **kwargs)
     for ax in fig.axes:

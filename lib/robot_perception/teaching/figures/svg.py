@@ -20,11 +20,15 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from types import NoneType
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib._path import convert_to_string
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import GraphicsContextBase
@@ -34,11 +38,14 @@ from matplotlib.collections import Collection, PathCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.text import Text
+from matplotlib.textpath import TextToPath
 from matplotlib.transforms import Affine2D, Transform
 
 from robot_perception.checks import instance, whole
 from robot_perception.teaching.figures import style
+from robot_perception.teaching.figures.ticks import checked, settings
 from robot_perception.teaching.figures.webp import to_webp
 
 HEAVY = 400_000
@@ -67,7 +74,7 @@ _PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIAB
 _PAINT |= {style.INK: "currentColor", "#000000": "currentColor"}
 _SENTINEL = re.compile("|".join(map(re.escape, _PAINT)))
 _EMBEDDED = re.compile(r"data:image/\w+;base64,[^\"]*")
-_NUMBER = re.compile(r"-?\d+\.\d+")
+_NUMBER = re.compile(r"-?\d+\.\d\d+")
 _GEOMETRY = re.compile(r'(?<= d=")[^"]*(?=")|(?<= (?:x|y)=")[^"]*(?=")|translate\([^)]*\)')
 _IDENTIFIER = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r'url\(#([^)]*)\)|xlink:href="#([^"]*)"')
@@ -86,6 +93,8 @@ _SETTINGS = {
     "path.simplify": True,
     "svg.fonttype": "none",
 }
+_CHECKED = checked(style.STYLE | _SETTINGS)
+_FONTS = [name for name in mpl.rcParams if name.startswith(("font.", "mathtext.", "text."))]
 
 
 def to_svg(
@@ -110,7 +119,7 @@ def to_svg(
         One `<svg>` element without a prologue.
     """
     _check(fig, alt, prefix, effort)
-    ((raw,), (window,)) = _saved(fig, [_whole(fig)], effort)
+    ((raw,), (window,)) = _saved(fig, [_whole(fig)], effort, prefix is not None)
     return _rewrite(raw, window, prefix, _named(alt))
 
 
@@ -136,7 +145,7 @@ def to_html(
     columns = _columns(fig)
     if len(columns) == 1:
         return to_svg(fig, alt=alt, prefix=prefix, effort=effort)
-    raws, windows = _saved(fig, columns, effort)
+    raws, windows = _saved(fig, columns, effort, prefix is not None)
     prefix = prefix or _hashed("".join(raws))
     panels = "\n".join(
         _rewrite(raw, window, f"{prefix}{place}", ' aria-hidden="true"')
@@ -188,6 +197,41 @@ def _columns(fig: Figure) -> list[Column]:
     ]  # fmt: skip
 
 
+@dataclass
+class Passage:
+    """What was written of something that is drawn again and again.
+
+    Parameters
+    ----------
+    text, shortened
+        What stands in the drawing, and the paths in it.
+    needs
+        Identifiers that it refers to and that stand before it.
+    markers, glyphs, clips
+        What it defines, in the renderer's own books.
+    """
+
+    text: str = ""
+    shortened: list[Path] = field(default_factory=list)
+    needs: set[str] = field(default_factory=set)
+    markers: dict[Any, str] = field(default_factory=dict)
+    glyphs: dict[str, Any] = field(default_factory=dict)
+    clips: dict[Any, Any] = field(default_factory=dict)
+
+
+@lru_cache(4096)
+def _measured(
+    text: str, font: FontProperties, ismath: bool | str, fonts: str
+) -> tuple[float, float, float]:
+    """Return width, height and descent of a text; matplotlib measures anew for each drawing."""
+    return TextToPath().get_text_width_height_descent(text, font, ismath)
+
+
+def _written(path: Path, decimals: int) -> str:
+    letters = [b"M", b"L", b"Q", b"C", b"z"]
+    return convert_to_string(path, None, None, False, None, decimals, letters, False).decode()
+
+
 class _Renderer(RendererSVG):
     """Writes text as text, formulas as outlines, and images as they are.
 
@@ -197,6 +241,73 @@ class _Renderer(RendererSVG):
     """
 
     effort = 4
+    keeps = False
+    """Whether passages are kept: only where identifiers will be those of the caller's prefix."""
+
+    def __init__(self, width: float, height: float, stream: io.StringIO) -> None:
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        super().__init__(width, height, stream, None, RASTER_DPI, metadata=nothing)
+        self.stream = stream
+        self.fonts = repr([mpl.rcParams[name] for name in _FONTS])
+        self.shortened: list[Path] = []
+
+    def get_text_width_height_descent(
+        self, s: str, prop: FontProperties, ismath: bool | str
+    ) -> tuple[float, float, float]:
+        return _measured(s, prop, ismath, self.fonts)
+
+    def _convert_path(
+        self,
+        path: Path,
+        transform: Transform | None = None,
+        clip: bool | None = None,
+        simplify: bool | None = None,
+        sketch: tuple | None = None,
+    ) -> str:
+        if clip is None or not len(path.vertices):  # to be defined, and drawn elsewhere
+            return super()._convert_path(path, transform, clip, simplify, sketch)
+        window = (0.0, 0.0, self.width, self.height) if clip else None
+        drawn = path.cleaned(transform, True, window, simplify=simplify, curves=True, sketch=sketch)
+        # to six decimals and then to one, as matplotlib and `_shorten_path` would
+        drawn.vertices = drawn.vertices.round(6)
+        self.shortened.append(drawn)
+        return _written(drawn, 1)
+
+    @contextmanager
+    def kept(self) -> Iterator[Passage]:
+        """Keep what is written meanwhile."""
+        self.writer._XMLWriter__flush()  # the tag that is open belongs to what stands before
+        stream, markers, glyphs = self.stream, set(self._markers), set(self._glyph_map)
+        start, paths = stream.tell(), len(self.shortened)
+        passage = Passage()
+        yield passage
+        stream.seek(start)
+        passage.text = stream.read()
+        passage.shortened = self.shortened[paths:]
+        passage.markers = {k: v for k, v in self._markers.items() if k not in markers}
+        passage.glyphs = {k: v for k, v in self._glyph_map.items() if k not in glyphs}
+        used = {a or b for a, b in _REFERENCE.findall(passage.text)}
+        passage.clips = {k: v for k, v in self._clipd.items() if v[1] in used}
+        brought = set(_IDENTIFIER.findall(passage.text)) | {
+            oid for _, oid in passage.clips.values()
+        }
+        passage.needs = used - brought
+
+    def has_for(self, passage: Passage) -> bool:
+        """Tell whether what a passage refers to is there, and what it brings is not."""
+        there = {*self._markers.values(), *map(self._adjust_glyph_repr, self._glyph_map)}
+        brought = (*passage.markers, *passage.glyphs)
+        known = (*self._markers, *self._glyph_map)
+        return passage.needs <= there and not set(brought) & set(known)
+
+    def repeat(self, passage: Passage) -> None:
+        """Write a passage again."""
+        self.writer._XMLWriter__flush()
+        self.stream.write(passage.text)
+        self.shortened += passage.shortened
+        self._markers |= passage.markers
+        self._glyph_map |= passage.glyphs
+        self._clipd |= passage.clips
 
     def draw_image(
         self,
@@ -249,44 +360,61 @@ class _Renderer(RendererSVG):
         if not ismath:
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
             return
-        with mpl.rc_context({"svg.fonttype": "path"}):
+        with settings({"svg.fonttype": "path"}):
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
 
 
 def _saved(
-    fig: Figure, columns: Sequence[Column], effort: int
+    fig: Figure, columns: Sequence[Column], effort: int, keeps: bool
 ) -> tuple[list[str], list[tuple[float, float]]]:
     """Return what matplotlib writes of each column, and the columns' windows."""
 
-    def save() -> list[str]:
-        return [_save_only(axes, fig, effort) for axes, *_ in columns]
+    def save() -> list[Raw]:
+        return [_save_only(axes, fig, effort, keeps) for axes, *_ in columns]
 
     raws = save()
-    if sum(len(_EMBEDDED.sub("", raw)) for raw in raws) > HEAVY:
+    if _is_heavy(raws):
         with _rasterised(_heavy(fig)):
             raws = save()
-    return raws, [(left, right) for _, left, right in columns]
+    return [text for text, _ in raws], [(left, right) for _, left, right in columns]
 
 
-def _save_only(axes: Sequence[Axes], fig: Figure, effort: int) -> str:
+Raw = tuple[str, list[Path]]
+"""What matplotlib writes of a drawing, and its paths, of which one decimal is written."""
+
+
+def _is_heavy(raws: Sequence[Raw]) -> bool:
+    """Tell whether drawings had more than `HEAVY` characters with all six decimals."""
+    most = sum(len(text) + 14 * sum(len(path.vertices) for path in paths) for text, paths in raws)
+    return (
+        most
+        > HEAVY
+        < sum(
+            len(_EMBEDDED.sub("", text))
+            + sum(len(_written(path, 6)) - len(_written(path, 1)) for path in paths)
+            for text, paths in raws
+        )
+    )
+
+
+def _save_only(axes: Sequence[Axes], fig: Figure, effort: int, keeps: bool) -> Raw:
     hidden = [ax for ax in fig.axes if ax not in axes and ax.get_visible()]
     for ax in hidden:
         ax.set_visible(False)
     try:
-        return _save(fig, effort)
+        return _save(fig, effort, keeps)
     finally:
         for ax in hidden:
             ax.set_visible(True)
 
 
-def _save(fig: Figure, effort: int) -> str:
+def _save(fig: Figure, effort: int, keeps: bool) -> Raw:
     stream = io.StringIO()
     width, height = fig.get_size_inches()
     dpi, ground = fig.dpi, fig.patch.get_visible()
-    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    with mpl.rc_context(style.STYLE | _SETTINGS):
-        writer = _Renderer(72 * width, 72 * height, stream, None, RASTER_DPI, metadata=nothing)
-        writer.effort = effort
+    with settings(_CHECKED):
+        writer = _Renderer(72 * width, 72 * height, stream)
+        writer.effort, writer.keeps = effort, keeps
         try:
             fig.dpi = 72
             fig.patch.set_visible(False)
@@ -296,7 +424,7 @@ def _save(fig: Figure, effort: int) -> str:
             fig.dpi = dpi
             fig.patch.set_visible(ground)
         renderer.finalize()
-    return stream.getvalue()
+    return stream.getvalue(), writer.shortened
 
 
 def _vertices(artist: Artist) -> int:

@@ -1,0 +1,448 @@
+"""SLAM with tracked points: against the filter that is told all names, and laws of its accounts."""
+
+from dataclasses import dataclass, fields, is_dataclass
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.distance import cdist
+from scipy.stats import chi2
+
+from robot_perception.observations import Observations
+from robot_perception.slam import rao_blackwellised as rb
+from robot_perception.slam.planar import Odometry
+from robot_perception.slam.visual import Options, VisualMaps, step
+from tests.slam.rao_blackwellised.drives import MOUNT, assert_close, noises, seen_from
+from tests.unchecked import unchecked
+
+seeds = st.integers(0, 10**6)
+STILL = Odometry(np.zeros(3), np.zeros((3, 3)))
+LOOSE = Options(5, 2, level=1 - 1e-12)
+"""Five particles, tracks of more than two frames, and a gate that lets everything pass."""
+D = 4
+
+
+@dataclass
+class Frame:
+    """What one frame has: points with tracks and descriptors, and in truth the landmark of each."""
+
+    motion: Odometry | None
+    seen: Observations
+    descriptors: np.ndarray
+    truth: np.ndarray
+
+    def told(self, known):
+        """Return costs by the truth, of landmarks whose true numbers are known."""
+        return lambda asked: np.where(
+            self.truth[asked.rows][:, None] == np.array(known)[None], 0.0, np.inf
+        )
+
+
+def unlike(asked):
+    return cdist(asked.descriptors, asked.landmarks)
+
+
+def world(rng, *, laps=2, slip=1.0):
+    """Return the frames of laps round a circle: a landmark is in sight for some frames, and again.
+
+    Each time it comes into sight it is a new track; rows are in random order.
+    """
+    angle = np.linspace(0, laps * 2 * np.pi, laps * 18 + 1)
+    poses = np.stack([3 * np.cos(angle), 3 * np.sin(angle), angle + np.pi / 2], axis=-1)
+    places = np.column_stack([rng.uniform(-6, 6, (100, 2)), rng.uniform(0.5, 1.7, 100)])
+    looks = rng.integers(0, 1000, (len(places), D))
+    sigma = slip * np.array([0.01, 0.005, 0.01])
+    motions = [None]
+    for before, after in pairwise(poses):
+        shift = complex(*(after - before)[:2]) * np.exp(-1j * before[2])
+        errors = sigma * rng.standard_normal(3)
+        increment = np.array([shift.real, shift.imag, after[2] - before[2]])
+        motions.append(Odometry(increment + errors, np.diag(sigma**2)))
+    tracks, count, frames = {}, 0, []
+    for pose, motion in zip(poses, motions, strict=True):
+        points = seen_from(pose, places)
+        ahead = (points[:, 2] > 0.5) & (points[:, 2] < 4) & (abs(points[:, 0]) < points[:, 2])
+        rows = rng.permutation(np.flatnonzero(ahead))
+        begun = [row for row in rows.tolist() if row not in tracks]
+        tracks = {row: tracks.get(row) for row in rows.tolist()}
+        for row in begun:
+            tracks[row], count = count, count + 1
+        covs = noises(points[rows], rng)
+        errors = np.linalg.cholesky(covs) @ rng.standard_normal((len(rows), 3, 1))
+        seen = Observations(np.array(list(tracks.values())), points[rows] + errors[..., 0], covs)
+        drawn = looks[rows] + rng.integers(-9, 10, (len(rows), D))
+        frames.append(Frame(motion, seen, drawn.astype(float), rows))
+    return poses, frames
+
+
+def run(poses, frames, options, *, rng, told=True):
+    """Return the states and the infos of all frames, and which landmark each one of the map is."""
+    state, known = VisualMaps.start(poses[0], options, length=D), []
+    states, infos = [], []
+    for frame in frames:
+        costs = frame.told(known) if told else unlike
+        state, info = step(
+            state,
+            frame.motion,
+            frame.seen,
+            frame.descriptors,
+            MOUNT,
+            costs=costs,
+            options=options,
+            rng=rng,
+        )
+        known += frame.truth[info.new].tolist()
+        states.append(state)
+        infos.append(info)
+    return states, infos, known
+
+
+def lengths_and_means(frames):
+    """Return how long each track of each frame is by then, and its mean descriptor, by counting."""
+    seen = {}
+    for frame in frames:
+        for track, descriptor in zip(frame.seen.ids.tolist(), frame.descriptors, strict=True):
+            seen.setdefault(track, []).append(descriptor)
+        own = [seen[track] for track in frame.seen.ids.tolist()]
+        means = np.array([np.mean(rows, axis=0) for rows in own]).reshape(-1, D)
+        yield np.array([len(rows) for rows in own], dtype=int), means
+
+
+def named_filter(pose, frames, options, *, rng):
+    """Yield the maps of a filter that is told the name of every point of a track that lasts."""
+    maps = rb.ParticleMaps.start(pose, options.particles)
+    for frame, (lengths, _) in zip(frames, lengths_and_means(frames), strict=True):
+        if frame.motion is not None:
+            maps = rb.predict(maps, frame.motion, rng=rng)
+        look = frame.seen.named(frame.truth)[lengths > options.stable]
+        old = np.isin(look.ids, maps.ids)
+        ancestors, evidence = np.arange(len(maps)), 0.0
+        if old.any():
+            maps, seen = rb.update(maps, look[old], MOUNT)
+            maps, info = rb.resample(maps, rng=rng)
+            ancestors, evidence = info.ancestors, seen.log_evidence
+        maps = rb.add_landmarks(maps, look[~old], MOUNT)
+        yield maps, ancestors, evidence
+
+
+def arrays(thing):
+    """Return copies of all arrays that something holds."""
+    if isinstance(thing, np.ndarray):
+        return [thing.copy()]
+    if isinstance(thing, rb.ParticleMaps):
+        return arrays([thing.table, thing.sizes, thing.ids, *thing.blocks, thing.particles])
+    if is_dataclass(thing):
+        return arrays([getattr(thing, f.name) for f in fields(thing)])
+    return [a for part in thing for a in arrays(part)] if isinstance(thing, list) else []
+
+
+def assert_equal(some, others):
+    for one, other in zip(arrays(some), arrays(others), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def look(points, *, tracks=None, variance=1e-4):
+    """Return observations, without noise, of places as a robot at the origin sees them."""
+    points = seen_from(np.zeros(3), np.array(points, float).reshape(-1, 3))
+    tracks = np.arange(len(points)) if tracks is None else np.array(tracks)
+    return Observations(tracks, points, np.tile(variance * np.eye(3), (len(points), 1, 1)))
+
+
+def go(state, seen, options, *, costs=None, motion=None, descriptors=None, seed=0):
+    """Take a step with equal descriptors, where landmarks cost nothing unless said."""
+    descriptors = np.zeros((len(seen), 1)) if descriptors is None else np.array(descriptors, float)
+    free = lambda asked: np.zeros((len(asked.rows), len(asked.landmarks)))  # noqa: E731
+    rng = np.random.default_rng(seed)
+    return step(
+        state, motion, seen, descriptors, MOUNT, costs=costs or free, options=options, rng=rng
+    )
+
+
+def begun(seen, options):
+    """Return what is known after a first frame at the origin."""
+    return go(VisualMaps.start(np.zeros(3), options, length=1), seen, options)[0]
+
+
+@given(seed=seeds, count=st.integers(1, 6), stable=st.integers(0, 3))
+@settings(max_examples=5)
+def test_told_the_names_it_is_the_filter_that_knows_them(seed, count, stable):
+    """Poses, weights, draws and maps to the bit."""
+    poses, frames = world(np.random.default_rng(seed))
+    options = Options(count, stable, level=1 - 1e-12, reach=1.0)
+    states, infos, known = run(poses, frames, options, rng=np.random.default_rng(1))
+    theirs = named_filter(poses[0], frames, options, rng=np.random.default_rng(1))
+    for state, info, (maps, ancestors, evidence) in zip(states, infos, theirs, strict=True):
+        np.testing.assert_array_equal(state.maps.poses, maps.poses)
+        np.testing.assert_array_equal(state.maps.particles.weights, maps.particles.weights)
+        np.testing.assert_array_equal(info.resampling.ancestors, ancestors)
+        assert info.resampling.log_evidence == evidence
+    assert known == maps.ids.tolist()
+    assert len(known) > 5
+    np.testing.assert_array_equal(states[-1].maps.means, maps.means)
+    np.testing.assert_array_equal(states[-1].maps.covs, maps.covs)
+
+
+def test_the_map_of_one_particle_is_least_squares_on_its_path():
+    """All that the account says was used, at once: information adds up."""
+    poses, frames = world(np.random.default_rng(3))
+    options = Options(1, 2, noise=1.5)
+    states, infos, known = run(poses, frames, options, rng=np.random.default_rng(4))
+    information, vector = np.zeros((len(known), 3, 3)), np.zeros((len(known), 3))
+    for frame, state, info in zip(frames, states, infos, strict=True):
+        x, y, a = state.maps.poses[0]
+        turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+        R, t = turn @ MOUNT[:3, :3], turn @ MOUNT[:3, 3] + [x, y, 0]
+        for name, point, cov in zip(info.names, frame.seen.values, frame.seen.covs, strict=True):
+            if name >= 0:
+                weight = np.linalg.inv(1.5**2 * R @ cov @ R.T)
+                information[name] += weight
+                vector[name] += weight @ (R @ point + t)
+    covs = np.linalg.inv(information)
+    assert_close(states[-1].maps.covs[0], covs, 1e-8)
+    assert_close(states[-1].maps.means[0], (covs @ vector[..., None])[..., 0], 1e-8)
+
+
+@given(seed=seeds, stable=st.integers(0, 4))
+@settings(max_examples=5)
+def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable):
+    poses, frames = world(np.random.default_rng(seed))
+    state, known = VisualMaps.start(poses[0], Options(2, stable), length=D), []
+    for frame, (lengths, means) in zip(frames, lengths_and_means(frames), strict=True):
+        asked, told = [], frame.told(known)
+        before = state
+        state, info = step(
+            before,
+            frame.motion,
+            frame.seen,
+            frame.descriptors,
+            MOUNT,
+            costs=lambda new, asked=asked, told=told: asked.append(new) or told(new),
+            options=Options(2, stable),
+            rng=np.random.default_rng(0),
+        )
+        np.testing.assert_array_equal(info.first, lengths == stable + 1)
+        assert (lengths[info.names >= 0] > stable).all()
+        assert len(asked) == (info.first.any() and len(known) > 0)
+        for new in asked:
+            np.testing.assert_array_equal(new.rows, np.flatnonzero(info.first))
+            np.testing.assert_allclose(new.descriptors, means[info.first], rtol=1e-14)
+            np.testing.assert_array_equal(new.landmarks, before.descriptors)
+        known += frame.truth[info.new].tolist()
+        np.testing.assert_allclose(state.descriptors[len(before.descriptors) :], means[info.new])
+        np.testing.assert_allclose(state.tracks.means, means)
+    assert len(known) > 5
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_accounts_agree_with_the_maps(told):
+    poses, frames = world(np.random.default_rng(5))
+    states, infos, known = run(poses, frames, LOOSE, rng=np.random.default_rng(6), told=told)
+    count = 0
+    for frame, state, info in zip(frames, states, infos, strict=True):
+        assert info.names[info.new].tolist() == list(range(count, count + info.new.sum()))
+        assert (info.names[info.known] < count).all()
+        used = info.names[info.names >= 0]
+        assert len(set(used.tolist())) == len(used)
+        assert not (info.new & ~info.first).any()
+        assert not (info.first & (info.names < 0)).any()
+        count += info.new.sum()
+        assert state.maps.ids.tolist() == list(range(count))
+        assert len(state.descriptors) == count
+        held = dict(zip(state.tracks.ids.tolist(), state.tracks.names.tolist(), strict=True))
+        for track, name in zip(frame.seen.ids.tolist(), info.names.tolist(), strict=True):
+            assert name in (-1, held[track])
+        assert 1 <= info.resampling.effective <= 5 * (1 + 1e-12)
+        assert info.resampling.resampled == (info.resampling.effective < 2.5)
+    recognised = [i for i in infos if (i.first & i.known).any()]
+    assert len(recognised) > 5
+    assert len(set(known)) == len(known)
+
+
+def test_by_descriptors_it_finds_what_it_would_have_been_told():
+    poses, frames = world(np.random.default_rng(5))
+    found, told = (
+        run(poses, frames, LOOSE, rng=np.random.default_rng(6), told=told)[1]
+        for told in (False, True)
+    )
+    for one, other in zip(found, told, strict=True):
+        np.testing.assert_array_equal(one.names, other.names)
+
+
+def test_a_step_writes_to_nothing_and_the_same_seed_gives_the_same():
+    poses, frames = world(np.random.default_rng(7))
+    states, _, known = run(poses, frames[:28], LOOSE, rng=np.random.default_rng(8))
+    state, before = states[-1], arrays(states[-1])
+    for frame in frames[28:]:
+        parts = [frame.seen, frame.descriptors]
+        given_ = arrays(parts)
+        twice = [
+            step(
+                state,
+                frame.motion,
+                frame.seen,
+                frame.descriptors,
+                MOUNT,
+                costs=frame.told(known),
+                options=LOOSE,
+                rng=np.random.default_rng(9),
+            )
+            for _ in range(2)
+        ]
+        assert_equal(list(twice[0]), list(twice[1]))
+        assert_equal(parts, given_)
+        assert_equal(state, before)
+        state, info = twice[0]
+        before = arrays(state)
+        known += frame.truth[info.new].tolist()
+    assert info.known.any()
+
+
+def test_the_first_frame_draws_nothing():
+    rng = np.random.default_rng(0)
+    state = VisualMaps.start(np.ones(3), LOOSE, length=1)
+    seen = look([[2, 0, 1]])
+    after, info = step(
+        state, None, seen, np.zeros((1, 1)), MOUNT, costs=unlike, options=LOOSE, rng=rng
+    )
+    assert rng.random() == np.random.default_rng(0).random()
+    np.testing.assert_array_equal(after.maps.poses, np.ones((5, 3)))
+    assert info.resampling.effective == pytest.approx(5)
+    assert not info.resampling.resampled
+    assert info.names.tolist() == [-1]
+
+
+@pytest.mark.parametrize(("reach", "noise"), [(0.0, 1.0), (0.3, 1.0), (0.3, 2.0), (0.0, 3.0)])
+def test_the_gate_reaches_as_far_as_is_said(reach, noise):
+    """A landmark from one look, seen again beside its place: variance 2 (noise σ)² + reach²."""
+    options = Options(1, 0, reach=reach, noise=noise, level=0.9)
+    state = begun(look([[2, 0, 1]], variance=0.01), options)
+    np.testing.assert_allclose(state.maps.covs[0, 0], 0.01 * noise**2 * np.eye(3), atol=1e-15)
+    edge = np.sqrt(chi2.ppf(0.9, 3) * (2 * 0.01 * noise**2 + reach**2))
+    for factor, name, new in ((0.999, 0, False), (1.001, 1, True)):
+        beside = look([[2, factor * edge, 1]], tracks=[7], variance=0.01)
+        after, info = go(state, beside, options)
+        assert (info.names.tolist(), info.new.tolist()) == ([name], [new])
+        if not new:  # the reach is of the gate alone
+            np.testing.assert_allclose(
+                after.maps.covs[0, 0], 0.005 * noise**2 * np.eye(3), atol=1e-15
+            )
+
+
+def test_a_cost_up_to_the_limit_is_one_landmark_and_above_it_two():
+    options, seen = Options(1, 0, limit=2.0), look([[2, 0, 1]], tracks=[7])
+    state = begun(look([[2, 0, 1]]), options)
+    for cost, new in ((2.0, False), (2.001, True), (np.inf, True)):
+        _, info = go(state, seen, options, costs=lambda _, cost=cost: np.array([[cost]]))
+        assert info.new.tolist() == [new]
+
+
+def test_the_cheapest_newcomer_gets_the_landmark_and_none_gets_one_that_is_taken():
+    options = Options(1, 0)
+    state = begun(look([[2, 0, 1]]), options)
+    two = look([[2, 0, 1], [2, 0.1, 1]], tracks=[5, 6])
+    _, info = go(state, two, options, costs=lambda _: np.array([[0.2], [0.1]]))
+    assert info.names.tolist() == [1, 0]
+    both = look([[2, 0, 1], [2, 0.1, 1]], tracks=[5, 0])
+    _, info = go(state, both, options, costs=lambda _: np.array([[0.1]]))
+    assert info.names.tolist() == [1, 0]
+
+
+def test_a_track_out_of_the_gate_is_no_landmark_of_its_own_and_comes_back():
+    options = Options(1, 0, reach=0.0)
+    state = begun(look([[2, 0, 1]]), options)
+    state, info = go(state, look([[2, 1.5, 1]]), options)
+    assert (info.names.tolist(), info.new.tolist(), info.first.tolist()) == ([-1], [False], [False])
+    state, info = go(state, look([[2, 0, 1]]), options, costs=lambda _: 1 / 0)
+    assert info.names.tolist() == [0]
+    assert info.known.tolist() == [True]
+
+
+def test_a_track_that_a_frame_misses_has_ended():
+    """It has to last again, and is then looked up; so its number may be used anew."""
+    options = Options(1, 1)
+    state, seen = begun(look([[2, 0, 1]]), options), look([[2, 0, 1]])
+    state, info = go(state, seen, options)
+    assert info.new.tolist() == [True]
+    state, _ = go(state, seen[:0], options)
+    state, info = go(state, seen, options)
+    assert (info.names.tolist(), info.first.tolist()) == ([-1], [False])
+    state, info = go(state, seen, options)
+    assert (info.names.tolist(), info.first.tolist()) == ([0], [True])
+    assert len(state.descriptors) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "drawn"),
+    [
+        (Options(5, 2, share=0.0), {False}),
+        (Options(5, 2, share=1.0), {True}),
+        (Options(5, 2, share=0.0, criterion="printed"), {False}),
+        (Options(5, 2, share=0.5, criterion="printed"), {True}),
+        (Options(2, 2, share=0.5, criterion="printed"), None),
+    ],
+)
+def test_when_particles_are_drawn(options, drawn):
+    """What is printed is 1 but for rounding: below M/2 with five particles, at it with two."""
+    poses, frames = world(np.random.default_rng(5))
+    states, infos, _ = run(poses, frames, options, rng=np.random.default_rng(6))
+    for state, info in zip(states, infos, strict=True):
+        if options.share == 0:  # the weights are still those that were judged
+            weights = state.maps.particles.weights
+            assert info.resampling.effective == pytest.approx(1 / (weights**2).sum())
+    seen = {info.resampling.resampled for info in infos if info.known.any()}
+    assert drawn is None or seen == drawn
+    assert not any(info.resampling.resampled for info in infos if not info.known.any())
+
+
+def test_without_descriptors_an_oracle_is_enough():
+    options = Options(1, 0)
+    state = VisualMaps.start(np.zeros(3), options, length=0)
+    seen, none = look([[2, 0, 1]]), np.empty((1, 0))
+    state, _ = go(state, seen, options, descriptors=none)
+    _, info = go(state, look([[2, 0, 1]], tracks=[9]), options, descriptors=none)
+    assert info.names.tolist() == [0]
+
+
+def wrong(state, **more):
+    seen = more.pop("seen", look([[2, 0, 1]], tracks=[7]))
+    return go(state, seen, more.pop("options", Options(1, 0)), **more)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda s: wrong(s, seen=look([[2, 0, 1]], tracks=[-1])),
+            "numbers of their tracks, got -1",
+        ),
+        (
+            lambda s: wrong(s, seen=Observations(np.array([7]), np.ones((1, 3)))),
+            "observations must be points .* with covariances",
+        ),
+        (lambda s: wrong(s, options=Options(2, 0)), "options must be for the 1 particles .* got 2"),
+        (
+            lambda s: wrong(s, descriptors=np.zeros((1, 2))),
+            r"descriptors must be \(1, 1\) for 1 observations",
+        ),
+        (
+            lambda s: wrong(s, costs=lambda _: np.zeros((2, 1))),
+            r"costs\(newcomers\) must be \(1, 1\) for 1 newcomers and 1 landmarks, got \(2, 1\)",
+        ),
+        (lambda s: wrong(s, costs=lambda _: np.array([[-1.0]])), "costs must not be negative"),
+        (lambda s: wrong(s, costs=lambda _: np.array([[np.nan]])), "costs must not be .* NaN"),
+        (lambda _: Options(particles=0), "particles must be at least 1, got 0"),
+        (lambda _: Options(stable=-1), "stable must be at least 0, got -1"),
+        (lambda _: Options(share=1.1), "share must be from 0 to 1"),
+        (lambda _: Options(criterion="sum"), "criterion must be one of 'effective', 'printed'"),
+        (lambda _: Options(limit=-1.0), "limit must not be negative"),
+        (lambda _: Options(level=1.0), "level must be between 0 and 1"),
+        (lambda _: Options(reach=-0.1), "reach must not be negative"),
+        (lambda _: Options(noise=0.0), "noise must be positive"),
+    ],
+)
+def test_what_is_wrong_is_said(call, message):
+    state = begun(look([[2, 0, 1]]), Options(1, 0))
+    with unchecked(), pytest.raises(ValueError, match=message):
+        call(state)

@@ -1,0 +1,284 @@
+"""What a change reaches: in a small house with two chapters, in this one, and by git's word."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import nbformat
+import pytest
+
+from robot_perception.teaching import dependencies
+from robot_perception.teaching.dependencies import Dependencies
+from tests import reached
+from tests.reached import ROOT, Reach, Reached, before, changes, main, page_tests, steps
+
+HOUSE = {
+    "house/__init__.py": "",
+    "house/kalman.py": "",
+    "house/laser.py": "",
+    "house/records.py": 'LEDGER = "claims.json"',
+    "house/chapters/__init__.py": 'import importlib\nCHAPTERS = "walls", "slam"\n',
+    "house/chapters/walls/__init__.py": 'STUDIES = ("office",)',
+    "house/chapters/walls/office.py": "from house import laser",
+    "house/chapters/walls/figures.py": "from house.chapters.walls import office",
+    "house/chapters/slam/__init__.py": 'STUDIES = ("drive",)',
+    "house/chapters/slam/drive.py": 'from house import kalman\nSTORED = "park"',
+    "tests/__init__.py": "",
+    "tests/conftest.py": "",
+    "tests/ledger.py": "from house import chapters, records",
+    "tests/worlds.py": "",
+    "tests/reached.py": "",
+    "tests/mutants/rooms.txt": "house/kalman.py: `+` -> `-`",
+    "tests/test_kalman.py": "from house.kalman import __name__\nfrom tests import worlds",
+    "tests/test_laser.py": "import house.laser",
+    "tests/mutants/__init__.py": 'ROOMS = "*.txt"',
+    "tests/test_mutants.py": "from tests import mutants",
+    "tests/test_notebooks.py": 'BOOK, EVERY = "book", "*.ipynb"',
+    "tests/test_titles.py": 'def title(stem): return f"book/{stem}.ipynb"',
+    "tests/test_scripts.py": 'EVERY = "*.py", "*.md"',
+    "tests/test_by_name.py": 'def module(name): return f"tests.calls.{name}"',
+    "tests/calls/__init__.py": "",
+    "tests/calls/laser.py": "from house import laser",
+    "tests/chapters/__init__.py": "",
+    "tests/chapters/walls/test_claims.py": "from tests.ledger import chapters",
+    "tests/chapters/walls/test_findings.py": "from house.chapters.walls import figures",
+    "tests/chapters/slam/test_claims.py": "from tests.ledger import chapters",
+    "tests/site/__init__.py": "",
+    "tests/site/driver.py": "",
+    "tests/site/test_pages.py": 'from tests.site import driver\nBOOK = "*.ipynb"',
+    "book/errata.md": "No code.",
+    "book/scripts.md": "```{literalinclude} own/map.py\n```",
+    "book/own/map.py": "",
+    "book/_data/park.npz": "",
+    "book/_static/theme.css": "",
+    "constraints.txt": "",
+    "CHANGELOG.md": "",
+}
+CELLS = {
+    "walls": "from house.chapters.walls import figures\nfrom house.records import LEDGER",
+    "slam": "from house.chapters.slam import drive\nfrom house.records import LEDGER",
+}
+WALLS, SLAM = ("tests/chapters/walls/", "tests/chapters/slam/")
+
+
+@pytest.fixture
+def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Reach:
+    """A repository with two chapters, a test of each, and a site."""
+    root = tmp_path
+    for name, text in HOUSE.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    for name, cell in CELLS.items():
+        notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
+        nbformat.write(notebook, root / f"book/{name}.ipynb")
+    (root / "book/_data/claims.json").write_text(ledger())
+    monkeypatch.syspath_prepend(root)
+    monkeypatch.setattr(dependencies, "registry", list)
+    monkeypatch.setattr(reached, "PACKAGES", ("house",))
+    monkeypatch.setattr(reached, "CHAPTERS", "house.chapters")
+    return Reach(root, Dependencies(root, ("house",)))
+
+
+def ledger(**verdicts: str) -> str:
+    """Write a claim of each chapter."""
+    claims = [
+        {"id": f"of-{name}", "chapter": name, "verdict": verdicts.get(name, "reproduced")}
+        for name in CELLS
+    ]
+    return json.dumps({"claims": claims})
+
+
+@pytest.mark.parametrize(
+    ("name", "tests", "pages"),
+    [
+        ("house/kalman.py", {"tests/test_kalman.py", "tests/test_mutants.py",
+                             f"{SLAM}test_claims.py"}, {"slam"}),
+        ("house/laser.py", {"tests/test_laser.py", "tests/test_by_name.py",
+                            f"{WALLS}test_claims.py", f"{WALLS}test_findings.py"}, {"walls"}),
+        ("house/chapters/walls/figures.py", {f"{WALLS}test_findings.py"}, {"walls"}),
+        ("house/chapters/walls/office.py",
+         {f"{WALLS}test_findings.py", f"{WALLS}test_claims.py"}, {"walls"}),
+        ("house/chapters/slam/drive.py", {f"{SLAM}test_claims.py"}, {"slam"}),
+        ("tests/worlds.py", {"tests/test_kalman.py"}, set()),
+        ("tests/calls/laser.py", {"tests/test_by_name.py"}, set()),
+        ("tests/test_laser.py", {"tests/test_laser.py"}, set()),
+        ("tests/mutants/rooms.txt", {"tests/test_mutants.py"}, set()),
+        ("book/walls.ipynb", {"tests/test_notebooks.py", "tests/test_titles.py"}, {"walls"}),
+        ("book/errata.md", set(), {"errata"}),
+        ("book/own/map.py", set(), {"scripts"}),
+        ("book/_data/park.npz", {f"{SLAM}test_claims.py"}, {"slam"}),
+        ("CHANGELOG.md", set(), set()),
+    ],
+)  # fmt: skip
+def test_a_change_reaches_who_imports_or_reads_it(
+    house: Reach, name: str, tests: set[str], pages: set[str]
+):
+    assert house.of(name) == Reached(frozenset(tests), frozenset(), frozenset(pages))
+
+
+@pytest.mark.parametrize("name", ["tests/site/driver.py", "tests/site/test_pages.py"])
+def test_what_the_sites_tests_share_runs_all_that_use_it(house: Reach, name: str):
+    assert house.of(name) == Reached(site=frozenset({"tests/site/test_pages.py"}))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "constraints.txt",
+        "tests/conftest.py",
+        "tests/reached.py",
+        "house/chapters/__init__.py/gone.py",
+        "house/gone.py",
+        "house/table.toml",
+        "book/_static/theme.css",
+        ".ci/run",
+    ],
+)
+def test_what_lies_under_everything_is_not_traced(house: Reach, name: str):
+    assert house.of(name) is None
+
+
+def test_a_claim_recorded_anew_reaches_its_chapter_and_all_who_read_the_ledger(house: Reach):
+    name = "book/_data/claims.json"
+    found = house.of(name, ledger(slam="refuted").encode())
+    assert found.pages == {"slam"}
+    assert found.tests == {f"{SLAM}test_claims.py", f"{WALLS}test_claims.py"}
+    assert house.of(name, ledger().encode()).pages == set()
+
+
+@pytest.fixture(scope="module")
+def here() -> Reach:
+    return Reach(ROOT, Dependencies(ROOT))
+
+
+def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here: Reach):
+    found = here.of("lib/robot_perception/chapters/walls/figures.py")
+    assert "tests/chapters/walls/test_findings.py" in found.tests
+    assert {"walls", "intro"} <= found.pages
+    assert "scorecard" not in found.pages
+    assert not {t for t in found.tests if "claims" in t or "monobot" in t or "hostile" in t}
+    assert here.of("constraints.txt") is None
+    assert here.of("tests/conftest.py") is None
+
+
+def test_a_line_of_a_study_reaches_the_claims_of_its_own_chapter(here: Reach):
+    found = here.of("lib/robot_perception/chapters/walls/straight.py")
+    claims = {test for test in found.tests if test.endswith("test_claims.py")}
+    assert claims == {"tests/chapters/walls/test_claims.py"}
+    assert "scorecard" in found.pages
+
+
+def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):
+    found = here.of("lib/robot_perception/kalman.py")
+    assert {
+        "tests/test_kalman.py",
+        "tests/test_mutants.py",
+        "tests/hostile/test_hostile.py",
+        "tests/chapters/monobot/test_claims.py",
+    } <= found.tests
+    assert "monobot" in found.pages
+
+
+COLLECTED = [
+    "tests/site/test_pages.py::test_page[walls-light]",
+    "tests/site/test_pages.py::test_page[recordings_walls-light]",
+    "tests/site/test_pages.py::test_page[library/walls-dark]",
+    "tests/site/test_pages.py::test_search_finds",
+    "tests/site/test_explorers.py::test_explorers[walls]",
+]
+
+
+def test_pages_are_tested_by_their_own_names():
+    assert page_tests(["walls"], COLLECTED) == [COLLECTED[0], COLLECTED[4]]
+    assert page_tests(["library/walls"], COLLECTED) == [COLLECTED[2]]
+    assert page_tests([], COLLECTED) == []
+    with pytest.raises(LookupError, match="no test of the site names monobot: run `make test`"):
+        page_tests(["walls", "monobot"], COLLECTED)
+
+
+def test_nothing_reached_is_no_step_and_notebooks_are_run():
+    assert list(steps(Reached(), 2)) == []
+    (name, command), *rest = steps(Reached(tests=frozenset({"tests/test_kalman.py"})), 2)
+    assert (name, command[-1], rest) == ("tests", "tests/test_kalman.py", [])
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """A repository with a commit, a branch, and changes of every kind."""
+
+    def git(*words: str) -> None:
+        who = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
+        subprocess.run(["git", *who, *words], cwd=tmp_path, check=True, capture_output=True)
+
+    git("init", "--initial-branch", "main")
+    (tmp_path / "claims.json").write_text("{\n}")
+    for name in ("same", "edited", "staged", "gone", "moved"):
+        (tmp_path / name).write_text(name)
+    (tmp_path / ".gitignore").write_text("built")
+    git("add", ".")
+    git("commit", "-m", "first")
+    git("switch", "-c", "branch")
+    (tmp_path / "committed").write_text("")
+    git("add", ".")
+    git("commit", "-m", "second")
+    git("switch", "main")
+    (tmp_path / "theirs").write_text("")
+    git("add", ".")
+    git("commit", "-m", "third")
+    git("switch", "branch")
+    (tmp_path / "edited").write_text("anew")
+    (tmp_path / "staged").write_text("anew")
+    (tmp_path / "claims.json").write_text("[]")
+    git("add", "staged")
+    git("mv", "moved", "größer")
+    (tmp_path / "gone").unlink()
+    (tmp_path / "new").write_text("")
+    (tmp_path / "built").write_text("")
+    return tmp_path
+
+
+def test_git_says_what_has_changed(repository: Path):
+    edits = ["claims.json", "edited", "gone", "größer", "moved", "new", "staged"]
+    assert changes(repository, "HEAD") == edits
+    assert changes(repository, "main") == sorted([*edits, "committed"])
+    assert before(repository, "main", "claims.json") == b"{\n}"
+    with pytest.raises(subprocess.CalledProcessError):
+        changes(repository, "nowhere")
+
+
+OF = {"CHANGELOG.md": Reached()}
+
+
+@pytest.mark.parametrize(
+    ("changed", "says", "code"),
+    [
+        ([], "Nothing has changed since HEAD, so nothing was tested.", 0),
+        (["CHANGELOG.md", "constraints.txt"],
+         "What constraints.txt reaches cannot be told: run `make test`.", 2),
+        (["CHANGELOG.md"], "CHANGELOG.md: 0 files of tests, pages: none", 0),
+    ],
+)  # fmt: skip
+def test_it_says_when_it_tests_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    changed: list[str],
+    says: str,
+    code: int,
+):
+    monkeypatch.setattr("sys.argv", ["make check"])
+    monkeypatch.setattr(reached, "changes", lambda root, base: changed)
+    monkeypatch.setattr(Reach, "of", lambda reach, name, ledger: OF.get(name))
+    monkeypatch.setattr(reached.subprocess, "run", lambda *a, **k: pytest.fail("run"))
+    assert main() == code
+    assert says in capsys.readouterr().out
+
+
+def test_a_step_that_fails_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr("sys.argv", ["make check"])
+    monkeypatch.setattr(reached, "changes", lambda root, base: ["CHANGELOG.md"])
+    commands = [("tests", ["false"]), ("book", ["true"])]
+    monkeypatch.setattr(reached, "steps", lambda found, jobs: iter(commands))
+    assert main() == 1
+    assert "Failed: tests" in capsys.readouterr().out
