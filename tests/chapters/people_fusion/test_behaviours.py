@@ -162,16 +162,16 @@ def test_what_a_hypothesis_is_taken_for():
 
 @pytest.fixture(scope="module")
 def followed():
-    return behaviours._told("follow", SEED, WITHOUT_CAMERA, RULES)
+    return behaviours.told.__wrapped__("follow", SEED, WITHOUT_CAMERA, RULES)
 
 
 def test_the_same_seed_tells_the_same_story(followed, monkeypatch):
     monkeypatch.setitem(behaviours.DURATION, "follow", 4.0)
-    again = behaviours._told("follow", SEED, WITHOUT_CAMERA, RULES)
+    again = behaviours.told.__wrapped__("follow", SEED, WITHOUT_CAMERA, RULES)
     for entry in fields(Story):
         part = getattr(again, entry.name)
         assert np.array_equal(part, getattr(followed, entry.name)[: len(part)]), entry.name
-    other = behaviours._told("follow", SEED + 1, WITHOUT_CAMERA, RULES)
+    other = behaviours.told.__wrapped__("follow", SEED + 1, WITHOUT_CAMERA, RULES)
     assert not np.allclose(other.visitor, again.visitor)
 
 
@@ -193,14 +193,14 @@ def test_a_story_without_the_camera_renders_no_image(monkeypatch):
     monkeypatch.setitem(behaviours.DURATION, "survey", 0.5)
     monkeypatch.setattr(sessions, "skin_model", None)
     monkeypatch.setattr(behaviours.Sensing, "_image", None)
-    told = behaviours._told("survey", SEED, WITHOUT_CAMERA, RULES)
+    told = behaviours.told.__wrapped__("survey", SEED, WITHOUT_CAMERA, RULES)
     assert len(told.times) == 10
 
 
 def test_a_patient_robot_asks_later(monkeypatch):
     """Laser and sonars alone: the sabotage is in the patience, not in what is seen."""
     quick, slow = (
-        behaviours._told("survey", SEED, WITHOUT_CAMERA, rules)
+        behaviours.told.__wrapped__("survey", SEED, WITHOUT_CAMERA, rules)
         for rules in (RULES, behaviours.SLOW)
     )
     assert np.array_equal(quick.visitor, slow.visitor)

@@ -19,7 +19,7 @@ RIG = Rig()
 
 @pytest.fixture(scope="module")
 def seen():
-    return stereo.record(2, 5)
+    return stereo.pairs.__wrapped__(2, 5)
 
 
 def test_the_right_column_is_where_the_right_eye_sees_the_point(seen):

@@ -92,13 +92,13 @@ def test_a_record_is_the_mean_over_all_features_of_all_pictures(monkeypatch):
     }
     parts = {k: {n: np.array(v) for n, v in part.items()} for k, part in parts.items()}
     monkeypatch.setattr(viewpoint, "_picture", lambda kind, config, rng: parts[kind])
-    found = viewpoint.record(Config(kinds=("poster", "sign"), angles=(0, 30)), 0)
+    found = viewpoint.record.__wrapped__(Config(kinds=("poster", "sign"), angles=(0, 30)), 0)
     assert found.same == pytest.approx([17.5, 100.0])
     assert found.again == pytest.approx([0.8, 0.15])
     assert (found.other, found.features) == (225.0, 40)
 
 
 def test_noise_moves_descriptors_less_than_thirty_degrees_and_these_less_than_another_landmark():
-    found = viewpoint.record(Config(kinds=("notices",), angles=(0, 30)), 7)
+    found = viewpoint.record.__wrapped__(Config(kinds=("notices",), angles=(0, 30)), 7)
     assert 0 < found.same[0] < found.same[1] < found.other
     assert 1 >= found.again[0] > found.again[1] > 0

@@ -20,7 +20,7 @@ SMALL = Stations(count=2, frames=6, sightings=4, again=2, swing=0.05, aside=(0.3
 
 def recorded(seed: int) -> Views:
     with unchecked():
-        return views.record(SMALL, seed)
+        return views.views.__wrapped__(SMALL, seed)
 
 
 @pytest.fixture(scope="module")

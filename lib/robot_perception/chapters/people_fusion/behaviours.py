@@ -9,13 +9,11 @@ what the wheels report.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-import data_synth
 from data_synth.people import (
     LASER_ANGLES,
     STEP,
@@ -33,8 +31,7 @@ from data_synth.people import (
 from data_synth.people.world import between
 from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
-from robot_perception import people
-from robot_perception.chapters.people_fusion import committee, sessions
+from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import RIG, Senses
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
@@ -54,7 +51,7 @@ from robot_perception.people.behaviours import (
 from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.trajectories import StaticRules, Stays, watch
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 from robot_perception.teaching.verdicts import Accepted
 from robot_perception.walls.scores import distance_to_segments
 
@@ -162,14 +159,14 @@ class Story:
         return self.said == SAID.index("come back")
 
 
-@cache
+@kept
 def told(
     kind: Kind,
     seed: int,
     sensors: tuple[Sensor, ...] = SENSORS,
     behaves: Rules = RULES,
 ) -> Story:
-    """Return a story in the closed loop; from storage if it was told before.
+    """Let the world run, with the detectors and the behaviour in it, and return the story.
 
     Parameters
     ----------
@@ -182,12 +179,6 @@ def told(
     behaves
         Rules of the behaviour.
     """
-    code = (data_synth, people, sessions, committee)
-    return kept(_told, Story, kind, seed, sensors, behaves, code=code)
-
-
-def _told(kind: Kind, seed: int, sensors: tuple[Sensor, ...], behaves: Rules) -> Story:
-    """Let the world run, with the detectors and the behaviour in it."""
     world, route = stage(kind, np.random.default_rng(seed))
     robot = _Robot(kind, seed, sensors, behaves, world)
     wheels = np.random.default_rng([seed, 2])

@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-import data_synth
 from data_synth.people import (
     FisheyeImage,
     LaserScan,
@@ -19,7 +18,7 @@ from robot_perception.geometry import se2
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
 from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.trajectories import Stays, watch
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 CONFIG = Config(46, duration=30.0)
 """The session of the page; none of those that are learnt on, chosen on, or scored."""
@@ -65,15 +64,10 @@ class Signals:
     posts: Float[np.ndarray, "c 3"]
 
 
-@cache
+@kept
 def signals() -> Signals:
-    """Return the signals of the session of the page; from storage if they were rendered before."""
-    return kept(_signals, Signals, CONFIG, code=(data_synth, sessions))
-
-
-def _signals(config: Config) -> Signals:
-    """Render the session once more: the same noise, the same readings."""
-    session, rng = sessions.staged(config)
+    """Return the signals of the session of the page: the same noise, the same readings."""
+    session, rng = sessions.staged(CONFIG)
     pose = session.robot[0]
     last: dict[type, tuple[int, np.ndarray]] = {}
     rows, moments = [], iter(MOMENTS)

@@ -13,7 +13,6 @@ from functools import cache
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-import data_synth
 from data_synth.fisheye import Fisheye
 from data_synth.people import (
     LASER_ANGLES,
@@ -32,13 +31,12 @@ from data_synth.people import (
     truth,
 )
 from data_synth.people.world import Moment
-from robot_perception import people
 from robot_perception.beliefs import Gaussian
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import legs, sonar
 from robot_perception.people.detections import SENSORS, Detections
 from robot_perception.people.skin import SkinModel, SkinState, SkinTracker
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 RIG = Rig()
 TRUTH = Rig(camera=Fisheye(size=8))
@@ -172,16 +170,15 @@ def _detections(recording: Recording) -> tuple[Detections, ...]:
     )
 
 
-@cache
-def record(config: Config) -> Recording:
-    """Return what the detectors report in a session; from storage if it was rendered before."""
-    return kept(_record, Recording, config, code=(data_synth, people))
-
-
-@cache
+@kept
 def skin_model() -> SkinModel:
-    """Return the colours of skin as learnt in other offices, on other people."""
-    return kept(_learn, SkinModel, LEARN, 60.0, code=(data_synth, people))
+    """Return the colours of skin as learnt in other offices, on other people.
+
+    They are the colours of faces against all else; hair is among all else.
+    """
+    pixels = [_pixels(seed, 60.0) for seed in LEARN]
+    skin, other = (np.concatenate(column) for column in zip(*pixels, strict=True))
+    return SkinModel.fit(skin, other)
 
 
 class Senses:
@@ -227,8 +224,9 @@ class Senses:
         return Detections(reading.time, "camera", self.tracker.detect(self.state))
 
 
-def _record(config: Config) -> Recording:
-    """Render a session and run the detectors on it."""
+@kept
+def record(config: Config) -> Recording:
+    """Render a session, run the detectors on it, and return what they report."""
     session, rng = staged(config)
     rig = RIG if config.images else NO_IMAGES
     senses = Senses(np.random.default_rng([config.seed, 1]))
@@ -316,13 +314,6 @@ def _recording(
 _BAND = np.deg2rad([2.0, 50.0])
 _NEAR = 3.5  # faces further away are too few pixels to learn from, m
 _SAMPLES = 3000  # pixels of an image that show nobody
-
-
-def _learn(seeds: tuple[int, ...], duration: float) -> SkinModel:
-    """Return the colours of faces against all else; hair is among all else."""
-    pixels = [_pixels(seed, duration) for seed in seeds]
-    skin, other = (np.concatenate(column) for column in zip(*pixels, strict=True))
-    return SkinModel.fit(skin, other)
 
 
 def _pixels(seed: int, duration: float) -> tuple[UInt8[np.ndarray, "n 3"], ...]:

@@ -1,21 +1,17 @@
 """Two places of one building that carry the same print: what a nearest descriptor makes of them."""
 
 from dataclasses import dataclass
-from functools import cache
 from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-import data_synth
 from data_synth import stereo
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
-from robot_perception import landmarks
-from robot_perception.chapters.sift_association import views
 from robot_perception.chapters.sift_association.views import APART, Places, place
 from robot_perception.landmarks import Euclidean, Features, detect
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 GAP = 10
 """Between the two pictures, px."""
@@ -42,14 +38,9 @@ class Hero:
     metres: float
 
 
-@cache
-def doors(seed: int = 1, poses: int = 60) -> Hero:
-    """Return the two places along a drive that look most alike, kept on this computer."""
-    return kept(record, Hero, seed, poses, code=(data_synth, landmarks, views))
-
-
-def record(seed: int, count: int) -> Hero:
-    """Drive through a building and find the two places."""
+@kept
+def doors(seed: int = 1, count: int = 60) -> Hero:
+    """Return the two places along a drive that look most alike."""
     world, path, own = np.random.default_rng(seed).spawn(3)
     building, rig = make_textured_building(rng=world), Rig()
     poses = drive(building, rng=path, poses=count)

@@ -6,18 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-import data_synth
 from data_synth import stereo as world
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
-from robot_perception import landmarks
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.chapters.sift_association.views import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import Features, StereoRules, detect, match_stereo
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
@@ -84,12 +82,8 @@ def rig() -> StereoRig:
     return StereoRig(Pinhole((own.focal_px,) * 2, own.centre_px, own.size), own.baseline)
 
 
+@kept
 def pairs(count: int, seed: int) -> Pairs:
-    """Return the features of pairs along the drive of one building, kept on this computer."""
-    return kept(record, Pairs, count, seed, code=(data_synth, landmarks))
-
-
-def record(count: int, seed: int) -> Pairs:
     """Render pairs along the drive of one building, and find their features."""
     building_rng, path, own = np.random.default_rng(seed).spawn(3)
     building = make_textured_building(rng=building_rng)

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-import data_synth
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene, Surface, make_scene
 from data_synth.textures import paint
@@ -20,7 +19,7 @@ from robot_perception.evaluation.intervals import bootstrap_mean, bootstrap_rati
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import detect
 from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
@@ -65,9 +64,10 @@ class Result:
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Go round pictures of each kind."""
-    return kept(record, Result, config, int(rng.integers(2**31)), code=(data_synth, landmarks))
+    return record(config, int(rng.integers(2**31)))
 
 
+@kept
 def record(config: Config, seed: int) -> Result:
     """Render the pictures from all angles and find the same features again."""
     own = np.random.default_rng(seed).spawn(len(config.kinds))

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-import data_synth
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene
 from data_synth.textured_building import TexturedBuilding, drive, make_textured_building
-from robot_perception import landmarks
 from robot_perception.landmarks import DescriptorClasses, Features, detect
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 PAPER = "sift-slam"
 FOCUS = 2.5  # m ahead: what the robot looks at when it stands aside
@@ -165,12 +163,8 @@ def _on_one_surface(
     return out
 
 
+@kept
 def views(config: Stations, seed: int) -> Views:
-    """Return the landmarks and tests of one building and drive, kept on this computer."""
-    return kept(record, Views, config, seed, code=(data_synth, landmarks))
-
-
-def record(config: Stations, seed: int) -> Views:
     """Render the sequences of all stations, and find the landmarks in them."""
     world, path, *streams = np.random.default_rng(seed).spawn(2 + config.count)
     building = make_textured_building(rng=world)

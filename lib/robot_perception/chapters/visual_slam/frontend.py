@@ -13,14 +13,13 @@ from itertools import islice
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-import data_synth
 from data_synth import stereo, wheels
 from data_synth.textured_building import SLIP, TexturedBuilding, drive, make_textured_building
-from robot_perception import cameras, landmarks
+from robot_perception import landmarks
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.geometry import se3
 from robot_perception.landmarks import StereoRules, TrackRules
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +104,8 @@ def pictures(config: Config) -> Iterator[stereo.StereoFrame]:
     return islice(pairs, config.frames)
 
 
-@cache
+@kept
 def seen(config: Config = PAPER) -> Seen:
-    """Return what was seen on the drive, kept on this computer."""
-    return kept(record, Seen, config, code=(data_synth, landmarks, cameras))
-
-
-def record(config: Config) -> Seen:
     """Render the drive, find and follow what both eyes see, and ask the renderer what it is."""
     building, path = world(config.seed, config.poses)
     rules = StereoRules(config.rows, config.threshold)

@@ -1,15 +1,13 @@
 """Some of the pictures of the drive, kept on this computer: to show, not to compute with."""
 
 from dataclasses import dataclass
-from functools import cache
 from itertools import islice
 
 import numpy as np
 from jaxtyping import UInt8
 
-import data_synth
 from robot_perception.chapters.visual_slam import frontend
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 
 EVERY = 10
 """Frames from one picture to the next."""
@@ -28,12 +26,9 @@ class Film:
     left: UInt8[np.ndarray, "pictures height width"]
 
 
-@cache
+@kept
 def film() -> Film:
-    """Return some of the pictures of the drive."""
-    return kept(record_film, Film, frontend.PAPER, EVERY, code=(data_synth,))
-
-
-def record_film(config: frontend.Config, every: int) -> Film:
-    """Render the drive and keep some pictures."""
-    return Film(np.stack([pair.left for pair in islice(frontend.pictures(config), 0, None, every)]))
+    """Render the drive and return some of the pictures."""
+    return Film(
+        np.stack([pair.left for pair in islice(frontend.pictures(frontend.PAPER), 0, None, EVERY)])
+    )
