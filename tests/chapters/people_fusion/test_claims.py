@@ -1,27 +1,10 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
-from types import MappingProxyType
-
 from tests.chapters.ledger import LedgerTests, quick, recorded
 
 
 class TestLedger(LedgerTests):
     stem = "people_fusion"
-    pictures = MappingProxyType(
-        dict.fromkeys(
-            (
-                "fisheye",
-                "no-single-sensor",
-                "behind-slightly",
-                "rate-93",
-                "false-25",
-                "trajectories",
-                "guide-asks-back",
-                "survey-breaks-off",
-            ),
-            0.25,
-        )
-    )
 
 
 def test_verdicts():

@@ -124,6 +124,13 @@ def test_costs_are_distances_of_descriptors():
     assert drives.alike(Newcomers(np.arange(3), new, old)) == pytest.approx(cdist(new, old))
 
 
+def test_the_same_place_lies_on_the_same_surface(seen):
+    rows = np.flatnonzero(seen.tracks == np.argmax(np.bincount(seen.tracks)))[:3]
+    assert (drives.apart(seen, rows, rows) < drives.AGAIN).all()
+    others = replace(seen, carriers=np.arange(len(seen.carriers)))
+    assert (np.isfinite(drives.apart(others, rows, rows)) == np.eye(3)).all()
+
+
 def test_what_is_in_the_map_again_was_there_before():
     drive = explorers.driven(10)
     near = cdist(drive.places, drive.places) < drives.AGAIN
@@ -137,6 +144,9 @@ def test_the_wheels_alone_add_up():
     report = drives.roll(poses, rng=RNG(2))
     path = drives.dead_reckoning(poses[0], report)
     assert path[7] == pytest.approx(compose(path[6], report.increments[6]))
+    motion = drives.motions(report)[6]
+    assert motion.move(path[6]) == pytest.approx(path[7])
+    assert np.sqrt(np.diag(motion.increment_cov)) == pytest.approx(report.deviations[6])
 
 
 def test_the_path_is_that_of_ancestors():
