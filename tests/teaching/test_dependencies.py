@@ -127,12 +127,15 @@ def test_a_change_expires_the_pages_that_reach_it(house: Path, name: str, pages:
         ("house/chapters/slam/__init__.py", {"slam", "scorecard"}),
         ("house/chapters/slam/study.py", {"slam", "scorecard"}),
         ("house/chapters/slam/drives.py", {"slam"}),
+        ("house/chapters/slam/notes.py", {"scorecard"}),
         ("house/chapters/attic/study.py", set()),
     ],
 )
 def test_who_imports_by_name_reaches_what_it_names(house: Path, name: str, pages: set[str]):
     chapters = house / "house/chapters"
-    write(chapters / "__init__.py", 'import importlib\nFOUND = "walls", "slam"\n')
+    names = 'FOUND = "walls", "slam"\ndef notes(stem): return f"{stem}.notes"\n'
+    write(chapters / "__init__.py", f"import importlib\n{names}")
+    write(chapters / "slam/notes.py", "")
     write(chapters / "slam/__init__.py", "STUDIES = ['study']")
     write(chapters / "attic/__init__.py", "STUDIES = ['study']")
     write(chapters / "attic/study.py", "")

@@ -96,8 +96,10 @@ class Recording(Generic[Result]):
         """Tell whether the stored result comes from this code and the recording that is here."""
         if not self._file().exists():
             return False
-        keys, stored = self._keys(), self._summary()
-        return None not in keys.values() and all(stored.get(k) == keys[k] for k in keys)
+        stored = self._summary()
+        if None in (stored.get("code"), stored.get("data")):
+            return False
+        return stored["code"] == self._code() and stored["data"] == self._data()
 
     def stored(self) -> Read[Result]:
         """Return the stored result.
@@ -154,11 +156,8 @@ class Recording(Generic[Result]):
             self._describe(stored["date"], stored["result"])
         return same
 
-    def _keys(self) -> dict[str, str | None]:
-        """Return the digests of code and recording; None of what is not the book's own."""
-        return {"code": self._code(), "data": self._data()}
-
     def _code(self) -> str | None:
+        """Return the digest of what computes the result; ``None`` if it is not the book's own."""
         function: Any = self.compute
         while isinstance(function, partial):
             function = function.func
@@ -169,7 +168,7 @@ class Recording(Generic[Result]):
             return None
 
     def _data(self) -> str | None:
-        """Return a digest of the registered hashes, if the files have them."""
+        """Return a digest of the registered hashes; ``None`` if the files have others."""
         if self.dataset not in datasets.registry():
             return None
         files = datasets.status(self.dataset)
@@ -180,8 +179,9 @@ class Recording(Generic[Result]):
 
     def _describe(self, day: str, parts: dict[str, str]) -> None:
         """Write the summary: what the result is, and what it was computed by and from."""
-        keys = {name: key for name, key in self._keys().items() if key is not None}
-        head = json.dumps({"dataset": self.dataset, "date": day, **keys})[1:-1]
+        keys = {"code": self._code(), "data": self._data()}
+        known = {name: key for name, key in keys.items() if key is not None}
+        head = json.dumps({"dataset": self.dataset, "date": day, **known})[1:-1]
         lines = ",\n".join(
             f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}"
             for name, value in parts.items()
