@@ -10,7 +10,7 @@ from robot_perception.chapters.covariance_intersection import figures as draw
 from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
-FEW = consistency.Config(pairs=3)
+FEW = 3
 
 
 def single(belief, k):
@@ -22,7 +22,7 @@ def test_worst_case_is_attained_and_never_passed_by_drawn_correlations(name):
     rule, rng = consistency.RULES[name], RNG(0)
     a, b = consistency.pairs(FEW, rng=rng)
     worst = consistency.worst_case(rule, a, b, directions=3600)
-    for k in range(FEW.pairs):
+    for k in range(FEW):
         one, other = single(a, k), single(b, k)
         half = np.linalg.inv(np.linalg.cholesky(rule(one, other).cov))
         found = []
@@ -48,7 +48,7 @@ def test_independent_errors_leave_the_kalman_filter_honest():
 
 
 def test_axes_of_the_pairs_are_as_long_as_the_set_up_says():
-    a, _ = consistency.pairs(consistency.Config(pairs=4000, spread=0.5), rng=RNG(3))
+    a, _ = consistency.pairs(4000, 0.5, rng=RNG(3))
     lengths = np.log(np.linalg.eigvalsh(a.cov)) / 2
     assert lengths.std() == pytest.approx(0.5, rel=0.05)
     assert abs(lengths.mean()) < 0.05
@@ -80,7 +80,7 @@ def test_sonar_knows_the_distance_and_the_camera_the_direction():
 
 def test_compared_determinants_are_those_of_the_rules():
     a, b = consistency.pairs(FEW, rng=RNG(5))
-    found = weights.compare(a, b)
+    found = weights.compare(a, b, weights.Config(FEW))
     at_best = np.linalg.det(fusion.covariance_intersection(a, b, found.least).cov)
     at_4 = np.linalg.det(fusion.covariance_intersection(a, b, found.printed).cov)
     np.testing.assert_allclose(found.excess, at_4 / at_best)
@@ -90,6 +90,6 @@ def test_compared_determinants_are_those_of_the_rules():
 
 def test_weight_of_a_hypothesis_is_drawn_against_its_thresholds():
     _, ax = figure()
-    draw.certainty(ax, np.arange(3.0), np.array([0.1, 0.5, 0.2]), 0.4, 0.15)
+    draw.certainty.on(ax, np.arange(3.0), np.array([0.1, 0.5, 0.2]), 0.4, 0.15)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), [0.1, 0.5, 0.2])
     assert [set(line.get_ydata()) for line in ax.lines[1:]] == [{0.4}, {0.15}]

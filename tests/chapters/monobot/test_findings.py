@@ -17,8 +17,7 @@ from robot_perception.chapters.monobot import (
 )
 from robot_perception.chapters.monobot.rail import FIG3, FIG4
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.teaching.explore import explore
-from robot_perception.teaching.figures import figure
+from tests.chapters.findings import limits
 from tests.unchecked import unchecked
 
 RUNS = range(1, 11)
@@ -81,29 +80,28 @@ def test_errors_fall_for_good_only_at_rest_and_from_a_known_start(setting):
 
 # Vehicle and landmark --------------------------------------------------------------------------
 
-MEASUREMENTS = explorers.PLANE_CONTROLS["measurements"].values
+MEASUREMENTS = explorers.plane.controls["measurements"].values
 
 
 def deviations(anchored):
     """Return two deviations of vehicle and landmark in every state of the explorer."""
-    planes = explorers.planes(anchored=anchored)
-    return np.array([2 * np.sqrt(np.diagonal(planes[k].belief.cov)) for k in MEASUREMENTS])
+    planes = explorers.plane.found(anchored=anchored)
+    return np.array([2 * np.sqrt(np.diagonal(plane.belief.cov)) for plane in planes])
 
 
 @pytest.mark.parametrize("anchored", [False, True])
 def test_the_ellipse_never_sticks_out_of_what_the_measurements_allow(anchored):
-    for k in MEASUREMENTS:
-        state = explorers.planes(anchored=anchored)[k]
-        root = np.linalg.cholesky(state.belief.cov)
-        reach = np.linalg.eigvalsh(root.T @ state.information @ root).max()
-        assert 0.9 < reach < 1 + 1e-9, k  # 1: it touches the edge
+    for plane in explorers.plane.found(anchored=anchored):
+        root = np.linalg.cholesky(plane.belief.cov)
+        reach = np.linalg.eigvalsh(root.T @ plane.information @ root).max()
+        assert 0.9 < reach < 1 + 1e-9  # 1: it touches the edge
 
 
 def test_without_an_anchor_strip_and_ellipse_stand_still_after_a_few_measurements():
-    planes = explorers.planes(anchored=False)
-    width = [np.linalg.eigvalsh(planes[k].information)[1] ** -0.5 for k in MEASUREMENTS]
+    planes = explorers.plane.found(anchored=False)
+    width = [np.linalg.eigvalsh(plane.information)[1] ** -0.5 for plane in planes]
     assert np.ptp(width[3:]) < 0.01 * width[0] < np.ptp(width[:3])
-    length = [np.linalg.eigvalsh(planes[k].belief.cov)[1] for k in MEASUREMENTS]
+    length = [np.linalg.eigvalsh(plane.belief.cov)[1] for plane in planes]
     assert np.all(np.diff(length) > -1e-9)
     vehicle, landmark = deviations(False).T
     assert np.ptp(landmark[3:]) < 0.01
@@ -121,20 +119,15 @@ def test_with_an_anchor_the_landmark_closes_with_the_root_and_the_vehicle_stays(
 # The factors of Fig. 4 -------------------------------------------------------------------------
 
 
-def study_states():
-    values = (control.values for control in explorers.STUDY_CONTROLS.values())
-    return [dict(zip(explorers.STUDY_CONTROLS, chosen, strict=True)) for chosen in product(*values)]
-
-
 def test_no_band_ends_narrower_than_the_start():
-    for state in study_states():
+    for state in explorers.study.parameters():
         end = rail.covariances(replace(FIG4, **state)).deviations[0, -1, 1]
         assert end > state["start_deviation"], state
 
 
 def test_from_a_known_start_a_robot_at_rest_averages_and_a_moving_one_does_not():
-    at_rest = explorers.persistences(start_deviation=0.0, shape="at rest")
-    moving = explorers.persistences(start_deviation=0.0, shape="sine")
+    at_rest = explorers.study.found(start_deviation=0.0, shape="at rest")
+    moving = explorers.study.found(start_deviation=0.0, shape="sine")
     np.testing.assert_allclose(at_rest, np.sqrt(100 / 101))
     assert min(moving) > 1.3
     assert 6 < max(moving) < 6.5
@@ -144,18 +137,18 @@ def test_worse_wheels_and_a_better_sensor_leave_more_of_what_averaging_would_rem
     for n, share in product((1, 5, 20), (0.05, 0.1)):
         fixed = {"landmarks": n, "start_deviation": 0.0, "shape": "sine"}
         fixed["measurement_share"] = share
-        good, bad = explorers.persistences(**fixed)  # in the order of the control
+        good, bad = explorers.study.found(**fixed)  # in the order of the control
         assert bad > good
     for n, move in product((1, 5, 20), (0.1, 0.5)):
         fixed = {"landmarks": n, "motion_share": move, "start_deviation": 0.0, "shape": "sine"}
-        sharp, blunt = explorers.persistences(**fixed)
+        sharp, blunt = explorers.study.found(**fixed)
         assert sharp > blunt
 
 
 def test_what_the_presets_of_the_study_promise():
     end = {
         name: rail.covariances(replace(FIG4, **preset)).deviations[0, :, 1]
-        for name, preset in {"ours": {}, **explorers.STUDY_PRESETS}.items()
+        for name, preset in {"ours": {}, **explorers.study.presets}.items()
     }
     assert 2 * end["ours"][-1] < end["lost from the start"][-1] < end["lost from the start"][0]
     assert end["good wheels"][-1] < end["ours"][-1]
@@ -166,51 +159,26 @@ def test_what_the_presets_of_the_study_promise():
 # All explorers ---------------------------------------------------------------------------------
 
 
-def made(name):
-    """Return an explorer of the chapter, its figure's axes, and its presets."""
-    drawings = {
-        "run": (2, 1, explorers.draw_run),
-        "plane": (1, 1, explorers.draw_plane),
-        "study": (1, 2, explorers.draw_study),
-    }
-    rows, cols, paint = drawings[name]
-    fig, axes = figure(rows, cols, height=5.0)
-
-    def drawn(**state):
-        paint(axes, **state)
-        return fig
-
-    upper = name.upper()
-    controls = getattr(explorers, f"{upper}_CONTROLS")
-    explorer = explore(
-        drawn,
-        alt=getattr(explorers, f"describe_{name}"),
-        presets=getattr(explorers, f"{upper}_PRESETS"),
-        **controls,
-    )
-    return explorer, np.atleast_1d(axes)
-
-
-@pytest.mark.parametrize("name", ["run", "plane", "study"])
+@pytest.mark.parametrize("name", ["one_run", "plane", "study"])
 def test_presets_show_something_of_their_own_on_scales_that_stay(name):
+    shown = getattr(explorers, name)
+    scales, words = set(), set()
     with unchecked():
-        explorer, axes = made(name)
-        pictures, limits, words = [], set(), []
-        for state in (explorer.defaults, *explorer.presets.values()):
-            frame = explorer.frame(**state)
-            pictures.append(frame.data)
-            words.append(frame.alt)
-            limits.add(tuple((*ax.get_xlim(), *ax.get_ylim()) for ax in axes))
+        explorer = shown.show()
+        frames = [explorer.frame(**state) for state in ({}, *shown.presets.values())]
+        for state in ({}, *shown.presets.values()):
+            axes = np.atleast_1d(shown.drawn(**state))
             assert all(ax.lines for ax in axes)
-    assert len(set(pictures)) == len(set(words)) == len(explorer.presets) + 1
-    assert len(limits) == 1
+            scales.add(tuple(limits(ax) for ax in axes))
+            words.add(shown.described(**state))
+    assert len(words) == len({frame.data for frame in frames}) == len(frames)
+    assert len(scales) == 1
 
 
 @pytest.mark.parametrize("setting", SETTINGS, ids=named)
 def test_nothing_leaves_the_scales_of_one_run(setting):
     result = explorers.watched(**setting)
-    _, axes = figure(2, 1, height=5.0)
-    explorers.draw_run(axes, run=1, **setting)
+    axes = explorers.one_run.drawn(**setting)
     means, reach = result.filtered.means, 2 * result.deviations
     low, high = axes[0].get_ylim()
     assert low < (means - reach).min() < (means + reach).max() < high
@@ -219,12 +187,13 @@ def test_nothing_leaves_the_scales_of_one_run(setting):
 
 
 def test_nothing_leaves_the_scales_of_the_study():
-    _, axes = figure(1, 2)
-    for state in study_states():
-        explorers.draw_study(axes, **state)
+    for state in explorers.study.parameters():
+        with unchecked():
+            axes = explorers.study.drawn(**state)
         for ax in axes:
             low, high = ax.get_ylim()
             drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in ax.lines])
+            assert np.isfinite(drawn).all()
             assert low < drawn.min() <= drawn.max() < high, state
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robot_perception.chapters.monobot import rail
+from robot_perception.chapters.monobot import rail, steady
 from robot_perception.chapters.monobot.rail import FIG3, FIG4, GOLDEN
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 
@@ -65,7 +65,7 @@ def test_information_grows_in_the_end_at_the_rate_of_the_closed_form(landmarks):
 
 def test_share_explained_by_the_first_measurement_is_the_ratio_of_variances():
     """Estimates later in time differ from the first by what is orthogonal to the last error."""
-    share = study(FIG3, steps=40, runs=4000).explained
+    share = steady.ends(study(FIG3, steps=40, runs=4000)).explained
     assert share.low < GOLDEN / 2 < share.high
 
 
@@ -91,7 +91,7 @@ def test_configurations_hold_what_the_captions_print():
 
 @pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
 def test_anchored_errors_are_as_large_as_the_filter_says_and_small(base):
-    result = rail.run_anchored(replace(base, runs=RUNS, landmarks=2), rng=RNG(5))
+    result = study(base, seed=5, landmarks=2, anchored=True)
     errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
     low, high = average_bounds(3, RUNS, 1 - 1e-4)
     for step in (1, 7, 100):

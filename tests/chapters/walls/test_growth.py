@@ -22,7 +22,7 @@ def test_worst_case_cuts_off_one_vertex_at_each_split_and_is_simple():
 
 
 def test_exponent_of_a_cost_that_is_a_power_is_that_power():
-    found = growth.fit(lambda chain, tolerance: 3.0 * len(chain) ** 1.7, np.array([10, 20, 40, 80]))
+    found = growth.fit(lambda chain, tolerance: 3.0 * len(chain) ** 1.7, [10, 20, 40, 80])
     assert (found.exponent.low, found.exponent.high) == pytest.approx((1.7, 1.7))
 
 
@@ -42,7 +42,7 @@ COSTS = {
 @pytest.mark.parametrize("name", COSTS)
 def test_the_surplus_tells_n_log_n_from_a_power(name, size):
     cost, holds = COSTS[name]
-    sizes = growth.HULL_SIZES[size]
+    sizes = np.array(growth.HULL_SIZES[size])
     costs = cost(sizes.astype(float))
     made = growth.Growth(sizes, costs, exponent(sizes.astype(float), costs))
     verdict = growth.dp_path_hull.verdict(Finding(growth.surplus(made)))
@@ -50,16 +50,16 @@ def test_the_surplus_tells_n_log_n_from_a_power(name, size):
 
 
 def test_a_surplus_needs_sizes_that_double():
-    made = growth.fit(lambda chain, tolerance: float(len(chain)), np.array([10, 20, 30]))
+    made = growth.fit(lambda chain, tolerance: float(len(chain)), [10, 20, 30])
     with pytest.raises(ValueError, match=r"twice the one before, got \[10 20 30\]"):
         growth.surplus(made)
 
 
 def test_times_of_the_worst_case_are_those_of_the_benchmarks():
-    times = growth.recorded_times()
     rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
-    (row,) = [row for row in rows if "zigzag of 10⁵ points" in row["work"]]
-    assert (times.hulls, times.plain, times.peer) == (row["ours_s"], row["peer_s"], row["peer"])
+    assert [row for row in rows if "zigzag of 10⁵ points" in row["work"]] == [
+        growth.recorded_times()
+    ]
 
 
 def test_a_record_without_the_worst_case_is_named(tmp_path, monkeypatch):
@@ -71,15 +71,15 @@ def test_a_record_without_the_worst_case_is_named(tmp_path, monkeypatch):
 
 def test_growth_is_that_of_the_worst_case():
     sizes = np.array([50, 100, 200])
-    costs = growth.fit(walls.count_distances, sizes).costs
+    costs = growth.fit(walls.count_distances, sizes.tolist()).costs
     np.testing.assert_array_equal(costs, (sizes - 1) * (sizes - 2) // 2)
 
 
 @pytest.mark.parametrize("size", ["quick", "full"])
 def test_n_log_n_grows_by_one_over_the_logarithm_more_than_n(size):
-    sizes = growth.HULL_SIZES[size]
+    sizes = np.array(growth.HULL_SIZES[size])
     middle = np.log(sizes).mean()
-    assert growth.n_log_n_exponent(size) == pytest.approx(1 + 1 / middle, rel=1e-3)
+    assert growth.n_log_n_exponent(sizes) == pytest.approx(1 + 1 / middle, rel=1e-3)
 
 
 def test_farthest_vertex_of_the_example_is_a_corner_of_one_of_the_hulls():

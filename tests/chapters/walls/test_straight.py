@@ -7,6 +7,7 @@ import pytest
 
 from robot_perception import walls
 from robot_perception.chapters.walls import straight
+from tests.unchecked import unchecked
 
 CORNER = np.array([[0.1 * k, 0.0] for k in range(10)] + [[0.9, 0.1 * k] for k in range(1, 10)])
 FACES = np.repeat([3, 7], [10, 9])
@@ -64,8 +65,9 @@ def test_above_one_half_a_part_has_one_chord_and_a_chord_one_part():
 
 
 def test_a_room_without_noise_is_extracted_and_a_tolerance_of_its_size_extracts_nothing():
-    config = straight.Config(tolerances=(1e-3, 0.08, 100.0), step=8.0)
-    found = straight.run(config, 2, straight.EXACT, rng=np.random.default_rng(0))
+    config = straight.Config(drives=2, tolerances=(1e-3, 0.08, 100.0), step=8.0)
+    with unchecked():  # its checks are those of the functions above, some ten thousand times
+        found = straight.run(config, straight.EXACT, rng=np.random.default_rng(0))
     fine, ours, huge = (found.share(e, 0.5).estimate for e in config.tolerances)
     assert min(fine, ours) > 0.99  # without noise the tolerance does not matter, if it is small
     assert huge < 0.05
@@ -73,12 +75,12 @@ def test_a_room_without_noise_is_extracted_and_a_tolerance_of_its_size_extracts_
     assert (np.diff(found.extracted, axis=2) <= 0).all()  # more asked for, fewer extracted
 
 
-def test_what_is_extracted_does_not_depend_on_how_the_vertices_are_found():
-    config = straight.Config(step=8.0)
-
-    def found(simplify):
-        return straight.run(config, 2, straight.NOISY, simplify, rng=np.random.default_rng(1))
-
-    plain, recursive = found(walls.simplify), found(walls.simplify_recursive)
-    np.testing.assert_array_equal(plain.extracted, recursive.extracted)
-    assert (plain.agree == 1.0).all()
+def test_what_is_extracted_does_not_depend_on_how_the_vertices_are_found(monkeypatch):
+    config = straight.Config(drives=2, tolerances=(0.03, 0.08), step=16.0)
+    found = []
+    for simplify in (walls.simplify, walls.simplify_recursive):
+        monkeypatch.setitem(straight.SPLITS, "farthest", simplify)
+        with unchecked():
+            found.append(straight.run(config, rng=np.random.default_rng(1)))
+    np.testing.assert_array_equal(found[0].extracted, found[1].extracted)
+    assert (found[0].agree == 1.0).all()

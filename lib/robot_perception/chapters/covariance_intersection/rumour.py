@@ -44,6 +44,12 @@ class Result:
         """Return the true over the stated variance after each reading."""
         return (self.true[rule] / self.stated[rule]) ** 2
 
+    @property
+    def typical(self) -> int:
+        """The run whose last error, fused as if independent, is nearest to one true σ."""
+        final, sigma = self.errors["Kalman"][:, -1], self.true["Kalman"][-1]
+        return int(np.abs(final - sigma).argmin())
+
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Fuse one reading after the other by every rule."""

@@ -6,46 +6,57 @@ Of two numbers it is the best weight only if :math:`|C_i| = |C_j|` or
 :math:`\operatorname{tr}(C_j^{-1} C_i) = 2 (1 + |C_i| / |C_j|)`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks, fusion
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.covariance_intersection import consistency
 from robot_perception.chapters.covariance_intersection.consistency import (
     PAPER,
     ROUNDING,
+    Pairs,
     best,
     by_equation_4,
     pairs,
+    root,
 )
-from robot_perception.evaluation.intervals import Interval, exact, proportion, spread
+from robot_perception.evaluation.intervals import exact, proportion, spread
 from robot_perception.people.skin import SkinRules
 from robot_perception.people.sonar import SonarRules
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
+
+EQUAL, SECOND, LEAST = "equal determinants", "the second case", "the least determinant"
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Pairs of beliefs as in the study of consistency; the paper gives none."""
+    """Pairs of beliefs as in the study of consistency; the paper gives none.
+
+    ``made`` says what makes the printed weight the best one: pairs of equal determinant, pairs of
+    the second case, or the least determinant in the place of eq. (4).
+    """
 
     pairs: int = 20_000
-    spread: float = 1.0
+    made: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """Weights of eq. (4) and of the least determinant, and determinants, pair by pair.
+    """Pairs, weights of eq. (4) and of the least determinant, and determinants, pair by pair.
 
     ``excess`` is the determinant with eq. (4) over the least one; ``alone`` over that of the
     belief that is better by itself.
     """
 
     config: Config
+    a: Gaussian
+    b: Gaussian
     printed: Float[np.ndarray, " pairs"]
     least: Float[np.ndarray, " pairs"]
     excess: Float[np.ndarray, " pairs"]
@@ -53,17 +64,32 @@ class Result:
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Weigh random pairs by both rules."""
-    a, b = pairs(consistency.Config(pairs=config.pairs, spread=config.spread), rng=rng)
-    return compare(a, b, config)
+    """Weigh pairs by both rules: random ones, or as the configuration makes them."""
+    a, b = pairs(config.pairs, rng=rng)
+    if config.made == EQUAL:
+        scale = np.sqrt(np.linalg.det(a.cov) / np.linalg.det(b.cov))
+        b = Gaussian(b.mean, b.cov * scale[:, None, None])
+    elif config.made == SECOND:
+        x = rng.uniform(2.5, 20, config.pairs)
+        values = np.stack([x, (2 - x) / (1 - 2 * x)], axis=-1)  # x + y = 2 (1 + x y)
+        half = root(b.cov)
+        a = Gaussian(b.mean, half * values[:, None] @ half.mT)
+    found = compare(a, b, config)
+    if config.made != LEAST:
+        return found
+    grid = [
+        np.linalg.det(fusion.covariance_intersection(a, b, w).cov) for w in np.linspace(0, 1, 201)
+    ]
+    excess = np.linalg.det(best(a, b).cov) / np.min(grid, axis=0)
+    return replace(found, printed=found.least, excess=excess)
 
 
-def compare(a: Gaussian, b: Gaussian, config: Config | None = None) -> Result:
+def compare(a: Gaussian, b: Gaussian, config: Config) -> Result:
     """Weigh given pairs by both rules."""
     by_4, at_best = (np.linalg.det(rule(a, b).cov) for rule in (by_equation_4, best))
     better = np.minimum(np.linalg.det(a.cov), np.linalg.det(b.cov))
     weights = fusion.omega_determinants(a, b), fusion.omega_least_determinant(a, b)
-    return Result(config or Config(len(by_4)), *weights, by_4 / at_best, by_4 / better)
+    return Result(config, a, b, *weights, by_4 / at_best, by_4 / better)
 
 
 # Sonar and camera --------------------------------------------------------------------------------
@@ -92,6 +118,41 @@ def sonar_and_camera(
         Gaussian(mean, np.diag([sonar.range_sigma, sonar.bearing_sigma]) ** 2),
         Gaussian(mean, np.diag([depth, np.deg2rad(bearing)]) ** 2),
     )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Weighed:
+    """Sonar, camera, and area of the fused ellipse over that of the sonar, by weight."""
+
+    sonar: Gaussian
+    camera: Gaussian
+    omegas: Float[np.ndarray, " k"]
+    areas: Float[np.ndarray, " k"]
+    printed: float
+    least: float
+
+    def area(self, omega: float) -> float:
+        """Return the area at a weight over that of the sonar's ellipse."""
+        return float(_areas(self.sonar, self.camera, omega))
+
+
+def weighed(bearing: float, depth: float) -> Weighed:
+    """Return what the weights make of sonar and camera, as `sonar_and_camera` makes them."""
+    sonar, camera = sonar_and_camera(bearing, depth)
+    omegas = np.linspace(0, 1, 201)
+    return Weighed(
+        sonar,
+        camera,
+        omegas,
+        _areas(sonar, camera, omegas),
+        float(fusion.omega_determinants(sonar, camera)),
+        float(fusion.omega_least_determinant(sonar, camera)),
+    )
+
+
+def _areas(sonar: Gaussian, camera: Gaussian, omega: Any) -> Any:
+    found = fusion.covariance_intersection(sonar, camera, omega)
+    return np.sqrt(np.linalg.det(found.cov) / np.linalg.det(sonar.cov))
 
 
 def pair_table() -> Table:
@@ -137,8 +198,10 @@ def setup_table() -> Table:
 
 # Claims ------------------------------------------------------------------------------------------
 
+weighing = Study(run, full=Config(), quick=Config(2000), seed=33)
 
-@claim(
+
+@weighing.claim(
     "ci-omega-least",
     paper=PAPER,
     place="§3.2, eq. 4",
@@ -149,70 +212,52 @@ def setup_table() -> Table:
     f"exceeds the least one by more than rounding ({ROUNDING:g} of it). The least one is from the "
     "root of the derivative, checked against SciPy's minimiser.",
     accepted=Accepted(0.0, 0.0, "a weight that minimises does so for every pair"),
-    seed=33,
+    sabotage=[
+        Change("the weight of the least determinant in place of eq. 4", pairs=500, made=LEAST),
+        Change("pairs of equal determinant", made=EQUAL),
+        Change("pairs with tr(Cj⁻¹ Ci) = 2 (1 + |Ci| / |Cj|)", made=SECOND),
+    ],
 )
-def omega_least(size: Size, rng: np.random.Generator) -> Finding:
+def omega_least(found: Result) -> Finding:
     """Compare eq. 4 with the true minimiser."""
-    found = run(Config(20_000 if size is Size.FULL else 2000), rng=rng)
+    above = found.excess > 1 + ROUNDING
+    share = proportion(int(above.sum()), above.size)
+    if found.config.made:  # it is no sample of other pairs
+        share = exact(float(above.mean()), about="share of the pairs made")
     inside = (found.least > 0) & (found.least < 1)
-    sensors = compare(*(Gaussian(g.mean[None], g.cov[None]) for g in sonar_and_camera()))
-    kept = found.alone[~inside]
+    sensors = weighed(BEARING, SkinRules().range_sigma)
+    evidence = {
+        "determinant over the least one": spread(found.excess),
+        "largest": exact(float(found.excess.max()), about="of these pairs; it has no bound"),
+        "sonar with camera": exact(
+            (sensors.area(sensors.printed) / sensors.area(sensors.least)) ** 2
+        ),
+        "pairs whose best weight is 0 or 1": proportion(int((~inside).sum()), inside.size),
+    }
+    if not inside.all():
+        worse = found.alone[~inside] > 1 + ROUNDING
+        evidence["of these, worse than the better belief alone"] = proportion(
+            int(worse.sum()), worse.size
+        )
     return Finding(
-        _share_above(found.excess),
-        {
-            "determinant over the least one": spread(found.excess),
-            "largest": exact(float(found.excess.max()), about="of these pairs; it has no bound"),
-            "sonar with camera": exact(float(sensors.excess[0])),
-            "pairs whose best weight is 0 or 1": proportion(int((~inside).sum()), inside.size),
-            "of these, worse than the better belief alone": proportion(
-                int((kept > 1 + ROUNDING).sum()), kept.size
-            ),
-        },
+        share,
+        evidence,
         note="Eq. 4 is the best weight of two numbers only if the determinants are equal or "
         "tr(Cj⁻¹ Ci) = 2 (1 + |Ci| / |Cj|). The median loss is small: the determinant is "
         f"{np.median(found.excess):.2f} times the least one.",
     )
 
 
-@omega_least.sabotage("the weight of the least determinant in place of eq. 4")
-def true_minimum(size: Size, rng: np.random.Generator) -> Finding:
-    """Take the root of the derivative, and compare with the best of a fine grid."""
-    a, b = pairs(consistency.Config(pairs=500), rng=rng)
-    ours = np.linalg.det(best(a, b).cov)
-    grid = [
-        np.linalg.det(fusion.covariance_intersection(a, b, w).cov) for w in np.linspace(0, 1, 201)
-    ]
-    return Finding(_counted(ours / np.min(grid, axis=0)))
+def swapped(config: Config, *, rng: np.random.Generator) -> Result:
+    """Exchange the two weights of eq. (4)."""
+    found = run(config, rng=rng)
+    return replace(found, printed=1 - found.printed)
 
 
-@omega_least.sabotage("pairs of equal determinant")
-def equal_determinants(size: Size, rng: np.random.Generator) -> Finding:
-    """Scale the second belief so that both determinants are equal."""
-    a, b = pairs(consistency.Config(pairs=2000), rng=rng)
-    scale = np.sqrt(np.linalg.det(a.cov) / np.linalg.det(b.cov))
-    return Finding(_counted(compare(a, Gaussian(b.mean, b.cov * scale[:, None, None])).excess))
+halves = Study(run, full=Config(), quick=Config(2000), seed=34)
 
 
-@omega_least.sabotage("pairs with tr(Cj⁻¹ Ci) = 2 (1 + |Ci| / |Cj|)")
-def second_case(size: Size, rng: np.random.Generator) -> Finding:
-    """Choose the eigenvalues of Cj⁻¹ Ci as the second case asks."""
-    _, b = pairs(consistency.Config(pairs=2000), rng=rng)
-    x = rng.uniform(2.5, 20, 2000)
-    values = np.stack([x, (2 - x) / (1 - 2 * x)], axis=-1)  # x + y = 2 (1 + x y)
-    half = consistency.root(b.cov)
-    return Finding(_counted(compare(Gaussian(b.mean, half * values[:, None] @ half.mT), b).excess))
-
-
-def _share_above(excess: np.ndarray) -> Interval:
-    return proportion(int((excess > 1 + ROUNDING).sum()), excess.size)
-
-
-def _counted(excess: np.ndarray) -> Interval:
-    """Return the share itself: of pairs that were made to be cases, it is no sample of others."""
-    return exact(float((excess > 1 + ROUNDING).mean()), about="share of the pairs made")
-
-
-@claim(
+@halves.claim(
     "ci-weight-reliable",
     paper=PAPER,
     place="§3.2, text to eq. 4",
@@ -222,31 +267,37 @@ def _counted(excess: np.ndarray) -> Interval:
     method="The same pairs: share for which eq. 3 with the ω of eq. 4 gives the belief of smaller "
     "determinant more than half of the weight. Eq. 3 gives (1 − ω) to i.",
     accepted=Accepted(1.0, 1.0, "a rule that says so does so for every pair"),
-    seed=34,
+    sabotage=Change("ω given to i in place of j", swapped),
 )
-def weight_reliable(size: Size, rng: np.random.Generator) -> Finding:
+def weight_reliable(found: Result) -> Finding:
     """Look which belief gets the larger weight."""
+    a_first = np.linalg.det(found.a.cov) < np.linalg.det(found.b.cov)
+    right = (1 - found.printed > 0.5) == a_first
     return Finding(
-        _smaller_first(*_pairs(size, rng), swapped=False),
+        exact(float(np.mean(right)), about="share of pairs"),
         note="By the definition of ω: 1 − ω = |Cj| / (|Ci| + |Cj|). “More reliable” is the area of "
         "the ellipse here, which says nothing of a single direction.",
     )
 
 
-@weight_reliable.sabotage("ω given to i in place of j")
-def swapped_weights(size: Size, rng: np.random.Generator) -> Finding:
-    """Exchange the two weights."""
-    return Finding(_smaller_first(*_pairs(size, rng), swapped=True))
+def ordered(number: int, *, rng: np.random.Generator) -> Pairs:
+    """Return readings and hypotheses: of each pair the more certain belief is the reading."""
+    a, b = pairs(number, rng=rng)
+    first = (np.linalg.det(a.cov) < np.linalg.det(b.cov))[:, None, None]
+    covs = np.where(first, a.cov, b.cov), np.where(first, b.cov, a.cov)
+    return Gaussian(a.mean, covs[0]), Gaussian(a.mean, covs[1])
 
 
-def _smaller_first(a: Gaussian, b: Gaussian, *, swapped: bool) -> Interval:
-    omega = fusion.omega_determinants(a, b)
-    of_a = omega if swapped else 1 - omega
-    a_first = np.linalg.det(a.cov) < np.linalg.det(b.cov)
-    return exact(float(np.mean((of_a > 0.5) == a_first)), about="share of pairs")
+def less_certain(number: int, *, rng: np.random.Generator) -> Pairs:
+    """Exchange reading and hypothesis."""
+    reading, hypothesis = ordered(number, rng=rng)
+    return hypothesis, reading
 
 
-@claim(
+reading = Study(ordered, full=20_000, quick=2000, seed=35)
+
+
+@reading.claim(
     "ci-reduces",
     paper=PAPER,
     place="§3.2, text to eq. 4",
@@ -257,17 +308,18 @@ def _smaller_first(a: Gaussian, b: Gaussian, *, swapped: bool) -> Interval:
     method="Random pairs, the reading being the one of smaller determinant: largest determinant of "
     "the result over that of the hypothesis.",
     accepted=Accepted(0.0, 1 - 1e-12, "reduced: below that of the hypothesis, for every pair"),
-    seed=35,
+    sabotage=Change("a reading that is less certain than the hypothesis", less_certain),
 )
-def reduces(size: Size, rng: np.random.Generator) -> Finding:
+def reduces(pairs: Pairs) -> Finding:
     """Fuse a hypothesis with a reading that is more certain."""
-    reading, hypothesis = _ordered(*_pairs(size, rng))
+    reading, hypothesis = pairs
     result = by_equation_4(reading, hypothesis)
+    share = np.linalg.det(result.cov) / np.linalg.det(hypothesis.cov)
     half = np.linalg.inv(np.linalg.cholesky(hypothesis.cov))
     widest = np.linalg.eigvalsh(half @ result.cov @ half.mT)[:, -1]
     grown = proportion(int((widest > 1 + ROUNDING).sum()), widest.size)
     return Finding(
-        exact(_largest(reading, hypothesis), about="largest over pairs"),
+        exact(float(share.max()), about="largest over pairs"),
         {"pairs in which some direction becomes less certain": grown},
         conditions=(
             Condition(
@@ -279,26 +331,3 @@ def reduces(size: Size, rng: np.random.Generator) -> Finding:
         note="The logarithm of a determinant is concave in the information, so the determinant of "
         "the result lies below the weighted geometric mean of the two.",
     )
-
-
-@reduces.sabotage("a reading that is less certain than the hypothesis")
-def less_certain(size: Size, rng: np.random.Generator) -> Finding:
-    """Exchange reading and hypothesis."""
-    reading, hypothesis = _ordered(*_pairs(size, rng))
-    return Finding(exact(_largest(hypothesis, reading)))
-
-
-def _largest(reading: Gaussian, hypothesis: Gaussian) -> float:
-    result = by_equation_4(reading, hypothesis)
-    return float((np.linalg.det(result.cov) / np.linalg.det(hypothesis.cov)).max())
-
-
-def _ordered(a: Gaussian, b: Gaussian) -> tuple[Gaussian, Gaussian]:
-    """Return the more certain one of each pair first."""
-    first = (np.linalg.det(a.cov) < np.linalg.det(b.cov))[:, None, None]
-    covs = np.where(first, a.cov, b.cov), np.where(first, b.cov, a.cov)
-    return Gaussian(a.mean, covs[0]), Gaussian(a.mean, covs[1])
-
-
-def _pairs(size: Size, rng: np.random.Generator) -> tuple[Gaussian, Gaussian]:
-    return pairs(consistency.Config(pairs=20_000 if size is Size.FULL else 2000), rng=rng)

@@ -36,14 +36,7 @@ class Variant:
 
 
 def run(config: Config, *, rng: np.random.Generator) -> tuple[Variant, ...]:
-    """Run the filter rightly, and in four other ways, on the same worlds with one landmark.
-
-    Returns
-    -------
-    tuple of Variant
-        As the paper says; P0 a hundredth of the truth; update before predict; no cross-covariance
-        at the first measurement; with a second landmark whose position is known.
-    """
+    """Run the filter rightly, and in four other ways, on the same worlds with one landmark."""
     config = replace(config, landmarks=1)
     world = simulate(config, rng=rng)
     posts = rng.standard_normal(world.positions.shape) * config.measurement_deviations[:, 0]

@@ -10,10 +10,11 @@ from matplotlib.ticker import ScalarFormatter
 from robot_perception.chapters.monobot import many
 from robot_perception.chapters.monobot.broken import Variant
 from robot_perception.chapters.monobot.information import Plane, Ridge
-from robot_perception.chapters.monobot.rail import Result
-from robot_perception.chapters.monobot.steady import Gains
+from robot_perception.chapters.monobot.rail import FIG3, Result
+from robot_perception.chapters.monobot.steady import Ends, Gains
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
+from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 
 AxesRow = Sequence[Axes] | np.ndarray
@@ -64,6 +65,15 @@ def vehicle_error(ax: Axes, result: Result, run: int) -> Axes:
     return _errors(ax, errors, result.deviations[:, 0], colour, "vehicle error (m)", **style)
 
 
+@drawn(
+    alt="Landmark errors of thirty runs. Each line wanders for some measurements, then runs flat, "
+    "at its own height, inside a band that does not narrow.",
+    caption=lambda result, **_: (
+        f"{result.config.runs} runs, one of them bold. Band: ±2σ as the filter states it. Each "
+        "error moves for a few measurements, then freezes at a height of its own."
+    ),
+    height=3.3,
+)
 def error_fan(ax: Axes, result: Result, *, picked: int | None = None) -> Axes:
     """Draw the first landmark's error in all runs inside the stated ±2σ, one run picked out."""
     errors, last = result.landmark_errors[..., 0].T, result.config.steps
@@ -129,6 +139,25 @@ def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
     return axes
 
 
+@drawn(
+    alt="Two columns, one and ten landmarks; rows: path and landmark, landmark error, vehicle "
+    "error, gains. Errors stay on one side of zero; the landmark gain goes to zero.",
+    caption="Fig. 4 rebuilt, bands ±2σ. Landmark errors (second row) freeze, the vehicle's error "
+    "stays near them, the landmark's gain goes to zero. Uncoloured: truth; blue dots: single "
+    "measurements.",
+    rows=4,
+    cols=2,
+    height=9.2,
+)
+def fig4(axes: np.ndarray, results: Sequence[Result]) -> np.ndarray:
+    """Draw a run with one landmark and one with more, a column each, as the rows of Fig. 4."""
+    for column, result in zip(axes.T, results, strict=True):
+        one_run(column, result, 0)
+        n = result.config.landmarks
+        column[0].set_title("1 landmark" if n == 1 else f"{n} landmarks")
+    return common_scales(axes)
+
+
 def common_scales(axes: np.ndarray) -> np.ndarray:
     """Give the axes of each row the same ordinate, so that columns compare."""
     for row in axes:
@@ -142,13 +171,20 @@ def study(axes: AxesRow, result: Result) -> AxesRow:
     """Draw the landmark errors of all runs and the gains, on two axes that are cleared first."""
     for ax in axes:
         ax.clear()
-    error_fan(axes[0], result)
+    error_fan.on(axes[0], result)
     gains(axes[1], result)
     for ax in axes:
         ax.locator_params(nbins=5)  # ticks cost more time to draw than the curves
     return axes
 
 
+@drawn(
+    alt="A hundred dots around a line through zero that is flatter than the diagonal.",
+    caption="A hundred runs, noise of Fig. 4. Full line: least squares; dashed: equality. What "
+    "would make the points fall on the diagonal?",
+    width=4.6,
+    height=4.4,
+)
 def first_against_last(ax: Axes, result: Result) -> Axes:
     """Draw the last error of each run against its first, with the fitted line and the diagonal."""
     first, last = result.first_errors[:, 0], result.last_errors[:, 0]
@@ -167,9 +203,15 @@ def first_against_last(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def ensemble(ax: Axes, result: Result) -> Axes:
+@drawn(
+    alt="Single runs scatter widely; the mean over the runs narrows to zero.",
+    caption="Dots: last errors of the first 300 runs. Line: mean over the runs so far, with the "
+    "±2σ range in which an unbiased filter's mean lies.",
+    height=3.4,
+)
+def ensemble(ax: Axes, sample: Ends) -> Axes:
     """Draw the mean of the last errors over the first runs, ±2 standard errors, and single runs."""
-    last, deviation = result.last_errors[:, 0], result.deviations[-1, 1]
+    last, deviation = sample.last, sample.deviation
     runs = np.unique(np.geomspace(2, last.size, 200).astype(int))
     half = 2 * deviation / np.sqrt(runs)
     one, mean = MEANING["landmark"], MEANING["mean"]
@@ -186,6 +228,24 @@ def ensemble(ax: Axes, result: Result) -> Axes:
 
 
 # Information -----------------------------------------------------------------------------------
+
+
+@drawn(
+    alt="Left: straight lines rising, steeper with more landmarks, all under the dashed line "
+    "1/V. Right: for one landmark the sum rises while the information of the state is flat.",
+    caption="Fig. 3 rebuilt at $P_0 = V = W = 1$ m². Left: first entry of eq. (14), by number of "
+    "landmarks; none rises by more than 1/V a step. Right: one landmark. Why is one line flat?",
+    cols=2,
+    width=7.6,
+    height=3.5,
+    width_ratios=[1.5, 1],
+)
+def fig3(
+    axes: AxesRow, curves: Mapping[int, np.ndarray], summed: np.ndarray, exact: np.ndarray
+) -> None:
+    """Draw both kinds of information beside each other."""
+    information_curves(axes[0], curves)
+    information_kinds(axes[1], summed, exact)
 
 
 def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
@@ -218,6 +278,13 @@ def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
     return ax
 
 
+@drawn(
+    alt="Log-likelihood over start and landmark: a straight ridge along the diagonal.",
+    caption=f"The stronger the colour, the likelier. {FIG3.steps} measurements fix the distance "
+    "between start and landmark; along the arrow (1, 1) nothing changes.",
+    width=4.6,
+    height=4.2,
+)
 def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     """Draw the log-likelihood over start and landmark, with the direction it is blind to."""
     vehicle, landmark, values = ridge.vehicle, ridge.landmark, ridge.log_likelihood
@@ -267,6 +334,13 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
 # Gains, numbers of landmarks, broken filters ---------------------------------------------------
 
 
+@drawn(
+    alt="Gains on a logarithmic axis: three straight lines fall steeply; two dashed curves "
+    "flatten.",
+    caption="$P_0 = V = W = 1$ m². Full: gain on the innovation that all landmarks share, by "
+    "their number. Dashed: gain on a landmark's own innovation. There are two laws in one filter.",
+    height=3.6,
+)
 def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
     """Draw how gains fall: on the common innovation (full lines) and on a landmark's own (dashed).
 
@@ -286,6 +360,21 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
     label(ax, right + 1, 5e-9, f"n = {names}, left to right", colour)
     ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=MEASUREMENTS, ylabel="gain of a landmark")
     return ax
+
+
+@drawn(
+    alt="Left: the error of one landmark falls to a floor. Right: the sum of squared errors rises.",
+    caption="$P_0 = V = W = 1$ m². Left: root mean square error of one landmark; line: by the "
+    "filter, dots: 400 runs. Right: expected sum of squared errors over the state, by the same "
+    "filter.",
+    cols=2,
+    width=7.4,
+    height=3.4,
+)
+def against_number(axes: AxesRow, result: many.Result) -> None:
+    """Draw both errors against the number of landmarks."""
+    error_of_one(axes[0], result)
+    total_of_all(axes[1], result)
 
 
 def error_of_one(ax: Axes, result: many.Result) -> Axes:
@@ -317,6 +406,22 @@ def _over_landmarks(ax: Axes, counts: np.ndarray) -> Axes:
     return ax
 
 
+@drawn(
+    alt="Above: only the variant with a known landmark brings the error down. Below: too small P0 "
+    "and the forgotten cross-covariance exceed their stated variance; the others stay near one.",
+    caption="A thousand runs. Above: root mean square error. Below: squared error over stated "
+    "variance (NEES), 1 if honest; band: 95 % of chance. Which would you have found in a hundred "
+    "runs?",
+    rows=2,
+    height=5.8,
+    gridspec_kw={"right": 0.64},
+)
+def variants(axes: AxesRow, shown: Sequence[Variant]) -> None:
+    """Draw error and honesty of each variant."""
+    root_mean_squares(axes[0], shown)
+    honesty(axes[1], shown)
+
+
 def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
     """Draw the mean squared error over the stated variance of each variant, by measurement.
 
@@ -341,6 +446,14 @@ def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
     return ax
 
 
+@drawn(
+    alt="Two drawings of a robot approaching an end wall, alike but for the numbers on the axis.",
+    caption="A straight stretch of the Intel log, mapped from two origins; bands ±2σ of the wall. "
+    "It is one map read with two rulers.",
+    cols=2,
+    width=7.4,
+    height=3.4,
+)
 def two_origins(axes: AxesRow, runs: Mapping[str, MonobotRun]) -> AxesRow:
     """Draw a corridor mapped from several origins, by name, an axes each."""
     end, robot = MEANING["walls"], MEANING["robot"]

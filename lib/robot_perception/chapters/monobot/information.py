@@ -12,8 +12,10 @@ from robot_perception.chapters.monobot.rail import COUNTS, DECIMALS, FIG3, FIG4,
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.kalman import Sensor
 from robot_perception.slam import monobot as slam
-from robot_perception.teaching.claims import Accepted, Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted
 
 
 def first_entries(counts: tuple[int, ...] = COUNTS, base: Config = FIG3) -> dict[int, np.ndarray]:
@@ -21,22 +23,18 @@ def first_entries(counts: tuple[int, ...] = COUNTS, base: Config = FIG3) -> dict
     return {n: rail.total_information(replace(base, landmarks=n))[:, 0, 0] for n in counts}
 
 
-def exact_information(
-    config: Config, *, anchored: bool = False
-) -> Float[np.ndarray, "measurements states states"]:
+def exact_information(config: Config) -> Float[np.ndarray, "measurements states states"]:
     """Return the information about the state, of all measurements up to each, 1/m².
 
-    The first measurement counts; the belief in the start does not. With the anchor of
-    :func:`.rail.run_anchored` or without.
+    The first measurement counts; the belief in the start does not.
     """
     n = config.landmarks
     H, (first, *noises) = slam.sensor_matrix(n), config.measurement_deviations**2
     start = H.T @ np.diag(1 / first) @ H
-    if anchored:
-        H = slam.Reference(-1, np.zeros((1, 1)), 0.0).matrix(n)
+    if config.anchored:
         noises = [np.insert(noise, 0, noise[0]) for noise in noises]
     moves = [slam.motion(0.0, float(s) ** 2, n) for s in config.motion_deviations]
-    sensors = [Sensor(H, np.diag(noise)) for noise in noises]
+    sensors = [Sensor(rail.sensor(config), np.diag(noise)) for noise in noises]
     return np.concatenate([start[None], kalman.state_information(moves, sensors, start)])
 
 
@@ -90,33 +88,48 @@ def likelihood_of_shift(
 class Plane:
     """What is known of vehicle and landmark in one run: truth, belief (m), information (1/m²).
 
-    The information is that of the measurements alone, without the belief in the start.
+    The information is that of the first measurement and of so many ``measurements`` after it,
+    without the belief in the start.
     """
 
+    measurements: int
+    anchored: bool
     truth: Float[np.ndarray, "2"]
     belief: Gaussian
     information: Float[np.ndarray, "2 2"]
 
 
 def planes(*, anchored: bool, rng: np.random.Generator) -> list[Plane]:
-    """Return what is known after each measurement of one run at one landmark.
-
-    Parameters
-    ----------
-    anchored
-        Whether the robot also measures its distance to an anchor at the origin, as in eq. (20).
-    rng
-        Generator of the run.
-    """
-    config = replace(FIG3, runs=1)
-    result = (rail.run_anchored if anchored else rail.run)(config, rng=rng)
+    """Return what is known after each measurement of one run, without an anchor or with it."""
+    config = replace(FIG3, runs=1, anchored=anchored)
+    result = rail.run(config, rng=rng)
     truths = np.insert(result.world.positions[0, :, None], 1, config.landmarks_at, axis=1)
     beliefs = map(Gaussian, result.filtered.means[0], result.filtered.covs[0])
-    known = exact_information(config, anchored=anchored)
-    return [Plane(*state) for state in zip(truths, beliefs, known, strict=True)]
+    known = exact_information(config)
+    states = enumerate(zip(truths, beliefs, known, strict=True))
+    return [Plane(k, anchored, *state) for k, state in states]
 
 
-@claim(
+def growth(base: Config, *, rng: np.random.Generator) -> Float[np.ndarray, "counts steps"]:
+    """Return the curves of Fig. 3."""
+    return np.stack(list(first_entries(base=base).values()))
+
+
+def on_the_state_itself(base: Config, *, rng: np.random.Generator) -> np.ndarray:
+    """Return what the measurements tell of the state as it is, which comes to an end."""
+    return np.stack([exact_information(replace(base, landmarks=n))[1:, 0, 0] for n in COUNTS])
+
+
+def shared_sensor(base: Config, *, rng: np.random.Generator) -> np.ndarray:
+    """Return the curves of landmarks that are seen the worse the more there are."""
+    bases = {n: replace(base, measurement_deviation=n**0.5) for n in COUNTS}
+    return np.stack([first_entries((n,), config)[n] for n, config in bases.items()])
+
+
+fig3 = Study(growth, full=FIG3, quick=FIG3)
+
+
+@fig3.claim(
     "fisher-growth",
     paper=PAPER,
     place="§2.2, Fig. 3",
@@ -134,10 +147,18 @@ def planes(*, anchored: bool, rng: np.random.Generator) -> list[Plane]:
         "far above rounding",
         "our choice",
     ),
+    sabotage=[
+        Change(
+            "the information on the state itself in place of the sum of eq. 14",
+            on_the_state_itself,
+        ),
+        Change("a sensor that shares its time among n landmarks, so that W = n m²", shared_sensor),
+    ],
 )
-def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
+def fisher_growth(table: Float[np.ndarray, "counts steps"]) -> Finding:
     """Compare each curve of Fig. 3 with itself a step before, and with the one below."""
-    table = np.stack(list(first_entries().values()))
+    over_steps, over_counts = np.diff(table, axis=1), np.diff(table, axis=0)
+    least = min((over_steps / table[:, 1:]).min(), (over_counts / table[1:]).min())
     known = exact_information(FIG3)[-1, 0, 0]
     slopes = Table(
         {
@@ -149,7 +170,10 @@ def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
         "landmarks",
     )
     return Finding(
-        _least_increase(table),
+        exact(
+            least.round(DECIMALS) + 0.0,
+            about=f"least relative increase over {table.shape[1]} steps and {len(table)} n",
+        ),
         {"information on the state itself after 100 steps, n = 1": exact(known, "1/m²")},
         {"slopes": slopes},
         note=f"The sum of eq. 14 grows without end, by at most 1/V per step. It adds up what each "
@@ -158,29 +182,16 @@ def fisher_growth(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@fisher_growth.sabotage("the information on the state itself in place of the sum of eq. 14")
-def on_the_state_itself(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare what the measurements tell of the state as it is, which comes to an end."""
-    by_count = (exact_information(replace(FIG3, landmarks=n))[1:, 0, 0] for n in COUNTS)
-    return Finding(_least_increase(np.stack(list(by_count))))
+def totals(bases: tuple[Config, ...], *, rng: np.random.Generator) -> list[np.ndarray]:
+    """Return the total information of eq. (14) with each noise, for each number of landmarks."""
+    configs = [replace(base, landmarks=n) for base in bases for n in COUNTS]
+    return [rail.total_information(config) for config in configs]
 
 
-@fisher_growth.sabotage("a sensor that shares its time among n landmarks, so that W = n m²")
-def shared_sensor(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare curves of landmarks that are seen the worse the more there are."""
-    bases = (replace(FIG3, measurement_deviation=n**0.5) for n in COUNTS)
-    curves = [first_entries((n,), base)[n] for n, base in zip(COUNTS, bases, strict=True)]
-    return Finding(_least_increase(np.stack(curves)))
+both = Study(totals, full=(FIG3, FIG4), quick=(FIG3, FIG4))
 
 
-def _least_increase(table: Float[np.ndarray, "counts steps"]) -> Interval:
-    over_steps, over_counts = np.diff(table, axis=1), np.diff(table, axis=0)
-    least = min((over_steps / table[:, 1:]).min(), (over_counts / table[1:]).min())
-    about = f"least relative increase over {table.shape[1]} steps and {len(table)} n"
-    return exact(least.round(DECIMALS) + 0.0, about=about)
-
-
-@claim(
+@both.claim(
     "fisher-singular",
     paper=PAPER,
     place="§2.2, eqs 15–18",
@@ -191,17 +202,24 @@ def _least_increase(table: Float[np.ndarray, "counts steps"]) -> Interval:
     method="Number of states minus scale-free rank, at every step, for six n, with the noise "
     "of Fig. 3 and of Fig. 4.",
     accepted=Accepted(1, 1, "exactly one direction, by the form of the measurement matrix"),
+    sabotage=Change(
+        "an anchor at the origin (eq. 20)",
+        config=tuple(replace(base, anchored=True) for base in (FIG3, FIG4)),
+    ),
 )
-def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
+def fisher_singular(total: list[np.ndarray]) -> Finding:
     """Count the null directions, and compare the last one with a shift of the world."""
     row_sum, angle = [], []
-    total = [rail.total_information(config) for config in _studies()]
     for J in total:
         row_sum.append(np.abs(J.sum(axis=-1)).max() / np.abs(J).max())
         kernel = np.linalg.eigh(J[-1])[1][:, 0]
         angle.append(np.arcsin(np.linalg.norm(kernel - kernel.mean())))
+    nullity = np.concatenate([J.shape[-1] - kalman.scale_free_rank(J) for J in total])
+    low, middle, high = (float(f(nullity)) for f in (np.min, np.median, np.max))
     return Finding(
-        _nullity(total),
+        Interval(
+            middle, low, high, about=f"dimension of the null space, all of {nullity.size} matrices"
+        ),
         {
             f"largest row sum over largest entry, to {DECIMALS} decimals": exact(
                 max(row_sum).round(DECIMALS)
@@ -216,56 +234,8 @@ def fisher_singular(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@fisher_singular.sabotage("an anchor at the origin (eq. 20)")
-def with_an_anchor(size: Size, rng: np.random.Generator) -> Finding:
-    """Count the null directions of a robot that measures one distance to the world."""
-    return Finding(_nullity([_anchored_information(config, rng) for config in _studies()]))
-
-
-def _studies() -> list[Config]:
-    return [replace(base, landmarks=n) for base in (FIG3, FIG4) for n in COUNTS]
-
-
-def _anchored_information(config: Config, rng: np.random.Generator) -> np.ndarray:
-    run = rail.run_anchored(replace(config, runs=1), rng=rng).filtered
-    matrix = slam.Reference(-1, np.zeros((1, 1)), 0.0).matrix(config.landmarks)
-    return kalman.fisher_information(matrix, run.innovation_covs[0])
-
-
-def _nullity(total: list[np.ndarray]) -> Interval:
-    """Return median and range of the number of null directions of all matrices."""
-    nullity = np.concatenate([J.shape[-1] - kalman.scale_free_rank(J) for J in total])
-    low, middle, high = (float(f(nullity)) for f in (np.min, np.median, np.max))
-    return Interval(
-        middle, low, high, about=f"dimension of the null space, all of {nullity.size} matrices"
-    )
-
-
-@claim(
-    "fisher-one-landmark",
-    paper=PAPER,
-    place="§2.2, eq. 17",
-    basis="mathematics",
-    statement="For one landmark the information is the sum of 1/s times [[1, −1], [−1, 1]], "
-    "with s written out in deviations and correlation.",
-    paper_value="eq. 17",
-    method="Largest relative difference from the general sum of eq. 14 over 100 steps, with "
-    "the noise of Fig. 3 and of Fig. 4.",
-    accepted=Accepted(0, 1e-10, "an identity: equal up to the rounding of 100 additions"),
-)
-def fisher_one_landmark(size: Size, rng: np.random.Generator) -> Finding:
-    """Sum eq. (17) by the predicted deviations, beside the sum of eq. (14)."""
-    return Finding(_eq17_gap(1.0))
-
-
-@fisher_one_landmark.sabotage("the correlation of vehicle and landmark left out of s")
-def without_correlation(size: Size, rng: np.random.Generator) -> Finding:
-    """Sum eq. (17) as if the two errors were independent."""
-    return Finding(_eq17_gap(0.0))
-
-
-def _eq17_gap(share: float) -> Interval:
-    """Return how far eq. (17) is off with a share of the correlation."""
+def eq17_gap(share: float, *, rng: np.random.Generator) -> float:
+    """Return how far eq. (17) is off the sum of eq. (14) with a share of the correlation."""
     worst = 0.0
     for base in (FIG3, FIG4):
         before = rail.covariances(base).covs[0, :-1].copy()
@@ -278,5 +248,26 @@ def _eq17_gap(share: float) -> Interval:
         general = rail.total_information(base)
         gap = np.abs(np.cumsum(terms, axis=0) - general).max(axis=(1, 2))
         worst = max(worst, (gap / general[:, 0, 0]).max())
+    return worst
+
+
+written_out = Study(eq17_gap, full=1.0, quick=1.0)
+
+
+@written_out.claim(
+    "fisher-one-landmark",
+    paper=PAPER,
+    place="§2.2, eq. 17",
+    basis="mathematics",
+    statement="For one landmark the information is the sum of 1/s times [[1, −1], [−1, 1]], "
+    "with s written out in deviations and correlation.",
+    paper_value="eq. 17",
+    method="Largest relative difference from the general sum of eq. 14 over 100 steps, with "
+    "the noise of Fig. 3 and of Fig. 4.",
+    accepted=Accepted(0, 1e-10, "an identity: equal up to the rounding of 100 additions"),
+    sabotage=Change("the correlation of vehicle and landmark left out of s", config=0.0),
+)
+def fisher_one_landmark(gap: float) -> Finding:
+    """Compare eq. (17) by the predicted deviations with the sum of eq. (14)."""
     about = f"largest relative difference of 200 matrices, to {DECIMALS} decimals"
-    return exact(worst.round(DECIMALS), about=about)
+    return Finding(exact(round(gap, DECIMALS), about=about))

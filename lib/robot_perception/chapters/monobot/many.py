@@ -13,9 +13,13 @@ from robot_perception.chapters.monobot.rail import COUNTS, FIG3, PAPER, Config
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.teaching.claims import Accepted, Condition, Finding, Size, claim
+from robot_perception.slam.monobot import sensor_matrix
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
+from robot_perception.teaching.verdicts import Accepted, Condition
 
+Errors = Float[np.ndarray, "kinds runs"]
 STARTS = (0.0, 0.1, 0.3, 0.5, 1.0, 2.0, 3.0)
 """Uncertainties of the start at which the claims are computed, m; Fig. 3 has 1 m."""
 PROPORTIONAL = (0.9, 1.1)
@@ -33,14 +37,9 @@ READINGS: dict[str, Callable[[np.ndarray], float]] = {
 class Result:
     """Errors at the end against the number of landmarks.
 
-    Parameters
-    ----------
-    measured, expected
-        Root mean square error of one landmark over all runs, and by the filter's covariance, m.
-    total
-        Expected sum of squared errors over the whole state (trace of the covariance), m².
-    floor
-        What no number of landmarks removes: the deviation of the start, m.
+    Root mean square error of one landmark over all runs, and as expected by the filter's
+    covariance, m; expected sum of squared errors over the whole state, m²; and what no number of
+    landmarks removes, the deviation of the start, m.
     """
 
     counts: np.ndarray
@@ -62,7 +61,34 @@ def _end(base: Config, landmarks: int, *, rng: np.random.Generator) -> tuple[flo
     return np.sqrt(np.mean(result.last_errors**2)), np.sqrt(cov[1, 1]), np.trace(cov)
 
 
-@claim(
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Runs with one landmark and with fifty at P0 = V = W = 1 m².
+
+    Where the error is ``shared``, all measurements of a step have that of the first, and the
+    filter does not know.
+    """
+
+    runs: int
+    shared: bool = False
+
+
+def few_and_many(setting: Setting, *, rng: np.random.Generator) -> tuple[Setting, Errors]:
+    """Return the last errors with one landmark and with fifty, and the latter's at the start, m."""
+    base = replace(FIG3, runs=setting.runs)
+    few, many = rail.run(base, rng=rng), rail.run(replace(base, landmarks=50), rng=rng)
+    if setting.shared:
+        same = np.repeat(many.world.measurements[..., :1], 50, axis=-1)
+        world = replace(many.world, measurements=same)
+        many = replace(many, world=world, filtered=rail.refilter(many.config, world))
+    start = base.start - many.world.positions[:, 0]
+    return setting, np.stack([few.last_errors[:, 0], many.last_errors[:, 0], start])
+
+
+fifty = Study(few_and_many, full=Setting(10_000), quick=Setting(2_000), seed=6)
+
+
+@fifty.claim(
     "many-landmarks-help",
     paper=PAPER,
     place="§2.2, text to Fig. 4",
@@ -74,18 +100,17 @@ def _end(base: Config, landmarks: int, *, rng: np.random.Generator) -> tuple[flo
     "P0 = V = W = 1 m², by the filter's covariance; the same over simulated runs, and at other "
     "uncertainties σ0 of the start.",
     accepted=Accepted(0, 1, "less means a ratio below 1"),
-    seed=6,
+    sabotage=Change("one error that all measurements of a step share", shared=True),
 )
-def many_landmarks_help(size: Size, rng: np.random.Generator) -> Finding:
+def many_landmarks_help(result: tuple[Setting, Errors]) -> Finding:
     """Compare the last errors of one and of fifty landmarks, and with the vehicle's own start."""
-    runs = 10_000 if size is Size.FULL else 2_000
-    few, many = _one_and_fifty(runs, rng)
-    stays = intervals.slope(many.config.start - many.world.positions[:, 0], many.last_errors[:, 0])
-    ratios = {start: _expected_ratio(start) for start in STARTS}
+    setting, (few, many, start) = result
+    stays = intervals.slope(start, many)
+    ratios = {start: variance_ratio(start, setting.shared) for start in STARTS}
     return Finding(
         exact(ratios[FIG3.start_deviation]),
         {
-            "the same, measured": _variance_ratio(few, many),
+            "the same, measured": intervals.variance_ratio(many, few),
             "variance of the limit, n = 1 (closed form: φ)": exact(
                 rail.limit(1).landmark_variance, "m²"
             ),
@@ -114,39 +139,56 @@ def many_landmarks_help(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@many_landmarks_help.sabotage("one error that all measurements of a step share")
-def shared_measurement_error(size: Size, rng: np.random.Generator) -> Finding:
-    """Give all landmarks the noise of the first, so that nothing averages out over them."""
-    few, many = _one_and_fifty(2_000, rng)
-    world = replace(
-        many.world, measurements=np.repeat(many.world.measurements[..., :1], 50, axis=-1)
-    )
-    return Finding(
-        _variance_ratio(few, replace(many, world=world, filtered=rail.refilter(many.config, world)))
-    )
+def variance_ratio(start: float, shared: bool = False) -> float:
+    """Return the variance of a landmark's last error with fifty landmarks over that with one.
+
+    Exact, at V = W = 1 m² with a start known to ``start``, m; where all measurements of a step
+    share one error, with the gains of a filter that takes them for independent.
+    """
+    many = _cov_of_shared_errors(50, start) if shared else _last_cov(50, start)
+    return float(many[1, 1] / _last_cov(1, start)[1, 1])
 
 
-def _one_and_fifty(runs: int, rng: np.random.Generator) -> tuple[rail.Result, rail.Result]:
-    base = replace(FIG3, runs=runs)
-    return rail.run(base, rng=rng), rail.run(replace(base, landmarks=50), rng=rng)
-
-
-def _variance_ratio(few: rail.Result, many: rail.Result) -> Interval:
-    return intervals.variance_ratio(many.last_errors[:, 0], few.last_errors[:, 0])
-
-
-def _expected_ratio(start: float) -> float:
-    few, many = (_last_cov(n, start)[1, 1] for n in (1, 50))
-    return float(many / few)
+def _cov_of_shared_errors(landmarks: int, start: float) -> Float[np.ndarray, "states states"]:
+    config = replace(FIG3, landmarks=landmarks, start_deviation=start)
+    H, gains = sensor_matrix(landmarks), rail.covariances(config).gains[0]
+    on_landmarks = np.arange(landmarks + 1) > 0
+    P = start**2 + np.outer(on_landmarks, on_landmarks) * 1.0  # after the first measurement
+    for K in gains:
+        P[0, 0] += 1.0
+        rest, error = np.eye(landmarks + 1) - K @ H, K.sum(axis=1)
+        P = rest @ P @ rest.T + np.outer(error, error)
+    return P
 
 
 @cache
-def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states states"]:
+def _last_cov(landmarks: int, start: float) -> Float[np.ndarray, "states states"]:
     """Return the covariance after 100 steps at V = W = 1 m² with a start known to ``start``, m."""
     return rail.covariances(replace(FIG3, landmarks=landmarks, start_deviation=start)).covs[0, -1]
 
 
-@claim(
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Numbers of landmarks, how well the start is known, m, and runs with fifty of them."""
+
+    counts: tuple[int, ...]
+    runs: int
+    start: float = FIG3.start_deviation
+
+
+def grow(config: Growth, *, rng: np.random.Generator) -> tuple[Growth, Float[np.ndarray, "runs"]]:
+    """Measure the sum of squared errors over the state, m²."""
+    base = replace(FIG3, runs=config.runs, landmarks=50, start_deviation=config.start)
+    measured = rail.run(base, rng=rng)
+    return config, measured.vehicle_errors[:, -1] ** 2 + (measured.last_errors**2).sum(axis=1)
+
+
+growth = Study(
+    grow, full=Growth((*QUICK_COUNTS, 200), 1_000), quick=Growth(QUICK_COUNTS, 300), seed=7
+)
+
+
+@growth.claim(
     "statement-proportional",
     paper=PAPER,
     place="§2.2, introduction",
@@ -163,19 +205,16 @@ def _last_cov(landmarks: int, start: float = 1.0) -> Float[np.ndarray, "states s
         "does not grow",
         "our choice",
     ),
-    seed=7,
+    sabotage=Change("a start that is known exactly", start=0.0),
 )
-def statement_proportional(size: Size, rng: np.random.Generator) -> Finding:
+def statement_proportional(result: tuple[Growth, Float[np.ndarray, "runs"]]) -> Finding:
     """Fit the growth of three errors, all by the covariance of the same filter."""
-    counts = (*QUICK_COUNTS, 200) if size is Size.FULL else QUICK_COUNTS
-    by_reading = _exponents(counts)
+    config, squared = result
+    counts, start = config.counts, config.start
+    by_reading, known = _exponents(counts, start), _exponents(counts, 0.0)
     by_start = {start: _growth(np.trace, counts, start) for start in STARTS}
-    known = _exponents(counts, 0.0)
-    totals = {n: float(np.trace(_last_cov(n))) for n in (1, 2, *counts)}
+    totals = {n: float(np.trace(_last_cov(n, start))) for n in (1, 2, *counts)}
     added = [(totals[more] - totals[n]) / (more - n) for n, more in pairwise(counts)]
-    runs = 1_000 if size is Size.FULL else 300
-    measured = rail.run(replace(FIG3, runs=runs, landmarks=50), rng=rng)
-    squared = (measured.vehicle_errors[:, -1] ** 2) + (measured.last_errors**2).sum(axis=1)
     return Finding(
         _over_readings(by_reading, counts),
         {
@@ -215,13 +254,7 @@ def statement_proportional(size: Size, rng: np.random.Generator) -> Finding:
     )
 
 
-@statement_proportional.sabotage("a start that is known exactly")
-def known_start(size: Size, rng: np.random.Generator) -> Finding:
-    """Fit the growth where no error is common to all landmarks from the first."""
-    return Finding(_over_readings(_exponents(QUICK_COUNTS, 0.0), QUICK_COUNTS))
-
-
-def _exponents(counts: tuple[int, ...], start: float = 1.0) -> dict[str, float]:
+def _exponents(counts: tuple[int, ...], start: float) -> dict[str, float]:
     return {name: _growth(error, counts, start) for name, error in READINGS.items()}
 
 
@@ -237,9 +270,7 @@ def _verdict_of(power: float) -> str:
     return "yes" if low <= power <= high else "no"
 
 
-def _growth(
-    error: Callable[[np.ndarray], float], counts: tuple[int, ...], start: float = 1.0
-) -> float:
+def _growth(error: Callable[[np.ndarray], float], counts: tuple[int, ...], start: float) -> float:
     """Return the exponent of an error, a function of the last covariance, against n."""
     values = np.array([error(_last_cov(n, start)) for n in counts])
     return intervals.exponent(np.array(counts, dtype=float), values).estimate

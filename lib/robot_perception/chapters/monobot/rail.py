@@ -11,8 +11,6 @@ from jaxtyping import Float
 
 from data_synth.monobot import RailRuns, Shape, planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
-from robot_perception.evaluation import intervals
-from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.kalman import fisher_information
 from robot_perception.slam.monobot import (
     MonobotRun,
@@ -34,26 +32,15 @@ DECIMALS = 12
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """One study of a monobot; noises are standard deviations.
+    """One study of a monobot; noises are standard deviations, lengths in m.
 
-    Parameters
-    ----------
-    runs, steps
-        Independent runs, and moves in each; 100 moves stand in the caption of Fig. 4.
-    landmarks, landmarks_at
-        Number of landmarks, and where all of them stand, m; 1 m stands in the text of Fig. 4.
-    start
-        Where the robot believes that it starts, m; −1 m stands in the text of Fig. 4.
-    shape, reach
-        The commanded path. Fig. 4 says a sinusoid that returns; its reach, m, is ours.
-    start_deviation
-        Of the true start about the believed one, m; 1 in Fig. 3, ours in Fig. 4.
-    motion_deviation, motion_share
-        Of a move: constant part, m, and share of the commanded distance.
-    measurement_deviation, measurement_share
-        Of a measurement: constant part, m, and share of the planned distance.
-    first_measurement_factor
-        Factor on the deviation of the first measurement, which puts the landmarks into the map.
+    Independent runs of so many moves (100 in the caption of Fig. 4); landmarks, which all stand in
+    one place (1 m in its text); where the robot believes that it starts (−1 m in its text); the
+    commanded path, in Fig. 4 a sinusoid that returns, whose reach is ours. Noise of the true start
+    about the believed one (1 in Fig. 3, ours in Fig. 4); of a move and of a measurement, each a
+    constant part and a share of the commanded or planned distance, and a factor for the first
+    measurement, which puts the landmarks into the map. An anchored robot also measures its distance
+    to the origin, eq. (20), after each move and as well as that to the landmark.
     """
 
     runs: int = 100
@@ -69,6 +56,7 @@ class Config:
     measurement_deviation: float = 1.0
     measurement_share: float = 0.0
     first_measurement_factor: float = 1.0
+    anchored: bool = False
 
     @property
     def plan(self) -> Float[np.ndarray, "measurements"]:
@@ -147,17 +135,6 @@ class Result:
         """Gains of the vehicle and of the first landmark on that landmark's innovation."""
         return self.filtered.gains[0, :, :2, -self.config.landmarks]
 
-    @property
-    def explained(self) -> Interval:
-        """Share of the variance of the last error that the first one explains, first landmark.
-
-        Where one of the two does not vary there is nothing to explain, and the share is 0.
-        """
-        first, last = (e[:, 0].round(DECIMALS) for e in (self.first_errors, self.last_errors))
-        if not (np.ptp(first) and np.ptp(last)):
-            return exact(0.0, about="an error that does not vary")
-        return intervals.explained(first, last)
-
 
 def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
     """Return the world of a study: truth and measurements; each run spawns its own generator."""
@@ -174,23 +151,13 @@ def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Simulate a study and filter it."""
-    world = simulate(config, rng=rng)
-    return Result(config, world, refilter(config, world))
-
-
-def run_anchored(config: Config, *, rng: np.random.Generator) -> Result:
-    """Simulate a study with an anchor at the origin, eq. (20), that is seen as the landmark is."""
-    world, noise = simulate(config, rng=rng), config.measurement_deviations[1:, 0]
-    distances = noise * rng.standard_normal((config.runs, config.steps)) - world.positions[:, 1:]
-    run = run_referenced(
-        config.belief,
-        world.commands,
-        world.measurements,
-        Reference(-1, distances, noise**2),
-        motion_variance=config.motion_deviations**2,
-        measurement_variance=config.measurement_deviations**2,
-    )
-    return Result(config, world, run)
+    world, distances = simulate(config, rng=rng), None
+    if config.anchored:
+        noise = config.measurement_deviations[1:, 0]
+        draws = rng.standard_normal((config.runs, config.steps))
+        distances = noise * draws - world.positions[:, 1:]
+    filtered = _filtered(config, world.commands, world.measurements, distances)
+    return Result(config, world, filtered)
 
 
 def refilter(config: Config, world: RailRuns) -> MonobotRun:
@@ -200,14 +167,23 @@ def refilter(config: Config, world: RailRuns) -> MonobotRun:
 
 def covariances(config: Config) -> MonobotRun:
     """Return the covariances and gains of a study, which need no data (all of it is zero)."""
-    measurements = np.zeros((1, config.steps + 1, config.landmarks))
-    return _filtered(config, np.zeros(config.steps), measurements)
+    commands, measurements = (
+        np.zeros(config.steps),
+        np.zeros((1, config.steps + 1, config.landmarks)),
+    )
+    return _filtered(config, commands, measurements, commands[None] if config.anchored else None)
+
+
+def sensor(config: Config) -> Float[np.ndarray, "m states"]:
+    """Return the measurement matrix after each move; that of an anchor has a row before others."""
+    if config.anchored:
+        return Reference(-1, np.zeros((1, 1)), 0.0).matrix(config.landmarks)
+    return sensor_matrix(config.landmarks)
 
 
 def total_information(config: Config) -> Float[np.ndarray, "steps states states"]:
     """Return the total Fisher information of eq. (14) after each step, 1/m²."""
-    innovation_covs = covariances(config).innovation_covs[0]
-    return fisher_information(sensor_matrix(config.landmarks), innovation_covs)
+    return fisher_information(sensor(config), covariances(config).innovation_covs[0])
 
 
 def limit(landmarks: int) -> Settled:
@@ -215,11 +191,17 @@ def limit(landmarks: int) -> Settled:
     return settled(landmarks, start_variance=1, motion_variance=1, measurement_variance=1)
 
 
-def _filtered(config: Config, commands: np.ndarray, measurements: np.ndarray) -> MonobotRun:
-    return run_filter(
-        config.belief,
-        commands,
-        measurements,
-        motion_variance=config.motion_deviations**2,
-        measurement_variance=config.measurement_deviations**2,
-    )
+def _filtered(
+    config: Config,
+    commands: np.ndarray,
+    measurements: np.ndarray,
+    distances: np.ndarray | None = None,
+) -> MonobotRun:
+    noises = {
+        "motion_variance": config.motion_deviations**2,
+        "measurement_variance": config.measurement_deviations**2,
+    }
+    if distances is None:
+        return run_filter(config.belief, commands, measurements, **noises)
+    anchor = Reference(-1, distances, config.measurement_deviations[1:, 0] ** 2)
+    return run_referenced(config.belief, commands, measurements, anchor, **noises)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.spatial import ConvexHull
 
 from data_synth.laser import Scanner, scan_moving
@@ -12,10 +12,12 @@ from data_synth.office import Office, drive, make_office
 from robot_perception import walls
 from robot_perception.chapters.walls.growth import simple_chain
 from robot_perception.chapters.walls.splitting import Simplify, heights, split, to_chain
-from robot_perception.evaluation.intervals import Interval, exact, proportion
+from robot_perception.evaluation.intervals import exact, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act, compose
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.results import kept
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 
 
@@ -56,6 +58,7 @@ def simplified(
     return Crossing(chain, walls.simplify(chain, tolerance), hulls, walls.find_crossings(chain))
 
 
+@kept
 def crossing_example() -> Crossing:
     """Return the first random chain with few crossings on which unchecked path hulls go wrong."""
     tried = (simplified(crossing_chain(child)) for child in np.random.default_rng(5).spawn(1000))
@@ -95,62 +98,28 @@ def _chain(office: Office, pose: np.ndarray, speed: float, rng: np.random.Genera
     return act(pose, points)
 
 
-def _tried(by_hulls: Simplify, _: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
-    """Whether a curve crosses itself, path hulls err on it, and the check cries at a simple one."""
-    found = simplified(crossing_chain(rng), by_hulls=by_hulls)
+@dataclass(frozen=True, slots=True)
+class Config:
+    """Numbers of curves and of scans, and the hulls that are used, a name of `HULLS`."""
+
+    trials: int
+    scans: int
+    hulls: str = "Melkman"
+
+
+def run(config: Config, *, rng: np.random.Generator) -> tuple[Bool[np.ndarray, "3 curves"], Rates]:
+    """Run path hulls on curves, the check on simple chains, and count the scans that cross.
+
+    The rows say of each curve whether it crosses itself and whether hulls err on it, and whether
+    the check cries at a simple chain drawn beside it.
+    """
+    tried = sweep(partial(_tried, config.hulls), range(config.trials), rng=rng, desc="curves")
+    return np.array(tried).T, scan_simplicity(rng.spawn(1)[0], config.scans)
+
+
+def _tried(hulls: str, _: int, *, rng: np.random.Generator) -> tuple[bool, bool, bool]:
+    found = simplified(crossing_chain(rng), by_hulls=HULLS[hulls])
     return len(found.edges) > 0, found.differ, not walls.is_simple(simple_chain(rng))
-
-
-@claim(
-    "dp-simple-chain",
-    paper="perception-issues",
-    place="§2.1",
-    basis="mathematics",  # a counterexample decides, and vertices are compared exactly
-    statement="The chain is assumed to be simple.",
-    method="share of self-crossing curves on which unchecked path hulls keep other vertices "
-    "than the plain algorithm",
-    accepted=Accepted(
-        0.01,
-        1.0,
-        "the assumption is needed if path hulls err on some chains that break it",
-        "our choice",
-    ),
-)
-def dp_simple_chain(size: Size, rng: np.random.Generator) -> Finding:
-    """Run path hulls unchecked on chains with and without crossings, and the check on both."""
-    trials, scans = (400, 60) if size is Size.QUICK else (5000, 300)
-    crossing, wrong, alarm = _curves(unchecked, trials, rng)
-    rates = scan_simplicity(rng.spawn(1)[0], scans)
-    silent, alarms = int((~crossing & wrong).sum()), int(alarm.sum())
-    evidence = {
-        "wrong vertices on chains that pass the check": exact(
-            silent, about=f"of {int((~crossing).sum())} curves without a crossing"
-        ),
-        "false alarms": exact(alarms, about=f"of {trials} simple chains"),
-        "single scans that cross themselves": proportion(rates.still, scans),
-        "scans of 3 s on the move that cross themselves": proportion(rates.slow, scans),
-        "two scans in one chain that cross themselves": proportion(rates.joined, scans),
-    }
-    note = "Share of crossing chains on which path hulls err."
-    return Finding(_share(crossing, wrong), evidence, note=note)
-
-
-@dp_simple_chain.sabotage(
-    "Quickhull, which is right for every chain, in place of Melkman's algorithm"
-)
-def quickhulls(size: Size, rng: np.random.Generator) -> Finding:
-    """Simplify the same curves with hulls that no crossing can spoil."""
-    crossing, wrong, _ = _curves(_by_quickhull, 400, rng)
-    return Finding(_share(crossing, wrong))
-
-
-def _curves(by_hulls: Simplify, trials: int, rng: np.random.Generator) -> np.ndarray:
-    task = partial(_tried, by_hulls)
-    return np.array(sweep(task, range(trials), rng=rng, desc="curves")).T
-
-
-def _share(crossing: np.ndarray, wrong: np.ndarray) -> Interval:
-    return proportion(int((crossing & wrong).sum()), int(crossing.sum()))
 
 
 def _by_quickhull(chain: np.ndarray, tolerance: float) -> np.ndarray:
@@ -165,3 +134,43 @@ def _corner_heights(chain: np.ndarray, i: int, j: int) -> np.ndarray:
         inside[ConvexHull(chain[i : j + 1]).vertices] = False
         far[inside[1:-1]] = 0.0
     return far
+
+
+HULLS: dict[str, Simplify] = {"Melkman": unchecked, "Quickhull": _by_quickhull}
+crossed = Study(run, full=Config(5000, 300), quick=Config(400, 60))
+
+
+@crossed.claim(
+    "dp-simple-chain",
+    paper="perception-issues",
+    place="§2.1",
+    basis="mathematics",  # a counterexample decides, and vertices are compared exactly
+    statement="The chain is assumed to be simple.",
+    method="share of self-crossing curves on which unchecked path hulls keep other vertices "
+    "than the plain algorithm",
+    accepted=Accepted(
+        0.01,
+        1.0,
+        "the assumption is needed if path hulls err on some chains that break it",
+        "our choice",
+    ),
+    sabotage=Change(
+        "Quickhull, which is right for every chain, in place of Melkman's algorithm",
+        hulls="Quickhull",
+        scans=1,
+    ),
+)
+def dp_simple_chain(found: tuple[Bool[np.ndarray, "3 curves"], Rates]) -> Finding:
+    """Count the curves on which path hulls err, the false alarms and the scans that cross."""
+    (crossing, wrong, alarm), rates = found
+    evidence = {
+        "wrong vertices on chains that pass the check": exact(
+            (wrong & ~crossing).sum(), about=f"of {(~crossing).sum()} curves without a crossing"
+        ),
+        "false alarms": exact(alarm.sum(), about=f"of {alarm.size} simple chains"),
+        "single scans that cross themselves": proportion(rates.still, rates.scans),
+        "scans of 3 s on the move that cross themselves": proportion(rates.slow, rates.scans),
+        "two scans in one chain that cross themselves": proportion(rates.joined, rates.scans),
+    }
+    share = proportion(int((crossing & wrong).sum()), int(crossing.sum()))
+    return Finding(share, evidence, note="Share of crossing chains on which path hulls err.")

@@ -1,69 +1,19 @@
-"""What the explorers of the chapter can show: controls, presets, and the states they are read from.
+"""The explorers of the chapter: the tolerance, the recursion, the search range, the map."""
 
-A preset is neither the default nor an empty picture; what the chapter finds holds in all states.
-"""
-
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 
-from robot_perception.chapters.walls import office, splitting
-from robot_perception.chapters.walls.office import Growing
-from robot_perception.chapters.walls.splitting import Step
-from robot_perception.teaching.explore import choice, slider, timeline, toggle
+from robot_perception.chapters.walls import figures, office, splitting
+from robot_perception.chapters.walls.office import Growing, SearchRange
+from robot_perception.chapters.walls.splitting import OneScan, Step
+from robot_perception.teaching.controls import choice, slider, timeline, toggle
+from robot_perception.teaching.explorations import Exploration
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.results import kept
 
-KNOB = {
-    "presets": {
-        "noise eats the walls": {"sigma": 3, "tolerance": 0.05},
-        "corners cut off": {"tolerance": 0.8},
-        "perfect scanner": {"sigma": 0, "tolerance": 0.02},
-    },
-    "tolerance": slider("Tolerance ε", splitting.TOLERANCES, splitting.TOLERANCE, "m"),
-    "sigma": slider("Noise σ", [0, 0.5, 1.5, 3, 6], 1.5, "cm"),
-}
-"""The tolerance and the noise of one scan."""
-
-BAND = {
-    "presets": {
-        "few readings": {"readings": 20},
-        "many readings": {"readings": 160},
-        "a rough wall": {"readings": 160, "rough": True},
-    },
-    "readings": slider("Readings", [20, 30, 40, 60, 80, 120, 160], 30),
-    "sigma": slider("Noise σ", [0.5, 1, 2, 3, 4], 2, "cm"),
-    "rough": toggle("Wall rough by 2 cm", False),
-}
-"""The search range of a wall."""
-
-
-def replay(calls: Sequence[Step]) -> dict[str, object]:
-    """Return the controls of the replay of a recursion, call by call."""
-    closed = next(k for k, call in enumerate(calls, start=1) if not call.split)
-    return {
-        "presets": {"first chord kept": {"step": closed}, "half way": {"step": len(calls) // 2}},
-        "step": timeline("Step", range(1, len(calls) + 1), 1, fps=2),
-    }
-
-
-def growing(frames: Sequence[Growing]) -> dict[str, object]:
-    """Return the controls of the map that grows over the scans of a drive."""
-    scans = [frame.scans for frame in frames]
-    least = {"one scan or more": 1, "three or more": 3, "ten or more": 10}
-    return {
-        "presets": {
-            "first rooms": {"scans": scans[len(scans) // 4]},
-            "half way": {"scans": scans[len(scans) // 2]},
-            "doubtful walls too": {"least": 1},
-        },
-        "scans": timeline("Scans", scans, scans[-1], fps=3),
-        "least": choice("Walls seen in", least, 3),
-    }
-
-
-def band(readings: float, sigma: float, rough: bool) -> office.SearchRange:
-    """Return a state of the explorer of the search range; noise in cm."""
-    return office.search_range(int(readings), sigma / 100, 0.99, 0.02 if rough else 0.0)
+# The tolerance and the noise of one scan ---------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,25 +30,48 @@ class Knob:
     vertices: int
 
 
-def knob(tolerance: float, sigma: float) -> Knob:
-    """Return a state of the explorer of the tolerance; both in m."""
-    scan = splitting.one_scan(tolerance, sigma)
-    deviations = tolerance / float(np.hypot(sigma, splitting.ROUNDING))
-    return Knob(tolerance, sigma, deviations, len(scan.segments), len(scan.kept))
+def found(scan: OneScan) -> Knob:
+    """Count what is found in a scan."""
+    deviations = scan.tolerance / float(np.hypot(scan.sigma, splitting.ROUNDING))
+    return Knob(scan.tolerance, scan.sigma, deviations, len(scan.segments), len(scan.kept))
 
 
-def knob_states() -> list[Knob]:
-    """Return what is found in every state of the explorer of the tolerance."""
-    sigmas = [value / 100 for value in KNOB["sigma"].values]
-    return [knob(tolerance, sigma) for tolerance in KNOB["tolerance"].values for sigma in sigmas]
+knob = Exploration(
+    lambda ax, scan: figures.scan_state(ax, scan, splitting.one_scan().points),
+    lambda tolerance, sigma: splitting.one_scan(tolerance, sigma / 100),
+    "One scan with the true faces in grey, the readings in blue, and the simplified chain in "
+    "orange.",
+    caption="Grey: the true faces. Blue: readings. Orange: the chain that is left of them. The "
+    "title counts its vertices, and the walls made of it.",
+    controls={
+        "tolerance": slider("Tolerance ε", splitting.TOLERANCES, splitting.TOLERANCE, "m"),
+        "sigma": slider("Noise σ", [0, 0.5, 1.5, 3, 6], 1.5, "cm"),
+    },
+    presets={
+        "noise eats the walls": {"sigma": 3, "tolerance": 0.05},
+        "corners cut off": {"tolerance": 0.8},
+        "perfect scanner": {"sigma": 0, "tolerance": 0.02},
+    },
+    axes=partial(figure, width=4.2, height=4.2),
+    finding=found,
+)
 
 
-def near_the_noise() -> list[Knob]:
+@kept
+def knob_states() -> tuple[Knob, ...]:
+    """Return what is found in every state of the explorer."""
+    return tuple(knob.found())
+
+
+@kept
+def near_the_noise() -> tuple[Knob, ...]:
     """Return what is found between the steps of the slider, at one to six times the noise."""
-    sigmas = [value / 100 for value in KNOB["sigma"].values if value > 0]
+    sigmas = [value / 100 for value in knob.controls["sigma"].values if value > 0]
     noises = [(sigma, float(np.hypot(sigma, splitting.ROUNDING))) for sigma in sigmas]
     factors = np.arange(1.0, 6.1, 0.25).tolist()
-    return [knob(k * noise, sigma) for sigma, noise in noises for k in factors]
+    return tuple(
+        found(splitting.one_scan(k * noise, sigma)) for sigma, noise in noises for k in factors
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +92,7 @@ class Plateau:
 def plateau() -> Plateau:
     """Return the range of tolerances in which the same walls are found at every noise."""
     walls = len(splitting.one_scan().segments)
-    *_, high, largest = KNOB["tolerance"].values
+    *_, high, largest = knob.controls["tolerance"].values
     states = [*knob_states(), *near_the_noise()]
     inside = sorted((s for s in states if s.tolerance <= high), key=lambda s: s.deviations)
     last = max(k for k, state in enumerate(inside) if state.walls != walls)
@@ -129,4 +102,88 @@ def plateau() -> Plateau:
         high=high,
         most=max(state.walls for state in inside[: last + 1]),
         beyond=max(state.walls for state in states if state.tolerance == largest),
+    )
+
+
+# The recursion, call by call ---------------------------------------------------------------------
+
+
+@cache
+def replay() -> Exploration[tuple[Step, ...]]:
+    """Return the explorer of the calls on the opening scan."""
+    calls, chain = splitting.asked(), splitting.one_scan().points
+    closed = next(k for k, call in enumerate(calls, start=1) if not call.split)
+    return Exploration(
+        lambda ax, done: figures.recursion_state(ax, chain, done),
+        lambda step: calls[: int(step)],
+        "One step of the recursion: the stretch under judgement, its chord, its farthest vertex, "
+        "and the vertices kept so far.",
+        caption="Blue: the stretch under judgement. Orange: its chord, and the vertices kept so "
+        "far. Magenta: its farthest vertex, filled if it lies farther than ε and splits the "
+        "stretch, hollow if it is near enough.",
+        controls={"step": timeline("Step", range(1, len(calls) + 1), 1, fps=2)},
+        presets={"first chord kept": {"step": closed}, "half way": {"step": len(calls) // 2}},
+        axes=partial(figure, width=4.2, height=4.2),
+        finding=lambda done: done[-1],
+    )
+
+
+# The search range of a wall ----------------------------------------------------------------------
+
+
+def band_of(readings: float, sigma: float, rough: bool) -> SearchRange:
+    """Return the search range of a wall; noise in cm."""
+    return office.search_range(int(readings), sigma / 100, 0.99, 0.02 if rough else 0.0)
+
+
+band = Exploration(
+    figures.search_range,
+    band_of,
+    "A wall with its readings, and the band in which the same wall may lie in another scan.",
+    caption="Blue: readings. Green: the hypothesis and its 99 % band (2.6σ). Across the wall the "
+    "scale is enlarged.",
+    controls={
+        "readings": slider("Readings", [20, 30, 40, 60, 80, 120, 160], 30),
+        "sigma": slider("Noise σ", [0.5, 1, 2, 3, 4], 2, "cm"),
+        "rough": toggle("Wall rough by 2 cm", False),
+    },
+    presets={
+        "few readings": {"readings": 20},
+        "many readings": {"readings": 160},
+        "a rough wall": {"readings": 160, "rough": True},
+    },
+    axes=partial(figure, height=3.4),
+    finding=lambda state: state.half_width,
+)
+
+
+# The map that grows over the scans of a drive ----------------------------------------------------
+
+
+@cache
+def growing() -> Exploration[tuple[Growing, int]]:
+    """Return the explorer of the map of the chapter's drive."""
+    drive, frames = office.office_run(), {state.scans: state for state in office.growing_map()}
+    scans, extent = list(frames), drive.points
+    return Exploration(
+        lambda ax, state: figures.map_state(ax, *state, extent),
+        lambda scans, least: (frames[int(scans)], int(least)),
+        "The map after some scans: readings as blue dots, walls as green segments, the robot's "
+        "path in red.",
+        caption="In the colours of the paper's Fig. 1b: blue the raw readings (thinned), green the "
+        f"walls, red the path of the robot. All {len(drive.poses)} scans took "
+        f"{drive.seconds:.1f} s on the machine that made this page.",
+        controls={
+            "scans": timeline("Scans", scans, scans[-1], fps=3),
+            "least": choice(
+                "Walls seen in", {"one scan or more": 1, "three or more": 3, "ten or more": 10}, 3
+            ),
+        },
+        presets={
+            "first rooms": {"scans": scans[len(scans) // 4]},
+            "half way": {"scans": scans[len(scans) // 2]},
+            "doubtful walls too": {"least": 1},
+        },
+        axes=partial(figure, height=5.4),
+        finding=lambda state: len(state[0].found.seen_in(state[1])),
     )

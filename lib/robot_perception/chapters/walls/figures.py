@@ -1,18 +1,37 @@
 """Figures of the chapter "Walls from laser scans"."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.axes import Axes
 
 from robot_perception.chapters.walls.crossings import Crossing
-from robot_perception.chapters.walls.growth import Growth, Hulls
+from robot_perception.chapters.walls.growth import Growth, Hulls, recorded_times
 from robot_perception.chapters.walls.office import GateStudy, Growing, SearchRange
 from robot_perception.chapters.walls.recordings import RecordedMap
 from robot_perception.chapters.walls.splitting import KeptByScale, OneScan, Step
+from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, band, label
+
+
+@drawn(
+    alt="Left: range against direction, a curve with arcs, steps and a few lone dots. Right: the "
+    "same readings as points in the plane, lying on straight walls, each covered by a green "
+    "segment.",
+    caption=lambda scan: (
+        f"One scan: {scan.ranges.size} readings as the scanner gives them (left), and in the "
+        f"plane (right; the red triangle is the robot). Green: the {len(scan.segments)} walls "
+        "found. Which readings do they leave out, and why?"
+    ),
+    cols=2,
+    height=4.2,
+)
+def opening(axes: Sequence[Axes], scan: OneScan) -> None:
+    """Draw one scan as the scanner gives it, and in the plane with its walls."""
+    raw_scan(axes[0], scan)
+    scan_walls(axes[1], scan)
 
 
 def raw_scan(ax: Axes, scan: OneScan) -> Axes:
@@ -39,6 +58,7 @@ def scan_chain(ax: Axes, scan: OneScan, kept: Sequence[int] | Int[np.ndarray, " 
 
 def scan_state(ax: Axes, scan: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axes:
     """Draw one scan, the chain kept of it and the true faces, on axes that hold ``extent``."""
+    ax.clear()
     lines(ax, scan.truth, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
     scan_chain(ax, scan, scan.kept)
     ax.set_title(f"{len(scan.kept)} vertices, {len(scan.segments)} walls")
@@ -51,6 +71,15 @@ def _readings(ax: Axes, scan: OneScan) -> None:
     plan(ax, np.vstack([scan.points, [[0, 0]]]))
 
 
+@drawn(
+    alt="The chain of one scan with the chord from its first to its last reading, and a dashed "
+    "line from the farthest reading, a far corner of the room, square onto the line of the "
+    "chord.",
+    caption="The first question asked of the scan: which reading (magenta) lies farthest "
+    "from the chord (orange)? It is a corner.",
+    width=4.0,
+    height=4.0,
+)
 def one_split(
     ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step, kept: Sequence[int] = ()
 ) -> Axes:
@@ -82,12 +111,48 @@ def recursion_state(
 
     A zigzag, which is far longer than high, is stretched to fill its axes.
     """
+    ax.clear()
     last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
     done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
-    one_split(ax, chain, last, done).set_aspect("auto" if stretch else "equal")
+    one_split.on(ax, chain, last, done).set_aspect("auto" if stretch else "equal")
     verdict = "split" if last.split else "near enough"
     ax.set_title(f"{last.d:.2f} m: {verdict}; {cost} distances")
     return ax
+
+
+@drawn(
+    alt="A zigzag of sixteen vertices, twice. Left: the farthest vertex from the first chord is "
+    "the second vertex. Right: after six splits the first seven vertices are kept, and the "
+    "stretch that is left still holds all others.",
+    caption="The worst line, at its first split and at its sixth. Orange: chord and vertices "
+    "kept; magenta: the farthest vertex, each time the next one. Height and width have different "
+    "scales, so right angles do not look right.",
+    cols=2,
+    height=3.4,
+)
+def worst_line(
+    axes: Sequence[Axes], zigzag: Float[np.ndarray, "n 2"], splits: Sequence[Step]
+) -> None:
+    """Draw the first split of the worst case and its sixth."""
+    for ax, count, name in zip(axes, (1, 6), ("first split", "sixth split"), strict=True):
+        recursion_state(ax, zigzag, splits[:count], stretch=True).set_title(name)
+
+
+@drawn(
+    alt="Left: vertices kept against the enlargement of the scan; flat for the printed rule, "
+    "growing for a distance. Right: the scan with the vertices of the printed rule, which "
+    "crowd on short pieces near edges.",
+    caption="Both rules with ε = 0.08. Left: vertices kept when the scan is enlarged. Right: the "
+    "printed rule spends its vertices on the shortest chords, where noise looks steep.",
+    cols=2,
+    height=3.8,
+)
+def printed_rule(
+    axes: Sequence[Axes], counts: KeptByScale, scan: OneScan, printed: Sequence[int]
+) -> None:
+    """Draw the vertices kept at several scales, and those that the printed rule keeps."""
+    kept_by_scale(axes[0], counts)
+    scan_chain(axes[1], scan, printed).set_title(f"as printed: {len(printed)} vertices")
 
 
 def kept_by_scale(ax: Axes, counts: KeptByScale) -> Axes:
@@ -104,6 +169,21 @@ def kept_by_scale(ax: Axes, counts: KeptByScale) -> Axes:
     return ax
 
 
+def _seconds(plain: Growth, hulls: Growth) -> str:
+    times = recorded_times()
+    return (
+        "Elementary steps on the worst line, counted. Dashed: proportional to n. In seconds, "
+        f"recorded for 100 000 vertices: {times['ours_s']:.2f} with path hulls, "
+        f"{times['peer_s']:.1f} without (the package {times['peer']}, compiled)."
+    )
+
+
+@drawn(
+    alt="Steps against vertices, both logarithmic. The plain algorithm rises twice as steeply as "
+    "path hulls.",
+    caption=_seconds,
+    height=3.6,
+)
 def costs(ax: Axes, plain: Growth, hulls: Growth) -> Axes:
     """Draw steps against vertices on logarithmic axes; dashed: proportional to the vertices."""
     ax.loglog(plain.sizes, plain.sizes * 10.0, "--", color=MEANING["expected"], linewidth=1.0)
@@ -115,6 +195,15 @@ def costs(ax: Axes, plain: Growth, hulls: Growth) -> Axes:
     return ax
 
 
+@drawn(
+    alt="A wavy chain. A square in its middle, the tag, divides it; a violet hull wraps "
+    "the left half, a green one the right half. The vertex farthest from the chord is a "
+    "corner of one of the hulls.",
+    caption="Two hulls that meet at the tag (square). The vertex farthest from the chord (magenta) "
+    "is a corner of one of them. If the chain is split there, which of the two hulls can "
+    "stay as it is?",
+    height=3.0,
+)
 def two_hulls(ax: Axes, found: Hulls) -> Axes:
     """Draw a chain with the hulls of its two halves, its chord and the vertex farthest from it."""
     chain = found.chain
@@ -129,7 +218,23 @@ def two_hulls(ax: Axes, found: Hulls) -> Axes:
     return plan(ax, chain)
 
 
-def crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axes:
+@drawn(
+    alt="A curve that crosses itself. Left: the vertices kept by the plain algorithm. Right: "
+    "those kept by unchecked path hulls; some vertices of the left picture are crossed out.",
+    caption="The same chain twice, crossing edges in magenta. Crosses: vertices that the plain "
+    "algorithm keeps and path hulls miss.",
+    cols=2,
+    height=3.8,
+)
+def crossing(axes: Sequence[Axes], example: Crossing) -> None:
+    """Draw a chain that crosses itself, and the vertices that both algorithms keep of it."""
+    for ax, kept, name in zip(
+        axes, (example.plain, example.hulls), ("every vertex", "path hulls"), strict=True
+    ):
+        _crossing(ax, example, kept).set_title(f"{name}: {len(kept)} kept")
+
+
+def _crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axes:
     """Draw a chain that crosses itself, its crossing edges, and the vertices kept of it."""
     chain, lost = example.chain, np.setdiff1d(example.plain, kept)
     ax.plot(*chain.T, "-", color=MEANING["readings"], linewidth=1.0)
@@ -145,6 +250,7 @@ def search_range(ax: Axes, found: SearchRange) -> Axes:
 
     The scale across the wall is enlarged.
     """
+    ax.clear()
     along, half = found.along, 100 * found.half_width
     band(ax, along, -half, half, MEANING["walls"])
     ax.axhline(0, color=MEANING["walls"], linewidth=1.8)
@@ -155,6 +261,16 @@ def search_range(ax: Axes, found: SearchRange) -> Axes:
     return ax
 
 
+@drawn(
+    alt="Histogram of the normalised squared errors of fitted lines; it follows the exponential "
+    "curve of the χ² law.",
+    caption=lambda values: (
+        f"{values.size} fits to one wall. Their mean is {values.mean():.2f} ± "
+        f"{values.std() / np.sqrt(values.size):.2f} (one standard error): the errors are as large "
+        "as the covariance says."
+    ),
+    height=3.0,
+)
 def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
     """Draw the distribution of normalised squared errors beside χ² with two degrees of freedom."""
     fitted, law = MEANING["walls"], MEANING["expected"]
@@ -167,8 +283,17 @@ def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
     return ax
 
 
-def gate_study(left: Axes, right: Axes, study: GateStudy) -> tuple[Axes, Axes]:
+@drawn(
+    alt="Left: number of walls against the roughness of the gate, falling from a hundred to a "
+    "few. Right: the missed length is least in the middle; the precision falls beyond it.",
+    caption="One drive, poses 2 cm wrong, six gates. Precision: share of the map that is "
+    "real. Without roughness one wall becomes many; with too much, different walls become one.",
+    cols=2,
+    height=3.2,
+)
+def gate_study(axes: Sequence[Axes], study: GateStudy) -> None:
     """Draw walls, precision and missed length of maps against the roughness of their gate."""
+    left, right = axes
     place = np.arange(len(study.roughness))
     good, bad = MEANING["walls"], MEANING["error"]
     left.plot(place, study.walls, "o-", color=good)
@@ -181,15 +306,41 @@ def gate_study(left: Axes, right: Axes, study: GateStudy) -> tuple[Axes, Axes]:
     for ax in (left, right):
         ax.set_xticks(place, [f"{100 * r:g}" for r in study.roughness])
         ax.set_xlabel("roughness of the gate (cm)")
-    return left, right
 
 
 def map_state(ax: Axes, state: Growing, least: int, extent: Float[np.ndarray, "n 2"]) -> Axes:
     """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
+    ax.clear()
     found = state.found.seen_in(least)
     _wall_map(ax, state.points, found.ends, state.way)
     ax.set_title(f"after {state.scans} scans: {len(found)} walls")
     return plan(ax, extent, margin=0.6)
+
+
+@drawn(
+    alt="Map of a building: raw readings in blue, walls in green, the robot's path in red. "
+    "Straight walls of a long corridor and of the rooms on both sides are covered by green "
+    "segments.",
+    caption="Freiburg 079, in the colours of the paper's Fig. 1b: blue the raw readings (thinned), "
+    "green the walls, red the path of the robot.",
+    height=3.1,
+)
+def freiburg(ax: Axes, found: RecordedMap) -> None:
+    """Draw the map of the recording in the body of the chapter."""
+    recorded_map(ax, found).set_title(f"{found.used} scans, {found.walls} walls")
+
+
+@drawn(
+    alt="Map of a building: raw readings in blue, walls in green, the robot's path in red. "
+    "Straight walls are covered by green segments; the curved wall is a polygon, with segments "
+    "across each other.",
+    caption="Intel Research Lab, in the colours of the paper's Fig. 1b: blue the raw readings "
+    "(thinned), green the walls, red the path of the robot.",
+    height=6.0,
+)
+def intel(ax: Axes, found: RecordedMap) -> None:
+    """Draw the map of the further recording."""
+    recorded_map(ax, found).set_title(f"{found.used} scans, {found.walls} walls")
 
 
 def recorded_map(ax: Axes, found: RecordedMap) -> Axes:
@@ -203,6 +354,32 @@ def _wall_map(ax: Axes, points: np.ndarray, ends: np.ndarray, way: np.ndarray) -
     dots(ax, points)
     lines(ax, ends, MEANING["walls"], 1.6)
     ax.plot(*way.T, "-", color=MEANING["robot"], linewidth=1.0)
+
+
+@drawn(
+    alt="Share of wall length by direction modulo ninety degrees: one sharp peak.",
+    caption="Aligned: share of the wall length within 5° of one pair of perpendicular "
+    f"directions. Dashed: no preferred direction, which would align {10 / 90:.0%}.",
+    height=3.0,
+)
+def aligned(ax: Axes, found: RecordedMap) -> None:
+    """Draw the directions of walls under the share that is aligned."""
+    directions(ax, found).set_title(f"{found.square:.0%} aligned")
+
+
+@drawn(
+    alt="Share of wall length by direction modulo ninety degrees for two buildings: one sharp "
+    "peak each.",
+    caption="Directions of the walls, modulo a right angle, by length. Dashed: no preference at "
+    "all.",
+    cols=2,
+    height=3.2,
+    sharey=True,
+)
+def two_directions(axes: Sequence[Axes], buildings: Mapping[str, RecordedMap]) -> None:
+    """Draw the directions of the walls of buildings, an axes each."""
+    for ax, (name, found) in zip(axes, buildings.items(), strict=True):
+        directions(ax, found).set_title(name)
 
 
 def directions(ax: Axes, found: RecordedMap) -> Axes:

@@ -10,9 +10,10 @@ from jaxtyping import Float, Int
 from data_synth.laser import Scanner, scan
 from data_synth.office import Office, drive, make_office
 from robot_perception import walls
-from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.evaluation.intervals import exact
 from robot_perception.geometry import act, inverse
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 
 Measure = Callable[[np.ndarray, int, int], np.ndarray]
@@ -31,6 +32,8 @@ ROUNDING = 0.01 / np.sqrt(12)
 class OneScan:
     """One scan in its own frame, m and rad; ``kept`` are the vertices kept of the whole chain."""
 
+    tolerance: float
+    sigma: float
     angles: Float[np.ndarray, " beams"]
     ranges: Float[np.ndarray, " beams"]
     points: Float[np.ndarray, "readings 2"]
@@ -50,7 +53,7 @@ def one_scan(tolerance: float = TOLERANCE, sigma: float = 0.015) -> OneScan:
     segments, _ = walls.extract_segments(ranges, scanner.angles, extraction)
     truth = act(inverse(pose), office.faces)
     kept = walls.simplify(points, tolerance)
-    return OneScan(scanner.angles, ranges, points, truth, kept, segments)
+    return OneScan(tolerance, sigma, scanner.angles, ranges, points, truth, kept, segments)
 
 
 @cache
@@ -86,6 +89,12 @@ def recursion(chain: Float[np.ndarray, "n 2"], tolerance: float) -> list[Step]:
         if d > tolerance:
             waiting += [(f, j), (i, f)]
     return steps
+
+
+@cache
+def asked() -> tuple[Step, ...]:
+    """Return the calls on the opening scan that have a vertex to ask for."""
+    return tuple(call for call in recursion(one_scan().points, TOLERANCE) if call.j > call.i + 1)
 
 
 def split(
@@ -151,7 +160,32 @@ def kept_by_scale(epsilon: float = TOLERANCE) -> KeptByScale:
     return KeptByScale(scales, np.array(right), np.array(printed))
 
 
-@claim(
+def enlarge(
+    measure: str, *, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "triples 3 2"], float]:
+    """Return triples of points, and the power of their scale with which a measure grows.
+
+    The measure is one of `MEASURES`.
+    """
+    triples, scales = rng.normal(size=(1000, 3, 2)), np.array([1.0, 2.0, 4.0, 8.0])
+    values = np.array([[MEASURES[measure](s * t, 0, 2)[0] for t in triples] for s in scales])
+    slopes = np.polyfit(np.log(scales), np.log(values), 1)[0]
+    return triples, float(np.round(slopes.mean(), 9) + 0.0)
+
+
+def _squared_distance(chain: np.ndarray, i: int, j: int) -> np.ndarray:
+    chord = chain[j] - chain[i]
+    return printed_measure(chain, i, j) ** 2 * (chord @ chord)
+
+
+MEASURES: dict[str, Measure] = {
+    "as printed": printed_measure,
+    "with a squared determinant": _squared_distance,
+}
+enlarging = Study(enlarge, full="as printed", quick="as printed")
+
+
+@enlarging.claim(
     "erratum-table2",
     paper="perception-issues",
     place="Table 2",
@@ -159,10 +193,13 @@ def kept_by_scale(epsilon: float = TOLERANCE) -> KeptByScale:
     statement="|det| / length² is the squared distance from the line.",
     method="power of the scale with which the printed measure grows when a chain is enlarged",
     accepted=Accepted(2.0, 2.0, "a squared distance grows with the square of the scale"),
+    sabotage=Change(
+        "the determinant squared as well, det² / length²", config="with a squared determinant"
+    ),
 )
-def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
-    """Find how the printed measure grows with the size of the chain."""
-    triples = rng.normal(size=(1000, 3, 2))
+def erratum_table2(enlarged: tuple[Float[np.ndarray, "triples 3 2"], float]) -> Finding:
+    """Compare the printed measure with the distance and with its square."""
+    triples, power = enlarged
     printed = np.array([printed_measure(t, 0, 2)[0] for t in triples])
     distance = np.array([walls.find_split(t, 0, 2)[1] for t in triples])
     squared, plain = (np.isclose(printed, d, rtol=0.01).mean() for d in (distance**2, distance))
@@ -174,22 +211,4 @@ def erratum_table2(size: Size, rng: np.random.Generator) -> Finding:
         "vertices of one scan, printed rule": exact(len(simplify_as_printed(kept, TOLERANCE))),
     }
     note = "A number without unit: the distance in units of the chord, so ε is a slope."
-    return Finding(_power_of_scale(printed_measure, triples), evidence, note=note)
-
-
-@erratum_table2.sabotage("the determinant squared as well, det² / length²")
-def determinant_squared(size: Size, rng: np.random.Generator) -> Finding:
-    """Mend the table."""
-    return Finding(_power_of_scale(_squared_distance, rng.normal(size=(1000, 3, 2))))
-
-
-def _squared_distance(chain: np.ndarray, i: int, j: int) -> np.ndarray:
-    chord = chain[j] - chain[i]
-    return printed_measure(chain, i, j) ** 2 * (chord @ chord)
-
-
-def _power_of_scale(measure: Measure, triples: Float[np.ndarray, "triples 3 2"]) -> Interval:
-    scales = np.array([1.0, 2.0, 4.0, 8.0])
-    values = np.array([[measure(s * t, 0, 2)[0] for t in triples] for s in scales])
-    slopes = np.polyfit(np.log(scales), np.log(values), 1)[0]
-    return exact(np.round(slopes.mean(), 9) + 0.0, about="power of the chain's scale")
+    return Finding(exact(power, about="power of the chain's scale"), evidence, note=note)

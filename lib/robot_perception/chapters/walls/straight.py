@@ -18,7 +18,8 @@ from robot_perception.chapters.walls.splitting import (
 )
 from robot_perception.evaluation.intervals import Interval, exact, mean
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
@@ -35,17 +36,20 @@ settle such ties alike on every processor.
 class Config:
     """Scans of drives through offices. The paper gives none of these values: all are ours.
 
-    Tolerances ε, m, of which ``chosen`` is the chapter's; shares of their readings that a part and
-    the chord that extracts it must have in common, of which the first is the claim's; distance
-    between scans, m; fewest readings and least length, m, of a straight part.
+    How many drives; tolerances ε, m, of which ``chosen`` is the chapter's; shares of their readings
+    that a part and the chord that extracts it must have in common, of which the first is the
+    claim's; distance between scans, m; fewest readings and least length, m, of a straight part;
+    which vertex splits, a name of `SPLITS`.
     """
 
+    drives: int = 12
     tolerances: tuple[float, ...] = (0.015, 0.03, 0.045, 0.08, 0.3, 0.8)
     chosen: float = 0.08
     commons: tuple[float, ...] = (0.5, 0.8, 0.9)
     step: float = 1.0
     least_readings: int = 6
     least_length: float = 0.4
+    split: str = "farthest"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,17 +72,16 @@ class Result:
         return mean(self.extracted[:, *place])
 
 
-def run(
-    config: Config,
-    drives: int,
-    scanner: Scanner = NOISY,
-    simplify: Simplify = walls.simplify,
-    *,
-    rng: np.random.Generator,
-) -> Result:
+SPLITS: dict[str, Simplify] = {
+    "farthest": walls.simplify,
+    "middle": lambda chain, tolerance: split(chain, tolerance, heights, lambda far: far.size // 2),
+}
+"""How chains are simplified, by the vertex that splits."""
+
+
+def run(config: Config, scanner: Scanner = NOISY, *, rng: np.random.Generator) -> Result:
     """Simplify the scans of drives, each through an office of its own, and look for their parts."""
-    task = partial(_of_drive, scanner, simplify)
-    rows = sweep(task, [config] * drives, rng=rng, desc="drives")
+    rows = sweep(partial(_of_drive, scanner), [config] * config.drives, rng=rng, desc="drives")
     extracted, agree, parts, scans = zip(*rows, strict=True)
     return Result(config, np.array(extracted), np.array(agree), sum(parts), sum(scans))
 
@@ -117,12 +120,12 @@ def _readings(stretches: np.ndarray) -> np.ndarray:
 
 
 def _of_drive(
-    scanner: Scanner, simplify: Simplify, config: Config, *, rng: np.random.Generator
+    scanner: Scanner, config: Config, *, rng: np.random.Generator
 ) -> tuple[np.ndarray, float, int, int]:
     office = make_office(rng=rng)
     scans = scan(office.faces, drive(office, step=config.step), scanner, rng=rng)
     on = np.where(scans.mixed, -1, scans.faces)
-    common, agree = [], []
+    simplify, common, agree = SPLITS[config.split], [], []
     for ranges, faces in zip(scans.ranges, on, strict=True):
         chain = to_chain(ranges, scanner)
         parts = straight_parts(chain, faces[np.isfinite(ranges)], config)
@@ -142,7 +145,19 @@ COLUMNS = {
 }
 
 
-@claim(
+def twice(config: Config, *, rng: np.random.Generator) -> tuple[Result, Result]:
+    """Scan the same offices without noise and with it."""
+    seed = int(rng.integers(2**32))
+    clean, noisy = (
+        run(config, scanner, rng=np.random.default_rng(seed)) for scanner in (EXACT, NOISY)
+    )
+    return clean, noisy
+
+
+extracting = Study(twice, full=Config(), quick=Config(drives=4, step=6.0))
+
+
+@extracting.claim(
     "dp-recursive",
     paper="perception-issues",
     place="§2.1, Tables 1 and 2",
@@ -158,14 +173,21 @@ COLUMNS = {
         "most and a chord one part",
         "our choice",
     ),
+    sabotage=[
+        Change(
+            "a split at the middle vertex in place of the farthest",
+            config=Config(drives=3, step=8.0, tolerances=(0.08,), split="middle"),
+        ),
+        Change(
+            "a third of the tolerance, so that noise splits the walls",
+            config=Config(drives=3, step=8.0, tolerances=(0.08 / 3,), chosen=0.08 / 3),
+        ),
+    ],
 )
-def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
+def dp_recursive(result: tuple[Result, Result]) -> Finding:
     """Look for the straight parts of scans with several tolerances, with and without noise."""
-    config, drives = (Config(step=2.0), 4) if size is Size.QUICK else (Config(), 12)
-    seed = int(rng.integers(2**32))  # the same offices twice
-    clean, noisy = (
-        run(config, drives, scanner, rng=np.random.default_rng(seed)) for scanner in (EXACT, NOISY)
-    )
+    clean, noisy = result
+    config, drives = noisy.config, noisy.config.drives
     most, more, all_but = config.commons
     rows = {
         f"{100 * e:g} cm, {e / NOISY.range_sigma:.0f}σ": [
@@ -195,24 +217,3 @@ def dp_recursive(size: Size, rng: np.random.Generator) -> Finding:
         (condition,),
         f"{noisy.parts:,} straight parts in {noisy.scans:,} scans, ε = {100 * config.chosen:g} cm.",
     )
-
-
-@dp_recursive.sabotage("a split at the middle vertex in place of the farthest")
-def split_in_the_middle(size: Size, rng: np.random.Generator) -> Finding:
-    """Look for the straight parts among what halving keeps."""
-    return _sabotaged(_halved, rng)
-
-
-@dp_recursive.sabotage("a third of the tolerance, so that noise splits the walls")
-def split_by_noise(size: Size, rng: np.random.Generator) -> Finding:
-    """Look for the straight parts among what a tolerance in the noise keeps."""
-    return _sabotaged(lambda chain, tolerance: walls.simplify(chain, tolerance / 3), rng)
-
-
-def _sabotaged(simplify: Simplify, rng: np.random.Generator) -> Finding:
-    config = Config(step=4.0, tolerances=(0.08,))
-    return Finding(run(config, 3, NOISY, simplify, rng=rng).share(0.08, config.commons[0]))
-
-
-def _halved(chain: np.ndarray, tolerance: float) -> list[int]:
-    return split(chain, tolerance, heights, lambda far: far.size // 2)

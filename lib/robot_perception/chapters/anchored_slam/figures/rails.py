@@ -84,7 +84,7 @@ def fan_and_gains(axes: AxesRow, result: Result, *, reach: float) -> AxesRow:
     """
     for ax in axes:
         ax.clear()
-    figures.error_fan(axes[0], result)
+    figures.error_fan.on(axes[0], result)
     figures.gains(axes[1], result)
     axes[0].set_ylim(-reach, reach)
     axes[1].set_ylim(-0.5, 1.0)
