@@ -12,9 +12,12 @@ from robot_perception.chapters.head_tracking import incremental, scene
 from robot_perception.chapters.head_tracking.heads import OFF
 from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
+from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.recordings import Read
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
+_PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
 
 
 def _ring(ax: Axes, ellipse: Float[np.ndarray, " 4"], colour: str, **kwargs: object) -> None:
@@ -38,6 +41,17 @@ def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
     ax.set(xlim=(u - 80, u + 80), ylim=(v + 60, v - 60))
 
 
+@drawn(
+    name="head-hero",
+    alt="Three cut-outs of a rendered film with a man's head. At first two ellipses lie on the "
+    "head. In picture 60, which is darker, and in picture 120 the dashed blue one has slid off.",
+    caption="A rendered head in light that changes, at the start and after four and eight seconds. "
+    "Dashed: the tracker that keeps the colours of the first picture. Solid: the one that adapts.",
+    cols=3,
+    width=7.4,
+    height=2.2,
+    gridspec_kw=_PHOTOS,
+)
 def hero(axes: np.ndarray, film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
     adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
@@ -102,6 +116,14 @@ def looked(axes: np.ndarray, state: Look) -> None:
     right.legend(loc="upper left")
 
 
+@drawn(
+    name="head-size",
+    alt="Score against size: printed, it is 1 for all ellipses smaller than the head and falls "
+    "beyond; of shares it has its peak at the head's size.",
+    caption="Score of ellipses round the middle of the head, by size. As printed, whatever lies "
+    "inside the head is perfect. Compared as shares, the peak is at the head.",
+    height=3.0,
+)
 def by_size(ax: Axes, found: Sizes) -> Axes:
     """Draw the score of an ellipse against its size, with both ways to divide."""
     for scores, name, words in (
@@ -117,6 +139,14 @@ def by_size(ax: Axes, found: Sizes) -> Axes:
     return ax
 
 
+@drawn(
+    name="head-step",
+    alt="An ellipse of pixels and the same one pixel further right: the left rim is subtracted, "
+    "the right rim added, the rest shared.",
+    caption="Two adjacent ellipses. Left rim: subtracted. Right rim: added. The rest is shared.",
+    width=4.2,
+    height=4.4,
+)
 def step_aside(ax: Axes, half_width: int = 10) -> Axes:
     """Draw the pixels of two adjacent ellipses: those they share, those that leave and enter."""
     size = 2 * half_width + 5, round(2.4 * half_width) + 5
@@ -137,6 +167,14 @@ def step_aside(ax: Axes, half_width: int = 10) -> Axes:
     return ax
 
 
+@drawn(
+    name="head-work",
+    alt="Pixels touched in a search against size, both axes logarithmic: counted anew the line "
+    "rises twice as steeply as the incremental one.",
+    caption="Pixels counted in a search of ± 8 pixels. Counted anew they grow as the area, "
+    "incrementally as the circumference.",
+    height=3.0,
+)
 def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
     """Draw how many pixels a search touches against the size, in full and incrementally."""
     counts = np.array([incremental.additions(w, 8) for w in half_widths])
@@ -151,8 +189,23 @@ def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
     return ax
 
 
-def girl(axes: np.ndarray, result: Girl, shown: Sequence[int]) -> None:
+@drawn(
+    name="head-girl",
+    alt="Four pictures of a girl: three times her face, at last the back of her head. The ellipse "
+    "of the fixed model stays on or near the marked head; that of the adapted one has left it in "
+    "the last two.",
+    caption=lambda read, shown: (
+        "Thin: the marked head. Dashed: the fixed model. Solid: the "
+        "adapted one. " + read.note.replace("`", "")
+    ),
+    cols=4,
+    width=7.4,
+    height=1.8,
+    gridspec_kw=_PHOTOS,
+)
+def girl(axes: np.ndarray, read: Read[Girl], shown: Sequence[int]) -> None:
     """Draw some pictures of the recording with the marked head and two trackers."""
+    result = read.result
     for ax, k in zip(axes, shown, strict=True):
         at = int(result.shown[k])
         _picture(ax, result.frames[k])
@@ -166,6 +219,14 @@ def girl(axes: np.ndarray, result: Girl, shown: Sequence[int]) -> None:
         ax.set_title(f"picture {at + 1}")
 
 
+@drawn(
+    name="head-girl-overlap",
+    alt="Overlap by picture of three trackers: the adapted model falls to zero before picture 100 "
+    "and stays there; CamShift loses the head and finds it again for a while; the fixed model goes "
+    "up and down and seldom falls below 0.2.",
+    caption="Overlap with the marked head in each picture of the recording.",
+    height=3.0,
+)
 def girl_overlap(ax: Axes, result: Girl) -> Axes:
     """Draw overlap by picture of the trackers that the text speaks of."""
     pictures = np.arange(1, result.iou.shape[1] + 1)

@@ -1,7 +1,8 @@
-"""Rendered heads in changing light, followed by variants of the tracker: overlap and loss."""
+"""Rendered heads in changing light, and how far variants of the tracker overlap with them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 
 import cv2
@@ -14,6 +15,7 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadState, HeadTracker
 from robot_perception.appearance.segmentation import filled
 from robot_perception.evaluation.sweep import sweep
+from robot_perception.teaching.results import kept
 
 CHOOSING = (9001, 9002, 9003, 9004)
 """Sequences on which the numbers that the paper leaves out were chosen, but for a and threshold:
@@ -81,31 +83,31 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
 does not call it lost either, and "floor alone" has no threshold but does."""
 
 
+FIG9 = HeadScene()
+"""The light changes, others pass, and the head turns its back; all numbers are ours."""
+
+
 @dataclass(frozen=True, slots=True)
 class Config:
     """Rendered sequences and who follows the head in them.
 
     Parameters
     ----------
+    scene
+        What happens in them, by default what does in Fig. 9.
     seeds
         Of the sequences; the paper has one film (Fig. 9), which is not to be had.
     frames
         Of each, 15 a second; the paper's number is not known.
-    light
-        ``"changing"`` as in the paper, or ``"steady"``.
-    others, turns
-        Heads that pass, and whether the head turns its back; both as in Fig. 9, numbers ours.
     depth_sigma
         Of the distance that stands for the stereo module's, a share of it; ours.
     variants
         Names in ``VARIANTS``, and "CamShift" for OpenCV's.
     """
 
+    scene: HeadScene = FIG9
     seeds: tuple[int, ...] = SCORED
     frames: int = 150
-    light: str = "changing"
-    others: int = 2
-    turns: bool = True
     depth_sigma: float = 0.02
     variants: tuple[str, ...] = (*VARIANTS, "CamShift")
 
@@ -118,16 +120,12 @@ class Track:
     ----------
     ellipses : (n, 4)
         Centre (column, row), half width and half height, px.
-    scores : (n,)
-        Of the best candidate; 0 where the tracker has none.
-    lost, adapted : (n,)
-        Whether it said that it had lost the head, and whether it adapted its model.
+    lost : (n,)
+        Whether it said that it had lost the head.
     """
 
     ellipses: Float[np.ndarray, "n 4"]
-    scores: Float[np.ndarray, " n"]
     lost: Bool[np.ndarray, " n"]
-    adapted: Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,24 +136,15 @@ class Result:
     ----------
     variants
         Their names.
-    iou, scores : (variants, sequences, frames)
-        Area that tracked and true outline share, of the area of both; score of the tracker.
-    lost, adapted : (variants, sequences, frames)
-        Whether the tracker said that it had lost the head, and whether it adapted its model.
-    visible, yaw : (sequences, frames)
-        Share of the head that is visible; where it looks, rad.
-    light : (sequences, frames, 3)
-        On the head, shares of full light.
+    iou : (variants, sequences, frames)
+        Area that tracked and true outline share, of the area of both.
+    visible : (sequences, frames)
+        Share of the head that is visible.
     """
 
     variants: tuple[str, ...]
     iou: Float[np.ndarray, "variants sequences frames"]
-    scores: Float[np.ndarray, "variants sequences frames"]
-    lost: Bool[np.ndarray, "variants sequences frames"]
-    adapted: Bool[np.ndarray, "variants sequences frames"]
     visible: Float[np.ndarray, "sequences frames"]
-    yaw: Float[np.ndarray, "sequences frames"]
-    light: Float[np.ndarray, "sequences frames 3"]
 
     def overlaps(self, variant: str) -> Float[np.ndarray, " sequences"]:
         """Return the mean overlap in each sequence, over images in which the head is visible."""
@@ -164,10 +153,6 @@ class Result:
     def off(self, variant: str) -> Float[np.ndarray, " sequences"]:
         """Return in which share of these images the overlap is below ``OFF``, by sequence."""
         return self._means(self.iou[self.variants.index(variant)] < OFF)
-
-    def said(self, variant: str) -> Float[np.ndarray, " sequences"]:
-        """Return in which share of these images the tracker says it has lost the head."""
-        return self._means(self.lost[self.variants.index(variant)])
 
     def _means(self, values: np.ndarray) -> Float[np.ndarray, " sequences"]:
         seen = self.visible >= SEEN
@@ -234,14 +219,14 @@ def follow(
 ) -> Track:
     """Return what a variant says of each image, the first of which it is told."""
     tracker, state = first_state(first, variant)
-    rows = [(state.ellipse, 1.0, False, False)]
+    states, lost = [state], [False]
     for k in range(1, len(frames)):
         half_width = None if half_widths is None else float(half_widths[k])
         state, info = tracker.step(state, frames[k], half_width=half_width)
-        rows.append((state.ellipse, info.score, info.lost, info.adapted))
-    ellipses, scores, lost, adapted = zip(*rows, strict=True)
-    shapes = [(e.u, e.v, e.half_width, e.half_height) for e in ellipses]
-    return Track(np.array(shapes, dtype=float), *map(np.array, (scores, lost, adapted)))
+        states.append(state)
+        lost.append(info.lost)
+    shapes = [(e.u, e.v, e.half_width, e.half_height) for e in (s.ellipse for s in states)]
+    return Track(np.array(shapes, dtype=float), np.array(lost))
 
 
 def camshift(frames: UInt8[np.ndarray, "n height width 3"], box: Float[np.ndarray, " 4"]) -> Track:
@@ -267,8 +252,7 @@ def camshift(frames: UInt8[np.ndarray, "n height width 3"], box: Float[np.ndarra
             window = found
         left, top, width, height = window
         ellipses.append([left + width / 2, top + height / 2, width / 2, height / 2])
-    none = np.zeros(len(frames))
-    return Track(np.array(ellipses, dtype=float), none, np.array(lost), none.astype(bool))
+    return Track(np.array(ellipses, dtype=float), np.array(lost))
 
 
 def overlaps(track: Track, truth: Bool[np.ndarray, "n height width"]) -> Float[np.ndarray, " n"]:
@@ -281,59 +265,59 @@ def overlaps(track: Track, truth: Bool[np.ndarray, "n height width"]) -> Float[n
     return found
 
 
-def film(config: Config, seed: int) -> HeadSequence:
+def film(scene: HeadScene, seed: int, frames: int = 150) -> HeadSequence:
     """Return the sequence of a seed."""
-    scene = HeadScene(light=config.light, others=config.others, turns=config.turns)
-    return head(rng=np.random.default_rng(seed), frames=config.frames, scene=scene)
+    return head(rng=np.random.default_rng(seed), frames=frames, scene=scene)
 
 
-def sizes(film: HeadSequence, sigma: float, rng: np.random.Generator) -> Float[np.ndarray, " n"]:
-    """Return the half widths that distances give: those of the image before, with errors."""
+def insides(film: HeadSequence) -> Bool[np.ndarray, "n height width"]:
+    """Return what lies inside the true outline of the head, hidden or not."""
+    return np.array([filled(outline, film.masks.shape[1:]) for outline in film.outlines])
+
+
+def sizes(film: HeadSequence, errors: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return the half widths that distances give: those of the image before, with errors.
+
+    Parameters
+    ----------
+    film
+        What is seen.
+    errors : (n,)
+        Of each distance, as shares of it.
+    """
     first = start(film.frames[0], film.ellipses[0]).ellipse.half_width
-    depth = np.append(film.depth[0], film.depth[:-1])
-    depth = depth * (1 + sigma * rng.normal(size=depth.size))
+    depth = np.append(film.depth[0], film.depth[:-1]) * (1 + errors)
     return np.maximum(first * film.depth[0] / depth, 1.0)
 
 
-def tracks(film: HeadSequence, config: Config, rng: np.random.Generator) -> dict[str, Track]:
-    """Return what every variant says of a sequence."""
-    first = start(film.frames[0], film.ellipses[0])
-    half_widths = sizes(film, config.depth_sigma, rng)
-    found = {}
-    for name in config.variants:
-        if name == "CamShift":
-            found[name] = camshift(film.frames, film.ellipses[0])
-        else:
-            variant = VARIANTS[name]
-            given = half_widths if variant.depth else None
-            found[name] = follow(film.frames, first, variant, given)
-    return found
-
-
 def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Return overlap and loss of all variants on all sequences."""
-    found = sweep(_Task(config), config.seeds, rng=rng, desc="heads")
-    parts = [np.array(part) for part in zip(*found, strict=True)]
-    over = [np.moveaxis(part, 1, 0) for part in parts[:4]]
-    return Result(config.variants, *over, *parts[4:])
+    """Return the overlap of all variants on all sequences."""
+    found = sweep(partial(_with_errors, config), config.seeds, rng=rng, desc="heads")
+    iou, visible = (np.array(part) for part in zip(*found, strict=True))
+    return Result(config.variants, np.moveaxis(iou, 1, 0), visible)
 
 
-@dataclass(frozen=True, slots=True)
-class _Task:
-    config: Config
+def _with_errors(
+    config: Config, seed: int, *, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "variants n"], Float[np.ndarray, " n"]]:
+    """Draw errors of the distances: all that is left to chance once there is a film."""
+    errors = config.depth_sigma * rng.normal(size=config.frames)
+    return _followed(config.scene, seed, config.variants, tuple(errors.tolist()))
 
-    def __call__(self, seed: int, *, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-        """Return overlap, scores, loss, adaptation by variant, and the truth of a sequence."""
-        shown = film(self.config, seed)
-        truth = np.array([filled(outline, shown.masks.shape[1:]) for outline in shown.outlines])
-        found = tracks(shown, self.config, rng).values()
-        return (
-            np.array([overlaps(track, truth) for track in found]),
-            *(
-                np.array([getattr(t, name) for t in found])
-                for name in ("scores", "lost", "adapted")
-            ),
-            shown.visible,
-            shown.yaw,
-            shown.light,
-        )
+
+@kept
+def _followed(
+    scene: HeadScene, seed: int, variants: tuple[str, ...], errors: tuple[float, ...]
+) -> tuple[Float[np.ndarray, "variants n"], Float[np.ndarray, " n"]]:
+    """Return the overlap of each variant with the head of a film, and what is visible of it."""
+    shown = film(scene, seed, len(errors))
+    first, truth = start(shown.frames[0], shown.ellipses[0]), insides(shown)
+    half_widths = sizes(shown, np.array(errors))
+
+    def track(name: str) -> Track:
+        if name == "CamShift":
+            return camshift(shown.frames, shown.ellipses[0])
+        variant = VARIANTS[name]
+        return follow(shown.frames, first, variant, half_widths if variant.depth else None)
+
+    return np.array([overlaps(track(name), truth) for name in variants]), shown.visible

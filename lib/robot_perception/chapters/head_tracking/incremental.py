@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int64
+from jaxtyping import Bool, Float
 
 from data_synth.coloured import HeadScene
 from data_synth.coloured import head as filmed
@@ -11,7 +11,8 @@ from robot_perception.appearance.colour_histograms import histogram
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.evaluation.intervals import exact, exponent, proportion
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "perception-issues"
@@ -39,32 +40,12 @@ class Config:
     printed: bool = False
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """What became of the histograms.
-
-    Parameters
-    ----------
-    same : (paths, steps)
-        Whether every bin is that of the full count.
-    counts : (paths, steps)
-        Pixels that were added or subtracted.
-    pixels : (paths,)
-        Of the ellipses.
-    """
-
-    same: Bool[np.ndarray, "paths steps"]
-    counts: Int64[np.ndarray, "paths steps"]
-    pixels: Int64[np.ndarray, " paths"]
-
-
-def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Carry histograms along random paths, and compare each with the full count."""
+def run(config: Config, *, rng: np.random.Generator) -> Bool[np.ndarray, "paths steps"]:
+    """Carry histograms along random paths; return whether each is that of a full count."""
     image = filmed(rng=rng, frames=1, scene=HeadScene(others=0)).frames[0]
     binning, size = Binning(), image.shape[1::-1]
     index = binning.index(image)
-    shape = len(config.half_widths), config.steps
-    same, counts = np.empty(shape, dtype=bool), np.empty(shape, dtype=np.int64)
+    same = np.empty((len(config.half_widths), config.steps), dtype=bool)
     for i, half_width in enumerate(config.half_widths):
         place = np.array(size) // 2
         before = Ellipse(*place.tolist(), half_width).mask(size)
@@ -73,14 +54,11 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
             place = place + STEPS[rng.integers(len(STEPS))]
             after = Ellipse(*place.tolist(), half_width).mask(size)
             less = before & after if config.printed else before & ~after
-            more = after & ~before
             carried = carried - histogram(index, binning.count, less)
-            carried = carried + histogram(index, binning.count, more)
+            carried = carried + histogram(index, binning.count, after & ~before)
             same[i, k] = np.array_equal(carried, histogram(index, binning.count, after))
-            counts[i, k] = less.sum() + more.sum()
             before = after
-    pixels = [Ellipse(0, 0, half_width).pixels for half_width in config.half_widths]
-    return Result(same, counts, np.array(pixels))
+    return same
 
 
 def additions(half_width: int, radius: int) -> tuple[int, int]:
@@ -114,7 +92,10 @@ def savings(half_widths: tuple[int, ...], step: float) -> Float[np.ndarray, " si
     return np.array(found)
 
 
-@claim(
+carrying = Study(run, full=Config(steps=240), quick=Config(), seed=77)
+
+
+@carrying.claim(
     "incremental-histogram",
     paper=PAPER,
     place="§3.2, below eq. 28",
@@ -125,30 +106,29 @@ def savings(half_widths: tuple[int, ...], step: float) -> Float[np.ndarray, " si
     method="Ellipses of four sizes walk one pixel at a time over a rendered picture; share of the "
     "steps after which every bin of the carried histogram is that of a full count.",
     accepted=Accepted(1.0, 1.0, "whole numbers are carried: nothing may be lost"),
-    seed=77,
+    sabotage=Change("the words as printed: the common pixels are subtracted", printed=True),
 )
-def carried(size: Size, rng: np.random.Generator) -> Finding:
+def carried(same: Bool[np.ndarray, "paths steps"]) -> Finding:
     """Compare carried and full histograms."""
-    return _share_same(Config(steps=240 if size is Size.FULL else 60), rng)
-
-
-@carried.sabotage("the words as printed: the common pixels are subtracted")
-def printed(size: Size, rng: np.random.Generator) -> Finding:
-    """Subtract what both ellipses have."""
-    return _share_same(Config(printed=True), rng)
-
-
-def _share_same(config: Config, rng: np.random.Generator) -> Finding:
-    found = run(config, rng=rng)
-    share = float(found.same.mean())
     return Finding(
-        exact(share, about=f"of {found.same.size} steps"),
-        {"paths without an error": proportion(int(found.same.all(axis=1).sum()), len(found.same))},
+        exact(float(same.mean()), about=f"of {same.size} steps"),
+        {"paths without an error": proportion(int(same.all(axis=1).sum()), len(same))},
         note="The printed sentence subtracts the common pixels; it must be those that leave.",
     )
 
 
-@claim(
+WIDTHS = (5, 10, 20, 40, 80, 160)
+
+
+def saved(step: float, *, rng: np.random.Generator) -> Float[np.ndarray, " sizes"]:
+    """Return what a step saves, by size; nothing is left to chance."""
+    return savings(WIDTHS, step)
+
+
+saving_by_size = Study(saved, full=0.0, quick=0.0, seed=78)
+
+
+@saving_by_size.claim(
     "incremental-saving",
     paper=PAPER,
     place="§3.2, below eq. 28",
@@ -161,27 +141,15 @@ def _share_same(config: Config, rng: np.random.Generator) -> Finding:
         0.9, 1.1, "area over circumference grows as the first power; a tenth for the raster",
         Origin.CHOICE,
     ),
-    seed=78,
+    sabotage=Change("ellipses half a width apart", config=1.0),
 )  # fmt: skip
-def saving(size: Size, rng: np.random.Generator) -> Finding:
+def saving(found: Float[np.ndarray, " sizes"]) -> Finding:
     """Fit the growth of the saving."""
-    return _growth(0.0)
-
-
-@saving.sabotage("ellipses half a width apart")
-def far_apart(size: Size, rng: np.random.Generator) -> Finding:
-    """Move by as much as the half width: most pixels change, whatever the size."""
-    return _growth(1.0)
-
-
-def _growth(step: float) -> Finding:
-    widths = (5, 10, 20, 40, 80, 160)
-    found = savings(widths, step)
     full, carried_on = additions(20, 8)
     return Finding(
-        exponent(np.array(widths, dtype=float), found),
+        exponent(np.array(WIDTHS, dtype=float), found),
         {
-            "saving of a step at 20 px": exact(float(found[2])),
+            "saving of a step at 20 px": exact(float(found[WIDTHS.index(20)])),
             "saving of a search of ± 8 px at 20 px": exact(full / carried_on),
         },
     )

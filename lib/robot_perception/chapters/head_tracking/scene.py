@@ -1,16 +1,12 @@
 """The films of the page, and what trackers make of them: the states of its explorers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
-import data_synth.coloured
-from data_synth.coloured import HeadSequence
-from robot_perception.appearance import colour_histograms, colour_spaces, head_ellipse
+from data_synth.coloured import HeadScene, HeadSequence
 from robot_perception.appearance.colour_histograms import (
     histogram,
     intersection,
@@ -19,46 +15,27 @@ from robot_perception.appearance.colour_histograms import (
 )
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse
-from robot_perception.appearance.segmentation import filled
 from robot_perception.chapters.head_tracking import heads
 from robot_perception.chapters.head_tracking.heads import RULES, Start, Variant
-from robot_perception.teaching.explore import choice, slider
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.results import kept
 from robot_perception.teaching.tables import Table
 
-SCENES: Mapping[str, tuple[int, heads.Config]] = MappingProxyType(
-    {
-        "the light changes": (9006, heads.Config(others=0, turns=False)),
-        "he turns his back, others pass": (9005, heads.Config()),
-    }
-)
+SCENES = {
+    "the light changes": (9006, HeadScene(others=0, turns=False)),
+    "he turns his back, others pass": (9005, heads.FIG9),
+}
 """Film and what happens in it, by name; both of those on which numbers may be chosen."""
 LIGHT, CROWD = SCENES
 
 RATES = (0.0, 0.02, 0.1, 0.5)
 GATES = (0.0, 0.4, 0.5, 0.6, 0.7)
-FIXED = replace(RULES, rate=0.0)
-
-RATE_CONTROLS = {
-    "film": choice("Film", {name: name for name in SCENES}, LIGHT),
-    "rate": slider("Adaptation a", RATES, 0.1),
-    "gate": slider("Threshold", GATES, 0.5),
-}
-RATE_PRESETS = {
-    "the first picture for ever": {"rate": 0.0},
-    "half of it new in every picture": {"rate": 0.5},
-    "others pass": {"film": CROWD},
-    "others pass, no threshold": {"film": CROWD, "gate": 0.0},
-}
-LOOK_CONTROLS = {"at": slider("Picture", tuple(range(0, 150, 10)), 0)}
-LOOK_PRESETS = {"dark": {"at": 60}, "bright": {"at": 110}}
 
 
 @cache
 def filmed(scene: str) -> HeadSequence:
     """Return a film of the page."""
-    seed, config = SCENES[scene]
-    return heads.film(config, seed)
+    seed, happens = SCENES[scene]
+    return heads.film(happens, seed)
 
 
 @cache
@@ -93,11 +70,14 @@ class Tracks:
     visible: Float[np.ndarray, " n"]
 
 
-def _every_pair(scene: str) -> Tracks:
+@kept
+def tracks(scene: str) -> Tracks:
+    """Return what every pair of a and threshold makes of a film."""
     film, first = filmed(scene), beginning(scene)
-    truth = np.array([filled(outline, film.masks.shape[1:]) for outline in film.outlines])
-    half_widths = heads.sizes(film, SCENES[scene][1].depth_sigma, np.random.default_rng(1))
-    shape = len(RATES), len(GATES), len(film.frames)
+    truth = heads.insides(film)
+    errors = np.random.default_rng(1).normal(size=len(truth))
+    half_widths = heads.sizes(film, heads.Config().depth_sigma * errors)
+    shape = len(RATES), len(GATES), len(truth)
     iou, ellipses = np.empty(shape), np.empty((*shape, 4))
     for i, rate in enumerate(RATES):
         for j, gate in enumerate(GATES):
@@ -108,17 +88,13 @@ def _every_pair(scene: str) -> Tracks:
     return Tracks(iou, ellipses, film.light.mean(axis=1), film.visible)
 
 
-@cache
-def tracks(scene: str) -> Tracks:
-    """Return the states of the explorer for a film; kept on this computer."""
-    code = (data_synth.coloured, colour_spaces, colour_histograms, head_ellipse, heads)
-    return kept(_every_pair, Tracks, scene, code=code)
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Followed:
     """A state of the explorer: overlap by picture, with the chosen values and with a = 0."""
 
+    film: str
+    rate: float
+    gate: float
     iou: Float[np.ndarray, " n"]
     fixed: Float[np.ndarray, " n"]
     light: Float[np.ndarray, " n"]
@@ -128,23 +104,22 @@ class Followed:
         """Return the share of the pictures in which a visible head is missed."""
         return float((iou[self.visible >= heads.SEEN] < heads.OFF).mean())
 
+    def words(self) -> str:
+        """Return what the state shows."""
+        return (
+            f"Overlap of ellipse and head in each picture of the film in which {self.film}, with "
+            f"a = {self.rate:g} above a threshold of {self.gate:g}: the head is missed in "
+            f"{self.missed(self.iou):.0%} of the pictures, by the fixed model in "
+            f"{self.missed(self.fixed):.0%}."
+        )
+
 
 def followed(film: str, rate: float, gate: float) -> Followed:
     """Return a state of the explorer of rate and threshold."""
-    found, i, j = tracks(film), RATES.index(rate), GATES.index(gate)
+    found = tracks(film)
+    iou = found.iou[RATES.index(rate), GATES.index(gate)]
     fixed = found.iou[0, GATES.index(RULES.gate)]
-    return Followed(found.iou[i, j], fixed, found.light, found.visible)
-
-
-def describe_rates(film: str, rate: float, gate: float) -> str:
-    """Return what a state of the explorer of rate and threshold shows, in words."""
-    state = followed(film, rate, gate)
-    return (
-        f"Overlap of ellipse and head in each picture of the film in which {film}, with a = "
-        f"{rate:g} above a threshold of {gate:g}: the head is missed in "
-        f"{state.missed(state.iou):.0%} of the pictures, by the fixed model in "
-        f"{state.missed(state.fixed):.0%}."
-    )
+    return Followed(film, rate, gate, iou, fixed, found.light, found.visible)
 
 
 # What the light does to a histogram --------------------------------------------------------------
@@ -156,6 +131,8 @@ class Look:
 
     Parameters
     ----------
+    at
+        Its number.
     image : (height, width, 3)
         What lies round the head.
     first, now : (n, 2), (m, 2)
@@ -164,16 +141,24 @@ class Look:
         Intersection of the histograms of the two heads, by the cells of `COMPARED`.
     """
 
+    at: int
     image: UInt8[np.ndarray, "height width 3"]
     first: Float[np.ndarray, "n 2"]
     now: Float[np.ndarray, "m 2"]
     common: dict[str, float]
 
+    def words(self) -> str:
+        """Return what the state shows."""
+        parts = ", ".join(f"{share:.0%} in {cells}" for cells, share in self.common.items())
+        return (
+            f"Picture {self.at}: the head's colours have in common with those of picture 0: "
+            f"{parts}."
+        )
 
-COMPARED: Mapping[str, Binning] = MappingProxyType(
-    {space: Binning(space) for space in ("RGB", "normalised rgb", "HSI", "opponent")}
-    | {"opponent, finer cells": Binning("opponent", heads.FINE)}
-)
+
+COMPARED = {space: Binning(space) for space in ("RGB", "normalised rgb", "HSI", "opponent")} | {
+    "opponent, finer cells": Binning("opponent", heads.FINE)
+}
 """Ways to count colours; of the last, colours reach about as many cells as of RGB."""
 HALF = 60
 
@@ -186,16 +171,13 @@ def look(at: int) -> Look:
     height, width = film.masks.shape[1:]
     left, top = np.clip(u - HALF, 0, width - 2 * HALF), np.clip(v - HALF, 0, height - 2 * HALF)
     image = film.frames[at, top : top + 2 * HALF, left : left + 2 * HALF]
-    return Look(image, _chroma(0), _chroma(at), {name: common(name, at) for name in COMPARED})
-
-
-def common(cells: str, at: int) -> float:
-    """Return how much the true head's colours have in common with those of the first picture."""
-    film, binning = filmed(LIGHT), COMPARED[cells]
-    first, now = (
-        histogram(binning.index(film.frames[k]), binning.count, film.masks[k]) for k in (0, at)
-    )
-    return float(intersection_of_shares(now, shares(first)))
+    common = {}
+    for name, cells in COMPARED.items():
+        first, now = (
+            histogram(cells.index(film.frames[k]), cells.count, film.masks[k]) for k in (0, at)
+        )
+        common[name] = float(intersection_of_shares(now, shares(first)))
+    return Look(at, image, _chroma(0), _chroma(at), common)
 
 
 def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:
@@ -204,13 +186,6 @@ def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:
     pixels = film.frames[at][film.masks[at]].astype(float)
     red, green, blue = pixels[:: max(len(pixels) // most, 1)].T
     return np.stack([red + green + blue, green - red], axis=-1)
-
-
-def describe_look(at: int) -> str:
-    """Return what a state of the explorer of colours shows, in words."""
-    state = look(at)
-    parts = ", ".join(f"{state.common[name]:.0%} in {name}" for name in COMPARED)
-    return f"Picture {at}: the head's colours have in common with those of picture 0: {parts}."
 
 
 # Eq. (28) and the size ---------------------------------------------------------------------------

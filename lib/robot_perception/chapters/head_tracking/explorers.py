@@ -1,0 +1,44 @@
+"""The explorers of the chapter "A head by its colours"."""
+
+from functools import partial
+
+from robot_perception.chapters.head_tracking import figures as draw
+from robot_perception.chapters.head_tracking import scene
+from robot_perception.teaching.controls import choice, slider
+from robot_perception.teaching.explorations import Exploration
+from robot_perception.teaching.figures import figure
+
+rates = Exploration(
+    draw.tracked,
+    scene.followed,
+    scene.Followed.words,
+    controls={
+        "film": choice("Film", {name: name for name in scene.SCENES}, scene.LIGHT),
+        "rate": slider("Adaptation a", scene.RATES, 0.1),
+        "gate": slider("Threshold", scene.GATES, 0.5),
+    },
+    name="head-rates",
+    caption="Ten seconds of film. Above: how far the ellipse overlaps with the head; below 0.2 it "
+    "misses it. Dashed: a = 0. Below: the light on the head, and how much of the head is visible.",
+    presets={
+        "the first picture for ever": {"rate": 0.0},
+        "half of it new in every picture": {"rate": 0.5},
+        "others pass": {"film": scene.CROWD},
+        "others pass, no threshold": {"film": scene.CROWD, "gate": 0.0},
+    },
+    axes=partial(figure, 2, height=5.2),
+    finding=lambda state: state.missed(state.iou) - state.missed(state.fixed),
+)
+
+look = Exploration(
+    draw.looked,
+    scene.look,
+    scene.Look.words,
+    controls={"at": slider("Picture", tuple(range(0, 150, 10)), 0)},
+    name="head-look",
+    caption="Left: the head. Right: the colours of its pixels, in picture 0 (blue) and in this one "
+    "(red): brightness across, the difference of green and red upwards.",
+    presets={"dark": {"at": 60}, "bright": {"at": 110}},
+    axes=partial(figure, 1, 2, width=7.4, height=3.2),
+    finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],
+)
