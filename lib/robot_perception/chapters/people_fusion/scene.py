@@ -20,7 +20,7 @@ from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.trajectories import Stays, watch
 from robot_perception.teaching.results import kept
 
-CONFIG = Config(46, duration=30.0)
+CONFIG = Config(43, duration=30.0)
 """The session of the page; none of those that are learnt on, chosen on, or scored."""
 MOMENTS = tuple(np.arange(2.46, 30.0, 2.4).round(2).tolist())
 """Of the timeline, s: all sensors have just reported, and the truth is known."""
