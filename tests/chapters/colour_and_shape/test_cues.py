@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.colour_and_shape import cues, followed
+from robot_perception.chapters.colour_and_shape import cues
 from robot_perception.chapters.colour_and_shape.experiments import (
+    CHANGES,
     CHOOSING,
+    SEEDS,
+    SPACES,
     TRACKERS,
     TRAINING,
     WORLDS,
-    Result,
+    rules_of,
 )
-from robot_perception.teaching.claims import Size
 
 
 @pytest.fixture
@@ -21,7 +23,7 @@ def found():
     overlap["rectangle, shape"] = np.array([[0.8, 0.8, 0.8], [0.8, 0.4, 0.1]])
     overlap["snail, fused"] = np.array([[0.8, 0.8, 0.8], [0.8, 0.8, 0.1]])
     overlap["circles, colour, fixed"] = np.array([[0.1, 0.1, 0.9], [0.9, 0.9, 0.19]])
-    return Result(overlap, {name: o < 0 for name, o in overlap.items()})
+    return overlap
 
 
 def test_films_come_kind_by_kind(found):
@@ -49,34 +51,39 @@ def test_share_held(found):
 
 
 def test_tables_have_every_tracker_and_kind(found):
-    overlap, lost = cues.overlap_table(found), cues.loss_table(found)
-    assert overlap.about.endswith("95 % over films")
-    assert lost.about.endswith("2 films of 40 frames each")
+    trackers = {name: tracker for tracker, name in cues.NAMES.items()}
+    overlap, lost = cues.overlap_table(found, trackers), cues.loss_table(found, trackers)
+    assert overlap.about.endswith("2 films of 3 frames each, 95 % over films")
+    assert lost.about.endswith("2 films of 3 frames each")
     for table in (overlap, lost):
         assert list(table.rows) == list(cues.NAMES.values())
         assert list(table.columns) == list(WORLDS)
-        assert "2 films of 40 frames" in table.about
     assert overlap["edges alone", "rectangle"].estimate == pytest.approx((0.8 + 1.3 / 3) / 2)
     assert lost["edges alone", "rectangle"] == 0.5
     assert lost["both", "rectangle"] == 0
+
+
+def test_others_stand_in_by_tracker_and_by_kind(found):
+    (edges,) = cues._standing_in(found, {"fused": "shape"})
+    np.testing.assert_array_equal(cues.losses(edges), cues.losses(found, "shape"))
+    (snails,) = cues._standing_in(found, dict.fromkeys(cues.EDGED, "snail"))
+    assert cues.losses(snails, kinds=cues.EDGED).tolist() == [0, 1, 0, 1]
+    assert cues.losses(snails, kinds=["circles"]).tolist() == [0, 0]
 
 
 def test_every_tracker_has_a_name():
     assert set(cues.NAMES) == set(TRACKERS)
 
 
-def test_scored_films_are_new():
-    assert not set(followed.SEEDS) & {*CHOOSING, TRAINING, *range(1001, 1011)}
-    assert followed.films(Size.QUICK) == followed.FEW < followed.SOME
-    assert followed.films(Size.FULL) == len(followed.SEEDS) > followed.PRINTED
-
-
-def test_changes_are_named():
-    assert set(cues.SPACES) < set(followed.RULES)
-    assert {change for change in cues.MANY.values() if change} < set(followed.RULES)
+def test_scored_films_are_new_and_tables_are_of_the_first():
+    assert not set(SEEDS) & {*CHOOSING, TRAINING, *range(1001, 1031)}
+    for config in cues.films.full:
+        assert config.films == SEEDS[: len(config.films)]
+    assert {*cues.FEW.films, *cues.EDGES.films} < set(SEEDS)
 
 
 def test_spaces_are_compared_with_cells_of_one_number():
-    assert {followed.RULES[space]["binning"].count for space in cues.SPACES} == {4096}
-    for many, change in cues.MANY.items():
-        assert followed.RULES.get(change, {}).get("samples", 50) == int(many)
+    assert {rules_of("circles", space).binning.count for space in SPACES} == {4096}
+    for many, tracker in cues.MANY.items():
+        assert rules_of("snail", tracker).samples == int(many)
+    assert {*cues.MANY.values(), *SPACES, *cues.SIGNS.values()} - {"fused"} < set(CHANGES)

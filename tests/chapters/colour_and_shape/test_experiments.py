@@ -7,7 +7,7 @@ import pytest
 
 from robot_perception.chapters.colour_and_shape import experiments, iteration, samples
 
-SMALL = experiments.Config(worlds=("circles", "snail"), films=(9001,), frames=3)
+SMALL = experiments.Config(films=(9001,), trackers=("fused", "shape", "CamShift"), frames=3)
 
 
 @pytest.fixture(scope="module")
@@ -22,46 +22,38 @@ def step():
 
 @pytest.fixture(scope="module")
 def shown():
-    return samples.run(frame=3, rng=np.random.default_rng(1))
+    return samples.run("circles", 3, 4, rng=np.random.default_rng(1))
 
 
 def test_every_tracker_is_scored_on_every_film(found):
-    names = {f"{w}, {t}" for w in SMALL.worlds for t in experiments.TRACKERS}
-    assert set(found.overlap) == set(found.missed) == names
-    for name in names:
-        assert found.overlap[name].shape == found.missed[name].shape == (1, 3)
-        assert ((found.overlap[name] >= 0) & (found.overlap[name] <= 1)).all()
+    assert set(found) == {f"{w}, {t}" for w in experiments.WORLDS for t in SMALL.trackers}
+    for overlap in found.values():
+        assert overlap.shape == (1, 3)
+        assert ((overlap >= 0) & (overlap <= 1)).all()
 
 
 def test_a_film_is_as_long_as_it_is_tracked_and_its_first_frame():
-    assert len(SMALL.film("circles", 9001).frames) == SMALL.frames + 1
-
-
-def test_a_film_is_the_same_again(found):
-    one = replace(SMALL, worlds=("circles",))
-    again = experiments.run(one, rng=np.random.default_rng(0))
-    for name, values in again.overlap.items():
-        np.testing.assert_array_equal(found.overlap[name], values)
+    assert len(experiments.filmed("circles", 9001, 3).frames) == 4
 
 
 def test_who_else_follows_a_film_changes_nothing(found):
     """A changed tracker is compared with the unchanged one on the same draws."""
-    alone = experiments.run(replace(SMALL, trackers=("fused",)), rng=np.random.default_rng(0))
-    assert set(alone.overlap) == {"circles, fused", "snail, fused"}
-    for name, values in alone.overlap.items():
-        np.testing.assert_array_equal(found.overlap[name], values)
+    fused = experiments.run(
+        replace(SMALL, trackers=("fused", "one sample")), rng=np.random.default_rng(0)
+    )
+    for world in experiments.WORLDS:
+        np.testing.assert_array_equal(fused[f"{world}, fused"], found[f"{world}, fused"])
+    spawned = np.random.default_rng(0).spawn(4)[0].spawn(len(experiments.TRACKERS))
+    film = experiments.filmed("circles", 9001, 3)
+    dynamics, rules = experiments.trained("circles"), experiments.rules_of("circles", "one sample")
+    rng = spawned[experiments.TRACKERS.index("fused")]
+    alone = experiments.follow("one sample", film, dynamics, rules, rng=rng)
+    np.testing.assert_array_equal(experiments.scored(alone, film), fused["circles, one sample"][0])
 
 
 def test_in_the_first_frames_the_fused_tracker_is_on_the_object(found):
-    assert found.overlap["circles, fused"].min() > 0.5
-    assert found.overlap["snail, fused"].min() > 0.5
-
-
-def test_lost_counts_last_frames_only():
-    overlap = np.array([[0.0, 0.9], [0.9, 0.1], [0.9, 0.2]])
-    found = experiments.Result({"snail, fused": overlap}, {"snail, fused": overlap < 0})
-    assert found.lost("snail", "fused") == pytest.approx(1 / 3)
-    np.testing.assert_allclose(found.mean("snail", "fused"), [0.45, 0.5, 0.55])
+    assert found["circles, fused"].min() > 0.5
+    assert found["snail, fused"].min() > 0.5
 
 
 def test_overlap_of_squares():
@@ -70,10 +62,6 @@ def test_overlap_of_squares():
     assert experiments.overlap(square, square + 30, (60, 60)) == 0
     aside = experiments.overlap(square, square + np.array([10.0, 0.0]), (60, 60))
     assert aside == pytest.approx(9 / 29, abs=1e-12)  # they are 19 px wide
-
-
-def test_no_scored_film_was_chosen_on():
-    assert not {*experiments.CHOOSING, experiments.TRAINING} & {*experiments.Config().films}
 
 
 def test_samples_drift_and_spread_from_those_drawn(step):
@@ -102,10 +90,17 @@ def test_samples_come_best_first(shown):
     assert (np.diff(shown.weights) <= 1e-12).all()
     assert shown.clouds.shape[0] == shown.blobs.shape[0] == shown.outlines.shape[0] == 4
     assert shown.blobs.any(axis=(1, 2)).all()
-    assert ((shown.scores >= 0) & (shown.scores <= 1)).all()
 
 
 def test_the_rectangle_loses_its_colour():
-    seen = samples.path()
-    assert seen.colours.shape == seen.light.shape
-    assert np.ptp(seen.colours.astype(float), axis=0).max() > 60
+    colours = experiments.shown_colours(experiments.filmed("rectangle", 9001, 40))
+    assert colours.shape == (41, 3)
+    assert np.ptp(colours.astype(float), axis=0).max() > 60
+
+
+def test_longest_stages_come_first_and_nothing_is_left_out():
+    found = experiments.cost_table({"a": 0.001, "b": 0.004, "c": 0.002, "d": 0.0005}, most=2)
+    assert list(found.rows) == ["b", "c", "all others", "together"]
+    assert found["b", "ms a frame"] == pytest.approx(4)
+    assert found["all others", "ms a frame"] == pytest.approx(1.5)
+    assert found["together", "ms a frame"] == pytest.approx(7.5)

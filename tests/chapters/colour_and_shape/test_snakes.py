@@ -8,18 +8,17 @@ import numpy as np
 import pytest
 
 from robot_perception.appearance import shape_scores
-from robot_perception.appearance.affine_snake import SnakeRules
 from robot_perception.appearance.segmentation import boundary, filled
 from robot_perception.chapters.colour_and_shape import area_sign, snakes
-from robot_perception.chapters.colour_and_shape import snake_figures as draw
-from robot_perception.teaching.figures import figure, image_axes
+from robot_perception.chapters.colour_and_shape import figures as draw
+from robot_perception.teaching.figures import figure
 
 SMALL = snakes.Config(films=snakes.CHOOSING[2:], frames=(8, 24))
 
 
 @cache
 def found() -> snakes.Result:
-    return snakes.run(SMALL, rng=np.random.default_rng(0))
+    return snakes.compared(cases(), SMALL)
 
 
 @cache
@@ -45,11 +44,10 @@ def test_most_of_the_neck_is_in_the_blob_and_none_without_a_neck():
     assert len(result.films) + result.empty == 4
     assert min(case.in_blob for case in cases()) > SMALL.attached
     bare = replace(SMALL, films=snakes.CHOOSING[2:3], frames=(4,), neck=False)
-    bald = snakes.run(bare, rng=np.random.default_rng(0))
-    assert len(bald.films) == 1
     (case,) = snakes.film_cases(snakes.CHOOSING[2], bare, rng=np.random.default_rng(0))
     assert case.neck.any()  # where it would be
     assert case.in_blob < 0.3
+    assert len(snakes.compared([case], bare).films) == 1
 
 
 def test_measures_are_those_of_known_outlines():
@@ -74,12 +72,6 @@ def test_the_affine_snake_is_affine_and_the_free_one_swallows_more_of_these_neck
     assert gap.mean() > 0
 
 
-def test_the_same_seed_gives_the_same_numbers():
-    again = snakes.run(SMALL, rng=np.random.default_rng(0))
-    np.testing.assert_array_equal(again.start.overlap, found().start.overlap)
-    np.testing.assert_array_equal(again.snakes["free"].overlap, found().snakes["free"].overlap)
-
-
 def test_the_gap_is_the_mean_of_the_films_means():
     result = found()
     by_film = [
@@ -91,16 +83,6 @@ def test_the_gap_is_the_mean_of_the_films_means():
     assert gap.low < gap.estimate < gap.high
 
 
-def test_each_snake_is_scored_with_the_weights_that_are_best_for_it_elsewhere():
-    rules = SnakeRules(reach=(8.0, 3.0), steps=10)
-    got, best = snakes.tuned(cases()[:1], cases()[1:2], rules), snakes.grid(cases()[1:2], rules)
-    for snake in snakes.SNAKES:
-        alpha, beta = best.best(snake)
-        own = replace(rules, elasticity=alpha, rigidity=beta)
-        expected = snakes.fitted(cases()[:1], snake, own)
-        np.testing.assert_array_equal(got[snake].overlap, expected.overlap)
-
-
 def test_the_table_of_reaches_has_the_results_of_each():
     table = snakes.reach_table(cases(), SMALL)
     rules = replace(SMALL.rules, rigidity=snakes.STIFF, reach=(20.0, 3.0))
@@ -109,16 +91,6 @@ def test_the_table_of_reaches_has_the_results_of_each():
     assert row["neck, free"] == result.snakes["free"].swallowed.mean()
     assert row["half, affine"] == (result.snakes["affine"].swallowed > 0.5).sum()
     assert row["overlap, affine"] == result.snakes["affine"].overlap.mean()
-
-
-def test_a_grid_has_the_means_of_its_fits():
-    got = snakes.grid(cases()[:2], SnakeRules(steps=5), (0.1, 0.5), (0.2, 3.0, 9.0))
-    one = snakes.fitted(cases()[:2], "free", SnakeRules(0.5, 3.0, steps=5))
-    assert got.overlap.shape == (2, 2, 3)
-    assert got.overlap[1, 1, 1] == pytest.approx(one.overlap.mean())
-    assert got.swallowed[1, 1, 1] == pytest.approx(one.swallowed.mean())
-    i, j = (got.elasticities.index(got.best("free")[0]), got.rigidities.index(got.best("free")[1]))
-    assert got.overlap[1, i, j] == got.overlap[1].max()
 
 
 # The sign of the area's score
@@ -141,42 +113,26 @@ def test_a_perfect_match_costs_the_whole_importance_as_printed_and_nothing_turne
 
 def test_the_printed_sign_gives_the_least_weight_to_the_right_area():
     ratios = np.geomspace(0.25, 4, 33)
-    printed, turned = (area_sign.curve(ratios, area_sign.Config(), s) for s in area_sign.SIGNS)
+    printed, turned = (area_sign.curve(ratios, s) for s in area_sign.SIGNS)
     assert printed.argmin() == turned.argmax() == 16
     assert turned.max() == 1
 
 
 def test_the_printed_sign_prefers_a_segmentation_of_twice_the_area_in_every_case():
-    result = area_sign.run(area_sign.Config(), cases())
-    assert result.affine.min() > 0.9  # both are fitted: the area alone decides
-    assert result.right_first("printed") == 0
-    assert result.right_first("turned round") == len(cases())
-    for sign, better in (("printed", 1), ("turned round", 0)):
-        assert (result.weights[sign].argmax(axis=1) == better).all()
+    affine, rho = area_sign.compared(cases())
+    assert affine.min() > 0.9  # both are fitted: the area alone decides
+    for sign, share in (("printed", 0), ("turned round", 1)):
+        assert area_sign.right_first(rho[sign]).estimate == share
 
 
 # Figures
 
 
-def test_figures_draw_what_they_are_given():
-    case, result = cases()[0], found()
-    _, ax = image_axes(draw.segmented(case))
-    draw.beginning(ax, case)
-    np.testing.assert_array_equal(ax.lines[-1].get_xydata()[:-1], case.start)
-    assert ax.lines[0].get_xydata().shape[0] == case.edges.sum()
+def test_the_figure_of_signs_draws_the_curves():
     _, ax = figure()
-    draw.swallowed(ax, result)
-    for line, snake in zip(ax.lines, snakes.SNAKES, strict=True):
-        ordered = np.sort(result.snakes[snake].swallowed)
-        np.testing.assert_array_equal(line.get_xdata()[1:-1], ordered)
-    _, ax = figure()
-    got = snakes.grid([case], SnakeRules(steps=3), (0.1,), (0.2, 3.0))
-    draw.stiffness(ax, got)
-    np.testing.assert_array_equal(ax.lines[1].get_ydata(), got.overlap[1, 0])
-    _, ax = figure()
-    draw.signs(ax, area_sign.Config())
+    draw.signs.on(ax)
     for line, sign in zip(ax.lines, area_sign.SIGNS, strict=False):
-        expected = area_sign.curve(line.get_xdata(), area_sign.Config(), sign)
+        expected = area_sign.curve(line.get_xdata(), sign)
         np.testing.assert_allclose(line.get_ydata(), expected)
 
 

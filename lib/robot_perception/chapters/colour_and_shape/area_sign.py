@@ -21,7 +21,8 @@ from robot_perception.appearance.segmentation import blob, filled
 from robot_perception.chapters.colour_and_shape import snakes
 from robot_perception.chapters.colour_and_shape.snakes import PAPER, Case
 from robot_perception.evaluation.intervals import Interval, exact, proportion
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 
 SIGNS = {
@@ -31,40 +32,10 @@ SIGNS = {
 
 RULES = SnakeRules(reach=(30.0, 3.0))
 """The snake has to arrive at an outline that is 1.4 times as wide."""
-
-
-@dataclass(frozen=True, slots=True)
-class Config:
-    """Weights of the scores, σ, how much too large the wrong segmentation is; all ours."""
-
-    importance: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    sigma: float = 0.5
-    ratio: float = 2.0
-    rules: SnakeRules = RULES
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """ρ and weight by sign, of the right segmentation and of the one that is too large.
-
-    Parameters
-    ----------
-    config
-        What was run.
-    affine : (cases, 2)
-        How well a snake fits either segmentation.
-    rho, weights
-        By sign, (cases, 2): the right segmentation first.
-    """
-
-    config: Config
-    affine: Float[np.ndarray, "cases 2"]
-    rho: dict[str, Float[np.ndarray, "cases 2"]]
-    weights: dict[str, Float[np.ndarray, "cases 2"]]
-
-    def right_first(self, sign: str) -> int:
-        """Return in how many cases the right segmentation gets the larger weight."""
-        return int((self.rho[sign][:, 0] < self.rho[sign][:, 1]).sum())
+IMPORTANCE, SIGMA = (1.0, 1.0, 1.0), 0.5
+"""Weights of the scores, and σ; ours."""
+RATIO = 2.0
+"""How much too large the wrong segmentation is; ours."""
 
 
 def exact_rho(ratio: Fraction, importance: Fraction, *, printed: bool) -> Fraction:
@@ -73,39 +44,64 @@ def exact_rho(ratio: Fraction, importance: Fraction, *, printed: bool) -> Fracti
     return importance * (1 - (difference if printed else 1 - difference))
 
 
-def curve(ratios: np.ndarray, config: Config, sign: str) -> Float[np.ndarray, " k"]:
+def curve(ratios: np.ndarray, sign: str) -> Float[np.ndarray, " k"]:
     """Return the weights for ratios of found to predicted area, with the other scores at 1."""
     found = SIGNS[sign](1.0, ratios)
-    return shape_scores.weight(shape_scores.rho(1.0, found, 1.0, config.importance), config.sigma)
+    return shape_scores.weight(shape_scores.rho(1.0, found, 1.0, IMPORTANCE), SIGMA)
 
 
-def run(config: Config, cases: list[Case]) -> Result:
-    """Score, in each case, the shell as it is and the same too large, each with a snake fitted.
+def compared(
+    cases: list[Case],
+) -> tuple[Float[np.ndarray, "cases 2"], dict[str, Float[np.ndarray, "cases 2"]]]:
+    """Return how well a snake fits the shell as it is and the same too large, and ρ by sign.
 
     The snake starts from the outline one frame before, and its area is the one predicted.
     """
     affine, areas, euler = np.empty((3, len(cases), 2))
     for row, case in enumerate(cases):
         middle = case.truth.mean(axis=0)
-        for column, ratio in enumerate((1.0, config.ratio)):
+        for column, ratio in enumerate((1.0, RATIO)):
             outline = middle + np.sqrt(ratio) * (case.truth - middle)
             found = blob(filled(outline, case.blob.shape), case.start)
             edges = found.boundary()
-            fit = affine_snake(case.start, edges, config.rules)
+            fit = affine_snake(case.start, edges, RULES)
             affine[row, column] = shape_scores.affine_similarity(edges, fit.outline)
             areas[row, column] = area(fit.outline)
             euler[row, column] = found.euler
     predicted = np.array([[area(case.start)] for case in cases])
     quality = shape_scores.quality(euler.astype(int))
-    rho = {
-        name: shape_scores.rho(affine, sign(predicted, areas), quality, config.importance)
+    return affine, {
+        name: shape_scores.rho(affine, sign(predicted, areas), quality, IMPORTANCE)
         for name, sign in SIGNS.items()
     }
-    weights = {name: shape_scores.weight(values, config.sigma) for name, values in rho.items()}
-    return Result(config, affine, rho, weights)
 
 
-@claim(
+def right_first(rho: Float[np.ndarray, "cases 2"]) -> Interval:
+    """Return in which share of the cases the right segmentation gets the larger weight."""
+    return proportion(int((rho[:, 0] < rho[:, 1]).sum()), len(rho))
+
+
+@dataclass(frozen=True, slots=True)
+class Shells:
+    """The films whose shells are weighed, and the sign of a perfect match's score."""
+
+    films: tuple[int, ...]
+    printed: bool = True
+
+
+def run(config: Shells, *, rng: np.random.Generator) -> tuple[Fraction, dict[str, Interval]]:
+    """Return ρ of a perfect match over μ₂, and by sign how often a shell precedes a larger one."""
+    films = snakes.Config(films=config.films, frames=(24,))
+    _, rho = compared(snakes.gathered(films, rng=rng))
+    perfect = exact_rho(Fraction(1), Fraction(1), printed=config.printed)
+    return perfect, {sign: right_first(values) for sign, values in rho.items()}
+
+
+FILMS = snakes.Config().films
+shells = Study(run, full=Shells(FILMS), quick=Shells(FILMS[:2]), seed=72)
+
+
+@shells.claim(
     "erratum-phi-area",
     paper=PAPER,
     place="§3.3, measure and weight",
@@ -116,31 +112,16 @@ def run(config: Config, cases: list[Case]) -> Result:
     "area is the predicted one. Beside it rendered shells, each as it is and with twice its area, "
     "a snake fitted to either: which of the two gets the larger weight.",
     accepted=Accepted(0.0, 0.0, "a perfect match lacks nothing, and its weight is 1"),
-    seed=72,
+    sabotage=Change("1 less the printed expression", printed=False),
 )
-def phi_area(size: Size, rng: np.random.Generator) -> Finding:
-    """Compute ρ of a perfect match, and weigh true shells against ones that are too large."""
-    films = snakes.Config().films if size is Size.FULL else snakes.Config().films[:2]
-    cases = snakes.gathered(snakes.Config(films=films, frames=(24,)), rng=rng)
-    found = run(Config(), cases)
-    shares = {
-        f"right shell first, {sign}": proportion(found.right_first(sign), len(cases))
-        for sign in SIGNS
-    }
+def phi_area(result: tuple[Fraction, dict[str, Interval]]) -> Finding:
+    """Compare ρ of a perfect match with the paper's, and true shells with ones too large."""
+    perfect, first = result
     double = exact_rho(Fraction(2), Fraction(1), printed=True)
     return Finding(
-        _perfect(printed=True),
-        {"twice the area, as printed": exact(float(double)), **shares},
+        exact(float(perfect)),
+        {"twice the area, as printed": exact(float(double))}
+        | {f"right shell first, {sign}": share for sign, share in first.items()},
         note="As printed it is 0 for a perfect match, where ρ rewards 1: a segmentation of twice "
         "the area gets the larger weight. 1 less the printed expression is what ρ wants.",
     )
-
-
-@phi_area.sabotage("1 less the printed expression")
-def turned_round(size: Size, rng: np.random.Generator) -> Finding:
-    """Turn the sign round."""
-    return Finding(_perfect(printed=False))
-
-
-def _perfect(*, printed: bool) -> Interval:
-    return exact(float(exact_rho(Fraction(1), Fraction(1), printed=printed)))

@@ -4,9 +4,11 @@ The four films stand in for those of the paper. What is learned of the colours' 
 film of its own kind with another seed; parameters were chosen on the films `CHOOSING`.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from time import perf_counter
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,6 +26,8 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.segmentation import filled
 from robot_perception.appearance.single_cues import ColourTracker, EdgeTracker
 from robot_perception.evaluation.sweep import sweep
+from robot_perception.teaching.results import kept
+from robot_perception.teaching.tables import Table
 
 WORLDS: dict[str, Callable[..., coloured.Sequence]] = {
     "circles": coloured.circles,
@@ -35,82 +39,75 @@ CHOOSING = (9001, 9002, 9003, 9004)
 """Seeds of the films on which parameters were chosen; none of them is scored."""
 TRAINING = 8001
 """Seed of the films from which A and B are learned."""
+SEEDS = tuple(range(2001, 2041))
+"""Of the films of each kind that are scored; no number was chosen on them."""
 LOST = 0.2
 """Overlap below which an outline is no longer on the object."""
-TRACKERS = ("colour, fixed", "colour, adapted", "shape", "fused", "CamShift")
 
 RULES = ColourShapeRules(
     binning=Binning("opponent", (32, 32, 4)), opening=3, snake=SnakeRules(reach=(20.0, 3.0))
 )
 IN_RGB = replace(RULES, binning=Binning("RGB", (8, 8, 8)))
+"""For the circles. The paper names RGB for them and (B − G, G − R, R + G + B) for the other films;
+the number of samples and all else is ours."""
+RIDGE = 100.0
+"""Of the dynamics that are learned. A weak one takes the way that the colours happened to go in
+training for a law, and drives the samples off the colours of another film."""
+
+TRACKERS = ("colour, fixed", "colour, adapted", "shape", "fused", "CamShift")
+NEVER = 10.0
+"""Of `worst`: no ρ is that great. With the printed sign a perfect match has a ρ of 0.4, so the
+threshold that goes with the right sign would give up most right segmentations."""
+CHANGES: dict[str, dict[str, Any]] = {
+    "unweighed": {"shape": False},
+    "printed area": {"printed_area": True, "worst": NEVER},
+    "never given up": {"worst": NEVER},
+    "one sample, unweighed": {"samples": 1, "shape": False},
+    "one sample": {"samples": 1},
+    "five samples": {"samples": 5},
+    "twenty samples": {"samples": 20},
+    "a hundred samples": {"samples": 100},
+    "opponent": {"binning": Binning("opponent", (32, 32, 4))},
+    "RGB": {"binning": Binning("RGB", (16, 16, 16))},
+    "normalised rgb": {"binning": Binning("normalised rgb", (64, 64, 1))},
+    "HSI": {"binning": Binning("HSI", (16, 16, 16))},
+}
+"""Fused trackers with something different; the spaces have 4096 cells each."""
+SPACES = ("opponent", "RGB", "normalised rgb", "HSI")
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
     """Films and trackers.
 
-    The paper names the four films, RGB for the circles and (B − G, G − R, R + G + B) for the
-    others; the number of samples and all else is ours.
-
     Parameters
     ----------
-    worlds
-        Names of the films, of `WORLDS`.
     films
-        Seeds of each.
-    frames
-        Frames of each film that are tracked.
+        Seeds of the films of each kind.
     trackers
-        Of `TRACKERS`.
-    rules
-        Of all trackers, but for the circles.
-    in_rgb
-        For the circles.
-    order, ridge
-        Of the dynamics that are learned. A weak ridge takes the way that the colours happened to go
-        in training for a law, and drives the samples off the colours of another film.
+        Of `TRACKERS` and `CHANGES`.
+    frames
+        Frames of each film that are tracked, at 15 a second.
     """
 
-    worlds: tuple[str, ...] = tuple(WORLDS)
-    films: tuple[int, ...] = tuple(range(1001, 1011))
-    frames: int = 60
+    films: tuple[int, ...]
     trackers: tuple[str, ...] = TRACKERS
-    rules: ColourShapeRules = RULES
-    in_rgb: ColourShapeRules = IN_RGB
-    order: int = 1
-    ridge: float = 100.0
-
-    def of(self, world: str) -> ColourShapeRules:
-        """Return the rules for a film."""
-        return self.in_rgb if world == "circles" else self.rules
-
-    def film(self, world: str, seed: int) -> coloured.Sequence:
-        """Return a film as long as it is tracked, and its first frame."""
-        return WORLDS[world](rng=np.random.default_rng(seed), frames=self.frames + 1)
+    frames: int = 40
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """How well outlines overlap with the truth, by "film, tracker".
+Overlaps = dict[str, Float[np.ndarray, "films frames"]]
+"""Intersection over union of outlines with the truth, by "film, tracker"."""
 
-    Parameters
-    ----------
-    overlap
-        Intersection over union of the insides, (films, frames).
-    missed
-        Whether the tracker itself said that it had lost the object, (films, frames).
-    """
 
-    overlap: Mapping[str, Float[np.ndarray, "films frames"]]
-    missed: Mapping[str, np.ndarray]
+def rules_of(world: str, tracker: str = "fused") -> ColourShapeRules:
+    """Return the rules of a tracker for a kind of film."""
+    return replace(IN_RGB if world == "circles" else RULES, **CHANGES.get(tracker, {}))
 
-    def mean(self, world: str, tracker: str) -> Float[np.ndarray, " films"]:
-        """Return the mean overlap of each film."""
-        return self.overlap[f"{world}, {tracker}"].mean(axis=1)
 
-    def lost(self, world: str, tracker: str) -> float:
-        """Return the share of the films in whose last frame the outline is off the object."""
-        return float((self.overlap[f"{world}, {tracker}"][:, -1] < LOST).mean())
+@lru_cache(maxsize=5)
+def filmed(world: str, seed: int, frames: int) -> coloured.Sequence:
+    """Return a film with so many frames after the first, which is told."""
+    return WORLDS[world](rng=np.random.default_rng(seed), frames=frames + 1)
 
 
 def truths(
@@ -129,11 +126,12 @@ def truths(
     return np.array(states)
 
 
-def trained(world: str, config: Config) -> Dynamics:
-    """Return A, b and B learned from the film of a world that is for training."""
+@kept
+def trained(world: str, space: str = "fused") -> Dynamics:
+    """Return A, b and B learned from the film of a world that is for training, in a space."""
     film = WORLDS[world](rng=np.random.default_rng(TRAINING))
-    states = truths(film, config.of(world), rng=np.random.default_rng(TRAINING))
-    return learn(states, order=config.order, ridge=config.ridge)
+    states = truths(film, rules_of(world, space), rng=np.random.default_rng(TRAINING))
+    return learn(states, order=1, ridge=RIDGE)
 
 
 def overlap(
@@ -151,69 +149,77 @@ def follow(
     rules: ColourShapeRules,
     *,
     rng: np.random.Generator,
-) -> Iterator[tuple[Float[np.ndarray, "n 2"], bool]]:
-    """Yield the outline in each frame after the first, and whether the tracker calls it lost."""
+) -> Iterator[Float[np.ndarray, "n 2"]]:
+    """Yield the outline in each frame after the first."""
     first, outline = film.frames[0], film.outlines[0]
     if tracker == "CamShift":
         yield from _camshift(film)
-        return
-    if tracker == "fused":
-        fused = ColourShapeTracker(dynamics, rules)
-        state = fused.start(first, outline, rng=rng)
-        for image in film.frames[1:]:
-            state, _ = fused.step(state, image, rng=rng)
-            yield state.outline, state.lost > 0
         return
     single = {
         "colour, fixed": ColourTracker(rules),
         "colour, adapted": ColourTracker(rules, adapt=True),
         "shape": EdgeTracker(rules),
-    }[tracker]
-    seen = single.start(first, outline)
+    }
+    if tracker in single:
+        seen = single[tracker].start(first, outline)
+        for image in film.frames[1:]:
+            seen = single[tracker].step(seen, image)
+            yield seen.outline
+        return
+    fused = ColourShapeTracker(dynamics, rules)
+    state = fused.start(first, outline, rng=rng)
     for image in film.frames[1:]:
-        seen = single.step(seen, image)
-        yield seen.outline, seen.lost > 0
+        state, _ = fused.step(state, image, rng=rng)
+        yield state.outline
 
 
-def run(config: Config, *, rng: np.random.Generator) -> Result:
+def scored(
+    outlines: Iterable[Float[np.ndarray, "n 2"]], film: coloured.Sequence
+) -> Float[np.ndarray, " frames"]:
+    """Return the overlap with the truth of outlines in the frames after the first."""
+    shape = film.frames.shape[1:3]
+    pairs = zip(outlines, film.outlines[1:], strict=True)
+    return np.array([overlap(found, truth, shape) for found, truth in pairs])
+
+
+def run(config: Config, *, rng: np.random.Generator) -> Overlaps:
     """Return the overlap of all trackers on all films."""
-    dynamics = {world: trained(world, config) for world in config.worlds}
-    items = [
-        (world, seed, dynamics[world], config) for world in config.worlds for seed in config.films
-    ]
-    found = sweep(_film, items, rng=rng, desc="films")
-    names = [f"{world}, {tracker}" for world in config.worlds for tracker in config.trackers]
-    by_name: dict[str, list] = {name: [] for name in names}
-    for (world, *_), films in zip(items, found, strict=True):
-        for tracker, one in films.items():
+    items = [(world, seed) for world in WORLDS for seed in config.films]
+    found = sweep(partial(_film, config), items, rng=rng, desc="films")
+    by_name: dict[str, list] = {f"{w}, {t}": [] for w in WORLDS for t in config.trackers}
+    for (world, _), films in zip(items, found, strict=True):
+        for tracker, one in zip(config.trackers, films, strict=True):
             by_name[f"{world}, {tracker}"].append(one)
-    stacked = {name: np.array(films) for name, films in by_name.items()}
-    return Result(
-        {name: value[:, 0] for name, value in stacked.items()},
-        {name: value[:, 1] > 0 for name, value in stacked.items()},
-    )
+    return {name: np.array(films) for name, films in by_name.items()}
 
 
 def _film(
-    item: tuple[str, int, Dynamics, Config], *, rng: np.random.Generator
-) -> dict[str, Float[np.ndarray, "2 frames"]]:
-    """Return overlap and losses of the trackers on one film; each has its own chance, always."""
-    world, seed, dynamics, config = item
-    film = config.film(world, seed)
-    shape = film.frames.shape[1:3]
+    config: Config, item: tuple[str, int], *, rng: np.random.Generator
+) -> list[Float[np.ndarray, " frames"]]:
+    """Return the overlaps of the trackers on one film; each has its own chance, always.
+
+    A changed tracker has that of the unchanged one, with which it is compared.
+    """
     chances = dict(zip(TRACKERS, rng.spawn(len(TRACKERS)), strict=True))
-    found = {}
+    found = []
     for tracker in config.trackers:
-        steps = follow(tracker, film, dynamics, config.of(world), rng=chances[tracker])
-        rows = [
-            (overlap(outline, truth, shape), float(lost))
-            for (outline, lost), truth in zip(steps, film.outlines[1:], strict=True)
-        ]
-        found[tracker] = np.array(rows).T
+        source: Any = chances.get(tracker, chances["fused"]).bit_generator.seed_seq
+        found.append(_followed(tracker, *item, config.frames, (source.entropy, *source.spawn_key)))
     return found
 
 
-def _camshift(film: coloured.Sequence) -> Iterator[tuple[Float[np.ndarray, "n 2"], bool]]:
+@kept
+def _followed(
+    tracker: str, world: str, seed: int, frames: int, chance: tuple[int, ...]
+) -> Float[np.ndarray, " frames"]:
+    """Return the overlap of a tracker on a film; ``chance`` is what its generator is made from."""
+    film, (entropy, *key) = filmed(world, seed, frames), chance
+    rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=key))
+    dynamics = trained(world, tracker if tracker in SPACES else "fused")
+    return scored(follow(tracker, film, dynamics, rules_of(world, tracker), rng=rng), film)
+
+
+def _camshift(film: coloured.Sequence) -> Iterator[Float[np.ndarray, "n 2"]]:
     """Yield the ellipses of OpenCV's CamShift on hue and saturation of the first outline."""
     shape, ring = film.frames.shape[1:3], np.linspace(0, 2 * np.pi, 40, endpoint=False)
     inside = filled(film.outlines[0], shape)
@@ -227,35 +233,21 @@ def _camshift(film: coloured.Sequence) -> Iterator[tuple[Float[np.ndarray, "n 2"
         hsv = cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
         likely = cv2.calcBackProject([hsv], [0, 1], model, ranges, 1)
         (centre, size, angle), found = cv2.CamShift(likely, window, stop)
-        lost = min(size) < 2 or min(found[2:]) < 1
-        if not lost:
+        if min(size) >= 2 and min(found[2:]) >= 1:  # else it is lost
             window, turn = found, np.deg2rad(angle)
             u, v = size[0] / 2 * np.cos(ring), size[1] / 2 * np.sin(ring)
             along = np.cos(turn) * u - np.sin(turn) * v, np.sin(turn) * u + np.cos(turn) * v
             outline = np.stack(along, axis=-1) + centre
-        yield outline, lost
+        yield outline
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Stages:
-    """Seconds that each stage takes in a frame, all samples together."""
+def stages(world: str = "snail", frames: int = 10) -> dict[str, float]:
+    """Return the seconds of each stage of the fused tracker a frame, on the machine at hand.
 
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def total(self) -> float:
-        """Seconds a frame."""
-        return sum(self.seconds.values())
-
-
-def stages(
-    world: str = "snail", frames: int = 10, config: Config | None = None, seed: int = CHOOSING[0]
-) -> Stages:
-    """Return how long each stage of the fused tracker takes a frame, on the machine at hand."""
-    config = Config() if config is None else config
-    film = WORLDS[world](rng=np.random.default_rng(seed), frames=frames + 2)
-    rng = np.random.default_rng(seed)
-    tracker = ColourShapeTracker(trained(world, config), config.of(world))
+    All samples count together.
+    """
+    film, rng = filmed(world, CHOOSING[0], frames + 1), np.random.default_rng(CHOOSING[0])
+    tracker = ColourShapeTracker(trained(world), rules_of(world))
     state = tracker.start(film.frames[0], film.outlines[0], rng=rng)
     state, _ = tracker.step(state, film.frames[1], rng=rng)  # compiles
     spent: dict[str, float] = {}
@@ -264,13 +256,22 @@ def stages(
     def watch(stage: str) -> None:
         nonlocal began
         now = perf_counter()
-        spent[stage] = spent.get(stage, 0.0) + now - began
+        spent[stage] = spent.get(stage, 0.0) + (now - began) / frames
         began = now
 
     for image in film.frames[2:]:
         began = perf_counter()
         state, _ = tracker.step(state, image, rng=rng, watch=watch)
-    return Stages({stage: seconds / frames for stage, seconds in spent.items()})
+    return spent
+
+
+def cost_table(stages: dict[str, float], most: int = 4) -> Table:
+    """Return the longest stages in milliseconds a frame, the others together, and all."""
+    ordered = sorted(stages.items(), key=lambda item: -item[1])
+    rows = {name: [1e3 * seconds] for name, seconds in ordered[:most]}
+    rows["all others"] = [1e3 * sum(seconds for _, seconds in ordered[most:])]
+    rows["together"] = [1e3 * sum(stages.values())]
+    return Table(rows, {"ms a frame": "mean over the frames, all samples together"}, "", "stage")
 
 
 def shown_colours(film: coloured.Sequence) -> UInt8[np.ndarray, "n 3"]:

@@ -1,77 +1,63 @@
-"""The states of two explorers: one iteration in one dimension, and how many samples how far."""
+"""The explorers: one iteration in one dimension, how many samples how far, and snakes."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from jaxtyping import Float
 
-import data_synth.coloured
-from robot_perception import appearance
+from robot_perception.appearance.affine_snake import SnakeFit, SnakeRules
 from robot_perception.chapters.colour_and_shape import experiments, iteration
-from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, WORLDS
-from robot_perception.chapters.colour_and_shape.iteration import Iteration
-from robot_perception.teaching.explore import choice, slider
-from robot_perception.teaching.kept import kept
+from robot_perception.chapters.colour_and_shape import figures as draw
+from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, LOST
+from robot_perception.chapters.colour_and_shape.iteration import STEPS, Iteration
+from robot_perception.chapters.colour_and_shape.snakes import (
+    SNAKES,
+    Case,
+    Config,
+    film_cases,
+    measured,
+)
+from robot_perception.teaching.controls import choice, slider
+from robot_perception.teaching.explorations import Exploration
+from robot_perception.teaching.figures import figure, image_axes
+from robot_perception.teaching.results import kept
 
 # One iteration -----------------------------------------------------------------------------------
 
-STEPS: Mapping[str, str] = {
-    "a": "samples with their weights",
-    "b": "drawn, some more than once",
-    "c": "moved by A",
-    "d": "scattered by B",
-    "e": "weighed by the frame",
-}
-"""Steps of the paper's Fig. 10."""
 DRAW = 2
 """Seed of the iteration that is shown."""
-
-ITERATION_CONTROLS = {
-    "samples": slider("Samples N", (5, 20, 50, 200), 20),
-    "noise": slider("Noise B", (0.0, 0.04, 0.15), 0.04),
-    "step": choice("Up to step", {f"({k}) {words}": k for k, words in STEPS.items()}, "e"),
-}
-ITERATION_PRESETS = {
-    "before the frame": {"step": "a"},
-    "five samples": {"samples": 5},
-    "copies stay copies": {"noise": 0.0},
-    "scattered widely": {"samples": 200, "noise": 0.15},
-}
 
 
 @cache
 def iterated(samples: int, noise: float) -> Iteration:
-    """Return one iteration; the step is a matter of the drawing."""
+    """Return one iteration."""
     config = iteration.Config(samples=samples, noise=noise)
     return iteration.run(config, rng=np.random.default_rng(DRAW))
 
 
-def drawn(found: Iteration) -> int:
-    """Return how many of the samples were drawn at least once."""
-    return len(np.unique(found.ancestors))
-
-
-def effective(found: Iteration) -> float:
-    """Return how many samples of equal weight would say as much."""
-    return float(1 / (found.weights**2).sum())
-
-
-def describe_iteration(samples: int, noise: float, step: str) -> str:
-    """Return what a state of the explorer of one iteration shows, in words."""
-    found = iterated(samples, noise)
-    words = f"{samples} samples of a brightness, noise {noise:g}, up to step {step}"
-    if step in "bcd":
-        return f"{words}: {STEPS[step]}. {drawn(found)} of the samples were drawn."
-    if step == "a":
-        return f"{words}: {STEPS[step]}, round {found.start @ found.start_weights:.2f}."
-    best = found.moved[found.weights.argmax()]
-    return (
-        f"{words}: {drawn(found)} of them were drawn; the heaviest lies at {best:.2f}, the object "
-        f"at {iteration.Config().seen:g}; they are worth {effective(found):.0f} equal ones."
-    )
-
+steps = Exploration(
+    lambda ax, state: draw.iterated(ax, *state),
+    lambda samples, noise, step: (iterated(samples, noise), step),
+    lambda state: state[0].words(state[1]),
+    controls={
+        "samples": slider("Samples N", (5, 20, 50, 200), 20),
+        "noise": slider("Noise B", (0.0, 0.04, 0.15), 0.04),
+        "step": choice("Up to step", {f"({k}) {words}": k for k, words in STEPS.items()}, "e"),
+    },
+    name="shape-iteration",
+    caption="One iteration, from (a) to (e). A disc is a sample of the brightness, in (a) and (e) "
+    "as large as its weight. At the bottom: how well each brightness fits the frame; the second "
+    "hump is another object.",
+    presets={
+        "before the frame": {"step": "a"},
+        "five samples": {"samples": 5},
+        "copies stay copies": {"noise": 0.0},
+        "scattered widely": {"samples": 200, "noise": 0.15},
+    },
+    axes=partial(figure, height=4.4),
+    finding=lambda state: state[0],
+)
 
 # How many samples, and how far -------------------------------------------------------------------
 
@@ -81,60 +67,132 @@ FRAMES = 25
 MANY = (5, 20, 50, 100)
 NOISES = (0.0, 0.5, 1.0, 2.0)
 
-SAMPLES_CONTROLS = {
-    "samples": slider("Samples N", MANY, 50),
-    "noise": slider("Noise, times B", NOISES, 1.0),
-}
-SAMPLES_PRESETS = {
-    "no noise": {"noise": 0.0},
-    "five samples": {"samples": 5},
-    "five samples, half the noise": {"samples": 5, "noise": 0.5},
-    "a hundred samples, no noise": {"samples": 100, "noise": 0.0},
-}
+
+@kept
+def grid() -> Float[np.ndarray, "many noises frames"]:
+    """Return the overlap with the truth by N, noise and frame, from the second frame on."""
+    world, seed = FILM
+    film, dynamics = experiments.filmed(*FILM, FRAMES), experiments.trained(world)
+    found = np.empty((len(MANY), len(NOISES), FRAMES))
+    for i, samples in enumerate(MANY):
+        for j, noise in enumerate(NOISES):
+            rules = replace(experiments.rules_of(world), samples=samples, noise=noise)
+            rng = np.random.default_rng(seed)
+            steps = experiments.follow("fused", film, dynamics, rules, rng=rng)
+            found[i, j] = experiments.scored(steps, film)
+    return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Grid:
-    """Overlap with the truth by N, noise and frame, from the second frame on."""
+class Tried:
+    """Overlaps by frame with so many samples and so much noise, without noise, and with all."""
 
-    overlap: Float[np.ndarray, "many noises frames"]
+    samples: int
+    noise: float
+    overlap: Float[np.ndarray, " frames"]
+    still: Float[np.ndarray, " frames"]
+    every: Float[np.ndarray, "many noises frames"]
+
+    def words(self) -> str:
+        """Return what the state shows."""
+        end = "lost at the end" if self.overlap[-1] < LOST else "held to the end"
+        return (
+            f"Overlap of outline and circle in {FRAMES} frames with {self.samples} samples and "
+            f"{self.noise:g} times the learned noise: {self.overlap.mean():.2f} on average, {end}."
+        )
 
 
-def _every_pair(frames: int) -> Grid:
-    world, seed = FILM
-    film = WORLDS[world](rng=np.random.default_rng(seed), frames=frames + 1)
-    config, shape = experiments.Config(), film.frames.shape[1:3]
-    dynamics = experiments.trained(world, config)
-    found = np.empty((len(MANY), len(NOISES), frames))
-    for i, samples in enumerate(MANY):
-        for j, noise in enumerate(NOISES):
-            rules = replace(config.of(world), samples=samples, noise=noise)
-            rng = np.random.default_rng(seed)
-            steps = experiments.follow("fused", film, dynamics, rules, rng=rng)
-            found[i, j] = [
-                experiments.overlap(outline, truth, shape)
-                for (outline, _), truth in zip(steps, film.outlines[1:], strict=True)
-            ]
-    return Grid(found)
+def tried(samples: int, noise: float) -> Tried:
+    """Return a state of the explorer of samples."""
+    by_noise = grid()[MANY.index(samples)]
+    return Tried(samples, noise, by_noise[NOISES.index(noise)], by_noise[0], grid())
+
+
+many = Exploration(
+    draw.tried,
+    tried,
+    Tried.words,
+    controls={
+        "samples": slider("Samples N", MANY, 50),
+        "noise": slider("Noise, times B", NOISES, 1.0),
+    },
+    name="shape-many",
+    caption="Overlap with a circle that changes its colour, over 25 frames; its mean above. "
+    "Thick: your choice. Thin: all the others. Below the line the circle is lost.",
+    presets={
+        "no noise": {"noise": 0.0},
+        "five samples": {"samples": 5},
+        "five samples, half the noise": {"samples": 5, "noise": 0.5},
+        "a hundred samples, no noise": {"samples": 100, "noise": 0.0},
+    },
+    axes=partial(figure, height=3.6),
+    finding=lambda state: state.overlap,
+)
+
+# Snakes ------------------------------------------------------------------------------------------
+
+SHELL = 24
+"""Of the last film of those on which parameters were chosen: its neck is out and in the blob."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Slid:
+    """A case, how a snake came to rest in it, and the shares of shell and neck it holds."""
+
+    case: Case
+    snake: str
+    rules: SnakeRules
+    fit: SnakeFit
+    overlap: float
+    swallowed: float
+
+    def words(self) -> str:
+        """Return what the state shows."""
+        kind = "An affine snake" if self.snake == "affine" else "A free snake"
+        return (
+            f"{kind} with elasticity {self.rules.elasticity:g}, rigidity {self.rules.rigidity:g} "
+            f"and a reach of {self.rules.reach[0]:g} pixels at first: it holds "
+            f"{self.swallowed:.0%} of the neck and overlaps with the shell by {self.overlap:.2f}; "
+            f"{self.fit.residual:.1f} pixels of it are not affine."
+        )
+
+
+@kept
+def scene() -> Case:
+    """Return the frame that the explorer shows."""
+    config = Config(films=CHOOSING[-1:], frames=(SHELL,))
+    (case,) = film_cases(CHOOSING[-1], config, rng=np.random.default_rng(0))
+    return case
 
 
 @cache
-def grid() -> Grid:
-    """Return all states of the explorer of samples; kept on this computer."""
-    code = (data_synth.coloured, appearance, experiments)
-    return kept(_every_pair, Grid, FRAMES, code=code)
+def slid(snake: str, elasticity: float, rigidity: float, reach: float) -> Slid:
+    """Return a state of the explorer of snakes."""
+    case, rules = scene(), SnakeRules(elasticity, rigidity, reach=(reach, 3.0))
+    fit = SNAKES[snake](case.start, case.edges, rules)
+    found = measured([case], [fit.outline])
+    return Slid(case, snake, rules, fit, float(found.overlap[0]), float(found.swallowed[0]))
 
 
-def overlap(samples: int, noise: float) -> Float[np.ndarray, " frames"]:
-    """Return a state of the explorer of samples."""
-    return grid().overlap[MANY.index(samples), NOISES.index(noise)]
-
-
-def describe_samples(samples: int, noise: float) -> str:
-    """Return what a state of the explorer of samples shows, in words."""
-    found = overlap(samples, noise)
-    end = "lost at the end" if found[-1] < experiments.LOST else "held to the end"
-    return (
-        f"Overlap of outline and circle in {FRAMES} frames with {samples} samples and {noise:g} "
-        f"times the learned noise: {found.mean():.2f} on average, {end}."
-    )
+snake = Exploration(
+    draw.slid,
+    slid,
+    Slid.words,
+    controls={
+        "snake": choice("Deformations", {"affine": "affine", "free": "free"}, "affine"),
+        "elasticity": slider("Elasticity α", (0.05, 0.2, 1.0, 5.0), 0.05),
+        "rigidity": slider("Rigidity β", (0.05, 1.0, 10.0, 100.0), 0.05),
+        "reach": slider("Reach at first", (3.0, 8.0, 20.0), 20.0, "px"),
+    },
+    name="shape-snake",
+    caption="A piece of the picture that holds shell and neck (tinted). Dashed: the outline of the "
+    "frame before. Solid: the snake on its way and at its end, with its overlap with the shell and "
+    "the share of the neck in it. As the paper's Fig. 12.",
+    presets={
+        "free": {"snake": "free"},
+        "free and stiff": {"snake": "free", "rigidity": 100.0},
+        "too elastic": {"elasticity": 5.0},
+    },
+    axes=lambda: image_axes(draw.segmented(scene())),
+    finding=lambda state: state.swallowed,
+)

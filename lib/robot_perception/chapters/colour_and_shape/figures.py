@@ -1,19 +1,28 @@
-"""Figures of the chapter "Colour and shape": experiments, colours, samples, one iteration."""
+"""Figures of the chapter "Colour and shape": films, colours, samples, one iteration, snakes."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 
 from data_synth.coloured import Sequence as Film
-from robot_perception.chapters.colour_and_shape import explorers, films
-from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS
-from robot_perception.chapters.colour_and_shape.films import Tracks, outline, picture
-from robot_perception.chapters.colour_and_shape.iteration import Iteration
-from robot_perception.chapters.colour_and_shape.samples import Path, Samples
+from robot_perception.chapters.colour_and_shape import area_sign, films
+from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, shown_colours
+from robot_perception.chapters.colour_and_shape.films import outline, picture
+from robot_perception.chapters.colour_and_shape.iteration import STEPS, Iteration
+from robot_perception.chapters.colour_and_shape.samples import Samples
+from robot_perception.chapters.colour_and_shape.snakes import Case
+from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.tables import Table
+
+if TYPE_CHECKING:
+    from robot_perception.chapters.colour_and_shape.explorers import Slid, Tried
 
 
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
@@ -25,45 +34,84 @@ def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
 
 # The experiments ---------------------------------------------------------------------------------
 
+_PHOTOS = {
+    "left": 0.01,
+    "right": 0.99,
+    "bottom": 0.02,
+    "top": 0.94,
+    "wspace": 0.04,
+    "hspace": 0.14,
+}
 
-def hero(axes: Sequence[Axes], at: int = 50) -> Sequence[Axes]:
+
+@drawn(
+    name="shape-four",
+    alt="A frame of each of four films: a circle, a rectangle under a lamp, a beetle, a snail. The "
+    "red outline lies on the true one in all; the purple one has slid off all but the circle; the "
+    "olive one runs round the whole picture, or lies on another card.",
+    caption="Frame 50 of four films. Dotted: the truth. Red: colour and shape fused. Purple, "
+    "dashed: edges alone. Olive, dash-dotted: colours adapted without a check, which take the "
+    "whole picture in three. Films picked to show what one cue does not hold. The subject of the "
+    "paper's Fig. 13.",
+    rows=2,
+    cols=2,
+    width=7.0,
+    height=5.6,
+    gridspec_kw=_PHOTOS,
+)
+def hero(axes: np.ndarray, at: int = 50) -> None:
     """Draw a frame of each experiment with the true outline and those of three trackers."""
-    for ax, world in zip(axes, WORLDS, strict=True):
-        film, found = films.filmed(world), films.tracks(world)
+    for ax, world in zip(axes.ravel(), WORLDS, strict=True):
+        film = films.shown(world)
         picture(ax, film.frames[at])
         for name in ("colours adapted", "edges alone", "fused"):
-            outline(ax, found.outlines[name][at - 1], name)
+            outline(ax, films.track(world, name)[at - 1], name)
         outline(ax, film.outlines[at], "truth", linewidth=1.4)
         ax.set_title(world)
-    return axes
 
 
-def overlaps(axes: Sequence[Axes]) -> Sequence[Axes]:
+@drawn(
+    name="shape-overlap",
+    alt="Overlap by frame in each film: the fused tracker stays above 0.8; edges alone fall in "
+    "three films, adapted colours in all four.",
+    caption="Overlap with the true outline by frame, in the same films. Below the line the "
+    "outline counts as lost. On the circle the fused tracker hides edges alone.",
+    rows=2,
+    cols=2,
+    width=7.4,
+    height=5.6,
+)
+def overlaps(axes: np.ndarray) -> None:
     """Draw the overlap with the truth against the frame, by tracker, one experiment an axes."""
-    for ax, world in zip(axes, WORLDS, strict=True):
-        _overlap(ax, films.tracks(world))
+    for ax, world in zip(axes.ravel(), WORLDS, strict=True):
+        for name in films.NAMES:
+            values = films.overlap(world, name)
+            k = np.arange(1, len(values) + 1)
+            line = films.LINES[name]
+            ax.plot(k, values, line, color=MEANING[name], label=name, linewidth=2.0)
+        ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
+        label(ax, 0.5, LOST - 0.06, "lost", MEANING["expected"])
+        ax.set(xlabel="frame", ylabel="overlap with the object", ylim=(0, 1.03))
+        ax.set_xlim(0, films.FRAMES)
         ax.set_title(world)
-    axes[0].legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
-    return axes
+    axes[0, 0].legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
 
 
-def _overlap(ax: Axes, found: Tracks) -> Axes:
-    """Draw the overlap with the truth against the frame, by tracker."""
-    for name, values in found.overlap.items():
-        k = np.arange(1, len(values) + 1)
-        line = films.LINES[name]
-        ax.plot(k, values, line, color=MEANING[name], label=name, linewidth=2.0)
-    ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
-    label(ax, 0.5, LOST - 0.06, "lost", MEANING["expected"])
-    ax.set(xlabel="frame", ylabel="overlap with the object", ylim=(0, 1.03))
-    ax.set_xlim(0, len(values))
-    return ax
-
-
-def many(axes: Sequence[Axes], found: Table) -> Sequence[Axes]:
+@drawn(
+    name="shape-samples-many",
+    alt="Mean overlap against the number of samples, 1 to 100, for the four kinds of film: low "
+    "with one sample, above all for the beetle, and nearly level from fifty samples on.",
+    caption="Mean overlap of the fused tracker against the number of samples, six films of each "
+    "kind; bands: 95 % over films.",
+    rows=2,
+    cols=2,
+    width=7.4,
+    height=5.0,
+)
+def many(axes: np.ndarray, found: Table) -> None:
     """Draw the mean overlap of the fused tracker against the number of samples, by kind of film."""
     counts = [int(count) for count in found.rows]
-    for ax, world in zip(axes, found.columns, strict=True):
+    for ax, world in zip(axes.ravel(), found.columns, strict=True):
         cells = [found[row, world] for row in found.rows]
         middle = np.array([cell.estimate for cell in cells])
         ax.fill_between(
@@ -80,31 +128,55 @@ def many(axes: Sequence[Axes], found: Table) -> Sequence[Axes]:
         ax.minorticks_off()
         ax.set(xlabel="samples N", ylabel="mean overlap", ylim=(0, 1.03))
         ax.set_title(world)
-    return axes
 
 
 # Colours -----------------------------------------------------------------------------------------
 
 
-def path(axes: Sequence[Axes], film: Film, found: Path, at: Sequence[int]) -> Sequence[Axes]:
+@drawn(
+    name="shape-path",
+    alt="Two cut-outs of a reddish card, light and dark; and its mean colour, blue against red: a "
+    "narrow path between dark and bright red, travelled to and fro.",
+    caption="A card goes round a lamp. Last: its mean colour in each frame, blue against red, from "
+    "0 to 255, each point in the colour itself; rings mark the frames shown. It is the subject of "
+    "the paper's Fig. 8.",
+    cols=3,
+    width=7.4,
+    height=2.6,
+)
+def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     """Draw some frames of a film, and in the last axes the way of the target's mean colour."""
     *pictures, ax = axes
     for panel, k in zip(pictures, at, strict=True):
         picture(panel, film.frames[k])
         _near(panel, film.outlines[k])
         panel.set_title(f"frame {k}")
-    red, _, blue = found.colours.T.astype(float)
+    colours = shown_colours(film)
+    red, _, blue = colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
-    ax.scatter(red, blue, s=34, c=found.colours / 255, linewidths=0, zorder=3)
+    ax.scatter(red, blue, s=34, c=colours / 255, linewidths=0, zorder=3)
     for k in at:
         ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=MEANING["truth"])
         ax.annotate(str(k), (red[k], blue[k]), (8, -10), textcoords="offset points", fontsize=10)
     ax.set(xlim=_room(red, 0.15), ylim=_room(blue, 0.15), xlabel="red", ylabel="blue")
     ax.set_title("mean colour")
-    return axes
 
 
-def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence[Axes]]:
+@drawn(
+    name="shape-samples",
+    alt="Three clouds of dark reddish colours, ever wider, and below what has such colours: the "
+    "beetle with a leaf, the same with its legs, and the beetle with stones and shadow. The third "
+    "weighs 0.",
+    caption="Three samples of one frame: the best, a middling one, the worst. Above: their "
+    "colours. Below: the piece that has such colours, the affine snake on it, all else faded. "
+    "Weights are shares of the greatest. As the paper's Fig. 11.",
+    rows=2,
+    cols=3,
+    width=7.4,
+    height=4.6,
+    gridspec_kw=_PHOTOS | {"left": 0.09, "wspace": 0.34, "hspace": 0.34},
+)
+def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
     """Draw colours of samples in the opponent space, one a column; below, what has such colours."""
     everything = _rgb(found.clouds.reshape(-1, 3))
     left, right = _room(everything.sum(axis=1))
@@ -124,7 +196,6 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> Sequence[Sequence
         _near(below, found.outlines[0], 62.0)
         closed = np.vstack([points, points[:1]])
         below.plot(*closed.T, color=MEANING["affine snake"], linewidth=2.2)
-    return axes
 
 
 def _room(values: Float[np.ndarray, " n"], share: float = 0.08) -> tuple[float, float]:
@@ -159,7 +230,7 @@ def _joined(ax: Axes, start: np.ndarray, end: np.ndarray, top: float) -> None:
     ax.plot(x, y, color=MEANING["expected"], linewidth=0.8, alpha=faint)
 
 
-def iterated(ax: Axes, found: Iteration, step: str) -> Axes:
+def iterated(ax: Axes, found: Iteration, step: str) -> None:
     """Draw an iteration up to one of its steps, each below the one before; axes cleared first."""
     ax.clear()
     even = np.ones(len(found.start))
@@ -187,7 +258,7 @@ def iterated(ax: Axes, found: Iteration, step: str) -> Axes:
             linewidths=0,
             zorder=3,
         )
-        label(ax, 1.0, top + 0.4, explorers.STEPS[name], MEANING["expected"], ha="right")
+        label(ax, 1.0, top + 0.4, STEPS[name], MEANING["expected"], ha="right")
         last = places
     if step == "e":
         ax.fill_between(
@@ -202,21 +273,87 @@ def iterated(ax: Axes, found: Iteration, step: str) -> Axes:
     ax.set(xlim=(0, 1), ylim=(-0.8, 4.6), xlabel="brightness")
     ax.set_yticks(list(_TOP.values()), [f"({name})" for name in _TOP])
     ax.grid(visible=False)
-    return ax
 
 
-def tried(ax: Axes, samples: int, noise: float) -> Axes:
+def tried(ax: Axes, state: Tried) -> None:
     """Draw the overlap by frame for a number of samples and a noise; axes cleared first."""
     ax.clear()
-    found = explorers.grid().overlap
-    k = np.arange(1, found.shape[-1] + 1)
-    ax.plot(k, found.reshape(-1, len(k)).T, color=MEANING["expected"], linewidth=1.2, alpha=0.6)
-    values = explorers.overlap(samples, noise)
-    ax.plot(k, values, color=MEANING["fused"], linewidth=2.6)
+    k = np.arange(1, len(state.overlap) + 1)
+    every = state.every.reshape(-1, len(k)).T
+    ax.plot(k, every, color=MEANING["expected"], linewidth=1.2, alpha=0.6)
+    ax.plot(k, state.overlap, color=MEANING["fused"], linewidth=2.6)
     ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
     label(ax, 1.2, LOST - 0.06, "lost", MEANING["expected"])
-    still = float(explorers.overlap(samples, 0.0)[7])
-    label(ax, 8.0, still + 0.03, "no noise", MEANING["expected"])
+    label(ax, 8.0, float(state.still[7]) + 0.03, "no noise", MEANING["expected"])
     ax.set(xlim=(1, k[-1]), ylim=(0, 1.03), xlabel="frame", ylabel="overlap with the circle")
-    ax.set_title(f"on average {values.mean():.2f}")
-    return ax
+    ax.set_title(f"on average {state.overlap.mean():.2f}")
+
+
+# Snakes ------------------------------------------------------------------------------------------
+
+HALF = 80.0
+"""Half the width of what is shown round the shell, px; the height is three quarters of it."""
+
+SLID = (2, 5, 12)
+"""Steps of a snake that are drawn between its start and its end."""
+
+
+def segmented(case: Case) -> UInt8[np.ndarray, "height width 3"]:
+    """Return the frame with the blob as it is, its neck tinted, and all else faded."""
+    faded = 110 + case.image.astype(float) * 0.2
+    picture = np.where(case.blob[..., None], case.image, faded)
+    neck = case.blob & case.neck
+    tint = 255 * np.array(to_rgb(MEANING["neck"]))
+    picture[neck] = 0.4 * picture[neck] + 0.6 * tint
+    return np.round(picture).astype(np.uint8)
+
+
+def near_shell(ax: Axes, case: Case) -> None:
+    """Show of the axes of a picture what lies round the shell."""
+    height, width = case.neck.shape
+    u = np.clip(case.truth[:, 0].mean(), HALF - 0.5, width - 0.5 - HALF)
+    v = np.clip(case.truth[:, 1].mean(), 0.75 * HALF - 0.5, height - 0.5 - 0.75 * HALF)
+    ax.set(xlim=(u - HALF, u + HALF), ylim=(v + 0.75 * HALF, v - 0.75 * HALF))
+
+
+def _closed(ax: Axes, points: np.ndarray, colour: str, **kwargs: object) -> None:
+    """Draw a closed outline."""
+    ax.plot(*np.vstack([points, points[:1]]).T, color=colour, **kwargs)
+
+
+def slid(ax: Axes, state: Slid) -> None:
+    """Draw a snake from its start over some steps to its end, on the axes of the segmented frame.
+
+    They are cleared first.
+    """
+    ax.clear()
+    fit, colour = state.fit, MEANING[f"{state.snake} snake"]
+    _closed(ax, fit.iterates[0], MEANING["truth"], linestyle="--", linewidth=1.4)
+    for step in SLID:
+        if step < len(fit.iterates) - 1:
+            _closed(ax, fit.iterates[step], colour, linewidth=0.9, alpha=0.6)
+    _closed(ax, fit.outline, colour, linewidth=2.4)
+    near_shell(ax, state.case)
+    words = f"overlap {state.overlap:.2f}, neck {state.swallowed:.0%}"
+    label(ax, 0.03, 0.93, words, colour, transform=ax.transAxes, fontsize=12)
+
+
+@drawn(
+    name="shape-signs",
+    alt="Weight against the ratio of areas: with the printed sign it is least where the area is "
+    "right, with the other sign it is greatest there.",
+    caption="Weight of a segmentation against its area, the two other scores being 1; here all μ "
+    "are 1 and σ is 0.5. As printed, the right area gets the least weight.",
+    height=3.0,
+)
+def signs(ax: Axes) -> None:
+    """Draw the weight of a segmentation against its area, with both signs."""
+    ratios = np.geomspace(0.25, 4, 97)
+    for sign, meaning, line in (("printed", "paper", "--"), ("turned round", "right", "-")):
+        weights = area_sign.curve(ratios, sign)
+        ax.plot(ratios, weights, line, color=MEANING[meaning], label=sign)
+    ax.axvline(1, color=MEANING["expected"], linewidth=1.0)
+    ax.set_xscale("log", base=2)
+    ax.set_xticks([0.25, 0.5, 1, 2, 4], ["¼", "½", "1", "2", "4"])
+    ax.set(xlabel="area found / area predicted", ylabel="weight", xlim=(0.25, 4), ylim=(0, 1.05))
+    ax.legend(loc="lower left")

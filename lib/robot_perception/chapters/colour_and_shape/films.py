@@ -1,25 +1,29 @@
 """The four experiments as films: where the object is, and where trackers have it."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cache
-from types import MappingProxyType
+from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-import data_synth.coloured
 from data_synth.coloured import Sequence
-from robot_perception import appearance
 from robot_perception.chapters.colour_and_shape import experiments
-from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, WORLDS, Config
+from robot_perception.chapters.colour_and_shape.experiments import (
+    CHOOSING,
+    WORLDS,
+    filmed,
+    rules_of,
+    trained,
+)
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.kept import kept
+from robot_perception.teaching.media import Shown
+from robot_perception.teaching.results import kept
 
-FRAMES = 61
+FRAMES = 60
+"""That are tracked."""
 EVERY = 2
 """Which of them a film shows."""
 FPS = 6.0
@@ -28,55 +32,27 @@ WIDTH = 4.2
 SEED = CHOOSING[2]
 """Of the films that are shown, of those on which numbers were chosen; picked since all of them show
 what a cue alone does not hold. The fused tracker loses the circle of the fourth."""
-NAMES: Mapping[str, str] = MappingProxyType(
-    {"fused": "fused", "shape": "edges alone", "colour, adapted": "colours adapted"}
-)
-"""What the figures call a tracker."""
-LINES: Mapping[str, str] = MappingProxyType(
-    {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
-)
+NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, adapted"}
+"""The trackers by what the figures call them."""
+LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Tracks:
-    """Outlines and their overlap with the truth, by tracker, from the second frame on.
-
-    Parameters
-    ----------
-    outlines
-        Closed, px; for each tracker (n, points, 2).
-    overlap
-        Intersection over union with the truth; for each tracker (n,).
-    """
-
-    outlines: Mapping[str, Float[np.ndarray, "n points 2"]]
-    overlap: Mapping[str, Float[np.ndarray, " n"]]
-
-
-@cache
-def filmed(world: str, seed: int = SEED) -> Sequence:
+def shown(world: str, seed: int = SEED) -> Sequence:
     """Return the film of an experiment."""
-    return WORLDS[world](rng=np.random.default_rng(seed), frames=FRAMES)
+    return filmed(world, seed, FRAMES)
 
 
-def _followed(world: str, seed: int) -> Tracks:
-    film, config = filmed(world, seed), Config()
-    dynamics, shape = experiments.trained(world, config), film.frames.shape[1:3]
-    outlines, overlap = {}, {}
-    for tracker, name in NAMES.items():
-        rng = np.random.default_rng(seed)
-        steps = experiments.follow(tracker, film, dynamics, config.of(world), rng=rng)
-        outlines[name] = np.array([found for found, _ in steps])
-        pairs = zip(outlines[name], film.outlines[1:], strict=True)
-        overlap[name] = np.array([experiments.overlap(*pair, shape) for pair in pairs])
-    return Tracks(outlines, overlap)
+@kept
+def track(world: str, name: str, seed: int = SEED) -> Float[np.ndarray, "frames points 2"]:
+    """Return the outlines of a tracker in the film of an experiment, from the second frame on."""
+    seen, rng = shown(world, seed), np.random.default_rng(seed)
+    found = experiments.follow(NAMES[name], seen, trained(world), rules_of(world), rng=rng)
+    return np.array(list(found))
 
 
-@cache
-def tracks(world: str, seed: int = SEED) -> Tracks:
-    """Return what trackers make of the film of an experiment; kept on this computer."""
-    code = (data_synth.coloured, appearance, experiments)
-    return kept(_followed, Tracks, world, seed, code=code)
+def overlap(world: str, name: str, seed: int = SEED) -> Float[np.ndarray, " frames"]:
+    """Return how far these outlines overlap with the truth."""
+    return experiments.scored(track(world, name, seed), shown(world, seed))
 
 
 def outline(ax: Axes, points: Float[np.ndarray, "n 2"], name: str, **kwargs: object) -> Axes:
@@ -91,18 +67,43 @@ def frames(
     *worlds: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colours adapted")
 ) -> Iterator[Figure]:
     """Yield every second frame of one experiment, or of all side by side, with outlines."""
-    for k in range(1, FRAMES, EVERY):
+    for k in range(1, FRAMES + 1, EVERY):
         rows, width = (1, WIDTH) if len(worlds) == 1 else (2, 1.6 * WIDTH)
         size = {"width": width, "height": 0.75 * width}
         edges = {"left": 0, "right": 1, "bottom": 0, "top": 1, "wspace": 0.02, "hspace": 0.02}
         fig, axes = figure(rows, rows, gridspec_kw=edges, **size)
         for ax, world in zip(np.ravel(axes), worlds, strict=True):
-            film, found = filmed(world, seed), tracks(world, seed)
-            picture(ax, film.frames[k])
+            seen = shown(world, seed)
+            picture(ax, seen.frames[k])
             for name in reversed(names):
-                outline(ax, found.outlines[name][k - 1], name)
-            outline(ax, film.outlines[k], "truth", linewidth=1.4)
+                outline(ax, track(world, name, seed)[k - 1], name)
+            outline(ax, seen.outlines[k], "truth", linewidth=1.4)
         yield fig
+
+
+def four() -> Shown:
+    """Return the films of all experiments side by side."""
+    return film(
+        frames(*WORLDS),
+        fps=FPS,
+        name="shape-films",
+        alt="Four films side by side. The red outline stays on the circle, the card, the beetle "
+        "and the shell of the snail; the olive one leaves each of them within seconds.",
+        caption="The same films, four seconds each, slowed down. Dotted: the truth. Red: fused. "
+        "Olive: colours adapted without a check.",
+    )
+
+
+def lost() -> Shown:
+    """Return a film that the fused tracker loses."""
+    return film(
+        frames("circles", seed=CHOOSING[3], names=("fused",)),
+        fps=FPS,
+        name="shape-lost",
+        alt="A circle of a similar blue moves in front of the target; the red outline shrinks onto "
+        "what is left of it, and ends on other circles.",
+        caption="A film that the fused tracker loses. Dotted: the truth. Red: fused.",
+    )
 
 
 def picture(ax: Axes, image: np.ndarray) -> Axes:

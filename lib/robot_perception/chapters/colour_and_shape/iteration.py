@@ -12,6 +12,14 @@ from jaxtyping import Float, Int
 from robot_perception.beliefs import ParticleSet
 from robot_perception.particles import condensation, multinomial
 
+STEPS = {
+    "a": "samples with their weights",
+    "b": "drawn, some more than once",
+    "c": "moved by A",
+    "d": "scattered by B",
+    "e": "weighed by the frame",
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Config:
@@ -48,6 +56,8 @@ class Iteration:
 
     Parameters
     ----------
+    config
+        What was run.
     start, start_weights : (N,)
         (a) The samples before, with their weights.
     ancestors : (N,)
@@ -62,6 +72,7 @@ class Iteration:
         What the frame says of every brightness.
     """
 
+    config: Config
     start: Float[np.ndarray, " n"]
     start_weights: Float[np.ndarray, " n"]
     ancestors: Int[np.ndarray, " n"]
@@ -70,6 +81,30 @@ class Iteration:
     weights: Float[np.ndarray, " n"]
     grid: Float[np.ndarray, " k"]
     likelihood: Float[np.ndarray, " k"]
+
+    @property
+    def drawn(self) -> int:
+        """How many of the samples were drawn at least once."""
+        return len(np.unique(self.ancestors))
+
+    @property
+    def effective(self) -> float:
+        """How many samples of equal weight would say as much."""
+        return float(1 / (self.weights**2).sum())
+
+    def words(self, step: str) -> str:
+        """Return what the iteration shows up to a step."""
+        samples, noise = self.config.samples, self.config.noise
+        words = f"{samples} samples of a brightness, noise {noise:g}, up to step {step}"
+        if step in "bcd":
+            return f"{words}: {STEPS[step]}. {self.drawn} of the samples were drawn."
+        if step == "a":
+            return f"{words}: {STEPS[step]}, round {self.start @ self.start_weights:.2f}."
+        best = self.moved[self.weights.argmax()]
+        return (
+            f"{words}: {self.drawn} of them were drawn; the heaviest lies at {best:.2f}, the "
+            f"object at {self.config.seen:g}; they are worth {self.effective:.0f} equal ones."
+        )
 
 
 def likelihood(brightness: Float[np.ndarray, "..."], config: Config) -> Float[np.ndarray, "..."]:
@@ -97,6 +132,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Iteration:
     grid = np.linspace(0, 1, 301)
     drifted = start[info.ancestors, 0] + config.velocity
     return Iteration(
+        config,
         start[:, 0],
         prior.weights,
         info.ancestors,

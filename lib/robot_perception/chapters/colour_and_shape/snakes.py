@@ -8,6 +8,7 @@ colours.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -25,7 +26,8 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.segmentation import blob, clean, filled, segment
 from robot_perception.evaluation.intervals import Interval, exact, mean
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition, Origin
 
@@ -35,6 +37,7 @@ CHOOSING = (9001, 9002, 9003, 9004)
 """Seeds of the films on which parameters were chosen; none of them is scored."""
 
 BINNING = Binning("opponent", (64, 64, 16))
+"""Of the histogram of the shell's colours; chosen on the films `CHOOSING`, as the segmentation."""
 RULES = SnakeRules(reach=(5.0, 3.0))
 
 
@@ -56,8 +59,6 @@ class Config:
         Whether the snail shows a neck, and whether leaves and stones lie about.
     points
         Of the snake.
-    binning
-        Of the histogram of the shell's colours.
     colours
         How many pixels of the shell the histogram has seen.
     opening, closing
@@ -73,7 +74,6 @@ class Config:
     neck: bool = True
     clutter: bool = True
     points: int = 80
-    binning: Binning = BINNING
     colours: int = 500
     opening: int = 5
     closing: int = 5
@@ -128,8 +128,6 @@ class Result:
 
     Parameters
     ----------
-    config
-        What was run.
     cases
         Frames looked at.
     empty
@@ -138,16 +136,12 @@ class Result:
         Seed of the film of each case that counts.
     snakes
         Measures of the affine and of the free snake.
-    start
-        Measures of the outline both start from.
     """
 
-    config: Config
     cases: int
     empty: int
     films: np.ndarray
     snakes: dict[str, Measures]
-    start: Measures
 
     def gap(self, measure: str = "swallowed") -> Interval:
         """Return by how much a measure of the free snake exceeds the affine one's, by films."""
@@ -174,11 +168,11 @@ def film_cases(film: int, config: Config, *, rng: np.random.Generator) -> list[C
     )
     cases = []
     for t in config.frames:
-        index = config.binning.index(seen.frames[t])
+        index = BINNING.index(seen.frames[t])
         colours = index[seen.masks[t]]
         if len(colours) > config.colours:
             colours = rng.choice(colours, config.colours, replace=False)
-        histogram = np.bincount(colours, minlength=config.binning.count)
+        histogram = np.bincount(colours, minlength=BINNING.count)
         start = resample(seen.outlines[t - 1], config.points)
         mask = clean(segment(index, histogram), config.opening, config.closing)
         found = blob(mask, start)
@@ -210,7 +204,7 @@ def fitted(cases: list[Case], snake: str, rules: SnakeRules) -> Measures:
 
 def gathered(config: Config, *, rng: np.random.Generator) -> list[Case]:
     """Return the cases of all films."""
-    films = sweep(_Film(config), config.films, rng=rng, desc="snails")
+    films = sweep(partial(film_cases, config=config), config.films, rng=rng, desc="snails")
     return [case for film in films for case in film]
 
 
@@ -223,80 +217,11 @@ def compared(cases: list[Case], config: Config) -> Result:
     """Fit both snakes in the cases that count."""
     count, kept = len(config.films) * len(config.frames), counted(cases, config)
     return Result(
-        config,
         count,
         count - len(cases),
         np.array([case.film for case in kept]),
         {snake: fitted(kept, snake, config.rules) for snake in SNAKES},
-        measured(kept, [case.start for case in kept]),
     )
-
-
-def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Fit both snakes in every case whose blob holds the neck; without necks, in every case."""
-    return compared(gathered(config, rng=rng), config)
-
-
-@dataclass(frozen=True, slots=True)
-class _Film:
-    """The task of a sweep: importable, so that other processes can have it."""
-
-    config: Config
-
-    def __call__(self, film: int, *, rng: np.random.Generator) -> list[Case]:
-        return film_cases(film, self.config, rng=rng)
-
-
-# Which weights -----------------------------------------------------------------------------------
-
-ELASTICITIES = (0.05, 0.2, 1.0, 5.0)
-RIGIDITIES = (0.05, 1.0, 10.0, 100.0)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Grid:
-    """Means over cases by snake, elasticity and rigidity."""
-
-    elasticities: tuple[float, ...]
-    rigidities: tuple[float, ...]
-    swallowed: Float[np.ndarray, "2 k m"]
-    overlap: Float[np.ndarray, "2 k m"]
-
-    def best(self, snake: str) -> tuple[float, float]:
-        """Return the weights with the largest mean overlap."""
-        rows = self.overlap[list(SNAKES).index(snake)]
-        i, j = np.unravel_index(rows.argmax(), rows.shape)
-        return self.elasticities[i], self.rigidities[j]
-
-
-def grid(
-    cases: list[Case],
-    rules: SnakeRules,
-    elasticities: tuple[float, ...] = ELASTICITIES,
-    rigidities: tuple[float, ...] = RIGIDITIES,
-) -> Grid:
-    """Fit both snakes with all pairs of weights."""
-    found = [
-        fitted(cases, snake, SnakeRules(alpha, beta, rules.damping, rules.reach, rules.steps))
-        for snake, alpha, beta in product(SNAKES, elasticities, rigidities)
-    ]
-    shape = len(SNAKES), len(elasticities), len(rigidities)
-    swallowed, overlap = (
-        np.reshape([getattr(m, name).mean() for m in found], shape)
-        for name in ("swallowed", "overlap")
-    )
-    return Grid(elasticities, rigidities, swallowed, overlap)
-
-
-def tuned(cases: list[Case], chosen_on: list[Case], rules: SnakeRules) -> dict[str, Measures]:
-    """Return how each snake lies with the weights that are best for it on other cases."""
-    found = grid(chosen_on, rules)
-    own = {
-        snake: replace(rules, elasticity=alpha, rigidity=beta)
-        for snake in SNAKES
-        for alpha, beta in [found.best(snake)]
-    }
-    return {snake: fitted(cases, snake, own[snake]) for snake in SNAKES}
 
 
 # Claims ------------------------------------------------------------------------------------------
@@ -306,20 +231,6 @@ REACHES = (5.0, 8.0, 20.0)
 
 STIFF = 100.0
 """A rigidity at which the free snake hardly bends."""
-
-
-def setup_table(config: Config | None = None) -> Table:
-    """Return the paper's values, ours, and which of them matters."""
-    config = config or Config()
-    bins, rules = " × ".join(map(str, config.binning.bins)), config.rules
-    rows = {
-        "start": ("outline one frame before", "the true one", "yes"),
-        "segmentation": ("bins not given", f"{bins} bins, {config.colours} colours", "yes"),
-        "weights": ("–", f"α = {rules.elasticity:g}, β = {rules.rigidity:g}", "yes, see β"),
-        "reach": ("–", f"{rules.reach[0]:g} px at first", "yes"),
-        "points": ("N_r, not given", f"{config.points}", "α and β count by points"),
-    }
-    return Table(rows, {"paper": "in its words", "ours": "", "matters": ""})
 
 
 def reach_table(cases: list[Case], config: Config) -> Table:
@@ -344,7 +255,27 @@ def reach_table(cases: list[Case], config: Config) -> Table:
     return Table(rows, columns, f"over {len(counted(cases, config))} cases", "snakes")
 
 
-@claim(
+@dataclass(frozen=True, eq=False, slots=True)
+class Stiffnesses:
+    """Results of loose and of stiff snakes, and the table of more rigidities and reaches."""
+
+    loose: Result
+    stiff: Result
+    reaches: Table
+
+
+def compare(config: Config, *, rng: np.random.Generator) -> Stiffnesses:
+    """Compare both snakes, loose and stiff, in the same cases."""
+    cases = gathered(config, rng=rng)
+    stiff = replace(config, rules=replace(config.rules, rigidity=STIFF))
+    return Stiffnesses(compared(cases, config), compared(cases, stiff), reach_table(cases, config))
+
+
+FEW = Config(films=(1001, 1002, 1003), frames=(8, 16))
+snails = Study(compare, full=Config(films=tuple(range(1001, 1031))), quick=FEW, seed=71)
+
+
+@snails.claim(
     "affine-snake",
     paper=PAPER,
     place="§3.3, Fig. 12",
@@ -359,14 +290,11 @@ def reach_table(cases: list[Case], config: Config) -> Table:
     accepted=Accepted(
         0.01, 1.0, "a hundredth of the neck or more; the paper names no share", Origin.CHOICE
     ),
-    seed=71,
+    sabotage=Change("a snail that hides its neck, and nothing else", neck=False, clutter=False),
 )
-def affine_snake_claim(size: Size, rng: np.random.Generator) -> Finding:
+def affine_snake_claim(result: Stiffnesses) -> Finding:
     """Compare both snakes, loose and stiff."""
-    config = _sized(size)
-    cases = gathered(config, rng=rng)
-    found = compared(cases, config)
-    stiff = compared(cases, replace(config, rules=replace(config.rules, rigidity=STIFF)))
+    found, stiff = result.loose, result.stiff
     return Finding(
         found.gap(),
         {
@@ -376,18 +304,8 @@ def affine_snake_claim(size: Size, rng: np.random.Generator) -> Finding:
             "residual of the free snake (px)": found.by_film(found.snakes["free"].residual),
             "cases without a blob": exact(found.empty, about=f"of {found.cases}"),
         },
-        tables={"by reach and rigidity": reach_table(cases, config)},
+        tables={"by reach and rigidity": result.reaches},
         conditions=(Condition("the snakes are loose", stiff.gap().high < 0.01),),
         note="The paper names no weights. With a reach of 5 px a stiff free snake takes in little "
         "more of the neck than a stiff affine one; with one of 20 px still three times as much.",
     )
-
-
-@affine_snake_claim.sabotage("a snail that hides its neck, and nothing else")
-def hidden_neck(size: Size, rng: np.random.Generator) -> Finding:
-    """Film the same snails without necks, leaves and stones: what lies where the neck would be."""
-    return Finding(run(replace(_sized(size), neck=False, clutter=False), rng=rng).gap())
-
-
-def _sized(size: Size) -> Config:
-    return Config(films=tuple(range(1001, 1031))) if size is Size.FULL else Config()
