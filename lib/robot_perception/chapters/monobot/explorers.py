@@ -127,13 +127,6 @@ def studied(**setting: Any) -> Result:
     return rail.run(replace(FIG4, runs=8, **setting), rng=np.random.default_rng(1))
 
 
-def draw_study(axes: AxesRow, result: Result) -> None:
-    """Draw errors and gains of eight runs, on scales that all states share."""
-    draw.study(axes, result)
-    axes[0].set(ylim=(-0.9, 0.9))
-    axes[1].set(ylim=(-0.45, 0.65))
-
-
 def describe_study(result: Result) -> str:
     """Return from where to where band and gain go, in words."""
     before, after = 2 * result.deviations[[0, -1], 1]
@@ -145,7 +138,7 @@ def describe_study(result: Result) -> str:
 
 
 study = Exploration(
-    draw_study,
+    draw.study,
     studied,
     describe_study,
     caption="Noise as in Fig. 4, eight runs. Left: landmark errors, grey ±2σ as the filter states "

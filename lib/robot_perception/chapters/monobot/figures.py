@@ -167,15 +167,16 @@ def common_scales(axes: np.ndarray) -> np.ndarray:
     return axes
 
 
-def study(axes: AxesRow, result: Result) -> AxesRow:
-    """Draw the landmark errors of all runs and the gains, on two axes that are cleared first."""
+def study(axes: AxesRow, result: Result) -> None:
+    """Draw the landmark errors of all runs and the gains, on scales that all states share."""
     for ax in axes:
         ax.clear()
     error_fan.on(axes[0], result)
     gains(axes[1], result)
     for ax in axes:
         ax.locator_params(nbins=5)  # ticks cost more time to draw than the curves
-    return axes
+    axes[0].set(ylim=(-0.9, 0.9))
+    axes[1].set(ylim=(-0.45, 0.65))
 
 
 @drawn(
@@ -418,7 +419,7 @@ def _over_landmarks(ax: Axes, counts: np.ndarray) -> Axes:
 )
 def variants(axes: AxesRow, shown: Sequence[Variant]) -> None:
     """Draw error and honesty of each variant."""
-    root_mean_squares(axes[0], shown)
+    _curves(axes[0], {v.name: v.rms for v in shown}, "landmark error (m)")
     honesty(axes[1], shown)
 
 
@@ -432,11 +433,6 @@ def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
     _curves(ax, {v.name: v.nees for v in variants}, "squared error / variance")
     ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
     return ax
-
-
-def root_mean_squares(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the root mean square landmark error of each variant, by measurement."""
-    return _curves(ax, {v.name: v.rms for v in variants}, "landmark error (m)")
 
 
 def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
