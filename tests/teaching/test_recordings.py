@@ -77,9 +77,7 @@ def test_the_stored_result_is_shown_while_code_and_recording_are_the_same(record
     read = other.read()
     assert not read.live
     assert (read.result.folder, read.result.count) == ("attic", 1)
-    assert (
-        "Stored result of 2025-06-01, computed from the recording `attic` by this code" in read.note
-    )
+    assert read.note == "Computed from the recording `attic` on 2025-06-01, by this code."
 
 
 def fail(folder):

@@ -85,8 +85,8 @@ class Recording(Generic[Result]):
             return self.stored()
         if self.is_current():
             note = (
-                f"Stored result of {self._summary()['date']}, computed from the recording "
-                f"`{self.dataset}` by this code; both are on this machine, unchanged."
+                f"Computed from the recording `{self.dataset}` on {self._summary()['date']}, by "
+                "this code."
             )
             return Read(self._load(), False, note)
         note = f"Computed on this machine from the recording `{self.dataset}`."
