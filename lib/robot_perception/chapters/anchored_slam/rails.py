@@ -19,6 +19,7 @@ from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.monobot import rail
 from robot_perception.chapters.monobot.rail import FIG4, PAPER, Result
+from robot_perception.chapters.monobot.steady import ends
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.slam import monobot
@@ -418,7 +419,7 @@ def _measures(
         first, last = result.first_errors[:, 0], result.last_errors[:, 0]
         rows[name] = (
             share_left(result),
-            result.explained,
+            ends(result).explained,
             intervals.correlation(first, last),
             intervals.root_mean_square(first, "m"),
             intervals.root_mean_square(last, "m"),

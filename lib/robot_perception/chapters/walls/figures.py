@@ -228,10 +228,9 @@ def two_hulls(ax: Axes, found: Hulls) -> Axes:
 )
 def crossing(axes: Sequence[Axes], example: Crossing) -> None:
     """Draw a chain that crosses itself, and the vertices that both algorithms keep of it."""
-    for ax, kept, name in zip(
-        axes, (example.plain, example.hulls), ("every vertex", "path hulls"), strict=True
-    ):
-        _crossing(ax, example, kept).set_title(f"{name}: {len(kept)} kept")
+    titles = "every vertex: {} kept", "path hulls: {} kept"
+    for ax, kept, title in zip(axes, (example.plain, example.hulls), titles, strict=True):
+        _crossing(ax, example, kept).set_title(title.format(len(kept)))
 
 
 def _crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axes:
