@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.colour_and_shape import explorers, films
-from robot_perception.chapters.colour_and_shape.experiments import CHOOSING, LOST
+from robot_perception.chapters.colour_and_shape.experiments import LOST
 from robot_perception.teaching.explore import MOST_STATES
 from tests.chapters.findings import limits, presets_that_show_the_default
 from tests.unchecked import unchecked
@@ -164,16 +164,14 @@ def test_words_and_presets_say_what_is_shown():
 # The films ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("world", ["circles", "rectangle", "beetle", "snail"])
 def test_in_the_films_shown_the_fused_tracker_holds_and_colour_alone_loses(world):
-    assert films.overlap(world, "fused").min() > 0.8
+    assert films.overlap(world, "fused").min() > 0.75
     assert films.overlap(world, "colours adapted")[-1] < LOST
     assert (films.overlap(world, "edges alone")[-1] > 0.9) == (world == "circles")
 
 
-@pytest.mark.slow
 def test_the_film_of_where_it_breaks_breaks():
-    found = films.overlap("circles", "fused", CHOOSING[-1])
-    assert found[0] > 0.8
-    assert found[-1] == 0
+    found = films.overlap("circles", "fused", films.CROSSED)
+    assert found[:20].min() > 0.8
+    assert found[-20:].max() < 0.05

@@ -72,7 +72,7 @@ def hero(axes: np.ndarray, at: int = 50) -> None:
 
 @drawn(
     name="shape-overlap",
-    alt="Overlap by frame in each film: the fused tracker stays above 0.8; edges alone fall in "
+    alt="Overlap by frame in each film: the fused tracker stays above 0.75; edges alone fall in "
     "three films, adapted colours in all four.",
     caption="Overlap with the true outline by frame, in the same films. Below the line the "
     "outline counts as lost. On the circle the fused tracker hides edges alone.",

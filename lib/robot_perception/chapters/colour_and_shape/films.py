@@ -31,7 +31,9 @@ WIDTH = 4.2
 """Of a frame, inches."""
 SEED = CHOOSING[2]
 """Of the films that are shown, of those on which numbers were chosen; picked since all of them show
-what a cue alone does not hold. The fused tracker loses the circle of the fourth."""
+what a cue alone does not hold."""
+CROSSED = 2012
+"""Seed of a film of circles that is lost; of the scored ones, since it holds those of `CHOOSING`."""
 NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, adapted"}
 """The trackers by what the figures call them."""
 LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
@@ -97,11 +99,11 @@ def four() -> Shown:
 def lost() -> Shown:
     """Return a film that the fused tracker loses."""
     return film(
-        frames("circles", seed=CHOOSING[3], names=("fused",)),
+        frames("circles", seed=CROSSED, names=("fused",)),
         fps=FPS,
         name="shape-lost",
-        alt="A circle of a similar blue moves in front of the target; the red outline shrinks onto "
-        "what is left of it, and ends on other circles.",
+        alt="A smaller, light blue circle moves across the target; the red outline first holds both, "
+        "then jumps onto the smaller circle and leaves with it.",
         caption="A film that the fused tracker loses. Dotted: the truth. Red: fused.",
     )
 
