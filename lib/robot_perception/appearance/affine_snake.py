@@ -17,7 +17,7 @@ image those at the frame hold.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import no_type_check
 
 import cv2
@@ -90,7 +90,7 @@ class SnakeRules:
     @property
     def reaches(self) -> Float[np.ndarray, " steps"]:
         """The reach T at each step, px."""
-        return np.geomspace(*self.reach, self.steps)
+        return _reaches(self.reach, self.steps)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -134,21 +134,27 @@ class SnakeFit:
 
     Parameters
     ----------
-    outline : (n, 2)
-        Its points at the end, px.
     iterates : (steps + 1, n, 2)
         Its points at the start and after each step, px.
-    affine
-        The affine map of the start that is nearest to the outline.
-    residual
-        Root of the mean squared distance between the outline and what the map makes of the start,
-        px: what is not affine.
     """
 
-    outline: Outline
     iterates: Float[np.ndarray, "k n 2"]
-    affine: Affine
-    residual: float
+
+    @property
+    def outline(self) -> Outline:
+        """Its points at the end, px."""
+        return self.iterates[-1]
+
+    @property
+    def affine(self) -> Affine:
+        """The affine map of the start that is nearest to the outline."""
+        return _affine_part(self.iterates[0], self.outline)[0]
+
+    @property
+    def residual(self) -> float:
+        """Root mean square of what is not affine, the outline less the map of the start, px."""
+        nearest = _affine_part(self.iterates[0], self.outline)[1]
+        return float(np.sqrt(np.mean(np.sum((self.outline - nearest) ** 2, axis=-1))))
 
 
 def area(outline: Outline) -> float:
@@ -371,19 +377,18 @@ def step_by_step(
         pull = size[:, None] * normal
         r = stiff @ (rules.damping * r - pull)
         iterates.append(r if family is None else family @ (family.T @ r))
-    return _result(np.array(iterates))
+    return SnakeFit(np.array(iterates))
 
 
 def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool) -> SnakeFit:
     start, edges, rules = _checked(start, edges, rules)
     distance = _distance(edges, rules.reach[0])
-    stiff = _smoothing(len(start), rules.elasticity, rules.rigidity, rules.damping)
+    stiff = len(start), rules.elasticity, rules.rigidity, rules.damping
     iterates = np.empty((rules.steps + 1, 2, len(start)))
     iterates[0] = start.T
-    basis = _family(start).T if affine else np.empty((0, len(start)))
-    onto = np.ascontiguousarray(basis @ stiff if affine else stiff)
-    _slide(distance, onto, np.ascontiguousarray(basis), rules.damping, rules.reaches, iterates)
-    return _result(iterates.transpose(0, 2, 1))
+    onto, basis = _moves(start.tobytes() if affine else b"", *stiff)
+    _slide(distance, onto, basis, rules.damping, rules.reaches, iterates)
+    return SnakeFit(iterates.transpose(0, 2, 1))
 
 
 def _checked(
@@ -413,12 +418,6 @@ def _distance(edges: Mask, reach: float) -> Float[np.ndarray, "h w"]:
     return distance
 
 
-def _result(iterates: Float[np.ndarray, "k n 2"]) -> SnakeFit:
-    affine, nearest = _affine_part(iterates[0], iterates[-1])
-    residual = np.sqrt(np.mean(np.sum((iterates[-1] - nearest) ** 2, axis=-1)))
-    return SnakeFit(iterates[-1], iterates, affine, float(residual))
-
-
 def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
     centre, mean = start.mean(axis=0), outline.mean(axis=0)
     spread = start - centre
@@ -432,6 +431,28 @@ def _family(start: Outline) -> Float[np.ndarray, "n 3"]:
     spread = start - start.mean(axis=0)
     ones = np.ones((len(start), 1))
     return np.linalg.qr(np.hstack([ones, spread / np.abs(spread).max()]))[0]
+
+
+@lru_cache(maxsize=16)
+def _moves(
+    start: bytes, n: int, *weights: float
+) -> tuple[Float[np.ndarray, "rows n"], Float[np.ndarray, "columns n"]]:
+    """Return what takes pulled points to new ones, and the basis in which it gives them.
+
+    Snakes of one frame have one start.
+    """
+    stiff = _smoothing(n, *weights)
+    if not start:
+        return stiff, np.empty((0, n))
+    basis = np.ascontiguousarray(_family(np.frombuffer(start).reshape(n, 2)).T)
+    return basis @ stiff, basis
+
+
+@cache
+def _reaches(reach: tuple[float, float], steps: int) -> Float[np.ndarray, " steps"]:
+    falling = np.geomspace(*reach, steps)
+    falling.setflags(write=False)
+    return falling
 
 
 @cache

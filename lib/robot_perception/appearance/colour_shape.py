@@ -364,9 +364,12 @@ class ColourShapeTracker:
 
         def log_likelihood(states: np.ndarray) -> np.ndarray:
             watch("draw and propagate")
-            clouds = self.warped(state, states[:, : distributions.SIZE])
+            # copies, of which there are many without noise, see the same
+            each, same = np.unique(states, axis=0, return_inverse=True)
+            clouds = self.warped(state, each[:, : distributions.SIZE])
             watch("warp")
-            looks.extend(self._look(state, expected, index, cloud, watch) for cloud in clouds)
+            seen = [self._look(state, expected, index, cloud, watch) for cloud in clouds]
+            looks.extend(seen[i] for i in same)
             if all(look is None for look in looks):
                 return np.zeros(len(looks))  # nothing to choose by: the samples just spread
             return np.array([-np.inf if look is None else self._log(look) for look in looks])

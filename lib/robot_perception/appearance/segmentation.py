@@ -168,9 +168,7 @@ def euler_number(mask: Mask) -> int:
     Gray, "Local properties of binary images in two dimensions", IEEE Transactions on Computers
     C-20(5), 1971.
     """
-    wide = np.pad(check_mask("mask", mask).view(np.uint8), 1)
-    codes = wide[:-1, :-1] + 2 * wide[:-1, 1:] + 4 * wide[1:, :-1] + 8 * wide[1:, 1:]
-    return int(np.bincount(codes.ravel(), minlength=16) @ QUADS) // 4
+    return _euler(check_mask("mask", mask), QUADS) // 4
 
 
 def filled(outline: Outline, shape: tuple[int, int]) -> Mask:
@@ -310,6 +308,22 @@ def _look_up(index, seen, found):  # pragma: no cover - compiled
                 return False
             found[v, u] = seen[b]
     return True
+
+
+@njit(cache=True)
+@no_type_check
+def _euler(mask, quads):  # pragma: no cover - compiled
+    """Return the sum of what the 2 × 2 squares count; beyond the frame nothing is."""
+    height, width = mask.shape
+    total = 0
+    for v in range(height + 1):
+        square = 0  # its left half
+        for u in range(width + 1):
+            above, here = v > 0 and u < width, v < height and u < width
+            right = 2 * (above and mask[v - 1, u]) + 8 * (here and mask[v, u])
+            total += quads[square + right]
+            square = right >> 1
+    return total
 
 
 @njit(cache=True)

@@ -33,7 +33,7 @@ SEED = CHOOSING[2]
 """Of the films that are shown, of those on which numbers were chosen; picked since all of them show
 what a cue alone does not hold."""
 CROSSED = 2012
-"""Seed of a film of circles that is lost; of the scored ones, since it holds those of `CHOOSING`."""
+"""Seed of a film of circles that is lost, a scored one: those of `CHOOSING` are held."""
 NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, adapted"}
 """The trackers by what the figures call them."""
 LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
@@ -102,8 +102,8 @@ def lost() -> Shown:
         frames("circles", seed=CROSSED, names=("fused",)),
         fps=FPS,
         name="shape-lost",
-        alt="A smaller, light blue circle moves across the target; the red outline first holds both, "
-        "then jumps onto the smaller circle and leaves with it.",
+        alt="A smaller, light blue circle moves across the target; the red outline first holds "
+        "both, then jumps onto the smaller circle and leaves with it.",
         caption="A film that the fused tracker loses. Dotted: the truth. Red: fused.",
     )
 
