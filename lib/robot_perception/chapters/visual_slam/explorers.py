@@ -12,7 +12,6 @@ from robot_perception.chapters.visual_slam import figures as draw
 from robot_perception.chapters.visual_slam.drives import Drive, Options
 from robot_perception.chapters.visual_slam.maps import Topology, topology
 from robot_perception.chapters.visual_slam.resampling import RULES
-from robot_perception.evaluation.sweep import sweep
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.teaching.controls import choice, slider, timeline
 from robot_perception.teaching.explorations import Exploration
@@ -24,26 +23,21 @@ SEED = 3
 COUNTS = (1, 10, 50, 100)
 PLAYED = 50
 """Particles of the drive that is shown over time."""
+STATES = sorted({(m, "below M/2") for m in COUNTS} | {(PLAYED, rule) for rule in RULES})
+"""All that is driven, each with a generator of its own, in this order."""
 
 
 def driven(count: int, rule: str = "below M/2") -> Drive:
     """Return the drive that is shown with a number of particles and a rule of resampling."""
-    return _driven()[count, rule]
+    return _driven(count, rule)
 
 
 @cache
-def _driven() -> dict[tuple[int, str], Drive]:
-    states = sorted({(count, "below M/2") for count in COUNTS} | {(PLAYED, r) for r in RULES})
-    frontend.seen()  # before the work is handed out
-    done = sweep(_drive, states, rng=np.random.default_rng(SEED), desc="drives")
-    return dict(zip(states, done, strict=True))
-
-
-def _drive(state: tuple[int, str], *, rng: np.random.Generator) -> Drive:
-    count, rule = state
+def _driven(count: int, rule: str) -> Drive:
+    own = np.random.default_rng(SEED).spawn(len(STATES))[STATES.index((count, rule))]
     seen = frontend.seen()
     report = drives.roll(seen.poses, rng=np.random.default_rng(SEED))
-    return drives.run(seen, Options(count, share=RULES[rule]), report, rng=rng)
+    return drives.run(seen, Options(count, share=RULES[rule]), report, rng=own)
 
 
 Measured = tuple[Drive, float, Topology]
