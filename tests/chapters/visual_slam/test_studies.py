@@ -11,28 +11,28 @@ from robot_perception.chapters.visual_slam import (
     drives,
     explorers,
     factorisation,
+    figures,
     frontend,
     maps,
     recordings,
     resampling,
     stability,
 )
-from robot_perception.geometry import compose, se3
+from robot_perception.geometry import se3
 from robot_perception.slam.visual import Newcomers
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
-FILM = frontend.PAPER
 
 
 @pytest.fixture(scope="module")
 def seen():
-    return frontend.seen(FILM)
+    return frontend.seen()
 
 
 def test_points_lie_where_the_renderer_says(seen):
     """In the middle half a decimetre: some pairs do not belong together."""
-    _, poses = frontend.world(FILM.seed, FILM.poses)
+    _, poses = frontend.world()
     rows = RNG(0).choice(len(seen.points), 500, replace=False)
     gaps = []
     for row in rows:
@@ -54,7 +54,7 @@ def test_a_track_is_one_place(seen):
 
 
 def test_points_of_one_frame_are_wrong_in_depth_more_often(seen):
-    _, poses = frontend.world(FILM.seed, FILM.poses)
+    _, poses = frontend.world()
     lengths = np.bincount(seen.tracks)[seen.tracks]
     depths = [
         stereo.project(frontend.RIG, pose, seen.places[seen.frames == k])[:, 2]
@@ -91,7 +91,7 @@ def ages(seen):
 def recognised(drive):
     """Return points, landmarks and gaps (m) of the tracks that were taken for a landmark."""
     seen, first = drive.seen, np.flatnonzero(ages(drive.seen) == 6)
-    new = np.isin(drive.rows, first) & (seen.frames[drive.rows] != drive.made[drive.names])
+    new = np.isin(drive.rows, first) & (drive.rows != drive.founders[drive.names])
     rows, names = drive.rows[new], drive.names[new]
     return rows, names, np.linalg.norm(seen.places[rows] - drive.places[names], axis=1)
 
@@ -101,7 +101,7 @@ def test_most_that_is_taken_for_another_lies_on_the_same_surface():
     rows, names, gaps = recognised(drive)
     far = gaps > drives.SAME
     assert (len(rows), np.count_nonzero(far)) == (drive.matched, drive.wrong)
-    same = drive.seen.carriers[rows[far]] == drive.carriers[names[far]]
+    same = drive.seen.carriers[rows[far]] == drive.seen.carriers[drive.founders[names[far]]]
     assert 0.5 < same.mean() < 0.9
 
 
@@ -114,7 +114,7 @@ def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
     assert np.count_nonzero(age == 6) == drive.matched + len(drive.places)
     used, made = (
         np.bincount(frames, minlength=len(drive.poses))
-        for frames in (drive.seen.frames[drive.rows], drive.made)
+        for frames in (drive.seen.frames[drive.rows], drive.seen.frames[drive.founders])
     )
     assert (used - made == drive.observed).all()
 
@@ -134,34 +134,40 @@ def test_the_same_place_lies_on_the_same_surface(seen):
 def test_what_is_in_the_map_again_was_there_before():
     drive = explorers.driven(10)
     near = cdist(drive.places, drive.places) < drives.AGAIN
-    same = drive.carriers[:, None] == drive.carriers
-    before = drive.made[:, None] > drive.made
+    carriers, made = drive.seen.carriers[drive.founders], drive.seen.frames[drive.founders]
+    same, before = carriers[:, None] == carriers, made[:, None] > made
     assert drive.twice == (near & same & before).any(axis=1).sum() > 0
 
 
-def test_the_wheels_alone_add_up():
-    poses = frontend.world(FILM.seed, FILM.poses)[1]
+def test_the_filter_takes_what_the_wheels_report():
+    poses = frontend.world()[1]
     report = drives.roll(poses, rng=RNG(2))
-    path = drives.dead_reckoning(poses[0], report)
-    assert path[7] == pytest.approx(compose(path[6], report.increments[6]))
     motion = drives.motions(report)[6]
-    assert motion.move(path[6]) == pytest.approx(path[7])
+    assert (motion.increment == report.increments[6]).all()
     assert np.sqrt(np.diag(motion.increment_cov)) == pytest.approx(report.deviations[6])
 
 
 def test_the_path_is_that_of_ancestors():
     drive = explorers.driven(10)
-    m = drive.best
+    m = drive.maps.best
     for k in range(len(drive.poses) - 1, 400, -1):
         assert (drive.path[k] == drive.poses[k, m]).all()
         m = drive.ancestors[k, m]
-    assert (drive.survivors[:-60] == 1).all()
+    assert (drive.survivors()[:-60] == 1).all()
+
+
+def test_the_paths_to_a_frame_are_those_of_its_particles():
+    drive = explorers.driven(10)
+    paths, alive = drive.paths(300), drive.survivors(300)
+    assert (paths[300] == drive.poses[300]).all()
+    assert (paths[299] == drive.poses[299, drive.ancestors[300]]).all()
+    assert [len(alive), alive[299], alive[300]] == [301, len(set(drive.ancestors[300])), 10]
 
 
 def test_told_the_names_nothing_is_wrong(seen):
     report = drives.roll(seen.poses, rng=RNG(3))
     with unchecked():
-        drive = drives.run(seen, drives.TEN, report, rng=RNG(4), told=True)
+        drive = drives.run(seen, drives.Options(), report, rng=RNG(4), told=True)
     assert drive.matched > 100
     assert drive.wrong == 0
     assert recognised(drive)[2].max() < drives.AGAIN
@@ -169,22 +175,22 @@ def test_told_the_names_nothing_is_wrong(seen):
 
 def test_a_right_map_is_right_and_a_torn_one_is_not():
     drive = explorers.driven(100)
-    assert maps.topology(drive, FILM).right
+    assert maps.topology(drive).right
     half = len(drive.poses) // 2
     poses = drive.poses.copy()
     poses[half:, :, 1] += 1.5
     torn = replace(drive, poses=poses)
-    found = maps.topology(torn, FILM)
+    found = maps.topology(torn)
     assert found.apart > maps.MARGIN
     assert not found.right
 
 
 def test_rooms_are_the_floors_and_the_order_is_that_of_the_drive():
-    floors = maps.rooms(FILM.seed, FILM.poses)
+    floors = maps.rooms()
     assert len(floors) == 7
     assert (floors[:, 1] > floors[:, 0]).all()
-    truth = frontend.world(FILM.seed, FILM.poses)[1]
-    order = maps._order(maps._room_of(truth[:, :2], floors))
+    truth = frontend.world()[1]
+    order = maps.order(maps.room_of(truth))
     assert len(order) > 8
     assert len(set(order)) == 6  # nobody enters one room
 
@@ -205,39 +211,34 @@ def test_numbers_of_weights():
 
 
 def test_lasting_points_keep_their_tracks(seen):
-    long = stability.lasting(seen, 5)
+    long = frontend.lasting(seen, 5)
     lengths = np.bincount(long.tracks)
     assert lengths.min() > 5
     assert len(lengths) == np.count_nonzero(np.bincount(seen.tracks) > 5)
 
 
 def test_accounts_say_what_the_drives_did():
-    drives_ = [explorers.driven(count) for count in (1, 10)]
-    both = maps.stack([maps.account(drive, FILM, 5.07) for drive in drives_])
-    assert both.path.shape == (2,)
-    assert both.landmarks.tolist() == [len(drive.places) for drive in drives_]
-    assert both.seconds == pytest.approx(0.01)
+    one, ten = (explorers.driven(count) for count in (1, 10))
+    both = maps.Account(*np.transpose([maps.account(drive) for drive in (one, ten)]))
+    assert both.landmarks.tolist() == [len(drive.places) for drive in (one, ten)]
     assert both.wheels[0] == both.wheels[1]
     assert both.right.tolist() == [0, 1]
-    assert both.effective[0] == 1
-    assert both.effective[1] == pytest.approx(
-        np.mean([e for e, n in zip(drives_[1].effective, drives_[1].observed, strict=True) if n])
-        / 10
-    )
+    weighed = ten.effective[ten.observed > 0]
+    assert both.effective == pytest.approx([1, weighed.mean() / 10])
 
 
 def test_turned_points_are_those_of_a_view_from_a_height():
     """What is level turns; what is upright stays upright; a full turn changes nothing."""
     foot, top = np.array([[3.0, -2.0, 0.0], [3.0, -2.0, 2.0]])
     for turn in (0, 30, 135):
-        low, high = explorers.turned(np.stack([foot, top]), turn)
+        low, high = figures.turned(np.stack([foot, top]), turn)
         assert high - low == pytest.approx([0, 2 * np.cos(np.deg2rad(35))])
     axes = np.array([10.0, 1.1, 0.0]) + np.vstack([np.zeros(3), np.eye(3)])
-    origin, x, y, _ = explorers.turned(axes, 90)
+    origin, x, y, _ = figures.turned(axes, 90)
     assert origin == pytest.approx(np.zeros(2))
     assert x == pytest.approx([0, np.sin(np.deg2rad(35))])  # away from the reader
     assert y == pytest.approx([-1, 0])
-    assert explorers.turned(axes, 360) == pytest.approx(explorers.turned(axes, 0))
+    assert figures.turned(axes, 360) == pytest.approx(figures.turned(axes, 0))
 
 
 def test_the_path_of_a_camera_in_the_plane():

@@ -1,138 +1,164 @@
-"""The states of the explorers: one drive with few and many particles, over time, and turned.
+"""The explorers: the map by few and many particles, the particles over time, the map in space.
 
-All states of an explorer have the same wheels, so that they compare.
+All states show one drive, with the same wheels, so that they compare.
 """
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
-from jaxtyping import Float
 
-from robot_perception.chapters.visual_slam import drives, frontend, maps
+from robot_perception.chapters.visual_slam import drives, frontend
+from robot_perception.chapters.visual_slam import figures as draw
 from robot_perception.chapters.visual_slam.drives import Drive, Options
-from robot_perception.chapters.visual_slam.maps import Topology
+from robot_perception.chapters.visual_slam.maps import Topology, topology
 from robot_perception.chapters.visual_slam.resampling import RULES
-from robot_perception.evaluation.sweep import sweep
 from robot_perception.evaluation.trajectories import absolute_error
-from robot_perception.teaching.explore import choice, slider, timeline
+from robot_perception.teaching.controls import choice, slider, timeline
+from robot_perception.teaching.explorations import Exploration
+from robot_perception.teaching.figures import figure
 from robot_perception.teaching.tables import Table
 
 SEED = 3
 """Of the drive that is shown."""
 COUNTS = (1, 10, 50, 100)
-FILM = frontend.PAPER
-
-MAP_CONTROLS = {"count": slider("Particles", COUNTS, 1)}
-MAP_PRESETS = {"ten": {"count": 10}, "a hundred": {"count": 100}}
-
-MOMENTS = tuple(range(13, FILM.frames, 17))
-"""Frames of the timeline; the last one is the end of the drive."""
-PLAY_COUNT = 50
-PLAY_CONTROLS = {
-    "rule": choice("Resampled", tuple(RULES), "below M/2"),
-    "at": timeline("Frame", MOMENTS, MOMENTS[9], fps=5),
-}
-PLAY_PRESETS = {
-    "the end": {"at": MOMENTS[-1]},
-    "never": {"rule": "never"},
-    "never, the end": {"rule": "never", "at": MOMENTS[-1]},
-}
-
-TURN_CONTROLS = {
-    "count": choice("Particles", (1, 10, 100), 10),
-    "turn": timeline("Turn", range(0, 360, 15), 30, "°", fps=6),
-}
-TURN_PRESETS = {"from the side": {"turn": 0}, "one particle": {"count": 1}}
+PLAYED = 50
+"""Particles of the drive that is shown over time."""
+STATES = sorted({(m, "below M/2") for m in COUNTS} | {(PLAYED, rule) for rule in RULES})
+"""All that is driven, each with a generator of its own, in this order."""
 
 
 def driven(count: int, rule: str = "below M/2") -> Drive:
     """Return the drive that is shown with a number of particles and a rule of resampling."""
-    return _driven()[count, rule]
+    return _driven(count, rule)
 
 
 @cache
-def _driven() -> dict[tuple[int, str], Drive]:
-    states = sorted({(count, "below M/2") for count in COUNTS} | {(PLAY_COUNT, r) for r in RULES})
-    frontend.seen(FILM)  # before the work is handed out
-    done = sweep(_drive, states, rng=np.random.default_rng(SEED), desc="drives")
-    return dict(zip(states, done, strict=True))
-
-
-def _drive(state: tuple[int, str], *, rng: np.random.Generator) -> Drive:
-    count, rule = state
-    seen = frontend.seen(FILM)
+def _driven(count: int, rule: str) -> Drive:
+    own = np.random.default_rng(SEED).spawn(len(STATES))[STATES.index((count, rule))]
+    seen = frontend.seen()
     report = drives.roll(seen.poses, rng=np.random.default_rng(SEED))
-    return drives.run(seen, Options(count, share=RULES[rule]), report, rng=rng)
+    return drives.run(seen, Options(count, share=RULES[rule]), report, rng=own)
+
+
+Measured = tuple[Drive, float, Topology]
 
 
 @cache
-def measured(count: int) -> tuple[float, Topology]:
-    """Return the error of the path (m) and the topology of the map."""
+def measured(count: int) -> Measured:
+    """Return the drive with a number of particles, the error of its path, m, and its topology."""
     drive = driven(count)
-    return absolute_error(drive.path, drive.seen.poses, False), maps.topology(drive, FILM)
+    return drive, absolute_error(drive.path, drive.seen.poses, False), topology(drive)
 
 
-def describe_map(count: int) -> str:
-    """Return what a state of the explorer of maps shows, in words."""
-    error, found = measured(count)
+def describe_map(state: Measured) -> str:
+    """Return what a map shows, in words."""
+    drive, error, found = state
     return (
-        f"Map (particles: {count}): {len(driven(count).places)} landmarks, path {error:.2f} m "
-        f"off; {found.inside:.0%} of the landmarks lie in their room."
+        f"Map (particles: {drive.options.particles}): {len(drive.founders)} landmarks, path "
+        f"{error:.2f} m off; {found.inside:.0%} of the landmarks lie in their room."
     )
 
 
-def spread(drive: Drive, frame: int) -> float:
-    """Return the standard deviation of the particles' places at a frame, m."""
-    return float(np.sqrt(drive.poses[frame][:, :2].var(axis=0).sum()))
+MAP = Exploration(
+    lambda ax, state: draw.built(ax, state[0]),
+    measured,
+    describe_map,
+    {"count": slider("Particles", COUNTS, 1)},
+    name="slam-map",
+    caption="The map by one particle and by more, as in Fig. 4 of the paper: that of the heaviest "
+    "particle at the end. Grey: the true walls; thin solid: the true path; dashed red: the "
+    "estimated one; green: landmarks, points of the walls and of what stands before them.",
+    presets={"ten": {"count": 10}, "a hundred": {"count": 100}},
+    axes=partial(figure, width=6.4, height=4.4),
+    finding=lambda state: state[1:],
+)
 
 
-def ancestors(drive: Drive, frame: int) -> np.ndarray:
-    """Return how many particles of each earlier frame have a descendant at a frame."""
-    alive = np.arange(drive.poses.shape[1])
-    counts = np.empty(frame + 1, dtype=int)
-    for k in range(frame, -1, -1):
-        counts[k] = len(alive)
-        alive = np.unique(drive.ancestors[k][alive])
-    return counts
+def kin(drive: Drive, frame: int) -> int:
+    """Return from how many particles twenty frames before those of a frame descend."""
+    return int(drive.survivors(frame)[max(frame - 20, 0)])
 
 
-def describe_play(rule: str, at: int) -> str:
-    """Return what a state of the explorer of particles shows, in words."""
-    drive = driven(PLAY_COUNT, rule)
-    alive = ancestors(drive, at)
+def describe_play(state: tuple[Drive, str, int]) -> str:
+    """Return what a moment of the drive shows, in words."""
+    drive, rule, frame = state
+    spread = np.sqrt(drive.poses[frame, :, :2].var(axis=0).sum())
     return (
-        f"Frame {at}, resampled {rule}: effective number "
-        f"{drive.effective[at]:.1f} of {PLAY_COUNT}; the particles spread over "
-        f"{spread(drive, at):.2f} m and descend from {alive[max(at - 20, 0)]} of those twenty "
-        "frames before."
+        f"Frame {frame}, resampled {rule}: effective number {drive.effective[frame]:.1f} of "
+        f"{PLAYED}; the particles spread over {spread:.2f} m and descend from {kin(drive, frame)} "
+        "of those twenty frames before."
     )
 
 
-def turned(points: Float[np.ndarray, "n 3"], turn: float) -> Float[np.ndarray, "n 2"]:
-    """Return points of space as seen from a height, the building turned by some degrees."""
-    angle, tilt = np.deg2rad(turn), np.deg2rad(35.0)
-    x, y, z = (points - [10.0, 1.1, 0.0]).T
-    across = np.cos(angle) * x - np.sin(angle) * y
-    away = np.sin(angle) * x + np.cos(angle) * y
-    return np.stack([across, np.sin(tilt) * away + np.cos(tilt) * z], axis=-1)
+MOMENTS = tuple(range(13, frontend.FRAMES, 17))
+"""Frames of the timeline; the last one is the end of the drive."""
+
+PLAY = Exploration(
+    lambda axes, state: draw.particles(axes, state[0], state[2]),
+    lambda rule, at: (driven(PLAYED, rule), rule, at),
+    describe_play,
+    {
+        "rule": choice("Resampled", tuple(RULES), "below M/2"),
+        "at": timeline("Frame", MOMENTS, MOMENTS[9], fps=5),
+    },
+    name="slam-particles",
+    caption="Fifty particles on the drive. Above: where they are, and the paths that led there; "
+    "thin solid: the true path. Below, on a logarithmic scale: red, how many particles of each "
+    "earlier frame have a descendant now; grey, the effective number in that frame.",
+    presets={
+        "the end": {"at": MOMENTS[-1]},
+        "never": {"rule": "never"},
+        "never, the end": {"rule": "never", "at": MOMENTS[-1]},
+    },
+    axes=partial(figure, 2, 1, width=6.4, height=7.0),
+    finding=lambda state: (kin(state[0], state[2]), state[0].effective[state[2]]),
+)
 
 
-NUMBER = 8
-"""Bytes of a number."""
+def describe_turn(state: tuple[Drive, float]) -> str:
+    """Return what the map in space shows, in words."""
+    drive, turn = state
+    return (
+        f"The {len(drive.founders)} landmarks of the map in space (particles: "
+        f"{drive.options.particles}), the building turned by {turn:g}°."
+    )
+
+
+def gaps(state: tuple[Drive, float]) -> tuple[float, float]:
+    """Return by how much half of the landmarks err in the plane, and in height, m."""
+    x, y, z = (state[0].means - state[0].places).T
+    return float(np.median(np.hypot(x, y))), float(np.median(np.abs(z)))
+
+
+SPACE = Exploration(
+    lambda ax, state: draw.in_space(ax, *state),
+    lambda count, turn: (driven(count), turn),
+    describe_turn,
+    {
+        "count": choice("Particles", (1, 10, 100), 10),
+        "turn": timeline("Turn", range(0, 360, 15), 30, "°", fps=6),
+    },
+    name="slam-space",
+    caption="The map in space, from a height, after the best rigid motion of its path. Grey: "
+    "walls on the floor; red: path; green: landmarks.",
+    presets={"from the side": {"turn": 0}, "one particle": {"count": 1}},
+    axes=partial(figure, width=6.4, height=4.2),
+    finding=gaps,
+)
 
 
 def memory_table() -> Table:
     """Return the memory of the maps of the drive that is shown, and that of plain arrays."""
-    states = {f"M = {m}": driven(m) for m in COUNTS}
-    states[f"M = {PLAY_COUNT}, never resampled"] = driven(PLAY_COUNT, "never")
+    shown = {f"M = {m}": driven(m) for m in COUNTS}
+    shown[f"M = {PLAYED}, never resampled"] = driven(PLAYED, "never")
     rows = {
         name: (
-            float(len(drive.places)),
+            float(len(drive.founders)),
             np.mean([len(block) for block in drive.maps.blocks]),
             drive.maps.nbytes / 1e6,
             plain(drive) / 1e6,
         )
-        for name, drive in states.items()
+        for name, drive in shown.items()
     }
     columns = {
         "landmarks": "in the map at the end",
@@ -145,13 +171,4 @@ def memory_table() -> Table:
 
 def plain(drive: Drive) -> int:
     """Return the memory of all maps as plain arrays, bytes: 3 + 9 numbers a landmark."""
-    return len(drive.maps) * len(drive.places) * (3 + 9) * NUMBER
-
-
-def describe_turn(count: int, turn: float) -> str:
-    """Return what a state of the explorer of space shows, in words."""
-    drive = driven(count)
-    return (
-        f"The {len(drive.places)} landmarks of the map in space (particles: {count}), the "
-        f"building turned by {turn:g}°."
-    )
+    return len(drive.maps) * len(drive.founders) * (3 + 9) * np.dtype(float).itemsize

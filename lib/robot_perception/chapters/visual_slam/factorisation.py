@@ -1,71 +1,51 @@
 """Eq. (2): given the path, the landmarks are independent, and each map is the exact one."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from robot_perception.chapters.visual_slam import drives, frontend
 from robot_perception.chapters.visual_slam.drives import Drive, Options
 from robot_perception.chapters.visual_slam.maps import PAPER
 from robot_perception.evaluation.intervals import exact
 from robot_perception.geometry import se3
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 
-
-@dataclass(frozen=True, slots=True)
-class Config:
-    """The beginning of the drive, with resampling; all is ours."""
-
-    film: frontend.Config = frontend.PAPER
-    options: Options = drives.TEN
+Deviations = tuple[Float[np.ndarray, "M n"], Float[np.ndarray, "M n"], int]
+"""How far each landmark of each particle is from the exact map given the path: its place, in
+standard deviations, its variances, relative; and how often particles were drawn anew."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """Deviation of each landmark of each particle from the exact map given its path.
-
-    Parameters
-    ----------
-    means : (M, n)
-        Of the place, in standard deviations.
-    variances : (M, n)
-        Of the variances, relative, the largest of three.
-    drawn
-        How often particles were drawn anew.
-    """
-
-    means: Float[np.ndarray, "M n"]
-    variances: Float[np.ndarray, "M n"]
-    drawn: int
-
-
-def run(config: Config, *, rng: np.random.Generator) -> Result:
+def run(options: Options, *, rng: np.random.Generator) -> Deviations:
     """Run the filter, and work out each particle's map again from its path."""
-    drive = _driven(config, rng)
-    lineages = drive.lineage
-    return _deviations(drive, lineages)
+    drive = _driven(options, rng)
+    return _deviations(drive, drive.paths())
 
 
-def _driven(config: Config, rng: np.random.Generator) -> Drive:
+def on_another_path(options: Options, *, rng: np.random.Generator) -> Deviations:
+    """Give each particle the path of its neighbour; drawn anew, all would share one path."""
+    drive = _driven(options, rng)
+    return _deviations(drive, np.roll(drive.paths(), 1, axis=1))
+
+
+def _driven(options: Options, rng: np.random.Generator) -> Drive:
     wheel, own = rng.spawn(2)
-    seen = frontend.seen(config.film)
-    return drives.run(seen, config.options, drives.roll(seen.poses, rng=wheel), rng=own)
+    seen = frontend.seen()
+    return drives.run(seen, options, drives.roll(seen.poses, rng=wheel), rng=own)
 
 
-def _deviations(drive: Drive, lineages: Int[np.ndarray, "frames M"]) -> Result:
-    """Compare the maps with those given the paths of some lineages."""
-    means, covs = drive.maps.means, drive.maps.covs
-    apart, wider = np.empty(means.shape[:2]), np.empty(means.shape[:2])
-    for m, lineage in enumerate(lineages.T):
-        path = drive.poses[np.arange(len(drive.poses)), lineage]
-        place, cov = exact_map(drive, path)
-        sigma = np.sqrt(np.diagonal(cov, axis1=1, axis2=2))
-        apart[m] = (np.abs(means[m] - place) / sigma).max(axis=1)
-        own = np.diagonal(covs[m], axis1=1, axis2=2)
-        wider[m] = np.abs(own / sigma**2 - 1).max(axis=1)
-    return Result(apart, wider, int(drive.drawn.sum()))
+def _deviations(drive: Drive, paths: Float[np.ndarray, "frames M 3"]) -> Deviations:
+    """Compare the maps with those given some paths."""
+    places, covs = map(
+        np.array, zip(*(exact_map(drive, path) for path in paths.swapaxes(0, 1)), strict=True)
+    )
+    variances, own = (np.diagonal(c, axis1=-2, axis2=-1) for c in (covs, drive.maps.covs))
+    return (
+        (np.abs(drive.maps.means - places) / np.sqrt(variances)).max(axis=-1),
+        np.abs(own / variances - 1).max(axis=-1),
+        int(drive.drawn.sum()),
+    )
 
 
 def exact_map(
@@ -91,7 +71,10 @@ def exact_map(
     return (cov @ vector[..., None])[..., 0], cov
 
 
-@claim(
+EXACT = Study(run, full=Options(), quick=Options(), seed=43)
+
+
+@EXACT.claim(
     "factorisation",
     paper=PAPER,
     place="§3.2, eq. 2",
@@ -102,30 +85,22 @@ def exact_map(
     "landmarks are worked out again, all observations at once, from the path that its lineage "
     "gives. Largest difference of a coordinate, in standard deviations, to eight decimals.",
     accepted=Accepted(0.0, 1e-6, "equal but for rounding"),
-    seed=43,
+    sabotage=Change("the path of another particle, none drawn anew", on_another_path, share=0.0),
 )
-def factorisation(size: Size, rng: np.random.Generator) -> Finding:
+def factorisation(deviations: Deviations) -> Finding:
     """Compare every landmark of every particle with the exact one."""
-    result = run(Config(), rng=rng)
+    means, variances, drawn = deviations
     return Finding(
-        exact(_worst(result.means), "σ", "largest over all landmarks of all particles"),
+        exact(_worst(means), "σ", "largest over all landmarks of all particles"),
         {
-            "largest relative difference of a variance": exact(_worst(result.variances)),
-            "landmarks compared": exact(float(result.means.size)),
-            "times that particles were drawn anew": exact(float(result.drawn)),
+            "largest relative difference of a variance": exact(_worst(variances)),
+            "landmarks compared": exact(float(means.size)),
+            "times that particles were drawn anew": exact(float(drawn)),
         },
-        note=f"{result.means.size} landmarks of {len(result.means)} particles.",
+        note=f"{means.size} landmarks of {len(means)} particles.",
     )
 
 
 def _worst(differences: np.ndarray) -> float:
     """Return the largest to eight decimals: what is below is the rounding of a processor."""
     return round(float(differences.max()), 8)
-
-
-@factorisation.sabotage("the path of another particle, none drawn anew")
-def another_path(size: Size, rng: np.random.Generator) -> Finding:
-    """Give each particle the path of its neighbour; drawn anew, all would share one path."""
-    drive = _driven(Config(options=replace(drives.TEN, share=0.0)), rng)
-    result = _deviations(drive, np.roll(drive.lineage, 1, axis=1))
-    return Finding(exact(float(result.means.max()), "σ"))

@@ -5,8 +5,8 @@ followed from frame to frame; the renderer says which place of the world each of
 result is kept on the reader's computer.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from functools import cache
 from itertools import islice
 
@@ -18,59 +18,26 @@ from data_synth.textured_building import SLIP, TexturedBuilding, drive, make_tex
 from robot_perception import landmarks
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.geometry import se3
-from robot_perception.landmarks import StereoRules, TrackRules
+from robot_perception.landmarks import StereoPoints, StereoRules, TrackRules, Tracks
 from robot_perception.teaching.results import kept
 
-
-@dataclass(frozen=True, slots=True)
-class Config:
-    """The drive and what is made of its pictures.
-
-    Paper: 507 pairs of 320 × 240 over some 80 m, rows within 2 px (section 3.1, section 5). Ours:
-    the building, the cameras, all thresholds and the noise of a feature's column and row, ``sigma``
-    px. Only the first ``frames`` pairs of the drive are used.
-    """
-
-    seed: int = 0
-    poses: int = 507
-    frames: int = 507
-    rows: float = 2.0
-    threshold: float = 200.0
-    window: float = 12.0
-    sigma: float = 0.5
-
-    def first(self, frames: int) -> "Config":
-        """Return the same with the beginning of the drive alone."""
-        return replace(self, frames=frames)
-
-
-PAPER = Config()
+FRAMES = 507
+"""Pairs of 320 × 240 over some 80 m; paper: section 5. Building and cameras are ours."""
+EVERY = 10
+"""Frames from one picture that is shown to the next."""
+RIG = stereo.Rig()
+CAMERAS = StereoRig(Pinhole((RIG.focal_px, RIG.focal_px), RIG.centre_px, RIG.size), RIG.baseline)
+"""The two eyes as the library models them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Seen:
-    """What the two eyes saw on the drive: n points, frame after frame.
+    """What the two eyes saw on the drive: the true poses (m, rad), and n points frame after frame.
 
-    Parameters
-    ----------
-    poses : (frames, 3)
-        The true ones, m and rad.
-    frames : (n,)
-        Frame of each point.
-    tracks : (n,)
-        Track of each point, by when the tracks began.
-    pixels : (n, 2)
-        In the left picture.
-    points : (n, 3)
-        As triangulated, in the frame of the left camera, m.
-    covs : (n, 3, 3)
-        Their covariances, m².
-    descriptors : (n, 128)
-        In the left picture.
-    places : (n, 3)
-        What the pixel shows, in the world, m: the truth.
-    carriers : (n,)
-        The surface that it lies on; -1 for nothing.
+    Each point has a frame, a track, numbered by when they began, a pixel of the left picture and a
+    descriptor there. It is a point in the frame of the left camera as triangulated, m, with its
+    covariance, m². What the pixel shows is a place in the world, m, and the surface that carries
+    it, -1 for none: the truth.
     """
 
     poses: Float[np.ndarray, "frames 3"]
@@ -85,52 +52,42 @@ class Seen:
 
 
 @cache
-def world(seed: int, poses: int) -> tuple[TexturedBuilding, Float[np.ndarray, "poses 3"]]:
+def world() -> tuple[TexturedBuilding, Float[np.ndarray, "frames 3"]]:
     """Return the building, and the true path through it."""
-    make, steer, _ = _streams(seed)
+    make, steer, _ = _streams()
     building = make_textured_building(rng=make)
-    return building, drive(building, rng=steer, poses=poses)
+    return building, drive(building, rng=steer, poses=FRAMES)
 
 
-RIG = stereo.Rig()
-CAMERAS = StereoRig(Pinhole((RIG.focal_px, RIG.focal_px), RIG.centre_px, RIG.size), RIG.baseline)
-"""The two eyes as the library models them."""
+def pictures(frames: int = FRAMES) -> Iterator[stereo.StereoFrame]:
+    """Yield the pairs of pictures of the beginning of the drive, one after the other."""
+    building, poses = world()
+    return islice(stereo.frames(building.scene, RIG, poses, rng=_streams()[2]), frames)
 
 
-def pictures(config: Config) -> Iterator[stereo.StereoFrame]:
-    """Yield the pairs of pictures of the drive, one after the other."""
-    building, poses = world(config.seed, config.poses)
-    pairs = stereo.frames(building.scene, RIG, poses, rng=_streams(config.seed)[2])
-    return islice(pairs, config.frames)
+def _streams() -> list[np.random.Generator]:
+    """Return generators of the building, the path and the pictures."""
+    return np.random.default_rng(0).spawn(3)
 
 
 @kept
-def seen(config: Config = PAPER) -> Seen:
-    """Render the drive, find and follow what both eyes see, and ask the renderer what it is."""
-    building, path = world(config.seed, config.poses)
-    rules = StereoRules(config.rows, config.threshold)
-    follow = TrackRules(config.window, config.threshold)
+def film() -> UInt8[np.ndarray, "pictures height width"]:
+    """Render the drive and return some of the left pictures, to show."""
+    return np.stack([pair.left for pair in islice(pictures(), 0, None, EVERY)])
+
+
+@kept
+def seen(frames: int = FRAMES) -> Seen:
+    """Render the beginning of the drive, find and follow what both eyes see, and ask what it is."""
+    building, path = world()
     # where a feature is looked for next: by the wheels of a drive of its own
-    wheel = wheels.roll(path, SLIP, rng=np.random.default_rng([config.seed, 1]))
-    T_robot_camera = RIG.T_robot_camera
-    parts: list[tuple[np.ndarray, ...]] = []
-    before, tracks = None, None
-    for k, pair in enumerate(pictures(config)):
-        found = landmarks.observe(
-            pair.left, pair.right, CAMERAS, rules=rules, sigma_px=config.sigma
-        )
-        if tracks is None:
-            tracks = landmarks.Tracks.start(found.features)
-        else:
-            T_before_now = se3.from_se2(wheel.increments[k - 1])
-            T_now_before = se3.inverse(
-                se3.compose(se3.inverse(T_robot_camera), se3.compose(T_before_now, T_robot_camera))
-            )
-            expected = landmarks.predict_pixels(before.points.mean, T_now_before, CAMERAS.camera)
-            tracks = landmarks.extend(
-                tracks, before.features, found.features, follow, predicted=expected
-            )
-        before = found
+    report = wheels.roll(path, SLIP, rng=np.random.default_rng([0, 1]))
+    pairs = ((pair.left, pair.right) for pair in pictures(frames))
+    followed = follow(
+        pairs, CAMERAS, RIG.T_robot_camera, report.increments, StereoRules(), TrackRules()
+    )
+    parts = []
+    for k, (found, tracks) in enumerate(followed):
         shown = stereo.surface_points(building.scene, RIG, path[k], found.features.pixels)
         parts.append(
             (
@@ -144,11 +101,42 @@ def seen(config: Config = PAPER) -> Seen:
                 shown.carriers,
             )
         )
-    return Seen(
-        path[: config.frames], *(np.concatenate(column) for column in zip(*parts, strict=True))
-    )
+    return Seen(path[:frames], *(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _streams(seed: int) -> list[np.random.Generator]:
-    """Return generators of the building, the path and the pictures."""
-    return np.random.default_rng(seed).spawn(3)
+def lasting(seen: Seen, frames: int) -> Seen:
+    """Return the points whose tracks last for more than so many frames, now or later."""
+    lengths = np.bincount(seen.tracks)
+    numbers = np.cumsum(lengths > frames) - 1  # tracks are numbered without gaps
+    kept = lengths[seen.tracks] > frames
+    columns = {field.name: getattr(seen, field.name)[kept] for field in fields(Seen)[1:]}
+    return Seen(seen.poses, **columns | {"tracks": numbers[seen.tracks[kept]]})
+
+
+def follow(
+    pairs: Iterable[tuple[np.ndarray, np.ndarray]],
+    rig: StereoRig,
+    T_robot_camera: Float[np.ndarray, "4 4"],
+    increments: Float[np.ndarray, "steps 3"],
+    rules: StereoRules,
+    track_rules: TrackRules,
+) -> Iterator[tuple[StereoPoints, Tracks]]:
+    """Yield the points that each pair of pictures shows, and the tracks that they belong to.
+
+    Paper: rows within 2 px (section 3.1); the other rules are ours. A point is looked for where it
+    will be seen after the step that the wheels report.
+    """
+    before = tracks = None
+    for pair, increment in zip(pairs, [None, *increments], strict=False):
+        found = landmarks.observe(*pair, rig, rules=rules)
+        if before is None:
+            tracks = Tracks.start(found.features)
+        else:
+            T_robot_now = se3.compose(se3.from_se2(increment), T_robot_camera)
+            T_now_before = se3.between(T_robot_now, T_robot_camera)
+            expected = landmarks.predict_pixels(before.points.mean, T_now_before, rig.camera)
+            tracks = landmarks.extend(
+                tracks, before.features, found.features, track_rules, predicted=expected
+            )
+        yield found, tracks
+        before = found

@@ -1,15 +1,16 @@
 """Fig. 4: maps of one drive with few and with many particles, and the claims about them."""
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, partial
-from time import process_time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception.chapters.visual_slam import drives, frontend
 from robot_perception.chapters.visual_slam.drives import Drive, Options
+from robot_perception.chapters.visual_slam.frontend import Seen
 from robot_perception.evaluation.intervals import (
     Interval,
     bootstrap_mean,
@@ -19,12 +20,15 @@ from robot_perception.evaluation.intervals import (
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.evaluation.trajectories import absolute_error, align
 from robot_perception.geometry import act
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.landmarks import StereoRules
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
 PAPER = "sift-slam"
-OPTIONS = drives.TEN
+TOLD = "told"
+"""Name of the filter to which the renderer names the landmarks."""
 SHARE_RIGHT = 0.95
 """Of the landmarks that must lie in the room in which they are; ours."""
 MARGIN = 0.5
@@ -34,33 +38,17 @@ LEAST = 5
 """Frames of a visit of a room; the robot may cut a corner of one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Config:
-    """Fig. 4 of the paper: 1, 10 and 100 particles; text: 50; one drive, no number of repetitions.
-
-    Ours: ten draws of the wheels' noise, for which the pictures are the same.
-    """
-
-    particles: tuple[int, ...] = (1, 10, 50, 100)
-    seeds: int = 10
-    options: Options = OPTIONS
-    film: frontend.Config = frontend.PAPER
+# Topology ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Topology:
     """Whether a map has the right rooms in the right order, and none twice; the criterion is ours.
 
-    Parameters
-    ----------
-    inside
-        Share of the landmarks that lie in the room in which they are, after the best rigid motion
-        of the path.
-    ordered
-        Whether the path passes the rooms in the order in which the robot did.
-    apart
-        How far two visits of one room lie apart in the map, m, in the room where that is most: the
-        distance between the mean errors of the path.
+    After the best rigid motion of the path: the share of the landmarks that lie in the room in
+    which they are; whether the path passes the rooms in the order in which the robot did; and how
+    far two visits of one room lie apart in the map, m, where that is most: the distance between
+    the mean errors of the path.
     """
 
     inside: float
@@ -74,9 +62,9 @@ class Topology:
 
 
 @cache
-def rooms(seed: int, poses: int) -> Float[np.ndarray, "rooms 2 2"]:
+def rooms() -> Float[np.ndarray, "rooms 2 2"]:
     """Return the floors of the building: lower and upper corner of each, m."""
-    building, _ = frontend.world(seed, poses)
+    building, _ = frontend.world()
     frames = building.scene.frames[building.kinds == "floor"][:, :2]
     corners = frames[..., 2, None] + np.stack(
         [0 * frames[..., 0], frames[..., 0], frames[..., 1], frames[..., 0] + frames[..., 1]], -1
@@ -84,74 +72,76 @@ def rooms(seed: int, poses: int) -> Float[np.ndarray, "rooms 2 2"]:
     return np.stack([corners.min(axis=-1), corners.max(axis=-1)], axis=1)
 
 
-def _room_of(places: np.ndarray, floors: np.ndarray) -> np.ndarray:
+def room_of(places: np.ndarray) -> np.ndarray:
     """Return the room that each place lies in or is nearest to."""
-    gap = np.maximum(floors[:, 0] - places[:, None, :2], places[:, None, :2] - floors[:, 1])
+    low, high = rooms().swapaxes(0, 1)
+    gap = np.maximum(low - places[:, None, :2], places[:, None, :2] - high)
     return np.linalg.norm(gap.clip(0), axis=-1).argmin(axis=1)
 
 
-def topology(drive: Drive, film: frontend.Config) -> Topology:
+def topology(drive: Drive) -> Topology:
     """Measure whether a map is topologically right."""
-    floors, truth = rooms(film.seed, film.poses), drive.seen.poses
+    truth = drive.seen.poses
     motion = align(drive.path, truth)
     map_, path = act(motion, drive.means[:, :2]), act(motion, drive.path[:, :2])
-    of = _room_of(drive.places, floors)
-    low, high = floors[of, 0] - MARGIN, floors[of, 1] + MARGIN
-    inside = ((map_ >= low) & (map_ <= high)).all(axis=1)
+    low, high = rooms()[room_of(drive.places)].swapaxes(0, 1)
+    inside = ((map_ >= low - MARGIN) & (map_ <= high + MARGIN)).all(axis=1)
     return Topology(
         float(inside.mean()),
-        _order(_room_of(path, floors)) == _order(_room_of(truth, floors)),
-        _apart(path - truth[:, :2], _room_of(truth, floors)),
+        order(room_of(path)) == order(room_of(truth)),
+        _apart(path - truth[:, :2], room_of(truth)),
     )
 
 
-def _order(rooms: np.ndarray) -> list[int]:
+def order(rooms: np.ndarray) -> list[int]:
     """Return the rooms of a path without repetitions."""
     return rooms[np.flatnonzero(np.diff(rooms, prepend=-1))].tolist()
 
 
 def _apart(errors: np.ndarray, rooms: np.ndarray) -> float:
     """Return how far two visits of one room lie apart in the map, where that is most."""
-    visits = np.cumsum(np.diff(rooms, prepend=-1) != 0)
-    means: dict[int, list[np.ndarray]] = {}
-    for visit in range(1, visits[-1] + 1):
-        inside = visits == visit
-        if inside.sum() >= LEAST:
-            means.setdefault(int(rooms[inside][0]), []).append(errors[inside].mean(axis=0))
-    gaps = [np.hypot(*(a - b)) for room in means.values() for a in room for b in room]
+    visits = np.split(np.arange(len(rooms)), np.flatnonzero(np.diff(rooms)) + 1)
+    means = [(rooms[v[0]], errors[v].mean(axis=0)) for v in visits if len(v) >= LEAST]
+    gaps = [np.hypot(*(a - b)) for one, a in means for other, b in means if one == other]
     return float(max(gaps))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Account:
-    """What is kept of a drive, a number each, or of many drives, an array each.
+# Many drives -------------------------------------------------------------------------------------
+
+Numbers = Float[np.ndarray, "drives"]
+
+
+class Account(NamedTuple):
+    """What is kept of many drives, a number each.
 
     Errors in m: absolute trajectory error of the path as it is and after the best rigid motion,
-    error at the end; the same of the path by the wheels alone; ``seconds`` a frame.
+    error at the end; the same of the path by the wheels alone.
     """
 
-    path: Float[np.ndarray, "..."]
-    aligned: Float[np.ndarray, "..."]
-    end: Float[np.ndarray, "..."]
-    landmarks: Float[np.ndarray, "..."]
-    matched: Float[np.ndarray, "..."]
-    wrong: Float[np.ndarray, "..."]
-    twice: Float[np.ndarray, "..."]
-    inside: Float[np.ndarray, "..."]
-    ordered: Float[np.ndarray, "..."]
-    apart: Float[np.ndarray, "..."]
-    right: Float[np.ndarray, "..."]
-    drawn: Float[np.ndarray, "..."]
-    effective: Float[np.ndarray, "..."]
-    seconds: Float[np.ndarray, "..."]
-    wheels: Float[np.ndarray, "..."]
-    wheels_aligned: Float[np.ndarray, "..."]
-    wheels_end: Float[np.ndarray, "..."]
+    path: Numbers
+    aligned: Numbers
+    end: Numbers
+    wheels: Numbers
+    wheels_aligned: Numbers
+    wheels_end: Numbers
+    landmarks: Numbers
+    matched: Numbers
+    wrong: Numbers
+    twice: Numbers
+    inside: Numbers
+    right: Numbers
+    drawn: Numbers
+    effective: Numbers
+
+    @property
+    def share_right(self) -> Interval:
+        """Share of the maps that are topologically right."""
+        return proportion(int(self.right.sum()), self.right.size)
 
 
-def account(drive: Drive, film: frontend.Config, seconds: float) -> Account:
-    """Return what is kept of a drive."""
-    truth, found = drive.seen.poses, topology(drive, film)
+def account(drive: Drive) -> tuple[float, ...]:
+    """Return what an `Account` keeps of a drive."""
+    truth, found, weighed = drive.seen.poses, topology(drive), drive.observed > 0
     errors = [
         (
             absolute_error(path, truth, False),
@@ -160,136 +150,114 @@ def account(drive: Drive, film: frontend.Config, seconds: float) -> Account:
         )
         for path in (drive.path, drive.odometry)
     ]
-    weighed = drive.observed > 0
-    numbers = (
+    return (
         *errors[0],
-        len(drive.places),
+        *errors[1],
+        len(drive.founders),
         drive.matched,
         drive.wrong,
         drive.twice,
         found.inside,
-        found.ordered,
-        found.apart,
         found.right,
-        drive.drawn[weighed].mean() if weighed.any() else 0.0,
-        drive.effective[weighed].mean() / drive.options.particles if weighed.any() else 1.0,
-        seconds / len(truth),
-        *errors[1],
+        drive.drawn[weighed].mean(),
+        drive.effective[weighed].mean() / drive.options.particles,
     )
-    return Account(*(np.asarray(number, dtype=float) for number in numbers))
 
 
-def stack(accounts: Sequence[Account]) -> Account:
-    """Return the accounts of many drives as one."""
-    names = [f.name for f in fields(Account)]
-    return Account(*(np.array([getattr(a, name) for a in accounts]) for name in names))
+@dataclass(frozen=True, slots=True)
+class Config:
+    """Filters that run over the same drives; Fig. 4 of the paper shows one drive.
 
-
-def compare(
-    variants: Mapping[str, Options],
-    film: frontend.Config,
-    seeds: int,
-    *,
-    rng: np.random.Generator,
-    told: Collection[str] = (),
-) -> dict[str, Account]:
-    """Run variants of the filter over the same drives: for each seed the same wheels for all.
-
-    To those ``told`` the renderer names the landmarks.
+    Parameters
+    ----------
+    filters
+        A name, which is a row of tables, and how it runs. To `TOLD` the renderer names the
+        landmarks.
+    seeds
+        Draws of the wheels' noise, for which the pictures are the same; ours.
+    frames
+        Of the beginning of the drive.
+    lasting
+        Points whose tracks do not last for more than so many frames are left out beforehand.
     """
-    frontend.seen(film)  # before the work is handed out
-    task = partial(_accounts, [(own, name in told) for name, own in variants.items()], film)
-    done = sweep(task, range(seeds), rng=rng, desc="drives")
-    return dict(zip(variants, map(stack, zip(*done, strict=True)), strict=True))
+
+    filters: tuple[tuple[str, Options], ...]
+    seeds: int
+    frames: int = frontend.FRAMES
+    lasting: int = 0
+
+    @property
+    def seen(self) -> Seen:
+        """What the filters are given."""
+        return frontend.lasting(frontend.seen(self.frames), self.lasting)
 
 
-def _accounts(
-    variants: Sequence[tuple[Options, bool]],
-    film: frontend.Config,
-    seed: int,
-    *,
-    rng: np.random.Generator,
-) -> list[Account]:
-    seen, (wheel, *streams) = frontend.seen(film), rng.spawn(1 + len(variants))
+def run(config: Config, *, rng: np.random.Generator) -> dict[str, Account]:
+    """Run the filters over the same drives: for each seed the same wheels for all."""
+    frontend.seen(config.frames)  # before the work is handed out
+    done = sweep(_accounts, [config] * config.seeds, rng=rng, desc="drives")
+    kept = np.moveaxis(np.array(done, dtype=float), 0, -1)
+    return {name: Account(*own) for (name, _), own in zip(config.filters, kept, strict=True)}
+
+
+def _accounts(config: Config, *, rng: np.random.Generator) -> list[tuple[float, ...]]:
+    seen, (wheel, *streams) = config.seen, rng.spawn(1 + len(config.filters))
     report = drives.roll(seen.poses, rng=wheel)
-    found = []
-    for (options, told), own in zip(variants, streams, strict=True):
-        before = process_time()
-        drive = drives.run(seen, options, report, rng=own, told=told)
-        found.append(account(drive, film, process_time() - before))
-    return found
+    return [
+        account(drives.run(seen, options, report, rng=own, told=name == TOLD))
+        for (name, options), own in zip(config.filters, streams, strict=True)
+    ]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """Accounts of all drives by number of particles."""
-
-    config: Config
-    drives: Mapping[int, Account]
-
-    def table(self) -> Table:
-        """Return the errors by number of particles, with the wheels alone as base line."""
-        some = next(iter(self.drives.values()))
-        rows = {
-            "wheels alone": (
-                bootstrap_mean(some.wheels, "m"),
-                bootstrap_mean(some.wheels_aligned, "m"),
-                bootstrap_mean(some.wheels_end, "m"),
-                None,
-                None,
-            )
-        } | {
-            f"M = {count}": (
-                bootstrap_mean(a.path, "m"),
-                bootstrap_mean(a.aligned, "m"),
-                bootstrap_mean(a.end, "m"),
-                bootstrap_mean(a.landmarks),
-                f"{a.right.sum():.0f} of {a.right.size}",
-            )
-            for count, a in self.drives.items()
-        }
-        columns = {
-            "ATE (m)": "absolute trajectory error: root mean squared error of the position",
-            "aligned (m)": "the same after the best rigid motion",
-            "end (m)": "error of the position at the end",
-            "landmarks": "in the map at the end",
-            "right": "drives whose map is topologically right",
-        }
-        about = f"mean and 95 % bootstrap interval over {some.path.size} draws of the wheels' noise"
-        return Table(rows, columns, about, "particles")
-
-    def matching(self) -> Table:
-        """Return what was recognised, what wrongly, and what not."""
-        rows = {
-            f"M = {count}": (
-                bootstrap_mean(a.matched),
-                bootstrap_mean(a.wrong),
-                bootstrap_mean(a.twice),
-            )
-            for count, a in self.drives.items()
-        }
-        columns = {
-            "recognised": "new tracks that were taken for a landmark of the map",
-            "wrong": "of these, tracks of a place that the landmark was not made of",
-            "again": "landmarks made of a place of which there was one already",
-        }
-        about = "mean and 95 % bootstrap interval over the drives"
-        return Table(rows, columns, about, "particles")
+# The claims --------------------------------------------------------------------------------------
 
 
-def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Drive with every number of particles, on the same wheels."""
-    found = compare(_variants(config), config.film, config.seeds, rng=rng)
-    return Result(config, {int(name): account for name, account in found.items()})
+def error_table(found: Mapping[str, Account]) -> Table:
+    """Return the errors by number of particles, with the wheels alone as base line."""
+    some = next(iter(found.values()))
+    alone = (some.wheels, some.wheels_aligned, some.wheels_end)
+    rows = {"wheels alone": (*(bootstrap_mean(error, "m") for error in alone), None, None)} | {
+        name: (
+            *(bootstrap_mean(error, "m") for error in (a.path, a.aligned, a.end)),
+            bootstrap_mean(a.landmarks),
+            f"{a.right.sum():.0f} of {a.right.size}",
+        )
+        for name, a in found.items()
+    }
+    columns = {
+        "ATE (m)": "absolute trajectory error: root mean squared error of the position",
+        "aligned (m)": "the same after the best rigid motion",
+        "end (m)": "error of the position at the end",
+        "landmarks": "in the map at the end",
+        "right": "drives whose map is topologically right",
+    }
+    about = f"mean and 95 % bootstrap interval over {some.path.size} draws of the wheels' noise"
+    return Table(rows, columns, about, "particles")
 
 
-def _variants(config: Config) -> dict[str, Options]:
-    return {str(m): replace(config.options, particles=m) for m in config.particles}
+def over_drives(found: Mapping[str, Account]) -> str:
+    """Return what the numbers of a table are."""
+    drives = next(iter(found.values())).path.size
+    return f"mean and 95 % bootstrap interval over {drives} drives"
+
+
+def match_table(found: Mapping[str, Account]) -> Table:
+    """Return what was recognised, what wrongly, and what not."""
+    rows = {
+        name: tuple(bootstrap_mean(count) for count in (a.matched, a.wrong, a.twice))
+        for name, a in found.items()
+    }
+    columns = {
+        "recognised": "new tracks that were taken for a landmark of the map",
+        "wrong": "of these, tracks of a place that the landmark was not made of",
+        "again": "landmarks made of a place of which there was one already",
+    }
+    return Table(rows, columns, "mean and 95 % bootstrap interval over the drives", "particles")
 
 
 def setup_table() -> Table:
     """Return the paper's values and ours."""
-    film, options = frontend.PAPER, OPTIONS
+    rules, options = StereoRules(), Options()
     rows = {
         "place": ("building 79, Freiburg", "rendered, rooms along a corridor", "yes: what is seen"),
         "stereo pairs": ("507, 320 × 240", "507, 320 × 240", "no"),
@@ -297,33 +265,28 @@ def setup_table() -> Table:
         "wheels": ("not given", "1° for each √m, 2° for each √rad turned", "yes"),
         "stereo match": (
             "±2 rows, a threshold",
-            f"±{film.rows:g} rows, {film.threshold:g} of a length of 512",
+            f"±{rules.rows:g} rows, {rules.threshold:g} of a length of 512",
             "little",
         ),
-        "stable": (
-            f"more than {options.stable} frames",
-            f"more than {options.stable} frames",
-            "yes",
-        ),
+        "stable": (*[f"more than {options.stable} frames"] * 2, "yes"),
     }
     return Table(rows, {"paper": "sections 3 and 5", "ours": "", "matters": ""})
 
 
-# The claims --------------------------------------------------------------------------------------
+def counted(*counts: int) -> tuple[tuple[str, Options], ...]:
+    """Return filters with some numbers of particles; Fig. 4: 1, 10 and 100, the text: 50."""
+    return tuple((f"M = {count}", Options(count)) for count in counts)
 
 
-def _evidence(found: Mapping[int, Account]) -> dict[str, Interval]:
-    evidence: dict[str, Interval] = {}
-    for count, a in found.items():
-        evidence |= {
-            f"maps that are right, M = {count}": proportion(int(a.right.sum()), a.right.size),
-            f"landmarks in their room, M = {count}": bootstrap_mean(a.inside),
-            f"ATE, M = {count}": bootstrap_mean(a.path, "m"),
-        }
-    return evidence
+TEN = Study(
+    run,
+    full=Config((*counted(1, 10, 50, 100), (TOLD, Options())), 30),
+    quick=Config(counted(10), 30),
+    seed=41,
+)
 
 
-@claim(
+@TEN.claim(
     "map-10",
     paper=PAPER,
     place="§5, Fig. 4b",
@@ -336,54 +299,47 @@ def _evidence(found: Mapping[int, Account]) -> dict[str, Interval]:
     accepted=Accepted(
         0.5, 1.0, "a map is right more often than not; the paper shows one", "our choice"
     ),
-    seed=41,
+    sabotage=Change(
+        "a filter that recognises nothing", filters=(("M = 10", Options(limit=0.0)),), seeds=6
+    ),
+    value=lambda found: found["M = 10"].share_right,
 )
-def map_10(size: Size, rng: np.random.Generator) -> Finding:
+def map_10(found: dict[str, Account], value: Interval) -> Finding:
     """Count the maps that are topologically right."""
-    full = size is Size.FULL
-    config = Config((1, 10, 50, 100) if full else (10,), 30)
-    variants = _variants(config)
-    if full:
-        variants["told"] = config.options
-    found = compare(variants, config.film, config.seeds, rng=rng, told=("told",))
-    result = Result(config, {count: found[str(count)] for count in config.particles})
-    ten = result.drives[10]
-    told = (
-        {
-            "ATE, landmarks told over recognised, M = 10": bootstrap_ratio(
-                found["told"].path, ten.path
-            )
+    ten = found["M = 10"]
+    counted = {name: a for name, a in found.items() if name != TOLD}
+    evidence: dict[str, Interval] = {}
+    for name, a in counted.items():
+        evidence |= {
+            f"maps that are right, {name}": a.share_right,
+            f"landmarks in their room, {name}": bootstrap_mean(a.inside),
+            f"ATE, {name}": bootstrap_mean(a.path, "m"),
         }
-        if full
-        else {}
-    )
+    if TOLD in found:
+        ratio = bootstrap_ratio(found[TOLD].path, ten.path)
+        evidence["ATE, landmarks told over recognised, M = 10"] = ratio
+    evidence |= {
+        "wheels alone, ATE": bootstrap_mean(ten.wheels, "m"),
+        "wrong among the recognised, M = 10": bootstrap_ratio(ten.wrong, ten.matched),
+    }
     return Finding(
-        proportion(int(ten.right.sum()), ten.right.size),
-        _evidence(result.drives)
-        | told
-        | {
-            "wheels alone, ATE": bootstrap_mean(ten.wheels, "m"),
-            "wrong among the recognised, M = 10": bootstrap_ratio(ten.wrong, ten.matched),
-        },
-        {"errors": result.table(), "matches": result.matching()},
+        value,
+        evidence,
+        {"errors": error_table(counted), "matches": match_table(counted)},
         note=f"{ten.right.sum():.0f} of {ten.right.size} maps are right; "
         f"{ten.inside.mean():.1%} of the landmarks lie in their room.",
     )
 
 
-@map_10.sabotage("a filter that recognises nothing")
-def blind(size: Size, rng: np.random.Generator) -> Finding:
-    """Let no track be taken for a landmark of the map, so that no loop closes."""
-    options = replace(OPTIONS, limit=0.0)
-    found = compare({"blind": options}, frontend.PAPER, 6, rng=rng)["blind"]
-    return Finding(proportion(int(found.right.sum()), found.right.size))
+FIFTY = Study(
+    run,
+    full=Config(counted(1, 10, 50, 100, 400), 10),
+    quick=Config(counted(50, 400), 6),
+    seed=42,
+)
 
 
-MANY = 400
-"""Particles that the paper says an earlier method needed."""
-
-
-@claim(
+@FIFTY.claim(
     "map-50",
     paper=PAPER,
     place="§5",
@@ -394,35 +350,29 @@ MANY = 400
     accepted=Accepted(
         0.0, 1.5, "fifty leave at most half as much error again as four hundred", "our choice"
     ),
-    seed=42,
+    sabotage=Change(
+        "one particle in place of fifty",
+        filters=(("M = 50", Options(1)), *counted(400)),
+        seeds=4,
+    ),
 )
-def map_50(size: Size, rng: np.random.Generator) -> Finding:
+def map_50(found: dict[str, Account]) -> Finding:
     """Compare the errors with 50 and with 400 particles on the same drives."""
-    full = size is Size.FULL
-    counts = (1, 10, 50, 100, MANY) if full else (50, MANY)
-    result = run(Config(counts, 10 if full else 6), rng=rng)
-    many, fifty = result.drives[MANY], result.drives[50]
+    fifty, many = found["M = 50"], found["M = 400"]
     against = {
-        f"ATE, {m} particles over {MANY}": bootstrap_ratio(a.path, many.path)
-        for m, a in result.drives.items()
-        if m != MANY
+        f"ATE, {name.removeprefix('M = ')} particles over 400": bootstrap_ratio(a.path, many.path)
+        for name, a in found.items()
+        if a is not many
     }
     return Finding(
-        bootstrap_ratio(fifty.path, many.path, f"ATE, 50 over {MANY}"),
+        bootstrap_ratio(fifty.path, many.path, "ATE, 50 over 400"),
         against
         | {
             "aligned, 50 over 400": bootstrap_ratio(fifty.aligned, many.aligned),
             "landmarks, M = 50": bootstrap_mean(fifty.landmarks),
-            "maps that are right, M = 50": proportion(int(fifty.right.sum()), fifty.right.size),
+            "maps that are right, M = 50": fifty.share_right,
         },
-        {"errors": result.table()},
-        note=f"With 50 particles the error is {fifty.path.mean():.2f} m, with {MANY} "
+        {"errors": error_table(found)},
+        note=f"With 50 particles the error is {fifty.path.mean():.2f} m, with 400 "
         f"{many.path.mean():.2f} m.",
     )
-
-
-@map_50.sabotage("one particle in place of fifty")
-def one_particle(size: Size, rng: np.random.Generator) -> Finding:
-    """Compare the error of a single particle with that of 400."""
-    result = run(Config((1, MANY), 4), rng=rng)
-    return Finding(bootstrap_ratio(result.drives[1].path, result.drives[MANY].path))

@@ -4,25 +4,23 @@ The recordings have no wheels, so these are simulated from the true path; points
 those of the pictures. The filter is planar, and the car pitches a little: heights count less.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
 from data_synth import wheels
-from robot_perception import landmarks
-from robot_perception.cameras import Pinhole, StereoRig, level_mount
-from robot_perception.chapters.visual_slam.drives import dead_reckoning, motions
+from robot_perception.cameras import level_mount
+from robot_perception.chapters.visual_slam.drives import motions
+from robot_perception.chapters.visual_slam.frontend import follow
 from robot_perception.datasets import read_kitti, read_stereo_features
-from robot_perception.datasets.stereo import Calibration
 from robot_perception.evaluation.trajectories import absolute_error
-from robot_perception.geometry import se3
-from robot_perception.landmarks import TrackRules
+from robot_perception.landmarks import StereoRules, TrackRules
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
-from robot_perception.slam.planar import Odometry
+from robot_perception.slam.planar import Odometry, dead_reckoning
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
@@ -35,24 +33,16 @@ COUNTS = (1, 10, 100)
 SEEDS = 10
 MOUNT = level_mount(np.zeros(3))
 SIGMA = 0.5
+"""Of a column, and of a row, px; ours."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Followed:
-    """What the filter made of a recording, by number of particles.
+    """What the filter made of a recording, by number of particles, m and rad.
 
-    Parameters
-    ----------
-    truth, wheels : (k, 3)
-        The true path in the plane, and that by the simulated wheels in the first run.
-    paths : M -> (k, 3)
-        Paths of the heaviest particle in the first run.
-    errors : M -> (runs,)
-        Absolute trajectory error of each run, m; of the wheels alone under 0.
-    points : (n, 2)
-        The map of the last of ``paths``, m.
-    observed
-        Observations of a frame, on average.
+    Of the first run there are the true path in the plane, that by the simulated ``wheels``, those
+    of the heaviest particle, and the map of the last of them. Each run has an absolute trajectory
+    error; that of the wheels alone stands under 0. ``observed`` is the mean of a frame.
     """
 
     truth: Float[np.ndarray, "k 3"]
@@ -61,6 +51,11 @@ class Followed:
     errors: Mapping[int, Float[np.ndarray, "runs"]]
     points: Float[np.ndarray, "n 2"]
     observed: float
+
+    @property
+    def share(self) -> float:
+        """The error with a hundred particles as a share of that of the wheels alone."""
+        return float(self.errors[100].mean() / self.errors[0].mean())
 
     def table(self) -> Table:
         """Return mean and spread of the errors."""
@@ -75,11 +70,6 @@ class Followed:
         return Table(rows, columns, f"{SEEDS} draws of the wheels' noise", "particles")
 
 
-def share(result: Followed) -> float:
-    """Return the error with a hundred particles as a share of that of the wheels alone."""
-    return float(result.errors[100].mean() / result.errors[0].mean())
-
-
 def planar(poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 3"]:
     """Return poses of a camera that looks ahead as poses in the plane: x ahead, y to the left."""
     ahead = poses[:, [0, 2], 2]
@@ -87,25 +77,17 @@ def planar(poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 3"]:
     return np.stack([poses[:, 2, 3], -poses[:, 0, 3], headings], axis=-1)
 
 
-def rig_of(calibration: Calibration, size: tuple[int, int]) -> StereoRig:
-    """Return the cameras of a recording."""
-    return StereoRig(
-        Pinhole(calibration.focal, calibration.centre, size), float(calibration.baseline)
-    )
-
-
-def followed(frames: Iterable[Observations], truth: Float[np.ndarray, "k 3"]) -> Followed:
+def followed(frames: list[Observations], truth: Float[np.ndarray, "k 3"]) -> Followed:
     """Run the filter over named observations, with simulated wheels."""
-    frames = list(frames)
     paths: dict[int, np.ndarray] = {}
     errors: dict[int, list[float]] = {count: [] for count in (0, *COUNTS)}
     for seed in range(SEEDS):
         wheel, *streams = np.random.default_rng(seed).spawn(1 + len(COUNTS))
-        report = wheels.roll(truth, SLIP, rng=wheel)
-        alone = dead_reckoning(truth[0], report)
+        moved = motions(wheels.roll(truth, SLIP, rng=wheel))
+        alone = dead_reckoning(truth[0], moved)
         errors[0].append(absolute_error(alone, truth, False))
         for count, own in zip(COUNTS, streams, strict=True):
-            path, maps = _filter(frames, truth[0], report, count, own)
+            path, maps = _filter(frames, truth[0], moved, count, own)
             errors[count].append(absolute_error(path, truth, False))
             if not seed:
                 paths[count], first, points = path, alone, maps.landmarks(maps.best)[1].mean
@@ -122,13 +104,13 @@ def followed(frames: Iterable[Observations], truth: Float[np.ndarray, "k 3"]) ->
 def _filter(
     frames: list[Observations],
     start: np.ndarray,
-    report: wheels.Odometry,
+    moved: list[Odometry],
     count: int,
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, rb.ParticleMaps]:
     still = Odometry(np.zeros(3), np.zeros((3, 3)))
     maps, poses, ancestors = rb.ParticleMaps.start(start, count), [], []
-    for motion, frame in zip([still, *motions(report)], frames, strict=True):
+    for motion, frame in zip([still, *moved], frames, strict=True):
         maps, info = rb.step(maps, motion, frame, MOUNT, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
@@ -146,11 +128,11 @@ def _loosened(ids: np.ndarray, points: np.ndarray, covs: np.ndarray) -> Observat
 def gtsam_tracks(folder: Path) -> Followed:
     """Follow the car by features that somebody else found and named."""
     read = read_stereo_features(folder)
-    rig = rig_of(read.calibration, (1242, 375))
+    rig = read.calibration.rig((1242, 375))
+    near = read.measurements[:, 0] - read.measurements[:, 2] >= NEAR
     frames = []
     for k in range(len(read.poses)):
-        disparity = read.measurements[:, 0] - read.measurements[:, 2]
-        mine = (read.frames == k) & (disparity >= NEAR)
+        mine = (read.frames == k) & near
         names, rows = np.unique(read.landmarks[mine], return_index=True)
         points = rig.triangulate(read.measurements[mine][rows], SIGMA)
         frames.append(_loosened(names, points.mean, points.cov))
@@ -162,23 +144,11 @@ def kitti(folder: Path) -> Followed:
     read = read_kitti(folder)
     truth = planar(read.poses)
     report = wheels.roll(truth, SLIP, rng=np.random.default_rng(1))
-    rules = replace(landmarks.StereoRules(), disparities=(NEAR, np.inf))
-    frames, before, tracks, rig = [], None, None, None
-    for k, (left, right) in enumerate(read.frames):
-        if rig is None:
-            rig = rig_of(read.calibration, left.shape[::-1])
-        found = landmarks.observe(left, right, rig, rules=rules, sigma_px=SIGMA)
-        if tracks is None:
-            tracks = landmarks.Tracks.start(found.features)
-        else:
-            moved = se3.compose(
-                se3.inverse(MOUNT), se3.compose(se3.from_se2(report.increments[k - 1]), MOUNT)
-            )
-            expected = landmarks.predict_pixels(before.points.mean, se3.inverse(moved), rig.camera)
-            tracks = landmarks.extend(
-                tracks, before.features, found.features, TrackRules(30.0), predicted=expected
-            )
-        before = found
+    rig, rules = read.calibration.rig(read.frames.size), StereoRules(disparities=(NEAR, np.inf))
+    frames = []
+    for found, tracks in follow(
+        read.frames, rig, MOUNT, report.increments, rules, TrackRules(30.0)
+    ):
         old = tracks.stable(2)
         frames.append(_loosened(tracks.ids[old], found.points.mean[old], found.points.cov[old]))
     return followed(frames, truth)

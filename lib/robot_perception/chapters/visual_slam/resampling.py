@@ -1,86 +1,83 @@
 """When to draw particles anew: below M/2, always or never, and what eq. (7) prints."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
-from robot_perception.chapters.visual_slam import frontend, maps
+from robot_perception.chapters.visual_slam import maps
 from robot_perception.chapters.visual_slam.drives import Options
-from robot_perception.chapters.visual_slam.maps import OPTIONS, PAPER, Account
+from robot_perception.chapters.visual_slam.maps import PAPER, Account, Config, over_drives
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio, exact
 from robot_perception.particles import effective_number
 from robot_perception.slam.rao_blackwellised import printed_number
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
-RARE = 10.0
-"""Factor of the points' uncertainty at which draws are spared; ours."""
 RULES = {"below M/2": 0.5, "always": 1.0, "never": 0.0}
-"""Share of M below which particles are drawn anew; the paper's is the first."""
+"""Share of M below which particles are drawn anew; paper: M/2, the others are ours."""
+Found = Mapping[str, Account]
 
 
-@dataclass(frozen=True, slots=True)
-class Config:
-    """Rules of resampling on the drive; paper: M/2. The other rules and ``noise`` are ours.
+def filters(*counts: int, noise: float = 1.0) -> tuple[tuple[str, Options], ...]:
+    """Return filters by rule, that believe the points ``noise`` times as uncertain as they are.
 
-    A filter that believes the points ``noise`` times as uncertain as the pixels make them learns
-    less from each frame, and its weights become unequal more slowly.
+    So they learn less from each frame, and weights become unequal more slowly.
     """
-
-    particles: tuple[int, ...] = (10, 50)
-    seeds: int = 10
-    noise: float = 1.0
-    film: frontend.Config = frontend.PAPER
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Result:
-    """Accounts of all drives by rule and number of particles."""
-
-    config: Config
-    drives: Mapping[tuple[str, int], Account]
-
-    def ratio(self, count: int, over: str = "always") -> Interval:
-        """Return the error with the paper's rule over that with another one."""
-        above, below = (self.drives[rule, count].path for rule in ("below M/2", over))
-        return bootstrap_ratio(above, below, f"ATE, below M/2 over {over}")
-
-    def table(self) -> Table:
-        """Return errors, and how often particles were drawn."""
-        rows = {
-            f"{rule}, M = {count}": (
-                bootstrap_mean(a.path, "m"),
-                bootstrap_mean(a.aligned, "m"),
-                float(a.drawn.mean()),
-                float(a.effective.mean()),
-            )
-            for (rule, count), a in self.drives.items()
-        }
-        columns = {
-            "ATE (m)": "root mean squared error of the position",
-            "aligned (m)": "the same after the best rigid motion",
-            "drawn": "share of the frames after which particles were drawn anew",
-            "effective": "effective number before that, as a share of M",
-        }
-        about = f"mean and 95 % bootstrap interval over {self.config.seeds} drives"
-        return Table(rows, columns, about, "drawn anew")
+    return tuple(
+        (f"{rule}, M = {count}", Options(count, share=share, noise=noise))
+        for count in counts
+        for rule, share in RULES.items()
+    )
 
 
-def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Drive with every rule and number of particles, on the same wheels."""
-    keys = {f"{r}|{m}": (r, m) for m in config.particles for r in RULES}
-    options = replace(OPTIONS, noise=config.noise)
-    variants: dict[str, Options] = {
-        name: replace(options, particles=count, share=RULES[rule])
-        for name, (rule, count) in keys.items()
+def run(config: Config, *, rng: np.random.Generator) -> tuple[Found, Found]:
+    """Drive with every rule, and with ten particles once more where draws are spared."""
+    ours, other = rng.spawn(2)
+    rare = replace(config, filters=filters(10, noise=10.0))
+    return maps.run(config, rng=ours), maps.run(rare, rng=other)
+
+
+def run_alone(config: Config, *, rng: np.random.Generator) -> tuple[Found, Found]:
+    """Drive with the filters of a configuration alone."""
+    found = maps.run(config, rng=rng)
+    return found, found
+
+
+def over(found: Found, name: str) -> Interval:
+    """Return the error with the paper's rule over that with another one."""
+    rule, count = name.split(", ")
+    ours = found[f"below M/2, {count}"]
+    return bootstrap_ratio(ours.path, found[name].path, f"ATE, below M/2 over {rule}")
+
+
+def rule_table(found: Found) -> Table:
+    """Return errors, and how often particles were drawn."""
+    rows = {
+        name: (
+            bootstrap_mean(a.path, "m"),
+            bootstrap_mean(a.aligned, "m"),
+            float(a.drawn.mean()),
+            float(a.effective.mean()),
+        )
+        for name, a in found.items()
     }
-    found = maps.compare(variants, config.film, config.seeds, rng=rng)
-    return Result(config, {keys[name]: account for name, account in found.items()})
+    columns = {
+        "ATE (m)": "root mean squared error of the position",
+        "aligned (m)": "the same after the best rigid motion",
+        "drawn": "share of the frames after which particles were drawn anew",
+        "effective": "effective number before that, as a share of M",
+    }
+    return Table(rows, columns, over_drives(found), "drawn anew")
 
 
-@claim(
+SPARED = Study(run, full=Config(filters(10, 50), 20), quick=Config(filters(10), 5), seed=44)
+
+
+@SPARED.claim(
     "neff-resampling",
     paper=PAPER,
     place="§3.3, text after eq. 7",
@@ -94,40 +91,33 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     accepted=Accepted(
         0.1, 1.0, "the rule differs from drawing always in one frame of ten", "our choice"
     ),
-    seed=44,
+    sabotage=Change(
+        "points that count as thirty times as uncertain as they are",
+        run_alone,
+        filters=filters(10, noise=30.0),
+    ),
 )
-def neff_resampling(size: Size, rng: np.random.Generator) -> Finding:
+def neff_resampling(results: tuple[Found, Found]) -> Finding:
     """Count the draws that the paper's rule spares, and compare errors with other rules."""
-    full = size is Size.FULL
-    ours, other = rng.spawn(2)
-    result = run(Config(seeds=20) if full else Config((10,), 5), rng=ours)
-    rare = run(Config((10,), 20 if full else 5, noise=RARE), rng=other)
-    ten = result.drives["below M/2", 10]
+    found, rare = results
+    ten, there = found["below M/2, M = 10"], rare["below M/2, M = 10"]
+    ratios = {
+        f"ATE, below M/2 over {name}": over(found, name)
+        for name in found
+        if not name.startswith("below")
+    }
     return Finding(
         bootstrap_mean(1 - ten.drawn),
-        {
-            f"ATE, below M/2 over {rule}, M = {count}": result.ratio(count, rule)
-            for count in result.config.particles
-            for rule in ("always", "never")
-        }
+        ratios
         | {
             "effective number as a share of M": bootstrap_mean(ten.effective),
-            f"spared where points count {RARE:g} times as uncertain": bootstrap_mean(
-                1 - rare.drives["below M/2", 10].drawn
-            ),
-            "ATE there, below M/2 over always": rare.ratio(10),
+            "spared where points count 10 times as uncertain": bootstrap_mean(1 - there.drawn),
+            "ATE there, below M/2 over always": over(rare, "always, M = 10"),
         },
-        {"rules": result.table(), "rules, points uncertain": rare.table()},
+        {"rules": rule_table(found), "rules, points uncertain": rule_table(rare)},
         note=f"The effective number is below M/2 after {ten.drawn.mean():.1%} of the frames: a "
         "dozen points, each good to centimetres, tell almost all particles off.",
     )
-
-
-@neff_resampling.sabotage("points that count as thirty times as uncertain as they are")
-def doubtful_points(size: Size, rng: np.random.Generator) -> Finding:
-    """Let each frame tell so little that weights stay alike for some frames."""
-    result = run(Config((10,), 5, noise=30.0), rng=rng)
-    return Finding(bootstrap_mean(1 - result.drives["below M/2", 10].drawn))
 
 
 # The printed number ------------------------------------------------------------------------------
@@ -151,16 +141,29 @@ def number_table() -> Table:
         "each 0.9 of the one before": 0.9**ranks,
         "one has all": np.where(ranks == 0, 1.0, 0.0),
     }
-    rows = {name: np.round(numbers(weights), 9).tolist() for name, weights in cases.items()}
     return Table(
-        rows,
+        {name: np.round(numbers(weights), 9).tolist() for name, weights in cases.items()},
         {"as printed": "1/Σω", "effective": "1/Σω²"},
         f"{PARTICLES} particles, weights normalised",
         "weights",
     )
 
 
-@claim(
+def both_numbers(draws: int, *, rng: np.random.Generator) -> Float[np.ndarray, "draws 2"]:
+    """Return both numbers of equal weights, and of weights that are drawn."""
+    drawn = rng.dirichlet(np.full(PARTICLES, 0.1), size=draws)
+    return np.array([numbers(weights) for weights in (np.ones(PARTICLES), *drawn)])
+
+
+def squared_first(draws: int, *, rng: np.random.Generator) -> Float[np.ndarray, "draws 2"]:
+    """Return the number with the square where the printed one is asked for."""
+    return both_numbers(draws, rng=rng)[:, ::-1]
+
+
+NUMBERS = Study(both_numbers, full=1000, quick=1000)
+
+
+@NUMBERS.claim(
     "erratum-neff",
     paper=PAPER,
     place="§3.3, eq. 7",
@@ -171,27 +174,20 @@ def number_table() -> Table:
     accepted=Accepted(
         99.999, 100.001, "a hundred particles of equal weight all count; rounding apart"
     ),
+    sabotage=Change("the square that is missing", squared_first),
 )
-def erratum_neff(size: Size, rng: np.random.Generator) -> Finding:
+def erratum_neff(found: Float[np.ndarray, "draws 2"]) -> Finding:
     """Evaluate eq. (7) as printed and with the square."""
-    printed, effective = numbers(np.ones(PARTICLES))
-    weights = rng.dirichlet(np.full(PARTICLES, 0.1), size=1000)
-    spread = np.array([numbers(row) for row in weights])
+    (printed, effective), spread = found[0], found[1:]
     return Finding(
         exact(printed, about="as printed, 100 equal weights"),
         {
             "with the square": exact(effective),
-            "as printed, largest of 1000 draws of weights": exact(float(spread[:, 0].max())),
-            "as printed, smallest": exact(float(spread[:, 0].min())),
-            "with the square, smallest": exact(float(spread[:, 1].min())),
+            "as printed, largest of 1000 draws of weights": exact(spread[:, 0].max()),
+            "as printed, smallest": exact(spread[:, 0].min()),
+            "with the square, smallest": exact(spread[:, 1].min()),
         },
         {"both": number_table()},
         note="Of normalised weights the printed number is 1 whatever they are; compared with M/2 "
         "it says “draw” at every step for more than two particles, and never for one.",
     )
-
-
-@erratum_neff.sabotage("the square that is missing")
-def with_the_square(size: Size, rng: np.random.Generator) -> Finding:
-    """Evaluate the effective number."""
-    return Finding(exact(numbers(np.ones(PARTICLES))[1]))
