@@ -8,7 +8,6 @@ result is kept on the reader's computer.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from functools import cache
-from itertools import islice
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -59,32 +58,35 @@ def world() -> tuple[TexturedBuilding, Float[np.ndarray, "frames 3"]]:
     return building, drive(building, rng=steer, poses=FRAMES)
 
 
-def pictures(frames: int = FRAMES) -> Iterator[stereo.StereoFrame]:
-    """Yield the pairs of pictures of the beginning of the drive, one after the other."""
-    building, poses = world()
-    return islice(stereo.frames(building.scene, RIG, poses, rng=_streams()[2]), frames)
-
-
-def _streams() -> list[np.random.Generator]:
-    """Return generators of the building, the path and the pictures."""
-    return np.random.default_rng(0).spawn(3)
-
-
-@kept
 def film() -> UInt8[np.ndarray, "pictures height width"]:
-    """Render the drive and return some of the left pictures, to show."""
-    return np.stack([pair.left for pair in islice(pictures(), 0, None, EVERY)])
+    """Return some of the left pictures of the drive, to show."""
+    return _watched()[1]
+
+
+@cache
+def seen(frames: int = FRAMES) -> Seen:
+    """Return what was seen on the beginning of the drive."""
+    whole = _watched()[0]
+    n = np.searchsorted(whole.frames, frames)
+    return Seen(whole.poses[:frames], *(getattr(whole, f.name)[:n] for f in fields(Seen)[1:]))
 
 
 @kept
-def seen(frames: int = FRAMES) -> Seen:
-    """Render the beginning of the drive, find and follow what both eyes see, and ask what it is."""
+def _watched() -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
+    """Render the drive, find and follow what both eyes see, and ask what it is."""
     building, path = world()
     # where a feature is looked for next: by the wheels of a drive of its own
     report = wheels.roll(path, SLIP, rng=np.random.default_rng([0, 1]))
-    pairs = ((pair.left, pair.right) for pair in pictures(frames))
+    film = []
+
+    def watch() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        for k, pair in enumerate(stereo.frames(building.scene, RIG, path, rng=_streams()[2])):
+            if k % EVERY == 0:
+                film.append(pair.left)
+            yield pair.left, pair.right
+
     followed = follow(
-        pairs, CAMERAS, RIG.T_robot_camera, report.increments, StereoRules(), TrackRules()
+        watch(), CAMERAS, RIG.T_robot_camera, report.increments, StereoRules(), TrackRules()
     )
     parts = []
     for k, (found, tracks) in enumerate(followed):
@@ -101,7 +103,13 @@ def seen(frames: int = FRAMES) -> Seen:
                 shown.carriers,
             )
         )
-    return Seen(path[:frames], *(np.concatenate(column) for column in zip(*parts, strict=True)))
+    columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Seen(path, *columns), np.stack(film)
+
+
+def _streams() -> list[np.random.Generator]:
+    """Return generators of the building, the path and the pictures."""
+    return np.random.default_rng(0).spawn(3)
 
 
 def lasting(seen: Seen, frames: int) -> Seen:
