@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from robot_perception import datasets
+from robot_perception.chapters.anchored_slam import figures as drawings
 from robot_perception.chapters.anchored_slam import intel, mrclam, recordings, victoria
-from robot_perception.chapters.anchored_slam.figures import recordings as drawings
 from robot_perception.datasets import LandmarkGraph, LaserLog, ReadReport, Relations
 from robot_perception.datasets.mrclam import (
     Commands,
@@ -602,29 +602,24 @@ def test_drawings_are_drawn_again_without_leaving_the_last_ones(stored):
             (shown,) = [line for line in ax.lines if line.get_marker() == "s"]
             assert len(shown.get_xdata()) == anchors
     assert len(counts) == 2  # an anchor is named where one is drawn
-    _, (upper, lower) = figure(2, 1, height=5.0)
-    for anchors in (0, 2):
-        drawings.error_bands(upper, lower, found, 2, anchors)
-    assert len(upper.lines) == 1
-    assert len(upper.collections) == 1
 
 
 def test_drawings_show_the_numbers(stored):
     found, park = stored["anchored-utias"], stored["anchored-victoria"]
     _, ax = figure()
-    drawings.nees_over_time(ax, found, 2)
+    drawings.nees_over_time.on(ax, found, 2)
     np.testing.assert_array_equal(
         ax.lines[2].get_ydata(), np.maximum(found.robots[2].nees[2], 0.05)
     )
     _, ax = figure()
     building = stored["anchored-intel"]
-    drawings.building_paths(ax, building)
+    drawings.building_paths.on(ax, building)
     np.testing.assert_array_equal(ax.lines[-1].get_xdata(), building.ways["told"].T[0])
     _, ax = figure()
-    drawings.step_times(ax, park)
+    drawings.step_times.on(ax, park)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), park.microseconds[0])
     _, ax = figure()
-    drawings.loop_errors(ax, building)
+    drawings.loop_errors.on(ax, building)
     blind = [line for line in ax.lines if line.get_color() == MEANING["names unknown"]]
     np.testing.assert_array_equal(blind[0].get_ydata(), building.errors["blind"][:, 1, 0])
 
