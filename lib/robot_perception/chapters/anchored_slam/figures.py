@@ -46,22 +46,12 @@ ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
     gridspec_kw={"hspace": 0.16},
 )
 def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> np.ndarray:
-    """Draw one run of several studies, a column for each, with common scales in each row.
+    """Draw one run of studies by title, a column each, with common scales in each row.
 
-    Parameters
-    ----------
-    axes : ndarray of Axes, shape (4, studies)
-        Rows: path and landmark, vehicle error, landmark error, gains; all bands are ±2σ.
-    results
-        Studies with one landmark, by title.
-    run
-        Number of the run.
+    Rows: path and landmark, vehicle error, landmark error, gains; all bands are ±2σ.
     """
     for column, (name, result) in zip(axes.T, results.items(), strict=True):
-        figures.trajectory(column[0], result, run)
-        figures.vehicle_error(column[1], result, run)
-        figures.landmark_error(column[2], result, run)
-        figures.gains(column[3], result)
+        figures.one_run(column[[0, 2, 1, 3]], result, run)
         column[0].set_title(name)
     for row, what in zip(figures.common_scales(axes), ROWS, strict=True):
         for ax in row:
@@ -342,7 +332,7 @@ def park_map(ax: Axes, found: Park) -> Axes:
         _note(ax, 0.98, 0.085 - 0.05 * i, f"Jacobians at the {name} estimates", colour, ha="right")
     dots(ax, found.fixes, truth, 1.8)
     best = MEANING["ideal"]
-    ax.plot(*found.batch.trees.T, "+", color=best, markersize=5)
+    ax.plot(*found.trees.T, "+", color=best, markersize=5)
     _note(ax, 0.02, 0.86, "+ trees of the optimum", best)
     _note(ax, 0.02, 0.96, "dots: satellite fixes", truth)
     _note(ax, 0.02, 0.91, "ellipses: trees, 95 %", truth)

@@ -229,27 +229,26 @@ def anchored_and_relative(
 # The rank -------------------------------------------------------------------------------------
 
 
-def sums(config: Config, *, rng: np.random.Generator) -> dict[int, Float[np.ndarray, "steps s s"]]:
-    """Return the sum (14) after each step for several numbers n of landmarks."""
-    bases = {n: replace(config.base, landmarks=n) for n in rail.COUNTS}
-    return {n: total_information(replace(config, base=base)) for n, base in bases.items()}
+Sums = dict[int, Float[np.ndarray, "steps states states"]]
 
 
-def sums_without(
-    config: Config, *, rng: np.random.Generator
-) -> dict[int, Float[np.ndarray, "steps s s"]]:
-    """Return the sums if the state has the anchor, too, and no reference is left."""
-    bases = {n: replace(config.base, landmarks=n + 1) for n in rail.COUNTS}
-    return {n: total_information(Config(base)) for n, base in bases.items()}
+def sums(known: bool, *, rng: np.random.Generator) -> Sums:
+    """Return the sum (14) after each step for several numbers n of landmarks.
+
+    If the place of the anchor is not known, it is one more of them, and no reference is left.
+    """
+    bases = {n: replace(FIG4, landmarks=n + (not known)) for n in rail.COUNTS}
+    study = FIG5 if known else Config()
+    return {n: total_information(replace(study, base=base)) for n, base in bases.items()}
 
 
-def missing_ranks(totals: dict[int, Float[np.ndarray, "steps s s"]]) -> Interval:
+def missing_ranks(totals: Sums) -> Interval:
     """Return the most ranks that a sum misses, at every step and for every n."""
     missing = max(int(J.shape[-1] - kalman.scale_free_rank(J).min()) for J in totals.values())
     return exact(missing, about=f"steps 1 to {FIG4.steps}, n = 1 to {rail.COUNTS[-1]}")
 
 
-RANK = Study(sums, full=FIG5, quick=FIG5, seed=20)
+RANK = Study(sums, full=True, quick=True, seed=20)
 
 
 @RANK.claim(
@@ -264,11 +263,11 @@ RANK = Study(sums, full=FIG5, quick=FIG5, seed=20)
     "every step, for several n; the blocks and the determinant of (22) in symbols.",
     accepted=Accepted(0, 0, "full rank means that no direction is missing"),
     sabotage=Change(
-        "an anchor whose place is unknown, one more landmark of the state", sums_without
+        "an anchor whose place is unknown, one more landmark of the state", config=False
     ),
     value=missing_ranks,
 )
-def anchor_full_rank(totals: dict[int, Float[np.ndarray, "steps s s"]], value: Interval) -> Finding:
+def anchor_full_rank(totals: Sums, value: Interval) -> Finding:
     """Count the missing ranks with the anchor, and prove eq. (22) in symbols."""
     least = {
         str(n): [
@@ -370,11 +369,6 @@ def share_left(found: Ends) -> Interval:
     return intervals.largest(found.explained, square)
 
 
-def left(found: tuple[Ends, Ends]) -> Interval:
-    """Return how much the reference leaves of the first error."""
-    return share_left(found[1])
-
-
 def _table(found: tuple[Ends, Ends], reference: Kind) -> Table:
     """Return first and last errors without and with the reference."""
     rows = {
@@ -404,11 +398,17 @@ def _rounding(a: np.ndarray, b: np.ndarray, unit: str = "") -> Interval:
     return exact(np.abs(a - b).max().round(12), unit, "to twelve decimals")
 
 
-def _effect(config: Config, found: tuple[Ends, Ends], value: Interval) -> Finding:
+def _effect(
+    config: Config,
+    found: tuple[Ends, Ends],
+    value: Interval,
+    more: dict[str, Interval],
+    note: str,
+) -> Finding:
     """Return what a reference does to the first error: one verdict for the anchor and the sensor.
 
     With equal noise the two are one system, which the evidence shows; their noise decides how much
-    is left after the paper's hundred measurements.
+    is left after the paper's hundred measurements. ``more`` is evidence of one of them.
     """
     (other,) = set(SIGNS) - {config.reference}
     both, tied = (config, replace(config, reference=other)), found[1]
@@ -451,15 +451,14 @@ def _effect(config: Config, found: tuple[Ends, Ends], value: Interval) -> Findin
         "with and without the reference": _table(found, config.reference),
         "other noises": Table(rows, columns, corner="deviation"),
     }
-    return Finding(value, evidence, tables, (good_enough,))
+    return Finding(value, evidence | more, tables, (good_enough,), note)
 
 
-def _sized(config: Config, runs: int) -> Config:
-    return replace(config, base=replace(FIG4, runs=runs))
-
-
-ANCHOR = Study(without_and_with, full=_sized(FIG5, 10_000), quick=_sized(FIG5, 2_000), seed=21)
-SENSOR = Study(without_and_with, full=_sized(FIG6, 10_000), quick=_sized(FIG6, 2_000), seed=21)
+FULL, QUICK = (replace(FIG4, runs=runs) for runs in (10_000, 2_000))
+ANCHOR, SENSOR = (
+    Study(without_and_with, full=replace(c, base=FULL), quick=replace(c, base=QUICK), seed=21)
+    for c in (FIG5, FIG6)
+)
 
 
 @ANCHOR.claim(
@@ -479,23 +478,23 @@ SENSOR = Study(without_and_with, full=_sized(FIG6, 10_000), quick=_sized(FIG6, 2
         Change("an anchor that stands 0.1 m from where the robot believes it", misplaced=0.1),
         Change("1 m of noise added to the last error", blurred),
     ),
-    value=left,
+    value=lambda found: share_left(found[1]),
 )
 def anchor_unbiased(found: tuple[Ends, Ends], value: Interval) -> Finding:
     """Measure what is left of the first error with the anchor, and what else the anchor does."""
-    effect = _effect(FIG5, found, value)
     right, off = (covariances(replace(FIG5, misplaced=m)).means[0, -1, 1] for m in (0.0, 0.1))
     distances = anchored_and_relative(100, rng=np.random.default_rng(5))
-    more = {
-        "what an anchor surveyed 0.1 m off adds to the last error": exact(off - right, "m"),
-        "largest difference from landmark minus anchor by the plain filter": _rounding(
-            *distances, "m"
-        ),
-    }
-    return replace(
-        effect,
-        evidence={**effect.evidence, **more},
-        note="The dependence fades like one over the number of measurements: at 100 it is small, "
+    return _effect(
+        FIG5,
+        found,
+        value,
+        {
+            "what an anchor surveyed 0.1 m off adds to the last error": exact(off - right, "m"),
+            "largest difference from landmark minus anchor by the plain filter": _rounding(
+                *distances, "m"
+            ),
+        },
+        "The dependence fades like one over the number of measurements: at 100 it is small, "
         "not zero. The distance to the anchor is what the filter without an anchor knows as well: "
         "the anchor names the origin, it does not sharpen the map.",
     )
@@ -516,17 +515,17 @@ def anchor_unbiased(found: tuple[Ends, Ends], value: Interval) -> Finding:
         Change("a sensor that stands 0.1 m from where the robot believes it", misplaced=0.1),
         Change("1 m of noise added to the last error", blurred),
     ),
-    value=left,
+    value=lambda found: share_left(found[1]),
 )
 def external_sensor(found: tuple[Ends, Ends], value: Interval) -> Finding:
     """Measure the same as for the anchor, against one of equal noise, and with other noises."""
-    effect = _effect(FIG6, found, value)
     regular = [_same_determinant(*symbolic_information(n, "external sensor")) for n in (1, 2, 3)]
-    more = {"n of 1, 2, 3 for which det J = det S⁻¹ in symbols": exact(sum(regular))}
-    return replace(
-        effect,
-        evidence={**effect.evidence, **more},
-        note="With equal noise the two are one system: a sign in the first row of H, which no "
+    return _effect(
+        FIG6,
+        found,
+        value,
+        {"n of 1, 2, 3 for which det J = det S⁻¹ in symbols": exact(sum(regular))},
+        "With equal noise the two are one system: a sign in the first row of H, which no "
         "covariance feels. What tells Fig. 6 from Fig. 5 is the noise, which the paper leaves out "
         "and we chose.",
     )
