@@ -8,15 +8,7 @@ from matplotlib.axes import Axes
 
 from data_synth.monobot import RailRuns
 from robot_perception.chapters.anchored_slam import figures as draw
-from robot_perception.chapters.anchored_slam import rails
-from robot_perception.chapters.anchored_slam.gauge import (
-    AT_REST,
-    DIRECTIONS,
-    SETS,
-    TURN,
-    MovedWorld,
-    move_world,
-)
+from robot_perception.chapters.anchored_slam import gauge, rails
 from robot_perception.chapters.anchored_slam.mrclam import UTIAS, Robots
 from robot_perception.chapters.monobot import rail
 from robot_perception.teaching.controls import choice, slider
@@ -26,7 +18,7 @@ from robot_perception.teaching.figures import figure
 # Worlds moved ------------------------------------------------------------------------------------
 
 
-def describe(world: MovedWorld) -> str:
+def describe(world: gauge.MovedWorld) -> str:
     """Return the words for a reader who does not see the moved world."""
     turned = world.direction.startswith("turn")
     by = f"{15 * world.amount:g}°" if turned else f"{world.amount:g} m"
@@ -39,7 +31,7 @@ def describe(world: MovedWorld) -> str:
 
 TURNED = Exploration(
     draw.moved_world,
-    lambda degrees: move_world("one anchor", TURN, degrees / 15),
+    lambda degrees: gauge.move_world("one anchor", gauge.TURN, degrees / 15),
     describe,
     {"degrees": slider("Turn by", (-30, -15, 0, 15, 30), 30, "°")},
     name="turned-world",
@@ -51,25 +43,25 @@ TURNED = Exploration(
 
 MOVED = Exploration(
     draw.moved_world,
-    move_world,
+    gauge.move_world,
     describe,
     {
-        "sensing": choice("Sensors", (*SETS, AT_REST), "one anchor"),
-        "direction": choice("Move the world", DIRECTIONS, "shift in x"),
+        "sensing": choice("Sensors", (*gauge.SETS, gauge.AT_REST), "one anchor"),
+        "direction": choice("Move the world", gauge.DIRECTIONS, "shift in x"),
         "amount": choice(
             "By", {f"{m} m, or {15 * m}°".replace("-", "−"): m for m in (-2, -1, 1, 2)}, 1
         ),
     },
     name="moved-world",
     caption="Grey: the world; blue: the world moved, all measurements taken again; triangles: the "
-    "robot. Magenta: "
-    "what no longer fits, drawn from where a measurement asks a known thing to be to where it is.",
+    "robot. Magenta: what no longer fits, drawn from where a measurement asks a known thing to be "
+    "to where it is.",
     presets={
-        "one anchor, turned about it": {"direction": TURN},
-        "two anchors": {"sensing": "two anchors", "direction": TURN},
-        "anchor and compass": {"sensing": "anchor + compass", "direction": TURN},
+        "one anchor, turned about it": {"direction": gauge.TURN},
+        "two anchors": {"sensing": "two anchors", "direction": gauge.TURN},
+        "anchor and compass": {"sensing": "anchor + compass", "direction": gauge.TURN},
         "position sensor": {"sensing": "position sensor", "direction": "turn about the robot"},
-        "robot at rest": {"sensing": AT_REST, "direction": "turn about the robot"},
+        "robot at rest": {"sensing": gauge.AT_REST, "direction": "turn about the robot"},
     },
     axes=partial(figure, width=5.4, height=4.9),
     finding=lambda world: world.residual,

@@ -124,16 +124,16 @@ def moved_world(ax: Axes, world: MovedWorld) -> Axes:
     ax.grid(visible=False)
     known = np.broadcast_to(world.anchors, world.misses.shape)
     old, new, error = MEANING["world"], MEANING["moved world"], MEANING["error"]
-    before, after = (
+    both = (
         (world.poses, world.landmarks, known, old, 0.35),
         (world.moved_poses, world.moved_landmarks, world.misses, new, 1.0),
     )
-    for poses, landmarks, seen, colour, alpha in (before, after):
+    for poses, landmarks, seen, colour, alpha in both:
         points = np.concatenate([np.tile(landmarks, (len(poses), 1, 1)), seen], axis=1)
         ends = np.broadcast_to(poses[:, None, :2], points.shape)
         rays = _strokes(ends.reshape(-1, 2), points.reshape(-1, 2))
         ax.plot(*rays, color=colour, lw=0.6, alpha=alpha)
-    for poses, landmarks, _, colour, _ in (before, after):
+    for poses, landmarks, _, colour, _ in both:
         outline = act(poses, np.tile(_ROBOT, (len(poses), 1, 1)))
         outline = np.concatenate([outline, np.full((len(poses), 1, 2), np.nan)], axis=1)
         ax.plot(*outline.reshape(-1, 2).T, color=colour, lw=1.6)
@@ -297,12 +297,10 @@ def nees_over_time(ax: Axes, found: Robots, robot: int) -> Axes:
     one, grey = found.robots[robot], MEANING["expected"]
     minutes, limit = one.times / 60, chi_squared_quantile(0.95, 3)
     band(ax, minutes, 0.05 + 0 * minutes, limit + 0 * minutes, grey)
-    for k, (words, meaning) in enumerate(
-        zip(ANCHORS, ("plain", "anchored", "two anchors"), strict=True)
-    ):
-        ax.semilogy(minutes, np.maximum(one.nees[k], 0.05), color=MEANING[meaning], linewidth=1.3)
-        place = 0.94 - 0.08 * k
-        label(ax, 0.99, place, words, MEANING[meaning], transform=ax.transAxes, ha="right")
+    tints = (MEANING[name] for name in ("plain", "anchored", "two anchors"))
+    for k, (words, tint) in enumerate(zip(ANCHORS, tints, strict=True)):
+        ax.semilogy(minutes, np.maximum(one.nees[k], 0.05), color=tint, linewidth=1.3)
+        label(ax, 0.99, 0.94 - 0.08 * k, words, tint, transform=ax.transAxes, ha="right")
     label(ax, 0.3, 0.09, "95 % of a consistent filter", grey, fontsize=9)
     ax.set(xlim=(0, minutes[-1]), ylim=(0.05, 400), xlabel="time (min)", ylabel="NEES of the pose")
     ax.yaxis.set_major_formatter(ScalarFormatter())
@@ -352,10 +350,8 @@ def park_map(ax: Axes, found: Park) -> Axes:
 )
 def step_times(ax: Axes, found: Park) -> Axes:
     """Draw the time a step took against the number of landmarks in the map."""
-    tints = MEANING["landmark"], MEANING["odometry"]
-    for values, words, colour in zip(
-        found.microseconds, ("trees in sight", "none in sight"), tints, strict=True
-    ):
+    named = (("trees in sight", MEANING["landmark"]), ("none in sight", MEANING["odometry"]))
+    for values, (words, colour) in zip(found.microseconds, named, strict=True):
         ax.plot(found.sizes, values, "o-", color=colour, markersize=5)
         label(ax, found.sizes[0], values[0] + 5, words, colour, ha="left")
     ax.set(xlabel="landmarks in the map", ylabel="time of a step (µs)")
@@ -407,10 +403,10 @@ def building_paths(ax: Axes, found: Building) -> Axes:
 def loop_errors(ax: Axes, found: Building) -> Axes:
     """Draw the error across loops: of wheels with intervals, and of every choice of the filter."""
     groups = {
-        "odometry": ("wheels,\nraw", "odometry"),
+        "odometry": ("wheels\nraw", "odometry"),
         "calibrated": ("calibrated", "odometry"),
-        "blind": ("filter,\nblind", "names unknown"),
-        "told": ("filter,\ntold", "names known"),
+        "blind": ("filter\nblind", "names unknown"),
+        "told": ("filter\ntold", "names known"),
         "corrected": ("corrected", "truth"),
     }
     for place, (name, (_, meaning)) in enumerate(groups.items()):

@@ -15,17 +15,8 @@ from jaxtyping import Float
 from robot_perception.chapters.anchored_slam import invented
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import Interval, exact, proportion, spread
-from robot_perception.slam.observability import (
-    Anchor,
-    Heading,
-    Landmarks,
-    Position,
-    Sensor,
-    rotate,
-    see,
-    symbolic,
-    translate,
-)
+from robot_perception.slam import observability
+from robot_perception.slam.observability import Anchor, Heading, Landmarks, Position, Sensor
 from robot_perception.slam.observability.symbolic import ANCHORS, Reading, pose
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
@@ -67,12 +58,12 @@ def ranks(*, moving: bool) -> dict[tuple[str, str], Reading]:
     for name in SETS:
         used = sensors(name)
         matrices = (
-            symbolic.fixed_point_matrix(used, 1, **motion),
-            symbolic.trajectory_matrix(used, 1, **drive),
-            symbolic.lie_matrix(used, 1, **speed),
+            observability.symbolic.fixed_point_matrix(used, 1, **motion),
+            observability.symbolic.trajectory_matrix(used, 1, **drive),
+            observability.symbolic.lie_matrix(used, 1, **speed),
         )
         for reading, matrix in zip(READINGS, matrices, strict=True):
-            table[name, reading] = symbolic.read(matrix, used)
+            table[name, reading] = observability.symbolic.read(matrix, used)
     return table
 
 
@@ -156,7 +147,8 @@ def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
     metres = radians = 0.0
     for sensor in used:
         before, after = (
-            np.array([see([sensor], state[:own])[0] for state in many]) for many in (states, moved)
+            np.array([observability.see([sensor], state[:own])[0] for state in many])
+            for many in (states, moved)
         )
         change = after - before
         if isinstance(sensor, Heading):
@@ -181,9 +173,9 @@ def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
 def _move(state: np.ndarray, direction: str, amount: float) -> np.ndarray:
     """Move robot and all points together."""
     if direction.startswith("shift"):
-        return translate(state, amount * np.eye(2)["xy".index(direction[-1])])
+        return observability.translate(state, amount * np.eye(2)["xy".index(direction[-1])])
     about = np.array([PLACES[0].x, PLACES[0].y]) if direction == TURN else PATH[0, :2]
-    return rotate(state, amount * TURN_STEP, about)
+    return observability.rotate(state, amount * TURN_STEP, about)
 
 
 # The claims --------------------------------------------------------------------------------------

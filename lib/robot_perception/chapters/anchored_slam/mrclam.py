@@ -91,10 +91,6 @@ class Calibration:
     interval: float
     misread: int
 
-    def correct(self, velocities: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k 2"]:
-        """Return the velocities that are driven where these (m/s, rad/s) are logged."""
-        return velocities * self.scale - np.outer(np.abs(velocities[:, 1]), [self.drag, 0.0])
-
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
         r"""Factor by which lasting errors say less than fresh ones.
@@ -123,7 +119,7 @@ class Drive:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Judged:
-    """A run beside motion capture: the NEES of the covered poses, and the numbers of `Scores`."""
+    """A run beside motion capture: the NEES of the covered poses, and one number of each score."""
 
     history: History
     nees: Float[np.ndarray, " covered"]
@@ -372,7 +368,9 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     begun = logged.times + sensors.delay >= robot.truth.times[0]
     logged = Commands(logged.times[begun], logged.velocities[begun])
     merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
-    driven = replace(merged.held, commands=sensors.correct(merged.held.commands))
+    velocities = merged.held.commands * sensors.scale
+    velocities[:, 0] -= sensors.drag * np.abs(merged.held.commands[:, 1])
+    driven = replace(merged.held, commands=velocities)
     steps = tuple(
         planar.Step(
             planar.Odometry(increment, cov),
@@ -537,14 +535,7 @@ def robots(data_set: int = 6) -> Read[Robots]:
 
     Data set 6 is computed from the recording or read from storage, any other from the reader's
     files: ``utias_mrclam_7`` in the directory that ``ROBOT_PERCEPTION_DATA`` names holds the files
-    of ``MRCLAM_Dataset7``, plain or gzip.
-
-    Raises
-    ------
-    ValueError
-        If there is no such data set.
-    DatasetMissing
-        If it is not on this computer, and not the stored one; the message says how to get it.
+    of ``MRCLAM_Dataset7``, plain or gzip. The message of `DatasetMissing` says how to get it.
     """
     whole("data_set", data_set, 1, 9)
     name = f"utias_mrclam_{data_set}"

@@ -275,38 +275,27 @@ def anchor_full_rank(totals: Sums, value: Interval) -> Finding:
         ]
         for n, J in totals.items()
     }
+    plain = total_information(Config())[-1]
     start = {
         f"{k} measurements": information_on_start(lengthened(FIG5, k))[-1]
         for k in (FIG4.steps, 2 * FIG4.steps)
     }
-    missing = {
-        name: exact(2 - int(kalman.scale_free_rank(J)))
-        for name, J in (
-            ("missing ranks without the anchor, n = 1", total_information(Config())[-1]),
-            ("missing ranks of the information on the start, n = 1", start["100 measurements"]),
-        )
-    }
+    columns = {"term (22)": "of a single term", "sum (14)": "after all measurements"}
+    vehicle, landmark = np.transpose([np.diag(J) for J in start.values()]).tolist()
+    rows = {"vehicle": vehicle, "landmark": landmark}
+    ranks = [int(kalman.scale_free_rank(J)) for J in (plain, *start.values())]
     return Finding(
         value,
-        missing
-        | {
+        {
+            "missing ranks without the anchor, n = 1": exact(2 - ranks[0]),
             "n of 1, 2, 3 for which eq. 22 holds in symbols, with det J = det S⁻¹": exact(
                 sum(_symbolic_identity(n) for n in (1, 2, 3))
-            )
+            ),
+            "missing ranks of the information on the start, n = 1": exact(2 - ranks[1]),
         },
         {
-            "smallest eigenvalue (1/m²)": Table(
-                least,
-                {"term (22)": "of a single term", "sum (14)": "after all measurements"},
-                corner="n",
-            ),
-            "information on the start (1/m²)": Table(
-                {
-                    name: [J[i, i] for J in start.values()]
-                    for i, name in enumerate(("vehicle", "landmark"))
-                },
-                dict.fromkeys(start, ""),
-            ),
+            "smallest eigenvalue (1/m²)": Table(least, columns, corner="n"),
+            "information on the start (1/m²)": Table(rows, dict.fromkeys(start, "")),
         },
         note="H of eq. 20 is square with determinant ±1, so every single term has the full rank of "
         "S⁻¹. The sums of ς run over all measurements, the anchor's (index 0) included.",
@@ -393,9 +382,9 @@ def _table(found: tuple[Ends, Ends], reference: Kind) -> Table:
     return Table(rows, columns, f"95 % over {found[1].config.runs} runs", "reference")
 
 
-def _rounding(a: np.ndarray, b: np.ndarray, unit: str = "") -> Interval:
+def _rounding(a: np.ndarray, b: np.ndarray, scale: float = 1.0, unit: str = "") -> Interval:
     """Return the largest difference to twelve decimals: processors differ in what is below."""
-    return exact(np.abs(a - b).max().round(12), unit, "to twelve decimals")
+    return exact(np.abs((a - b) / scale).max().round(12), unit, "to twelve decimals")
 
 
 def _effect(
@@ -414,6 +403,9 @@ def _effect(
     both, tied = (config, replace(config, reference=other)), found[1]
     counts = np.array([100.0, 200.0, 400.0, 800.0])
     shares = np.array([remaining_shares(lengthened(config, int(k)))[-1] for k in counts])
+    one, twin = (covariances(each) for each in both)
+    J, K = (total_information(each) for each in both)
+    same = f"from an {other} of equal noise"
     evidence = {
         "correlation with the first error over 100 runs": intervals.correlation(
             tied.first[:100], tied.last[:100]
@@ -422,21 +414,16 @@ def _effect(
             intervals.exponent(counts, shares)
         ),
         "gain on the landmark's own innovation at the last measurement": exact(
-            covariances(config).gains[0, -1, 1, 1]
+            one.gains[0, -1, 1, 1]
         ),
+        f"largest relative difference of the covariances {same}": _rounding(
+            one.covs, twin.covs, twin.covs.max()
+        ),
+        f"largest relative difference of the sums (14) {same}": _rounding(J, K, K.max()),
     }
-    for what, (a, b) in {
-        "covariances": [covariances(one).covs for one in both],
-        "sums (14)": [total_information(one) for one in both],
-    }.items():
-        name = f"largest relative difference of the {what} from an {other} of equal noise"
-        evidence[name] = _rounding(a / b.max(), b / b.max())
-    noises = {d: replace(config, deviation=d) for d in NOISES}
-    shares = {d: remaining_shares(config)[-1] for d, config in noises.items()}
-    rows = {
-        f"{d} m": (covariances(config).deviations[0, -1, 1], shares[d])
-        for d, config in noises.items()
-    }
+    noises = {d: covariances(replace(config, deviation=d)).covs[0, :, 1, 1] for d in NOISES}
+    shares = {d: variances[-1] / variances[0] for d, variances in noises.items()}
+    rows = {f"{d} m": (noises[d][-1] ** 0.5, shares[d]) for d in NOISES}
     columns = {
         "stated (m)": "deviation of the landmark after 100 measurements",
         "left": "share of the first error's variance after 100 measurements, by the covariances",
@@ -491,7 +478,7 @@ def anchor_unbiased(found: tuple[Ends, Ends], value: Interval) -> Finding:
         {
             "what an anchor surveyed 0.1 m off adds to the last error": exact(off - right, "m"),
             "largest difference from landmark minus anchor by the plain filter": _rounding(
-                *distances, "m"
+                *distances, unit="m"
             ),
         },
         "The dependence fades like one over the number of measurements: at 100 it is small, "
