@@ -430,8 +430,8 @@ def run_robot(
     drive, sparse = make_drive(robot, told), make_drive(robot, told, pause=1.0)
     nameless = (replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
     sparse = replace(sparse, steps=tuple(nameless))
-    one, many = np.diag(told.sigma**2), np.diag(told.sigma**2 * told.inflation)
-    fresh, lasting = RangeBearing(one), RangeBearing(many)
+    many = np.diag(told.sigma**2 * told.inflation)
+    fresh, lasting = RangeBearing(np.diag(told.sigma**2)), RangeBearing(many)
     known, patient = (Association("known", LEVEL, patience=most) for most in (None, PATIENCE))
     ways = {
         "white": (drive, fresh, known, "latest"),
@@ -460,13 +460,11 @@ def study(folder: Path) -> Robots:
     one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
     runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
     robots, dead, scores = zip(*runs, strict=True)
-    stacked = {
-        method: {f.name: np.array([[run[f.name] for run in one[method]] for one in scores])
-                 for f in fields(Scores)}
-        for method in METHODS
-    }  # fmt: skip
-    errors = {method: Scores(**parts) for method, parts in stacked.items()}
-    robots = dict(zip(data.robots, robots, strict=True))
+    robots, errors = dict(zip(data.robots, robots, strict=True)), {}
+    for method in METHODS:
+        runs = [one[method] for one in scores]
+        parts = (np.array([[run[f.name] for run in one] for one in runs]) for f in fields(Scores))
+        errors[method] = Scores(*parts)
     return Robots(data.landmarks.positions, robots, np.array(dead), errors)
 
 
@@ -485,8 +483,7 @@ def _robot(
     wrong = wrong[is_right(wrong, own.bias)]
     seen = np.flatnonzero(drive.covered[1:])
     kept = np.linspace(0, len(seen) - 1, SAMPLES).astype(int)
-    rows = seen[kept]
-    truth = drive.truth[1:][rows]
+    rows, truth = seen[kept], drive.truth[1:][seen[kept]]
     dead = planar.dead_reckoning(drive.truth[0], (step.motion for step in drive.steps))
     runs, chosen = found["lasting"], choose_anchors(drive, landmarks)
     poses = np.array([run.history.poses[rows] for run in runs])
@@ -494,7 +491,6 @@ def _robot(
     apart = poses - truth
     spread = np.sqrt(np.trace(covs[..., :2, :2], axis1=-2, axis2=-1))
     maps = [_map(r.history.belief, a, landmarks) for r, a in zip(runs, chosen, strict=True)]
-    marks, mark_covs = (np.array(part) for part in zip(*maps, strict=True))
     shown = Robot(
         own,
         sum(robot.unknown.values()),
@@ -507,8 +503,7 @@ def _robot(
         np.stack([np.hypot(apart[..., 0], apart[..., 1]), wrap_angle(apart[..., 2])], axis=-1),
         np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1),
         np.array([run.nees[kept] for run in runs]),
-        marks,
-        mark_covs,
+        *(np.array(part) for part in zip(*maps, strict=True)),
         np.array(list(chosen[-1].values())),
     )
     off = absolute_error(dead[drive.covered], drive.truth[drive.covered], aligned=False)

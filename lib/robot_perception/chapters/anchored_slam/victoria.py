@@ -1,10 +1,9 @@
 """A car among 151 trees: the Victoria Park recording, with known associations.
 
 The covariances are those of the file: a centimetre and two milliradians per step of half a metre,
-0.63 m for each tree. The drive begins at the origin, which is exact by definition, so that there
-is nothing to anchor; but the heading is observed by nothing else. The filter runs twice, with
-Jacobians at the latest and at the first estimates, and beside them stands the batch optimum, for
-which all measurements are linearised anew until nothing moves.
+0.63 m for each tree. The drive begins at the origin, exact by definition; the heading is observed
+by nothing else. Beside the filter with Jacobians at the latest and at the first estimates stands
+the batch optimum, for which all measurements are linearised anew until nothing moves.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -161,7 +160,7 @@ def positions_at_fixes(
 def jumps(fixes: Fixes) -> Bool[np.ndarray, " fixes"]:
     """Tell which fixes begin with a jump that the car cannot have made."""
     speed = np.hypot(*np.diff(fixes.positions, axis=0).T) / np.diff(fixes.times)
-    return np.concatenate([[False], speed > FASTEST])
+    return np.append(False, speed > FASTEST)
 
 
 def study(folder: Path) -> Park:
@@ -183,7 +182,6 @@ def study(folder: Path) -> Park:
 
     def beside_optimum(run: History) -> Filtered:
         trees, covs = run.belief.landmarks, run.belief.landmark_covs
-        gaps = trees - best.landmarks
         return Filtered(
             act(frame, run.path[thin, :2]),
             act(frame, trees),
@@ -192,10 +190,10 @@ def study(folder: Path) -> Park:
             float(run.nis.sum() / run.dof.sum()),
             absolute_error(trees, best.landmarks, aligned=False),
             float(np.sqrt(np.trace(covs, axis1=1, axis2=2).mean())),
-            float(np.median(normalised_squared(gaps, covs))),
+            float(np.median(normalised_squared(trees - best.landmarks, covs))),
         )
 
-    latest, first = (runs[name].belief.landmarks for name in LINEARISATIONS)
+    maps = [run.belief.landmarks for run in runs.values()]
     return Park(
         {name: beside_optimum(run) for name, run in runs.items()},
         act(frame, best.landmarks),
@@ -203,8 +201,8 @@ def study(folder: Path) -> Park:
         best.squares / best.dof,
         truth[:: len(truth) // DRAWN],
         absolute_error(there(dead), truth, aligned=True),
-        absolute_error(latest, first, aligned=False),
-        float(np.rad2deg(align(latest, first)[2])),
+        absolute_error(*maps, aligned=False),
+        float(np.rad2deg(align(*maps)[2])),
         len(steps),
         len(graph.values),
         float(np.hypot(*graph.motions[:, :2].T).sum()),
