@@ -101,8 +101,7 @@ def test_calibration_leaves_out_what_motion_capture_did_not_see():
     robot = make_robot(np.random.default_rng(0))
     there = (robot.truth.times < 1100) | (robot.truth.times > 1160)
     holed = Track(robot.truth.times[there], robot.truth.poses[there])
-    robot = MrclamRobot(robot.commands, robot.landmarks, robot.robots, {}, holed)
-    found = mrclam.calibrate(robot, LANDMARKS)
+    found = mrclam.calibrate(replace(robot, truth=holed), LANDMARKS)
     assert found.delay == pytest.approx(DELAY)
     np.testing.assert_allclose(found.scale, SCALE, rtol=0.01)
     np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
@@ -114,7 +113,7 @@ def test_time_between_images_is_that_of_a_landmark_in_sight():
     times = robot.landmarks.times
     kept = (times < 1100) | (times > 1160)
     parts = (part[kept] for part in (times, robot.landmarks.subjects, robot.landmarks.values))
-    robot = MrclamRobot(robot.commands, Sightings(*parts), robot.robots, {}, robot.truth)
+    robot = replace(robot, landmarks=Sightings(*parts))
     assert mrclam.calibrate(robot, LANDMARKS).interval == pytest.approx(0.4)
 
 
@@ -122,8 +121,7 @@ def test_calibration_finds_the_wander_of_the_wheels_and_leaves_misread_barcodes_
     robot = make_robot(np.random.default_rng(1), seconds=1500.0, wander=(0.02, 0.05))
     values = robot.landmarks.values.copy()
     values[[3, 700], 1] += 1.0
-    seen = Sightings(robot.landmarks.times, robot.landmarks.subjects, values)
-    robot = MrclamRobot(robot.commands, seen, robot.robots, {}, robot.truth)
+    robot = replace(robot, landmarks=replace(robot.landmarks, values=values))
     found = mrclam.calibrate(robot, LANDMARKS)
     np.testing.assert_allclose(np.sqrt(found.density), [0.02, 0.05], rtol=0.15)
     np.testing.assert_allclose(found.sigma, SIGMA, rtol=0.1)
@@ -329,8 +327,9 @@ def test_any_of_the_nine_data_sets_is_computed_by_its_number(monkeypatch, tmp_pa
 def test_what_motion_capture_did_not_see_is_not_judged():
     robot = make_robot(np.random.default_rng(4), seconds=60.0, bias=np.zeros(2))
     short = Track(robot.truth.times[:700], robot.truth.poses[:700])  # 35 s
-    robot = MrclamRobot(robot.commands, robot.landmarks, robot.robots, {}, short)
-    drive, runs = mrclam.run_robot(robot, LANDMARKS, *[known_sensors(0.0)] * 2)
+    drive, runs = mrclam.run_robot(
+        replace(robot, truth=short), LANDMARKS, *[known_sensors(0.0)] * 2
+    )
     seen = int(drive.covered[1:].sum())
     assert 0 < seen < len(drive.steps)
     assert len(runs["white"][0].nees) == seen
@@ -408,10 +407,7 @@ def test_headings_are_interpolated_the_short_way_round():
 
 def test_fixes_after_the_last_pose_are_not_covered():
     graph, car, fixes = circle_graph()
-    short = LandmarkGraph(
-        graph.motions[:40], graph.motion_covs[:40], graph.observers, graph.landmarks,
-        graph.values, graph.value_covs, graph.report,
-    )  # fmt: skip
+    short = replace(graph, motions=graph.motions[:40], motion_covs=graph.motion_covs[:40])
     covered = victoria.positions_at_fixes(np.zeros((41, 3)), short, car, fixes)[1]
     np.testing.assert_array_equal(covered, fixes.times <= 40.0)
 
@@ -428,10 +424,7 @@ def test_each_sighting_belongs_to_the_step_that_leads_to_its_pose():
     graph, *_ = circle_graph(steps=5)
     steps = victoria.make_steps(graph)
     assert [step.observations.ids.tolist() for step in steps] == [[5], [], [5], [], []]
-    early = LandmarkGraph(
-        graph.motions, graph.motion_covs, np.array([0, 3]), graph.landmarks, graph.values,
-        graph.value_covs, graph.report,
-    )  # fmt: skip
+    early = replace(graph, observers=np.array([0, 3]))
     with pytest.raises(ValueError, match="seen before the first motion"):
         victoria.make_steps(early)
 

@@ -124,8 +124,7 @@ def _path(ax: Axes, chosen: tuple[int, int]) -> None:
 
 
 def _error(chosen: tuple[int, int]) -> float:
-    robot, anchors = chosen
-    return _robots().errors["lasting"].ate[robot - 1, anchors]
+    return _robots().errors["lasting"].ate[chosen[0] - 1, chosen[1]]
 
 
 ANCHORS = slider("Anchors", (0, 1, 2), 1)

@@ -70,13 +70,8 @@ def ranks(*, moving: bool) -> dict[tuple[str, str], Reading]:
 def rank_table(*, moving: bool = True) -> Table:
     """Return the ranks as a table, with what the analysis along the true path misses."""
     found = ranks(moving=moving)
-    rows = {
-        name: (
-            *(found[name, reading].rank for reading in READINGS),
-            ", ".join(found[name, "true path"].unseen) or "nothing",
-        )
-        for name in SETS
-    }
+    said = {name: ", ".join(found[name, "true path"].unseen) or "nothing" for name in SETS}
+    rows = {name: (*(found[name, r].rank for r in READINGS), said[name]) for name in SETS}
     columns = {
         "one point": "Jacobians at one point",
         "true path": "Jacobians at the true states",
