@@ -6,7 +6,6 @@ from functools import cache, partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from data_synth.monobot import RailRuns
 from robot_perception.chapters.anchored_slam import figures as draw
 from robot_perception.chapters.anchored_slam import gauge, rails
 from robot_perception.chapters.anchored_slam.mrclam import UTIAS, Robots
@@ -73,19 +72,12 @@ MOVED = Exploration(
 THIRTY = replace(rail.FIG4, runs=30)
 
 
-@cache
-def _worlds() -> tuple[RailRuns, int]:
-    """Return the worlds of all settings, and the seed of every reference's errors."""
-    rng = np.random.default_rng(7)
-    return rail.simulate(THIRTY, rng=rng), int(rng.integers(2**32))
-
-
 def refer(reference: rails.Kind, deviation: float, offset: float) -> rail.Result:
-    """Return what a reference that stands off does in thirty worlds; lengths in m."""
-    world, seed = _worlds()
+    """Return what a reference that stands off does, in m; all in the same worlds, erring alike."""
+    rng = np.random.default_rng(7)
+    world, own = rail.simulate(THIRTY, rng=rng), np.random.default_rng(rng.integers(2**32))
     config = rails.Config(THIRTY, reference, deviation, misplaced=offset)
-    filtered = rails.refilter(config, world, rng=np.random.default_rng(seed))
-    return rail.Result(THIRTY, world, filtered)
+    return rail.Result(THIRTY, world, rails.refilter(config, world, rng=own))
 
 
 REFERENCES = Exploration(

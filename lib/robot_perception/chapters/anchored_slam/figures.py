@@ -46,10 +46,7 @@ ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
     gridspec_kw={"hspace": 0.16},
 )
 def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> np.ndarray:
-    """Draw one run of studies by title, a column each, with common scales in each row.
-
-    Rows: path and landmark, vehicle error, landmark error, gains; all bands are ±2σ.
-    """
+    """Draw one run of studies by title, a column each, all bands ±2σ, on common scales."""
     for column, (name, result) in zip(axes.T, results.items(), strict=True):
         figures.one_run(column[[0, 2, 1, 3]], result, run)
         column[0].set_title(name)
@@ -76,10 +73,7 @@ def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> n
     gridspec_kw={"right": 0.86},
 )
 def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
-    """Draw the share of the first error's variance left after each measurement, on log scales.
-
-    The shares are those of Figs 4, 5 and 6 by name, from the first measurement (share 1) on.
-    """
+    """Draw the shares of Figs 4, 5 and 6 by name, from the first measurement on, on log scales."""
     meanings = ("plain", "anchored", "external")
     for (name, share), meaning in zip(shares.items(), meanings, strict=True):
         k = np.arange(1, len(share))
@@ -95,10 +89,7 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
 
 
 def fan_and_gains(axes: AxesRow, result: Result) -> AxesRow:
-    """Draw the landmark errors of many runs and the gains, on two axes that are cleared first.
-
-    Their scales are the same for all settings of the explorer, so that they compare.
-    """
+    """Draw landmark errors of many runs and the gains, cleared first, on scales that compare."""
     for ax in axes:
         ax.clear()
     figures.error_fan.on(axes[0], result)
@@ -174,10 +165,7 @@ def _strokes(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
     ),
 )
 def claimed_information(ax: Axes, filters: Mapping[str, invented.Result]) -> Axes:
-    """Draw the information that filters claim about the turn of the world, over that at the start.
-
-    Of the three filters in their order; lines are medians, bands the central 80 % of the runs.
-    """
+    """Draw the information that the three filters claim: medians, and the central 80 %."""
     ax.axhline(1, color=MEANING["expected"], linewidth=0.8)
     top = max(np.quantile(result.gains, 0.9, axis=0).max() for result in filters.values())
     styles = zip(("-", "-", "--"), (1.6 * top, 0.55, 1.6), strict=True)
@@ -207,10 +195,7 @@ def claimed_information(ax: Axes, filters: Mapping[str, invented.Result]) -> Axe
     gridspec_kw={"wspace": 0.3},
 )
 def heading_honesty(axes: AxesRow, filters: Mapping[str, invented.Result]) -> AxesRow:
-    """Draw for each filter the stated deviation of the heading and the error really made.
-
-    Root mean squares over the runs.
-    """
+    """Draw for each filter the heading's stated deviation and the error made, root mean square."""
     curves = {name: np.degrees([one.stated, one.rms]) for name, one in filters.items()}
     top, made = 1.25 * max(both.max() for both in curves.values()), MEANING["error"]
     for ax, (name, (stated, errors)) in zip(axes, curves.items(), strict=True):
