@@ -1,13 +1,10 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
-from types import MappingProxyType
+from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from robot_perception.chapters.anchored_slam import gauge, rails
-from robot_perception.slam.observability.symbolic import Reading
-from robot_perception.teaching.claims import Size
 from tests.chapters.ledger import LedgerTests, quick, recorded
 
 
@@ -89,20 +86,18 @@ def test_the_verdicts_follow_from_the_ranks(monkeypatch, better, anchor, sensor)
     honest = {moving: gauge.ranks(moving=moving) for moving in (True, False)}
 
     def doctored(*, moving):
-        table = dict(honest[moving])
-        for (name, reading), exact in honest[moving].items():
-            rank = better.get(name, exact.rank)
-            table[name, reading] = Reading(exact.dimension, rank, exact.unseen)
-        return MappingProxyType(table)
+        return {
+            (name, reading): replace(exact, rank=better.get(name, exact.rank))
+            for (name, reading), exact in honest[moving].items()
+        }
 
     monkeypatch.setattr(gauge, "ranks", doctored)
-    monkeypatch.setattr(gauge, "RUNS", {Size.QUICK: 2})
-    for claim, verdict in (
-        (gauge.planar_anchor, anchor),
-        (gauge.planar_position_sensor, sensor),
-    ):
-        finding = claim.compute(Size.QUICK, np.random.default_rng(claim.seed))
-        assert claim.verdict(finding) == verdict
+    filters = gauge.ONE_ANCHOR.result("quick").filters
+    found = gauge.Observed(gauge.unseen("one anchor"), filters)
+    assert gauge.planar_anchor.verdict(gauge.planar_anchor.compute(found, found.unseen)) == anchor
+    found = gauge.Observed(gauge.unseen("position sensor"), {})
+    claim = gauge.planar_position_sensor
+    assert claim.verdict(claim.compute(found)) == sensor
 
 
 def test_the_position_sensor_needs_a_robot_that_translates():

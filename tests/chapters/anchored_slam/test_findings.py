@@ -1,43 +1,58 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
-import itertools
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
-from robot_perception.chapters.anchored_slam import gauge, invented, rails, recordings
-from robot_perception.chapters.anchored_slam.figures import gauge as draw_gauge
-from robot_perception.chapters.anchored_slam.figures import rails as draw_rails
-from robot_perception.chapters.anchored_slam.figures import recordings as draw_recordings
-from robot_perception.chapters.anchored_slam.gauge import AT_REST, TURN
-from robot_perception.teaching.figures import figure
-from tests.chapters.findings import default, limits, presets_that_show_the_default, states
+from robot_perception.chapters.anchored_slam import gauge, invented, rails
+from robot_perception.chapters.anchored_slam.explorers import (
+    FIVE,
+    MOVED,
+    REFERENCES,
+    ROBOT_2,
+    TURNED,
+    refer,
+)
+from robot_perception.chapters.anchored_slam.gauge import AT_REST, TURN, TURN_STEP
+from robot_perception.chapters.anchored_slam.recordings import UTIAS
+from tests.chapters.findings import limits
 
-RNG = np.random.default_rng
-
-
-@pytest.fixture(scope="module")
-def settings():
-    return rails.studies(rng=RNG(7))
-
-
-def worst(state):
-    world = gauge.move_world(**state)
-    return max(world.metres, world.radians)
+EXPLORERS = (TURNED, MOVED, REFERENCES, ROBOT_2, FIVE)
+DEVIATIONS, OFFSETS = (REFERENCES.controls[name].values for name in ("deviation", "offset"))
+TIED = ("anchor", "external sensor")
 
 
-# The turned world
+@pytest.mark.parametrize("explorer", EXPLORERS)
+def test_every_end_is_drawn_and_said_on_axes_that_stay(explorer):
+    ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
+    seen = set()
+    for values in product(*ends.values()):
+        setting = dict(zip(ends, values, strict=True))
+        axes = np.ravel(explorer.drawn(**setting))
+        seen.add(tuple(limits(ax) for ax in axes))
+        assert explorer.described(**setting)
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize("explorer", EXPLORERS)
+def test_no_preset_shows_the_default(explorer):
+    assert all(
+        explorer.default | values != explorer.default for values in explorer.presets.values()
+    )
+
+
+# Worlds moved
 
 
 def test_turned_by_whatever_nothing_differs():
-    for degrees in (-30, -15, 0, 15, 30):
-        assert worst({"sensing": "one anchor", "direction": TURN, "amount": degrees / 15}) < 1e-12
+    assert max(TURNED.found()) < 1e-12
 
 
 def test_red_where_the_text_says_so_and_nowhere_else():
-    for state in states(gauge.CONTROLS):
+    for state in MOVED.parameters():
         sensing, direction = state["sensing"], state["direction"]
-        seen = worst(state) > 0.1
+        seen = MOVED.finding(MOVED.state(**state)) > 0.1
         if sensing == "one anchor":
             assert seen == (direction != TURN)
         elif sensing in ("two anchors", "anchor + compass", "position sensor"):
@@ -48,48 +63,39 @@ def test_red_where_the_text_says_so_and_nowhere_else():
             assert not seen
 
 
-def test_presets_of_the_moved_world():
-    assert not presets_that_show_the_default(gauge.PRESETS, gauge.CONTROLS)
-    for preset in gauge.PRESETS.values():
-        world = gauge.move_world(**default(gauge.CONTROLS) | preset)
-        assert not np.allclose(world.moved_poses, world.poses)
-
-
-def test_axes_of_the_moved_world_stay():
-    _, ax = figure()
-    seen = set()
-    for state in states(gauge.CONTROLS):
-        seen.add(limits(draw_gauge.moved_world(ax, gauge.move_world(**state))))
-    assert len(seen) == 1
+def test_picture_and_words_say_what_was_computed():
+    for state in MOVED.parameters(amount=2):
+        world, said = MOVED.state(**state), MOVED.described(**state)
+        texts = [text.get_text() for text in MOVED.drawn(**state).texts]
+        (words,) = [text for text in texts if text.startswith("largest")]
+        assert f"{world.metres:.2f} m" in words
+        assert words.removeprefix("largest residual ") in said
+        assert ("heading" in words) == (world.radians > 0)
+        turned = state["direction"].startswith("turn")
+        assert (f"by {np.degrees(2 * TURN_STEP):g}°." if turned else "by 2 m.") in said
 
 
 # The references
 
 
-def test_anchor_and_camera_have_one_band(settings):
-    for state in states(rails.CONTROLS):
-        if state["reference"] == "anchor":
-            twin = settings["external sensor", state["deviation"], state["offset"]]
-            own = settings["anchor", state["deviation"], state["offset"]]
-            np.testing.assert_allclose(own.deviations, twin.deviations, rtol=1e-9)
+def test_anchor_and_camera_have_one_band_and_not_one_error():
+    for deviation in DEVIATIONS:
+        one, other = (refer(kind, deviation, 0.1) for kind in TIED)
+        np.testing.assert_allclose(one.deviations, other.deviations, rtol=1e-9)
+        assert not np.allclose(one.last_errors, other.last_errors)
 
 
-def test_the_band_shrinks_and_more_slowly_with_a_worse_reference(settings):
-    for kind in ("anchor", "external sensor"):
-        for offset in rails.CONTROLS["offset"].values:
-            bands = [
-                settings[kind, d, offset].deviations[:, 1]
-                for d in rails.CONTROLS["deviation"].values
-            ]
-            assert all((np.diff(one) < 0).all() for one in bands)
-            assert all((a[1:] < b[1:]).all() for a, b in itertools.pairwise(bands))
+@pytest.mark.parametrize("kind", TIED)
+def test_the_band_shrinks_and_more_slowly_with_a_worse_reference(kind):
+    bands = [refer(kind, deviation, 0.1).deviations[:, 1] for deviation in DEVIATIONS]
+    assert all((np.diff(one) < 0).all() for one in bands)
+    assert all((a[1:] < b[1:]).all() for a, b in pairwise(bands))
 
 
-def test_a_wrong_place_goes_into_the_map_and_no_innovation_complains(settings):
-    for (kind, deviation, offset), result in settings.items():
-        if kind == "none" or not offset:
-            continue
-        moved = result.last_errors - settings[kind, deviation, 0.0].last_errors
+def test_a_wrong_place_goes_into_the_map_and_no_innovation_complains():
+    for kind, deviation, offset in product(TIED, DEVIATIONS, OFFSETS[1:]):
+        result = refer(kind, deviation, offset)
+        moved = result.last_errors - refer(kind, deviation, 0.0).last_errors
         assert (0.8 * offset <= moved).all()
         assert (moved < 1.05 * offset).all()
         filtered = result.filtered
@@ -97,21 +103,17 @@ def test_a_wrong_place_goes_into_the_map_and_no_innovation_complains(settings):
         assert 0.9 < squared[:, 10:].mean() < 1.1
 
 
-def test_presets_and_axes_of_the_references(settings):
-    assert not presets_that_show_the_default(rails.PRESETS, rails.CONTROLS)
-    _, axes = figure(2, 1)
-    seen = set()
-    for result in settings.values():
-        draw_rails.fan_and_gains(axes, result, reach=0.5)
-        seen.add(tuple(limits(ax) for ax in axes))
-    assert len(seen) == 1
+def test_errors_and_gains_stay_in_the_picture():
+    for setting in REFERENCES.parameters():
+        result = REFERENCES.state(**setting)
+        assert np.abs(result.landmark_errors).max() < 0.6
+        assert -0.5 < result.gains.min() <= result.gains.max() < 1
 
 
 def test_share_of_the_first_error_is_what_the_bet_says():
-    deviations = rails.covariances(rails.FIG5).deviations[0, :, 1]
-    assert 1 / 20 < deviations[-1] / deviations[0] < 1 / 10
-    plain = rails.covariances(rails.Config()).deviations[0, :, 1]
-    assert plain[-1] / plain[0] == pytest.approx(0.8, abs=0.01)
+    tied, plain = (rails.remaining_shares(c)[-1] ** 0.5 for c in (rails.FIG5, rails.Config()))
+    assert 1 / 20 < tied < 1 / 10
+    assert plain == pytest.approx(0.8, abs=0.01)
 
 
 def test_set_up_says_what_is_run():
@@ -124,20 +126,23 @@ def test_set_up_says_what_is_run():
 
 
 def test_the_less_was_known_the_more_is_invented():
-    table = invented.start_table((1, 3, 10), rng=RNG(gauge.planar_anchor.seed))
+    table = invented.start_table((1, 3, 10))
     for column in table.columns:
         values = [table[row, column] for row in table.rows]
         assert values == sorted(values)
     assert table["±1°", "information"] <= 1 < table["±3°", "information"]
 
 
+def test_the_turn_at_the_head_is_the_one_that_the_ranks_leave_unseen():
+    assert gauge.ranks(moving=True)["one anchor", "true path"].unseen == (TURN,)
+
+
 # Robot 2
 
 
 def test_robot_2_by_the_number_of_anchors():
-    found = recordings.UTIAS.stored().result
-    ate, aligned = found.errors["lasting"].ate[1], found.errors["lasting"].ate_aligned[1]
+    errors = UTIAS.stored().result.errors["lasting"]
+    ate, aligned = errors.ate[1], errors.ate_aligned[1]
     assert (np.diff(ate) < 0).all()
     assert (aligned[:2] < ate[:2] / 2).all()  # most of it is not the shape of the map
-    _, ax = figure()
-    assert len({limits(draw_recordings.robot_path(ax, found, 2, k)) for k in range(3)}) == 1
+    assert ROBOT_2.found() == FIVE.found(robot=2) == ate.tolist()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from data_synth.wheels import Slip
+from robot_perception.chapters.anchored_slam import figures as draw
 from robot_perception.chapters.anchored_slam import invented
-from robot_perception.chapters.anchored_slam.figures import gauge as draw
 from robot_perception.chapters.anchored_slam.invented import FILTERS, Config
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.observability import gauge_directions, information_along
@@ -45,7 +45,7 @@ def test_no_honest_heading_is_surer_than_the_turn_it_started_with():
     drive = invented.simulate(config, rng=np.random.default_rng(7))
     for kind in FILTERS:
         point = drive.path[0] if kind == "ideal" else drive.start.mean
-        N = gauge_directions(point, drive.places[invented.ANCHOR])["turn"]
+        N = gauge_directions(point, drive.places[0])["turn"]
         floor = 1 / information_along(N, drive.start.cov)
         lowest = invented.filter_drive(config, drive, kind).pose_covs[:, 2, 2].min()
         assert (lowest >= floor * (1 - 1e-9)) == (kind != "plain")
@@ -62,16 +62,16 @@ def test_who_states_the_error_of_the_heading(study, kind):
 
 
 def test_a_second_anchor_makes_the_plain_filter_honest_and_sharp(study):
-    config = Config(runs=RUNS, steps=100, anchors=2)
-    two = invented.run(config, ("plain",), rng=np.random.default_rng(8))["plain"]
+    config = Config(runs=RUNS, steps=100, anchors=2, filters=("plain",))
+    two = invented.run(config, rng=np.random.default_rng(8))["plain"]
     low, high = average_bounds(1, RUNS, 1 - 1e-4)
     assert low < two.nees[-1] < high
     assert two.rms[-1] < study["ideal"].rms[-1] / 5
 
 
 def test_a_start_known_in_heading_leaves_little_to_invent():
-    config = Config(runs=RUNS, steps=100, heading_deviation=np.deg2rad(1.0))
-    result = invented.run(config, ("plain",), rng=np.random.default_rng(9))["plain"]
+    config = Config(RUNS, 100, heading_deviation=np.deg2rad(1.0), filters=("plain",))
+    result = invented.run(config, rng=np.random.default_rng(9))["plain"]
     assert np.median(result.gains[:, -1]) < 1.2
 
 
@@ -84,11 +84,11 @@ def test_the_same_seed_gives_the_same_study():
 
 def test_drawings_show_the_numbers(study):
     _, ax = figure()
-    draw.claimed_information(ax, study)
+    draw.claimed_information.on(ax, study)
     lines = [line.get_ydata() for line in ax.lines if len(line.get_ydata()) > 2]
     for line, result in zip(lines, study.values(), strict=True):
         np.testing.assert_array_equal(line, np.median(result.gains, axis=0))
     _, axes = figure(1, 3, width=7.4)
-    draw.heading_honesty(axes, study)
+    draw.heading_honesty.on(axes, study)
     for panel, result in zip(axes, study.values(), strict=True):
         np.testing.assert_allclose(panel.lines[1].get_ydata(), np.degrees(result.rms))

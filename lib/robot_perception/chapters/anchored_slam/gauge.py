@@ -7,8 +7,7 @@ section 2.2, eqs (24) to (27).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from types import MappingProxyType
+from operator import attrgetter
 
 import numpy as np
 from jaxtyping import Float
@@ -16,53 +15,37 @@ from jaxtyping import Float
 from robot_perception.chapters.anchored_slam import invented
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import Interval, exact, proportion, spread
-from robot_perception.slam.observability import (
-    Anchor,
-    Heading,
-    Landmarks,
-    Position,
-    Sensor,
-    rotate,
-    see,
-    symbolic,
-    translate,
-)
+from robot_perception.slam import observability
+from robot_perception.slam.observability import Anchor, Heading, Landmarks, Position, Sensor
 from robot_perception.slam.observability.symbolic import ANCHORS, Reading, pose
-from robot_perception.teaching.claims import Finding, Size, claim
-from robot_perception.teaching.explore import choice
+from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.results import kept
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
 # Ranks -------------------------------------------------------------------------------------------
 
 SETS = ("plain", "one anchor", "two anchors", "anchor + compass", "position sensor")
+AT_REST = "position sensor, robot at rest"
 READINGS = ("one point", "true path", "nonlinear")
 """The three analyses: Jacobians at one point; at the true states; Lie derivatives."""
 
 
 def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[Sensor, ...]:
-    """Return a set of sensors by name.
-
-    Raises
-    ------
-    ValueError
-        If there is no set of that name.
-    """
+    """Return a set of sensors by name."""
     first, second = anchors
-    table = {
+    return {
         "plain": (Landmarks(),),
         "one anchor": (Landmarks(), first),
         "two anchors": (Landmarks(), first, second),
         "anchor + compass": (Landmarks(), first, Heading()),
         "position sensor": (Landmarks(), Position()),
-    }
-    if name not in table:
-        raise ValueError(f"no set of sensors {name!r}; there are {', '.join(table)}")
-    return table[name]
+    }[name]
 
 
-@cache
-def ranks(*, moving: bool) -> Mapping[tuple[str, str], Reading]:
+@kept
+def ranks(*, moving: bool) -> dict[tuple[str, str], Reading]:
     """Return what each analysis says about each set of sensors, in exact arithmetic.
 
     There is one landmark; the robot drives, or only turns on the spot.
@@ -75,25 +58,20 @@ def ranks(*, moving: bool) -> Mapping[tuple[str, str], Reading]:
     for name in SETS:
         used = sensors(name)
         matrices = (
-            symbolic.fixed_point_matrix(used, 1, **motion),
-            symbolic.trajectory_matrix(used, 1, **drive),
-            symbolic.lie_matrix(used, 1, **speed),
+            observability.symbolic.fixed_point_matrix(used, 1, **motion),
+            observability.symbolic.trajectory_matrix(used, 1, **drive),
+            observability.symbolic.lie_matrix(used, 1, **speed),
         )
         for reading, matrix in zip(READINGS, matrices, strict=True):
-            table[name, reading] = symbolic.read(matrix, used)
-    return MappingProxyType(table)
+            table[name, reading] = observability.symbolic.read(matrix, used)
+    return table
 
 
 def rank_table(*, moving: bool = True) -> Table:
     """Return the ranks as a table, with what the analysis along the true path misses."""
     found = ranks(moving=moving)
-    rows = {
-        name: (
-            *(found[name, reading].rank for reading in READINGS),
-            ", ".join(found[name, "true path"].unseen) or "nothing",
-        )
-        for name in SETS
-    }
+    said = {name: ", ".join(found[name, "true path"].unseen) or "nothing" for name in SETS}
+    rows = {name: (*(found[name, r].rank for r in READINGS), said[name]) for name in SETS}
     columns = {
         "one point": "Jacobians at one point",
         "true path": "Jacobians at the true states",
@@ -103,9 +81,16 @@ def rank_table(*, moving: bool = True) -> Table:
     return Table(rows, columns, corner=f"rank of {found[SETS[0], READINGS[0]].dimension}")
 
 
+def unseen(sensing: str) -> Interval:
+    """Return how many directions a set of sensors leaves unseen, by the worst of the analyses."""
+    name = sensing.removesuffix(", robot at rest")
+    found = ranks(moving=name == sensing)
+    worst = max(found[name, reading].dimension - found[name, reading].rank for reading in READINGS)
+    return exact(worst, "unseen direction" if worst == 1 else "unseen directions")
+
+
 # Worlds really moved -----------------------------------------------------------------------------
 
-AT_REST = "position sensor, robot at rest"
 TURN = "turn about the anchor"
 DIRECTIONS = ("shift in x", "shift in y", TURN, "turn about the robot")
 TURN_STEP = np.deg2rad(15.0)
@@ -124,6 +109,9 @@ class MovedWorld:
     change of all measurements of lengths and of all of the heading.
     """
 
+    sensing: str
+    direction: str
+    amount: float
     poses: Float[np.ndarray, "k 3"]
     landmarks: Float[np.ndarray, "n 2"]
     moved_poses: Float[np.ndarray, "k 3"]
@@ -134,40 +122,43 @@ class MovedWorld:
     metres: float
     radians: float
 
+    @property
+    def residual(self) -> float:
+        """The larger of both changes."""
+        return max(self.metres, self.radians)
+
 
 def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
     """Move a small world along a direction, by m or steps of 15°, and take all measurements again.
 
     About the robot means where it is first.
-
-    Raises
-    ------
-    ValueError
-        If there is no such set or direction.
     """
     used = sensors(sensing.removesuffix(", robot at rest"), PLACES)
     poses = PATH[:1] if sensing == AT_REST else PATH
-    states = np.hstack([poses, np.tile(LANDMARKS.ravel(), (len(poses), 1))])
+    anchors = np.array([[s.x, s.y] for s in used if isinstance(s, Anchor)]).reshape(-1, 2)
+    points, own = np.vstack([LANDMARKS, anchors]), 3 + LANDMARKS.size
+    states = np.hstack([poses, np.tile(points.ravel(), (len(poses), 1))])
     moved = np.array([_move(state, direction, amount) for state in states])
     metres = radians = 0.0
     for sensor in used:
-        before, after = (np.array([see([sensor], s)[0] for s in many]) for many in (states, moved))
+        before, after = (
+            np.array([observability.see([sensor], state[:own])[0] for state in many])
+            for many in (states, moved)
+        )
         change = after - before
         if isinstance(sensor, Heading):
-            radians = max(radians, float(np.abs(change).max()))
+            radians = float(np.abs(change).max())
         else:
             metres = max(metres, float(np.hypot(change[:, ::2], change[:, 1::2]).max()))
-    anchors = np.array([[s.x, s.y] for s in used if isinstance(s, Anchor)]).reshape(-1, 2)
-    asked = np.hstack([poses, np.tile(anchors.ravel(), (len(poses), 1))])
-    asked = np.array([_move(state, direction, amount)[3:] for state in asked])
     watched = any(isinstance(sensor, Position) for sensor in used)
     return MovedWorld(
+        *(sensing, direction, amount),
         poses=poses,
         landmarks=LANDMARKS,
         moved_poses=moved[:, :3],
-        moved_landmarks=moved[0, 3:].reshape(-1, 2),
+        moved_landmarks=moved[0, 3:own].reshape(-1, 2),
         anchors=anchors,
-        misses=asked.reshape(len(poses), -1, 2),
+        misses=moved[:, own:].reshape(len(poses), -1, 2),
         fixes=poses[:, :2] if watched else np.empty((0, 2)),
         metres=metres,
         radians=radians,
@@ -176,59 +167,44 @@ def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
 
 def _move(state: np.ndarray, direction: str, amount: float) -> np.ndarray:
     """Move robot and all points together."""
-    match direction:
-        case "shift in x":
-            return translate(state, np.array([amount, 0.0]))
-        case "shift in y":
-            return translate(state, np.array([0.0, amount]))
-        case "turn about the anchor":
-            return rotate(state, amount * TURN_STEP, np.array([PLACES[0].x, PLACES[0].y]))
-        case "turn about the robot":
-            return rotate(state, amount * TURN_STEP, PATH[0, :2])
-    raise ValueError(f"no direction {direction!r}; there are {', '.join(DIRECTIONS)}")
-
-
-def describe(sensing: str, direction: str, amount: float) -> str:
-    """Return the words for a reader who does not see the moved world."""
-    world = move_world(sensing, direction, amount)
-    by = f"{15 * amount:g}°" if direction.startswith("turn") else f"{amount:g} m"
-    heading = f", heading {np.degrees(world.radians):.0f}°" if world.radians > 0 else ""
-    return (
-        f"Robot and landmarks, grey, and again in blue after a {direction} by {by}. Sensors: "
-        f"{sensing}. The largest residual is {world.metres:.2f} m{heading}."
-    )
-
-
-CONTROLS = {
-    "sensing": choice("Sensors", (*SETS, AT_REST), "one anchor"),
-    "direction": choice("Move the world", DIRECTIONS, "shift in x"),
-    "amount": choice(
-        "By", {f"{m} m, or {15 * m}°".replace("-", "−"): m for m in (-2, -1, 1, 2)}, 1
-    ),
-}
-"""Controls of the gauge explorer; their names are those of :func:`move_world`."""
-PRESETS = {
-    "one anchor, turned about it": {"direction": TURN},
-    "two anchors": {"sensing": "two anchors", "direction": TURN},
-    "anchor and compass": {"sensing": "anchor + compass", "direction": TURN},
-    "position sensor": {"sensing": "position sensor", "direction": "turn about the robot"},
-    "robot at rest": {"sensing": AT_REST, "direction": "turn about the robot"},
-}
+    if direction.startswith("shift"):
+        return observability.translate(state, amount * np.eye(2)["xy".index(direction[-1])])
+    about = np.array([PLACES[0].x, PLACES[0].y]) if direction == TURN else PATH[0, :2]
+    return observability.rotate(state, amount * TURN_STEP, about)
 
 
 # The claims --------------------------------------------------------------------------------------
 
-RUNS = {Size.QUICK: 10, Size.FULL: 50}
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """A set of sensors, and in how many runs filters with one anchor are asked what they claim."""
+
+    sensing: str
+    runs: int = 0
 
 
-def _unseen(name: str, *, moving: bool = True) -> Interval:
-    """Return how many directions a set of sensors leaves unseen, by the worst of the analyses."""
-    found = ranks(moving=moving)
-    worst = max(found[name, reading].dimension - found[name, reading].rank for reading in READINGS)
-    return exact(worst, "unseen direction" if worst == 1 else "unseen directions")
+@dataclass(frozen=True, eq=False, slots=True)
+class Observed:
+    """How many directions the sensors leave unseen, and what filters make of one anchor."""
+
+    unseen: Interval
+    filters: Mapping[str, invented.Result]
 
 
-@claim(
+def observe(config: Config, *, rng: np.random.Generator) -> Observed:
+    """Count what is unseen, and ask the filters."""
+    circles = invented.Config(runs=config.runs)
+    return Observed(unseen(config.sensing), invented.run(circles, rng=rng) if config.runs else {})
+
+
+ONE_ANCHOR = Study(
+    observe, full=Config("one anchor", 50), quick=Config("one anchor", 10), seed=invented.SEED
+)
+POSITION = Study(observe, full=Config("position sensor"), quick=Config("position sensor"))
+
+
+@ONE_ANCHOR.claim(
     "planar-anchor",
     paper=PAPER,
     place="§2.2, eqs 24–27",
@@ -238,54 +214,41 @@ def _unseen(name: str, *, moving: bool = True) -> Interval:
     method="States minus rank with one anchor, in exact arithmetic, while the robot drives: the "
     "worst of three analyses (Jacobians at one point, along the true path, Lie derivatives).",
     accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
-    seed=21,
+    sabotage=(
+        Change("a second anchor", config=Config("two anchors")),
+        Change("a compass beside the anchor", config=Config("anchor + compass")),
+    ),
+    value=attrgetter("unseen"),
 )
-def planar_anchor(size: Size, rng: np.random.Generator) -> Finding:
-    """Count the directions that one anchor leaves unseen, and ask filters what they claim."""
-    found = ranks(moving=True)
-    study = invented.run(invented.Config(runs=RUNS[size]), rng=rng)
-    rows = {}
-    for kind, result in study.items():
+def planar_anchor(observed: Observed, value: Interval) -> Finding:
+    """Count the directions that one anchor leaves unseen, and say what filters claim."""
+    found, filters, rows = ranks(moving=True), observed.filters, {}
+    runs = len(filters["plain"].gains)
+    for kind, result in filters.items():
         inside = (np.abs(result.errors) < 2 * result.deviations)[:, -1]
-        rows[kind] = (spread(result.gains[:, -1]), proportion(int(inside.sum()), RUNS[size]))
+        rows[kind] = (spread(result.gains[:, -1]), proportion(int(inside.sum()), runs))
     columns = {
         "information": "about the turn, end over start: median and central 95 %",
         "within 2σ": "rate of runs whose heading is within its stated 2σ at the end, 95 %",
     }
     one = found["one anchor", "one point"]
     return Finding(
-        _unseen("one anchor"),
+        value,
         {
-            f"directions unseen, {name}": _unseen(name)
+            f"directions unseen, {name}": unseen(name)
             for name in ("plain", "two anchors", "anchor + compass")
         },
-        {
-            "ranks": rank_table(),
-            "claimed": Table(rows, columns, f"over {RUNS[size]} runs", "filter"),
-        },
+        {"ranks": rank_table(), "claimed": Table(rows, columns, f"over {runs} runs", "filter")},
         note=f"With one anchor the analysis at one point finds rank {one.rank} of "
         f"{one.dimension}, those along the true path and without linearisation find "
         f"{found['one anchor', 'true path'].rank}: the turn of the world about the anchor stays "
-        f"unseen. A plain filter believes the first: in "
-        f"{study['plain'].invented.sum()} of {RUNS[size]} runs it claims information about "
-        f"the turn that no sensor sent; at consistent points, in "
-        f"{study['first estimates'].invented.sum()}.",
+        f"unseen. A plain filter believes the first: in {filters['plain'].invented.sum()} of "
+        f"{runs} runs it claims information about the turn that no sensor sent; at consistent "
+        f"points, in {filters['first estimates'].invented.sum()}.",
     )
 
 
-@planar_anchor.sabotage("a second anchor")
-def second_anchor(size: Size, rng: np.random.Generator) -> Finding:
-    """Count what two anchors leave unseen."""
-    return Finding(_unseen("two anchors"))
-
-
-@planar_anchor.sabotage("a compass beside the anchor")
-def anchor_and_compass(size: Size, rng: np.random.Generator) -> Finding:
-    """Count what an anchor and a compass leave unseen."""
-    return Finding(_unseen("anchor + compass"))
-
-
-@claim(
+@POSITION.claim(
     "planar-position-sensor",
     paper=PAPER,
     place="§2.2, eqs 26–27",
@@ -296,12 +259,16 @@ def anchor_and_compass(size: Size, rng: np.random.Generator) -> Finding:
     method="As for one anchor, with a sensor of the position, while the robot drives; and while it "
     "only turns on the spot.",
     accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
+    sabotage=(
+        Change("a robot that only turns on the spot", sensing=AT_REST),
+        Change("no sensor but that of the landmarks", sensing="plain"),
+    ),
 )
-def planar_position_sensor(size: Size, rng: np.random.Generator) -> Finding:
+def planar_position_sensor(observed: Observed) -> Finding:
     """Count the directions that a sensor of the position leaves unseen, driving and at rest."""
-    at_rest = _unseen("position sensor", moving=False)
+    at_rest = unseen(AT_REST)
     return Finding(
-        _unseen("position sensor"),
+        observed.unseen,
         {"directions unseen, on the spot": at_rest},
         {"ranks, on the spot": rank_table(moving=False)},
         (
@@ -313,15 +280,3 @@ def planar_position_sensor(size: Size, rng: np.random.Generator) -> Finding:
         ),
         note="The heading is seen only by the way that the position takes.",
     )
-
-
-@planar_position_sensor.sabotage("a robot that only turns on the spot")
-def on_the_spot(size: Size, rng: np.random.Generator) -> Finding:
-    """Count what the sensor of the position leaves unseen if the robot does not translate."""
-    return Finding(_unseen("position sensor", moving=False))
-
-
-@planar_position_sensor.sabotage("no sensor but that of the landmarks")
-def landmarks_alone(size: Size, rng: np.random.Generator) -> Finding:
-    """Count what the landmarks alone leave unseen."""
-    return Finding(_unseen("plain"))

@@ -23,7 +23,7 @@ from robot_perception.observations import Observations
 from robot_perception.slam import planar
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
-from robot_perception.walls.corners import LandmarkReport, LandmarkRules, find_landmarks
+from robot_perception.walls.corners import LandmarkRules, find_landmarks
 from robot_perception.walls.segments import Extraction, RangeNoise
 
 RULES = (
@@ -43,20 +43,6 @@ NEAR = 10
 """Relations between scans that are fewer apart than this are steps, the others loops."""
 SINGLES = ("odometry", "calibrated", "corrected")
 DRAWN = 450
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Wheels:
-    """Raw odometry after what a constant calibration can do for it.
-
-    ``increments`` lead from scan to scan (m, m, rad), ``noise`` is the covariance of what is left.
-    Taken off were a heading ``drift`` per metre (rad/m) and an ``offset`` of each step (m).
-    """
-
-    increments: Float[np.ndarray, "steps 3"]
-    noise: Float[np.ndarray, "3 3"]
-    drift: float
-    offset: Float[np.ndarray, "2"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,33 +79,34 @@ class Building:
         return Table(cells, columns, "root mean square errors of relative poses", "estimate")
 
 
-def calibrate(log: LaserLog) -> Wheels:
-    """Fit a heading drift per metre and a constant offset to the corrected poses."""
+def calibrate(log: LaserLog) -> list[planar.Odometry]:
+    """Return the motions from scan to scan after what a constant calibration can do for them.
+
+    A heading drift per metre and an offset of each step are fitted to the corrected poses; the
+    noise is the variance of what is left.
+    """
     raw = between(log.odometry[:-1], log.odometry[1:])
     errors = between(log.poses[:-1], log.poses[1:]) - raw
     errors[:, 2] = wrap_angle(errors[:, 2])
     length = np.hypot(*raw[:, :2].T)
-    drift = float(length @ errors[:, 2] / (length @ length))
-    offset = errors[:, :2].mean(axis=0)
-    change = np.column_stack([np.broadcast_to(offset, (len(raw), 2)), drift * length])
-    return Wheels(raw + change, np.diag((errors - change).var(axis=0)), drift, offset)
+    change = np.tile(errors.mean(axis=0), (len(raw), 1))
+    change[:, 2] = length * (length @ errors[:, 2] / (length @ length))
+    noise = np.diag((errors - change).var(axis=0))
+    return [planar.Odometry(increment, noise) for increment in raw + change]
 
 
 def run_scans(
     item: tuple[Sequence[Observations], planar.Association, float],
     *,
     start: Float[np.ndarray, "3"],
-    wheels: Wheels,
+    motions: Sequence[planar.Odometry],
     rng: np.random.Generator,
 ) -> Float[np.ndarray, "scans 3"]:
     """Return the poses of the filter, one for each scan; the first is given, nothing is drawn."""
     seen, association, factor = item
     steps = [
-        planar.Step(
-            planar.Odometry(increment, wheels.noise),
-            Observations(marks.ids, marks.values, factor * marks.covs + FLOOR),
-        )
-        for increment, marks in zip(wheels.increments, seen[1:], strict=True)
+        planar.Step(motion, Observations(marks.ids, marks.values, factor * marks.covs + FLOOR))
+        for motion, marks in zip(motions, seen[1:], strict=True)
     ]
     settings = planar.Settings(planar.CartesianSensor(np.eye(2)), association=association)
     return planar.run_filter(planar.MapBelief.start(start, np.zeros((3, 3))), steps, settings).path
@@ -146,26 +133,20 @@ def tell(
     return names
 
 
-def only(marks: Observations, report: LandmarkReport, kinds: Sequence[str]) -> Observations:
-    """Return the landmarks of some kinds."""
-    return marks[np.isin(report.kinds, kinds)]
-
-
 def study(folder: Path) -> Building:
     """Run all choices: blind by both `ASSOCIATIONS`, and told which landmark is which."""
     log = read_carmen_log(folder / "intel_odom_and_corrected.log.gz")
     relations = read_relations(folder / "intel.relations.gz")
-    wheels, start = calibrate(log), log.poses[0]
-    motions = (planar.Odometry(i, wheels.noise) for i in wheels.increments)
+    motions, start = calibrate(log), log.poses[0]
     found = [[find_landmarks(r, log.angles, rules) for r in log.ranges] for rules in RULES]
     items, names = [], []
     for seen, kinds, factor in product(found, KINDS, FACTORS):
-        blind = [only(*marks, kinds) for marks in seen]
+        blind = [marks[np.isin(report.kinds, kinds)] for marks, report in seen]
         told = [m.named(ids) for m, ids in zip(blind, tell(log.poses, blind), strict=True)]
         items += [(blind, planar.Association(how), factor) for how in ASSOCIATIONS]
         items.append((told, planar.Association("known", 0.9999), factor))
         names += ["blind"] * len(ASSOCIATIONS) + ["told"]
-    task, rng = partial(run_scans, start=start, wheels=wheels), np.random.default_rng(0)
+    task, rng = partial(run_scans, start=start, motions=motions), np.random.default_rng(0)
     singles = (log.odometry, planar.dead_reckoning(start, motions), log.poses)
     paths = {name: [path] for name, path in zip(SINGLES, singles, strict=True)}
     paths |= {"blind": [], "told": []}

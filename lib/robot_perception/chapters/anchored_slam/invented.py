@@ -3,10 +3,7 @@
 The paper is Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2, eqs (24) to (27).
 """
 
-from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -19,11 +16,12 @@ from robot_perception.geometry import wrap_angle
 from robot_perception.slam import planar
 from robot_perception.slam.observability import gauge_directions, information_along
 from robot_perception.slam.planar import History, MapBelief, Step
+from robot_perception.teaching.results import kept
 from robot_perception.teaching.tables import Table
 
 Filter = Literal["plain", "first estimates", "ideal"]
 FILTERS: tuple[Filter, ...] = ("plain", "first estimates", "ideal")
-ANCHOR = 0
+SEED = 21
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +30,7 @@ class Config:
 
     Lengths are in m, angles in rad. The anchors, 1 or 2, are there besides the posts. The start
     errs in each coordinate and in the heading, a measurement in each coordinate of a post in the
-    frame of the robot; posts ahead and within reach are seen.
+    frame of the robot; posts ahead and within reach are seen. All filters get the same runs.
     """
 
     runs: int = 50
@@ -46,14 +44,12 @@ class Config:
     measurement_deviation: float = 0.05
     reach: float = 6.0
     slip: Slip = SMALL
+    filters: tuple[Filter, ...] = FILTERS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drive:
-    """One run: true path (m, m, rad) and places (m, the anchors first), and what the filter gets.
-
-    The belief at the start is the filter's.
-    """
+    """One run: true path (m, m, rad), places (m, the anchors first), and what the filter gets."""
 
     path: Float[np.ndarray, "poses 3"]
     places: Float[np.ndarray, "posts 2"]
@@ -94,25 +90,17 @@ class Result:
         return (self.gains > 1 + 1e-6).any(axis=1)
 
 
-def run(
-    config: Config, filters: Sequence[Filter] = FILTERS, *, rng: np.random.Generator
-) -> dict[Filter, Result]:
-    """Run filters over the same runs; the results are by filter."""
-    items = [filters] * config.runs
-    done = sweep(partial(_one_run, config), items, rng=rng, desc="circles")
-    columns = zip(*done, strict=True)
-    return {
-        kind: Result(*(np.array(part) for part in zip(*rows, strict=True)))
-        for kind, rows in zip(filters, columns, strict=True)
-    }
+def run(config: Config, *, rng: np.random.Generator) -> dict[Filter, Result]:
+    """Run the filters over the same runs; the results are by filter."""
+    done = sweep(_one_run, [config] * config.runs, rng=rng, desc="circles")
+    columns = zip(config.filters, zip(*done, strict=True), strict=True)
+    return {kind: Result(*map(np.array, zip(*rows, strict=True))) for kind, rows in columns}
 
 
-def _one_run(
-    config: Config, filters: Sequence[Filter], *, rng: np.random.Generator
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return the fields of :class:`Result` for one run, by filter."""
+def _one_run(config: Config, *, rng: np.random.Generator) -> list[tuple[np.ndarray, ...]]:
+    """Return the fields of `Result` for one run, by filter."""
     drive, rows = simulate(config, rng=rng), []
-    for kind in filters:
+    for kind in config.filters:
         history = filter_drive(config, drive, kind)
         claimed = claimed_information(drive, history, kind)
         errors = wrap_angle(history.poses[:, 2] - drive.path[1:, 2])
@@ -167,48 +155,39 @@ def claimed_information(
 
     N is taken where the filter takes its Jacobians. If these points hang together, the next N is
     F N and H N = 0, so that :math:`I_k` can only fall: measurements add nothing, and noise of the
-    wheels takes away.
-
-    Returns
-    -------
-    (steps + 1,)
-        1/rad², at the start and after each step.
+    wheels takes away. At the start and after each step, 1/rad².
     """
-    anchor = drive.places[ANCHOR]
-    first: dict[int, np.ndarray] = {}
-    point = drive.path[0] if kind == "ideal" else drive.start.mean
-    before, values = drive.start, []
-    values.append(information_along(gauge_directions(point, anchor)["turn"], before.cov))
+
+    def information(belief: MapBelief, pose: np.ndarray, *places: np.ndarray) -> float:
+        turns = gauge_directions(np.concatenate([pose, *places]), drive.places[0])
+        return information_along(turns["turn"], belief.cov)
+
+    before, first = drive.start, {}
+    values = [information(before, drive.path[0] if kind == "ideal" else before.mean)]
     for k, step in enumerate(drive.steps):
         belief = history.kept[k]
-        for name, place in zip(belief.ids.tolist(), belief.landmarks, strict=True):
-            first.setdefault(name, place)
-        match kind:
-            case "ideal":
-                at, places = drive.path[k + 1], drive.places[belief.ids]
-            case "plain":
-                at, places = belief.pose, belief.landmarks
-            case "first estimates":
-                at = step.motion.move(before.pose)
-                places = np.array([first[name] for name in belief.ids.tolist()]).reshape(-1, 2)
-        N = gauge_directions(np.concatenate([at, places.ravel()]), anchor)["turn"]
-        values.append(information_along(N, belief.cov))
+        names = belief.ids.tolist()
+        first = dict(zip(names, belief.landmarks, strict=True)) | first
+        points = {
+            "ideal": (drive.path[k + 1], *drive.places[belief.ids]),
+            "plain": (belief.pose, *belief.landmarks),
+            "first estimates": (step.motion.move(before.pose), *(first[name] for name in names)),
+        }
+        values.append(information(belief, *points[kind]))
         before = belief
     return np.array(values)
 
 
-def start_table(degrees: Sequence[float], *, rng: np.random.Generator) -> Table:
-    """Return what the plain filter invents, by how well its start heading is known (1σ, °).
-
-    Every start has the same noise.
-    """
-    rows, count = {}, Config().runs
+@kept
+def start_table(degrees: tuple[float, ...]) -> Table:
+    """Return what the plain filter invents, by how well its start heading is known (1σ, °)."""
+    rows = {}
     for known in degrees:
-        config = Config(heading_deviation=np.deg2rad(known))
-        found = run(config, ("plain",), rng=deepcopy(rng))["plain"]
+        config = Config(heading_deviation=np.deg2rad(known), filters=("plain",))
+        found = run(config, rng=np.random.default_rng(SEED))["plain"]  # the same noise for all
         rows[f"±{known:g}°"] = (float(np.median(found.gains[:, -1])), float(found.nees[-1]))
     columns = {
         "information": "about the turn, claimed over that of the start, median",
         "NEES of the heading": "squared error over stated variance, mean; 1 is right",
     }
-    return Table(rows, columns, f"{count} runs each", "start heading")
+    return Table(rows, columns, f"{Config().runs} runs each", "start heading")

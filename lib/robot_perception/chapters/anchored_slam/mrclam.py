@@ -1,18 +1,14 @@
 """Five robots against motion capture: the UTIAS recordings, nine data sets of one room.
 
-The book's is data set 6: of the nine it is the one whose files are pinned in the registry of
-recordings. It is one room and five robots; :func:`robots`
-computes any other set that a reader has.
-
-What the filter is told of a robot's wheels and camera is estimated from the other four robots, for
-whom motion capture is taken to be known; the robot's own motion capture only starts it and judges
-it.
+The book's is data set 6, whose files are pinned in the registry of recordings; :func:`robots`
+computes any other that a reader has. What the filter is told of a robot's wheels and camera is
+estimated from the other four robots, for whom motion capture is taken to be known; the robot's own
+motion capture only starts it and judges it.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +30,6 @@ from robot_perception.streams import hold, merge
 from robot_perception.teaching.recordings import Read, Recording
 from robot_perception.teaching.tables import Table
 
-PAGE = "asrl.utias.utoronto.ca/datasets/mrclam"
 GAP = 0.5
 """Longest gap of the motion capture that is bridged, s."""
 WINDOW = 2.0
@@ -45,6 +40,13 @@ MISREAD = 0.1
 """A bearing that is wrong by more, rad, is of another barcode than the camera read."""
 START = np.diag([0.001, 0.001, 0.005]) ** 2
 """Covariance of the start pose, from motion capture; ours."""
+LEVEL = 0.9999
+"""Probability that a right sighting passes the gate of its barcode, if the filter is right."""
+PATIENCE = 5
+"""Sightings of one post that a gate that gives in rejects in a row at most."""
+SAMPLES = 160
+"""Times of each drive at which paths and errors are kept."""
+ANCHORS = ("no anchor", "one anchor", "two anchors")
 METHODS = {
     "white": "barcodes, errors taken as fresh",
     "lasting": "barcodes, errors that last",
@@ -56,31 +58,13 @@ METHODS = {
     "joint": "joint compatibility",
 }
 COLUMNS = {
-    f"{anchors}{kind}": words if anchors == "no" else ""
-    for kind, words in (
-        (" (m)", "error with no, one and two anchors, root mean square over the drive"),
-        (", aligned (m)", "the same after the best rigid motion"),
-        (", inside", "share of the poses in their 95 % region"),
-    )
-    for anchors in ("no", "one", "two")
+    "no (m)": "error with no, one and two anchors, root mean square over the drive",
+    "one (m)": "",
+    "two (m)": "",
+    "no, inside": "share of the poses in their 95 % region",
+    "one, inside": "",
+    "two, inside": "",
 }
-LEVEL = 0.9999
-"""Probability that a right sighting passes the gate of its barcode, if the filter is right."""
-PATIENCE = 5
-"""Sightings of one post that a gate that gives in rejects in a row at most."""
-GATES = {
-    "lasting": Association("known", LEVEL),
-    "patient": Association("known", LEVEL, patience=PATIENCE),
-    "ungated": Association("known"),
-}
-"""The same noise behind three gates: one that never gives in, one that does, and none."""
-ASTRAY = np.deg2rad(30.0)
-"""Error of the start heading that a robot is not told of where gates are compared, rad."""
-ANCHORS = ("no anchor", "one anchor", "two anchors")
-GATED = ("white", "lasting", "patient", "first")
-"""Methods of which the gate's account is kept."""
-SAMPLES = 160
-"""Times of each drive at which paths and errors are kept."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,10 +90,6 @@ class Calibration:
     persistence: Float[np.ndarray, "2"]
     interval: float
     misread: int
-
-    def correct(self, velocities: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k 2"]:
-        """Return the velocities that are driven where these (m/s, rad/s) are logged."""
-        return velocities * self.scale - np.outer(np.abs(velocities[:, 1]), [self.drag, 0.0])
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
@@ -139,58 +119,35 @@ class Drive:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Judged:
-    """A run beside motion capture, over the covered poses.
-
-    Error as it stands and after alignment (m), share ``inside`` the 95 % region of the covariance,
-    NIS over its degrees of freedom, and the NEES of each pose.
-    """
+    """A run beside motion capture: the NEES of the covered poses, and one number of each score."""
 
     history: History
-    ate: float
-    ate_aligned: float
-    inside: float
-    nis: float
     nees: Float[np.ndarray, " covered"]
+    scores: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Errors:
-    """The numbers of `Judged` by one method, for each robot without anchor, with one and two."""
+class Scores:
+    """What one method makes of the drive of each robot without anchor, with one and two.
+
+    Error over the covered poses as it stands and after alignment (m), share ``inside`` the 95 %
+    region of the covariance, NIS over its degrees of freedom. The gate ``rejected`` sightings, of
+    which motion capture says that so many were ``right``: the barcode can be the one that was read.
+    The ``longest`` stretch is of sightings in a row, all rejected.
+    """
 
     ate: Float[np.ndarray, "robots anchors"]
     ate_aligned: Float[np.ndarray, "robots anchors"]
     inside: Float[np.ndarray, "robots anchors"]
     nis: Float[np.ndarray, "robots anchors"]
-
-    @property
-    def cells(self) -> Float[np.ndarray, "robots 9"]:
-        """What stands in a table under `COLUMNS`."""
-        return np.hstack([self.ate, self.ate_aligned, self.inside])
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Gate:
-    """What a gate did, for each robot without anchor, with one and two.
-
-    It ``rejected`` sightings, of which motion capture says that so many were ``right``: the barcode
-    can be the one that was read. The ``longest`` stretch is of sightings in a row, all rejected.
-    """
-
     rejected: Int[np.ndarray, "robots anchors"]
     right: Int[np.ndarray, "robots anchors"]
     longest: Int[np.ndarray, "robots anchors"]
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Misled:
-    """Robots with two anchors that are sure of a start heading which is `ASTRAY` off, by `GATES`.
-
-    The error over the drive (``ate``, m), and the ``longest`` stretch of sightings in a row that
-    the gate rejects.
-    """
-
-    ate: Float[np.ndarray, "robots gates"]
-    longest: Int[np.ndarray, "robots gates"]
+    @property
+    def cells(self) -> Float[np.ndarray, "robots 6"]:
+        """What stands in a table under `COLUMNS`."""
+        return np.hstack([self.ate, self.inside])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -200,14 +157,13 @@ class Robot:
     ``dead`` is the path by the wheels alone. ``errors`` and their deviations ``sigmas`` are of
     position (m) and heading (rad). ``marks`` is the map in the order of the survey, an anchor where
     it is known to be, NaN where never seen; ``anchors`` are the places of the two. ``unknown``
-    sightings are of no post. ``told`` is the noise that the filter is told, of one sighting, and
-    ``own`` the mean square of the errors of the robot's own right sightings over its variance;
-    ``inflation`` is that of lasting errors. These three are pairs, of range and bearing.
+    sightings are of no post. ``own`` is the mean square of the errors of the robot's own right
+    sightings over the variance that the filter is told of one, ``inflation`` that of lasting
+    errors; both are pairs, of range and bearing.
     """
 
     sensors: Calibration
     unknown: int
-    told: Float[np.ndarray, "2"]
     own: Float[np.ndarray, "2"]
     inflation: Float[np.ndarray, "2"]
     times: Float[np.ndarray, " times"]
@@ -224,17 +180,12 @@ class Robot:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Robots:
-    """The robots by number, the error of each by its wheels alone (m), and those by `METHODS`.
-
-    The gates are those of the methods in `GATED`.
-    """
+    """The robots by number, the error of each by its wheels alone (m), and those by `METHODS`."""
 
     landmarks: Float[np.ndarray, "landmarks 2"]
     robots: Mapping[int, Robot]
     dead: Float[np.ndarray, " robots"]
-    errors: Mapping[str, Errors]
-    gates: Mapping[str, Gate]
-    misled: Misled
+    errors: Mapping[str, Scores]
 
     def sensor_table(self) -> Table:
         """Return what motion capture says of each robot's wheels and camera."""
@@ -254,32 +205,27 @@ class Robots:
         rows = {}
         for number, robot in self.robots.items():
             s = robot.sensors
-            (far, bearing), (far_sd, bearing_sd) = s.bias, s.sigma
-            degrees = np.rad2deg([bearing, bearing_sd])
-            camera = (far, far_sd, s.persistence[0], *degrees, s.misread, robot.unknown)
-            rows[str(number)] = (s.delay, *s.scale, s.drag, *camera)
+            camera = (s.bias[0], s.sigma[0], s.persistence[0], *np.rad2deg([s.bias[1], s.sigma[1]]))
+            rows[str(number)] = (s.delay, *s.scale, s.drag, *camera, s.misread, robot.unknown)
         return Table(rows, columns, corner="robot")
 
-    def robot_table(self, method: str = "lasting") -> Table:
-        """Return errors and consistency of the robots by one of the `METHODS`."""
-        cells = np.column_stack([self.dead, self.errors[method].cells])
+    def robot_table(self) -> Table:
+        """Return errors and consistency of the robots by ``lasting``."""
+        cells = np.column_stack([self.dead, self.errors["lasting"].cells])
         names = [*map(str, self.robots), "mean"]
         rows = dict(zip(names, [*cells.tolist(), cells.mean(axis=0).tolist()], strict=True))
         columns = {"wheels (m)": "error of the wheels alone"} | COLUMNS
-        return Table(rows, columns, METHODS[method], "robot")
+        return Table(rows, columns, METHODS["lasting"], "robot")
 
     def method_table(self) -> Table:
-        """Return the mean over the robots of errors, consistency and innovations, by method."""
-        rows = {
-            METHODS[name]: np.append(errors.cells, errors.nis[:, :1], axis=1).mean(axis=0).tolist()
-            for name, errors in self.errors.items()
-        }
-        columns = COLUMNS | {"NIS": "over its degrees of freedom, no anchor; 1 if right"}
-        return Table(rows, columns, "mean of the robots", "method")
+        """Return the mean over the robots of errors and consistency, by method."""
+        means = {m: errors.cells.mean(axis=0).tolist() for m, errors in self.errors.items()}
+        rows = {words: means[method] for method, words in METHODS.items()}
+        return Table(rows, COLUMNS, "mean of the robots", "method")
 
-    def anchor_table(self, method: str = "lasting") -> Table:
+    def anchor_table(self) -> Table:
         """Return the error by anchors, and how far what they change carries beyond these robots."""
-        ate = self.errors[method].ate
+        ate = self.errors["lasting"].ate
         change = ate - ate[:, :1]
         rows = {
             name: (
@@ -297,12 +243,9 @@ class Robots:
         about = f"95 % Student interval over {len(ate)} robots of one data set"
         return Table(rows, columns, about, "anchors")
 
-    def gate_table(self, anchors: int = 0) -> Table:
-        """Return what the gate rejects of each robot's sightings, and the error with and without.
-
-        ``anchors`` is their number.
-        """
-        gate, patient = self.gates["lasting"], self.gates["patient"]
+    def gate_table(self) -> Table:
+        """Return what the gate rejects without an anchor, and the error with and without it."""
+        gate, patient, none = (self.errors[m] for m in ("lasting", "patient", "ungated"))
         columns = {
             "rejected": f"sightings outside a gate of {LEVEL:.2%}",
             "right": "of these, those whose barcode can be the one read",
@@ -313,36 +256,19 @@ class Robots:
             "none (m)": "without a gate",
         }
         counts = (gate.rejected, gate.right, gate.longest, patient.longest)
-        errors = (self.errors[method].ate for method in ("lasting", "patient", "ungated"))
-        cells = zip(*(part[:, anchors].tolist() for part in (*counts, *errors)), strict=True)
+        parts = (*counts, gate.ate, patient.ate, none.ate)
+        cells = zip(*(part[:, 0].tolist() for part in parts), strict=True)
         rows = dict(zip(map(str, self.robots), cells, strict=True))
-        return Table(rows, columns, ANCHORS[anchors], "robot")
-
-    def misled_table(self) -> Table:
-        """Return what each gate makes of a start heading that is wrong and believed."""
-        words = ("a gate", f"one that gives in after {PATIENCE}", "none")
-        ate, longest = self.misled.ate, self.misled.longest
-        rows = {
-            name: (float(ate[:, k].mean()), float(ate[:, k].max()), int(longest[:, k].max()))
-            for k, name in enumerate(words)
-        }
-        columns = {
-            "mean (m)": "error over the drive, root mean square, mean of the robots",
-            "worst (m)": "of the robots",
-            "longest": "sightings in a row, all rejected, most of the robots",
-        }
-        about = f"two anchors, start heading wrong by {np.rad2deg(ASTRAY):.0f}° and believed"
-        return Table(rows, columns, about, "gate")
+        return Table(rows, columns, ANCHORS[0], "robot")
 
     def innovation_table(self) -> Table:
         """Return why innovations are smaller than the filter expects, mean of the robots."""
-        own = np.array([robot.own for robot in self.robots.values()])
-        inflation = np.array([robot.inflation for robot in self.robots.values()])
-        expected = {"white": own.mean(), "lasting": (own / inflation).mean()}
-        rows = {
-            METHODS[method]: (value, self.errors[method].nis[:, 0].mean())
-            for method, value in expected.items()
+        robots = self.robots.values()
+        own = {
+            "white": np.mean([robot.own for robot in robots]),
+            "lasting": np.mean([robot.own / robot.inflation for robot in robots]),
         }
+        rows = {METHODS[m]: (own[m], self.errors[m].nis[:, 0].mean()) for m in own}
         columns = {
             "sightings": "their squared errors by motion capture, over the variance told",
             "NIS": "squared innovations over the variance expected, no anchor; 1 if right",
@@ -353,9 +279,9 @@ class Robots:
 def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     """Compare the wheels and the camera of a robot with motion capture."""
     wheels = min((_wheels(robot, delay) for delay in DELAYS), key=lambda wheels: wheels[-1][1])
-    seen, (errors, covered) = robot.landmarks, sighting_errors(robot, landmarks)
-    bias = np.median(errors[covered], axis=0)
-    right = covered & (np.abs(errors[:, 1] - bias[1]) <= MISREAD)
+    seen, errors = robot.landmarks, sighting_errors(robot, landmarks)
+    bias = np.nanmedian(errors, axis=0)
+    right = is_right(errors, bias)
     sigma = errors[right].std(axis=0)
     rest = np.where(right[:, None], errors - errors[right].mean(axis=0), np.nan)
     pauses = np.diff(np.unique(seen.times))
@@ -365,25 +291,28 @@ def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
         sigma,
         _persistence(seen.times, seen.subjects, rest) / sigma**2,
         float(pauses[pauses < WINDOW].mean()),
-        int(np.count_nonzero(covered & ~right)),
+        int(np.isfinite(errors[:, 0]).sum() - right.sum()),
     )
 
 
 def sighting_errors(
     robot: MrclamRobot, landmarks: SurveyedLandmarks
-) -> tuple[Float[np.ndarray, "sightings 2"], Bool[np.ndarray, " sightings"]]:
-    """Return the errors of a robot's ranges (m) and bearings (rad) by motion capture.
-
-    Also whether each was covered; the errors of the rest are NaN.
-    """
+) -> Float[np.ndarray, "sightings 2"]:
+    """Return the errors of ranges (m) and bearings (rad) by motion capture, NaN where it is not."""
     seen = robot.landmarks
     poses, covered = robot.truth.at(seen.times, longest_gap=GAP)
     places = landmarks.positions[np.searchsorted(landmarks.ids, seen.subjects)]
     x, y = (places - poses[:, :2]).T
-    expected = np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[:, 2]], axis=1)
-    errors = seen.values - expected
+    errors = seen.values - np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[:, 2]], axis=1)
     errors[covered, 1] = wrap_angle(errors[covered, 1])
-    return errors, covered
+    return errors
+
+
+def is_right(
+    errors: Float[np.ndarray, "sightings 2"], bias: Float[np.ndarray, "2"]
+) -> Bool[np.ndarray, " sightings"]:
+    """Tell which barcodes can be the ones that were read; of those that nobody checked, none."""
+    return np.abs(errors[:, 1] - bias[1]) <= MISREAD
 
 
 def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, float, np.ndarray]:
@@ -439,7 +368,9 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     begun = logged.times + sensors.delay >= robot.truth.times[0]
     logged = Commands(logged.times[begun], logged.velocities[begun])
     merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
-    driven = replace(merged.held, commands=sensors.correct(merged.held.commands))
+    velocities = merged.held.commands * sensors.scale
+    velocities[:, 0] -= sensors.drag * np.abs(merged.held.commands[:, 1])
+    driven = replace(merged.held, commands=velocities)
     steps = tuple(
         planar.Step(
             planar.Odometry(increment, cov),
@@ -465,85 +396,61 @@ def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int,
     return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
 
 
-def judge(history: History, drive: Drive) -> Judged:
-    """Compare a run with motion capture."""
+def judge(history: History, drive: Drive, right: Bool[np.ndarray, " sightings"]) -> Judged:
+    """Compare a run with motion capture, which says which sightings are right."""
     seen = drive.covered[1:]
     poses, truth = history.poses[seen], drive.truth[1:][seen]
     errors = poses - truth
     errors[:, 2] = wrap_angle(errors[:, 2])
     nees = normalised_squared(errors, history.pose_covs[seen])
-    return Judged(
-        history,
-        absolute_error(poses, truth, aligned=False),
-        absolute_error(poses, truth, aligned=True),
-        float(np.mean(nees <= chi_squared_quantile(0.95, 3))),
-        float(history.nis.sum() / history.dof.sum()),
-        nees,
-    )
-
-
-def gate_account(
-    history: History, drive: Drive, right: Bool[np.ndarray, " sightings"]
-) -> tuple[int, int, int]:
-    """Return the sightings of a run that its gate rejected, the right ones, the longest stretch."""
     rejected = np.concatenate(history.used) == -1
     edges = np.flatnonzero(np.diff(rejected, prepend=False, append=False))
-    stretches = edges[1::2] - edges[::2]
-    return (
-        int(rejected.sum()),
-        int((rejected & right[drive.rows]).sum()),
-        int(stretches.max(initial=0)),
-    )
+    scores = {
+        "ate": absolute_error(poses, truth, aligned=False),
+        "ate_aligned": absolute_error(poses, truth, aligned=True),
+        "inside": float(np.mean(nees <= chi_squared_quantile(0.95, 3))),
+        "nis": float(history.nis.sum() / history.dof.sum()),
+        "rejected": int(rejected.sum()),
+        "right": int((rejected & right[drive.rows]).sum()),
+        "longest": int((edges[1::2] - edges[::2]).max(initial=0)),
+    }
+    return Judged(history, nees, scores)
 
 
 def run_robot(
-    robot: MrclamRobot, landmarks: SurveyedLandmarks, sensors: Calibration, range_bias: float
+    robot: MrclamRobot, landmarks: SurveyedLandmarks, own: Calibration, told: Calibration
 ) -> tuple[Drive, dict[str, list[Judged]]]:
     """Run the filter over a drive by each of the `METHODS`, with no, one and two anchors.
 
-    ``white``: barcodes known, the noise that of one measurement; ``lasting``: the noise multiplied
-    by `Calibration.inflation`; ``first``: the same with Jacobians at the first estimates;
-    ``unbiased``: as ``lasting``, less the range bias of this very robot; ``nearest`` and ``joint``:
-    barcodes unknown, the noise of one measurement, one image a second. Known barcodes pass a gate
-    (`LEVEL`), for the camera takes one landmark for another now and then; ``ungated`` and
-    ``patient`` are as ``lasting`` without one, and with one that gives in.
+    The filter is told of other sensors than the robot's own, which say what is right. Lasting
+    errors are told as noise multiplied by `Calibration.inflation`; without barcodes there is one
+    image a second. Known barcodes pass a gate, for the camera takes one landmark for another now
+    and then.
     """
-    drive, sparse = make_drive(robot, sensors), make_drive(robot, sensors, pause=1.0)
+    drive, sparse = make_drive(robot, told), make_drive(robot, told, pause=1.0)
     nameless = (replace(s, observations=s.observations.anonymous()) for s in sparse.steps)
     sparse = replace(sparse, steps=tuple(nameless))
-    one, many = np.diag(sensors.sigma**2), np.diag(sensors.sigma**2 * sensors.inflation)
-    known = GATES["lasting"]
+    many = np.diag(told.sigma**2 * told.inflation)
+    fresh, lasting = RangeBearing(np.diag(told.sigma**2)), RangeBearing(many)
+    known, patient = (Association("known", LEVEL, patience=most) for most in (None, PATIENCE))
     ways = {
-        "white": (drive, RangeBearing(one), known, "latest"),
-        "lasting": (drive, RangeBearing(many), known, "latest"),
-        "ungated": (drive, RangeBearing(many), GATES["ungated"], "latest"),
-        "patient": (drive, RangeBearing(many), GATES["patient"], "latest"),
-        "first": (drive, RangeBearing(many), known, "first"),
-        "unbiased": (drive, RangeBearing(many, range_bias), known, "latest"),
-        "nearest": (sparse, RangeBearing(one), "gated", "latest"),
-        "joint": (sparse, RangeBearing(one), "joint", "latest"),
+        "white": (drive, fresh, known, "latest"),
+        "lasting": (drive, lasting, known, "latest"),
+        "ungated": (drive, lasting, Association("known"), "latest"),
+        "patient": (drive, lasting, patient, "latest"),
+        "first": (drive, lasting, known, "first"),
+        "unbiased": (drive, RangeBearing(many, float(own.bias[0])), known, "latest"),
+        "nearest": (sparse, fresh, "gated", "latest"),
+        "joint": (sparse, fresh, "joint", "latest"),
     }
     start, chosen = MapBelief.start(drive.truth[0], START), choose_anchors(drive, landmarks)
+    right = is_right(sighting_errors(robot, landmarks), own.bias)
     found = {}
     for method, (way, sensor, *how) in ways.items():
         settings = [planar.Settings(sensor, anchors, *how) for anchors in chosen]
-        found[method] = [judge(planar.run_filter(start, way.steps, s), way) for s in settings]
+        runs = (planar.run_filter(start, way.steps, s) for s in settings)
+        found[method] = [judge(run, way, right) for run in runs]
     return drive, found
-
-
-def mislead(
-    drive: Drive,
-    anchors: Mapping[int, np.ndarray],
-    sensors: Calibration,
-    right: Bool[np.ndarray, " sightings"],
-) -> list[tuple[float, int]]:
-    """Run the filter from a start that is `ASTRAY`; return error and longest stretch by `GATES`."""
-    start = MapBelief.start(drive.truth[0] + [0.0, 0.0, ASTRAY], START)
-    sensor, found = RangeBearing(np.diag(sensors.sigma**2 * sensors.inflation)), []
-    for gate in GATES.values():
-        history = planar.run_filter(start, drive.steps, planar.Settings(sensor, anchors, gate))
-        found.append((judge(history, drive).ate, gate_account(history, drive, right)[2]))
-    return found
 
 
 def study(folder: Path) -> Robots:
@@ -552,13 +459,13 @@ def study(folder: Path) -> Robots:
     sensors = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
     one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
     runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
-    robots, dead, judged, gates, misled = zip(*runs, strict=True)
-    errors = {m: Errors(*np.moveaxis([one[m] for one in judged], -1, 0)) for m in METHODS}
-    gates = {m: Gate(*np.moveaxis([one[m] for one in gates], -1, 0)) for m in GATED}
-    robots = dict(zip(data.robots, robots, strict=True))
-    ate, longest = np.moveaxis(np.array(misled), -1, 0)
-    misled = Misled(ate, longest.astype(int))
-    return Robots(data.landmarks.positions, robots, np.array(dead), errors, gates, misled)
+    robots, dead, scores = zip(*runs, strict=True)
+    robots, errors = dict(zip(data.robots, robots, strict=True)), {}
+    for method in METHODS:
+        runs = [one[method] for one in scores]
+        parts = (np.array([[run[f.name] for run in one] for one in runs]) for f in fields(Scores))
+        errors[method] = Scores(*parts)
+    return Robots(data.landmarks.positions, robots, np.array(dead), errors)
 
 
 def _robot(
@@ -567,31 +474,27 @@ def _robot(
     landmarks: SurveyedLandmarks,
     sensors: Mapping[int, Calibration],
     rng: np.random.Generator,
-) -> tuple[Robot, float, dict[str, list[tuple]], dict[str, list[tuple]], list[tuple]]:
-    """Return a robot, the error of its wheels, `Errors` and `Gate` by method, and `Misled`."""
+) -> tuple[Robot, float, dict[str, list[Mapping[str, float]]]]:
+    """Return a robot, the error of its wheels, and its scores by method and number of anchors."""
     number, robot = item
     own, told = sensors[number], of_others(sensors, number)
-    drive, found = run_robot(robot, landmarks, told, float(own.bias[0]))
-    wrong, measured = sighting_errors(robot, landmarks)
-    right = measured & (np.abs(wrong[:, 1] - own.bias[1]) <= MISREAD)
+    drive, found = run_robot(robot, landmarks, own, told)
+    wrong = sighting_errors(robot, landmarks)
+    wrong = wrong[is_right(wrong, own.bias)]
     seen = np.flatnonzero(drive.covered[1:])
     kept = np.linspace(0, len(seen) - 1, SAMPLES).astype(int)
-    rows = seen[kept]
-    truth = drive.truth[1:][rows]
+    rows, truth = seen[kept], drive.truth[1:][seen[kept]]
     dead = planar.dead_reckoning(drive.truth[0], (step.motion for step in drive.steps))
     runs, chosen = found["lasting"], choose_anchors(drive, landmarks)
     poses = np.array([run.history.poses[rows] for run in runs])
     covs = np.array([run.history.pose_covs[rows] for run in runs])
     apart = poses - truth
     spread = np.sqrt(np.trace(covs[..., :2, :2], axis1=-2, axis2=-1))
-    names = landmarks.ids.tolist()
-    maps = [_map(r.history.belief, a, names) for r, a in zip(runs, chosen, strict=True)]
-    marks, mark_covs = (np.array(part) for part in zip(*maps, strict=True))
+    maps = [_map(r.history.belief, a, landmarks) for r, a in zip(runs, chosen, strict=True)]
     shown = Robot(
         own,
         sum(robot.unknown.values()),
-        told.sigma,
-        (wrong[right] ** 2).mean(axis=0) / told.sigma**2,
+        (wrong**2).mean(axis=0) / told.sigma**2,
         told.inflation,
         drive.times[1:][rows] - drive.times[0],
         truth[:, :2],
@@ -600,30 +503,22 @@ def _robot(
         np.stack([np.hypot(apart[..., 0], apart[..., 1]), wrap_angle(apart[..., 2])], axis=-1),
         np.stack([spread, np.sqrt(covs[..., 2, 2])], axis=-1),
         np.array([run.nees[kept] for run in runs]),
-        marks,
-        mark_covs,
+        *(np.array(part) for part in zip(*maps, strict=True)),
         np.array(list(chosen[-1].values())),
     )
-    numbers = attrgetter(*(f.name for f in fields(Errors)))
-    return (
-        shown,
-        absolute_error(dead[drive.covered], drive.truth[drive.covered], aligned=False),
-        {method: [numbers(run) for run in runs] for method, runs in found.items()},
-        {m: [gate_account(run.history, drive, right) for run in found[m]] for m in GATED},
-        mislead(drive, chosen[-1], told, right),
-    )
+    off = absolute_error(dead[drive.covered], drive.truth[drive.covered], aligned=False)
+    return shown, off, {method: [run.scores for run in runs] for method, runs in found.items()}
 
 
 def _map(
-    belief: MapBelief, anchors: Mapping[int, np.ndarray], names: list[int]
+    belief: MapBelief, anchors: Mapping[int, np.ndarray], landmarks: SurveyedLandmarks
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return landmarks and covariances, NaN if never seen; anchors stand where they are known."""
-    found = zip(belief.landmarks, belief.landmark_covs, strict=True)
-    places = dict(zip(belief.ids.tolist(), found, strict=True))
-    places |= {name: (place, np.zeros((2, 2))) for name, place in anchors.items()}
-    nowhere = np.full(2, np.nan), np.full((2, 2), np.nan)
-    points, covs = zip(*(places.get(name, nowhere) for name in names), strict=True)
-    return np.array(points), np.array(covs)
+    points, covs = (np.full((len(landmarks.ids), *shape), np.nan) for shape in ((2,), (2, 2)))
+    mapped, known = (np.searchsorted(landmarks.ids, ids) for ids in (belief.ids, list(anchors)))
+    points[mapped], covs[mapped] = belief.landmarks, belief.landmark_covs
+    points[known], covs[known] = landmarks.positions[known], 0.0
+    return points, covs
 
 
 UTIAS = Recording("utias_mrclam_6", study, Robots, store="anchored-utias")
@@ -635,14 +530,7 @@ def robots(data_set: int = 6) -> Read[Robots]:
 
     Data set 6 is computed from the recording or read from storage, any other from the reader's
     files: ``utias_mrclam_7`` in the directory that ``ROBOT_PERCEPTION_DATA`` names holds the files
-    of ``MRCLAM_Dataset7``, plain or gzip.
-
-    Raises
-    ------
-    ValueError
-        If there is no such data set.
-    DatasetMissing
-        If it is not on this computer, and not the stored one; the message says how to get it.
+    of ``MRCLAM_Dataset7``, plain or gzip. The message of `DatasetMissing` says how to get it.
     """
     whole("data_set", data_set, 1, 9)
     name = f"utias_mrclam_{data_set}"
@@ -653,6 +541,6 @@ def robots(data_set: int = 6) -> Read[Robots]:
     except (UnknownDataset, FileNotFoundError) as error:
         raise DatasetMissing(
             f"{name} is not on this computer: put the files of MRCLAM_Dataset{data_set} into a "
-            f"folder {name} of the directory that {DATA_VARIABLE} names ({PAGE} has them); only "
-            f"{UTIAS.dataset} is stored"
+            f"folder {name} of the directory that {DATA_VARIABLE} names "
+            f"(asrl.utias.utoronto.ca/datasets/mrclam has them); only {UTIAS.dataset} is stored"
         ) from error

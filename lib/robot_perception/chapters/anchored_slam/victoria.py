@@ -1,10 +1,9 @@
 """A car among 151 trees: the Victoria Park recording, with known associations.
 
 The covariances are those of the file: a centimetre and two milliradians per step of half a metre,
-0.63 m for each tree. The drive begins at the origin, which is exact by definition, so that there
-is nothing to anchor; but the heading is observed by nothing else. The filter runs twice, with
-Jacobians at the latest and at the first estimates, and beside them stands the batch optimum, for
-which all measurements are linearised anew until nothing moves.
+0.63 m for each tree. The drive begins at the origin, exact by definition; the heading is observed
+by nothing else. Beside the filter with Jacobians at the latest and at the first estimates stands
+the batch optimum, for which all measurements are linearised anew until nothing moves.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -44,7 +43,10 @@ class Filtered:
     """The drive by one linearisation, in the frame of the fixes (m).
 
     ``ate`` is the distance of the rear axle from the fixes, root mean square after the best rigid
-    motion of this path; ``nis`` is over its degrees of freedom.
+    motion of this path; ``nis`` is over its degrees of freedom. The trees are ``apart`` from those
+    of the batch optimum (root mean square, m), have the ``stated`` deviation (the same), and the
+    median of their ``squared`` distances over their stated covariances is 1.4 if the filter is
+    right.
     """
 
     path: Float[np.ndarray, "points 2"]
@@ -52,38 +54,26 @@ class Filtered:
     tree_covs: Float[np.ndarray, "trees 2 2"]
     ate: float
     nis: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Batch:
-    """The batch optimum in the frame of the fixes (m), and how far the filters' maps are from it.
-
-    ``ate`` is as for a filter; ``fit`` is the sum of squares over its degrees of freedom, 1 if the
-    file's covariances are right. By `LINEARISATIONS`: the distance of the maps (``apart``, root
-    mean square, m), the deviations that the filter states for its trees (``stated``, the same), and
-    the median of the trees' ``squared`` distances over their stated covariances, 1.4 if right.
-    """
-
-    path: Float[np.ndarray, "points 2"]
-    trees: Float[np.ndarray, "trees 2"]
-    ate: float
-    fit: float
-    apart: Float[np.ndarray, "2"]
-    stated: Float[np.ndarray, "2"]
-    squared: Float[np.ndarray, "2"]
+    apart: float
+    stated: float
+    squared: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Park:
     """The drive by both `LINEARISATIONS`, in the frame into which the second path fits best.
 
-    ``ate_dead`` is the error of the wheels alone, m. The two maps are ``apart`` (root mean square,
-    m), and the first must be ``turned`` (°) to fit the second. ``microseconds`` are the median
-    times of steps that saw a tree and of steps that saw none, by the mean ``sizes`` of the map.
+    Of the batch optimum: its trees (m), its error as that of a filter, and its ``fit``, the sum of
+    squares over its degrees of freedom, 1 if the file's covariances are right. ``ate_dead`` is the
+    error of the wheels alone, m. The two maps are ``apart`` (root mean square, m), and the first
+    must be ``turned`` (°) to fit the second. ``microseconds`` are the median times of steps that
+    saw a tree and of steps that saw none, by the mean ``sizes`` of the map.
     """
 
     runs: Mapping[str, Filtered]
-    batch: Batch
+    trees: Float[np.ndarray, "trees 2"]
+    ate: float
+    fit: float
     fixes: Float[np.ndarray, "fixes 2"]
     ate_dead: float
     apart: float
@@ -96,15 +86,9 @@ class Park:
 
     def batch_table(self) -> Table:
         """Return the maps of both filters beside the batch optimum."""
-        best, cells = self.batch, zip(LINEARISATIONS, self.runs.values(), strict=True)
         rows = {
-            f"Jacobians at the {name} estimates": (
-                best.apart[k],
-                best.stated[k],
-                best.squared[k],
-                run.ate,
-            )
-            for k, (name, run) in enumerate(cells)
+            f"Jacobians at the {name} estimates": (run.apart, run.stated, run.squared, run.ate)
+            for name, run in self.runs.items()
         }
         columns = {
             "apart (m)": "trees from those of the batch optimum, root mean square",
@@ -112,19 +96,13 @@ class Park:
             "squared": "distance of a tree over its stated covariance, median; 1.4 if right",
             "fixes (m)": "path from the satellite fixes, root mean square after alignment",
         }
-        about = f"the optimum itself is {best.ate:.1f} m from the fixes"
+        about = f"the optimum itself is {self.ate:.1f} m from the fixes"
         return Table(rows, columns, about, "filter")
 
 
 def make_steps(graph: LandmarkGraph) -> list[Step]:
-    """Return the steps of the drive.
-
-    Raises
-    ------
-    ValueError
-        If a landmark was seen before the first motion; no step has room for it.
-    """
-    if graph.observers.size and graph.observers[0] == 0:
+    """Return the steps of the drive."""
+    if graph.observers.size and graph.observers[0] == 0:  # no step has room for it
         raise ValueError("a landmark was seen before the first motion")
     poses = np.arange(1, len(graph.motions) + 1)
     low, high = (np.searchsorted(graph.observers, poses, side=side) for side in ("left", "right"))
@@ -150,17 +128,16 @@ def step_times(steps: list[Step], runs: int = 3) -> Float[np.ndarray, " steps"]:
     The filter asks for a step when it is done with the one before.
     """
     asked = np.empty((runs, len(steps) + 1))
-    for row in asked:
-        run_drive(_noted(steps, row), "latest")
+
+    def noted(row: np.ndarray) -> Iterator[Step]:
+        for i, step in enumerate(steps):
+            row[i] = perf_counter()
+            yield step
         row[-1] = perf_counter()
+
+    for row in asked:
+        run_drive(noted(row), "latest")
     return np.diff(asked).min(axis=0)
-
-
-def _noted(steps: list[Step], asked: np.ndarray) -> Iterator[Step]:
-    """Yield the steps and note when each was asked for."""
-    for i, step in enumerate(steps):
-        asked[i] = perf_counter()
-        yield step
 
 
 def positions_at_fixes(
@@ -183,7 +160,7 @@ def positions_at_fixes(
 def jumps(fixes: Fixes) -> Bool[np.ndarray, " fixes"]:
     """Tell which fixes begin with a jump that the car cannot have made."""
     speed = np.hypot(*np.diff(fixes.positions, axis=0).T) / np.diff(fixes.times)
-    return np.concatenate([[False], speed > FASTEST])
+    return np.append(False, speed > FASTEST)
 
 
 def study(folder: Path) -> Park:
@@ -202,36 +179,30 @@ def study(folder: Path) -> Park:
 
     frame = align(there(runs["first"].path), truth)
     turn, thin = rotation(frame[2]), slice(None, None, len(dead) // DRAWN)
-    filtered = {
-        name: Filtered(
+
+    def beside_optimum(run: History) -> Filtered:
+        trees, covs = run.belief.landmarks, run.belief.landmark_covs
+        return Filtered(
             act(frame, run.path[thin, :2]),
-            act(frame, run.belief.landmarks),
-            turn @ run.belief.landmark_covs @ turn.T,
+            act(frame, trees),
+            turn @ covs @ turn.T,
             absolute_error(there(run.path), truth, aligned=True),
             float(run.nis.sum() / run.dof.sum()),
+            absolute_error(trees, best.landmarks, aligned=False),
+            float(np.sqrt(np.trace(covs, axis1=1, axis2=2).mean())),
+            float(np.median(normalised_squared(trees - best.landmarks, covs))),
         )
-        for name, run in runs.items()
-    }
-    latest, first = (runs[name].belief.landmarks for name in LINEARISATIONS)
-    beliefs = [runs[name].belief for name in LINEARISATIONS]
-    gaps = [belief.landmarks - best.landmarks for belief in beliefs]
-    covs = [belief.landmark_covs for belief in beliefs]
-    batch = Batch(
-        act(frame, best.path[thin, :2]),
+
+    maps = [run.belief.landmarks for run in runs.values()]
+    return Park(
+        {name: beside_optimum(run) for name, run in runs.items()},
         act(frame, best.landmarks),
         absolute_error(there(best.path), truth, aligned=True),
         best.squares / best.dof,
-        np.array([np.sqrt((gap**2).sum(axis=1).mean()) for gap in gaps]),
-        np.array([np.sqrt(np.trace(cov, axis1=1, axis2=2).mean()) for cov in covs]),
-        np.array([np.median(normalised_squared(*pair)) for pair in zip(gaps, covs, strict=True)]),
-    )
-    return Park(
-        filtered,
-        batch,
         truth[:: len(truth) // DRAWN],
         absolute_error(there(dead), truth, aligned=True),
-        absolute_error(latest, first, aligned=False),
-        float(np.rad2deg(align(latest, first)[2])),
+        absolute_error(*maps, aligned=False),
+        float(np.rad2deg(align(*maps)[2])),
         len(steps),
         len(graph.values),
         float(np.hypot(*graph.motions[:, :2].T).sum()),

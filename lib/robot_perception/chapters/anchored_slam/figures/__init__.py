@@ -1,1 +1,0 @@
-"""Drawings of the chapter "Anchored SLAM", one module per study."""
