@@ -5,7 +5,7 @@ aside. The renderer knows where in the world each feature lies, and with that a 
 through the frames that miss it; so the study is one of association alone, not of tracking.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene
 from data_synth.textured_building import TexturedBuilding, drive, make_textured_building
+from robot_perception.geometry import wrap_angle
 from robot_perception.landmarks import DescriptorClasses, Features, detect
 from robot_perception.teaching.results import kept
 
@@ -101,8 +102,6 @@ class Views:
         Where these are.
     aside : (m,)
         How far aside the robot stood, m; 0 between frames of the track.
-    begun
-        Features of the frames in the middle, of which these are the landmarks.
     """
 
     stacks: UInt8[np.ndarray, "n frames 128"]
@@ -110,15 +109,15 @@ class Views:
     tests: UInt8[np.ndarray, "m 128"]
     tested: Places
     aside: Float[np.ndarray, " m"]
-    begun: int
 
     def classes(self, p: int) -> DescriptorClasses:
         """Return the classes of the p frames in the middle of the tracks."""
+        return classes_of(self.window(p))
+
+    def window(self, p: int) -> UInt8[np.ndarray, "n p 128"]:
+        """Return the descriptors of the p frames in the middle of the tracks."""
         start = (self.stacks.shape[1] - p) // 2
-        part = self.stacks[:, start : start + p].astype(float)
-        mean = part.mean(axis=1)
-        squares = ((part - mean[:, None]) ** 2).sum(axis=1)
-        return DescriptorClasses(mean, squares, np.full(len(mean), p))
+        return self.stacks[:, start : start + p]
 
     def same(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are at the same place."""
@@ -139,6 +138,14 @@ class Views:
         return out & ~self.same()
 
 
+def classes_of(stacks: np.ndarray) -> DescriptorClasses:
+    """Return the classes of stacks of descriptors, (n, p, 128)."""
+    stacks = stacks.astype(float)
+    mean = stacks.mean(axis=1)
+    squares = ((stacks - mean[:, None]) ** 2).sum(axis=1)
+    return DescriptorClasses(mean, squares, np.full(len(mean), stacks.shape[1]))
+
+
 def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are nearer to each other than `APART`; all are on one surface."""
     return np.linalg.norm(mine.points[:, None] - theirs.points, axis=-1) < APART
@@ -147,8 +154,7 @@ def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
 def _same_feature(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are of like size and direction besides."""
     ratio = np.abs(np.log2(mine.sizes[:, None] / theirs.sizes))
-    turn = mine.angles[:, None] - theirs.angles
-    turned = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+    turned = np.abs(wrap_angle(mine.angles[:, None] - theirs.angles))
     return _near(mine, theirs) & (ratio < 0.5) & (turned < np.pi / 6)
 
 
@@ -175,18 +181,16 @@ def views(config: Stations, seed: int) -> Views:
         _station(building, poses[k : k + config.frames + 1], config, rng)
         for k, rng in zip(starts, streams, strict=True)
     ]
-    stacks, marks, tests, tested, aside, begun = zip(*found, strict=True)
     return Views(
-        np.concatenate(stacks),
-        _joined(marks),
-        np.concatenate(tests),
-        _joined(tested),
-        np.concatenate(aside),
-        sum(begun),
+        np.concatenate([v.stacks for v in found]),
+        _joined([v.landmarks for v in found]),
+        np.concatenate([v.tests for v in found]),
+        _joined([v.tested for v in found]),
+        np.concatenate([v.aside for v in found]),
     )
 
 
-def _joined(parts: tuple[Places, ...]) -> Places:
+def _joined(parts: Sequence[Places]) -> Places:
     return Places(*(np.concatenate([getattr(p, n) for p in parts]) for n in Places.__slots__))
 
 
@@ -195,20 +199,23 @@ def _station(
     poses: Float[np.ndarray, "frames_and_one 3"],
     config: Stations,
     rng: np.random.Generator,
-) -> tuple[np.ndarray, Places, np.ndarray, Places, np.ndarray, int]:
+) -> Views:
     """Record a station: tracks of all its frames, and the features of its test frames."""
-    scene, rig = building.scene, Rig()
-    middle = config.frames // 2
+    scene, rig, middle = building.scene, Rig(), config.frames // 2
     ways = np.linspace(-config.swing, config.swing, config.frames)
-    track = [stand_aside(pose, way) for pose, way in zip(poses[:-1], ways, strict=True)]
     floors = (np.linspace(0.2, 0.8, config.again) * (config.frames - 1)).astype(int)
-    between = poses[floors] + 0.5 * (_near_step(poses[floors + 1] - poses[floors]))
-    middles = (ways[floors] + ways[floors + 1]) / 2
-    again = [stand_aside(pose, way) for pose, way in zip(between, middles, strict=True)]
+    steps = poses[floors + 1] - poses[floors]
+    steps[:, 2] = wrap_angle(steps[:, 2])
     sides = np.array([side * (config.swing + a) for a in config.aside for side in (-1, 1)])
-    every = np.stack([*track, *again, *(stand_aside(poses[middle], a) for a in sides)])
-    seen = [detect(frame.left) for frame in stereo.frames(scene, rig, every, rng=rng)]
-    spots = [place(scene, rig, pose, features) for pose, features in zip(every, seen, strict=True)]
+    stood = np.stack(
+        [
+            *map(stand_aside, poses[:-1], ways),
+            *map(stand_aside, poses[floors] + steps / 2, (ways[floors] + ways[floors + 1]) / 2),
+            *(stand_aside(poses[middle], side) for side in sides),
+        ]
+    )
+    seen = [detect(frame.left) for frame in stereo.frames(scene, rig, stood, rng=rng)]
+    spots = [place(scene, rig, pose, features) for pose, features in zip(stood, seen, strict=True)]
     begun = spots[middle][spots[middle].carriers >= 0]
     rows = np.stack([_follow(begun, spot) for spot in spots[: config.frames]], axis=1)
     stay = np.flatnonzero((rows >= 0).sum(axis=1) >= config.sightings)
@@ -218,19 +225,12 @@ def _station(
         nearest = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
         for q, k in enumerate(np.sort(at[nearest])):
             out[q] = seen[k].descriptors[own[k]]
+    tests = np.concatenate([f.descriptors for f in seen[config.frames :]]).astype(np.uint8)
+    tested = _joined(spots[config.frames :])
     offsets = np.concatenate([np.zeros(config.again), np.abs(sides)])
-    later = list(zip(seen[config.frames :], spots[config.frames :], offsets, strict=True))
-    hit = [spot.carriers >= 0 for _, spot, _ in later]
-    return (
-        stacks,
-        begun[stay],
-        np.concatenate([f.descriptors[h] for (f, _, _), h in zip(later, hit, strict=True)]).astype(
-            np.uint8
-        ),
-        _joined(tuple(spot[h] for (_, spot, _), h in zip(later, hit, strict=True))),
-        np.concatenate([np.full(h.sum(), a) for (_, _, a), h in zip(later, hit, strict=True)]),
-        len(begun),
-    )
+    aside = np.repeat(offsets, [len(spot) for spot in spots[config.frames :]])
+    hit = tested.carriers >= 0
+    return Views(stacks, begun[stay], tests[hit], tested[hit], aside[hit])
 
 
 def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
@@ -241,12 +241,6 @@ def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
     gaps[~_on_one_surface(begun, spots, _same_feature)] = np.inf
     best = gaps.argmin(axis=1)
     return np.where(np.isfinite(gaps[np.arange(len(begun)), best]), best, -1)
-
-
-def _near_step(step: np.ndarray) -> np.ndarray:
-    """Return steps between poses with the turn from -π to π."""
-    turn = (step[:, 2] + np.pi) % (2 * np.pi) - np.pi
-    return np.column_stack([step[:, :2], turn])
 
 
 def stand_aside(pose: Float[np.ndarray, "3"], aside: float) -> Float[np.ndarray, "3"]:
@@ -266,9 +260,6 @@ def place(scene: Scene, rig: Rig, pose: np.ndarray, features: Features) -> Place
     sight = stereo.surface_points(scene, rig, pose, features.pixels)
     hit = sight.surfaces >= 0
     points = np.where(hit[:, None], sight.points, 0.0)
-    n = len(features)
-    if n == 0:
-        return Places(np.empty((0, 3)), np.empty(0, int), np.empty((0, 3)), *np.empty((2, 0)))
     depth = np.where(hit, stereo.project(rig, pose, points)[:, 2], 1.0)
     return Places(
         points,
