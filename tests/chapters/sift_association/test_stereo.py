@@ -9,7 +9,7 @@ from data_synth import stereo as world
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from robot_perception.chapters.sift_association import stereo
-from robot_perception.chapters.sift_association.stereo import Config, Sides
+from robot_perception.chapters.sift_association.stereo import RULES, Config, Sides
 from robot_perception.landmarks import textbook
 from tests.chapters.sift_association.worlds import features
 
@@ -28,17 +28,16 @@ def test_the_right_column_is_where_the_right_eye_sees_the_point(seen):
     building = make_textured_building(rng=building_rng)
     pose = drive(building, rng=path)[0]
     right = pose + RIG.baseline * np.array([np.sin(pose[2]), -np.cos(pose[2]), 0.0])
-    sides = seen.sides["000"]
+    sides = seen[0]
     points = world.surface_points(building.scene, RIG, pose, sides.left.pixels).points
     assert sides.depths == pytest.approx(world.project(RIG, pose, points)[:, 2])
     assert sides.columns == pytest.approx(world.project(RIG, right, points)[:, 0])
 
 
 def test_matches_are_judged_one_by_one(seen):
-    config = Config()
-    for sides in seen.sides.values():
-        found = stereo.match(sides, config.rules, 0.5)
-        rows = textbook.match_stereo(sides.left, sides.right, config.rules)
+    for sides in seen:
+        found = stereo.match(sides, RULES)
+        rows = textbook.match_stereo(sides.left, sides.right, RULES)
         assert len(found.right) == len(rows) > 20
         for k, (i, j) in enumerate(rows):
             column = sides.right.pixels[j, 0]
@@ -58,9 +57,7 @@ def test_a_match_is_right_up_to_the_limit_and_no_farther():
     look = 100 * np.eye(4, 128)
     left = features(np.column_stack([columns, 50.0 + 30 * np.arange(4)]), descriptors=look)
     right = features(left.pixels - np.column_stack([shift + away, np.zeros(4)]), descriptors=look)
-    found = stereo.match(
-        Sides(left, right, columns - shift, np.full(4, 3.0)), Config().rules, sigma_px=0.5
-    )
+    found = stereo.match(Sides(left, right, columns - shift, np.full(4, 3.0)), RULES)
     assert found.right.tolist() == [True, True, True, False]
     assert found.errors[0] == pytest.approx(0)
     assert found.errors[1] < 0 < found.errors[2]
@@ -68,37 +65,41 @@ def test_a_match_is_right_up_to_the_limit_and_no_farther():
 
 def test_a_higher_threshold_never_makes_fewer_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
-    done = stereo.swept(Config(pairs=2), rng=RNG(0))
+    done = stereo.one_building(Config(pairs=2), rng=RNG(0))
     assert len(done) == len(stereo.ROWS) * len(stereo.THRESHOLDS)
     for rows in stereo.ROWS:
-        counts = [done[rows, limit].matches for limit in stereo.THRESHOLDS]
+        counts = [len(done[rows, limit].right) for limit in stereo.THRESHOLDS]
         assert all(a <= b for a, b in pairwise(counts))
-    assert done[240.0, 800.0].matches > 1.3 * done[2.0, 100.0].matches
-    (rows, limit), one = next(iter(done.items()))
-    assert (one.config.rows, one.config.threshold) == (rows, limit)
+    assert len(done[240.0, 800.0].right) > 1.3 * len(done[2.0, 100.0].right)
 
 
-def test_results_are_those_of_all_pairs_together(seen):
-    result = stereo.apply(Config(pairs=2), seen)
-    one, two = result.pairs
-    assert result.matches == len(one.right) + len(two.right)
-    assert result.share == pytest.approx((one.right.sum() + two.right.sum()) / result.matches)
-    parts = [(p.errors / p.stated)[p.right] for p in (one, two)]
-    assert result.scaled.tolist() == [*parts[0], *parts[1]]
+def test_results_are_those_of_all_pairs_together(monkeypatch, seen):
+    monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
+    result = stereo.one_building(Config(pairs=2, rows=(2.0,), thresholds=(200.0,)), rng=RNG(0))
+    (whole,), parts = result.values(), [stereo.match(sides, RULES) for sides in seen]
+    assert whole.pairs == 2
+    for name in ("right", "errors", "stated"):
+        first, second = (getattr(part, name).tolist() for part in parts)
+        assert getattr(whole, name).tolist() == [*first, *second]
+    right = sum(part.right.sum() for part in parts)
+    assert stereo.share([result] * 2).estimate == pytest.approx(right / len(whole.right))
 
 
 def test_robust_spread_is_that_of_a_normal_law_and_bears_outliers():
     sample = 3.0 * RNG(1).standard_normal(40_000)
-    assert stereo._robust(sample) == pytest.approx(3.0, rel=0.03)
+    assert stereo.robust_spread(sample) == pytest.approx(3.0, rel=0.03)
     sample[:2000] = 1e6
-    assert stereo._robust(sample) == pytest.approx(3.0, rel=0.1)
+    assert stereo.robust_spread(sample) == pytest.approx(3.0, rel=0.1)
 
 
 def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
-    whole, knocked = (make(Config(pairs=2), rng=RNG(0)) for make in (stereo.run, stereo._knocked))
-    assert knocked.matches < whole.matches / 10
-    assert knocked.share < whole.share - 0.2
+    whole, knocked = (
+        stereo.one_building(Config(pairs=2, knocked=off), rng=RNG(0))[2.0, 200.0]
+        for off in (0.0, 5.0)
+    )
+    assert len(knocked.right) < len(whole.right) / 10
+    assert knocked.right.mean() < whole.right.mean() - 0.2
 
 
 def test_the_table_of_the_set_up_says_what_is_computed():

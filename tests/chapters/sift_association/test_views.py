@@ -81,11 +81,6 @@ def test_who_stands_aside_looks_at_the_same_place(aside):
     assert (stood - pose)[:2] @ left == pytest.approx(aside)
 
 
-def test_half_a_step_across_the_branch_of_the_angle_is_short():
-    step = views._near_step(np.array([[1.0, 2.0, 2 * np.pi - 0.02], [0.0, 0.0, -0.01]]))
-    assert step == pytest.approx(np.array([[1.0, 2.0, -0.02], [0.0, 0.0, -0.01]]))
-
-
 # The same place, like features, look-alikes
 
 
@@ -112,7 +107,7 @@ def hand_made() -> Views:
         angles=[2 * np.pi - 0.1, 0, 0, 0, np.deg2rad(31), 0],
     )
     blank = np.zeros((6, 128), np.uint8)
-    return Views(np.zeros((4, 2, 128), np.uint8), marks, blank, tested, np.zeros(6), 4)
+    return Views(np.zeros((4, 2, 128), np.uint8), marks, blank, tested, np.zeros(6))
 
 
 def test_the_same_place_is_near_and_on_the_same_surface():
@@ -136,7 +131,7 @@ def test_look_alikes_show_the_same_spot_of_the_same_picture_elsewhere():
 def test_masks_are_those_of_a_comparison_one_by_one(seen):
     part = slice(None, None, 7)
     shown = seen.tests[part], seen.tested[part], seen.aside[part]
-    small = Views(seen.stacks, seen.landmarks, *shown, seen.begun)
+    small = Views(seen.stacks, seen.landmarks, *shown)
     tested, marks = small.tested, small.landmarks
     same = np.zeros((len(tested), len(marks)), dtype=bool)
     alike = same.copy()
@@ -156,7 +151,6 @@ def test_masks_are_those_of_a_comparison_one_by_one(seen):
 def test_every_landmark_has_a_descriptor_of_its_own_place_from_each_sighting(seen, frames):
     """Each is a feature of one of the frames, in the order of the frames, where the landmark is."""
     assert len(seen.landmarks) > 50
-    assert seen.begun > len(seen.landmarks)
     assert seen.stacks.shape == (len(seen.landmarks), SMALL.sightings, 128)
     for stack, point in zip(seen.stacks[::3], seen.landmarks.points[::3], strict=True):
         taken = max((_taken(stack, point, *station) for station in frames), key=len)
@@ -188,7 +182,7 @@ def test_tests_are_features_on_surfaces_from_between_and_from_farther_aside(seen
 
 def test_the_same_seed_records_the_same_and_another_does_not(seen):
     again, other = recorded(3), recorded(4)
-    for name in ("stacks", "tests", "aside", "begun"):
+    for name in ("stacks", "tests", "aside"):
         assert np.array_equal(getattr(again, name), getattr(seen, name))
     assert len(other.tests) != len(seen.tests)
 

@@ -34,7 +34,6 @@ def clear_views(count: int, rng: np.random.Generator, *, frames=5, tests=4, nois
         np.rint(found).astype(np.uint8),
         marks[rows],
         np.zeros(len(rows)),
-        count,
     )
 
 

@@ -11,6 +11,7 @@ from data_synth.textures import paint
 from robot_perception.chapters.sift_association import figures as draw
 from robot_perception.chapters.sift_association import recordings, table1, viewpoint
 from robot_perception.chapters.sift_association.recordings import Chosen, Pair
+from robot_perception.landmarks import Features
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.controls import choice, slider
 from robot_perception.teaching.explorations import Exploration
@@ -33,7 +34,7 @@ def view(subject: str, angle: float) -> viewpoint.View:
 
 
 @cache
-def _ahead(subject: str) -> tuple[Scene, ...]:
+def _ahead(subject: str) -> tuple[Scene, Features, np.ndarray]:
     scene = viewpoint.hang(paint(subject, rng=np.random.default_rng(3)))
     return scene, *viewpoint.seen_ahead(scene, Rig(), rng=np.random.default_rng(2))
 

@@ -1,6 +1,6 @@
 """Figures of the chapter "Which landmark is this?"."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -149,7 +149,7 @@ def right_by_rules(ax: Axes, table: Table) -> Axes:
     return ax
 
 
-def _tracked(names: Sequence[str]) -> np.ndarray:
+def _tracked(names: Iterable[str]) -> np.ndarray:
     """Return the numbers of tracked frames in names such as "p = 3"."""
     return np.array([int(name.removeprefix("p = ")) for name in names])
 

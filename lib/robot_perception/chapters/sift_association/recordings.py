@@ -173,8 +173,8 @@ def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5), gap: int = 3) -> Real
     counts = np.zeros((len(tracked), 2 + len(MODELS)), dtype=int)
     for count, p in zip(counts, tracked, strict=True):
         for end in range(p - 1, len(pairs) - gap):
-            track = slice(end - p + 1, end + 1)
-            stacks, at = _landmarks(lefts[track], ahead[track][:-1], points[end])
+            begin = end - p + 1
+            stacks, at = _landmarks(lefts[begin : end + 1], ahead[begin:end], points[end])
             if len(stacks) > 1:
                 moved = se3.act(se3.between(poses[end + gap], poses[end]), at)
                 count += _assigned(stacks, moved, lefts[end + gap], rig)

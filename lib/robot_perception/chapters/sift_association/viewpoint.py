@@ -104,7 +104,7 @@ def one_set(config: Config, *, rng: np.random.Generator) -> Result:
 
 def _picture(
     kind: str, config: Config, rng: np.random.Generator
-) -> tuple[int, list[int], list[float], float]:
+) -> tuple[int, np.ndarray, np.ndarray, float]:
     """Return how many features a picture has, how many are found again by angle, the sums of their
     distances, and that of the distances to the nearest others.
     """
@@ -116,8 +116,8 @@ def _picture(
     between[np.linalg.norm(points[:, None] - points, axis=-1) < BESIDE] = np.inf
     return (
         len(first),
-        [len(one.distances) for one in seen],
-        [one.distances.sum() for one in seen],
+        np.array([len(one.distances) for one in seen]),
+        np.array([one.distances.sum() for one in seen]),
         np.sqrt(between.min(axis=1)).sum(),
     )
 
