@@ -147,9 +147,9 @@ def test_pooled_variances_never_lose_much():
 def test_every_state_of_table_1_is_recorded_and_said():
     for state in (Decision(**parameters) for parameters in TABLE.parameters()):
         column = f"p = {state.p}"
-        good, like = (t[state.model, column].estimate for t in (state.right, state.alike))
+        good, like = (t[state.model, column].estimate for t in state.tables())
         assert 0 <= good + like <= 100 + 1e-9
-        means, first = (state.right[n, column].estimate for n in (table1.EUCLID, table1.ONE_VIEW))
+        means, first = (state.share(name) for name in (table1.EUCLID, table1.ONE_VIEW))
         said = TABLE.alt(state)
         assert f"{good:.1f} % right, {like:.1f} % taken" in said
         assert f"Euclid has {means:.1f} % to the means and {first:.1f} % to the first" in said
@@ -161,13 +161,13 @@ def test_bars_of_table_1_are_the_errors_and_the_dot_is_on_the_line():
     above, below = TABLE.drawn(p=10, model=model, where="aside")
     names = table1.ONE_VIEW, table1.EUCLID, model
     widths = np.reshape([bar.get_width() for bar in above.patches], (3, 2))
-    wrong = [100 - state.right[n, column].estimate for n in names]
+    wrong, alike = [100 - state.share(n) for n in names], state.tables()[1]
     assert widths.sum(axis=1) == pytest.approx(wrong)
-    assert widths[:, 0] == pytest.approx([state.alike[n, column].estimate for n in names])
+    assert widths[:, 0] == pytest.approx([alike[n, column].estimate for n in names])
     assert [t.get_text() for t in above.get_yticklabels()] == ["first views", "means", "variances"]
     *lines, dot = below.lines
     assert len(lines) == len(table1.MODELS)
-    assert dot.get_xydata() == pytest.approx(np.array([[10, state.right[model, column].estimate]]))
+    assert dot.get_xydata() == pytest.approx(np.array([[10, state.share(model)]]))
     strong = [line for line in lines if line.get_linewidth() > 2]
     assert sorted((line.get_color(), line.get_linestyle()) for line in strong) == sorted(
         [(MEANING["Euclid"], "--"), (MEANING["Euclid"], "-"), (MEANING["shrunk"], "-")]

@@ -85,13 +85,6 @@ def test_results_are_those_of_all_pairs_together(monkeypatch, seen):
     assert stereo.share([result] * 2).estimate == pytest.approx(right / len(whole.right))
 
 
-def test_robust_spread_is_that_of_a_normal_law_and_bears_outliers():
-    sample = 3.0 * RNG(1).standard_normal(40_000)
-    assert stereo.robust_spread(sample) == pytest.approx(3.0, rel=0.03)
-    sample[:2000] = 1e6
-    assert stereo.robust_spread(sample) == pytest.approx(3.0, rel=0.1)
-
-
 def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
     whole, knocked = (

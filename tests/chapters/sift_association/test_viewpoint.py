@@ -87,8 +87,8 @@ def test_without_noise_the_same_view_is_the_same():
 def test_a_record_is_the_mean_over_all_features_of_all_pictures(monkeypatch):
     """Two pictures with few and many features: each feature counts once."""
     parts = {
-        "poster": (10, [8, 0], [80.0, 0.0], 3000.0),
-        "sign": (30, [24, 6], [480.0, 600.0], 6000.0),
+        "poster": (10, np.array([8, 0]), np.array([80.0, 0.0]), 3000.0),
+        "sign": (30, np.array([24, 6]), np.array([480.0, 600.0]), 6000.0),
     }
     monkeypatch.setattr(viewpoint, "_picture", lambda kind, config, rng: parts[kind])
     found = viewpoint.one_set(Config(kinds=("poster", "sign"), angles=(0, 30)), rng=RNG(0))

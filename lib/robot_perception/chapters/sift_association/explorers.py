@@ -11,6 +11,7 @@ from data_synth.textures import paint
 from robot_perception.chapters.sift_association import figures as draw
 from robot_perception.chapters.sift_association import recordings, table1, viewpoint
 from robot_perception.chapters.sift_association.recordings import Chosen, Pair
+from robot_perception.chapters.sift_association.viewpoint import View
 from robot_perception.landmarks import Features
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.controls import choice, slider
@@ -23,12 +24,9 @@ from robot_perception.teaching.tables import Table
 
 ANGLES = tuple(float(a) for a in range(0, 65, 5))
 PICTURES = {"a poster": "poster", "a notice board": "notices", "a shelf of books": "books"}
-Aside = tuple[str, float, viewpoint.View]
-"""A picture, the viewpoint (°), and what is seen from there."""
 
 
-@cache
-def view(subject: str, angle: float) -> viewpoint.View:
+def view(subject: str, angle: float) -> View:
     """Return a picture from a viewpoint."""
     return viewpoint.seen_from(angle, *_ahead(subject), rng=np.random.default_rng(1))
 
@@ -39,15 +37,15 @@ def _ahead(subject: str) -> tuple[Scene, Features, np.ndarray]:
     return scene, *viewpoint.seen_ahead(scene, Rig(), rng=np.random.default_rng(2))
 
 
-def draw_view(state: Aside) -> Figure:
+def draw_view(state: tuple[str, float, View]) -> Figure:
     """Draw what is seen from a viewpoint on the picture of it."""
-    *_, seen = state
+    seen = state[-1]
     fig, ax = image_axes(seen.image)
     draw.view(ax, seen)
     return fig
 
 
-def describe_view(state: Aside) -> str:
+def describe_view(state: tuple[str, float, View]) -> str:
     """Return what is seen from a viewpoint, in words."""
     subject, angle, seen = state
     found = len(seen.pixels)
@@ -143,27 +141,19 @@ class Decision:
     where: str
     track: str
 
-    @property
-    def right(self) -> Table:
-        """Recorded shares of right assignments."""
-        return self._recorded("right")
-
-    @property
-    def alike(self) -> Table:
-        """Recorded shares of assignments to look-alikes."""
-        return self._recorded("look-alikes")
-
-    def _recorded(self, name: str) -> Table:
-        return recorded()["table1"].tables[f"{name}, {table1.TESTS[self.where]}{self.track}"]
+    def tables(self) -> tuple[Table, Table]:
+        """Return the recorded shares of right assignments and of those to look-alikes."""
+        tables, end = recorded()["table1"].tables, f"{table1.TESTS[self.where]}{self.track}"
+        return tables[f"right, {end}"], tables[f"look-alikes, {end}"]
 
     def share(self, model: str) -> float:
         """Return the share of right assignments of a model, %."""
-        return self.right[model, f"p = {self.p}"].estimate
+        return self.tables()[0][model, f"p = {self.p}"].estimate
 
 
 def describe_table(state: Decision) -> str:
     """Return what a state of the explorer of Table 1 shows, in words."""
-    alike = state.alike[state.model, f"p = {state.p}"].estimate
+    alike = state.tables()[1][state.model, f"p = {state.p}"].estimate
     way = "straight on" if state.track else "to either side of the path"
     return (
         f"Classes of {state.p} frames {way}, descriptors of {table1.TESTS[state.where]}, decided "
@@ -174,7 +164,7 @@ def describe_table(state: Decision) -> str:
 
 
 TABLE = Exploration(
-    lambda axes, s: draw.table_state(axes, s.p, s.model, s.right, s.alike),
+    lambda axes, s: draw.table_state(axes, s.p, s.model, *s.tables()),
     Decision,
     describe_table,
     {

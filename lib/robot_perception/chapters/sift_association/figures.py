@@ -50,7 +50,7 @@ def _estimates(
     "such points, every sixth with its line.",
     axes=lambda found: image_axes(found.image),
 )
-def hero(ax: ImageAxes, found: Hero) -> ImageAxes:
+def hero(ax: ImageAxes, found: Hero) -> None:
     """Draw features of the right picture, and which of the left one Euclid takes them for.
 
     Every sixth pair has its line: all of them would hide the pictures.
@@ -63,10 +63,9 @@ def hero(ax: ImageAxes, found: Hero) -> ImageAxes:
         ax.plot(*ends, "o", color=colour, markersize=2.5)
         if k % 6 == 0:
             ax.plot(*ends, color=colour, linewidth=0.9)
-    return ax
 
 
-def view(ax: ImageAxes, found: View) -> ImageAxes:
+def view(ax: ImageAxes, found: View) -> None:
     """Draw the features that are found again, the larger the farther their descriptors moved."""
     ax.clear()
     near = found.distances <= 200
@@ -74,7 +73,6 @@ def view(ax: ImageAxes, found: View) -> ImageAxes:
         sizes = (2 + found.distances[rows] / 30) ** 2
         at = found.pixels[rows].T
         ax.scatter(*at, sizes, facecolors="none", edgecolors=MEANING[name], linewidths=1.4)
-    return ax
 
 
 @drawn(
@@ -85,7 +83,7 @@ def view(ax: ImageAxes, found: View) -> ImageAxes:
     "other photograph; green: right within 2 px.",
     axes=lambda seen, found: image_axes(seen.first),
 )
-def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> ImageAxes:
+def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> None:
     """Draw each match from where it is left to where it is right, right and wrong ones."""
     ax.clear()
     ax.plot(*seen.pixels[found.others < 0].T, ".", color=MEANING["expected"], markersize=2)
@@ -95,7 +93,6 @@ def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> ImageAxes:
         ends[:, 0], ends[:, 1] = seen.pixels[rows], seen.others[found.others[rows]]
         ax.plot(*ends.reshape(-1, 2).T, color=MEANING[name], linewidth=0.9)
         ax.plot(*seen.pixels[rows].T, "o", color=MEANING[name], markersize=3)
-    return ax
 
 
 # Distances ---------------------------------------------------------------------------------------
@@ -109,7 +106,7 @@ def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> ImageAxes:
     "aside; a descriptor has length 512. Band: 95 % interval over sets of pictures.",
     height=3.8,
 )
-def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> Axes:
+def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> None:
     """Draw the distance of a point's descriptors against the viewpoint, and what it meets."""
     angles = np.array([float(name.rstrip("°")) for name in table.rows])
     cells = [table[name, "distance"] for name in table.rows]
@@ -121,7 +118,6 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
         ax.axhline(value.estimate, color=MEANING[name], linestyle="--", linewidth=1.2)
         label(ax, 59, value.estimate + 8, text, MEANING[name], ha="right")
     ax.set(xlabel="viewpoint (°)", ylabel="distance of descriptors", xlim=(0, 60), ylim=(0, 350))
-    return ax
 
 
 @drawn(
@@ -131,7 +127,7 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
     caption="Matches that are right, by threshold and number of rows, over ten buildings.",
     height=3.6,
 )
-def right_by_rules(ax: Axes, table: Table) -> Axes:
+def right_by_rules(ax: Axes, table: Table) -> None:
     """Draw the share of right matches by threshold, within two rows and within all."""
     *thresholds, _ = (float(name) for name in table.columns)
     ticks = range(len(table.columns))
@@ -146,7 +142,6 @@ def right_by_rules(ax: Axes, table: Table) -> Axes:
     ax.set_xticks(ticks, [*(f"{t:g}" for t in thresholds), "none"])
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
     ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
-    return ax
 
 
 def _tracked(names: Iterable[str]) -> np.ndarray:
@@ -163,7 +158,7 @@ def _tracked(names: Iterable[str]) -> np.ndarray:
     cols=2,
     height=4.0,
 )
-def gains(axes: np.ndarray, table: Table) -> np.ndarray:
+def gains(axes: np.ndarray, table: Table) -> None:
     """Draw what estimates of the variance gain over Euclid by tracked frames, on two tests."""
     for ax, (end, title) in zip(axes, ENDS.items(), strict=True):
         ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
@@ -173,7 +168,6 @@ def gains(axes: np.ndarray, table: Table) -> np.ndarray:
         ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32), ylim=(-30, 5))
         ax.set_title(title)
     axes[0].legend(loc="lower right")
-    return axes
 
 
 @drawn(
@@ -184,7 +178,7 @@ def gains(axes: np.ndarray, table: Table) -> np.ndarray:
     "and variance known.",
     height=3.6,
 )
-def own_distance(ax: Axes, table: Table) -> Axes:
+def own_distance(ax: Axes, table: Table) -> None:
     """Draw the mean L of the right class by tracked frames, measured and by the law."""
     tracked = _tracked(table.rows)
     measured = [table[name, "measured"].estimate for name in table.rows]
@@ -196,13 +190,12 @@ def own_distance(ax: Axes, table: Table) -> Axes:
     ax.set_yscale("log")
     ax.set(xlabel="tracked frames p", ylabel="mean L of the right class", xlim=(0, 32))
     ax.legend()
-    return ax
 
 
 # Table 1 -----------------------------------------------------------------------------------------
 
 
-def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> np.ndarray:
+def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> None:
     """Draw the errors of Euclid and of a model, and the share of right ones over tracked frames."""
     above, below = axes
     for ax in axes:
@@ -231,7 +224,6 @@ def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table
         )
     below.plot(p, right[model, column].estimate, "o", color=tint(model), markersize=8, zorder=4)
     below.set(xlim=(0, 32), ylim=(50, 100.5), xlabel="tracked frames p", ylabel="right (%)")
-    return axes
 
 
 # A new landmark ----------------------------------------------------------------------------------
@@ -244,7 +236,7 @@ def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table
     "called so, as the threshold moves. Dots: largest harmonic mean.",
     height=3.8,
 )
-def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> Axes:
+def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> None:
     """Draw precision against recall of "new landmark"."""
     for name, curve in curves.items():
         ax.plot(100 * curve.recall, 100 * curve.precision, color=tint(name), label=name)
@@ -253,4 +245,3 @@ def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> Axes:
     ax.set(xlabel="recall of new landmarks (%)", ylabel="precision (%)")
     ax.set(xlim=(0, 100), ylim=(40, 100))
     ax.legend()
-    return ax

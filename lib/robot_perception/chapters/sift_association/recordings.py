@@ -79,9 +79,9 @@ def choose(pair: Pair, rows: float, threshold: float, ratio: float) -> Chosen:
     The ratio is that of the nearest to the second nearest of those in the rows (Lowe); with 1 it
     never decides.
     """
-    distances = _distances(pair)
-    apart = np.abs(pair.pixels[:, None, 1] - pair.others[:, 1])
-    distances = np.where(apart <= rows, distances, np.inf)
+    others = Euclidean(pair.other_descriptors.astype(float))
+    distances = np.sqrt(others.distances(pair.descriptors.astype(float)))
+    distances[np.abs(pair.pixels[:, None, 1] - pair.others[:, 1]) > rows] = np.inf
     order = np.argpartition(distances, 1, axis=1)[:, :2]
     two = np.take_along_axis(distances, order, axis=1)
     near = np.take_along_axis(order, two.argmin(axis=1)[:, None], axis=1)[:, 0]
@@ -89,14 +89,8 @@ def choose(pair: Pair, rows: float, threshold: float, ratio: float) -> Chosen:
     good = (first <= threshold) & pair.known
     if ratio < 1:
         good &= first <= ratio * second
-    others = np.where(good, near, -1)
     gaps = np.linalg.norm(pair.others[near] - pair.truth, axis=1)
-    return Chosen(others, good & (gaps <= RIGHT_PX))
-
-
-def _distances(pair: Pair) -> Float[np.ndarray, "n m"]:
-    nearest = Euclidean(pair.other_descriptors.astype(float))
-    return np.sqrt(nearest.distances(pair.descriptors.astype(float)))
+    return Chosen(np.where(good, near, -1), good & (gaps <= RIGHT_PX))
 
 
 def aloe(folder: Path) -> Pair:
@@ -126,14 +120,8 @@ def graf(folder: Path) -> Pair:
 
 
 def _pair(first: np.ndarray, one: Features, two: Features, truth: np.ndarray) -> Pair:
-    return Pair(
-        first,
-        one.pixels,
-        two.pixels,
-        one.descriptors.astype(np.uint8),
-        two.descriptors.astype(np.uint8),
-        truth,
-    )
+    looks = (side.descriptors.astype(np.uint8) for side in (one, two))
+    return Pair(first, one.pixels, two.pixels, *looks, truth)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

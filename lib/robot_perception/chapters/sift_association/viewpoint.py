@@ -13,7 +13,7 @@ from jaxtyping import Float, UInt8
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene, Surface, make_scene
 from data_synth.textures import paint
-from robot_perception.chapters.sift_association.views import PAPER
+from robot_perception.chapters.sift_association.views import PAPER, nearest
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
@@ -25,16 +25,12 @@ from robot_perception.teaching.verdicts import Accepted
 
 DISTANCE = 2.0
 """Of the camera from the picture, m; ours."""
-
 SAME_PX, SAME_SIZE = 1.5, 1.4
 """A feature is found again within so many pixels of where it must be, its size within a factor."""
-
 BESIDE = 0.02
 """Features nearer to each other than that are not two landmarks, m."""
-
 REMARKABLE = 30.0
 """The paper's "significantly different viewpoints (e.g. 30 degrees apart)", °."""
-
 SLIGHT = 5.0
 """Our reading of its "slightly different viewpoints", °."""
 
@@ -92,13 +88,9 @@ def one_set(config: Config, *, rng: np.random.Generator) -> Result:
     """Render a picture of each kind from all angles and find the same features again."""
     own = np.random.default_rng(int(rng.integers(2**31))).spawn(len(config.kinds))
     done = [_picture(kind, config, stream) for kind, stream in zip(config.kinds, own, strict=True)]
-    features, found, same, other = (np.array(column) for column in zip(*done, strict=True))
-    again = found.sum(axis=0)
+    features, found, same, other = (sum(column) for column in zip(*done, strict=True))
     return Result(
-        config.angles,
-        same.sum(axis=0) / np.maximum(again, 1),
-        again / features.sum(),
-        float(other.sum() / features.sum()),
+        config.angles, same / np.maximum(found, 1), found / features, float(other / features)
     )
 
 
@@ -162,15 +154,12 @@ def stand(angle: float) -> Float[np.ndarray, "3"]:
 
 def found_again(first: Features, at: np.ndarray, seen: Features) -> np.ndarray:
     """Return pairs of features that lie where they must, with like size: the nearest of each."""
-    if not len(first) or not len(seen):
-        return np.empty((0, 2), dtype=int)
     gaps = np.linalg.norm(at[:, None, :2] - seen.pixels, axis=-1)
     ratio = seen.scales * at[:, 2:] / (first.scales[:, None] * DISTANCE)
     turned = np.abs(wrap_angle(seen.angles - first.angles[:, None]))
-    bad = (gaps > SAME_PX) | (np.abs(np.log(ratio)) > np.log(SAME_SIZE)) | (turned > np.pi / 6)
-    gaps[bad] = np.inf
-    best = gaps.argmin(axis=1)
-    rows = np.flatnonzero(np.isfinite(gaps[np.arange(len(first)), best]))
+    like = np.abs(np.log(ratio)) <= np.log(SAME_SIZE)
+    best = nearest(gaps, (gaps <= SAME_PX) & like & (turned <= np.pi / 6))
+    rows = np.flatnonzero(best >= 0)
     return np.stack([rows, best[rows]], axis=1)
 
 

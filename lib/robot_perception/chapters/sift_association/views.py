@@ -5,7 +5,7 @@ aside. The renderer knows where in the world each feature lies, and with that a 
 through the frames that miss it; so the study is one of association alone, not of tracking.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,24 +25,13 @@ APART = 0.04  # m: two features nearer than that, on one surface, show the same 
 
 @dataclass(frozen=True, slots=True)
 class Stations:
-    """How the sequences are recorded; all values are ours.
+    """How the sequences are recorded; all values are ours, lengths in m.
 
-    Parameters
-    ----------
-    count
-        Stations along the drive.
-    frames
-        Frames at each in which a landmark is tracked.
-    sightings
-        In how many of them a landmark must be found; its descriptors are so many.
-    step
-        From frame to frame, m; as much is a turn by 1°.
-    again
-        Test frames between two frames of the track.
-    swing
-        How far to either side of the way the robot goes while it tracks, from right to left, m.
-    aside
-        How much farther aside it stands for further test frames, on either side, m.
+    At ``count`` stations along the drive a landmark is tracked in ``frames``, in ``sightings`` of
+    which it must be found; its descriptors are so many. A ``step`` leads from frame to frame, or a
+    turn by 1°, and from right to left, a ``swing`` to either side of the way. Test frames are
+    ``again`` ones between two frames of the track, and others that much farther ``aside``, on
+    either side.
     """
 
     count: int = 20
@@ -54,36 +43,19 @@ class Stations:
     aside: tuple[float, ...] = (0.3, 0.6)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Places:
-    """Where in the world features lie.
+Places = np.ndarray
+"""Where in the world features lie: an array of `PLACE`."""
 
-    Parameters
-    ----------
-    points : (n, 3)
-        On a surface, m.
-    carriers : (n,)
-        The surface, or what it hangs on.
-    prints : (n, 3)
-        Index of the picture, and where in it, m.
-    sizes : (n,)
-        Of the blob in the world (1σ), m.
-    angles : (n,)
-        Direction of the gradient in the image, rad.
-    """
-
-    points: Float[np.ndarray, "n 3"]
-    carriers: Int[np.ndarray, " n"]
-    prints: Float[np.ndarray, "n 3"]
-    sizes: Float[np.ndarray, " n"]
-    angles: Float[np.ndarray, " n"]
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def __getitem__(self, rows: np.ndarray | slice) -> "Places":
-        """Return some of them."""
-        return Places(*(getattr(self, name)[rows] for name in self.__slots__))
+PLACE = np.dtype(
+    [
+        ("points", float, 3),  # on a surface, m
+        ("carriers", int),  # the surface, or what it hangs on; -1 for none
+        ("pictures", int),  # which picture is there
+        ("spots", float, 2),  # where in the picture, m
+        ("sizes", float),  # of the blob in the world (1σ), m
+        ("angles", float),  # direction of the gradient in the image, rad
+    ]
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,32 +82,26 @@ class Views:
     tested: Places
     aside: Float[np.ndarray, " m"]
 
-    def classes(self, p: int) -> DescriptorClasses:
-        """Return the classes of the p frames in the middle of the tracks."""
-        return classes_of(self.window(p))
-
     def window(self, p: int) -> UInt8[np.ndarray, "n p 128"]:
         """Return the descriptors of the p frames in the middle of the tracks."""
         start = (self.stacks.shape[1] - p) // 2
         return self.stacks[:, start : start + p]
 
+    def classes(self, p: int) -> DescriptorClasses:
+        """Return the classes of the p frames in the middle of the tracks."""
+        return classes_of(self.window(p))
+
     def same(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are at the same place."""
-        return _on_one_surface(self.tested, self.landmarks, _near)
+        return _each(_near, self.tested, self.landmarks, "carriers")
 
     def meant(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests show which landmarks: same place, like size and direction."""
-        return _on_one_surface(self.tested, self.landmarks, _same_feature)
+        return _each(_same_feature, self.tested, self.landmarks, "carriers")
 
     def alike(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are the same place of the same print, hung elsewhere."""
-        mine, theirs = self.tested.prints, self.landmarks.prints
-        out = np.zeros((len(mine), len(theirs)), dtype=bool)
-        for picture in np.unique(mine[:, 0]):
-            rows, columns = (np.flatnonzero(p[:, 0] == picture) for p in (mine, theirs))
-            gaps = mine[rows, None, 1:] - theirs[columns, 1:]
-            out[np.ix_(rows, columns)] = np.hypot(gaps[..., 0], gaps[..., 1]) < APART
-        return out & ~self.same()
+        return _each(_same_spot, self.tested, self.landmarks, "pictures") & ~self.same()
 
 
 def classes_of(stacks: np.ndarray) -> DescriptorClasses:
@@ -148,25 +114,40 @@ def classes_of(stacks: np.ndarray) -> DescriptorClasses:
 
 def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are nearer to each other than `APART`; all are on one surface."""
-    return np.linalg.norm(mine.points[:, None] - theirs.points, axis=-1) < APART
+    return np.linalg.norm(mine["points"][:, None] - theirs["points"], axis=-1) < APART
 
 
 def _same_feature(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are of like size and direction besides."""
-    ratio = np.abs(np.log2(mine.sizes[:, None] / theirs.sizes))
-    turned = np.abs(wrap_angle(mine.angles[:, None] - theirs.angles))
+    ratio = np.abs(np.log2(mine["sizes"][:, None] / theirs["sizes"]))
+    turned = np.abs(wrap_angle(mine["angles"][:, None] - theirs["angles"]))
     return _near(mine, theirs) & (ratio < 0.5) & (turned < np.pi / 6)
 
 
-def _on_one_surface(
-    mine: Places, theirs: Places, test: Callable[[Places, Places], np.ndarray]
+def _same_spot(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
+    """Tell which are nearer than `APART` in the picture; all are of one picture."""
+    return np.linalg.norm(mine["spots"][:, None] - theirs["spots"], axis=-1) < APART
+
+
+def _each(
+    test: Callable[[Places, Places], np.ndarray], mine: Places, theirs: Places, name: str
 ) -> Bool[np.ndarray, "m n"]:
-    """Tell which pass a test, surface by surface: all at once would take gigabytes."""
+    """Tell which of one carrier, or of one picture, pass a test.
+
+    They are compared carrier by carrier: all at once would take gigabytes.
+    """
     out = np.zeros((len(mine), len(theirs)), dtype=bool)
-    for carrier in np.unique(theirs.carriers[theirs.carriers >= 0]):
-        rows, columns = (np.flatnonzero(p.carriers == carrier) for p in (mine, theirs))
+    for key in np.unique(theirs[name][theirs[name] >= 0]):
+        rows, columns = (np.flatnonzero(places[name] == key) for places in (mine, theirs))
         out[np.ix_(rows, columns)] = test(mine[rows], theirs[columns])
     return out
+
+
+def nearest(gaps: Float[np.ndarray, "n m"], good: Bool[np.ndarray, "n m"]) -> Int[np.ndarray, " n"]:
+    """Return the column of the least good gap in each row; -1 for none."""
+    if not gaps.size:
+        return np.full(len(gaps), -1)
+    return np.where(good.any(axis=1), np.where(good, gaps, np.inf).argmin(axis=1), -1)
 
 
 @kept
@@ -181,17 +162,7 @@ def views(config: Stations, seed: int) -> Views:
         _station(building, poses[k : k + config.frames + 1], config, rng)
         for k, rng in zip(starts, streams, strict=True)
     ]
-    return Views(
-        np.concatenate([v.stacks for v in found]),
-        _joined([v.landmarks for v in found]),
-        np.concatenate([v.tests for v in found]),
-        _joined([v.tested for v in found]),
-        np.concatenate([v.aside for v in found]),
-    )
-
-
-def _joined(parts: Sequence[Places]) -> Places:
-    return Places(*(np.concatenate([getattr(p, n) for p in parts]) for n in Places.__slots__))
+    return Views(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def _station(
@@ -199,7 +170,7 @@ def _station(
     poses: Float[np.ndarray, "frames_and_one 3"],
     config: Stations,
     rng: np.random.Generator,
-) -> Views:
+) -> tuple[np.ndarray, Places, np.ndarray, Places, np.ndarray]:
     """Record a station: tracks of all its frames, and the features of its test frames."""
     scene, rig, middle = building.scene, Rig(), config.frames // 2
     ways = np.linspace(-config.swing, config.swing, config.frames)
@@ -216,71 +187,59 @@ def _station(
     )
     seen = [detect(frame.left) for frame in stereo.frames(scene, rig, stood, rng=rng)]
     spots = [place(scene, rig, pose, features) for pose, features in zip(stood, seen, strict=True)]
-    begun = spots[middle][spots[middle].carriers >= 0]
+    begun = spots[middle][spots[middle]["carriers"] >= 0]
     rows = np.stack([_follow(begun, spot) for spot in spots[: config.frames]], axis=1)
     stay = np.flatnonzero((rows >= 0).sum(axis=1) >= config.sightings)
     stacks = np.empty((len(stay), config.sightings, 128), dtype=np.uint8)
     for out, own in zip(stacks, rows[stay], strict=True):
         at = np.flatnonzero(own >= 0)
-        nearest = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
-        for q, k in enumerate(np.sort(at[nearest])):
+        near = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
+        for q, k in enumerate(np.sort(at[near])):
             out[q] = seen[k].descriptors[own[k]]
     tests = np.concatenate([f.descriptors for f in seen[config.frames :]]).astype(np.uint8)
-    tested = _joined(spots[config.frames :])
+    tested = np.concatenate(spots[config.frames :])
     offsets = np.concatenate([np.zeros(config.again), np.abs(sides)])
     aside = np.repeat(offsets, [len(spot) for spot in spots[config.frames :]])
-    hit = tested.carriers >= 0
-    return Views(stacks, begun[stay], tests[hit], tested[hit], aside[hit])
+    hit = tested["carriers"] >= 0
+    return stacks, begun[stay], tests[hit], tested[hit], aside[hit]
 
 
 def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
     """Return which of the features of a frame each landmark is, the nearest; -1 for none."""
-    if not len(begun) or not len(spots):
-        return np.full(len(begun), -1)
-    gaps = np.linalg.norm(begun.points[:, None] - spots.points, axis=-1)
-    gaps[~_on_one_surface(begun, spots, _same_feature)] = np.inf
-    best = gaps.argmin(axis=1)
-    return np.where(np.isfinite(gaps[np.arange(len(begun)), best]), best, -1)
+    gaps = np.linalg.norm(begun["points"][:, None] - spots["points"], axis=-1)
+    return nearest(gaps, _each(_same_feature, begun, spots, "carriers"))
 
 
 def stand_aside(pose: Float[np.ndarray, "3"], aside: float) -> Float[np.ndarray, "3"]:
     """Return a pose some way to the left, m, that looks at the same place ahead."""
     x, y, heading = pose
-    return np.array(
-        [
-            x - aside * np.sin(heading),
-            y + aside * np.cos(heading),
-            heading - np.arctan2(aside, FOCUS),
-        ]
-    )
+    across, along = aside * np.cos(heading), aside * np.sin(heading)
+    return np.array([x - along, y + across, heading - np.arctan2(aside, FOCUS)])
 
 
 def place(scene: Scene, rig: Rig, pose: np.ndarray, features: Features) -> Places:
     """Return where the features of the left image lie in the world."""
     sight = stereo.surface_points(scene, rig, pose, features.pixels)
     hit = sight.surfaces >= 0
-    points = np.where(hit[:, None], sight.points, 0.0)
-    depth = np.where(hit, stereo.project(rig, pose, points)[:, 2], 1.0)
-    return Places(
-        points,
-        sight.carriers,
-        _prints(scene, points, sight.surfaces),
-        features.scales * np.abs(depth) / rig.focal_px,
-        features.angles,
-    )
+    out = np.empty(len(features), PLACE)
+    out["points"] = np.where(hit[:, None], sight.points, 0.0)
+    out["carriers"] = sight.carriers
+    out["pictures"] = scene.pictures[sight.surfaces]
+    out["spots"] = _spots(scene, out["points"], sight.surfaces)
+    depth = np.where(hit, stereo.project(rig, pose, out["points"])[:, 2], 1.0)
+    out["sizes"] = features.scales * np.abs(depth) / rig.focal_px
+    out["angles"] = features.angles
+    return out
 
 
-def _prints(
+def _spots(
     scene: Scene, points: np.ndarray, surfaces: Int[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Return the picture at each point, and where in it: m from its corner."""
-    frames = scene.frames[surfaces]
-    right, down, corner = np.moveaxis(frames, -1, 0)
-    long, high = (np.linalg.norm(edge, axis=-1) for edge in (right, down))
-    away = points - corner
-    a = np.einsum("nk,nk->n", away, right) / long**2
-    b = np.einsum("nk,nk->n", away, down) / high**2
-    tiles = scene.tiles[surfaces]
-    across = (a * tiles[:, 0]) % 1.0 * long / tiles[:, 0]
-    below = (b * tiles[:, 1]) % 1.0 * high / tiles[:, 1]
-    return np.column_stack([scene.pictures[surfaces], across, below])
+) -> Float[np.ndarray, "n 2"]:
+    """Return where in its picture each point lies: m from its corner."""
+    *edges, corner = np.moveaxis(scene.frames[surfaces], -1, 0)
+    spots = []
+    for edge, tiles in zip(edges, scene.tiles[surfaces].T, strict=True):
+        long = np.linalg.norm(edge, axis=-1)
+        along = np.einsum("nk,nk->n", points - corner, edge) / long**2
+        spots.append((along * tiles) % 1.0 * long / tiles)
+    return np.stack(spots, axis=1)
