@@ -38,17 +38,17 @@ def test_matches_are_judged_one_by_one(seen):
     for sides in seen:
         found = stereo.match(sides, RULES)
         rows = textbook.match_stereo(sides.left, sides.right, RULES)
-        assert len(found.right) == len(rows) > 20
+        assert len(found) == len(rows) > 20
         for k, (i, j) in enumerate(rows):
             column = sides.right.pixels[j, 0]
-            assert found.right[k] == (abs(column - sides.columns[i]) <= stereo.RIGHT_PX)
+            assert found["right"][k] == (abs(column - sides.columns[i]) <= stereo.RIGHT_PX)
             depth = RIG.focal_px * RIG.baseline / (sides.left.pixels[i, 0] - column)
-            assert found.errors[k] == pytest.approx(depth - sides.depths[i])
+            assert found["error"][k] == pytest.approx(depth - sides.depths[i])
             spread = np.sqrt(2) * 0.5 * depth**2 / (RIG.focal_px * RIG.baseline)
-            assert found.stated[k] == pytest.approx(spread)
-        assert found.right.mean() > 0.8
-        near = found.right & (sides.depths[rows[:, 0]] < 4)
-        assert np.median(np.abs(found.errors[near])) < 0.1
+            assert found["stated"][k] == pytest.approx(spread)
+        assert found["right"].mean() > 0.8
+        near = found["right"] & (sides.depths[rows[:, 0]] < 4)
+        assert np.median(np.abs(found["error"][near])) < 0.1
 
 
 def test_a_match_is_right_up_to_the_limit_and_no_farther():
@@ -58,9 +58,9 @@ def test_a_match_is_right_up_to_the_limit_and_no_farther():
     left = features(np.column_stack([columns, 50.0 + 30 * np.arange(4)]), descriptors=look)
     right = features(left.pixels - np.column_stack([shift + away, np.zeros(4)]), descriptors=look)
     found = stereo.match(Sides(left, right, columns - shift, np.full(4, 3.0)), RULES)
-    assert found.right.tolist() == [True, True, True, False]
-    assert found.errors[0] == pytest.approx(0)
-    assert found.errors[1] < 0 < found.errors[2]
+    assert found["right"].tolist() == [True, True, True, False]
+    assert found["error"][0] == pytest.approx(0)
+    assert found["error"][1] < 0 < found["error"][2]
 
 
 def test_a_higher_threshold_never_makes_fewer_matches(monkeypatch, seen):
@@ -68,31 +68,29 @@ def test_a_higher_threshold_never_makes_fewer_matches(monkeypatch, seen):
     done = stereo.one_building(Config(pairs=2), rng=RNG(0))
     assert len(done) == len(stereo.ROWS) * len(stereo.THRESHOLDS)
     for rows in stereo.ROWS:
-        counts = [len(done[rows, limit].right) for limit in stereo.THRESHOLDS]
+        counts = [sum(map(len, done[rows, limit])) for limit in stereo.THRESHOLDS]
         assert all(a <= b for a, b in pairwise(counts))
-    assert len(done[240.0, 800.0].right) > 1.3 * len(done[2.0, 100.0].right)
+    most, fewest = (sum(map(len, done[key])) for key in ((240.0, 800.0), (2.0, 100.0)))
+    assert most > 1.3 * fewest
 
 
 def test_results_are_those_of_all_pairs_together(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
     result = stereo.one_building(Config(pairs=2, rows=(2.0,), thresholds=(200.0,)), rng=RNG(0))
-    (whole,), parts = result.values(), [stereo.match(sides, RULES) for sides in seen]
-    assert whole.pairs == 2
-    for name in ("right", "errors", "stated"):
-        first, second = (getattr(part, name).tolist() for part in parts)
-        assert getattr(whole, name).tolist() == [*first, *second]
-    right = sum(part.right.sum() for part in parts)
-    assert stereo.share([result] * 2).estimate == pytest.approx(right / len(whole.right))
+    matches = np.concatenate([stereo.match(sides, RULES) for sides in seen])
+    assert (np.concatenate(result[2.0, 200.0]) == matches).all()
+    share = stereo.share([result] * 2).estimate
+    assert share == pytest.approx(matches["right"].sum() / len(matches))
 
 
 def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
     whole, knocked = (
-        stereo.one_building(Config(pairs=2, knocked=off), rng=RNG(0))[2.0, 200.0]
+        np.concatenate(stereo.one_building(Config(pairs=2, knocked=off), rng=RNG(0))[2.0, 200.0])
         for off in (0.0, 5.0)
     )
-    assert len(knocked.right) < len(whole.right) / 10
-    assert knocked.right.mean() < whole.right.mean() - 0.2
+    assert len(knocked) < len(whole) / 10
+    assert knocked["right"].mean() < whole["right"].mean() - 0.2
 
 
 def test_the_table_of_the_set_up_says_what_is_computed():

@@ -91,14 +91,15 @@ def test_a_record_is_the_mean_over_all_features_of_all_pictures(monkeypatch):
         "sign": (30, np.array([24, 6]), np.array([480.0, 600.0]), 6000.0),
     }
     monkeypatch.setattr(viewpoint, "_picture", lambda kind, config, rng: parts[kind])
-    found = viewpoint.one_set(Config(kinds=("poster", "sign"), angles=(0, 30)), rng=RNG(0))
-    assert found.same == pytest.approx([17.5, 100.0])
-    assert found.again == pytest.approx([0.8, 0.15])
-    assert found.other == 225.0
-    assert found.at(30) == 100.0
+    config = Config(kinds=("poster", "sign"), angles=(0, 30))
+    same, again, other = viewpoint.one_set(config, rng=RNG(0))
+    assert same == pytest.approx([17.5, 100.0])
+    assert again == pytest.approx([0.8, 0.15])
+    assert other == 225.0
 
 
 def test_noise_moves_descriptors_less_than_thirty_degrees_and_these_less_than_another_landmark():
-    found = viewpoint.one_set(Config(kinds=("notices",), angles=(0, 30)), rng=RNG(7))
-    assert 0 < found.same[0] < found.same[1] < found.other
-    assert 1 >= found.again[0] > found.again[1] > 0
+    config = Config(sets=1, kinds=("notices",), angles=(0, 30))
+    found = viewpoint.run(config, rng=RNG(7))
+    assert 0 < found.at(0) < found.at(30) < found.other
+    assert 1 >= found.again[0, 0] > found.again[0, 1] > 0

@@ -1,11 +1,9 @@
 """What the chapter asks its reader to bet on, and what each answer is told."""
 
 ASIDE = {
-    "question": (
-        "A landmark was seen from straight ahead. Now the robot sees it from 30° aside, and a "
-        "look-alike, a second copy of the same picture, from straight ahead. Whose descriptor is "
-        "nearer to the old one?"
-    ),
+    "question": "A landmark was seen from straight ahead. Now the robot sees it from 30° aside, "
+    "and a look-alike, a second copy of the same picture, from straight ahead. Whose descriptor is "
+    "nearer to the old one?",
     "replies": {
         "the landmark's own": "It has turned by 30°, and its neighbourhood is foreshortened. The "
         "copy differs in light and noise alone.",
@@ -18,11 +16,9 @@ ASIDE = {
 }
 
 OWN_FRAMES = {
-    "question": (
-        "Classes of three frames, variances as they are. First we assign the very descriptors "
-        "that made the classes, then descriptors of other frames from the same viewpoints. How do "
-        "the shares of right assignments compare with the Euclidean distance to the same means?"
-    ),
+    "question": "Classes of three frames, variances as they are. First we assign the very "
+    "descriptors that made the classes, then descriptors of other frames from the same viewpoints. "
+    "How do the shares of right assignments compare with the Euclidean distance to the same means?",
     "replies": {
         "better on both": "Three numbers hardly make a variance. On their own it cannot show.",
         "worse on both": "On the descriptors that made them the variances are perfect: they were "

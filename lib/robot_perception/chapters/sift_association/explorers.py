@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from data_synth.stereo import Rig, Scene
 from data_synth.textures import paint
@@ -19,8 +18,6 @@ from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure, image_axes
 from robot_perception.teaching.recordings import Read
 from robot_perception.teaching.tables import Table
-
-# Viewpoint ---------------------------------------------------------------------------------------
 
 ANGLES = tuple(float(a) for a in range(0, 65, 5))
 PICTURES = {"a poster": "poster", "a notice board": "notices", "a shelf of books": "books"}
@@ -37,28 +34,20 @@ def _ahead(subject: str) -> tuple[Scene, Features, np.ndarray]:
     return scene, *viewpoint.seen_ahead(scene, Rig(), rng=np.random.default_rng(2))
 
 
-def draw_view(state: tuple[str, float, View]) -> Figure:
-    """Draw what is seen from a viewpoint on the picture of it."""
-    seen = state[-1]
-    fig, ax = image_axes(seen.image)
-    draw.view(ax, seen)
-    return fig
-
-
 def describe_view(state: tuple[str, float, View]) -> str:
     """Return what is seen from a viewpoint, in words."""
     subject, angle, seen = state
     found = len(seen.pixels)
     middle = f"{np.median(seen.distances):.0f}" if found else "nothing"
-    name = next(text for text, kind in PICTURES.items() if kind == subject).capitalize()
+    (name,) = (text for text, kind in PICTURES.items() if kind == subject)
     return (
-        f"{name} seen from {angle:g}° aside: {found} of {found + seen.lost} features are "
-        f"found again; their descriptors have moved by {middle} of 512 in the median."
+        f"{name.capitalize()} seen from {angle:g}° aside: {found} of {found + seen.lost} features "
+        f"are found again; their descriptors have moved by {middle} of 512 in the median."
     )
 
 
 VIEW = Exploration(
-    draw_view,
+    lambda state: draw.view(state[-1]),
     lambda subject, angle: (subject, angle, view(subject, angle)),
     describe_view,
     {
@@ -78,8 +67,6 @@ VIEW = Exploration(
     finding=lambda state: (len(state[-1].pixels), np.median(state[-1].distances)),
 )
 
-
-# A real pair -------------------------------------------------------------------------------------
 
 ANY = 1e4
 
@@ -129,7 +116,7 @@ PLANT = Exploration(
 )
 
 
-# Table 1 -----------------------------------------------------------------------------------------
+MODELS = (table1.RAW, "shrunk", "pooled", table1.RAW + table1.WITH, "shrunk" + table1.WITH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,11 +156,7 @@ TABLE = Exploration(
     describe_table,
     {
         "p": choice("Tracked frames", (3, 10, 30), 10),
-        "model": choice(
-            "Decided by",
-            (table1.RAW, "shrunk", "pooled", *(n + table1.WITH for n in (table1.RAW, "shrunk"))),
-            table1.RAW,
-        ),
+        "model": choice("Decided by", MODELS, table1.RAW),
         "where": choice("Descriptors from", {text: n for n, text in table1.TESTS.items()}, "again"),
         "track": choice("Track", {"to either side": "", "straight on": table1.STRAIGHT}, ""),
     },

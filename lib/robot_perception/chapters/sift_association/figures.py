@@ -1,10 +1,11 @@
 """Figures of the chapter "Which landmark is this?"."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from robot_perception.chapters.sift_association import table1
 from robot_perception.chapters.sift_association import variances as law
@@ -38,9 +39,6 @@ def _estimates(
     ax.plot(x, [c.estimate for c in cells], "o-", color=MEANING[name], **kwargs)
 
 
-# Pictures ----------------------------------------------------------------------------------------
-
-
 @drawn(
     name="sift-rooms",
     alt="Two camera pictures side by side: rooms with the same windows and cabinets. Lines join "
@@ -56,23 +54,23 @@ def hero(ax: ImageAxes, found: Hero) -> None:
     Every sixth pair has its line: all of them would hide the pictures.
     """
     ax.clear()
-    for k, (here, there, right) in enumerate(
-        zip(found.here, found.there, found.right, strict=True)
-    ):
-        ends, colour = np.stack([there, here]).T, MEANING["right" if right else "wrong"]
+    lines = np.stack([found.there, found.here], axis=2)
+    for k, (ends, right) in enumerate(zip(lines, found.right, strict=True)):
+        colour = MEANING["right" if right else "wrong"]
         ax.plot(*ends, "o", color=colour, markersize=2.5)
         if k % 6 == 0:
             ax.plot(*ends, color=colour, linewidth=0.9)
 
 
-def view(ax: ImageAxes, found: View) -> None:
+def view(found: View) -> Figure:
     """Draw the features that are found again, the larger the farther their descriptors moved."""
-    ax.clear()
+    fig, ax = image_axes(found.image)
     near = found.distances <= 200
     for rows, name in ((near, "right"), (~near, "wrong")):
         sizes = (2 + found.distances[rows] / 30) ** 2
         at = found.pixels[rows].T
         ax.scatter(*at, sizes, facecolors="none", edgecolors=MEANING[name], linewidths=1.4)
+    return fig
 
 
 @drawn(
@@ -93,9 +91,6 @@ def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> None:
         ends[:, 0], ends[:, 1] = seen.pixels[rows], seen.others[found.others[rows]]
         ax.plot(*ends.reshape(-1, 2).T, color=MEANING[name], linewidth=0.9)
         ax.plot(*seen.pixels[rows].T, "o", color=MEANING[name], markersize=3)
-
-
-# Distances ---------------------------------------------------------------------------------------
 
 
 @drawn(
@@ -144,11 +139,6 @@ def right_by_rules(ax: Axes, table: Table) -> None:
     ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
 
 
-def _tracked(names: Iterable[str]) -> np.ndarray:
-    """Return the numbers of tracked frames in names such as "p = 3"."""
-    return np.array([int(name.removeprefix("p = ")) for name in names])
-
-
 @drawn(
     name="sift-gains",
     alt="Points gained over the Euclidean distance to the means by tracked frames: raw variances "
@@ -160,11 +150,12 @@ def _tracked(names: Iterable[str]) -> np.ndarray:
 )
 def gains(axes: np.ndarray, table: Table) -> None:
     """Draw what estimates of the variance gain over Euclid by tracked frames, on two tests."""
+    tracked = np.array([int(name.removeprefix("p = ")) for name in table.columns])
     for ax, (end, title) in zip(axes, ENDS.items(), strict=True):
         ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
         for name in (table1.RAW, "shrunk", "pooled"):
             cells = [table[f"{name}, {end}", column] for column in table.columns]
-            _estimates(ax, _tracked(table.columns), cells, name, label=name)
+            _estimates(ax, tracked, cells, name, label=name)
         ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32), ylim=(-30, 5))
         ax.set_title(title)
     axes[0].legend(loc="lower right")
@@ -180,7 +171,7 @@ def gains(axes: np.ndarray, table: Table) -> None:
 )
 def own_distance(ax: Axes, table: Table) -> None:
     """Draw the mean L of the right class by tracked frames, measured and by the law."""
-    tracked = _tracked(table.rows)
+    tracked = np.array([int(name.removeprefix("p = ")) for name in table.rows])
     measured = [table[name, "measured"].estimate for name in table.rows]
     expected = np.array([law.expected_distance(int(p)) for p in tracked])
     finite = np.isfinite(expected)
@@ -192,27 +183,21 @@ def own_distance(ax: Axes, table: Table) -> None:
     ax.legend()
 
 
-# Table 1 -----------------------------------------------------------------------------------------
-
-
 def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> None:
     """Draw the errors of Euclid and of a model, and the share of right ones over tracked frames."""
     above, below = axes
     for ax in axes:
         ax.clear()
-    column = f"p = {p}"
-    shown = {"first views": table1.ONE_VIEW, "means": table1.EUCLID, "variances": model}
-    for k, name in enumerate(shown.values()):
-        like = alike[name, column].estimate
-        other = 100 - right[name, column].estimate - like
-        above.barh(k, like, color=MEANING["look-alike"], height=0.6)
-        above.barh(k, other, left=like, color=MEANING["wrong"], height=0.6)
-    for k, (name, text) in enumerate({"look-alike": "a look-alike", "wrong": "another"}.items()):
-        label(above, 49, k, text, MEANING[name], ha="right", va="center")
-    above.set_yticks(range(len(shown)), list(shown))
+    column, models = f"p = {p}", (table1.ONE_VIEW, table1.EUCLID, model)
+    like, good = (np.array([t[name, column].estimate for name in models]) for t in (alike, right))
+    above.barh(range(3), like, color=MEANING["look-alike"], height=0.6)
+    above.barh(range(3), 100 - good - like, left=like, color=MEANING["wrong"], height=0.6)
+    label(above, 49, 0, "a look-alike", MEANING["look-alike"], ha="right", va="center")
+    label(above, 49, 1, "another", MEANING["wrong"], ha="right", va="center")
+    above.set_yticks(range(3), ["first views", "means", "variances"])
     above.set(xlim=(0, 50), ylim=(2.6, -0.6), xlabel="assigned wrong (%)")
-    for name in dict.fromkeys((*right.rows, table1.ONE_VIEW, table1.EUCLID, model)):
-        mine = name in shown.values()
+    for name in right.rows:
+        mine = name in models
         values = [right[name, f"p = {q}"].estimate for q in table1.TRACKED]
         below.plot(
             table1.TRACKED,
@@ -224,9 +209,6 @@ def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table
         )
     below.plot(p, right[model, column].estimate, "o", color=tint(model), markersize=8, zorder=4)
     below.set(xlim=(0, 32), ylim=(50, 100.5), xlabel="tracked frames p", ylabel="right (%)")
-
-
-# A new landmark ----------------------------------------------------------------------------------
 
 
 @drawn(

@@ -15,10 +15,8 @@ from robot_perception.teaching.results import kept
 
 GAP = 10
 """Between the two pictures, px."""
-
 NEAR = 200.0
 """Of descriptors, whose length is 512: within that they are taken for one landmark's."""
-
 FAR_AWAY = 5.0
 """How far apart the robot stands at the two places, at least, m."""
 

@@ -27,7 +27,6 @@ from robot_perception.teaching.tables import Table
 
 RIGHT_PX = 2.0
 """A match is right within so many pixels of the truth."""
-
 MOST = Sift(most=700)
 FAR = 1e6
 
@@ -36,8 +35,7 @@ FAR = 1e6
 class Pair:
     """Two pictures with features, and where the features of the first are in the second.
 
-    ``truth`` is not finite where nobody knows, stored as ``FAR``. Where the pair is not rectified,
-    no row rule applies.
+    ``truth`` is ``FAR`` where nobody knows. Where the pair is not rectified, no row rule applies.
     """
 
     first: UInt8[np.ndarray, "height width"] = field(metadata={"webp": 60})

@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Shaped
 from scipy.stats import iqr
 
 from data_synth import stereo as world
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from robot_perception.cameras import Pinhole, StereoRig
-from robot_perception.chapters.sift_association.views import PAPER
+from robot_perception.chapters.sift_association.views import PAPER, place
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import Features, StereoRules, detect, match_stereo
@@ -56,9 +57,8 @@ class Config:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sides:
-    """Features of one pair, left and right, and in which column each left one belongs right.
-
-    ``columns`` is infinite where the ray meets nothing; ``depths`` are true ones, m.
+    """Features of one pair, left and right, in which column each left one belongs right, and how
+    far away it is, m.
     """
 
     left: Features
@@ -67,17 +67,11 @@ class Sides:
     depths: Float[np.ndarray, " n"]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Matched:
-    """What rules make of pairs: matches that are right, errors of their depth, and what is stated.
+MATCH = np.dtype([("right", bool), ("error", float), ("stated", float)])
+"""Whether a match is right, the error of its depth, and the standard deviation stated, m."""
 
-    Errors and standard deviations are in m.
-    """
-
-    right: Bool[np.ndarray, " matches"]
-    errors: Float[np.ndarray, " matches"]
-    stated: Float[np.ndarray, " matches"]
-    pairs: int = 1
+Ruled = dict[tuple[float, float], list[np.ndarray]]
+"""The matches in each pair of one building, by rows and threshold."""
 
 
 def rig() -> StereoRig:
@@ -96,36 +90,26 @@ def pairs(count: int, seed: int) -> tuple[Sides, ...]:
     eyes, out = Rig(), []
     frames = world.frames(building.scene, eyes, poses, rng=own)
     for pose, frame in zip(poses, frames, strict=True):
-        left, right = detect(frame.left), detect(frame.right)
-        sight = world.surface_points(building.scene, eyes, pose, left.pixels)
-        hit = sight.surfaces >= 0
-        left, depths = left[hit], world.project(eyes, pose, sight.points[hit])[:, 2]
+        left = detect(frame.left)
+        spots = place(building.scene, eyes, pose, left)
+        hit = spots["carriers"] >= 0
+        left, depths = left[hit], world.project(eyes, pose, spots["points"][hit])[:, 2]
         columns = left.pixels[:, 0] - eyes.focal_px * eyes.baseline / depths
-        out.append(Sides(left, right, columns, depths))
+        out.append(Sides(left, detect(frame.right), columns, depths))
     return tuple(out)
 
 
-def match(sides: Sides, rules: StereoRules) -> Matched:
-    """Match one pair and compare with the truth."""
+def match(sides: Sides, rules: StereoRules) -> Shaped[np.ndarray, " matches"]:
+    """Match one pair and compare with the truth; each is a `MATCH`."""
     rows, others = match_stereo(sides.left, sides.right, rules).T
     left, right = sides.left.pixels[rows], sides.right.pixels[others]
     measured = np.stack([left[:, 0], (left[:, 1] + right[:, 1]) / 2, right[:, 0]], axis=1)
     points = rig().triangulate(measured, SIGMA_PX * np.array([1, 1 / np.sqrt(2), 1]))
-    return Matched(
-        np.abs(right[:, 0] - sides.columns[rows]) <= RIGHT_PX,
-        points.mean[:, 2] - sides.depths[rows],
-        np.sqrt(points.cov[:, 2, 2]),
-    )
-
-
-def together(parts: Sequence[Matched]) -> Matched:
-    """Return the matches of several pairs as one."""
-    fields = ([getattr(p, name) for p in parts] for name in ("right", "errors", "stated"))
-    return Matched(*map(np.concatenate, fields), len(parts))
-
-
-Ruled = dict[tuple[float, float], Matched]
-"""The matches of one building by rows and threshold."""
+    out = np.empty(len(rows), MATCH)
+    out["right"] = np.abs(right[:, 0] - sides.columns[rows]) <= RIGHT_PX
+    out["error"] = points.mean[:, 2] - sides.depths[rows]
+    out["stated"] = np.sqrt(points.cov[:, 2, 2])
+    return out
 
 
 def one_building(config: Config, *, rng: np.random.Generator) -> Ruled:
@@ -136,9 +120,8 @@ def one_building(config: Config, *, rng: np.random.Generator) -> Ruled:
         for s in pairs(config.pairs, int(rng.integers(2**31)))
     ]
     return {
-        (rows, threshold): together([match(s, StereoRules(rows, threshold)) for s in seen])
-        for rows in config.rows
-        for threshold in config.thresholds
+        rules: [match(sides, StereoRules(*rules)) for sides in seen]
+        for rules in product(config.rows, config.thresholds)
     }
 
 
@@ -149,10 +132,9 @@ def run(config: Config, *, rng: np.random.Generator) -> list[Ruled]:
 
 def share(results: Sequence[Ruled], rules: tuple[float, float] = LOOSE["both rules"]) -> Interval:
     """Return the share of right matches over buildings."""
-    right = np.array([one[rules].right.sum(dtype=float) for one in results])
-    return bootstrap_ratio(
-        right, np.array([float(len(one[rules].right)) for one in results]), "right"
-    )
+    right = [np.concatenate(one[rules])["right"] for one in results]
+    counts = np.array([(float(r.sum()), float(len(r))) for r in right])
+    return bootstrap_ratio(*counts.T, "right")
 
 
 STEREO = Study(run, full=Config(), quick=Config(buildings=3, pairs=6), seed=21)
@@ -184,8 +166,7 @@ STEREO = Study(run, full=Config(), quick=Config(buildings=3, pairs=6), seed=21)
 )
 def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
     """Compare matches and depths with the truth, with the rules and without."""
-    rows = {name: _row([one[rules] for one in results]) for name, rules in LOOSE.items()}
-    rows = {name: (share(results, LOOSE[name]), *row) for name, row in rows.items()}
+    rows = {name: (share(results, rules), *_row(results, rules)) for name, rules in LOOSE.items()}
     columns = {
         "right": "share of the matches that are right",
         "matches": "in a pair",
@@ -193,8 +174,9 @@ def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
         "worst (m)": "of the depth, of one match in twenty larger",
     }
     about = f"mean and 95 % bootstrap interval over {len(results)} buildings"
-    errors = [(m.errors / m.stated)[m.right] for m in (one[LOOSE["both rules"]] for one in results)]
-    spread = bootstrap_mean(np.array([iqr(e, scale=1.349) for e in errors]))  # σ, were it normal
+    ours = [np.concatenate(one[LOOSE["both rules"]]) for one in results]
+    scaled = [(m["error"] / m["stated"])[m["right"]] for m in ours]
+    spread = bootstrap_mean(np.array([iqr(e, scale=1.349) for e in scaled]))  # σ, were it normal
     every = {f"{r:g}": tuple(share(results, (r, t)) for t in THRESHOLDS) for r in ROWS}
     return Finding(
         value,
@@ -216,30 +198,24 @@ def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
     )
 
 
-def _row(found: Sequence[Matched]) -> tuple[Interval, ...]:
+def _row(results: Sequence[Ruled], rules: tuple[float, float]) -> tuple[Interval, ...]:
     """Return matches in a pair, and the median and the worst error of the depth, over buildings."""
-    per_pair = np.array([len(m.right) / m.pairs for m in found])
-    median, worst = np.array([np.quantile(np.abs(m.errors), [0.5, 0.95]) for m in found]).T
+    per_pair = np.array([np.mean([len(pair) for pair in one[rules]]) for one in results])
+    errors = [np.abs(np.concatenate(one[rules])["error"]) for one in results]
+    median, worst = np.array([np.quantile(e, [0.5, 0.95]) for e in errors]).T
     return bootstrap_mean(per_pair), bootstrap_mean(median, "m"), bootstrap_mean(worst, "m")
 
 
 def setup_table() -> Table:
     """Return what the paper says of its pairs, what ours are, and what of it matters."""
-    eyes = Rig()
-    wide, high = eyes.size
+    eyes, tried = Rig(), "“determined experimentally”"
+    size = " × ".join(map(str, eyes.size))
+    geometry = f"{eyes.focal_px:g} px, {100 * eyes.baseline:g} cm"
     rows = {
-        "pictures": ("320 × 240", f"{wide} × {high}", "as there"),
-        "focal length, baseline": (
-            "–",
-            f"{eyes.focal_px:g} px, {100 * eyes.baseline:g} cm",
-            "yes: the error of the depth",
-        ),
+        "pictures": ("320 × 240", size, "as there"),
+        "focal length, baseline": ("–", geometry, "yes: the error of the depth"),
         "rows": ("±2 px", f"±{RULES.rows:g} px", "as there"),
-        "threshold": (
-            "“determined experimentally”",
-            f"{RULES.threshold:g} of 512",
-            "yes: it is swept",
-        ),
+        "threshold": (tried, f"{RULES.threshold:g} of 512", "yes: it is swept"),
         "rooms": ("an office building", "rendered", "yes: we know what is where"),
     }
     return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})

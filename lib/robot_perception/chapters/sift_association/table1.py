@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception.chapters.sift_association import variances as law
-from robot_perception.chapters.sift_association.views import PAPER, Stations, Views, views
+from robot_perception.chapters.sift_association.views import PAPER, Places, Stations, Views, views
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.landmarks import (
@@ -73,7 +73,7 @@ class Config:
     """The paper has little change of viewpoint and tells no more; all values are ours.
 
     ``tracked`` are numbers of frames, rising; ``dealt`` gives each landmark the variances of
-    another.
+    another, and with ``own_frames`` descriptors of the classes stand for those of other frames.
     """
 
     buildings: int = 10
@@ -81,26 +81,28 @@ class Config:
     tracked: tuple[int, ...] = TRACKED
     models: tuple[str, ...] = MODELS
     dealt: bool = False
+    own_frames: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """What comes of one building: its landmarks, and shares in percent of descriptors assigned
-    right and to a look-alike, by model, number of tracked frames and where they come from.
+    """What comes of buildings, an entry for each.
 
-    By number of tracked frames, ``distance`` is the mean of eq. (9), raw, of descriptors to their
-    own class, and ``constant`` the share of the entries that are the same number in all frames.
+    ``right`` and ``alike`` are shares of descriptors assigned right and to a look-alike, in
+    percent, by model, number of tracked frames and where they come from. By number of tracked
+    frames, ``distance`` is the mean of eq. (9), raw, of descriptors to their own class, and
+    ``constant`` the share of the entries that are the same number in all frames.
     """
 
     config: Config
-    landmarks: int
-    right: Mapping[tuple[str, int, str], float]
-    alike: Mapping[tuple[str, int, str], float]
-    distance: Mapping[int, float]
-    constant: Mapping[int, float]
+    landmarks: np.ndarray
+    right: Mapping[tuple[str, int, str], np.ndarray]
+    alike: Mapping[tuple[str, int, str], np.ndarray]
+    distance: Mapping[int, np.ndarray]
+    constant: Mapping[int, np.ndarray]
 
 
-Results = tuple[list[Result], list[Result]]
+Results = tuple[Result, Result | None]
 """Of buildings whose landmarks are tracked to either side of the path, and straight on."""
 
 
@@ -117,34 +119,36 @@ def decide(
     return Mahalanobis(classes.means, variances, bool(comma))
 
 
-def one_building(config: Config, *, rng: np.random.Generator) -> Result:
-    """Assign descriptors to the landmarks of one building by every model."""
+def one_building(config: Config, *, rng: np.random.Generator) -> tuple[float | dict, ...]:
+    """Assign descriptors to the landmarks of one building by every model; see `Result`."""
     seen = views(config.stations, int(rng.integers(2**31)))
-    same, alike, meant = seen.same(), seen.alike(), seen.meant()
-    tests = {}
-    for where, mask in (("again", seen.aside == 0), ("aside", seen.aside > 0)):
-        rows = sample(meant.any(axis=1) & mask, rng)
-        tests[where] = seen.tests[rows].astype(np.float32), same[rows], alike[rows]
-        if where == "again":
-            own, owners = tests[where][0].astype(float), meant[rows].argmax(axis=1)
+    meant = seen.meant()
+    known = meant.any(axis=1)
+    again, aside = (sample(known & mask, rng) for mask in (seen.aside == 0, seen.aside > 0))
+    tests = {
+        "again": _judged(seen, seen.tests[again], seen.tested[again]),
+        "aside": _judged(seen, seen.tests[aside], seen.tested[aside]),
+    }
+    own, owners = seen.tests[again].astype(float), meant[again].argmax(axis=1)
+    first = Euclidean(seen.stacks[:, 0].astype(float))
     right, taken, distance, constant = {}, {}, {}, {}
     for p in config.tracked:
-        tests["trained"] = _trained(seen, p, rng)
+        part, rows = seen.window(p), rng.integers(len(seen.stacks), size=DESCRIPTORS)
+        drawn = part[rows, rng.integers(p, size=DESCRIPTORS)]
+        tests["trained"] = _judged(seen, drawn, seen.landmarks[rows])
+        if config.own_frames:
+            tests["again"] = tests["trained"]
         classes = seen.classes(p)
         for model in config.models:
-            if model == ONE_VIEW:
-                nearest = Euclidean(seen.stacks[:, 0].astype(float))
-            else:
-                nearest = decide(model, classes, dealt=config.dealt)
+            nearest = first if model == ONE_VIEW else decide(model, classes, dealt=config.dealt)
             for where, (found, there, like) in tests.items():
                 at = np.arange(len(found)), nearest.two_nearest(found).classes[:, 0]
                 right[model, p, where] = 100 * float(there[at].mean())
                 taken[model, p, where] = 100 * float((like[at] & ~there[at]).mean())
         apart = (own - classes.means[owners]) ** 2 / raw_variances(classes)[owners]
         distance[p] = float(apart.sum(axis=1).mean())
-        window = seen.window(p)
-        constant[p] = float((window == window[:, :1]).all(axis=1).mean())
-    return Result(config, len(seen.stacks), right, taken, distance, constant)
+        constant[p] = float((part == part[:, :1]).all(axis=1).mean())
+    return float(len(seen.stacks)), right, taken, distance, constant
 
 
 def sample(mask: Bool[np.ndarray, " n"], rng: np.random.Generator) -> np.ndarray:
@@ -153,67 +157,59 @@ def sample(mask: Bool[np.ndarray, " n"], rng: np.random.Generator) -> np.ndarray
     return np.sort(rng.choice(rows, min(DESCRIPTORS, len(rows)), replace=False))
 
 
-def _trained(seen: Views, p: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Draw descriptors that made the classes, and tell their places and their look-alikes."""
-    part = seen.window(p)
-    rows = rng.integers(len(part), size=DESCRIPTORS)
-    drawn = part[rows, rng.integers(p, size=DESCRIPTORS)].astype(np.float32)
-    own = replace(seen, tested=seen.landmarks[rows])
-    return drawn, own.same(), own.alike()
+def _judged(seen: Views, tests: np.ndarray, tested: Places) -> tuple[np.ndarray, ...]:
+    """Return tests with the landmarks that are at their places, and those that look alike."""
+    own = replace(seen, tested=tested)
+    return tests.astype(np.float32), own.same(), own.alike()
 
 
-def on_both_tracks(config: Config, *, rng: np.random.Generator) -> tuple[Result, Result]:
+def on_both_tracks(config: Config, *, rng: np.random.Generator) -> list[tuple]:
     """Run one building twice: to either side of the path, and straight on."""
     seed = int(rng.integers(2**31))
     straight = replace(config, stations=replace(config.stations, swing=0.0))
-    one, two = (one_building(c, rng=np.random.default_rng(seed)) for c in (config, straight))
-    return one, two
+    return [one_building(c, rng=np.random.default_rng(seed)) for c in (config, straight)]
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Results:
     """Run every building on both tracks."""
     done = sweep(on_both_tracks, [config] * config.buildings, rng=rng, desc="Table 1")
-    swung, straight = map(list, zip(*done, strict=True))
+    swung, straight = (_stack(config, buildings) for buildings in zip(*done, strict=True))
     return swung, straight
+
+
+def _stack(config: Config, buildings: Sequence[tuple]) -> Result:
+    landmarks, *found = zip(*buildings, strict=True)
+    entries = ({key: np.array([one[key] for one in part]) for key in part[0]} for part in found)
+    return Result(config, np.array(landmarks), *entries)
 
 
 def swung_alone(config: Config, *, rng: np.random.Generator) -> Results:
     """Run buildings whose landmarks are tracked to either side of the path, and no others."""
-    return sweep(one_building, [config] * config.buildings, rng=rng), []
-
-
-def on_own_frames(config: Config, *, rng: np.random.Generator) -> Results:
-    """Put descriptors that made the classes in the place of those of other frames."""
-    swung, _ = swung_alone(config, rng=rng)
-    own = ({key: r.right[(*key[:2], "trained")] for key in r.right} for r in swung)
-    return [replace(r, right=right) for r, right in zip(swung, own, strict=True)], []
+    return _stack(config, sweep(one_building, [config] * config.buildings, rng=rng)), None
 
 
 def gain(
-    results: Sequence[Result], model: str, where: str, *, over: str = EUCLID, p: int | None = None
+    result: Result, model: str, where: str, *, over: str = EUCLID, p: int | None = None
 ) -> Interval:
-    """Return how many points a model is better than another, over buildings.
-
-    Without a number of tracked frames it is the largest.
-    """
-    p = p or results[0].config.tracked[-1]
-    points = [r.right[model, p, where] - r.right[over, p, where] for r in results]
-    return bootstrap_mean(np.array(points), "points")
+    """Return how many points a model is better than another, by default at the most frames."""
+    p = p or result.config.tracked[-1]
+    return bootstrap_mean(result.right[model, p, where] - result.right[over, p, where], "points")
 
 
-def shares(results: Sequence[Result], where: str, what: Literal["right", "alike"]) -> Table:
+def shares(result: Result, where: str, what: Literal["right", "alike"]) -> Table:
     """Return the share of right assignments, or of look-alikes, by model and tracked frames."""
-    config = results[0].config
+    found, tracked = getattr(result, what), result.config.tracked
     rows = {
-        model: [
-            bootstrap_mean(np.array([getattr(r, what)[model, p, where] for r in results]), "%")
-            for p in config.tracked
-        ]
-        for model in config.models
+        model: [bootstrap_mean(found[model, p, where], "%") for p in tracked]
+        for model in result.config.models
     }
     names = {"right": "right assignments", "alike": "assignments to a look-alike"}
-    about = f"{names[what]} (%), mean and 95 % bootstrap interval over {len(results)} buildings"
-    return Table(rows, {f"p = {p}": "" for p in config.tracked}, about, "decided by")
+    columns = {f"p = {p}": "" for p in tracked}
+    return Table(rows, columns, f"{names[what]} (%), {_about(result)}", "decided by")
+
+
+def _about(result: Result) -> str:
+    return f"mean and 95 % bootstrap interval over {len(result.landmarks)} buildings"
 
 
 SMALL = Config(3, Stations(count=10, frames=6, sightings=3), (3,), (*FEW, "shrunk", "pooled"))
@@ -259,9 +255,7 @@ def table_one(results: Results, value: Interval) -> Finding:
             "gain over Euclid to the means": fair,
             "gain, other frames, over Euclid to the means": gain(swung, RAW, "again"),
             "gain, straight on": gain(straight, RAW, "trained", over=ONE_VIEW),
-            "landmarks in a building": bootstrap_mean(
-                np.array([float(r.landmarks) for r in swung])
-            ),
+            "landmarks in a building": bootstrap_mean(swung.landmarks),
         },
         {
             f"{name}, {text}{end}": shares(part, where, what)
@@ -298,13 +292,13 @@ def table_one(results: Results, value: Interval) -> Finding:
     "variances gain over the Euclidean distance to the same means. Fewer frames, other viewpoints "
     "and other estimates of the variance are tried beside.",
     accepted=Accepted(0.0, 100.0, "better is more than 0 points", "theory"),
-    sabotage=Change("descriptors that made the classes", on_own_frames, models=FEW),
+    sabotage=Change("descriptors that made the classes", swung_alone, models=FEW, own_frames=True),
     value=lambda results: gain(results[0], RAW, "again"),
 )
 def mahalanobis_needs(results: Results, value: Interval) -> Finding:
     """Compare estimates of the variance over tracked frames and viewpoints."""
     swung, straight = results
-    tracked, models = swung[0].config.tracked, swung[0].config.models
+    tracked, models = swung.config.tracked, swung.config.models
     p, three = tracked[-1], gain(swung, RAW, "again", p=3)
     aside, ahead = gain(swung, RAW, "aside"), gain(straight, RAW, "again")
     shrunk = {
@@ -317,7 +311,7 @@ def mahalanobis_needs(results: Results, value: Interval) -> Finding:
         for model in models
         if model not in (ONE_VIEW, EUCLID)
     }
-    about = f"points, mean and 95 % bootstrap interval over {len(swung)} buildings"
+    columns, about = {f"p = {q}": "" for q in tracked}, f"points, {_about(swung)}"
     return Finding(
         value,
         {
@@ -327,9 +321,7 @@ def mahalanobis_needs(results: Results, value: Interval) -> Finding:
             **{f"gain at p = {p}, {name}": gained for name, gained in shrunk.items()},
         },
         {
-            "gain over Euclid": Table(
-                gains, {f"p = {q}": "" for q in tracked}, about, "decided by, tested"
-            ),
+            "gain over Euclid": Table(gains, columns, about, "decided by, tested"),
             "the right class": _right_class(swung),
         },
         note=f"With three frames raw variances change the share by {three.estimate:.1f} points, "
@@ -341,23 +333,22 @@ def mahalanobis_needs(results: Results, value: Interval) -> Finding:
     )
 
 
-def _right_class(results: Sequence[Result]) -> Table:
+def _right_class(result: Result) -> Table:
     """Return how far descriptors are from their own class, measured and by the law."""
     rows = {
         f"p = {p}": (
-            bootstrap_mean(np.array([r.distance[p] for r in results])),
+            bootstrap_mean(result.distance[p]),
             law.expected_distance(p) if p > 3 else "infinite",
-            bootstrap_mean(np.array([100 * r.constant[p] for r in results]), "%"),
+            bootstrap_mean(100 * result.constant[p], "%"),
         )
-        for p in results[0].config.tracked
+        for p in result.config.tracked
     }
     columns = {
         "measured": "mean of eq. (9) of descriptors to their own class",
         "law": "the same for normal and independent entries",
         "constant (%)": "entries that are the same number in all p descriptors",
     }
-    about = f"mean and 95 % bootstrap interval over {len(results)} buildings"
-    return Table(rows, columns, about, "frames")
+    return Table(rows, columns, _about(result), "frames")
 
 
 def beside(right: Mapping[str, Table]) -> Table:
@@ -377,30 +368,17 @@ def beside(right: Mapping[str, Table]) -> Table:
 
 def setup_table() -> Table:
     """Return what the paper says of its Table 1, what ours has, and what of it matters."""
-    own = Stations()
+    own, below = Stations(), "yes: see below"
     way, swing = 100 * own.frames * own.step, 100 * own.swing
+    change = f"{way:.0f} cm ahead, ±{swing:.0f} cm aside or none"
+    tested = "of the tracks; of other frames; from farther aside"
+    variances = f"raw; at least {FLOOR:g}; shrunk with ν₀ = {STRENGTH:g}; pooled"
     rows = {
         "descriptors": ("3000", f"{DESCRIPTORS} a building", "no"),
         "landmarks": ("–", f"tracked at {own.count} places of a drive", "yes: each is a rival"),
-        "tracked frames p": (
-            "“a significant number”",
-            ", ".join(map(str, TRACKED)),
-            "yes: see below",
-        ),
-        "change of viewpoint": (
-            "“little variations”",
-            f"{way:.0f} cm ahead, ±{swing:.0f} cm aside or none",
-            "yes: see below",
-        ),
-        "descriptors tested": (
-            "–",
-            "of the tracks; of other frames; from farther aside",
-            "most of all",
-        ),
-        "variance of an entry": (
-            "of the p descriptors",
-            f"raw; at least {FLOOR:g}; shrunk with ν₀ = {STRENGTH:g}; pooled",
-            "yes: see below",
-        ),
+        "tracked frames p": ("“a significant number”", ", ".join(map(str, TRACKED)), below),
+        "change of viewpoint": ("“little variations”", change, below),
+        "descriptors tested": ("–", tested, "most of all"),
+        "variance of an entry": ("of the p descriptors", variances, below),
     }
     return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})

@@ -1,13 +1,4 @@
-r"""What a variance from few descriptors is worth: the law behind eq. (9).
-
-Let an entry of a descriptor be normal with variance :math:`\sigma^2`, and the class made of p of
-them. A new descriptor of the same landmark has
-
-.. math:: \frac{(d - \bar d)^2}{s^2} \sim \left(1 + \frac 1p\right) F_{1,\,p-1},
-    \qquad \mathrm E\, L = 128 \left(1 + \frac 1p\right) \frac{p - 1}{p - 3},
-
-which is infinite up to p = 3; with the variance known it would be 128 (1 + 1/p).
-"""
+"""What a variance from few descriptors is worth: the law behind eq. (9)."""
 
 import numpy as np
 
@@ -19,8 +10,10 @@ LENGTH = 128
 def expected_distance(p: int, freedom: float = 0.0) -> float:
     r"""Return the mean of L of the right class, were all entries normal and independent.
 
-    .. math:: \mathrm E\,L = 128 \left(1 + \frac 1p\right) \frac{\nu}{\nu - 2}, \quad
-        \nu = p - 1 + \nu_0
+    .. math:: \frac{(d - \bar d)^2}{s^2} \sim \left(1 + \frac 1p\right) F_{1,\,\nu}, \quad
+        \mathrm E\,L = 128 \left(1 + \frac 1p\right) \frac{\nu}{\nu - 2}, \quad \nu = p - 1 + \nu_0
+
+    It is infinite up to p = 3; with the variance known it would be 128 (1 + 1/p).
 
     Parameters
     ----------

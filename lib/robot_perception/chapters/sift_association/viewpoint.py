@@ -4,7 +4,6 @@ One picture hangs in empty space. The camera goes round its middle, always looki
 nothing but the viewpoint changes, and noise.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from jaxtyping import Float, UInt8
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene, Surface, make_scene
 from data_synth.textures import paint
-from robot_perception.chapters.sift_association.views import PAPER, nearest
+from robot_perception.chapters.sift_association.views import PAPER, nearest, place
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
@@ -62,7 +61,7 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """Distances of descriptors, whose length is 512, by angle, in one set of pictures.
+    """Distances of descriptors, whose length is 512, by angle, in each set of pictures.
 
     ``same`` is the mean distance to the same point's descriptor from straight ahead, ``again`` the
     share of the features that are found again, ``other`` the distance to the nearest other feature
@@ -70,28 +69,27 @@ class Result:
     """
 
     angles: tuple[float, ...]
-    same: Float[np.ndarray, " k"]
-    again: Float[np.ndarray, " k"]
-    other: float
+    same: Float[np.ndarray, "sets k"]
+    again: Float[np.ndarray, "sets k"]
+    other: Float[np.ndarray, " sets"]
 
-    def at(self, angle: float) -> float:
+    def at(self, angle: float) -> Float[np.ndarray, " sets"]:
         """Return the distance at a viewpoint, °."""
-        return float(self.same[self.angles.index(angle)])
+        return self.same[:, self.angles.index(angle)]
 
 
-def run(config: Config, *, rng: np.random.Generator) -> list[Result]:
+def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Go round all sets of pictures."""
-    return sweep(one_set, [config] * config.sets, rng=rng, desc="viewpoint")
+    done = sweep(one_set, [config] * config.sets, rng=rng, desc="viewpoint")
+    return Result(config.angles, *map(np.array, zip(*done, strict=True)))
 
 
-def one_set(config: Config, *, rng: np.random.Generator) -> Result:
+def one_set(config: Config, *, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
     """Render a picture of each kind from all angles and find the same features again."""
     own = np.random.default_rng(int(rng.integers(2**31))).spawn(len(config.kinds))
     done = [_picture(kind, config, stream) for kind, stream in zip(config.kinds, own, strict=True)]
     features, found, same, other = (sum(column) for column in zip(*done, strict=True))
-    return Result(
-        config.angles, same / np.maximum(found, 1), found / features, float(other / features)
-    )
+    return same / np.maximum(found, 1), found / features, float(other / features)
 
 
 def _picture(
@@ -127,11 +125,10 @@ def seen_ahead(
     scene: Scene, rig: Rig, *, rng: np.random.Generator
 ) -> tuple[Features, Float[np.ndarray, "n 3"]]:
     """Return the features of a picture seen from straight ahead, and where they lie, m."""
-    pose = stand(0.0)
-    first = detect(stereo.render(scene, rig, pose, rng=rng).left)
-    sight = stereo.surface_points(scene, rig, pose, first.pixels)
-    hit = sight.surfaces >= 0
-    return first[hit], sight.points[hit]
+    first = detect(stereo.render(scene, rig, stand(0.0), rng=rng).left)
+    spots = place(scene, rig, stand(0.0), first)
+    hit = spots["carriers"] >= 0
+    return first[hit], spots["points"][hit]
 
 
 def seen_from(
@@ -163,12 +160,6 @@ def found_again(first: Features, at: np.ndarray, seen: Features) -> np.ndarray:
     return np.stack([rows, best[rows]], axis=1)
 
 
-def over_look_alikes(results: Sequence[Result]) -> Interval:
-    """Return the distance at 30° over that of two look-alikes from straight ahead."""
-    large, alike = (np.array([r.at(angle) for r in results]) for angle in (REMARKABLE, 0.0))
-    return bootstrap_ratio(large, alike, "30° apart over look-alikes")
-
-
 VIEWPOINT = Study(run, full=Config(), quick=Config(sets=3, angles=(0, 5, 30)), seed=22)
 
 
@@ -191,38 +182,35 @@ VIEWPOINT = Study(run, full=Config(), quick=Config(sets=3, angles=(0, 5, 30)), s
         "our choice",
     ),
     sabotage=Change("a camera that stays where it was and looks again", angles=(0, 30), still=True),
-    value=over_look_alikes,
+    value=lambda result: bootstrap_ratio(
+        result.at(REMARKABLE), result.at(0.0), "30° apart over look-alikes"
+    ),
 )
-def viewpoint(results: list[Result], value: Interval) -> Finding:
+def viewpoint(result: Result, value: Interval) -> Finding:
     """Compare distances over angles with those between landmarks."""
-    alike, slight, large = (
-        np.array([r.at(angle) for r in results]) for angle in (0.0, SLIGHT, REMARKABLE)
-    )
-    other = np.array([r.other for r in results])
+    alike, slight, large = (result.at(angle) for angle in (0.0, SLIGHT, REMARKABLE))
+    by_angle = zip(result.angles, result.same.T, result.again.T, strict=True)
     rows = {
-        f"{angle:g}°": (
-            bootstrap_mean(np.array([r.same[k] for r in results])),
-            bootstrap_mean(np.array([r.again[k] for r in results])),
-        )
-        for k, angle in enumerate(results[0].angles)
+        f"{angle:g}°": (bootstrap_mean(same), bootstrap_mean(again))
+        for angle, same, again in by_angle
     }
     columns = {
         "distance": "of the descriptors of one point, of length 512",
         "found": "share of the features that are found again",
     }
-    about = f"mean and 95 % bootstrap interval over {len(results)} sets of pictures"
+    about = f"mean and 95 % bootstrap interval over {len(result.other)} sets of pictures"
     return Finding(
         value,
         {
             "distance, 30° over 5°": bootstrap_ratio(large, slight, "30° over 5°"),
             "distance at 5°": bootstrap_mean(slight),
             "distance at 30°": bootstrap_mean(large),
-            "distance to the nearest other landmark": bootstrap_mean(other),
+            "distance to the nearest other landmark": bootstrap_mean(result.other),
             "distance between look-alikes": bootstrap_mean(alike),
         },
         {"distance by angle": Table(rows, columns, about, "viewpoint")},
         note=f"Of length 512, the descriptors of a point differ by {slight.mean():.0f} between "
         f"viewpoints {SLIGHT:g}° apart, by {large.mean():.0f} between viewpoints {REMARKABLE:g}° "
         f"apart, those of two look-alikes from one viewpoint by {alike.mean():.0f}, and those of a "
-        f"point and its nearest other in the picture by {other.mean():.0f}.",
+        f"point and its nearest other in the picture by {result.other.mean():.0f}.",
     )

@@ -43,9 +43,6 @@ class Stations:
     aside: tuple[float, ...] = (0.3, 0.6)
 
 
-Places = np.ndarray
-"""Where in the world features lie: an array of `PLACE`."""
-
 PLACE = np.dtype(
     [
         ("points", float, 3),  # on a surface, m
@@ -56,24 +53,17 @@ PLACE = np.dtype(
         ("angles", float),  # direction of the gradient in the image, rad
     ]
 )
+Places = np.ndarray
+"""Where in the world features lie: an array of `PLACE`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Views:
     """Landmarks with their descriptors, and descriptors to be assigned to them.
 
-    Parameters
-    ----------
-    stacks : (n, frames, 128)
-        Descriptors of each landmark, frame by frame.
-    landmarks
-        Where they are, seen from the frame in the middle.
-    tests : (m, 128)
-        Descriptors from other frames.
-    tested
-        Where these are.
-    aside : (m,)
-        How far aside the robot stood, m; 0 between frames of the track.
+    ``stacks`` are descriptors of each landmark, frame by frame; ``landmarks`` is where they are,
+    seen from the frame in the middle. ``tests`` are descriptors from other frames, ``tested`` is
+    where these are, and ``aside`` how far aside the robot stood, m, 0 between frames of the track.
     """
 
     stacks: UInt8[np.ndarray, "n frames 128"]
