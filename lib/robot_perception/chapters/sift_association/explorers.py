@@ -19,7 +19,7 @@ from robot_perception.teaching.figures import figure, image_axes
 from robot_perception.teaching.recordings import Read
 from robot_perception.teaching.tables import Table
 
-ANGLES = tuple(float(a) for a in range(0, 65, 5))
+ANGLES = tuple(map(float, range(0, 65, 5)))
 PICTURES = {"a poster": "poster", "a notice board": "notices", "a shelf of books": "books"}
 
 

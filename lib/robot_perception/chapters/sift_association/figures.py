@@ -1,6 +1,6 @@
 """Figures of the chapter "Which landmark is this?"."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,9 +30,7 @@ def tint(model: str) -> str:
     return MEANING[model.partition(",")[0]]
 
 
-def _estimates(
-    ax: Axes, x: np.ndarray, cells: Sequence[Interval], name: str, **kwargs: Any
-) -> None:
+def _estimates(ax: Axes, x: np.ndarray, cells: list[Interval], name: str, **kwargs: Any) -> None:
     """Draw estimates with the band of their intervals, in the colour of a name."""
     lows, highs = (np.array([getattr(c, end) for c in cells]) for end in ("low", "high"))
     band(ax, x, lows, highs, MEANING[name], alpha=0.2)
@@ -49,16 +47,13 @@ def _estimates(
     axes=lambda found: image_axes(found.image),
 )
 def hero(ax: ImageAxes, found: Hero) -> None:
-    """Draw features of the right picture, and which of the left one Euclid takes them for.
-
-    Every sixth pair has its line: all of them would hide the pictures.
-    """
+    """Draw features of the right picture, and which of the left one Euclid takes them for."""
     ax.clear()
     lines = np.stack([found.there, found.here], axis=2)
     for k, (ends, right) in enumerate(zip(lines, found.right, strict=True)):
         colour = MEANING["right" if right else "wrong"]
         ax.plot(*ends, "o", color=colour, markersize=2.5)
-        if k % 6 == 0:
+        if k % 6 == 0:  # all lines would hide the pictures
             ax.plot(*ends, color=colour, linewidth=0.9)
 
 
@@ -124,7 +119,7 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
 )
 def right_by_rules(ax: Axes, table: Table) -> None:
     """Draw the share of right matches by threshold, within two rows and within all."""
-    *thresholds, _ = (float(name) for name in table.columns)
+    *thresholds, _ = table.columns
     ticks = range(len(table.columns))
     for rows, text, colour, va, ha in (
         ("2", "±2 rows", "right", "bottom", "left"),
@@ -134,7 +129,7 @@ def right_by_rules(ax: Axes, table: Table) -> None:
         ax.plot(ticks, values, "o-", color=MEANING[colour], markersize=4)
         middle = values[len(values) // 2]
         label(ax, len(values) / 2, middle, text, MEANING[colour], va=va, ha=ha)
-    ax.set_xticks(ticks, [*(f"{t:g}" for t in thresholds), "none"])
+    ax.set_xticks(ticks, [*thresholds, "none"])
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
     ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
 

@@ -23,10 +23,8 @@ FAR_AWAY = 5.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hero:
-    """Two pictures side by side, and which features of the right one are taken for which left.
-
-    ``here`` are pixels of the right picture, ``there`` of the left one; ``right`` tells which pairs
-    show the same place, which here none can.
+    """Two pictures side by side, which features of the right one (``here``) are taken for which of
+    the left one (``there``), px, and which of these pairs show the same place; here none can.
     """
 
     image: UInt8[np.ndarray, "height width"]

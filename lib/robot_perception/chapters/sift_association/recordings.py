@@ -80,10 +80,8 @@ def choose(pair: Pair, rows: float, threshold: float, ratio: float) -> Chosen:
     others = Euclidean(pair.other_descriptors.astype(float))
     distances = np.sqrt(others.distances(pair.descriptors.astype(float)))
     distances[np.abs(pair.pixels[:, None, 1] - pair.others[:, 1]) > rows] = np.inf
-    order = np.argpartition(distances, 1, axis=1)[:, :2]
-    two = np.take_along_axis(distances, order, axis=1)
-    near = np.take_along_axis(order, two.argmin(axis=1)[:, None], axis=1)[:, 0]
-    first, second = two.min(axis=1), two.max(axis=1)
+    near = distances.argmin(axis=1)
+    first, second = np.partition(distances, 1, axis=1)[:, :2].T
     good = (first <= threshold) & pair.known
     if ratio < 1:
         good &= first <= ratio * second
@@ -165,8 +163,7 @@ def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5), gap: int = 3) -> Real
                 moved = se3.act(se3.between(poses[end + gap], poses[end]), at)
                 count += _assigned(stacks, moved, lefts[end + gap], rig)
     known, tests, *hits = counts.T
-    shares = 100 * np.array(hits) / np.maximum(tests, 1)
-    right = dict(zip(MODELS, shares, strict=True))
+    right = dict(zip(MODELS, 100 * np.array(hits) / np.maximum(tests, 1), strict=True))
     return RealTracks(np.array(tracked), right, known, tests, gap)
 
 
@@ -179,9 +176,7 @@ def _points(left: Features, right: Features, rig: StereoRig) -> Float[np.ndarray
     return points
 
 
-def _expected(
-    points: Float[np.ndarray, "n 3"], motion: Float[np.ndarray, "4 4"], rig: StereoRig
-) -> Float[np.ndarray, "n 2"]:
+def _expected(points: np.ndarray, motion: np.ndarray, rig: StereoRig) -> Float[np.ndarray, "n 2"]:
     """Return where the features of a left picture are expected in the next, by depth and motion."""
     known = np.isfinite(points[:, 0])
     at = np.full((len(points), 2), np.inf)

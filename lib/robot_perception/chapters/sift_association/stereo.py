@@ -42,10 +42,9 @@ LOOSE = {
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Pairs along a drive through each building, and the rules that are tried on them.
+    """Pairs along a drive through each building, and the rules that are tried on them; all is ours.
 
-    All is ours; the size of the pictures is the paper's (§5). The rows of the right pictures are
-    off by ``knocked``, px.
+    The rows of the right pictures are off by ``knocked``, px.
     """
 
     buildings: int = 10
@@ -57,9 +56,7 @@ class Config:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sides:
-    """Features of one pair, left and right, in which column each left one belongs right, and how
-    far away it is, m.
-    """
+    """Features of a pair, in which column each left one belongs right, and how far it is, m."""
 
     left: Features
     right: Features
@@ -208,14 +205,15 @@ def _row(results: Sequence[Ruled], rules: tuple[float, float]) -> tuple[Interval
 
 def setup_table() -> Table:
     """Return what the paper says of its pairs, what ours are, and what of it matters."""
-    eyes, tried = Rig(), "“determined experimentally”"
+    eyes = Rig()
     size = " × ".join(map(str, eyes.size))
     geometry = f"{eyes.focal_px:g} px, {100 * eyes.baseline:g} cm"
+    threshold = f"{RULES.threshold:g} of 512"
     rows = {
         "pictures": ("320 × 240", size, "as there"),
         "focal length, baseline": ("–", geometry, "yes: the error of the depth"),
         "rows": ("±2 px", f"±{RULES.rows:g} px", "as there"),
-        "threshold": (tried, f"{RULES.threshold:g} of 512", "yes: it is swept"),
+        "threshold": ("“determined experimentally”", threshold, "yes: it is swept"),
         "rooms": ("an office building", "rendered", "yes: we know what is where"),
     }
     return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})

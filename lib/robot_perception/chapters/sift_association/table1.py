@@ -106,9 +106,7 @@ Results = tuple[Result, Result | None]
 """Of buildings whose landmarks are tracked to either side of the path, and straight on."""
 
 
-def decide(
-    model: str, classes: DescriptorClasses, *, dealt: bool = False
-) -> Euclidean | Mahalanobis:
+def decide(model: str, classes: DescriptorClasses, dealt: bool = False) -> Euclidean | Mahalanobis:
     """Return what assigns descriptors to classes."""
     if model == EUCLID:
         return Euclidean(classes.means)
@@ -188,9 +186,7 @@ def swung_alone(config: Config, *, rng: np.random.Generator) -> Results:
     return _stack(config, sweep(one_building, [config] * config.buildings, rng=rng)), None
 
 
-def gain(
-    result: Result, model: str, where: str, *, over: str = EUCLID, p: int | None = None
-) -> Interval:
+def gain(result: Result, model: str, where: str, over: str = EUCLID, p: int = 0) -> Interval:
     """Return how many points a model is better than another, by default at the most frames."""
     p = p or result.config.tracked[-1]
     return bootstrap_mean(result.right[model, p, where] - result.right[over, p, where], "points")

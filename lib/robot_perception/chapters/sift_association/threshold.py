@@ -41,10 +41,8 @@ class Config:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Curve:
-    """Precision and recall of "new landmark" by rising threshold.
-
-    ``limits`` are squared distances; precision is the share of those called new that are, recall
-    the share of the new ones that are called so.
+    """Precision and recall of "new landmark" by rising limit of the squared distance: which share
+    of those called new is, and which share of the new ones is called so.
     """
 
     limits: Float[np.ndarray, " k"]
@@ -60,9 +58,8 @@ class Curve:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Result:
-    """Curves of one building by model, and which share of the new descriptors the rule calls so.
-
-    The rule is that of the configuration, with the threshold that is best for Euclid as meant.
+    """Curves of one building by model, and which share of the new descriptors the rule calls so,
+    as printed or as meant, with the threshold that is best for Euclid as meant.
     """
 
     curves: Mapping[str, Curve]

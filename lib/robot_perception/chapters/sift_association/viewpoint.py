@@ -49,8 +49,8 @@ class Config:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """A picture from a viewpoint: which features of the view from ahead are found again, and how
-    far their descriptors have moved; ``lost`` is how many are not.
+    """A picture from a viewpoint: where features of the view from ahead are found again, how far
+    their descriptors have moved, and how many are lost.
     """
 
     image: UInt8[np.ndarray, "height width"]
@@ -92,9 +92,7 @@ def one_set(config: Config, *, rng: np.random.Generator) -> tuple[np.ndarray, np
     return same / np.maximum(found, 1), found / features, float(other / features)
 
 
-def _picture(
-    kind: str, config: Config, rng: np.random.Generator
-) -> tuple[int, np.ndarray, np.ndarray, float]:
+def _picture(kind: str, config: Config, rng: np.random.Generator) -> tuple[float | np.ndarray, ...]:
     """Return how many features a picture has, how many are found again by angle, the sums of their
     distances, and that of the distances to the nearest others.
     """
@@ -121,9 +119,7 @@ def hang(picture: np.ndarray) -> Scene:
     return make_scene([Surface(corner, *edges, 0)], [picture])
 
 
-def seen_ahead(
-    scene: Scene, rig: Rig, *, rng: np.random.Generator
-) -> tuple[Features, Float[np.ndarray, "n 3"]]:
+def seen_ahead(scene: Scene, rig: Rig, *, rng: np.random.Generator) -> tuple[Features, np.ndarray]:
     """Return the features of a picture seen from straight ahead, and where they lie, m."""
     first = detect(stereo.render(scene, rig, stand(0.0), rng=rng).left)
     spots = place(scene, rig, stand(0.0), first)

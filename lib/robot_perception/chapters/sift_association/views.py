@@ -30,8 +30,7 @@ class Stations:
     At ``count`` stations along the drive a landmark is tracked in ``frames``, in ``sightings`` of
     which it must be found; its descriptors are so many. A ``step`` leads from frame to frame, or a
     turn by 1°, and from right to left, a ``swing`` to either side of the way. Test frames are
-    ``again`` ones between two frames of the track, and others that much farther ``aside``, on
-    either side.
+    ``again`` ones between two frames of the track, and others so much farther ``aside``.
     """
 
     count: int = 20
@@ -156,11 +155,8 @@ def views(config: Stations, seed: int) -> Views:
 
 
 def _station(
-    building: TexturedBuilding,
-    poses: Float[np.ndarray, "frames_and_one 3"],
-    config: Stations,
-    rng: np.random.Generator,
-) -> tuple[np.ndarray, Places, np.ndarray, Places, np.ndarray]:
+    building: TexturedBuilding, poses: np.ndarray, config: Stations, rng: np.random.Generator
+) -> tuple[np.ndarray, ...]:
     """Record a station: tracks of all its frames, and the features of its test frames."""
     scene, rig, middle = building.scene, Rig(), config.frames // 2
     ways = np.linspace(-config.swing, config.swing, config.frames)
@@ -168,13 +164,9 @@ def _station(
     steps = poses[floors + 1] - poses[floors]
     steps[:, 2] = wrap_angle(steps[:, 2])
     sides = np.array([side * (config.swing + a) for a in config.aside for side in (-1, 1)])
-    stood = np.stack(
-        [
-            *map(stand_aside, poses[:-1], ways),
-            *map(stand_aside, poses[floors] + steps / 2, (ways[floors] + ways[floors + 1]) / 2),
-            *(stand_aside(poses[middle], side) for side in sides),
-        ]
-    )
+    there = [poses[:-1], poses[floors] + steps / 2, np.tile(poses[middle], (len(sides), 1))]
+    away = [ways, (ways[floors] + ways[floors + 1]) / 2, sides]
+    stood = np.stack([*map(stand_aside, np.concatenate(there), np.concatenate(away))])
     seen = [detect(frame.left) for frame in stereo.frames(scene, rig, stood, rng=rng)]
     spots = [place(scene, rig, pose, features) for pose, features in zip(stood, seen, strict=True)]
     begun = spots[middle][spots[middle]["carriers"] >= 0]
@@ -222,9 +214,7 @@ def place(scene: Scene, rig: Rig, pose: np.ndarray, features: Features) -> Place
     return out
 
 
-def _spots(
-    scene: Scene, points: np.ndarray, surfaces: Int[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 2"]:
+def _spots(scene: Scene, points: np.ndarray, surfaces: np.ndarray) -> Float[np.ndarray, "n 2"]:
     """Return where in its picture each point lies: m from its corner."""
     *edges, corner = np.moveaxis(scene.frames[surfaces], -1, 0)
     spots = []
