@@ -7,6 +7,7 @@ from robot_perception.chapters.sift_association import figures as draw
 from robot_perception.chapters.sift_association import table1
 from robot_perception.chapters.sift_association.hero import Hero
 from robot_perception.chapters.sift_association.threshold import Curve
+from robot_perception.chapters.sift_association.variances import expected_distance
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING, image_axes
@@ -42,7 +43,7 @@ def test_lines_between_rooms_lead_from_the_left_to_the_right():
     found = Hero(image, here, there, np.arange(8) == 0, 8.0)
     _, ax = image_axes(image)
     for _ in range(2):
-        draw.hero(ax, found)
+        draw.hero.on(ax, found)
         dots = [line for line in ax.lines if line.get_marker() == "o"]
         lines = [line for line in ax.lines if line.get_marker() != "o"]
         assert (len(dots), len(lines)) == (8, 2)
@@ -61,7 +62,7 @@ def test_distance_by_angle_has_its_band_and_what_it_meets():
     seen = set()
     for scale in (3.0, 5.0):
         _, ax = figure()
-        draw.distance_by_angle(ax, angles(scale), interval(300.0), interval(40.0))
+        draw.distance_by_angle.on(ax, angles(scale), interval(300.0), interval(40.0))
         curve, other, alike = ax.lines
         assert curve.get_xdata().tolist() == [0, 30, 60]
         assert curve.get_ydata() == pytest.approx([0, 30 * scale, 60 * scale])
@@ -73,14 +74,14 @@ def test_distance_by_angle_has_its_band_and_what_it_meets():
         seen.add(limits(ax))
         assert ax.get_xlabel()
         assert ax.get_ylabel()
-    assert seen == {(0, 60, 0, draw.FARTHEST)}
+    assert seen == {(0, 60, 0, 350)}
 
 
 def test_rules_are_drawn_by_threshold_in_order():
     rows = {"2": (interval(0.95), interval(0.9)), "240": (interval(0.92), interval(0.85))}
     table = Table(rows, {"100": "", "800": ""}, "made up", "rows")
     _, ax = figure()
-    draw.right_by_rules(ax, table, {"2": "right", "240": "wrong"})
+    draw.right_by_rules.on(ax, table)
     two, free = ax.lines
     assert two.get_ydata() == pytest.approx([95, 90])
     assert free.get_ydata() == pytest.approx([92, 85])
@@ -91,18 +92,16 @@ def test_rules_are_drawn_by_threshold_in_order():
 
 
 def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
-    ends = {"other frames": "from the same way", "aside": "from aside"}
-    names = (table1.RAW, "shrunk", "pooled")
     value = {
         f"{name}, {end}": (-10.0 * k - j, -float(k))
         for k, name in enumerate(DRAWN)
-        for j, end in enumerate(ends)
+        for j, end in enumerate(draw.ENDS)
     }
     rows = {name: tuple(map(interval, pair)) for name, pair in value.items()}
     table = Table(rows, {"p = 3": "", "p = 30": ""}, "made up", "decided by")
     _, axes = figure(1, 2)
-    draw.gains(axes, table, ends)
-    for ax, (end, title) in zip(axes, ends.items(), strict=True):
+    draw.gains.on(axes, table)
+    for ax, (end, title) in zip(axes, draw.ENDS.items(), strict=True):
         _, *lines = ax.lines
         assert ax.get_title(loc="left") == title
         for line, band, name in zip(lines, ax.collections, DRAWN, strict=True):
@@ -118,10 +117,13 @@ def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
 
 def test_an_infinite_law_is_left_out():
     _, ax = figure()
-    draw.own_distance(ax, {3: 6000.0, 30: 900.0}, {3: np.inf, 30: 142.0})
+    table = Table(
+        {"p = 3": (interval(6000.0),), "p = 30": (interval(900.0),)}, {"measured": ""}, "", "frames"
+    )
+    draw.own_distance.on(ax, table)
     measured, law, known = ax.lines
     assert measured.get_xydata().tolist() == [[3, 6000], [30, 900]]
-    assert law.get_xydata().tolist() == [[30, 142]]
+    assert law.get_xydata().tolist() == [[30, expected_distance(30)]]
     assert set(known.get_ydata()) == {128}
     assert ax.get_yscale() == "log"
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["measured", "law"]
@@ -129,9 +131,9 @@ def test_an_infinite_law_is_left_out():
 
 def test_new_landmarks_have_a_dot_at_the_best_threshold():
     limits_ = np.array([1.0, 2.0, 3.0])
-    made = Curve(limits_, np.array([0.5, 0.9, 1.0]), np.array([1.0, 0.8, 0.0]), np.zeros(3))
+    made = Curve(limits_, np.array([0.5, 0.9, 1.0]), np.array([1.0, 0.8, 0.0]))
     _, ax = figure()
-    draw.new_landmarks(ax, {"Euclid": made, "pooled": made})
+    draw.new_landmarks.on(ax, {"Euclid": made, "pooled": made})
     for name, line, dot in zip(("Euclid", "pooled"), ax.lines[::2], ax.lines[1::2], strict=True):
         assert line.get_xydata() == pytest.approx(np.array([[100, 50], [80, 90], [0, 100]]))
         assert dot.get_xydata() == pytest.approx(np.array([[80, 90]]))

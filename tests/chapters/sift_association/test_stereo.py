@@ -9,7 +9,7 @@ from data_synth import stereo as world
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from robot_perception.chapters.sift_association import stereo
-from robot_perception.chapters.sift_association.stereo import Config, Sides
+from robot_perception.chapters.sift_association.stereo import RULES, Config, Sides
 from robot_perception.landmarks import textbook
 from tests.chapters.sift_association.worlds import features
 
@@ -28,28 +28,27 @@ def test_the_right_column_is_where_the_right_eye_sees_the_point(seen):
     building = make_textured_building(rng=building_rng)
     pose = drive(building, rng=path)[0]
     right = pose + RIG.baseline * np.array([np.sin(pose[2]), -np.cos(pose[2]), 0.0])
-    sides = seen.sides["000"]
+    sides = seen[0]
     points = world.surface_points(building.scene, RIG, pose, sides.left.pixels).points
     assert sides.depths == pytest.approx(world.project(RIG, pose, points)[:, 2])
     assert sides.columns == pytest.approx(world.project(RIG, right, points)[:, 0])
 
 
 def test_matches_are_judged_one_by_one(seen):
-    config = Config()
-    for sides in seen.sides.values():
-        found = stereo.match(sides, config.rules, 0.5)
-        rows = textbook.match_stereo(sides.left, sides.right, config.rules)
-        assert len(found.right) == len(rows) > 20
+    for sides in seen:
+        found = stereo.match(sides, RULES)
+        rows = textbook.match_stereo(sides.left, sides.right, RULES)
+        assert len(found) == len(rows) > 20
         for k, (i, j) in enumerate(rows):
             column = sides.right.pixels[j, 0]
-            assert found.right[k] == (abs(column - sides.columns[i]) <= stereo.RIGHT_PX)
+            assert found["right"][k] == (abs(column - sides.columns[i]) <= stereo.RIGHT_PX)
             depth = RIG.focal_px * RIG.baseline / (sides.left.pixels[i, 0] - column)
-            assert found.errors[k] == pytest.approx(depth - sides.depths[i])
+            assert found["error"][k] == pytest.approx(depth - sides.depths[i])
             spread = np.sqrt(2) * 0.5 * depth**2 / (RIG.focal_px * RIG.baseline)
-            assert found.stated[k] == pytest.approx(spread)
-        assert found.right.mean() > 0.8
-        near = found.right & (sides.depths[rows[:, 0]] < 4)
-        assert np.median(np.abs(found.errors[near])) < 0.1
+            assert found["stated"][k] == pytest.approx(spread)
+        assert found["right"].mean() > 0.8
+        near = found["right"] & (sides.depths[rows[:, 0]] < 4)
+        assert np.median(np.abs(found["error"][near])) < 0.1
 
 
 def test_a_match_is_right_up_to_the_limit_and_no_farther():
@@ -58,47 +57,40 @@ def test_a_match_is_right_up_to_the_limit_and_no_farther():
     look = 100 * np.eye(4, 128)
     left = features(np.column_stack([columns, 50.0 + 30 * np.arange(4)]), descriptors=look)
     right = features(left.pixels - np.column_stack([shift + away, np.zeros(4)]), descriptors=look)
-    found = stereo.match(
-        Sides(left, right, columns - shift, np.full(4, 3.0)), Config().rules, sigma_px=0.5
-    )
-    assert found.right.tolist() == [True, True, True, False]
-    assert found.errors[0] == pytest.approx(0)
-    assert found.errors[1] < 0 < found.errors[2]
+    found = stereo.match(Sides(left, right, columns - shift, np.full(4, 3.0)), RULES)
+    assert found["right"].tolist() == [True, True, True, False]
+    assert found["error"][0] == pytest.approx(0)
+    assert found["error"][1] < 0 < found["error"][2]
 
 
 def test_a_higher_threshold_never_makes_fewer_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
-    done = stereo.swept(Config(pairs=2), rng=RNG(0))
+    done = stereo.one_building(Config(pairs=2), rng=RNG(0))
     assert len(done) == len(stereo.ROWS) * len(stereo.THRESHOLDS)
     for rows in stereo.ROWS:
-        counts = [done[rows, limit].matches for limit in stereo.THRESHOLDS]
+        counts = [sum(map(len, done[rows, limit])) for limit in stereo.THRESHOLDS]
         assert all(a <= b for a, b in pairwise(counts))
-    assert done[240.0, 800.0].matches > 1.3 * done[2.0, 100.0].matches
-    (rows, limit), one = next(iter(done.items()))
-    assert (one.config.rows, one.config.threshold) == (rows, limit)
+    most, fewest = (sum(map(len, done[key])) for key in ((240.0, 800.0), (2.0, 100.0)))
+    assert most > 1.3 * fewest
 
 
-def test_results_are_those_of_all_pairs_together(seen):
-    result = stereo.apply(Config(pairs=2), seen)
-    one, two = result.pairs
-    assert result.matches == len(one.right) + len(two.right)
-    assert result.share == pytest.approx((one.right.sum() + two.right.sum()) / result.matches)
-    parts = [(p.errors / p.stated)[p.right] for p in (one, two)]
-    assert result.scaled.tolist() == [*parts[0], *parts[1]]
-
-
-def test_robust_spread_is_that_of_a_normal_law_and_bears_outliers():
-    sample = 3.0 * RNG(1).standard_normal(40_000)
-    assert stereo._robust(sample) == pytest.approx(3.0, rel=0.03)
-    sample[:2000] = 1e6
-    assert stereo._robust(sample) == pytest.approx(3.0, rel=0.1)
+def test_results_are_those_of_all_pairs_together(monkeypatch, seen):
+    monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
+    result = stereo.one_building(Config(pairs=2, rows=(2.0,), thresholds=(200.0,)), rng=RNG(0))
+    matches = np.concatenate([stereo.match(sides, RULES) for sides in seen])
+    assert (np.concatenate(result[2.0, 200.0]) == matches).all()
+    share = stereo.share([result] * 2).estimate
+    assert share == pytest.approx(matches["right"].sum() / len(matches))
 
 
 def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     monkeypatch.setattr(stereo, "pairs", lambda count, seed: seen)
-    whole, knocked = (make(Config(pairs=2), rng=RNG(0)) for make in (stereo.run, stereo._knocked))
-    assert knocked.matches < whole.matches / 10
-    assert knocked.share < whole.share - 0.2
+    whole, knocked = (
+        np.concatenate(stereo.one_building(Config(pairs=2, knocked=off), rng=RNG(0))[2.0, 200.0])
+        for off in (0.0, 5.0)
+    )
+    assert len(knocked) < len(whole) / 10
+    assert knocked["right"].mean() < whole["right"].mean() - 0.2
 
 
 def test_the_table_of_the_set_up_says_what_is_computed():

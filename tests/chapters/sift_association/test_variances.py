@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.sift_association import variances as law
+from robot_perception.chapters.sift_association.table1 import decide
+from robot_perception.chapters.sift_association.views import classes_of
+from robot_perception.landmarks import Mahalanobis
 
 RNG = np.random.default_rng
 
@@ -32,13 +35,19 @@ def test_spread_is_that_of_many_variances(p):
 
 
 def test_estimated_variances_cost_right_answers_and_known_ones_do_not():
-    found = [law.right_share(p, 10.0, 200, rng=RNG(2), runs=100) for p in (3, 10)]
-    known = law.right_share(3, 10.0, 200, known=True, rng=RNG(2), runs=100)
-    assert found[0] < found[1] <= 1.0
-    assert known > found[0] + 0.2
-
-
-def test_entries_that_never_change_are_counted():
-    stacks = np.zeros((2, 3, 4))
-    stacks[0, 1, 0] = 1
-    assert law.zero_share(stacks) == 7 / 8
+    """Of a class of p frames and 200 rivals, 10 away; all entries have the variance 1."""
+    shares = {}
+    for p in (3, 10):
+        rng, won = RNG(2), np.zeros(2)
+        for _ in range(100):
+            away = rng.standard_normal((201, law.LENGTH))
+            away *= 10 / np.linalg.norm(away, axis=1, keepdims=True)
+            away[0] = 0
+            classes = classes_of(away[:, None] + rng.standard_normal((201, p, law.LENGTH)))
+            found = rng.standard_normal((1, law.LENGTH))
+            known = Mahalanobis(classes.means, np.ones_like(classes.means))
+            for k, model in enumerate((decide("raw", classes), known)):
+                won[k] += model.two_nearest(found).classes[0, 0] == 0
+        shares[p] = won / 100
+    assert shares[3][0] < shares[10][0] <= 1.0
+    assert shares[3][1] > shares[3][0] + 0.2

@@ -18,7 +18,7 @@ def again(pixels, *, first=((50.0, 40.0),), depth=2.0, scales=2.0, angles=0.0, w
     """Return which features at pixels are taken for the first ones, seen from 2 m away."""
     at = np.column_stack([np.reshape(first, (-1, 2)), np.full(len(first), depth)])
     seen = features(pixels, scales=scales, angles=angles)
-    return found_again(features(first, angles=was), at, seen, 2.0).tolist()
+    return found_again(features(first, angles=was), at, seen).tolist()
 
 
 def test_a_feature_is_found_where_it_must_be_and_no_farther():
@@ -48,15 +48,15 @@ def test_each_of_several_is_found_by_itself_and_nothing_among_nothing():
     three = [[50.0, 40.0], [80.0, 40.0], [50.0, 90.0]]
     assert again([[50.0, 90.3], [80.2, 40.0]], first=three) == [[1, 1], [2, 0]]
     nothing, one = features([]), features([[50.0, 40.0]])
-    assert found_again(nothing, np.empty((0, 3)), one, 2.0).shape == (0, 2)
-    assert found_again(one, np.array([[50.0, 40.0, 2.0]]), nothing, 2.0).shape == (0, 2)
+    assert found_again(nothing, np.empty((0, 3)), one).shape == (0, 2)
+    assert found_again(one, np.array([[50.0, 40.0, 2.0]]), nothing).shape == (0, 2)
 
 
 @pytest.mark.parametrize("angle", [0.0, 30.0, -45.0])
 def test_the_camera_goes_round_the_middle_and_looks_at_it(angle):
-    pose = viewpoint.stand(angle, Config(distance=3.0))
+    pose = viewpoint.stand(angle)
     middle = stereo.project(QUIET, pose, np.array([[0.0, 0.0, QUIET.height]]))[0]
-    assert middle == pytest.approx([*QUIET.centre_px, 3.0])
+    assert middle == pytest.approx([*QUIET.centre_px, viewpoint.DISTANCE])
     assert np.rad2deg(np.arctan2(pose[1], -pose[0])) == pytest.approx(angle)
 
 
@@ -72,11 +72,11 @@ def test_a_picture_hangs_about_the_middle_in_its_own_shape():
 
 def test_without_noise_the_same_view_is_the_same():
     """Every feature finds itself, or its twin of another direction, and nothing has moved."""
-    scene, config = viewpoint.hang(paint("poster", rng=RNG(3))), Config()
-    looks = [viewpoint.seen_ahead(scene, QUIET, config, rng=RNG(k)) for k in (1, 2)]
+    scene = viewpoint.hang(paint("poster", rng=RNG(3)))
+    looks = [viewpoint.seen_ahead(scene, QUIET, rng=RNG(k)) for k in (1, 2)]
     (first, points), (second, _) = looks
-    at = stereo.project(QUIET, viewpoint.stand(0.0, config), points)
-    pairs = found_again(first, at, second, config.distance)
+    at = stereo.project(QUIET, viewpoint.stand(0.0), points)
+    pairs = found_again(first, at, second)
     assert len(pairs) == len(first) > 50
     assert (first.pixels[pairs[:, 0]] == second.pixels[pairs[:, 1]]).all()
     own = first.angles[pairs[:, 0]] == second.angles[pairs[:, 1]]
@@ -87,18 +87,19 @@ def test_without_noise_the_same_view_is_the_same():
 def test_a_record_is_the_mean_over_all_features_of_all_pictures(monkeypatch):
     """Two pictures with few and many features: each feature counts once."""
     parts = {
-        "poster": {"features": 10, "found": [8, 0], "same": [80.0, 0.0], "other": 3000.0},
-        "sign": {"features": 30, "found": [24, 6], "same": [480.0, 600.0], "other": 6000.0},
+        "poster": (10, np.array([8, 0]), np.array([80.0, 0.0]), 3000.0),
+        "sign": (30, np.array([24, 6]), np.array([480.0, 600.0]), 6000.0),
     }
-    parts = {k: {n: np.array(v) for n, v in part.items()} for k, part in parts.items()}
     monkeypatch.setattr(viewpoint, "_picture", lambda kind, config, rng: parts[kind])
-    found = viewpoint.record.__wrapped__(Config(kinds=("poster", "sign"), angles=(0, 30)), 0)
-    assert found.same == pytest.approx([17.5, 100.0])
-    assert found.again == pytest.approx([0.8, 0.15])
-    assert (found.other, found.features) == (225.0, 40)
+    config = Config(kinds=("poster", "sign"), angles=(0, 30))
+    same, again, other = viewpoint.one_set(config, rng=RNG(0))
+    assert same == pytest.approx([17.5, 100.0])
+    assert again == pytest.approx([0.8, 0.15])
+    assert other == 225.0
 
 
 def test_noise_moves_descriptors_less_than_thirty_degrees_and_these_less_than_another_landmark():
-    found = viewpoint.record.__wrapped__(Config(kinds=("notices",), angles=(0, 30)), 7)
-    assert 0 < found.same[0] < found.same[1] < found.other
-    assert 1 >= found.again[0] > found.again[1] > 0
+    config = Config(sets=1, kinds=("notices",), angles=(0, 30))
+    found = viewpoint.run(config, rng=RNG(7))
+    assert 0 < found.at(0) < found.at(30) < found.other
+    assert 1 >= found.again[0, 0] > found.again[0, 1] > 0

@@ -3,22 +3,19 @@
 import numpy as np
 
 from data_synth.stereo import Scene, Surface, make_scene
-from robot_perception.chapters.sift_association.views import Places, Views
+from robot_perception.chapters.sift_association.views import PLACE, Places, Views
 from robot_perception.landmarks import Features
 
 
 def places(points, *, carriers=0, prints=None, sizes=0.01, angles=0.0) -> Places:
     """Return places; what is not told is the same for all."""
     points = np.reshape(np.asarray(points, dtype=float), (-1, 3))
-    n = len(points)
-    shown = np.column_stack([np.zeros(n), points[:, :2]]) if prints is None else np.array(prints)
-    return Places(
-        points,
-        np.broadcast_to(carriers, n).astype(int),
-        np.reshape(shown.astype(float), (n, 3)),
-        np.broadcast_to(sizes, n).astype(float),
-        np.broadcast_to(angles, n).astype(float),
-    )
+    out = np.empty(len(points), PLACE)
+    out["points"], out["carriers"], out["sizes"], out["angles"] = points, carriers, sizes, angles
+    shown = np.column_stack([0 * points[:, 0], points[:, :2]]) if prints is None else prints
+    shown = np.reshape(shown, (-1, 3))
+    out["pictures"], out["spots"] = shown[:, 0], shown[:, 1:]
+    return out
 
 
 def clear_views(count: int, rng: np.random.Generator, *, frames=5, tests=4, noise=2.0) -> Views:
@@ -34,7 +31,6 @@ def clear_views(count: int, rng: np.random.Generator, *, frames=5, tests=4, nois
         np.rint(found).astype(np.uint8),
         marks[rows],
         np.zeros(len(rows)),
-        count,
     )
 
 

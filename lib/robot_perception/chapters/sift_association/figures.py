@@ -1,24 +1,28 @@
 """Figures of the chapter "Which landmark is this?"."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from robot_perception.chapters.sift_association import table1
-from robot_perception.chapters.sift_association.explorers import View
+from robot_perception.chapters.sift_association import variances as law
 from robot_perception.chapters.sift_association.hero import Hero
 from robot_perception.chapters.sift_association.recordings import Chosen, Pair
 from robot_perception.chapters.sift_association.threshold import Curve
+from robot_perception.chapters.sift_association.viewpoint import View
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures.style import MEANING, ImageAxes, label
+from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.style import MEANING, ImageAxes, band, image_axes, label
 from robot_perception.teaching.tables import Table
 
-FREE_ROWS = 100.0
-"""So many rows are no rule, px."""
-
-FARTHEST = 350.0
-"""Largest distance on the axes, of descriptors whose length is 512."""
+ENDS = {
+    table1.TESTS["again"]: "the viewpoints of the track",
+    table1.TESTS["aside"] + table1.STRAIGHT: "straight on, then aside",
+}
+"""Panels of the gains: how names of the table's rows end, and titles."""
 
 
 def tint(model: str) -> str:
@@ -26,41 +30,53 @@ def tint(model: str) -> str:
     return MEANING[model.partition(",")[0]]
 
 
-def _line(model: str) -> str:
-    return "--" if "," in model else "-"
+def _estimates(ax: Axes, x: np.ndarray, cells: list[Interval], name: str, **kwargs: Any) -> None:
+    """Draw estimates with the band of their intervals, in the colour of a name."""
+    lows, highs = (np.array([getattr(c, end) for c in cells]) for end in ("low", "high"))
+    band(ax, x, lows, highs, MEANING[name], alpha=0.2)
+    ax.plot(x, [c.estimate for c in cells], "o-", color=MEANING[name], **kwargs)
 
 
-# Pictures ----------------------------------------------------------------------------------------
-
-
-def hero(ax: ImageAxes, found: Hero) -> ImageAxes:
-    """Draw features of the right picture, and which of the left one Euclid takes them for.
-
-    Every sixth pair has its line: all of them would hide the pictures.
-    """
+@drawn(
+    name="sift-rooms",
+    alt="Two camera pictures side by side: rooms with the same windows and cabinets. Lines join "
+    "points of the right picture with points of the left one.",
+    caption="Two rooms of our building, as the robot's left eye sees them. A line joins a point of "
+    "the second room with the point of the first whose descriptor is nearest to its own; dots: all "
+    "such points, every sixth with its line.",
+    axes=lambda found: image_axes(found.image),
+)
+def hero(ax: ImageAxes, found: Hero) -> None:
+    """Draw features of the right picture, and which of the left one Euclid takes them for."""
     ax.clear()
-    for k, (here, there, right) in enumerate(
-        zip(found.here, found.there, found.right, strict=True)
-    ):
-        ends, colour = np.stack([there, here]).T, MEANING["right" if right else "wrong"]
+    lines = np.stack([found.there, found.here], axis=2)
+    for k, (ends, right) in enumerate(zip(lines, found.right, strict=True)):
+        colour = MEANING["right" if right else "wrong"]
         ax.plot(*ends, "o", color=colour, markersize=2.5)
-        if k % 6 == 0:
+        if k % 6 == 0:  # all lines would hide the pictures
             ax.plot(*ends, color=colour, linewidth=0.9)
-    return ax
 
 
-def view(ax: ImageAxes, found: View) -> ImageAxes:
+def view(found: View) -> Figure:
     """Draw the features that are found again, the larger the farther their descriptors moved."""
-    ax.clear()
+    fig, ax = image_axes(found.image)
     near = found.distances <= 200
     for rows, name in ((near, "right"), (~near, "wrong")):
         sizes = (2 + found.distances[rows] / 30) ** 2
         at = found.pixels[rows].T
         ax.scatter(*at, sizes, facecolors="none", edgecolors=MEANING[name], linewidths=1.4)
-    return ax
+    return fig
 
 
-def pair(ax: ImageAxes, seen: Pair, found: Chosen) -> ImageAxes:
+@drawn(
+    name="sift-graf",
+    alt="A painted wall with lines from features to where their matches lie in the other "
+    "photograph, most of them right.",
+    caption="Lowe's ratio of 0.8 on the wall. Each line leads to the place of the match in the "
+    "other photograph; green: right within 2 px.",
+    axes=lambda seen, found: image_axes(seen.first),
+)
+def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> None:
     """Draw each match from where it is left to where it is right, right and wrong ones."""
     ax.clear()
     ax.plot(*seen.pixels[found.others < 0].T, ".", color=MEANING["expected"], markersize=2)
@@ -70,106 +86,113 @@ def pair(ax: ImageAxes, seen: Pair, found: Chosen) -> ImageAxes:
         ends[:, 0], ends[:, 1] = seen.pixels[rows], seen.others[found.others[rows]]
         ax.plot(*ends.reshape(-1, 2).T, color=MEANING[name], linewidth=0.9)
         ax.plot(*seen.pixels[rows].T, "o", color=MEANING[name], markersize=3)
-    return ax
 
 
-# Distances ---------------------------------------------------------------------------------------
-
-
-def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> Axes:
+@drawn(
+    name="sift-angle",
+    alt="Distance between the descriptors of one point against the viewpoint: it rises from the "
+    "level of look-alikes at 0 degrees to that of other landmarks near 60 degrees.",
+    caption="Mean distance between the descriptors of one point, seen from straight ahead and from "
+    "aside; a descriptor has length 512. Band: 95 % interval over sets of pictures.",
+    height=3.8,
+)
+def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> None:
     """Draw the distance of a point's descriptors against the viewpoint, and what it meets."""
     angles = np.array([float(name.rstrip("°")) for name in table.rows])
     cells = [table[name, "distance"] for name in table.rows]
-    ax.fill_between(
-        angles,
-        [c.low for c in cells],
-        [c.high for c in cells],
-        color=MEANING["readings"],
-        alpha=0.2,
-        linewidth=0,
-    )
-    ax.plot(angles, [c.estimate for c in cells], "o-", color=MEANING["readings"], markersize=4)
+    _estimates(ax, angles, cells, "readings", markersize=4)
     for value, name, text in (
         (other, "truth", "nearest other landmark"),
         (alike, "look-alike", "look-alike, same viewpoint"),
     ):
         ax.axhline(value.estimate, color=MEANING[name], linestyle="--", linewidth=1.2)
         label(ax, 59, value.estimate + 8, text, MEANING[name], ha="right")
-    ax.set(xlabel="viewpoint (°)", ylabel="distance of descriptors", xlim=(0, 60))
-    ax.set(ylim=(0, FARTHEST))
-    return ax
+    ax.set(xlabel="viewpoint (°)", ylabel="distance of descriptors", xlim=(0, 60), ylim=(0, 350))
 
 
-def right_by_rules(ax: Axes, table: Table, drawn: Mapping[str, str]) -> Axes:
-    """Draw the share of right matches by threshold, a line for some numbers of rows."""
-    thresholds = [float(name) for name in table.columns]
-    for rows, colour in drawn.items():
-        cells = [table[rows, name] for name in table.columns]
-        values = [100 * cell.estimate for cell in cells]
-        ax.plot(range(len(thresholds)), values, "o-", color=MEANING[colour], markersize=4)
-        free = float(rows) >= FREE_ROWS
-        place = {"va": "top", "ha": "right"} if free else {"va": "bottom", "ha": "left"}
-        text = "any row" if free else f"±{rows} rows"
-        label(ax, len(thresholds) / 2, values[len(values) // 2], text, MEANING[colour], **place)
-    names = [f"{t:g}" for t in thresholds[:-1]] + ["none"]
-    ax.set_xticks(range(len(thresholds)), names)
+@drawn(
+    name="sift-rules",
+    alt="Share of right matches against the threshold: between 88 and 97 percent, falling with the "
+    "threshold, and highest within two rows.",
+    caption="Matches that are right, by threshold and number of rows, over ten buildings.",
+    height=3.6,
+)
+def right_by_rules(ax: Axes, table: Table) -> None:
+    """Draw the share of right matches by threshold, within two rows and within all."""
+    *thresholds, _ = table.columns
+    ticks = range(len(table.columns))
+    for rows, text, colour, va, ha in (
+        ("2", "±2 rows", "right", "bottom", "left"),
+        ("240", "any row", "wrong", "top", "right"),
+    ):
+        values = [100 * table[rows, name].estimate for name in table.columns]
+        ax.plot(ticks, values, "o-", color=MEANING[colour], markersize=4)
+        middle = values[len(values) // 2]
+        label(ax, len(values) / 2, middle, text, MEANING[colour], va=va, ha=ha)
+    ax.set_xticks(ticks, [*thresholds, "none"])
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
-    ax.set(xlim=(-0.3, len(thresholds) - 0.7), ylim=(80, 100))
-    return ax
+    ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
 
 
-def gains(axes: np.ndarray, table: Table, titles: Mapping[str, str]) -> np.ndarray:
-    """Draw what estimates of the variance gain over Euclid by tracked frames, a panel for each end
-    of the names of rows.
-    """
-    tracked = [int(name.removeprefix("p = ")) for name in table.columns]
-    for ax, (end, title) in zip(axes, titles.items(), strict=True):
+@drawn(
+    name="sift-gains",
+    alt="Points gained over the Euclidean distance to the means by tracked frames: raw variances "
+    "rise from far below zero to near it, right they stay below; shrunk and pooled stay near zero.",
+    caption="What the Mahalanobis distance gains over the Euclidean distance to the same means, on "
+    "frames that made no class; bands: 95 % intervals over ten buildings.",
+    cols=2,
+    height=4.0,
+)
+def gains(axes: np.ndarray, table: Table) -> None:
+    """Draw what estimates of the variance gain over Euclid by tracked frames, on two tests."""
+    tracked = np.array([int(name.removeprefix("p = ")) for name in table.columns])
+    for ax, (end, title) in zip(axes, ENDS.items(), strict=True):
         ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
         for name in (table1.RAW, "shrunk", "pooled"):
             cells = [table[f"{name}, {end}", column] for column in table.columns]
-            lows, highs = [c.low for c in cells], [c.high for c in cells]
-            ax.fill_between(tracked, lows, highs, color=tint(name), alpha=0.2, linewidth=0)
-            ax.plot(tracked, [c.estimate for c in cells], "o-", color=tint(name), label=name)
-        ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32))
-        ax.set(ylim=(-30, 5))
+            _estimates(ax, tracked, cells, name, label=name)
+        ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32), ylim=(-30, 5))
         ax.set_title(title)
     axes[0].legend(loc="lower right")
-    return axes
 
 
-def own_distance(ax: Axes, measured: Mapping[int, float], law: Mapping[int, float]) -> Axes:
+@drawn(
+    name="sift-law",
+    alt="Mean Mahalanobis distance of a descriptor to its own class against tracked frames, "
+    "logarithmic: the measured one lies far above the law and falls with the number of frames.",
+    caption="Mean distance L of a descriptor to its own class, logarithmic. Dotted: 128, were mean "
+    "and variance known.",
+    height=3.6,
+)
+def own_distance(ax: Axes, table: Table) -> None:
     """Draw the mean L of the right class by tracked frames, measured and by the law."""
-    for values, name, text in ((measured, "raw", "measured"), (law, "expected", "law")):
-        finite = {p: v for p, v in values.items() if np.isfinite(v)}
-        ax.plot(list(finite), list(finite.values()), "o-", color=MEANING[name], label=text)
-    ax.axhline(128, color=MEANING["truth"], linewidth=1.0, linestyle=":")
+    tracked = np.array([int(name.removeprefix("p = ")) for name in table.rows])
+    measured = [table[name, "measured"].estimate for name in table.rows]
+    expected = np.array([law.expected_distance(int(p)) for p in tracked])
+    finite = np.isfinite(expected)
+    ax.plot(tracked, measured, "o-", color=MEANING["raw"], label="measured")
+    ax.plot(tracked[finite], expected[finite], "o-", color=MEANING["expected"], label="law")
+    ax.axhline(law.LENGTH, color=MEANING["truth"], linewidth=1.0, linestyle=":")
     ax.set_yscale("log")
     ax.set(xlabel="tracked frames p", ylabel="mean L of the right class", xlim=(0, 32))
     ax.legend()
-    return ax
 
 
-# Table 1 -----------------------------------------------------------------------------------------
-
-
-def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> np.ndarray:
+def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table) -> None:
     """Draw the errors of Euclid and of a model, and the share of right ones over tracked frames."""
     above, below = axes
     for ax in axes:
         ax.clear()
-    column = f"p = {p}"
-    drawn = {"first views": table1.ONE_VIEW, "means": table1.EUCLID, "variances": model}
-    for k, name in enumerate(drawn.values()):
-        like = alike[name, column].estimate
-        other = 100 - right[name, column].estimate - like
-        above.barh(k, like, color=MEANING["look-alike"], height=0.6)
-        above.barh(k, other, left=like, color=MEANING["wrong"], height=0.6)
-    for k, (name, text) in enumerate({"look-alike": "a look-alike", "wrong": "another"}.items()):
-        label(above, 49, k, text, MEANING[name], ha="right", va="center")
-    above.set_yticks(range(len(drawn)), list(drawn))
+    column, models = f"p = {p}", (table1.ONE_VIEW, table1.EUCLID, model)
+    like, good = (np.array([t[name, column].estimate for name in models]) for t in (alike, right))
+    above.barh(range(3), like, color=MEANING["look-alike"], height=0.6)
+    above.barh(range(3), 100 - good - like, left=like, color=MEANING["wrong"], height=0.6)
+    label(above, 49, 0, "a look-alike", MEANING["look-alike"], ha="right", va="center")
+    label(above, 49, 1, "another", MEANING["wrong"], ha="right", va="center")
+    above.set_yticks(range(3), ["first views", "means", "variances"])
     above.set(xlim=(0, 50), ylim=(2.6, -0.6), xlabel="assigned wrong (%)")
-    for name in dict.fromkeys((*right.rows, table1.ONE_VIEW, table1.EUCLID, model)):
-        mine = name in drawn.values()
+    for name in right.rows:
+        mine = name in models
         values = [right[name, f"p = {q}"].estimate for q in table1.TRACKED]
         below.plot(
             table1.TRACKED,
@@ -181,13 +204,16 @@ def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table
         )
     below.plot(p, right[model, column].estimate, "o", color=tint(model), markersize=8, zorder=4)
     below.set(xlim=(0, 32), ylim=(50, 100.5), xlabel="tracked frames p", ylabel="right (%)")
-    return axes
 
 
-# A new landmark ----------------------------------------------------------------------------------
-
-
-def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> Axes:
+@drawn(
+    name="sift-new",
+    alt="Precision against recall of new landmarks for four distances.",
+    caption="Descriptors called new: which share of them is, and which share of the new ones is "
+    "called so, as the threshold moves. Dots: largest harmonic mean.",
+    height=3.8,
+)
+def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> None:
     """Draw precision against recall of "new landmark"."""
     for name, curve in curves.items():
         ax.plot(100 * curve.recall, 100 * curve.precision, color=tint(name), label=name)
@@ -196,4 +222,3 @@ def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> Axes:
     ax.set(xlabel="recall of new landmarks (%)", ylabel="precision (%)")
     ax.set(xlim=(0, 100), ylim=(40, 100))
     ax.legend()
-    return ax

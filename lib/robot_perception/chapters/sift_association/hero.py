@@ -15,20 +15,16 @@ from robot_perception.teaching.results import kept
 
 GAP = 10
 """Between the two pictures, px."""
-
 NEAR = 200.0
 """Of descriptors, whose length is 512: within that they are taken for one landmark's."""
-
 FAR_AWAY = 5.0
 """How far apart the robot stands at the two places, at least, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hero:
-    """Two pictures side by side, and which features of the right one are taken for which left.
-
-    ``here`` are pixels of the right picture, ``there`` of the left one; ``right`` tells which pairs
-    show the same place, which here none can.
+    """Two pictures side by side, which features of the right one (``here``) are taken for which of
+    the left one (``there``), px, and which of these pairs show the same place; here none can.
     """
 
     image: UInt8[np.ndarray, "height width"]
@@ -46,27 +42,19 @@ def doors(seed: int = 1, count: int = 60) -> Hero:
     poses = drive(building, rng=path, poses=count)
     images = [f.left for f in stereo.frames(building.scene, rig, poses, rng=own)]
     seen = [detect(image) for image in images]
-    spots = [
-        place(building.scene, rig, pose, features)
-        for pose, features in zip(poses, seen, strict=True)
-    ]
-    pairs = [
-        (i, j)
-        for i, j in combinations(range(count), 2)
-        if np.hypot(*(poses[i] - poses[j])[:2]) > FAR_AWAY
-    ]
+    spots = [place(building.scene, rig, *of) for of in zip(poses, seen, strict=True)]
+    metres = np.linalg.norm(poses[:, None, :2] - poses[:, :2], axis=-1)
+    pairs = [pair for pair in combinations(range(count), 2) if metres[pair] > FAR_AWAY]
     i, j = max(pairs, key=lambda pair: _alike(*(spots[k] for k in pair)))
     rows, others = _matches(seen[j], seen[i])
-    offset = np.array([rig.size[0] + GAP, 0.0])
-    gap = np.full((rig.size[1], GAP), 255, dtype=np.uint8)
-    apart = np.linalg.norm(spots[j].points[rows] - spots[i].points[others], axis=1)
-    same = (apart < APART) & (spots[j].carriers[rows] == spots[i].carriers[others])
+    here, there = spots[j][rows], spots[i][others]
+    apart = np.linalg.norm(here["points"] - there["points"], axis=1)
     return Hero(
-        np.concatenate([images[i], gap, images[j]], axis=1),
-        seen[j].pixels[rows] + offset,
+        np.hstack([images[i], np.full((rig.size[1], GAP), 255, dtype=np.uint8), images[j]]),
+        seen[j].pixels[rows] + np.array([rig.size[0] + GAP, 0.0]),
         seen[i].pixels[others],
-        same,
-        float(np.hypot(*(poses[i] - poses[j])[:2])),
+        (apart < APART) & (here["carriers"] == there["carriers"]),
+        float(metres[i, j]),
     )
 
 
@@ -80,12 +68,9 @@ def _matches(here: Features, there: Features) -> tuple[np.ndarray, np.ndarray]:
 
 def _alike(one: Places, two: Places) -> int:
     """Count features that show the same spot of the same print, and not the same place."""
-    if not len(one) or not len(two):
-        return 0
-    hit = one.carriers >= 0, two.carriers >= 0
-    one, two = one[hit[0]], two[hit[1]]
-    gaps = np.linalg.norm(one.prints[:, None, 1:] - two.prints[:, 1:], axis=-1)
-    alike = (gaps < APART) & (one.prints[:, None, 0] == two.prints[:, 0])
-    ratio = np.abs(np.log2(one.sizes[:, None] / two.sizes))
-    away = np.linalg.norm(one.points[:, None] - two.points, axis=-1)
+    one, two = (places[places["carriers"] >= 0] for places in (one, two))
+    gaps = np.linalg.norm(one["spots"][:, None] - two["spots"], axis=-1)
+    alike = (gaps < APART) & (one["pictures"][:, None] == two["pictures"])
+    ratio = np.abs(np.log2(one["sizes"][:, None] / two["sizes"]))
+    away = np.linalg.norm(one["points"][:, None] - two["points"], axis=-1)
     return int((alike & (ratio < 0.5) & (away > 1.0)).any(axis=1).sum())

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import cv2
@@ -11,10 +10,10 @@ from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception.cameras import StereoRig
 from robot_perception.chapters.sift_association import table1
+from robot_perception.chapters.sift_association.views import classes_of
 from robot_perception.datasets import read_depth_pair, read_kitti, read_plane_pair
 from robot_perception.geometry import homographies, se3
 from robot_perception.landmarks import (
-    DescriptorClasses,
     Euclidean,
     Features,
     Sift,
@@ -28,7 +27,6 @@ from robot_perception.teaching.tables import Table
 
 RIGHT_PX = 2.0
 """A match is right within so many pixels of the truth."""
-
 MOST = Sift(most=700)
 FAR = 1e6
 
@@ -37,8 +35,7 @@ FAR = 1e6
 class Pair:
     """Two pictures with features, and where the features of the first are in the second.
 
-    ``truth`` is not finite where nobody knows, stored as ``FAR``. Where the pair is not rectified,
-    no row rule applies.
+    ``truth`` is ``FAR`` where nobody knows. Where the pair is not rectified, no row rule applies.
     """
 
     first: UInt8[np.ndarray, "height width"] = field(metadata={"webp": 60})
@@ -80,39 +77,30 @@ def choose(pair: Pair, rows: float, threshold: float, ratio: float) -> Chosen:
     The ratio is that of the nearest to the second nearest of those in the rows (Lowe); with 1 it
     never decides.
     """
-    distances = _distances(pair)
-    apart = np.abs(pair.pixels[:, None, 1] - pair.others[:, 1])
-    distances = np.where(apart <= rows, distances, np.inf)
-    order = np.argpartition(distances, 1, axis=1)[:, :2]
-    two = np.take_along_axis(distances, order, axis=1)
-    near = np.take_along_axis(order, two.argmin(axis=1)[:, None], axis=1)[:, 0]
-    first, second = two.min(axis=1), two.max(axis=1)
+    others = Euclidean(pair.other_descriptors.astype(float))
+    distances = np.sqrt(others.distances(pair.descriptors.astype(float)))
+    distances[np.abs(pair.pixels[:, None, 1] - pair.others[:, 1]) > rows] = np.inf
+    near = distances.argmin(axis=1)
+    first, second = np.partition(distances, 1, axis=1)[:, :2].T
     good = (first <= threshold) & pair.known
     if ratio < 1:
         good &= first <= ratio * second
-    others = np.where(good, near, -1)
     gaps = np.linalg.norm(pair.others[near] - pair.truth, axis=1)
-    return Chosen(others, good & (gaps <= RIGHT_PX))
-
-
-def _distances(pair: Pair) -> Float[np.ndarray, "n m"]:
-    nearest = Euclidean(pair.other_descriptors.astype(float))
-    return np.sqrt(nearest.distances(pair.descriptors.astype(float)))
+    return Chosen(np.where(good, near, -1), good & (gaps <= RIGHT_PX))
 
 
 def aloe(folder: Path) -> Pair:
     """Find the features of the aloe, at half its size, and where they are by its disparities."""
     pair = read_depth_pair(folder)
-    half = (pair.left.shape[1] // 2, pair.left.shape[0] // 2)
+    high, wide = pair.left.shape
     left, right = (
-        cv2.resize(p, half, interpolation=cv2.INTER_AREA) for p in (pair.left, pair.right)
+        cv2.resize(p, (wide // 2, high // 2), interpolation=cv2.INTER_AREA)
+        for p in (pair.left, pair.right)
     )
     one, two = detect(left, MOST), detect(right, MOST)
     # pixel centres are whole: (u + 1/2) / 2 - 1/2
-    at = np.rint(2 * one.pixels + 0.5).astype(int)
-    shift = pair.disparity[
-        at[:, 1].clip(0, pair.disparity.shape[0] - 1), at[:, 0].clip(0, pair.disparity.shape[1] - 1)
-    ]
+    at = np.rint(2 * one.pixels + 0.5).astype(int)[:, ::-1]
+    shift = pair.disparity[*at.clip(0, np.array(pair.disparity.shape) - 1).T]
     truth = one.pixels - np.stack([shift / 2, np.zeros(len(shift))], axis=1)
     return _pair(left, one, two, np.where((shift > 0)[:, None], truth, FAR))
 
@@ -128,14 +116,8 @@ def graf(folder: Path) -> Pair:
 
 
 def _pair(first: np.ndarray, one: Features, two: Features, truth: np.ndarray) -> Pair:
-    return Pair(
-        first,
-        one.pixels,
-        two.pixels,
-        one.descriptors.astype(np.uint8),
-        two.descriptors.astype(np.uint8),
-        truth,
-    )
+    looks = (side.descriptors.astype(np.uint8) for side in (one, two))
+    return Pair(first, one.pixels, two.pixels, *looks, truth)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,12 +138,8 @@ class RealTracks:
         """Return the shares."""
         columns = {f"p = {p}": "" for p in self.tracked}
         about = f"right assignments (%), {self.gap} frames after the track"
-        return Table(
-            {name: [float(v) for v in row] for name, row in self.right.items()},
-            columns,
-            about,
-            "decided by",
-        )
+        rows = {name: row.tolist() for name, row in self.right.items()}
+        return Table(rows, columns, about, "decided by")
 
 
 MODELS = (table1.EUCLID, "raw", "floored", "shrunk", "pooled")
@@ -170,93 +148,71 @@ MODELS = (table1.EUCLID, "raw", "floored", "shrunk", "pooled")
 def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5), gap: int = 3) -> RealTracks:
     """Track features of a drive, and assign later ones to the landmarks."""
     drive = read_kitti(folder)
+    rig, poses = drive.calibration.rig(drive.frames.size), drive.poses
     pairs = [(detect(left, MOST), detect(right, MOST)) for left, right in drive.frames]
-    rig = drive.calibration.rig(drive.frames.size)
-    lefts = [left for left, _ in pairs]
-    ahead = [_expected(pairs, rig, drive.poses, k) for k in range(len(pairs) - 1)]
-    config = table1.Config()
-    right: dict[str, list[float]] = {name: [] for name in MODELS}
-    counts, numbers = [], []
-    for p in tracked:
-        hits: dict[str, int] = dict.fromkeys(MODELS, 0)
-        tests = known = 0
+    lefts, points = [left for left, _ in pairs], [_points(*pair, rig) for pair in pairs]
+    ahead = [
+        _expected(at, se3.between(poses[k + 1], poses[k]), rig) for k, at in enumerate(points[:-1])
+    ]
+    counts = np.zeros((len(tracked), 2 + len(MODELS)), dtype=int)
+    for count, p in zip(counts, tracked, strict=True):
         for end in range(p - 1, len(pairs) - gap):
-            stacks, points = _landmarks(pairs, ahead, rig, end, p)
-            if len(stacks) < 2:
-                continue
-            later = lefts[end + gap]
-            moved = se3.act(se3.between(drive.poses[end + gap], drive.poses[end]), points)
-            front = moved[:, 2] > 0.5
-            at = np.full((len(moved), 2), FAR)
-            at[front] = rig.camera.project(moved[front])
-            gaps = np.linalg.norm(later.pixels[:, None] - at, axis=-1)
-            same = gaps <= RIGHT_PX
-            rows = np.flatnonzero(same.any(axis=1))
-            mean = stacks.mean(axis=1)
-            squares = ((stacks - mean[:, None]) ** 2).sum(axis=1)
-            classes = DescriptorClasses(mean, squares, np.full(len(mean), p))
-            for name in MODELS:
-                found = table1.decide_by(name, classes, config).two_nearest(later.descriptors[rows])
-                hits[name] += int(same[rows, found.classes[:, 0]].sum())
-            tests, known = tests + len(rows), known + len(stacks)
-        for name in MODELS:
-            right[name].append(100 * hits[name] / max(tests, 1))
-        counts.append(known)
-        numbers.append(tests)
-    return RealTracks(
-        np.array(tracked),
-        {name: np.array(row) for name, row in right.items()},
-        np.array(counts),
-        np.array(numbers),
-        gap,
-    )
+            begin = end - p + 1
+            stacks, at = _landmarks(lefts[begin : end + 1], ahead[begin:end], points[end])
+            if len(stacks) > 1:
+                moved = se3.act(se3.between(poses[end + gap], poses[end]), at)
+                count += _assigned(stacks, moved, lefts[end + gap], rig)
+    known, tests, *hits = counts.T
+    right = dict(zip(MODELS, 100 * np.array(hits) / np.maximum(tests, 1), strict=True))
+    return RealTracks(np.array(tracked), right, known, tests, gap)
 
 
-def _points(
-    pair: tuple[Features, Features], rig: StereoRig
-) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
-    """Return the features of a left picture that have a partner, and their points, m."""
-    left, right = pair
+def _points(left: Features, right: Features, rig: StereoRig) -> Float[np.ndarray, "n 3"]:
+    """Return the points of the features of a left picture, m; infinite without a partner."""
     first, second = match_stereo(left, right).T
     measured = np.concatenate([left.pixels[first], right.pixels[second, :1]], axis=1)
-    return first, rig.triangulate(measured, 0.5).mean
+    points = np.full((len(left), 3), np.inf)
+    points[first] = rig.triangulate(measured, 0.5).mean
+    return points
 
 
-def _expected(
-    pairs: list[tuple[Features, Features]],
-    rig: StereoRig,
-    poses: Float[np.ndarray, "k 4 4"],
-    k: int,
-) -> Float[np.ndarray, "n 2"]:
+def _expected(points: np.ndarray, motion: np.ndarray, rig: StereoRig) -> Float[np.ndarray, "n 2"]:
     """Return where the features of a left picture are expected in the next, by depth and motion."""
-    rows, points = _points(pairs[k], rig)
-    at = np.full(pairs[k][0].pixels.shape, np.inf)
-    at[rows] = predict_pixels(points, se3.between(poses[k + 1], poses[k]), rig.camera)
+    known = np.isfinite(points[:, 0])
+    at = np.full((len(points), 2), np.inf)
+    at[known] = predict_pixels(points[known], motion, rig.camera)
     return at
 
 
 def _landmarks(
-    pairs: list[tuple[Features, Features]],
-    expected: list[Float[np.ndarray, "n 2"]],
-    rig: StereoRig,
-    end: int,
-    p: int,
+    part: list[Features], expected: list[np.ndarray], points: Float[np.ndarray, "n 3"]
 ) -> tuple[Float[np.ndarray, "n p 128"], Float[np.ndarray, "n 3"]]:
-    """Return the descriptors of tracks over p frames, and their points in the last of them."""
-    begin = end - p + 1
-    part = [left for left, _ in pairs[begin : end + 1]]
-    tracks = follow(part, predictions=expected[begin:end])
-    rows = np.array([t.rows for t in tracks if len(t) == p], dtype=int).reshape(-1, p)
-    first, points = _points(pairs[end], rig)
-    at = {int(row): k for k, row in enumerate(first)}
-    rows = rows[np.array([int(row) in at for row in rows[:, -1]], dtype=bool)]
-    stacks = np.stack([part[k].descriptors[rows[:, k]] for k in range(p)], axis=1).astype(float)
-    return stacks, points[[at[int(row)] for row in rows[:, -1]]].reshape(-1, 3)
+    """Return the descriptors of tracks over all frames, and their points in the last of them."""
+    tracks = follow(part, predictions=expected)
+    rows = [t.rows for t in tracks if len(t) == len(part)]
+    rows = np.array(rows, dtype=int).reshape(-1, len(part))
+    rows = rows[np.isfinite(points[rows[:, -1], 0])]
+    looks = [frame.descriptors[own] for frame, own in zip(part, rows.T, strict=True)]
+    return np.stack(looks, axis=1).astype(float), points[rows[:, -1]]
+
+
+def _assigned(
+    stacks: np.ndarray, points: np.ndarray, later: Features, rig: StereoRig
+) -> Int[np.ndarray, " counts"]:
+    """Return how many landmarks there are, later features of theirs, and those assigned right."""
+    front = points[:, 2] > 0.5
+    at = np.full((len(points), 2), FAR)
+    at[front] = rig.camera.project(points[front])
+    same = np.linalg.norm(later.pixels[:, None] - at, axis=-1) <= RIGHT_PX
+    rows = np.flatnonzero(same.any(axis=1))
+    classes, tests = classes_of(stacks), later.descriptors[rows]
+    named = (table1.decide(name, classes).two_nearest(tests).classes[:, 0] for name in MODELS)
+    return np.array([len(stacks), len(rows), *(same[rows, own].sum() for own in named)])
 
 
 ALOE = Recording("image_pairs", aloe, Pair, store="association-aloe")
 GRAF = Recording("image_pairs", graf, Pair, store="association-graf")
 STRAIGHT, TURN = (
-    Recording(f"kitti_stereo_{name}", partial(kitti), RealTracks, store=f"association-{name}")
+    Recording(f"kitti_stereo_{name}", kitti, RealTracks, store=f"association-{name}")
     for name in ("straight", "turn")
 )

@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from data_synth import stereo
 from data_synth.stereo import Rig, Scene
 from data_synth.textured_building import TexturedBuilding, drive, make_textured_building
+from robot_perception.geometry import wrap_angle
 from robot_perception.landmarks import DescriptorClasses, Features, detect
 from robot_perception.teaching.results import kept
 
@@ -24,24 +25,12 @@ APART = 0.04  # m: two features nearer than that, on one surface, show the same 
 
 @dataclass(frozen=True, slots=True)
 class Stations:
-    """How the sequences are recorded; all values are ours.
+    """How the sequences are recorded; all values are ours, lengths in m.
 
-    Parameters
-    ----------
-    count
-        Stations along the drive.
-    frames
-        Frames at each in which a landmark is tracked.
-    sightings
-        In how many of them a landmark must be found; its descriptors are so many.
-    step
-        From frame to frame, m; as much is a turn by 1°.
-    again
-        Test frames between two frames of the track.
-    swing
-        How far to either side of the way the robot goes while it tracks, from right to left, m.
-    aside
-        How much farther aside it stands for further test frames, on either side, m.
+    At ``count`` stations along the drive a landmark is tracked in ``frames``, in ``sightings`` of
+    which it must be found; its descriptors are so many. A ``step`` leads from frame to frame, or a
+    turn by 1°, and from right to left, a ``swing`` to either side of the way. Test frames are
+    ``again`` ones between two frames of the track, and others so much farther ``aside``.
     """
 
     count: int = 20
@@ -53,56 +42,27 @@ class Stations:
     aside: tuple[float, ...] = (0.3, 0.6)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Places:
-    """Where in the world features lie.
-
-    Parameters
-    ----------
-    points : (n, 3)
-        On a surface, m.
-    carriers : (n,)
-        The surface, or what it hangs on.
-    prints : (n, 3)
-        Index of the picture, and where in it, m.
-    sizes : (n,)
-        Of the blob in the world (1σ), m.
-    angles : (n,)
-        Direction of the gradient in the image, rad.
-    """
-
-    points: Float[np.ndarray, "n 3"]
-    carriers: Int[np.ndarray, " n"]
-    prints: Float[np.ndarray, "n 3"]
-    sizes: Float[np.ndarray, " n"]
-    angles: Float[np.ndarray, " n"]
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def __getitem__(self, rows: np.ndarray | slice) -> "Places":
-        """Return some of them."""
-        return Places(*(getattr(self, name)[rows] for name in self.__slots__))
+PLACE = np.dtype(
+    [
+        ("points", float, 3),  # on a surface, m
+        ("carriers", int),  # the surface, or what it hangs on; -1 for none
+        ("pictures", int),  # which picture is there
+        ("spots", float, 2),  # where in the picture, m
+        ("sizes", float),  # of the blob in the world (1σ), m
+        ("angles", float),  # direction of the gradient in the image, rad
+    ]
+)
+Places = np.ndarray
+"""Where in the world features lie: an array of `PLACE`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Views:
     """Landmarks with their descriptors, and descriptors to be assigned to them.
 
-    Parameters
-    ----------
-    stacks : (n, frames, 128)
-        Descriptors of each landmark, frame by frame.
-    landmarks
-        Where they are, seen from the frame in the middle.
-    tests : (m, 128)
-        Descriptors from other frames.
-    tested
-        Where these are.
-    aside : (m,)
-        How far aside the robot stood, m; 0 between frames of the track.
-    begun
-        Features of the frames in the middle, of which these are the landmarks.
+    ``stacks`` are descriptors of each landmark, frame by frame; ``landmarks`` is where they are,
+    seen from the frame in the middle. ``tests`` are descriptors from other frames, ``tested`` is
+    where these are, and ``aside`` how far aside the robot stood, m, 0 between frames of the track.
     """
 
     stacks: UInt8[np.ndarray, "n frames 128"]
@@ -110,57 +70,73 @@ class Views:
     tests: UInt8[np.ndarray, "m 128"]
     tested: Places
     aside: Float[np.ndarray, " m"]
-    begun: int
+
+    def window(self, p: int) -> UInt8[np.ndarray, "n p 128"]:
+        """Return the descriptors of the p frames in the middle of the tracks."""
+        start = (self.stacks.shape[1] - p) // 2
+        return self.stacks[:, start : start + p]
 
     def classes(self, p: int) -> DescriptorClasses:
         """Return the classes of the p frames in the middle of the tracks."""
-        start = (self.stacks.shape[1] - p) // 2
-        part = self.stacks[:, start : start + p].astype(float)
-        mean = part.mean(axis=1)
-        squares = ((part - mean[:, None]) ** 2).sum(axis=1)
-        return DescriptorClasses(mean, squares, np.full(len(mean), p))
+        return classes_of(self.window(p))
 
     def same(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are at the same place."""
-        return _on_one_surface(self.tested, self.landmarks, _near)
+        return _each(_near, self.tested, self.landmarks, "carriers")
 
     def meant(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests show which landmarks: same place, like size and direction."""
-        return _on_one_surface(self.tested, self.landmarks, _same_feature)
+        return _each(_same_feature, self.tested, self.landmarks, "carriers")
 
     def alike(self) -> Bool[np.ndarray, "m n"]:
         """Tell which tests and landmarks are the same place of the same print, hung elsewhere."""
-        mine, theirs = self.tested.prints, self.landmarks.prints
-        out = np.zeros((len(mine), len(theirs)), dtype=bool)
-        for picture in np.unique(mine[:, 0]):
-            rows, columns = (np.flatnonzero(p[:, 0] == picture) for p in (mine, theirs))
-            gaps = mine[rows, None, 1:] - theirs[columns, 1:]
-            out[np.ix_(rows, columns)] = np.hypot(gaps[..., 0], gaps[..., 1]) < APART
-        return out & ~self.same()
+        return _each(_same_spot, self.tested, self.landmarks, "pictures") & ~self.same()
+
+
+def classes_of(stacks: np.ndarray) -> DescriptorClasses:
+    """Return the classes of stacks of descriptors, (n, p, 128)."""
+    stacks = stacks.astype(float)
+    mean = stacks.mean(axis=1)
+    squares = ((stacks - mean[:, None]) ** 2).sum(axis=1)
+    return DescriptorClasses(mean, squares, np.full(len(mean), stacks.shape[1]))
 
 
 def _near(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are nearer to each other than `APART`; all are on one surface."""
-    return np.linalg.norm(mine.points[:, None] - theirs.points, axis=-1) < APART
+    return np.linalg.norm(mine["points"][:, None] - theirs["points"], axis=-1) < APART
 
 
 def _same_feature(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
     """Tell which are of like size and direction besides."""
-    ratio = np.abs(np.log2(mine.sizes[:, None] / theirs.sizes))
-    turn = mine.angles[:, None] - theirs.angles
-    turned = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+    ratio = np.abs(np.log2(mine["sizes"][:, None] / theirs["sizes"]))
+    turned = np.abs(wrap_angle(mine["angles"][:, None] - theirs["angles"]))
     return _near(mine, theirs) & (ratio < 0.5) & (turned < np.pi / 6)
 
 
-def _on_one_surface(
-    mine: Places, theirs: Places, test: Callable[[Places, Places], np.ndarray]
+def _same_spot(mine: Places, theirs: Places) -> Bool[np.ndarray, "m n"]:
+    """Tell which are nearer than `APART` in the picture; all are of one picture."""
+    return np.linalg.norm(mine["spots"][:, None] - theirs["spots"], axis=-1) < APART
+
+
+def _each(
+    test: Callable[[Places, Places], np.ndarray], mine: Places, theirs: Places, name: str
 ) -> Bool[np.ndarray, "m n"]:
-    """Tell which pass a test, surface by surface: all at once would take gigabytes."""
+    """Tell which of one carrier, or of one picture, pass a test.
+
+    They are compared carrier by carrier: all at once would take gigabytes.
+    """
     out = np.zeros((len(mine), len(theirs)), dtype=bool)
-    for carrier in np.unique(theirs.carriers[theirs.carriers >= 0]):
-        rows, columns = (np.flatnonzero(p.carriers == carrier) for p in (mine, theirs))
+    for key in np.unique(theirs[name][theirs[name] >= 0]):
+        rows, columns = (np.flatnonzero(places[name] == key) for places in (mine, theirs))
         out[np.ix_(rows, columns)] = test(mine[rows], theirs[columns])
     return out
+
+
+def nearest(gaps: Float[np.ndarray, "n m"], good: Bool[np.ndarray, "n m"]) -> Int[np.ndarray, " n"]:
+    """Return the column of the least good gap in each row; -1 for none."""
+    if not gaps.size:
+        return np.full(len(gaps), -1)
+    return np.where(good.any(axis=1), np.where(good, gaps, np.inf).argmin(axis=1), -1)
 
 
 @kept
@@ -175,121 +151,75 @@ def views(config: Stations, seed: int) -> Views:
         _station(building, poses[k : k + config.frames + 1], config, rng)
         for k, rng in zip(starts, streams, strict=True)
     ]
-    stacks, marks, tests, tested, aside, begun = zip(*found, strict=True)
-    return Views(
-        np.concatenate(stacks),
-        _joined(marks),
-        np.concatenate(tests),
-        _joined(tested),
-        np.concatenate(aside),
-        sum(begun),
-    )
-
-
-def _joined(parts: tuple[Places, ...]) -> Places:
-    return Places(*(np.concatenate([getattr(p, n) for p in parts]) for n in Places.__slots__))
+    return Views(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def _station(
-    building: TexturedBuilding,
-    poses: Float[np.ndarray, "frames_and_one 3"],
-    config: Stations,
-    rng: np.random.Generator,
-) -> tuple[np.ndarray, Places, np.ndarray, Places, np.ndarray, int]:
+    building: TexturedBuilding, poses: np.ndarray, config: Stations, rng: np.random.Generator
+) -> tuple[np.ndarray, ...]:
     """Record a station: tracks of all its frames, and the features of its test frames."""
-    scene, rig = building.scene, Rig()
-    middle = config.frames // 2
+    scene, rig, middle = building.scene, Rig(), config.frames // 2
     ways = np.linspace(-config.swing, config.swing, config.frames)
-    track = [stand_aside(pose, way) for pose, way in zip(poses[:-1], ways, strict=True)]
     floors = (np.linspace(0.2, 0.8, config.again) * (config.frames - 1)).astype(int)
-    between = poses[floors] + 0.5 * (_near_step(poses[floors + 1] - poses[floors]))
-    middles = (ways[floors] + ways[floors + 1]) / 2
-    again = [stand_aside(pose, way) for pose, way in zip(between, middles, strict=True)]
+    steps = poses[floors + 1] - poses[floors]
+    steps[:, 2] = wrap_angle(steps[:, 2])
     sides = np.array([side * (config.swing + a) for a in config.aside for side in (-1, 1)])
-    every = np.stack([*track, *again, *(stand_aside(poses[middle], a) for a in sides)])
-    seen = [detect(frame.left) for frame in stereo.frames(scene, rig, every, rng=rng)]
-    spots = [place(scene, rig, pose, features) for pose, features in zip(every, seen, strict=True)]
-    begun = spots[middle][spots[middle].carriers >= 0]
+    there = [poses[:-1], poses[floors] + steps / 2, np.tile(poses[middle], (len(sides), 1))]
+    away = [ways, (ways[floors] + ways[floors + 1]) / 2, sides]
+    stood = np.stack([*map(stand_aside, np.concatenate(there), np.concatenate(away))])
+    seen = [detect(frame.left) for frame in stereo.frames(scene, rig, stood, rng=rng)]
+    spots = [place(scene, rig, pose, features) for pose, features in zip(stood, seen, strict=True)]
+    begun = spots[middle][spots[middle]["carriers"] >= 0]
     rows = np.stack([_follow(begun, spot) for spot in spots[: config.frames]], axis=1)
     stay = np.flatnonzero((rows >= 0).sum(axis=1) >= config.sightings)
     stacks = np.empty((len(stay), config.sightings, 128), dtype=np.uint8)
     for out, own in zip(stacks, rows[stay], strict=True):
         at = np.flatnonzero(own >= 0)
-        nearest = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
-        for q, k in enumerate(np.sort(at[nearest])):
+        near = np.argsort(np.abs(at - middle), kind="stable")[: config.sightings]
+        for q, k in enumerate(np.sort(at[near])):
             out[q] = seen[k].descriptors[own[k]]
+    tests = np.concatenate([f.descriptors for f in seen[config.frames :]]).astype(np.uint8)
+    tested = np.concatenate(spots[config.frames :])
     offsets = np.concatenate([np.zeros(config.again), np.abs(sides)])
-    later = list(zip(seen[config.frames :], spots[config.frames :], offsets, strict=True))
-    hit = [spot.carriers >= 0 for _, spot, _ in later]
-    return (
-        stacks,
-        begun[stay],
-        np.concatenate([f.descriptors[h] for (f, _, _), h in zip(later, hit, strict=True)]).astype(
-            np.uint8
-        ),
-        _joined(tuple(spot[h] for (_, spot, _), h in zip(later, hit, strict=True))),
-        np.concatenate([np.full(h.sum(), a) for (_, _, a), h in zip(later, hit, strict=True)]),
-        len(begun),
-    )
+    aside = np.repeat(offsets, [len(spot) for spot in spots[config.frames :]])
+    hit = tested["carriers"] >= 0
+    return stacks, begun[stay], tests[hit], tested[hit], aside[hit]
 
 
 def _follow(begun: Places, spots: Places) -> Int[np.ndarray, " n"]:
     """Return which of the features of a frame each landmark is, the nearest; -1 for none."""
-    if not len(begun) or not len(spots):
-        return np.full(len(begun), -1)
-    gaps = np.linalg.norm(begun.points[:, None] - spots.points, axis=-1)
-    gaps[~_on_one_surface(begun, spots, _same_feature)] = np.inf
-    best = gaps.argmin(axis=1)
-    return np.where(np.isfinite(gaps[np.arange(len(begun)), best]), best, -1)
-
-
-def _near_step(step: np.ndarray) -> np.ndarray:
-    """Return steps between poses with the turn from -π to π."""
-    turn = (step[:, 2] + np.pi) % (2 * np.pi) - np.pi
-    return np.column_stack([step[:, :2], turn])
+    gaps = np.linalg.norm(begun["points"][:, None] - spots["points"], axis=-1)
+    return nearest(gaps, _each(_same_feature, begun, spots, "carriers"))
 
 
 def stand_aside(pose: Float[np.ndarray, "3"], aside: float) -> Float[np.ndarray, "3"]:
     """Return a pose some way to the left, m, that looks at the same place ahead."""
     x, y, heading = pose
-    return np.array(
-        [
-            x - aside * np.sin(heading),
-            y + aside * np.cos(heading),
-            heading - np.arctan2(aside, FOCUS),
-        ]
-    )
+    across, along = aside * np.cos(heading), aside * np.sin(heading)
+    return np.array([x - along, y + across, heading - np.arctan2(aside, FOCUS)])
 
 
 def place(scene: Scene, rig: Rig, pose: np.ndarray, features: Features) -> Places:
     """Return where the features of the left image lie in the world."""
     sight = stereo.surface_points(scene, rig, pose, features.pixels)
     hit = sight.surfaces >= 0
-    points = np.where(hit[:, None], sight.points, 0.0)
-    n = len(features)
-    if n == 0:
-        return Places(np.empty((0, 3)), np.empty(0, int), np.empty((0, 3)), *np.empty((2, 0)))
-    depth = np.where(hit, stereo.project(rig, pose, points)[:, 2], 1.0)
-    return Places(
-        points,
-        sight.carriers,
-        _prints(scene, points, sight.surfaces),
-        features.scales * np.abs(depth) / rig.focal_px,
-        features.angles,
-    )
+    out = np.empty(len(features), PLACE)
+    out["points"] = np.where(hit[:, None], sight.points, 0.0)
+    out["carriers"] = sight.carriers
+    out["pictures"] = scene.pictures[sight.surfaces]
+    out["spots"] = _spots(scene, out["points"], sight.surfaces)
+    depth = np.where(hit, stereo.project(rig, pose, out["points"])[:, 2], 1.0)
+    out["sizes"] = features.scales * np.abs(depth) / rig.focal_px
+    out["angles"] = features.angles
+    return out
 
 
-def _prints(
-    scene: Scene, points: np.ndarray, surfaces: Int[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Return the picture at each point, and where in it: m from its corner."""
-    frames = scene.frames[surfaces]
-    right, down, corner = np.moveaxis(frames, -1, 0)
-    long, high = (np.linalg.norm(edge, axis=-1) for edge in (right, down))
-    away = points - corner
-    a = np.einsum("nk,nk->n", away, right) / long**2
-    b = np.einsum("nk,nk->n", away, down) / high**2
-    tiles = scene.tiles[surfaces]
-    across = (a * tiles[:, 0]) % 1.0 * long / tiles[:, 0]
-    below = (b * tiles[:, 1]) % 1.0 * high / tiles[:, 1]
-    return np.column_stack([scene.pictures[surfaces], across, below])
+def _spots(scene: Scene, points: np.ndarray, surfaces: np.ndarray) -> Float[np.ndarray, "n 2"]:
+    """Return where in its picture each point lies: m from its corner."""
+    *edges, corner = np.moveaxis(scene.frames[surfaces], -1, 0)
+    spots = []
+    for edge, tiles in zip(edges, scene.tiles[surfaces].T, strict=True):
+        long = np.linalg.norm(edge, axis=-1)
+        along = np.einsum("nk,nk->n", points - corner, edge) / long**2
+        spots.append((along * tiles) % 1.0 * long / tiles)
+    return np.stack(spots, axis=1)
