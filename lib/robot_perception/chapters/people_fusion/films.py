@@ -8,12 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import MOVES, PARTNER, SAID, Kind, Story
+from robot_perception.chapters.people_fusion.behaviours import (
+    MOVES,
+    PARTNER,
+    SAID,
+    WITHOUT_CAMERA,
+    Kind,
+    Story,
+)
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
 from robot_perception.people.detections import SENSORS, Sensor
+from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
+from robot_perception.teaching.media import Shown
 
 FRAMES = 40
 FPS = 3.0
@@ -29,6 +38,46 @@ _WORDS = {
     "first question": "First question …",
     "thank you": "Thank you.",
 }
+
+
+
+
+def guide() -> Shown:
+    """Show a guide and its visitor."""
+    return film(
+        frames("guide", 6002),
+        fps=FPS,
+        name="people-guide",
+        alt="The robot drives along the corridor with a visitor behind it; the visitor turns back, "
+        "the robot stops and says: Please come back! The visitor returns and the tour goes on.",
+        caption="A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
+        "Ellipses (2σ): whom it takes for persons, filled the one it deals with; grey ones do not "
+        "count. A line is as wide as the weight.",
+    )
+
+
+def follow() -> Shown:
+    """Show a person who is followed without the camera."""
+    return film(
+        frames("follow", 6003, WITHOUT_CAMERA),
+        fps=FPS,
+        name="people-follow",
+        alt="A person leads the robot out of a room and along the corridor; an ellipse stays on "
+        "the person, and the robot stays about a metre and a half behind.",
+        caption="Followed by laser and sonars alone; drawn as above.",
+    )
+
+
+def survey() -> Shown:
+    """Show a survey that is broken off."""
+    return film(
+        frames("survey", 6004),
+        fps=FPS,
+        name="people-survey",
+        alt="A visitor comes down the corridor, is invited and asked, walks away after nine "
+        "seconds, and the robot calls after them three seconds later.",
+        caption="A survey that is broken off; drawn as above.",
+    )
 
 
 def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS) -> Iterator[Figure]:
