@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.people_fusion import committee, modalities, rates, sessions
+from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
 from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Config, Recording
 from robot_perception.people.aggregation import Hypotheses
 from robot_perception.people.detections import SENSORS
@@ -33,15 +34,18 @@ def recording(polar, found, *, clear=True, sensor="laser"):
         gaze=one,
         swing=0 * one,
         skirt=np.zeros(p, dtype=bool),
-        tone=np.zeros(p),
     )
 
 
 def only(scene, where="everywhere", by="place"):
     """Return rates of the detections of one reading, taken for persons."""
     mean = scene.found(0).positions.mean
-    (row,) = [committee._frame(scene, 0, mean, np.arange(len(mean)), committee.View(where, by))]
-    return row
+    return committee._frame(scene, 0, mean, np.arange(len(mean)), View(where, by))
+
+
+def rated(frames):
+    """Return the rates of two sessions of the same frames."""
+    return Rates(*np.array([committee.sums(frames, View())] * 2).T)
 
 
 def test_seeds_never_meet():
@@ -73,13 +77,13 @@ def test_by_direction_the_distance_does_not_matter():
     for by, apart in (("direction", near), ("place", None)):
         frame = only(scene, by=by)
         gap = np.linalg.norm(frame.people - frame.hypotheses)
-        assert (gap <= committee.View(by=by).gate) == (by == "direction")
+        assert (gap <= View(by=by).gate) == (by == "direction")
         assert apart is None or gap == pytest.approx(apart)
 
 
 def test_rates_of_a_scene_that_is_half_right():
     scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
-    found = committee.rates([[only(scene)]] * 2)
+    found = rated([only(scene)])
     assert found.tracked.estimate == found.false.estimate == 0.5
     assert found.right == pytest.approx([0.5, 0.5])
     assert found.mota.estimate == 0
@@ -119,17 +123,47 @@ def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):
     )
     monkeypatch.setattr(sessions, "record", lambda config: many)
     run = committee.tracked.__wrapped__(Config(1))
-    counts = [len(persons) for persons in run.persons]
+    counts = [len(persons) for _, persons, _ in run.persons]
     assert counts[0] == 0
     assert counts[-1] == 1
     assert counts == sorted(counts)
-    assert committee.rates([list(committee.frames(run))] * 2).false.estimate == 0
+    assert rated(list(committee.frames(run))).false.estimate == 0
 
 
 def test_no_persons_no_hypotheses():
     nobody = Hypotheses.none()
-    run = committee.Tracked(
-        recording([(2, 0)], []), np.array([0]), (nobody,), (np.zeros(0, dtype=bool),)
-    )
+    run = Tracked(recording([(2, 0)], []), np.array([0]), (nobody,), (np.zeros(0, dtype=bool),))
     (frame,) = committee.frames(run)
     assert (len(frame.people), len(frame.hypotheses)) == (1, 0)
+
+
+def test_each_row_of_a_comparison_is_its_own(monkeypatch):
+    """Rows that share a system share its sessions, and each has its view."""
+    asked = []
+
+    def tracked(config, system):
+        asked.append((config.seed, system))
+        scene = recording([(2, 0), (2, 2)], [(2, 0)][: config.seed])
+        mean = scene.found(0)
+        one, _ = committee.step(Hypotheses.none(), mean, np.zeros(3), committee.RULES)
+        return Tracked(scene, np.array([0]), (one,), (np.zeros(len(one), dtype=bool),), 0.0)
+
+    monkeypatch.setattr(committee, "tracked", tracked)
+    ours, other = committee.System(), committee.System(sensors=("laser",))
+    rows = (("all", ours, View()), ("ahead", ours, View("ahead")), ("alone", other, View("behind")))
+    found = committee.compare(
+        committee.Comparison((Config(0), Config(1)), rows), rng=np.random.default_rng(0)
+    )
+    assert asked == [(0, ours), (1, ours), (0, other), (1, other)]
+    assert {name: one.people.tolist() for name, one in found.items()} == {
+        "all": [2, 2],
+        "ahead": [1, 1],
+        "alone": [1, 1],
+    }
+    assert [one.matched.tolist() for one in found.values()] == [[0, 1], [0, 1], [0, 0]]
+
+
+def test_the_full_size_changes_one_thing_each_beside_the_ways_to_count():
+    names = [name for name, *_ in rates.RATE.full.rows]
+    assert len(set(names)) == len(names) == 5 + 8 + 15
+    assert rates.RATE.quick.rows == rates.RATE.full.rows[:5]

@@ -1,6 +1,6 @@
 """Each sensor by itself, and Fig. 7: none of them is right, the committee is."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -165,7 +165,7 @@ def ask(config: Witness, *, rng: np.random.Generator) -> Looks:
     return looks(recordings, config.sensor, config.asked)
 
 
-def looks(recordings: Iterator[Recording], sensor: Sensor, asked: str = "heard") -> Looks:
+def looks(recordings: Iterable[Recording], sensor: Sensor, asked: str = "heard") -> Looks:
     """Return what one sensor made of people in some recordings."""
     parts, sums = [], []
     for session, recording in enumerate(recordings):
