@@ -61,28 +61,18 @@ LEADS = 0.4
 """How fast a guide drives, so that who follows it stays in reach of the sonars, m/s; ours."""
 STATIC = StaticRules(longest=3.0)
 """Who stays in one place for that long, and is not the one it is about, is furniture; ours."""
-STRAYS = 9.0
-"""When the visitor of a guide or a survey goes away, s; ours."""
-DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}
-"""Of a story, s; ours."""
-PROMPT = 5.0
-"""A robot that asks back within that time has noticed, s; ours."""
-LED = 0.5
-"""How fast the one who is followed walks, m/s; ours."""
-COMES = 4.5
-"""From how far away the visitor comes, m; ours."""
-WALLED = 0.3
-"""A sonar's reading so near to a wall of the map is the wall, m; ours."""
+STRAYS = 9.0  # when the visitor of a guide or a survey goes away, s; ours
+DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}  # of a story, s; ours
+PROMPT = 5.0  # a robot that asks back within that time has noticed, s; ours
+LED = 0.5  # how fast the one who is followed walks, m/s; ours
+COMES = 4.5  # from how far away the visitor comes, m; ours
+WALLED = 0.3  # a sonar's reading so near to a wall of the map is the wall, m; ours
 KNOWN = 1.2
 """Whose distance has a larger standard deviation may be anywhere in that direction, m; ours."""
-ARRIVED = 0.3
-"""A guide so near to the end of its route stops, m; ours."""
-LOOK = 5
-"""Every so many steps the hypotheses are written down."""
-CHOOSE = tuple(range(5001, 5011))
-"""Seeds of the stories that the rules were chosen on."""
-SEEDS = tuple(range(6001, 6021))
-"""Seeds of the stories that are scored."""
+ARRIVED = 0.3  # a guide so near to the end of its route stops, m; ours
+LOOK = 5  # every so many steps the hypotheses are written down
+CHOOSE = tuple(range(5001, 5011))  # seeds of the stories that the rules were chosen on
+SEEDS = tuple(range(6001, 6021))  # seeds of the stories that are scored
 NOBODY, FURNITURE, MOVES, PARTNER = range(4)
 """What a hypothesis is taken for: too weak, one that stays, a person, the one it is about."""
 BACK_TO_ROBOT = 1.2  # where the one who is followed starts, m

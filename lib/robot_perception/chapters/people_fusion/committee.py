@@ -36,16 +36,11 @@ RULES = AggregationRules(
 :math:`F_2`, in which a person missed costs four times as much as a false hypothesis: the paper
 prefers too many to too few."""
 STATIC = StaticRules()
-FARTHEST = 5.0
-"""Who is further from the robot, or hidden by furniture, need not be found, m; ours."""
-REACH = 0.6
-"""A hypothesis is somebody's within that, m; ours."""
-TURN = np.deg2rad(10.0)
-"""Judged by direction alone, within that, rad; ours."""
-CUTOFF = 1.0
-"""Of the metric GOSPA, m; ours."""
-DARK_AT = 1.0
-"""When the lamps go out, if they do: from then on there is only daylight, s."""
+FARTHEST = 5.0  # who is further from the robot, or hidden by furniture, need not be found, m; ours
+REACH = 0.6  # a hypothesis is somebody's within that, m; ours
+TURN = np.deg2rad(10.0)  # judged by direction alone, within that, rad; ours
+CUTOFF = 1.0  # of the metric GOSPA, m; ours
+DARK_AT = 1.0  # when the lamps go out, if they do: from then on there is only daylight, s
 
 
 @dataclass(frozen=True, slots=True)

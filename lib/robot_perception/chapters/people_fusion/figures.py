@@ -26,14 +26,10 @@ from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.tables import Table
 
-REACH = 3.4
-"""The drawings show so much around the robot, m."""
-DEVIATIONS = 2.0
-"""All ellipses and wedges reach so far, standard deviations."""
-NAMES = "ABCDEFGH"
-"""Of the people."""
-BODY, ROBOT = 0.2, 0.25
-"""Radius of what is drawn of a person and of the robot, m."""
+REACH = 3.4  # the drawings show so much around the robot, m
+DEVIATIONS = 2.0  # all ellipses and wedges reach so far, standard deviations
+NAMES = "ABCDEFGH"  # of the people
+BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
 _TURN = np.linspace(0, 2 * np.pi, 65)
 CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
 WITNESSES: dict[Sensor, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}

@@ -27,10 +27,8 @@ from robot_perception.teaching.media import Shown
 FRAMES = 40
 FPS = 3.0
 WIDTH, HEIGHT = 5.0, 3.6
-BODY = 0.22
-"""Radius of what is drawn of a person and of the robot, m."""
-LASTS = 2.0
-"""For so long what was said stands in the picture, s."""
+BODY = 0.22  # radius of what is drawn of a person and of the robot, m
+LASTS = 2.0  # for so long what was said stands in the picture, s
 _WORDS = {
     "come back": "Please come back!",
     "welcome back": "Welcome back.",
@@ -38,8 +36,6 @@ _WORDS = {
     "first question": "First question …",
     "thank you": "Thank you.",
 }
-
-
 
 
 def guide() -> Shown:

@@ -35,14 +35,10 @@ from robot_perception.teaching.verdicts import Accepted
 PAPER = "sensor-aggregation"
 GATES = {"laser": 0.4, "sonar": 0.6, "camera": np.deg2rad(10.0)}
 """A detection is somebody's within that: m, and of the camera rad; ours."""
-BOUNDS = np.arange(0.0, 5.1, 0.5)
-"""Of the intervals of distance, m."""
-SEVERAL = 3
-"""A share is given where so many sessions have a say."""
-PAPER_REACH = 3.0
-"""Below that leg pairs are found very well, says the paper, m."""
-BODY = 0.3
-"""So far from the edge of the laser's half-plane both legs are inside, m; ours."""
+BOUNDS = np.arange(0.0, 5.1, 0.5)  # of the intervals of distance, m
+SEVERAL = 3  # a share is given where so many sessions have a say
+PAPER_REACH = 3.0  # below that leg pairs are found very well, says the paper, m
+BODY = 0.3  # so far from the edge of the laser's half-plane both legs are inside, m; ours
 SIDEWAYS, ASKEW, STILL = 0.8, 0.6, 0.03
 """From and up to which sine a body counts as sideways and not, and legs as standing, m; ours."""
 FIXED, OFTEN = np.deg2rad(3.0), 0.1

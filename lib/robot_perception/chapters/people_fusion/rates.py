@@ -33,10 +33,8 @@ from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
-FACTORS = (0.25, 0.5, 1.0, 2.0, 3.0)
-"""By which α and the patience t_v are multiplied in the sweeps."""
-THRESHOLDS = (0.05, 0.1, 0.2, 0.3, 0.4)
-"""θ in the sweep."""
+FACTORS = (0.25, 0.5, 1.0, 2.0, 3.0)  # by which α and the patience t_v are multiplied in the sweeps
+THRESHOLDS = (0.05, 0.1, 0.2, 0.3, 0.4)  # θ in the sweep
 OF_THE_PAPER = 0.25, 0.93
 """Share of the hypotheses that are nobody, and of the people who are tracked."""
 SIDES = {where: View(where) for where in ("everywhere", "ahead", "behind")}

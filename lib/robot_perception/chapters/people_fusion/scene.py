@@ -101,8 +101,7 @@ def picture(at: float) -> UInt8[np.ndarray, "height width 3"]:
 
 # The states of the explorers ---------------------------------------------------------------------
 
-SHOWN = 4.86
-"""The moment of the hero and of the drawings of single readings, s."""
+SHOWN = 4.86  # the moment of the hero and of the drawings of single readings, s
 WHO: dict[str, tuple[Sensor, ...]] = {
     "all three": SENSORS,
     "without the laser": ("sonar", "camera"),

@@ -7,7 +7,7 @@ on, that the parameters are chosen on, and that are scored never meet.
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -39,20 +39,14 @@ from robot_perception.teaching.results import kept
 RIG = Rig()
 TRUTH = Rig(camera=Fisheye(size=8))
 """For what the sensors could know; the pixels of faces, which take long, are not asked for."""
-_NEVER = 60.0, 0.001
-"""When a sensor reads that takes no part, s, and how often after that, Hz."""
-LEARN = (9001, 9002, 9003)
-"""Seeds of the sessions that the colours of skin are learnt on."""
-CHOOSE = (8001, 8002, 8003, 8004)
-"""Seeds of the sessions that the parameters are chosen on."""
-TEST = tuple(range(7001, 7011))
-"""Seeds of the sessions that are scored."""
+_NEVER = 60.0, 0.001  # when a sensor reads that takes no part, s, and how often after that, Hz
+LEARN = (9001, 9002, 9003)  # seeds of the sessions that the colours of skin are learnt on
+CHOOSE = (8001, 8002, 8003, 8004)  # seeds of the sessions that the parameters are chosen on
+TEST = tuple(range(7001, 7011))  # seeds of the sessions that are scored
 JUDGED = (4, 2, 3)
 """Of so many readings of laser, sonars and camera one is compared with the truth: 2.5 a second."""
-FAR = 1e3
-"""Dearer than all pairs in reach together, m."""
-TURNED = 0.8
-"""Cosine from which on a face looks at the robot, or away from it."""
+FAR = 1e3  # dearer than all pairs in reach together, m
+TURNED = 0.8  # cosine from which on a face looks at the robot, or away from it
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +65,7 @@ class Config:
     sensors: tuple[Sensor, ...] = SENSORS
 
 
-FULL = tuple(Config(seed) for seed in TEST)
-"""The sessions that are scored."""
+FULL = tuple(Config(seed) for seed in TEST)  # the sessions that are scored
 QUICK = tuple(Config(seed, 30.0) for seed in TEST)
 """Their first half minutes: rooms differ more than minutes do."""
 
@@ -127,41 +120,27 @@ class Recording:
 
 def rig(sensors: tuple[Sensor, ...], ring: SonarRing = RIG.ring) -> Rig:
     """Return the robot's sensors; those left out are silent for a minute, which spares images."""
-    never, rarely = _NEVER
-    return Rig(
-        ring=ring,
-        delays=tuple(
-            delay if name in sensors else never
-            for name, delay in zip(SENSORS, RIG.delays, strict=True)
-        ),
-        rates=tuple(
-            rate if name in sensors else rarely
-            for name, rate in zip(SENSORS, RIG.rates, strict=True)
-        ),
-    )
+    silent, (never, rarely) = [name not in sensors for name in SENSORS], _NEVER
+    delays, rates = np.where(silent, never, RIG.delays), np.where(silent, rarely, RIG.rates)
+    return replace(RIG, ring=ring, delays=tuple(delays), rates=tuple(rates))
 
 
-def own(
-    apart: Float[np.ndarray, "n m"], reach: float
-) -> tuple[Int[np.ndarray, " k"], Int[np.ndarray, " k"]]:
+def own(apart: Float[np.ndarray, "n m"], reach: float) -> tuple[Int[np.ndarray, " k"], ...]:
     """Return rows and columns of pairs within reach, as many as can be, each at most once."""
-    near = apart <= reach
-    row, column = linear_sum_assignment(np.where(near, apart, FAR))
-    some = near[row, column]
-    return row[some], column[some]
+    pairs = linear_sum_assignment(np.where(apart <= reach, apart, FAR))
+    return tuple(np.array(pairs)[:, apart[pairs] <= reach])
 
 
 @cache
 def _detections(recording: Recording) -> tuple[Detections, ...]:
     """Return all readings of a recording as the aggregation takes them."""
     ends = np.concatenate([[0], recording.counts.cumsum()])
+    rows = zip(recording.times, recording.sensors, itertools.pairwise(ends), strict=True)
     return tuple(
         Detections(
-            float(recording.times[k]),
-            SENSORS[recording.sensors[k]],
-            Gaussian(recording.means[a:b], recording.covs[a:b]),
+            float(time), SENSORS[sensor], Gaussian(recording.means[a:b], recording.covs[a:b])
         )
-        for k, (a, b) in enumerate(itertools.pairwise(ends))
+        for time, sensor, (a, b) in rows
     )
 
 
@@ -215,8 +194,7 @@ class Senses:
 @cache
 def _tracker() -> SkinTracker:
     camera = RIG.camera
-    size = (camera.size, camera.size)
-    return SkinTracker(camera.centre_px, camera.focal_px, size, skin_model())
+    return SkinTracker(camera.centre_px, camera.focal_px, (camera.size,) * 2, skin_model())
 
 
 @kept
@@ -251,14 +229,8 @@ def record(config: Config) -> Recording:
 def staged(config: Config) -> tuple[Session, np.random.Generator]:
     """Return a session, and the source of the noise of its readings."""
     rng = np.random.default_rng(config.seed)
-    session = make_session(
-        make_people_office(rng=rng),
-        rng=rng,
-        duration=config.duration,
-        robot=config.robot,
-        lights_out=config.lights_out,
-    )
-    return session, rng
+    how = {name: getattr(config, name) for name in ("duration", "robot", "lights_out")}
+    return make_session(make_people_office(rng=rng), rng=rng, **how), rng
 
 
 def _reckoned(session: Session) -> Float[np.ndarray, "t 3"]:
@@ -274,26 +246,24 @@ def _reckoned(session: Session) -> Float[np.ndarray, "t 3"]:
 
 def _truths(session: Session, moments: Sequence[Moment]) -> dict[str, np.ndarray]:
     """Return what is known of people at some moments, as in `Recording`."""
+
+    def columns(rows: Sequence[object], *names: str) -> dict[str, np.ndarray]:
+        return {name: np.array([getattr(row, name) for row in rows]) for name in names}
+
     truths = [truth(session.office, session.people, moment, TRUTH) for moment in moments]
-    away = np.array([moment.positions - moment.robot[:2] for moment in moments])
-    to_robot = np.arctan2(-away[..., 1], -away[..., 0])
-    headings, gazes, swings = (
-        np.array([getattr(moment, name) for moment in moments])
-        for name in ("headings", "gazes", "swings")
-    )
-    return {
-        name: np.array([getattr(one, name) for one in truths])
-        for name in ("polar", "present", "clear", "beams", "cones")
-    } | {
-        "side": np.abs(np.sin(headings - to_robot)),
-        "gaze": np.cos(gazes - to_robot),
-        "swing": swings,
+    seen = columns(moments, "positions", "robot", "headings", "gazes", "swings")
+    to_robot = seen["robot"][:, None, :2] - seen["positions"]
+    to_robot = np.arctan2(to_robot[..., 1], to_robot[..., 0])
+    return columns(truths, "polar", "present", "clear", "beams", "cones") | {
+        "side": np.abs(np.sin(seen["headings"] - to_robot)),
+        "gaze": np.cos(seen["gazes"] - to_robot),
+        "swing": seen["swings"],
     }
 
 
 # Colours of skin ---------------------------------------------------------------------------------
 
-_BAND = np.deg2rad([2.0, 50.0])
+_BAND = np.deg2rad([2.0, 50.0])  # of heights above the horizon, rad
 _NEAR = 3.5  # faces further away are too few pixels to learn from, m
 _SAMPLES = 3000  # pixels of an image that show nobody
 
@@ -302,18 +272,15 @@ def _pixels(seed: int, duration: float) -> tuple[UInt8[np.ndarray, "n 3"], ...]:
     """Return pixels of faces, and of walls, furniture and the backs of heads."""
     rng = np.random.default_rng(seed)
     rig = Rig(rates=(0.001, 0.001, 1.0), delays=(60.0, 60.0, 0.5))
-    office = make_people_office(rng=rng)
-    session = make_session(office, rng=rng, duration=duration, people=4)
-    camera = rig.camera
-    rows, columns = np.mgrid[: camera.size, : camera.size]
+    session = make_session(make_people_office(rng=rng), rng=rng, duration=duration, people=4)
+    rows, columns = np.mgrid[: RIG.camera.size, : RIG.camera.size]
     grid = np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(float)
-    phi, up = camera.bearing(grid), camera.elevation(grid)
-    band = (up > _BAND[0]) & (up < _BAND[1])
+    phi, up = RIG.camera.bearing(grid), RIG.camera.elevation(grid)
     skin, other = [], []
     for reading in readings(session, rig, rng=rng):
         if not isinstance(reading, FisheyeImage):
             continue
-        colours, nobody = reading.image.reshape(-1, 3), band.copy()
+        colours, nobody = reading.image.reshape(-1, 3), (up > _BAND[0]) & (up < _BAND[1])
         for inside, beside, gaze, away in _heads(session, session.at(reading.time), phi, up):
             nobody &= ~beside
             if away < _NEAR and abs(gaze) > TURNED:
@@ -331,9 +298,7 @@ def _heads(
         gap = moment.positions[k] - moment.robot[:2]
         away, to = float(np.hypot(*gap)), float(np.arctan2(gap[1], gap[0]))
         across = wrap_angle(phi - wrap_angle(to - moment.robot[2]))
-        high = np.arctan2(session.people[k].head - RIG.camera.height, away)
-        inside = np.hypot(
-            across * np.cos(up) * away / 0.05, (up - high + 0.02 / away) * away / 0.07
-        )
+        above = up - np.arctan2(session.people[k].head - RIG.camera.height, away) + 0.02 / away
+        inside = np.hypot(across * np.cos(up) * away / 0.05, above * away / 0.07)
         gaze = float(np.cos(moment.gazes[k] - to - np.pi))
         yield inside < 1, np.abs(across) < 0.45 / away, gaze, away
