@@ -14,20 +14,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from data_synth.people import (
-    STEP,
-    FisheyeImage,
-    LaserScan,
-    Moment,
-    Sensing,
-    SonarScan,
-    Visit,
-    World,
-    make_people_office,
-    make_person,
-    walk,
-)
-from data_synth.people.world import between
+from data_synth.people import make_people_office, make_person
+from data_synth.people.signals import FisheyeImage, LaserScan, Sensing, SonarScan
+from data_synth.people.world import STEP, Moment, Visit, World, between, walk
 from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
@@ -35,17 +24,9 @@ from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import RIG, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.geometry import se2, wrap_angle
+from robot_perception.people import behaviours as acts
 from robot_perception.people.aggregation import Hypotheses, step
-from robot_perception.people.behaviours import (
-    PHASES,
-    STOP,
-    Command,
-    Rules,
-    State,
-    follow,
-    guide,
-    survey,
-)
+from robot_perception.people.behaviours import PHASES, STOP, Command, Rules, State
 from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.trajectories import StaticRules, Stays, watch
 from robot_perception.teaching.claims import Finding
@@ -134,10 +115,7 @@ class Story:
 
 @kept
 def told(
-    kind: Kind,
-    seed: int,
-    sensors: tuple[Sensor, ...] = SENSORS,
-    behaves: Rules = RULES,
+    kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS, behaves: Rules = RULES
 ) -> Story:
     """Let the world run, with the detectors and the behaviour in it, and return the story.
 
@@ -175,12 +153,7 @@ class _Robot:
     """What the robot knows: where people may be, who of them never moves, what it is about."""
 
     def __init__(
-        self,
-        kind: Kind,
-        seed: int,
-        sensors: tuple[Sensor, ...],
-        behaves: Rules,
-        world: World,
+        self, kind: Kind, seed: int, sensors: tuple[Sensor, ...], behaves: Rules, world: World
     ) -> None:
         self.kind, self.rules = kind, committee.RULES
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
@@ -208,9 +181,9 @@ class _Robot:
         if persons.time == -np.inf:
             return STOP
         if self.kind == "survey":
-            self.state, command = survey(self.state, persons, False, self.behaves)
+            self.state, command = acts.survey(self.state, persons, False, self.behaves)
         else:
-            act = guide if self.kind == "guide" else follow
+            act = getattr(acts, self.kind)
             self.state, command = act(self.state, persons, self.behaves)
         return command
 

@@ -1,6 +1,6 @@
 """The whole system over a session, and how right it is: everywhere, ahead and behind."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
@@ -13,15 +13,11 @@ from robot_perception.chapters.people_fusion.sessions import Config, Recording
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
-from robot_perception.people.aggregation import (
-    AggregationRules,
-    Hypotheses,
-    SensorRules,
-    step,
-)
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
 from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.people.scores import Frame, gospa, score
 from robot_perception.people.trajectories import StaticRules, Stays, watch
+from robot_perception.teaching.studies import Study
 from robot_perception.teaching.tables import Table
 
 RULES = AggregationRules(
@@ -221,13 +217,12 @@ def table(found: Mapping[str, Rates], about: str, corner: str) -> Table:
     return Table(rows, COLUMNS, about, corner)
 
 
-def sums(run: Iterable[Frame], view: View) -> tuple[float, ...]:
-    """Return the sums of the frames of one session, made for a view, in the order of `Rates`."""
-    scenes = list(run)
+def sums(run: Tracked, view: View) -> tuple[float, ...]:
+    """Return the sums of one session, in the order of `Rates`."""
+    scenes = list(frames(run, view))
     total = score(scenes, view.gate)
     apart = [gospa(f.people, f.hypotheses, view.cutoff).total for f in scenes]
-    counts = (total.people, total.hypotheses, total.matched, total.switches)
-    return (*map(float, counts), float(np.mean(apart)))
+    return total.people, total.hypotheses, total.matched, total.switches, float(np.mean(apart))
 
 
 Row = tuple[str, System, View]
@@ -251,7 +246,7 @@ def compare(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rates]
         (session, system, seen) for system, seen in views.items() for session in config.sessions
     ]
     done = iter(sweep(_judged, jobs, rng=rng, desc="sessions"))
-    found = {system: np.array([next(done) for _ in config.sessions]) for system in views}
+    found = {one: np.array([next(done) for _ in config.sessions], float) for one in views}
     return {
         name: Rates(*found[system][:, views[system].index(view)].T)
         for name, system, view in config.rows
@@ -261,4 +256,12 @@ def compare(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rates]
 def _judged(job: tuple[Config, System, list[View]], *, rng: np.random.Generator) -> list:
     config, system, views = job
     run = tracked(config, system)
-    return [sums(frames(run, view), view) for view in views]
+    return [sums(run, view) for view in views]
+
+
+def study(
+    rows: tuple[Row, ...], more: tuple[Row, ...] = (), *, seed: int, quick: int = 10
+) -> Study:
+    """Return the study of a comparison; the full size has more rows, the quick one less time."""
+    full = Comparison(sessions.FULL, rows + more)
+    return Study(compare, full, Comparison(sessions.QUICK[:quick], rows), seed)

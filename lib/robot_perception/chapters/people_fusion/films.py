@@ -36,47 +36,42 @@ _WORDS = {
     "first question": "First question …",
     "thank you": "Thank you.",
 }
-
-
-def guide() -> Shown:
-    """Show a guide and its visitor."""
-    return film(
-        frames("guide", 6002),
-        fps=FPS,
-        name="people-guide",
-        alt="The robot drives along the corridor with a visitor behind it; the visitor turns back, "
-        "the robot stops and says: Please come back! The visitor returns and the tour goes on.",
-        caption="A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
+_TOLD: dict[Kind, tuple[int, tuple[Sensor, ...], str, str]] = {
+    "guide": (
+        6002,
+        SENSORS,
+        "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
+        "robot stops and says: Please come back! The visitor returns and the tour goes on.",
+        "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
         "Ellipses (2σ): whom it takes for persons, filled the one it deals with; grey ones do not "
         "count. A line is as wide as the weight.",
-    )
+    ),
+    "follow": (
+        6003,
+        WITHOUT_CAMERA,
+        "A person leads the robot out of a room and along the corridor; an ellipse stays on the "
+        "person, and the robot stays about a metre and a half behind.",
+        "Followed by laser and sonars alone; drawn as above.",
+    ),
+    "survey": (
+        6004,
+        SENSORS,
+        "A visitor comes down the corridor, is invited and asked, walks away after nine seconds, "
+        "and the robot calls after them three seconds later.",
+        "A survey that is broken off; drawn as above.",
+    ),
+}
+"""Seed and sensors of the story that is shown, alternative text and caption."""
 
 
-def follow() -> Shown:
-    """Show a person who is followed without the camera."""
-    return film(
-        frames("follow", 6003, WITHOUT_CAMERA),
-        fps=FPS,
-        name="people-follow",
-        alt="A person leads the robot out of a room and along the corridor; an ellipse stays on "
-        "the person, and the robot stays about a metre and a half behind.",
-        caption="Followed by laser and sonars alone; drawn as above.",
-    )
+def show(kind: Kind) -> Shown:
+    """Show a story of a kind as a film."""
+    seed, sensors, alt, caption = _TOLD[kind]
+    shown = frames(kind, seed, sensors)
+    return film(shown, fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
 
 
-def survey() -> Shown:
-    """Show a survey that is broken off."""
-    return film(
-        frames("survey", 6004),
-        fps=FPS,
-        name="people-survey",
-        alt="A visitor comes down the corridor, is invited and asked, walks away after nine "
-        "seconds, and the robot calls after them three seconds later.",
-        caption="A survey that is broken off; drawn as above.",
-    )
-
-
-def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS) -> Iterator[Figure]:
+def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...]) -> Iterator[Figure]:
     """Yield the frames of a story, all drawn on one figure."""
     story = behaviours.told(kind, seed, sensors)
     world, _ = behaviours.stage(kind, np.random.default_rng(seed))

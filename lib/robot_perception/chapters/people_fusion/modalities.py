@@ -2,28 +2,14 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from robot_perception.chapters.people_fusion import committee, sessions
-from robot_perception.chapters.people_fusion.committee import (
-    Comparison,
-    Rates,
-    Row,
-    System,
-    View,
-    compare,
-)
-from robot_perception.chapters.people_fusion.sessions import (
-    FULL,
-    QUICK,
-    TEST,
-    Config,
-    Recording,
-    own,
-)
+from robot_perception.chapters.people_fusion.committee import Rates, Row, System, View
+from robot_perception.chapters.people_fusion.sessions import FULL, QUICK, TEST, Config, Recording
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.detections import SENSORS, Sensor
@@ -49,46 +35,63 @@ COLUMNS = ("clear", "beams", "cones", "side", "gaze", "swing")
 
 @dataclass(frozen=True, slots=True)
 class Witness:
-    """Sessions in which one sensor is asked, and of which people: a property of `Looks`.
+    """Sessions in which one sensor is asked of people of a kind.
 
     Without ``fixtures`` the camera leaves out what it always sees.
     """
 
     sessions: tuple[Config, ...]
     sensor: Sensor
-    asked: Literal["upright", "sideways", "heard", "facing"]
+    kind: str
     fixtures: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Looks:
-    """What one sensor made of each person present, n looks, in m readings.
+    """What one sensor, asked of people of a kind, made of each person present.
 
-    Each look is of a session, at somebody at a distance and in a direction (m and rad); it is a hit
-    if a detection was theirs. What follows is as in a recording. Of each session there are the
-    readings, the detections in them, and those that were nobody's.
+    A look is a row: the session, where the person was (m and rad), whether a detection was theirs,
+    who wears a skirt, and ``COLUMNS``. Of each session there are the readings, the detections in
+    them, and those that were nobody's.
     """
 
-    asked: str
-    session: Int[np.ndarray, " n"]
-    r: Float[np.ndarray, " n"]
-    phi: Float[np.ndarray, " n"]
-    hit: Bool[np.ndarray, " n"]
-    skirt: Bool[np.ndarray, " n"]
-    clear: Bool[np.ndarray, " n"]
-    beams: Int[np.ndarray, " n"]
-    cones: Int[np.ndarray, " n"]
-    side: Float[np.ndarray, " n"]
-    gaze: Float[np.ndarray, " n"]
-    swing: Float[np.ndarray, " n"]
-    readings: Int[np.ndarray, " sessions"]
-    found: Int[np.ndarray, " sessions"]
-    false: Int[np.ndarray, " sessions"]
+    kind: str
+    people: np.recarray
+    readings: Float[np.ndarray, " sessions"]
+    found: Float[np.ndarray, " sessions"]
+    false: Float[np.ndarray, " sessions"]
+
+    @property
+    def wrong(self) -> Interval:
+        """Share of the detections that were nobody's."""
+        return bootstrap_ratio(self.false, self.found, "by session")
+
+    def at(self, kind: str) -> Bool[np.ndarray, " n"]:
+        """Tell which looks are at people of a kind.
+
+        Legs are *upright* in trousers and not turned sideways, *sideways* in trousers, standing, or
+        in *skirts*, all inside the laser's half-plane and met by a beam. Who is met by a sonar is
+        *heard*; a face that looks at the robot, and that nothing hides, is *facing*.
+        """
+        of = self.people
+        scanned = (of.beams > 0) & (of.r * np.sin(np.pi / 2 - np.abs(of.phi)) > BODY)
+        return {
+            "upright": scanned & ~of.skirt & (of.side < ASKEW),
+            "sideways": scanned & ~of.skirt & (of.swing < STILL) & (of.side > SIDEWAYS),
+            "skirts": scanned & of.skirt,
+            "heard": of.cones > 0,
+            "facing": of.clear & (of.gaze > sessions.TURNED),
+        }[kind]
+
+    def near(self, kind: str) -> Bool[np.ndarray, " n"]:
+        """Tell which looks are at people of a kind as near as the paper's."""
+        return self.at(kind) & (self.people.r < PAPER_REACH)
 
     def rate(self, some: Bool[np.ndarray, " n"]) -> Interval:
         """Return the share found of some looks, over the sessions in which there were any."""
-        looks = np.bincount(self.session[some]).astype(float)
-        hits, any_ = np.bincount(self.session[some], self.hit[some]), looks > 0
+        session, hit = self.people.session[some], self.people.hit[some]
+        looks = np.bincount(session).astype(float)
+        hits, any_ = np.bincount(session, hit), looks > 0
         return bootstrap_ratio(hits[any_], looks[any_], "of the looks, by session")
 
     def rates(self, some: Mapping[str, Bool[np.ndarray, " n"]]) -> dict[str, Interval]:
@@ -96,61 +99,14 @@ class Looks:
         return {
             name: self.rate(these)
             for name, these in some.items()
-            if np.unique(self.session[these]).size >= SEVERAL
+            if np.unique(self.people.session[these]).size >= SEVERAL
         }
 
-    @property
-    def wrong(self) -> Interval:
-        """Share of the detections that were nobody's."""
-        return bootstrap_ratio(self.false.astype(float), self.found.astype(float), "by session")
-
-    @property
-    def those_asked(self) -> Bool[np.ndarray, " n"]:
-        """Looks at people of whom the sensor is asked."""
-        return getattr(self, self.asked)
-
-    @property
     def by_distance(self) -> dict[str, Interval]:
-        """Share found of people of whom the sensor is asked, by distance."""
-        which = np.digitize(self.r, BOUNDS) - 1
-        return self.rates(
-            {
-                f"found, {low:g} to {low + 0.5:g} m": self.those_asked & (which == k)
-                for k, low in enumerate(BOUNDS[:-1])
-            }
-        )
-
-    @property
-    def near(self) -> Bool[np.ndarray, " n"]:
-        """Looks at people within the distance of which the paper speaks."""
-        return self.r < PAPER_REACH
-
-    @property
-    def scanned(self) -> Bool[np.ndarray, " n"]:
-        """Looks at people who are inside the laser's half-plane with both legs, met by a beam."""
-        room = np.pi / 2 - np.abs(self.phi)
-        return (self.beams > 0) & (self.r * np.sin(room) > BODY)
-
-    @property
-    def upright(self) -> Bool[np.ndarray, " n"]:
-        """Looks at legs in trousers that are not turned sideways."""
-        return self.scanned & ~self.skirt & (self.side < ASKEW)
-
-    @property
-    def sideways(self) -> Bool[np.ndarray, " n"]:
-        """Looks at legs in trousers of people who stand sideways."""
-        standing = (self.swing < STILL) & (self.side > SIDEWAYS)
-        return self.scanned & ~self.skirt & standing
-
-    @property
-    def heard(self) -> Bool[np.ndarray, " n"]:
-        """Looks at people who are met by a sonar."""
-        return self.cones > 0
-
-    @property
-    def facing(self) -> Bool[np.ndarray, " n"]:
-        """Looks at faces that look at the robot, and that nothing hides."""
-        return self.clear & (self.gaze > sessions.TURNED)
+        """Return the share found of people of the kind, by distance."""
+        which, asked = np.digitize(self.people.r, BOUNDS) - 1, self.at(self.kind)
+        names = (f"found, {low:g} to {high:g} m" for low, high in pairwise(BOUNDS))
+        return self.rates({name: asked & (which == k) for k, name in enumerate(names)})
 
 
 def ask(config: Witness, *, rng: np.random.Generator) -> Looks:
@@ -158,31 +114,27 @@ def ask(config: Witness, *, rng: np.random.Generator) -> Looks:
     recordings = map(sessions.record, config.sessions)
     if not config.fixtures:
         recordings = map(without_fixtures, recordings)
-    return looks(recordings, config.sensor, config.asked)
+    return looks(recordings, config.sensor, config.kind)
 
 
-def looks(recordings: Iterable[Recording], sensor: Sensor, asked: str = "heard") -> Looks:
+def looks(recordings: Iterable[Recording], sensor: Sensor, kind: str) -> Looks:
     """Return what one sensor made of people in some recordings."""
     parts, sums = [], []
     for session, recording in enumerate(recordings):
         rows = np.flatnonzero(recording.sensors[recording.judged] == SENSORS.index(sensor))
         found = [recording.found(k).positions.mean for k in recording.judged[rows].tolist()]
-        there = recording.present[rows]
-        people = [polar[some] for polar, some in zip(recording.polar[rows], there, strict=True)]
-        hit = np.concatenate([_hits(*pair, sensor) for pair in zip(people, found, strict=True)])
-        skirt = np.broadcast_to(recording.skirt, there.shape)
-        columns = (getattr(recording, name)[rows] for name in COLUMNS)
-        parts.append(
-            (
-                np.full(len(hit), session),
-                *recording.polar[rows][there].T,
-                hit,
-                *(column[there] for column in (skirt, *columns)),
-            )
-        )
+        polar, there = recording.polar[rows], recording.present[rows]
+        scenes = zip(polar, there, found, strict=True)
+        hit = np.concatenate([_hits(people[some], mean, sensor) for people, some, mean in scenes])
+        columns = [getattr(recording, name)[rows][there] for name in COLUMNS]
+        skirt = np.broadcast_to(recording.skirt, there.shape)[there]
+        parts.append((np.full(len(hit), session), *polar[there].T, hit, skirt, *columns))
         count = sum(map(len, found))
         sums.append((len(rows), count, count - hit.sum()))
-    return Looks(asked, *map(np.concatenate, zip(*parts, strict=True)), *np.array(sums).T)
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    names = ("session", "r", "phi", "hit", "skirt", *COLUMNS)
+    people = np.rec.fromarrays(columns, names=list(names))
+    return Looks(kind, people, *np.array(sums, dtype=float).T)
 
 
 def _hits(polar: np.ndarray, found: np.ndarray, sensor: Sensor) -> Bool[np.ndarray, " p"]:
@@ -192,7 +144,7 @@ def _hits(polar: np.ndarray, found: np.ndarray, sensor: Sensor) -> Bool[np.ndarr
     else:
         at = [(p[:, :1] * np.stack([np.cos(p[:, 1]), np.sin(p[:, 1])], -1)) for p in (polar, found)]
         apart = np.linalg.norm(at[0][:, None] - at[1], axis=-1)
-    return np.isin(np.arange(len(polar)), own(apart, GATES[sensor])[0])
+    return np.isin(np.arange(len(polar)), sessions.own(apart, GATES[sensor])[0])
 
 
 def without_fixtures(recording: Recording) -> Recording:
@@ -222,12 +174,14 @@ DRIVES = tuple(Config(seed, 90.0, robot="drives", sensors=("sonar",)) for seed i
 """The robot drives from room to room, with walls beside it; in a minute and a half, since in less
 the share of false echoes is undecided."""
 
-LASER = Study(
-    ask,
-    full=Witness(BLIND, "laser", "upright"),
-    quick=Witness(QUICK, "laser", "upright"),
-    seed=61,
-)
+
+def witness(sensor: Sensor, kind: str, *, seed: int) -> Study:
+    """Return the study of a sensor that is asked of people of a kind."""
+    full = Witness(FULL if sensor == "camera" else BLIND, sensor, kind)
+    return Study(ask, full, Witness(QUICK, sensor, kind), seed)
+
+
+LASER = witness("laser", "upright", seed=61)
 
 
 @LASER.claim(
@@ -240,29 +194,25 @@ LASER = Study(
     method="Rendered scans of 1° at 30 cm: share found of the people in trousers, not turned "
     "sideways, within 3 m, with both legs in the laser's half-plane and met by a beam.",
     accepted=Accepted(0.8, 1.0, "four of five; the paper says “very good”", "our choice"),
-    sabotage=Change("people who stand sideways, so that one leg hides the other", asked="sideways"),
+    sabotage=Change("people who stand sideways, so that one leg hides the other", kind="sideways"),
 )
 def legs_found(seen: Looks) -> Finding:
     """Count the legs found by distance, stance and clothes."""
-    others = {
-        "standing sideways, within 3 m": seen.sideways & seen.near,
-        "skirts, within 3 m": seen.skirt & seen.scanned & seen.near,
-    }
+    others = {"standing sideways": seen.near("sideways"), "skirts": seen.near("skirts")}
     return Finding(
-        seen.rate(seen.those_asked & seen.near),
-        seen.by_distance | seen.rates(others) | {"detections that are nobody's": seen.wrong},
+        seen.rate(seen.near(seen.kind)),
+        seen.by_distance()
+        | seen.rates({f"{name}, within 3 m": some for name, some in others.items()})
+        | {"detections that are nobody's": seen.wrong},
     )
 
 
 def _wrong(seen: Looks) -> Finding:
-    found, readings = seen.found.astype(float), seen.readings.astype(float)
-    often = {"detections in a reading": bootstrap_ratio(found, readings, "by session")}
-    return Finding(seen.wrong, seen.by_distance | often)
+    often = {"detections in a reading": bootstrap_ratio(seen.found, seen.readings, "by session")}
+    return Finding(seen.wrong, seen.by_distance() | often)
 
 
-SONARS = Study(
-    ask, full=Witness(BLIND, "sonar", "heard"), quick=Witness(QUICK, "sonar", "heard"), seed=62
-)
+SONARS = witness("sonar", "heard", seed=62)
 
 
 @SONARS.claim(
@@ -281,9 +231,7 @@ def sonar_unreliable(seen: Looks) -> Finding:
     return _wrong(seen)
 
 
-CAMERA = Study(
-    ask, full=Witness(FULL, "camera", "facing"), quick=Witness(QUICK, "camera", "facing"), seed=63
-)
+CAMERA = witness("camera", "facing", seed=63)
 
 
 @CAMERA.claim(
@@ -335,9 +283,7 @@ def _table(found: Mapping[str, Rates], how: str = "") -> Table:
 
 
 EVERYWHERE = judged(View()) + judged(View(by="direction"), DIRECTION)
-COMMITTEE = Study(
-    compare, full=Comparison(FULL, EVERYWHERE), quick=Comparison(QUICK, EVERYWHERE), seed=64
-)
+COMMITTEE = committee.study(EVERYWHERE, seed=64)
 
 
 @COMMITTEE.claim(
@@ -367,7 +313,7 @@ def no_single_sensor(found: Mapping[str, Rates], value: Interval) -> Finding:
 
 
 BEHIND = judged(View("behind", "direction")) + judged(View("behind"), PLACE)
-BACK = Study(compare, full=Comparison(FULL, BEHIND), quick=Comparison(QUICK, BEHIND), seed=71)
+BACK = committee.study(BEHIND, seed=71)
 
 
 @BACK.claim(

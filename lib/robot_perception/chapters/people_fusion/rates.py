@@ -9,27 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from robot_perception.chapters.people_fusion import committee
-from robot_perception.chapters.people_fusion.committee import (
-    ALL,
-    RULES,
-    Comparison,
-    Rates,
-    System,
-    Tracked,
-    View,
-    compare,
-    frames,
-    sums,
-    tracked,
-)
+from robot_perception.chapters.people_fusion.committee import Comparison, Rates, System, View
 from robot_perception.chapters.people_fusion.modalities import PAPER
-from robot_perception.chapters.people_fusion.sessions import FULL, QUICK, TEST
+from robot_perception.chapters.people_fusion.sessions import TEST
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import SENSORS
 from robot_perception.people.trajectories import Trajectory, trajectories
 from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.studies import Change, Study
+from robot_perception.teaching.studies import Change
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted
 
@@ -44,7 +32,7 @@ CHOICES = {
 }
 """Other answers to what the paper leaves open: who counts, and what is a hit."""
 OTHERS = ("ahead", "behind", *CHOICES)
-AT_ONCE = System(replace(RULES, person=RULES.threshold))
+AT_ONCE = System(replace(committee.RULES, person=committee.RULES.threshold))
 """Whatever is not deleted counts as a person."""
 
 
@@ -71,15 +59,15 @@ ABLATIONS = {
         for name in SENSORS
     },
     "lights out": System(dark=True),
-    "Kalman": System(replace(RULES, fusion="kalman")),
-    "least determinant": System(replace(RULES, omega="least determinant")),
-    "least trace": System(replace(RULES, omega="least trace")),
+    "Kalman": System(replace(committee.RULES, fusion="kalman")),
+    "least determinant": System(replace(committee.RULES, omega="least determinant")),
+    "least trace": System(replace(committee.RULES, omega="least trace")),
 }
 """The system as it is, and with one thing changed each."""
 SWEEPS = {
-    **{f"θ = {theta:g}": System(replace(RULES, threshold=theta)) for theta in THRESHOLDS},
-    **{f"{f:g} α": System(scaled(RULES, alpha=f)) for f in FACTORS},
-    **{f"{f:g} t_v": System(scaled(RULES, patience=f)) for f in FACTORS},
+    **{f"θ = {theta:g}": System(replace(committee.RULES, threshold=theta)) for theta in THRESHOLDS},
+    **{f"{f:g} α": System(scaled(committee.RULES, alpha=f)) for f in FACTORS},
+    **{f"{f:g} t_v": System(scaled(committee.RULES, patience=f)) for f in FACTORS},
 }
 """The system with θ, all α or all t_v changed."""
 
@@ -113,10 +101,8 @@ def setup_table() -> Table:
 # Two numbers -------------------------------------------------------------------------------------
 
 VIEWED = tuple((name, System(), view) for name, view in (SIDES | CHOICES).items())
-CHANGED = tuple((name, system, ALL) for name, system in (ABLATIONS | SWEEPS).items())
-RATE = Study(
-    compare, full=Comparison(FULL, VIEWED + CHANGED), quick=Comparison(QUICK, VIEWED), seed=65
-)
+CHANGED = tuple((name, system, committee.ALL) for name, system in (ABLATIONS | SWEEPS).items())
+RATE = committee.study(VIEWED, CHANGED, seed=65)
 
 
 @RATE.claim(
@@ -161,7 +147,7 @@ def rate_93(found: Mapping[str, Rates], value: Interval) -> Finding:
     )
 
 
-FALSE = Study(compare, full=Comparison(FULL, VIEWED), quick=Comparison(QUICK[:5], VIEWED), seed=66)
+FALSE = committee.study(VIEWED, seed=66, quick=5)
 
 
 @FALSE.claim(
@@ -178,7 +164,7 @@ FALSE = Study(compare, full=Comparison(FULL, VIEWED), quick=Comparison(QUICK[:5]
     ),
     sabotage=Change(
         "the camera alone, which knows no distance",
-        rows=(("everywhere", System(sensors=("camera",)), ALL),),
+        rows=(("everywhere", System(sensors=("camera",)), committee.ALL),),
     ),
     value=lambda found: found["everywhere"].false,
 )
@@ -196,7 +182,7 @@ DISCARDED = {
 """With all hypotheses, and without static ones; before that time none can be static."""
 
 
-def ways(run: Tracked) -> tuple[Trajectory, ...]:
+def ways(run: committee.Tracked) -> tuple[Trajectory, ...]:
     """Return the ways of all persons of a session in the world, by identity."""
     poses = run.recording.poses[run.recording.judged[run.rows]]
     return trajectories([persons for _, persons, _ in run.persons], poses)
@@ -206,19 +192,21 @@ def at_random(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rate
     """Discard at random as many of each session's persons as were static."""
     mixed = []
     for session in config.sessions:
-        run = tracked(session)
+        run = committee.tracked(session)
         rows, persons, static = zip(*run.persons, strict=True)
         flat = rng.permutation(np.concatenate(static))
         ends = np.cumsum([len(some) for some in static])[:-1]
-        mixed.append(Tracked(run.recording, np.array(rows), persons, tuple(np.split(flat, ends))))
+        mixed.append(
+            committee.Tracked(run.recording, np.array(rows), persons, tuple(np.split(flat, ends)))
+        )
     return {
-        name: Rates(*np.array([sums(frames(run, view), view) for run in mixed]).T)
+        name: Rates(*np.array([committee.sums(run, view) for run in mixed]).T)
         for name, _, view in config.rows
     }
 
 
 STATIC = tuple((name, System(), view) for name, view in DISCARDED.items())
-STILL = Study(compare, full=Comparison(FULL, STATIC), quick=Comparison(QUICK, STATIC), seed=67)
+STILL = committee.study(STATIC, seed=67)
 
 
 @STILL.claim(

@@ -70,26 +70,26 @@ class Legs:
 
 def walkers(folder: Path) -> Legs:
     """Run the detector on the scans with marks, and on those of an empty floor."""
-    distances, fine, coarse, best = [], [], [], None
-    for name in MARKED:
-        scans = read_leg_scans(folder / f"{name}.npz")
-        for k in np.unique(scans.scans_of_legs):
-            marked = scans.legs[scans.scans_of_legs == k]
-            found = _legs(scans, int(k), THIRD)
-            distances.append(np.hypot(*marked.T))
-            fine.append(_hits(_legs(scans, int(k), 1), marked))
-            coarse.append(_hits(found, marked))
-            if best is None or len(marked) > len(best[1]):
-                best = scans.ranges[k], marked, found, scans.angles
-    empty = [read_leg_scans(folder / f"{name}.npz") for name in EMPTY]
-    ranges, marked, found, angles = best
+    with_legs, empty = (
+        [read_leg_scans(folder / f"{name}.npz") for name in names] for names in (MARKED, EMPTY)
+    )
+    marked = [
+        (scans, k, scans.legs[scans.scans_of_legs == k])
+        for scans in with_legs
+        for k in np.unique(scans.scans_of_legs).tolist()
+    ]
+    hits = [
+        [_hits(_legs(scans, k, every), there) for scans, k, there in marked] for every in (1, THIRD)
+    ]
+    scans, k, there = max(marked, key=lambda one: len(one[-1]))
     return Legs(
-        *(np.concatenate(part) for part in (distances, fine, coarse)),
+        np.concatenate([np.hypot(*there.T) for *_, there in marked]),
+        *(np.concatenate(some) for some in hits),
         *(_persons(empty, every) for every in (1, THIRD)),
-        np.where(np.isfinite(ranges), ranges, FAR),
-        angles,
-        marked,
-        found,
+        np.where(np.isfinite(scans.ranges[k]), scans.ranges[k], FAR),
+        scans.angles,
+        there,
+        _legs(scans, k, THIRD),
     )
 
 
