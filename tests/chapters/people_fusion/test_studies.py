@@ -1,13 +1,14 @@
 """Laws of the studies, on sessions written down by hand."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from robot_perception.chapters.people_fusion import committee, modalities, rates, sessions
+from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
 from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Config, Recording
-from robot_perception.people.aggregation import Hypotheses
+from robot_perception.people.aggregation import Hypotheses, step
 from robot_perception.people.detections import SENSORS
 
 
@@ -33,15 +34,24 @@ def recording(polar, found, *, clear=True, sensor="laser"):
         gaze=one,
         swing=0 * one,
         skirt=np.zeros(p, dtype=bool),
-        tone=np.zeros(p),
     )
 
 
 def only(scene, where="everywhere", by="place"):
     """Return rates of the detections of one reading, taken for persons."""
     mean = scene.found(0).positions.mean
-    (row,) = [committee._frame(scene, 0, mean, np.arange(len(mean)), committee.View(where, by))]
-    return row
+    return committee._frame(scene, 0, mean, np.arange(len(mean)), View(where, by))
+
+
+def run(scene, hypotheses):
+    """Return what was tracked in a session of one reading."""
+    static = np.zeros(len(hypotheses), dtype=bool)
+    return Tracked(scene, np.array([0]), (hypotheses,), (static,), 0.0)
+
+
+def first(scene):
+    """Return the hypotheses after the only reading."""
+    return step(Hypotheses.none(), scene.found(0), np.zeros(3), committee.RULES)[0]
 
 
 def test_seeds_never_meet():
@@ -73,13 +83,13 @@ def test_by_direction_the_distance_does_not_matter():
     for by, apart in (("direction", near), ("place", None)):
         frame = only(scene, by=by)
         gap = np.linalg.norm(frame.people - frame.hypotheses)
-        assert (gap <= committee.View(by=by).gate) == (by == "direction")
+        assert (gap <= View(by=by).gate) == (by == "direction")
         assert apart is None or gap == pytest.approx(apart)
 
 
 def test_rates_of_a_scene_that_is_half_right():
     scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
-    found = committee.rates([[only(scene)]] * 2)
+    found = Rates(*np.array([committee.sums(run(scene, first(scene)), View())] * 2).T)
     assert found.tracked.estimate == found.false.estimate == 0.5
     assert found.right == pytest.approx([0.5, 0.5])
     assert found.mota.estimate == 0
@@ -88,14 +98,14 @@ def test_rates_of_a_scene_that_is_half_right():
 
 def test_each_detection_is_one_persons():
     scene = recording([(2, 0), (2, 0.1)], [(2, 0.05), (4, 2)])
-    seen = modalities.looks([scene], "laser")
-    assert seen.hit.sum() == 1
+    seen = modalities.looks([scene], "laser", "upright")
+    assert seen.people.hit.sum() == 1
     assert (seen.readings.item(), seen.found.item(), seen.false.item()) == (1, 2, 1)
 
 
 def test_a_camera_is_judged_by_direction_round_the_back():
     scene = recording([(2, 3.1)], [(4, -3.1)], sensor="camera")
-    assert modalities.looks([scene], "camera").hit.all()
+    assert modalities.looks([scene], "camera", "facing").people.hit.all()
 
 
 def test_scaled_rules():
@@ -109,27 +119,41 @@ def test_scaled_rules():
 
 def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):
     one, n = recording([(2, 0)], [(2, 0)]), 20
-    rows = ("means", "covs", "poses", "reckoned", "polar", "present", "clear", "beams", "cones")
-    rows = (*rows, "sensors", "counts", "side", "gaze", "swing")
-    many = replace(
-        one,
-        times=np.arange(n) / 10,
-        judged=np.arange(n),
-        **{name: np.repeat(getattr(one, name), n, axis=0) for name in rows},
-    )
+    names = {entry.name for entry in fields(Recording)} - {"times", "judged", "skirt"}
+    rows = {name: np.repeat(getattr(one, name), n, axis=0) for name in names}
+    many = replace(one, times=np.arange(n) / 10, judged=np.arange(n), **rows)
     monkeypatch.setattr(sessions, "record", lambda config: many)
-    run = committee.tracked.__wrapped__(Config(1))
-    counts = [len(persons) for persons in run.persons]
+    tracked = committee.tracked.__wrapped__(Config(1))
+    counts = [len(persons) for _, persons, _ in tracked.persons]
     assert counts[0] == 0
     assert counts[-1] == 1
     assert counts == sorted(counts)
-    assert committee.rates([list(committee.frames(run))] * 2).false.estimate == 0
+    assert all(len(frame.hypotheses) <= 1 for frame in committee.frames(tracked))
 
 
 def test_no_persons_no_hypotheses():
-    nobody = Hypotheses.none()
-    run = committee.Tracked(
-        recording([(2, 0)], []), np.array([0]), (nobody,), (np.zeros(0, dtype=bool),)
-    )
-    (frame,) = committee.frames(run)
+    (frame,) = committee.frames(run(recording([(2, 0)], []), Hypotheses.none()))
     assert (len(frame.people), len(frame.hypotheses)) == (1, 0)
+
+
+def test_each_row_of_a_comparison_is_its_own(monkeypatch):
+    """Rows that share a system have their own views, and none takes another's sessions."""
+
+    def tracked(config, system):
+        scene = recording([(2, 0), (2, 2)], [(2, 0)][: config.seed])
+        return run(scene, first(scene))
+
+    monkeypatch.setattr(committee, "tracked", tracked)
+    ours, other = committee.System(), committee.System(dark=True)
+    rows = (("all", ours, View()), ("ahead", ours, View("ahead")), ("dark", other, View("behind")))
+    both = committee.Comparison((Config(0), Config(1)), rows)
+    found = committee.compare(both, rng=np.random.default_rng(0))
+    assert [one.people.tolist() for one in found.values()] == [[2, 2], [1, 1], [1, 1]]
+    assert [one.matched.tolist() for one in found.values()] == [[0, 1], [0, 1], [0, 0]]
+    assert list(found) == ["all", "ahead", "dark"]
+
+
+def test_the_full_size_changes_one_thing_each_beside_the_ways_to_count():
+    names = [name for name, *_ in rates.RATE.full.rows]
+    assert len(set(names)) == len(names) == 5 + 8 + 15
+    assert rates.RATE.quick.rows == rates.RATE.full.rows[:5]

@@ -14,44 +14,24 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from data_synth.people import (
-    LASER_ANGLES,
-    STEP,
-    FisheyeImage,
-    LaserScan,
-    Moment,
-    Sensing,
-    SonarScan,
-    Visit,
-    World,
-    make_people_office,
-    make_person,
-    walk,
-)
-from data_synth.people.world import between
+from data_synth.people import make_people_office, make_person
+from data_synth.people.signals import FisheyeImage, LaserScan, Sensing, SonarScan
+from data_synth.people.world import STEP, Moment, Visit, World, between, walk
 from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.modalities import PAPER
-from robot_perception.chapters.people_fusion.sessions import RIG, Senses
+from robot_perception.chapters.people_fusion.sessions import RIG, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.geometry import se2, wrap_angle
-from robot_perception.people import legs, sonar
+from robot_perception.people import behaviours as acts
 from robot_perception.people.aggregation import Hypotheses, step
-from robot_perception.people.behaviours import (
-    PHASES,
-    STOP,
-    Command,
-    Rules,
-    State,
-    follow,
-    guide,
-    survey,
-)
+from robot_perception.people.behaviours import PHASES, STOP, Command, Rules, State
 from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.trajectories import StaticRules, Stays, watch
-from robot_perception.teaching.claims import Finding, Size, claim
+from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 from robot_perception.walls.scores import distance_to_segments
 
@@ -62,34 +42,23 @@ LEADS = 0.4
 """How fast a guide drives, so that who follows it stays in reach of the sonars, m/s; ours."""
 STATIC = StaticRules(longest=3.0)
 """Who stays in one place for that long, and is not the one it is about, is furniture; ours."""
-STRAYS = 9.0
-"""When the visitor of a guide or a survey goes away, s; ours."""
-DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}
-"""Of a story, s; ours."""
-PROMPT = 5.0
-"""A robot that asks back within that time has noticed, s; ours."""
-LED = 0.5
-"""How fast the one who is followed walks, m/s; ours."""
-COMES = 4.5
-"""From how far away the visitor comes, m; ours."""
-WALLED = 0.3
-"""A sonar's reading so near to a wall of the map is the wall, m; ours."""
+STRAYS = 9.0  # when the visitor of a guide or a survey goes away, s; ours
+DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}  # of a story, s; ours
+PROMPT = 5.0  # a robot that asks back within that time has noticed, s; ours
+LED = 0.5  # how fast the one who is followed walks, m/s; ours
+COMES = 4.5  # from how far away the visitor comes, m; ours
+WALLED = 0.3  # a sonar's reading so near to a wall of the map is the wall, m; ours
 KNOWN = 1.2
 """Whose distance has a larger standard deviation may be anywhere in that direction, m; ours."""
-ARRIVED = 0.3
-"""A guide so near to the end of its route stops, m; ours."""
-LOOK = 5
-"""Every so many steps the hypotheses are written down."""
-CHOOSE = tuple(range(5001, 5011))
-"""Seeds of the stories that the rules were chosen on."""
-SEEDS = tuple(range(6001, 6021))
-"""Seeds of the stories that are scored."""
+ARRIVED = 0.3  # a guide so near to the end of its route stops, m; ours
+LOOK = 5  # every so many steps the hypotheses are written down
+CHOOSE = tuple(range(5001, 5011))  # seeds of the stories that the rules were chosen on
+SEEDS = tuple(range(6001, 6021))  # seeds of the stories that are scored
 NOBODY, FURNITURE, MOVES, PARTNER = range(4)
 """What a hypothesis is taken for: too weak, one that stays, a person, the one it is about."""
 BACK_TO_ROBOT = 1.2  # where the one who is followed starts, m
 SAID = ("", "come back", "welcome back", "take part", "first question", "thank you")
 """What the robot may say; mostly nothing."""
-_NEVER = 60.0  # when a camera reads first that takes no part, s
 
 
 class TurnedRing(SonarRing):
@@ -109,28 +78,13 @@ RING = TurnedRing()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Story:
-    """What happened, k steps, j of them with the hypotheses, h in all.
+    """What happened in k steps, with the h hypotheses that were written down at j of them.
 
-    Parameters
-    ----------
-    times : (k,)
-        s.
-    robot, reckoned : (k, 3)
-        Where the robot was, and where its wheels said it was, m and rad.
-    visitor : (k, 2)
-        Where the person was, m.
-    phase, said : (k,)
-        Of the behaviour, in the order of ``PHASES``; and what was said, 0 if nothing.
-    speed : (k,)
-        Of the robot, m/s.
-    bumped : (k,)
-        Whether the robot was stopped by what stood before it.
-    looks, counts : (j,)
-        At which steps the hypotheses were written down, and how many there were.
-    mean, cov, weight : (h, 2), (h, 2, 2), (h,)
-        The hypotheses, about the robot.
-    status : (h,)
-        ``NOBODY``, ``FURNITURE``, ``MOVES`` or ``PARTNER``.
+    Of each step there are its time (s), where the robot was and where its wheels said it was (m and
+    rad), where the person was (m), the phase of the behaviour in the order of ``PHASES``, which of
+    ``SAID`` was said, the robot's speed (m/s), and whether what stood before it had stopped it. The
+    hypotheses, so many a look, are about the robot; each is ``NOBODY``, ``FURNITURE``, ``MOVES`` or
+    ``PARTNER``.
     """
 
     times: Float[np.ndarray, " k"]
@@ -161,23 +115,11 @@ class Story:
 
 @kept
 def told(
-    kind: Kind,
-    seed: int,
-    sensors: tuple[Sensor, ...] = SENSORS,
-    behaves: Rules = RULES,
+    kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS, behaves: Rules = RULES
 ) -> Story:
     """Let the world run, with the detectors and the behaviour in it, and return the story.
 
-    Parameters
-    ----------
-    kind
-        What the robot does.
-    seed
-        Of office, person and noise.
-    sensors
-        Which of them take part.
-    behaves
-        Rules of the behaviour.
+    The seed is that of office, person and noise.
     """
     world, route = stage(kind, np.random.default_rng(seed))
     robot = _Robot(kind, seed, sensors, behaves, world)
@@ -211,21 +153,13 @@ class _Robot:
     """What the robot knows: where people may be, who of them never moves, what it is about."""
 
     def __init__(
-        self,
-        kind: Kind,
-        seed: int,
-        sensors: tuple[Sensor, ...],
-        behaves: Rules,
-        world: World,
+        self, kind: Kind, seed: int, sensors: tuple[Sensor, ...], behaves: Rules, world: World
     ) -> None:
-        self.kind, self.sensors, self.rules = kind, sensors, committee.RULES
+        self.kind, self.rules = kind, committee.RULES
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
-        rig, noise = replace(RIG, ring=RING), np.random.default_rng([seed, 3])
-        if "camera" in sensors:
-            self.senses = Senses(np.random.default_rng([seed, 1]))
-        else:
-            rig = replace(rig, delays=(*RIG.delays[:2], _NEVER))  # spares the images
-        self.sensing = Sensing(world.office, world.people, rig, rng=noise)
+        self.senses = Senses(np.random.default_rng([seed, 1]), RING)
+        noise = np.random.default_rng([seed, 3])
+        self.sensing = Sensing(world.office, world.people, rig(sensors, RING), rng=noise)
         self.map, _ = world.office.section(RIG.ring_height)
         self.pose = self.last = world.now.robot
         self.hypotheses, self.stays, self.state = Hypotheses.none(), Stays.none(), State()
@@ -238,19 +172,18 @@ class _Robot:
             share = (reading.time - before.time) / (now.time - before.time)
             self.pose = se2.compose(start, share * rolled)
             found = self._found(reading, between(before, now, reading.time).robot)
-            if found.sensor in self.sensors:
-                motion = se2.between(self.last, self.pose)
-                self.hypotheses, _ = step(self.hypotheses, found, motion, self.rules)
-                self.stays, self.still = watch(self.stays, self.hypotheses, self.pose, STATIC)
-                self.last = self.pose
+            motion = se2.between(self.last, self.pose)
+            self.hypotheses, _ = step(self.hypotheses, found, motion, self.rules)
+            self.stays, self.still = watch(self.stays, self.hypotheses, self.pose, STATIC)
+            self.last = self.pose
         self.pose = se2.compose(start, rolled)
         persons = self.hypotheses.select(self.status() >= MOVES)
         if persons.time == -np.inf:
             return STOP
         if self.kind == "survey":
-            self.state, command = survey(self.state, persons, False, self.behaves)
+            self.state, command = acts.survey(self.state, persons, False, self.behaves)
         else:
-            act = guide if self.kind == "guide" else follow
+            act = getattr(acts, self.kind)
             self.state, command = act(self.state, persons, self.behaves)
         return command
 
@@ -269,16 +202,11 @@ class _Robot:
 
     def _found(self, reading: LaserScan | SonarScan | FisheyeImage, pose: np.ndarray) -> Detections:
         """Return what a detector makes of a reading; the sonars know the walls from the map."""
-        if isinstance(reading, LaserScan):
-            return Detections(reading.time, "laser", legs.detect(reading.ranges, LASER_ANGLES))
-        if isinstance(reading, FisheyeImage):
-            return self.senses.detect(reading, float(self.pose[2]))
 
         def walled(points: np.ndarray) -> np.ndarray:
             return distance_to_segments(se2.act(pose, points), self.map).min(axis=-1) < WALLED
 
-        found = sonar.detect(reading.ranges, RING.angles, RING.radius, occupied=walled)
-        return Detections(reading.time, "sonar", found)
+        return self.senses.detect(reading, float(self.pose[2]), walled)
 
 
 def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray, "n 2"]]:
@@ -286,24 +214,12 @@ def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray
 
     A guide waits in the corridor near the entrance, and its route leads to a room at the other end;
     a poller stands half-way; people come from 4.5 m away and leave the same way. Who is followed
-    leads from the middle of a room to an end of the corridor.
-
-    Parameters
-    ----------
-    kind
-        What the robot does.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    World
-    (n, 2)
-        Points of the route every 0.1 m; none but for a guide.
+    leads from the middle of a room to an end of the corridor. Only a guide has a route; it has a
+    point every 0.1 m.
     """
     office = make_people_office(rng=rng)
     person, ends = make_person(rng=rng), office.exits[rng.permutation(2)]
-    rooms = np.array([_middle(room) for room in office.rooms[:-1]])
+    rooms = (office.rooms[:-1, :2] + office.rooms[:-1, 2:]) / 2
     room = rooms[rng.integers(len(rooms))]
     start, goal, at = ends[0], ends[1], round(COMES / 0.1)
     if kind == "guide":
@@ -325,10 +241,6 @@ def stage(kind: Kind, rng: np.random.Generator) -> tuple[World, Float[np.ndarray
     comes = way[at - round(COMES / 0.1), None]
     world = World(office, (person,), (leaves,), robot, rng=rng, starts=comes)
     return world, way[at if kind == "guide" else len(way) :]
-
-
-def _middle(room: np.ndarray) -> Float[np.ndarray, "2"]:
-    return (room[:2] + room[2:]) / 2
 
 
 def _even(way: np.ndarray) -> Float[np.ndarray, "n 2"]:
@@ -387,21 +299,44 @@ def continued(stories: Sequence[Story]) -> Bool[np.ndarray, " n"]:
     return np.array(found, dtype=bool)
 
 
-def _stories(
-    kind: Kind, count: int, sensors: tuple[Sensor, ...] = SENSORS, behaves: Rules = RULES
-) -> list[Story]:
-    return [told(kind, seed, sensors, behaves) for seed in SEEDS[:count]]
+@dataclass(frozen=True, slots=True)
+class Config:
+    """So many stories of a kind, once with each choice of the sensors; all is ours."""
+
+    kind: Kind
+    count: int
+    sensors: tuple[tuple[Sensor, ...], ...] = (SENSORS,)
+    behaves: Rules = RULES
 
 
-def _noticed(stories: list[Story], limit: float) -> Finding:
-    took = delays(stories, limit)
-    evidence = {"asked back before anybody left, a story": bootstrap_mean(false_stops(stories))}
+Stories = list[list[Story]]
+
+
+def stories(config: Config, *, rng: np.random.Generator) -> Stories:
+    """Return the stories by sensors; each has a seed of its own, and nothing else is drawn."""
+    return [
+        [told(config.kind, seed, who, config.behaves) for seed in SEEDS[: config.count]]
+        for who in config.sensors
+    ]
+
+
+PATIENT = Change(
+    "a robot that waits for half a minute before it believes its sensors", count=2, behaves=SLOW
+)
+
+
+def _noticed(some: Sequence[Story], limit: float) -> Finding:
+    took = delays(some, limit)
+    evidence = {"asked back before anybody left, a story": bootstrap_mean(false_stops(some))}
     if np.isfinite(took).sum() > 1:
         evidence["delay"] = bootstrap_mean(took[np.isfinite(took)], "s")
     return Finding(proportion(int((took <= PROMPT).sum()), took.size), evidence)
 
 
-@claim(
+TOUR = Study(stories, full=Config("guide", 20), quick=Config("guide", 4), seed=68)
+
+
+@TOUR.claim(
     "guide-asks-back",
     paper=PAPER,
     place="§4.2",
@@ -411,38 +346,27 @@ def _noticed(stories: list[Story], limit: float) -> Finding:
     method="Stories in the closed loop: share of the visitors who stray that are asked back "
     "within 5 s of being 3 m away.",
     accepted=Accepted(0.75, 1.0, "three stories of four", "our choice"),
-    seed=68,
+    sabotage=PATIENT,
 )
-def guide_asks_back(size: Size, rng: np.random.Generator) -> Finding:
+def guide_asks_back(told: Stories) -> Finding:
     """Count the stories in which the robot asks back."""
-    stories = _stories("guide", 20 if size is Size.FULL else 4)
-    found, after = _noticed(stories, RULES.reach), continued(stories)
+    (some,) = told
+    found, after = _noticed(some, RULES.reach), continued(some)
     if not after.size:
         return found
     share = proportion(int(after.sum()), after.size)
-    return Finding(found.value, found.evidence | {"continued, of those who came back": share})
+    return replace(found, evidence=found.evidence | {"continued, of those who came back": share})
 
 
-@guide_asks_back.sabotage("a robot that waits for half a minute before it believes its sensors")
-def slow_guide(size: Size, rng: np.random.Generator) -> Finding:
-    """Guide with a long patience."""
-    stories = _stories("guide", 8 if size is Size.FULL else 2, behaves=SLOW)
-    return _noticed(stories, RULES.reach)
+WALK = Study(
+    stories,
+    full=Config("follow", 20, (WITHOUT_CAMERA, SENSORS)),
+    quick=Config("follow", 12, (WITHOUT_CAMERA,)),
+    seed=69,
+)
 
 
-def _followed(stories: list[Story]) -> Finding:
-    apart = np.array([story.apart[-1] for story in stories])
-    stops = np.array([float(story.asked.sum()) for story in stories])
-    return Finding(
-        proportion(int((apart < RULES.reach).sum()), apart.size),
-        {
-            "distance at the end": bootstrap_mean(apart, "m"),
-            "asked back, a story": bootstrap_mean(stops),
-        },
-    )
-
-
-@claim(
+@WALK.claim(
     "follow-turned-back",
     paper=PAPER,
     place="§4.2",
@@ -452,24 +376,27 @@ def _followed(stories: list[Story]) -> Finding:
     method="Stories in the closed loop, the camera's readings left out: share of the stories "
     "at whose end the robot is within 3 m of the person it follows through the office.",
     accepted=Accepted(0.75, 1.0, "three stories of four", "our choice"),
-    seed=69,
+    sabotage=Change(
+        "the camera alone, which loses a face that turns away", count=2, sensors=(("camera",),)
+    ),
 )
-def follow_turned_back(size: Size, rng: np.random.Generator) -> Finding:
+def follow_turned_back(told: Stories) -> Finding:
     """Count the stories in which the robot is still there."""
-    found = _followed(_stories("follow", 20 if size is Size.FULL else 12, WITHOUT_CAMERA))
-    if size is Size.QUICK:
-        return found
-    all_ = _followed(_stories("follow", 20))
-    return Finding(found.value, found.evidence | {"with the camera as well": all_.value})
+    apart = [np.array([story.apart[-1] for story in some]) for some in told]
+    near = [proportion(int((end < RULES.reach).sum()), end.size) for end in apart]
+    evidence = {
+        "distance at the end": bootstrap_mean(apart[0], "m"),
+        "asked back, a story": bootstrap_mean(np.array([float(s.asked.sum()) for s in told[0]])),
+    }
+    if len(near) > 1:
+        evidence["with the camera as well"] = near[1]
+    return Finding(near[0], evidence)
 
 
-@follow_turned_back.sabotage("the camera alone, which loses a face that turns away")
-def follow_by_camera(size: Size, rng: np.random.Generator) -> Finding:
-    """Follow by the colour of skin alone."""
-    return _followed(_stories("follow", 8 if size is Size.FULL else 2, ("camera",)))
+ROUND = Study(stories, full=Config("survey", 20), quick=Config("survey", 12), seed=70)
 
 
-@claim(
+@ROUND.claim(
     "survey-breaks-off",
     paper=PAPER,
     place="§4.1",
@@ -479,15 +406,8 @@ def follow_by_camera(size: Size, rng: np.random.Generator) -> Finding:
     method="Stories in the closed loop: share of the visitors who leave that are asked back "
     "within 5 s of being 2 m away.",
     accepted=Accepted(0.75, 1.0, "three stories of four", "our choice"),
-    seed=70,
+    sabotage=PATIENT,
 )
-def survey_breaks_off(size: Size, rng: np.random.Generator) -> Finding:
+def survey_breaks_off(told: Stories) -> Finding:
     """Count the stories in which the robot notices."""
-    return _noticed(_stories("survey", 20 if size is Size.FULL else 12), RULES.close)
-
-
-@survey_breaks_off.sabotage("a robot that waits for half a minute before it believes its sensors")
-def slow_survey(size: Size, rng: np.random.Generator) -> Finding:
-    """Hold the survey with a long patience."""
-    stories = _stories("survey", 8 if size is Size.FULL else 2, behaves=SLOW)
-    return _noticed(stories, RULES.close)
+    return _noticed(told[0], RULES.close)

@@ -1,27 +1,24 @@
 """The whole system over a session, and how right it is: everywhere, ahead and behind."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from robot_perception.chapters.people_fusion import sessions
 from robot_perception.chapters.people_fusion.sessions import Config, Recording
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
-from robot_perception.people.aggregation import (
-    AggregationRules,
-    Hypotheses,
-    SensorRules,
-    step,
-)
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
 from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.people.scores import Frame, gospa, score
 from robot_perception.people.trajectories import StaticRules, Stays, watch
+from robot_perception.teaching.studies import Study
+from robot_perception.teaching.tables import Table
 
 RULES = AggregationRules(
     threshold=0.3,
@@ -35,35 +32,16 @@ RULES = AggregationRules(
 :math:`F_2`, in which a person missed costs four times as much as a false hypothesis: the paper
 prefers too many to too few."""
 STATIC = StaticRules()
-FARTHEST = 5.0
-"""Who is further from the robot, or hidden by furniture, need not be found, m; ours."""
-REACH = 0.6
-"""A hypothesis is somebody's within that, m; ours."""
-TURN = np.deg2rad(10.0)
-"""Judged by direction alone, within that, rad; ours."""
-CUTOFF = 1.0
-"""Of the metric GOSPA, m; ours."""
-
-DARK_AT = 1.0
-"""When the lamps go out, if they do: from then on there is only daylight, s."""
-
-Where = Literal["everywhere", "ahead", "behind"]
-By = Literal["place", "direction"]
+FARTHEST = 5.0  # who is further from the robot, or hidden by furniture, need not be found, m; ours
+REACH = 0.6  # a hypothesis is somebody's within that, m; ours
+TURN = np.deg2rad(10.0)  # judged by direction alone, within that, rad; ours
+CUTOFF = 1.0  # of the metric GOSPA, m; ours
+DARK_AT = 1.0  # when the lamps go out, if they do: from then on there is only daylight, s
 
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """The whole system, as chosen or with something changed.
-
-    Parameters
-    ----------
-    rules
-        Of the aggregation.
-    sensors
-        Who takes part.
-    dark
-        Whether the lamps are out.
-    """
+    """The whole system, as chosen or changed: the rules, who takes part, the lamps out or not."""
 
     rules: AggregationRules = RULES
     sensors: tuple[Sensor, ...] = SENSORS
@@ -74,24 +52,14 @@ class System:
 class View:
     """What of a session is judged, and how.
 
-    Parameters
-    ----------
-    where
-        Which people count, and which hypotheses that are nobody.
-    by
-        Whether places are compared, or directions alone, as points of the unit circle.
-    discard
-        Whether static hypotheses are left out.
-    farthest
-        Who is further from the robot need not be found, m.
-    reach
-        A hypothesis is somebody's within that, m.
-    after
-        From when on it is judged, s.
+    Which people count, and which hypotheses that are nobody; whether places are compared, or
+    directions alone, as points of the unit circle; and whether static hypotheses are left out. Who
+    is further than ``farthest`` from the robot need not be found, a hypothesis is somebody's within
+    ``reach`` (m), and nothing is judged before the time ``after`` (s).
     """
 
-    where: Where = "everywhere"
-    by: By = "place"
+    where: Literal["everywhere", "ahead", "behind"] = "everywhere"
+    by: Literal["place", "direction"] = "place"
     discard: bool = False
     farthest: float = FARTHEST
     reach: float = REACH
@@ -113,48 +81,48 @@ ALL = View()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracked:
-    """The persons of a session at the judged readings of its sensors.
+    """The hypotheses of a session after k judged readings: those of the sensors that take part.
 
-    Parameters
-    ----------
-    recording
-        The session.
-    rows : (k,)
-        Which of the judged readings: those of the sensors that take part.
-    persons
-        The hypotheses that count as persons after each.
-    static
-        Which of them have stayed in one place for too long.
+    ``rows`` says which of the judged readings these are, and ``static`` which of the hypotheses
+    have stayed in one place for too long. They count as persons above a weight.
     """
 
     recording: Recording
-    rows: np.ndarray
-    persons: tuple[Hypotheses, ...]
+    rows: Int[np.ndarray, " k"]
+    hypotheses: tuple[Hypotheses, ...]
     static: tuple[Bool[np.ndarray, " _"], ...]
+    person: float = RULES.person
+
+    @property
+    def persons(self) -> Iterator[tuple[int, Hypotheses, Bool[np.ndarray, " _"]]]:
+        """Yield the row, the hypotheses that count as persons, and which of these are static."""
+        for row, found, static in zip(self.rows, self.hypotheses, self.static, strict=True):
+            counts = found.weight > self.person
+            yield int(row), found.select(counts), static[counts]
+
+    def at(self, moment: float) -> Hypotheses:
+        """Return the hypotheses after the last judged reading before a moment."""
+        times = self.recording.judged_at[self.rows]
+        return self.hypotheses[int(np.searchsorted(times, moment, side="right")) - 1]
 
 
 @cache
 def tracked(config: Config, system: System = System()) -> Tracked:
-    """Return the persons that a system finds in a session."""
-    rules, sensors = system.rules, system.sensors
-    if system.dark:
-        config = replace(config, lights_out=DARK_AT)
-    recording = sessions.record(config)
+    """Return the hypotheses of a system in a session."""
+    recording = sessions.record(replace(config, lights_out=DARK_AT) if system.dark else config)
     row_of = {int(k): row for row, k in enumerate(recording.judged)}
-    taken = [SENSORS.index(sensor) for sensor in sensors]
+    taken = [SENSORS.index(sensor) for sensor in system.sensors]
     hypotheses, stays, last = Hypotheses.none(), Stays.none(), recording.reckoned[0]
-    rows, persons, static = [], [], []
+    judged = []
     for k in np.flatnonzero(np.isin(recording.sensors, taken)).tolist():
         pose = recording.reckoned[k]
-        hypotheses, _ = step(hypotheses, recording.found(k), se2.between(last, pose), rules)
-        stays, still = watch(stays, hypotheses, pose, STATIC)
+        hypotheses, _ = step(hypotheses, recording.found(k), se2.between(last, pose), system.rules)
+        stays, static = watch(stays, hypotheses, pose, STATIC)
         last = pose
         if k in row_of:
-            chosen = hypotheses.weight > rules.person
-            rows.append(row_of[k])
-            persons.append(hypotheses.select(chosen))
-            static.append(still[chosen])
-    return Tracked(recording, np.array(rows), tuple(persons), tuple(static))
+            judged.append((row_of[k], hypotheses, static))
+    rows, *found = zip(*judged, strict=True)
+    return Tracked(recording, np.array(rows), *found, system.rules.person)
 
 
 def frames(run: Tracked, view: View = ALL) -> Iterator[Frame]:
@@ -163,19 +131,11 @@ def frames(run: Tracked, view: View = ALL) -> Iterator[Frame]:
     People who are hidden by furniture or far away need not be found, and who finds them all the
     same is not wrong: such hypotheses are left out.
     """
-    for row, persons, static in zip(run.rows, run.persons, run.static, strict=True):
-        if run.recording.times[run.recording.judged[row]] < view.after:
-            continue
-        some = persons.select(~static) if view.discard else persons
-        yield _frame(run.recording, int(row), some.mean, some.identity, view)
-
-
-def alone(recording: Recording, sensor: Sensor, view: View = ALL) -> Iterator[Frame]:
-    """Yield people and what one reading of one sensor makes of them, without any memory."""
-    for row, k in enumerate(recording.judged):
-        if SENSORS[recording.sensors[k]] == sensor:
-            mean = recording.found(int(k)).positions.mean
-            yield _frame(recording, row, mean, np.arange(len(mean)), view)
+    times = run.recording.judged_at
+    for row, persons, static in run.persons:
+        if times[row] >= view.after:
+            some = persons.select(~static) if view.discard else persons
+            yield _frame(run.recording, row, some.mean, some.identity, view)
 
 
 def _frame(
@@ -193,12 +153,12 @@ def _frame(
     return Frame(people[counts], np.flatnonzero(counts), points[kept], identities[kept])
 
 
-def _side(polar: np.ndarray, where: Where) -> np.ndarray:
+def _side(polar: np.ndarray, where: str) -> Bool[np.ndarray, " n"]:
     ahead = np.abs(polar[:, 1]) <= np.pi / 2
     return {"everywhere": np.ones_like(ahead), "ahead": ahead, "behind": ~ahead}[where]
 
 
-def _points(polar: np.ndarray, by: By) -> Float[np.ndarray, "n 2"]:
+def _points(polar: np.ndarray, by: str) -> Float[np.ndarray, "n 2"]:
     r, phi = polar.T
     circle = np.stack([np.cos(phi), np.sin(phi)], axis=-1)
     return circle if by == "direction" else r[:, None] * circle
@@ -208,10 +168,7 @@ def _points(polar: np.ndarray, by: By) -> Float[np.ndarray, "n 2"]:
 class Rates:
     """Sums of each session: how often people were there, hypotheses were, and both were one.
 
-    Parameters
-    ----------
-    people, hypotheses, matched, switches, gospa : (sessions,)
-        The last is the mean of the metric over a session, m.
+    The last is the mean of the metric GOSPA over a session, m.
     """
 
     people: Float[np.ndarray, " sessions"]
@@ -242,10 +199,6 @@ class Rates:
         errors = self.people + self.hypotheses - 2 * self.matched + self.switches
         return bootstrap_ratio(self.people - errors, self.people, "by session")
 
-    def cells(self) -> tuple[Interval, ...]:
-        """Return the cells of :data:`COLUMNS`."""
-        return self.tracked, self.false, self.mota, bootstrap_mean(self.gospa, "m")
-
 
 COLUMNS = {
     "tracked": "share of the people in view within 5 m who have a hypothesis within 0.6 m",
@@ -255,48 +208,60 @@ COLUMNS = {
 }
 
 
-def rates(runs: Iterable[Iterable[Frame]], view: View = ALL) -> Rates:
-    """Return the sums of sessions.
-
-    Parameters
-    ----------
-    runs
-        The frames of each.
-    view
-        As they were made.
-    """
-    return _table([sums(run, view) for run in runs])
+def table(found: Mapping[str, Rates], about: str, corner: str) -> Table:
+    """Return rates by name."""
+    rows = {
+        name: (rates.tracked, rates.false, rates.mota, bootstrap_mean(rates.gospa, "m"))
+        for name, rates in found.items()
+    }
+    return Table(rows, COLUMNS, about, corner)
 
 
-def sums(run: Iterable[Frame], view: View) -> tuple[float, ...]:
+def sums(run: Tracked, view: View) -> tuple[float, ...]:
     """Return the sums of one session, in the order of `Rates`."""
-    scenes = list(run)
+    scenes = list(frames(run, view))
     total = score(scenes, view.gate)
     apart = [gospa(f.people, f.hypotheses, view.cutoff).total for f in scenes]
-    counts = (total.people, total.hypotheses, total.matched, total.switches)
-    return (*map(float, counts), float(np.mean(apart)))
+    return total.people, total.hypotheses, total.matched, total.switches, float(np.mean(apart))
 
 
-def compare(
-    systems: Mapping[str, System], chosen: Sequence[Config], views: tuple[View, ...] = (ALL,)
-) -> dict[str, tuple[Rates, ...]]:
-    """Return the rates of some systems over the same sessions, one for each view."""
-    different = list(dict.fromkeys(systems.values()))
-    jobs = [(config, system, views) for system in different for config in chosen]
-    found = sweep(_judged, jobs, rng=np.random.default_rng(0), desc="sessions")
-    rows = np.array(found).reshape(len(different), len(chosen), len(views), -1)
-    tables = dict(zip(different, rows, strict=True))
+Row = tuple[str, System, View]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Systems over the same sessions, each judged in a view and named."""
+
+    sessions: tuple[Config, ...]
+    rows: tuple[Row, ...]
+
+
+def compare(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rates]:
+    """Return the rates of each row of a comparison."""
+    views = {
+        system: [v for _, other, v in config.rows if other == system]
+        for _, system, _ in config.rows
+    }
+    jobs = [
+        (session, system, seen) for system, seen in views.items() for session in config.sessions
+    ]
+    done = iter(sweep(_judged, jobs, rng=rng, desc="sessions"))
+    found = {one: np.array([next(done) for _ in config.sessions], float) for one in views}
     return {
-        name: tuple(_table(tables[system][:, v]) for v in range(len(views)))
-        for name, system in systems.items()
+        name: Rates(*found[system][:, views[system].index(view)].T)
+        for name, system, view in config.rows
     }
 
 
-def _judged(job: tuple[Config, System, tuple[View, ...]], *, rng: np.random.Generator) -> list:
+def _judged(job: tuple[Config, System, list[View]], *, rng: np.random.Generator) -> list:
     config, system, views = job
     run = tracked(config, system)
-    return [sums(frames(run, view), view) for view in views]
+    return [sums(run, view) for view in views]
 
 
-def _table(rows: Sequence[Sequence[float]] | np.ndarray) -> Rates:
-    return Rates(*np.array(rows, dtype=float).T)
+def study(
+    rows: tuple[Row, ...], more: tuple[Row, ...] = (), *, seed: int, quick: int = 10
+) -> Study:
+    """Return the study of a comparison; the full size has more rows, the quick one less time."""
+    full = Comparison(sessions.FULL, rows + more)
+    return Study(compare, full, Comparison(sessions.QUICK[:quick], rows), seed)

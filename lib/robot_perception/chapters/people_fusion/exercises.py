@@ -44,8 +44,7 @@ def _agrees(right: Update) -> Callable[[object], bool]:
 
 def _never_deletes(*case: float) -> float:
     weight, matched, elapsed, alpha, patience, theta = case
-    lowered = weight - (1 - theta) * elapsed / patience
-    return weight + alpha * (1 - weight) if matched else lowered
+    return weight + alpha * (1 - weight) if matched else weight - (1 - theta) * elapsed / patience
 
 
 def _adds_alpha(*case: float) -> float:
@@ -59,65 +58,51 @@ def _falls_from_one_to_nothing(*case: float) -> float:
     return _weight(*case) if matched else after * (after >= theta)
 
 
+_RAISED = {
+    _THETA + _MATCHES * _ALPHA * (1 - _THETA): "each match adds a share of what is missing now, "
+    "not of what was missing at first.",
+    1 - (1 - _ALPHA) ** _MATCHES: "the weight starts at θ, not at 0.",
+    1 - (1 - _THETA) * (1 - _ALPHA) ** (_MATCHES - 1): "that is after nine.",
+}
+_FORGOTTEN = {
+    _PATIENCE: "so long takes a weight of 1.",
+    _PATIENCE * _WEIGHT / (1 - _THETA): "it is deleted at θ, not at 0.",
+    _PATIENCE * (_WEIGHT - _THETA): "in t_v the weight falls by 1 − θ, not by 1.",
+}
+_BEAMS = {
+    _LEG / _GAP: "so far away one beam is certain, and a second one is luck.",
+    _DISTANCE * _GAP: "that is the gap at 3 m; where is the leg as wide as two gaps?",
+    _LEG / 2: "use the gap in radians.",
+}
+_UPDATE = {
+    _agrees(_never_deletes): "who falls below θ is deleted: return 0 then.",
+    _agrees(_adds_alpha): "eq. 5 adds a share α of what is missing to 1, not α itself.",
+    _agrees(_falls_from_one_to_nothing): "in t_v the weight falls by 1 − θ, not by 1.",
+}
 EXERCISES = Sheet(
     {
         "people-raised": Exercise(
             1 - (1 - _THETA) * (1 - _ALPHA) ** _MATCHES,
-            mistakes=(
-                (
-                    _THETA + _MATCHES * _ALPHA * (1 - _THETA),
-                    "each match adds a share of what is missing now, not of what was missing "
-                    "at first.",
-                ),
-                (
-                    1 - (1 - _ALPHA) ** _MATCHES,
-                    "the weight starts at θ, not at 0.",
-                ),
-                (1 - (1 - _THETA) * (1 - _ALPHA) ** (_MATCHES - 1), "that is after nine."),
-            ),
+            mistakes=tuple(_RAISED.items()),
             hint="What is missing to 1 is multiplied by 1 − α at each match.",
             rtol=5e-3,
         ),
         "people-forgotten": Exercise(
             _PATIENCE * (_WEIGHT - _THETA) / (1 - _THETA),
-            mistakes=(
-                (_PATIENCE, "so long takes a weight of 1."),
-                (
-                    _PATIENCE * _WEIGHT / (1 - _THETA),
-                    "it is deleted at θ, not at 0.",
-                ),
-                (_PATIENCE * (_WEIGHT - _THETA), "in t_v the weight falls by 1 − θ, not by 1."),
-            ),
+            mistakes=tuple(_FORGOTTEN.items()),
             hint="The weight falls evenly: by 1 − θ in the time t_v.",
             rtol=5e-3,
         ),
         "people-beams": Exercise(
             _LEG / (2 * _GAP),
-            mistakes=(
-                (_LEG / _GAP, "so far away one beam is certain, and a second one is luck."),
-                (
-                    _DISTANCE * _GAP,
-                    "that is the gap at 3 m; where is the leg as wide as two gaps?",
-                ),
-                (_LEG / 2, "use the gap in radians."),
-            ),
+            mistakes=tuple(_BEAMS.items()),
             hint="Beams that are g apart meet a leg at least twice, wherever they fall, if it is "
             "2 g wide. What is g at the distance r?",
             rtol=5e-3,
         ),
         "people-update": Exercise(
             _agrees(_weight),
-            mistakes=(
-                (_agrees(_never_deletes), "who falls below θ is deleted: return 0 then."),
-                (
-                    _agrees(_adds_alpha),
-                    "eq. 5 adds a share α of what is missing to 1, not α itself.",
-                ),
-                (
-                    _agrees(_falls_from_one_to_nothing),
-                    "in t_v the weight falls by 1 − θ, not by 1.",
-                ),
-            ),
+            mistakes=tuple(_UPDATE.items()),
             hint="With a match eq. 5, without one eq. 6 and then the comparison with θ.",
         ),
     }

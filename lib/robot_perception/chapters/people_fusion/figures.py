@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -11,38 +10,31 @@ from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.people_fusion import committee, explorers, recordings, scene
-from robot_perception.chapters.people_fusion.explorers import Choice, State
+from robot_perception.chapters.people_fusion import committee, rates, recordings, scene
 from robot_perception.chapters.people_fusion.modalities import GATES
 from robot_perception.chapters.people_fusion.recordings import Legs, Pedestrians
+from robot_perception.chapters.people_fusion.scene import Choice, State
 from robot_perception.chapters.people_fusion.sessions import RIG
-from robot_perception.chapters.people_fusion.trajectories import ways as found_ways
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.geometry import se2
 from robot_perception.people import legs
 from robot_perception.people.aggregation import Hypotheses
 from robot_perception.people.detections import Sensor
+from robot_perception.teaching.figures import drawn, image_axes
 from robot_perception.teaching.figures.maps import dots, lines
 from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.tables import Table
 
-REACH = 3.4
-"""The drawings show so much around the robot, m."""
-DEVIATIONS = 2.0
-"""All ellipses and wedges reach so far, standard deviations."""
-NAMES = "ABCDEFGH"
-"""Of the people."""
-BODY, ROBOT, CIRCLE = 0.2, 0.25, np.linspace(0, 2 * np.pi, 65)
-WITNESSES: Mapping[Sensor, str] = MappingProxyType(
-    {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
-)
+REACH = 3.4  # the drawings show so much around the robot, m
+DEVIATIONS = 2.0  # all ellipses and wedges reach so far, standard deviations
+NAMES = "ABCDEFGH"  # of the people
+BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
+_TURN = np.linspace(0, 2 * np.pi, 65)
+CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
+WITNESSES: dict[Sensor, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
 """The claim about each sensor."""
 OUT = 0.36  # from the middle of a person to the letter, m
-HERO = {  # three plans fill the row: their margins have room for ticks, the caption says what is up
-    "width": 8.2,
-    "height": 3.1,
-    "gridspec_kw": {"left": 0.42 / 8.2, "right": 1 - 0.11 / 8.2, "wspace": 0.54 / 2.2},
-}
 
 
 # The room ----------------------------------------------------------------------------------------
@@ -58,23 +50,27 @@ def _polar(r: np.ndarray | float, phi: np.ndarray | float) -> Float[np.ndarray, 
     return _drawn(np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1))
 
 
-def _floor(ax: Axes, furniture: float = 1.0) -> None:
+def _floor(ax: Axes, furniture: float) -> None:
     """Draw walls, furniture and the robot, and frame them."""
-    room, grey, robot = scene.signals(), MEANING["world"], MEANING["robot"]
+    room, grey = scene.signals(), MEANING["world"]
     for faces, strength in ((room.tops, 0.35), (room.faces, 0.9)):
         lines(ax, _drawn(faces), grey, 1.0, alpha=strength * furniture)
-    for (x, y), radius in zip(_drawn(room.posts[:, :2]), room.posts[:, 2], strict=True):
-        if max(abs(x), abs(y)) < REACH:
-            rim = [x, y] + radius * np.stack([np.cos(CIRCLE), np.sin(CIRCLE)], axis=-1)[::4]
-            ax.plot(*rim.T, color=grey, linewidth=1.0, alpha=furniture)
-    ax.plot(ROBOT * np.cos(CIRCLE), ROBOT * np.sin(CIRCLE), color=robot, linewidth=1.6)
-    ax.plot([0, 0], [0, ROBOT], color=robot, linewidth=1.6)
-    ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
+    for place, radius in zip(_drawn(room.posts[:, :2]), room.posts[:, 2], strict=True):
+        if np.abs(place).max() < REACH:
+            ax.plot(*(place + radius * CIRCLE[::4]).T, color=grey, linewidth=1.0, alpha=furniture)
+    _robot(ax, REACH, [-2, 0, 2])
+    ax.grid(visible=False)
+
+
+def _robot(ax: Axes, behind: float, ticks: Sequence[float]) -> None:
+    """Draw the robot, and show so much around it and behind it."""
+    ax.plot(*ROBOT * CIRCLE.T, color=MEANING["robot"], linewidth=1.6)
+    ax.plot([0, 0], [0, ROBOT], color=MEANING["robot"], linewidth=1.6)
+    ax.set(xlim=(-REACH, REACH), ylim=(-behind, REACH))
     ax.set_aspect("equal", adjustable="box")
     ax.set_xticks([-2, 0, 2], ["2", "0", "2"])
-    ax.set_yticks([-2, 0, 2])
+    ax.set_yticks(ticks)
     ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
-    ax.grid(visible=False)
 
 
 def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
@@ -82,20 +78,16 @@ def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = 
     truth = MEANING["truth"]
     headings = scene.signals().headings[scene.MOMENTS.index(at)]
     for word, place, heading in zip(words, scene.people(at), headings, strict=False):
-        x, y = _drawn(place)
-        if not ax.viewLim.contains(x, y):
+        middle = _drawn(place)
+        if not ax.viewLim.contains(*middle):
             continue
-        rim = [x, y] + BODY * np.stack([np.cos(CIRCLE), np.sin(CIRCLE)], axis=-1)
+        rim = middle + BODY * CIRCLE
         if strong:
             ax.fill(*rim.T, color=truth, alpha=0.2, linewidth=0)
         ax.plot(*rim.T, color=truth, linewidth=1.2, linestyle="-" if strong else ":")
-        ax.plot(
-            *np.array([[x, y], [x, y] + BODY * _polar(1.0, heading)]).T,
-            color=truth,
-            linewidth=1.2,
-        )
-        out = 1 + OUT / np.hypot(x, y)
-        label(ax, out * x, out * y, word, truth, ha="center")
+        nose = np.array([middle, middle + BODY * _polar(1.0, heading)])
+        ax.plot(*nose.T, color=truth, linewidth=1.2)
+        label(ax, *(1 + OUT / np.hypot(*middle)) * middle, word, truth, ha="center")
 
 
 # What the sensors say ----------------------------------------------------------------------------
@@ -104,17 +96,11 @@ def _people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = 
 def rims(
     mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
 ) -> Float[np.ndarray, "n corners 2"]:
-    """Return the outlines of normal distributions of distance and direction, as they are drawn.
+    """Return the outlines of distributions of distance and direction (m, rad), as they are drawn.
 
     An ellipse of distance and direction is bent in the plane.
-
-    Parameters
-    ----------
-    mean, cov : (n, 2), (n, 2, 2)
-        m and rad.
     """
-    circle = np.stack([np.cos(CIRCLE), np.sin(CIRCLE)])
-    polar = mean[:, :, None] + DEVIATIONS * np.linalg.cholesky(cov) @ circle
+    polar = mean[:, :, None] + DEVIATIONS * np.linalg.cholesky(cov) @ CIRCLE.T
     return _polar(np.maximum(polar[:, 0], 0.0), polar[:, 1])
 
 
@@ -139,29 +125,34 @@ def aggregated(
 ) -> None:
     """Draw hypotheses as bent 2σ ellipses: the heavier the stronger, the persons filled.
 
-    Parameters
-    ----------
-    ax
-        Where to draw.
-    hypotheses
-        The hypotheses.
-    nobody : (n,)
-        Which persons have a cross in the middle, not a dot.
+    Persons that are ``nobody`` have a cross in the middle, not a dot.
     """
-    person = committee.RULES.person
     colour = MEANING["estimate"]
     shapes = rims(hypotheses.mean, hypotheses.cov)
     crossed = np.zeros(len(hypotheses), dtype=bool) if nobody is None else nobody
     parts = zip(shapes, hypotheses.mean, hypotheses.weight, crossed, strict=True)
     for shape, mean, weight, cross in parts:
-        if weight > person:
+        person = weight > committee.RULES.person
+        if person:
             ax.fill(*shape.T, color=colour, alpha=0.25 * weight, linewidth=0)
-            middle = _polar(*mean)
-            ax.plot(*middle, "x" if cross else "o", color=colour, markersize=10 if cross else 4)
+            mark, size = ("x", 10) if cross else ("o", 4)
+            ax.plot(*_polar(*mean), mark, color=colour, markersize=size)
         width = 0.6 + 2.4 * weight
-        ax.plot(*shape.T, color=colour, linewidth=width, linestyle="-" if weight > person else ":")
+        ax.plot(*shape.T, color=colour, linewidth=width, linestyle="-" if person else ":")
 
 
+@drawn(
+    name="people-hero",
+    alt="Three plans of a room with three people around a robot. The camera has three directions, "
+    "the laser two people, the sonars one of these two.",
+    caption="One moment, from above; the robot looks up the page. A, B and C are the people. What "
+    "one reading of each sensor takes for people, 2σ: the camera knows directions only, the laser "
+    "misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
+    cols=3,  # they fill the row: their margins have room for ticks, the caption says what is up
+    width=8.2,
+    height=3.1,
+    gridspec_kw={"left": 0.42 / 8.2, "right": 1 - 0.11 / 8.2, "wspace": 0.54 / 2.2},
+)
 def hero(axes: np.ndarray, at: float) -> np.ndarray:
     """Draw the middle of Fig. 7 again on three axes: what each sensor says of the scene."""
     for ax, sensor in zip(axes, ("camera", "laser", "sonar"), strict=True):
@@ -181,52 +172,52 @@ def card(ax: Axes, at: float) -> Axes:
     for sensor in ("camera", "sonar", "laser"):
         said(ax, sensor, scene.found(at, sensor).positions)
     _people(ax, at, words=("", "", ""))
-    hypotheses = scene.history().at(at)
-    persons = hypotheses.persons(committee.RULES)
-    aggregated(ax, persons)
+    aggregated(ax, scene.history().at(at).persons(committee.RULES))
     ax.set(xlim=(-3.4, 3.4), ylim=(-2.5, 1.9))
     ax.set_position((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
     return ax
 
 
+@drawn(
+    name="people-scan",
+    alt="Readings of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
+    "legs are joined by a bar.",
+    caption="One scan at the same moment. Points: where the beams ended. Joined dots: two legs "
+    "taken for a person; somebody is there (dotted discs). Grey squares: look like a leg and have "
+    "no second.",
+    height=4.2,
+)
 def scan(ax: Axes, at: float) -> Axes:
     """Draw one scan of the laser: what is taken for legs, and for pairs of them."""
     ax.clear()
     ranges = scene.signals().scans[scene.MOMENTS.index(at)]
-    back = ranges > 0
-    reading = np.where(back, ranges, np.inf)
-    rules = legs.LegRules()
-    seen = legs.profiles(reading, LASER_ANGLES, rules)
+    back, rules = ranges > 0, legs.LegRules()
+    seen = legs.profiles(np.where(back, ranges, np.inf), LASER_ANGLES, rules)
     middles = seen.middles[legs.are_legs(seen, rules)]
     paired = legs.pairs(middles, rules)
-    points = _polar(ranges[back], LASER_ANGLES[back])
-    dots(ax, points, MEANING["laser"], 2.2)
-    _frame_scan(ax)
+    dots(ax, _polar(ranges[back], LASER_ANGLES[back]), MEANING["laser"], 2.2)
+    _robot(ax, 0.6, [0, 1, 2, 3])
     _people(ax, at, strong=False)
     for pair in paired:
         middle = middles[pair].mean(axis=0)
         near = np.hypot(*(scene.people(at) - middle).T).min() < GATES["laser"]
         colour = MEANING["right" if near else "wrong"]
         ax.plot(*_drawn(middles[pair]).T, "o-", color=colour, markersize=6, linewidth=2.4)
-    single = np.setdiff1d(np.arange(len(middles)), paired.ravel())
-    ax.plot(
-        *_drawn(middles[single]).T, "s", color=MEANING["expected"], markersize=5, fillstyle="none"
-    )
+    single = _drawn(middles[np.setdiff1d(np.arange(len(middles)), paired.ravel())])
+    ax.plot(*single.T, "s", color=MEANING["expected"], markersize=5, fillstyle="none")
     return ax
 
 
-def _frame_scan(ax: Axes) -> None:
-    robot = MEANING["robot"]
-    ax.plot(ROBOT * np.cos(CIRCLE), ROBOT * np.sin(CIRCLE), color=robot, linewidth=1.6)
-    ax.plot([0, 0], [0, ROBOT], color=robot, linewidth=1.6)
-    ax.set(xlim=(-REACH, REACH), ylim=(-0.6, REACH))
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xticks([-2, 0, 2], ["2", "0", "2"])
-    ax.set_yticks([0, 1, 2, 3])
-    ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
-
-
+@drawn(
+    name="people-ring",
+    alt="Arcs around a robot, one for each sonar: one at a person, and all others at the limit of "
+    "two metres.",
+    caption="One round of the sonars. Thick arc: an echo; thin dotted arcs: nothing within 2 m. "
+    "An arc is as wide as a cone. Dotted discs: the people.",
+    width=5.0,
+    height=5.0,
+)
 def ring(ax: Axes, at: float) -> Axes:
     """Draw one round of the sonars: an arc across each cone, and where the people are."""
     ax.clear()
@@ -238,20 +229,25 @@ def ring(ax: Axes, at: float) -> Axes:
         near = 0 < echo < RIG.ring.cut
         r = RIG.ring.radius + (echo if near else RIG.ring.cut)
         arc = _polar(np.full(half.shape, r), angle + half)
-        colour = MEANING["sonar"]
-        ax.plot(
-            *arc.T, color=colour, linewidth=3.0 if near else 1.2, linestyle="-" if near else ":"
-        )
+        width, line = (3.0, "-") if near else (1.2, ":")
+        ax.plot(*arc.T, color=MEANING["sonar"], linewidth=width, linestyle=line)
     return ax
 
 
+@drawn(
+    name="people-fisheye",
+    alt="A round fisheye picture of a room: lamps on the ceiling in the middle, walls, people, "
+    "wooden doors and notice boards along the rim. Three green lines point at faces.",
+    caption="The picture of the camera, ahead at the bottom. Green: directions in which it takes "
+    "something for a face; they do not tell how far away. Rings: where the heads are.",
+    axes=lambda at: image_axes(scene.picture(at)),
+)
 def fisheye(ax: Axes, at: float) -> Axes:
     """Draw over a picture the directions of the clouds, and where the heads are."""
     ax.clear()
     camera = RIG.camera
     centre, rim = np.array(camera.centre_px), camera.size / 2
-    found = scene.found(at, "camera").positions.mean[:, 1]
-    for phi in found:
+    for phi in scene.found(at, "camera").positions.mean[:, 1]:
         out = np.array([-np.sin(phi), np.cos(phi)])
         ends = centre + np.outer([0.28 * rim, 0.97 * rim], out)
         ax.plot(*ends.T, color=MEANING["camera"], linewidth=2.4)
@@ -267,32 +263,45 @@ def fisheye(ax: Axes, at: float) -> Axes:
 # Numbers -----------------------------------------------------------------------------------------
 
 
-def rates_by_distance(ax: Axes, found: Mapping[Sensor, Mapping[str, Interval]]) -> Axes:
-    """Draw the share of people found against their distance, with intervals.
-
-    Parameters
-    ----------
-    ax
-        Where to draw.
-    found
-        Of each sensor the evidence of its claim; what is named "found, 1 to 1.5 m" is drawn.
-    """
-    for shift, (sensor, evidence) in zip((-0.03, 0.0, 0.03), found.items(), strict=False):
-        rows = [
-            (np.mean([float(end) for end in bounds.groups()]) + shift, share)
-            for name, share in evidence.items()
-            if (bounds := re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name))
-        ]
-        colour, at = MEANING[sensor], [r for r, _ in rows]
-        for r, share in rows:
-            ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
-        ax.plot(at, [share.estimate for _, share in rows], "o-", color=colour, linewidth=1.4)
-        r, last = rows[-1]
-        label(ax, r + 0.12, max(last.estimate, 0.05), sensor, colour)
+@drawn(
+    name="people-distance",
+    alt="Share of people found against distance: the camera falls slowly up to four metres, the "
+    "laser from two metres on, the sonars from the start.",
+    caption="Share found by a single reading, by distance: of people met by the laser in trousers "
+    "and not sideways, met by a sonar, and facing the camera. Bars: 95 % over ten sessions.",
+    height=3.2,
+)
+def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
+    """Draw the share of people found against their distance, with intervals."""
+    for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
+        shares(ax, sensor, ledger[claim].evidence, shift)
     ax.set(xlim=(0, 5.6), ylim=(0, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
 
+def shares(ax: Axes, sensor: Sensor, evidence: Mapping[str, Interval], shift: float) -> None:
+    """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little."""
+    named = {
+        re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()
+    }
+    found = {np.mean([*map(float, m.groups())]) + shift: s for m, s in named.items() if m}
+    colour = MEANING[sensor]
+    for r, share in found.items():
+        ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+    estimates = [share.estimate for share in found.values()]
+    ax.plot([*found], estimates, "o-", color=colour, linewidth=1.4)
+    label(ax, [*found][-1] + 0.12, max(estimates[-1], 0.05), sensor, colour)
+
+
+@drawn(
+    name="people-ways",
+    alt="Paths around a robot: broad grey ones of three people, and thin red ones that follow "
+    "them in pieces.",
+    caption="Half a minute. Broad: the true paths of the people. Thin: the paths of hypotheses "
+    "that count as persons, with a dot where one ends.",
+    width=5.0,
+    height=5.0,
+)
 def ways(ax: Axes, run: committee.Tracked) -> Axes:
     """Draw the ways of all persons, those who were static at last with a square, and the truth."""
     ax.clear()
@@ -301,12 +310,8 @@ def ways(ax: Axes, run: committee.Tracked) -> Axes:
     _floor(ax, 0.4)
     for way in np.moveaxis(known.places, 1, 0):
         ax.plot(*_drawn(way).T, color=MEANING["truth"], linewidth=3.0, alpha=0.3)
-    still = {
-        int(one)
-        for persons, static in zip(run.persons, run.static, strict=True)
-        for one in persons.identity[static]
-    }
-    for way in found_ways(run):
+    still = {one for _, persons, static in run.persons for one in persons.identity[static].tolist()}
+    for way in rates.ways(run):
         points = _drawn(se2.act(start, way.points))
         static = way.identity in still
         colour = MEANING["wrong" if static else "estimate"]
@@ -315,15 +320,20 @@ def ways(ax: Axes, run: committee.Tracked) -> Axes:
     return ax
 
 
+@drawn(
+    name="people-trade",
+    alt="Three panels of the share of people tracked against the share of false hypotheses: the "
+    "curves rise slowly to the right and pass below the paper's point.",
+    caption="Ten sessions; θ changed alone, all α, or all patiences, from a quarter to three times "
+    "ours. All three move along the same curve, which passes below the paper's point.",
+    cols=3,
+    width=7.4,
+    height=3.0,
+)
 def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
     """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers.
 
-    Parameters
-    ----------
-    axes
-        Where to draw: one for each of the three.
-    sweeps
-        Rows "θ = 0.1", "2 α" and "2 t_v", of the ledger.
+    The recorded table has rows "θ = 0.1", "2 α" and "2 t_v".
     """
     for ax, name in zip(axes, ("θ", "α", "t_v"), strict=True):
         rows = [row for row in sweeps.rows if name in row.split()]
@@ -343,8 +353,8 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
 def _paper(ax: Axes) -> None:
     """Mark the paper's two numbers, and make the axes of shares."""
     colour = MEANING["paper"]
-    ax.plot(*explorers.PAPER, "D", color=colour, markersize=8)
-    label(ax, explorers.PAPER[0], 0.972, "the paper", colour, ha="center")
+    ax.plot(*rates.OF_THE_PAPER, "D", color=colour, markersize=8)
+    label(ax, rates.OF_THE_PAPER[0], 0.972, "the paper", colour, ha="center")
     ax.set(xlim=(0, 0.6), ylim=(0.4, 1.01))
     ax.set(xlabel="hypotheses: share false", ylabel="people: share tracked")
 
@@ -352,6 +362,13 @@ def _paper(ax: Axes) -> None:
 # Real scans --------------------------------------------------------------------------------------
 
 
+@drawn(
+    name="people-real",
+    alt="A real scan of a room from above: walls, and small arcs of legs, some circled.",
+    caption="A real scan. Rings: marked legs, bright ones found with every third beam, dark ones "
+    "missed; squares: reported where nobody marked a leg.",
+    height=4.4,
+)
 def real_scan(ax: Axes, result: Legs) -> Axes:
     """Draw a real scan: legs that somebody marked, found and missed, and what else is reported."""
     angles, there = result.angles, result.ranges < recordings.FAR
@@ -363,14 +380,8 @@ def real_scan(ax: Axes, result: Legs) -> Axes:
         (result.marked[~near.any(axis=1)], "missed", "o"),
         (result.found[~near.any(axis=0)], "wrong", "s"),
     ):
-        ax.plot(
-            *_drawn(points).T,
-            mark,
-            color=MEANING[name],
-            markersize=9,
-            fillstyle="none",
-            markeredgewidth=1.8,
-        )
+        pen = {"markersize": 9, "fillstyle": "none", "markeredgewidth": 1.8}
+        ax.plot(*_drawn(points).T, mark, color=MEANING[name], **pen)
     ax.plot(0, 0, marker=(3, 0, 0), color=MEANING["robot"], markersize=9)
     ax.set(xlim=(-6, 6), ylim=(-2.6, 5.4), xlabel="left, right (m)", ylabel="ahead (m)")
     ax.set_aspect("equal", adjustable="box")
@@ -378,6 +389,13 @@ def real_scan(ax: Axes, result: Legs) -> Axes:
     return ax
 
 
+@drawn(
+    name="people-street",
+    alt="A street with pedestrians, a brick building and a lawn. Red covers most of the bricks, "
+    "patches of gravel, and few pixels of the pedestrians.",
+    caption="One frame. Red: what the model of skin, learnt in rendered offices, takes for skin.",
+    axes=lambda result: image_axes(result.frame[..., ::-1]),
+)
 def taken_for_skin(ax: Axes, result: Pedestrians) -> Axes:
     """Mark on a frame what is taken for skin."""
     over = np.zeros((*result.skin.shape, 4))
@@ -404,7 +422,7 @@ def committee_at(ax: Axes, state: State) -> Axes:
 def rules(ax: Axes, now: Choice) -> Axes:
     """Draw the two shares under a choice of the rules, on axes cleared first."""
     ax.clear()
-    every = np.array([[one.false, one.tracked] for one in explorers.all_chosen().values()])
+    every = np.array([[one.false, one.tracked] for one in scene.all_chosen().values()])
     ax.plot(*every.T, "o", color=MEANING["expected"], markersize=2.5)
     _paper(ax)
     ax.plot(now.false, now.tracked, "o", color=MEANING["estimate"], markersize=10)

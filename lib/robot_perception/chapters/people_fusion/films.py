@@ -8,20 +8,27 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import MOVES, PARTNER, SAID, Kind, Story
+from robot_perception.chapters.people_fusion.behaviours import (
+    MOVES,
+    PARTNER,
+    SAID,
+    WITHOUT_CAMERA,
+    Kind,
+    Story,
+)
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
 from robot_perception.people.detections import SENSORS, Sensor
+from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
+from robot_perception.teaching.media import Shown
 
 FRAMES = 40
 FPS = 3.0
 WIDTH, HEIGHT = 5.0, 3.6
-BODY = 0.22
-"""Radius of what is drawn of a person and of the robot, m."""
-LASTS = 2.0
-"""For so long what was said stands in the picture, s."""
+BODY = 0.22  # radius of what is drawn of a person and of the robot, m
+LASTS = 2.0  # for so long what was said stands in the picture, s
 _WORDS = {
     "come back": "Please come back!",
     "welcome back": "Welcome back.",
@@ -29,9 +36,42 @@ _WORDS = {
     "first question": "First question …",
     "thank you": "Thank you.",
 }
+_TOLD: dict[Kind, tuple[int, tuple[Sensor, ...], str, str]] = {
+    "guide": (
+        6002,
+        SENSORS,
+        "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
+        "robot stops and says: Please come back! The visitor returns and the tour goes on.",
+        "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
+        "Ellipses (2σ): whom it takes for persons, filled the one it deals with; grey ones do not "
+        "count. A line is as wide as the weight.",
+    ),
+    "follow": (
+        6003,
+        WITHOUT_CAMERA,
+        "A person leads the robot out of a room and along the corridor; an ellipse stays on the "
+        "person, and the robot stays about a metre and a half behind.",
+        "Followed by laser and sonars alone; drawn as above.",
+    ),
+    "survey": (
+        6004,
+        SENSORS,
+        "A visitor comes down the corridor, is invited and asked, walks away after nine seconds, "
+        "and the robot calls after them three seconds later.",
+        "A survey that is broken off; drawn as above.",
+    ),
+}
+"""Seed and sensors of the story that is shown, alternative text and caption."""
 
 
-def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS) -> Iterator[Figure]:
+def show(kind: Kind) -> Shown:
+    """Show a story of a kind as a film."""
+    seed, sensors, alt, caption = _TOLD[kind]
+    shown = frames(kind, seed, sensors)
+    return film(shown, fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
+
+
+def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...]) -> Iterator[Figure]:
     """Yield the frames of a story, all drawn on one figure."""
     story = behaviours.told(kind, seed, sensors)
     world, _ = behaviours.stage(kind, np.random.default_rng(seed))

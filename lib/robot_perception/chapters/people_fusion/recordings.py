@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
-from scipy.optimize import linear_sum_assignment
 
 from robot_perception.chapters.people_fusion import sessions
 from robot_perception.datasets import LegScans, read_leg_scans, read_video
@@ -22,12 +21,9 @@ MARKED = ("positive_1", "positive_2", "positive_3")
 EMPTY = ("negative_2_left", "negative_2_right")
 RULES = LegRules()
 BOUNDS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
-NEAR = 0.2
-"""A leg is found if one is reported within that of its mark, m; ours."""
-THIRD = 3
-"""Every third beam of the scanner of 0.35° gives about the paper's degree."""
-FAR = 60.0
-"""Stored where nothing came back, m."""
+NEAR = 0.2  # a leg is found if one is reported within that of its mark, m; ours
+THIRD = 3  # every third beam of the scanner of 0.35° gives about the paper's degree
+FAR = 60.0  # stored where nothing came back, m
 
 
 # Legs --------------------------------------------------------------------------------------------
@@ -35,18 +31,11 @@ FAR = 60.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Legs:
-    """What the detector makes of real scans, with all beams and with every third.
+    """What the detector makes of real scans, with all beams (fine) and with every third (coarse).
 
-    Parameters
-    ----------
-    distances, fine, coarse : (legs,)
-        How far away each marked leg is, m, and whether it is found.
-    persons_fine, persons_coarse : (scans,)
-        Pairs of legs reported in scans without people.
-    ranges, angles : (beams,)
-        One scan with many legs, m and rad; ``FAR`` where nothing came back.
-    marked, found : (k, 2), (m, 2)
-        Legs marked in it, and those that are found with every third beam, m.
+    How far away each marked leg is (m), and whether it is found; pairs of legs reported in scans
+    without people; and one scan with many legs (m and rad, ``FAR`` where nothing came back), the
+    legs marked in it, and those that are found with every third beam (m).
     """
 
     distances: Float[np.ndarray, " legs"]
@@ -59,17 +48,16 @@ class Legs:
     marked: Float[np.ndarray, "k 2"]
     found: Float[np.ndarray, "m 2"]
 
-    def rate(self, low: float, high: float, hits: Bool[np.ndarray, " legs"]) -> Interval:
-        """Return the share found of the legs in an interval of distance."""
-        some = hits[(self.distances >= low) & (self.distances < high)]
-        return proportion(int(some.sum()), some.size)
-
     def table(self) -> Table:
         """Return the share found by distance, for both gaps between beams."""
-        rows = {
-            f"{low:g} to {high:g} m": [self.rate(low, high, hits) for hits in self._kinds]
-            for low, high in itertools.pairwise(BOUNDS)
-        }
+        rows = {}
+        for low, high in itertools.pairwise(BOUNDS):
+            there = (self.distances >= low) & (self.distances < high)
+            shares = [
+                proportion(int(hits[there].sum()), int(there.sum()))
+                for hits in (self.coarse, self.fine)
+            ]
+            rows[f"{low:g} to {high:g} m"] = shares
         what = "share of the marked legs that are found, with beams so far apart"
         columns = {"1.05°": what, "0.35°": what}
         return Table(rows, columns, "95 % interval by Wilson, as if legs were independent", "legs")
@@ -79,33 +67,29 @@ class Legs:
         """Persons reported in a scan of nobody: with every third beam, and with all."""
         return bootstrap_mean(self.persons_coarse), bootstrap_mean(self.persons_fine)
 
-    @property
-    def _kinds(self) -> tuple[Bool[np.ndarray, " legs"], ...]:
-        return self.coarse, self.fine
-
 
 def walkers(folder: Path) -> Legs:
     """Run the detector on the scans with marks, and on those of an empty floor."""
-    distances, fine, coarse, best = [], [], [], None
-    for name in MARKED:
-        scans = read_leg_scans(folder / f"{name}.npz")
-        for k in np.unique(scans.scans_of_legs):
-            marked = scans.legs[scans.scans_of_legs == k]
-            found = _legs(scans, int(k), THIRD)
-            distances.append(np.hypot(*marked.T))
-            fine.append(_hits(_legs(scans, int(k), 1), marked))
-            coarse.append(_hits(found, marked))
-            if best is None or len(marked) > len(best[1]):
-                best = scans.ranges[k], marked, found, scans.angles
-    empty = [read_leg_scans(folder / f"{name}.npz") for name in EMPTY]
-    ranges, marked, found, angles = best
+    with_legs, empty = (
+        [read_leg_scans(folder / f"{name}.npz") for name in names] for names in (MARKED, EMPTY)
+    )
+    marked = [
+        (scans, k, scans.legs[scans.scans_of_legs == k])
+        for scans in with_legs
+        for k in np.unique(scans.scans_of_legs).tolist()
+    ]
+    hits = [
+        [_hits(_legs(scans, k, every), there) for scans, k, there in marked] for every in (1, THIRD)
+    ]
+    scans, k, there = max(marked, key=lambda one: len(one[-1]))
     return Legs(
-        *(np.concatenate(part) for part in (distances, fine, coarse)),
+        np.concatenate([np.hypot(*there.T) for *_, there in marked]),
+        *(np.concatenate(some) for some in hits),
         *(_persons(empty, every) for every in (1, THIRD)),
-        np.where(np.isfinite(ranges), ranges, FAR),
-        angles,
-        marked,
-        found,
+        np.where(np.isfinite(scans.ranges[k]), scans.ranges[k], FAR),
+        scans.angles,
+        there,
+        _legs(scans, k, THIRD),
     )
 
 
@@ -126,36 +110,22 @@ def _persons(empty: Iterable[LegScans], every: int) -> Float[np.ndarray, " scans
 def _hits(found: np.ndarray, marked: np.ndarray) -> Bool[np.ndarray, " legs"]:
     """Tell which marked legs are found, each by a leg of its own."""
     apart = np.hypot(*(marked[:, None] - found).transpose(2, 0, 1))
-    row, column = linear_sum_assignment(np.minimum(apart, 1.0))
-    hit = np.zeros(len(marked), dtype=bool)
-    hit[row[apart[row, column] <= NEAR]] = True
-    return hit
+    return np.isin(np.arange(len(marked)), sessions.own(apart, NEAR)[0])
 
 
 # Pedestrians -------------------------------------------------------------------------------------
 
-EVERY = 10
-"""Of so many frames one is used."""
-MOVED = 30.0
-"""A pixel moves if it differs from the median picture by more than that, of 255; ours."""
-SHOWN = 6
-"""Which of the frames used is shown."""
+EVERY = 10  # of so many frames one is used
+MOVED = 30.0  # a pixel moves if it differs from the median picture by more than that, of 255; ours
+SHOWN = 6  # which of the frames used is shown
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pedestrians:
     """What a model of skin from rendered pictures finds in a real street.
 
-    Parameters
-    ----------
-    frame : (height, width, 3)
-        One frame, blue, green and red.
-    skin, moving : (height, width)
-        What of it is taken for skin, and what is not as in the median picture.
-    pixels, moves, both : ()
-        Over all frames used: how many pixels are taken for skin, how many move, how many are both.
-    total
-        How many pixels there are.
+    One frame (blue, green and red), what of it is taken for skin, and what is not as in the median
+    picture; over all frames used, how many pixels are taken for skin, move, are both, and all.
     """
 
     frame: UInt8[np.ndarray, "height width 3"] = field(metadata={"webp": 60})
@@ -186,17 +156,9 @@ def pedestrians(folder: Path) -> Pedestrians:
     frames = np.array([frame[..., ::-1] for frame in read_video(file)][::EVERY])
     model, prior = sessions.skin_model(), SkinRules().prior
     skin = model.log_ratio(frames) > np.log((1 - prior) / prior)
-    usual = np.median(frames, axis=0)
-    moving = np.abs(frames - usual).max(axis=-1) > MOVED
-    return Pedestrians(
-        frames[SHOWN],
-        skin[SHOWN],
-        moving[SHOWN],
-        int(skin.sum()),
-        int(moving.sum()),
-        int((skin & moving).sum()),
-        skin.size,
-    )
+    moving = np.abs(frames - np.median(frames, axis=0)).max(axis=-1) > MOVED
+    counts = (int(some.sum()) for some in (skin, moving, skin & moving))
+    return Pedestrians(frames[SHOWN], skin[SHOWN], moving[SHOWN], *counts, skin.size)
 
 
 LEGS = Recording("leg_scans", walkers, Legs, "people-legs")

@@ -1,56 +1,37 @@
-"""A short session for the page, and what the sensors reported at some of its moments."""
+"""A short session for the page: what the sensors reported, and the states of its explorers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 
-from data_synth.people import (
-    FisheyeImage,
-    LaserScan,
-    SonarScan,
-    readings,
-)
-from robot_perception.chapters.people_fusion import committee, sessions
+from data_synth.people import readings
+from robot_perception.chapters.people_fusion import committee, rates, sessions
+from robot_perception.chapters.people_fusion.committee import System, Tracked
 from robot_perception.chapters.people_fusion.sessions import RIG, Config, Recording
+from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
+from robot_perception.people.aggregation import AggregationRules, Hypotheses
 from robot_perception.people.detections import SENSORS, Detections, Sensor
-from robot_perception.people.trajectories import Stays, watch
+from robot_perception.people.scores import score
 from robot_perception.teaching.results import kept
 
 CONFIG = Config(43, duration=30.0)
 """The session of the page; none of those that are learnt on, chosen on, or scored."""
 MOMENTS = tuple(np.arange(2.46, 30.0, 2.4).round(2).tolist())
 """Of the timeline, s: all sensors have just reported, and the truth is known."""
-_KINDS = (LaserScan, SonarScan, FisheyeImage)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Signals:
     """What the sensors reported last at k moments, and the room, all from where the robot stands.
 
-    Parameters
-    ----------
-    scans : (k, 181)
-        Readings of the laser, m; 0 where nothing came back.
-    echoes : (k, 16)
-        Readings of the sonars, m; 0 where nothing came back.
-    pictures : (k, height, width, 3)
-        Blue, green and red.
-    readings : (k, 3)
-        Which readings of the session these are.
-    headings : (k, p)
-        Where the people's bodies point, rad.
-    heads : (p,)
-        Heights of their heads, m.
-    faces : (f, 2, 2)
-        Walls and furniture at the height of the laser, m ahead and to the left.
-    tops : (t, 2, 2)
-        The same at the height of tables.
-    posts : (c, 3)
-        Round things: place and radius, m.
+    Laser and sonars give distances (m), 0 where nothing came back; pictures are blue, green and
+    red; of each moment it is told which readings these were. There are the directions of the
+    people's bodies (rad) and the heights of their heads (m); walls and furniture at the heights of
+    the laser and of tables, and round things with their radius, ahead and to the left (m).
     """
 
     scans: Float[np.ndarray, "k beams"]
@@ -68,31 +49,24 @@ class Signals:
 def signals() -> Signals:
     """Return the signals of the session of the page: the same noise, the same readings."""
     session, rng = sessions.staged(CONFIG)
-    pose = session.robot[0]
-    last: dict[type, tuple[int, np.ndarray]] = {}
-    rows, moments = [], iter(MOMENTS)
-    moment = next(moments)
-    for k, reading in enumerate(readings(session, RIG, rng=rng)):
-        if reading.time > moment:
-            rows.append(tuple(last[kind] for kind in _KINDS))
-            moment = next(moments, None)
-            if moment is None:
-                break
-        signal = reading.image if isinstance(reading, FisheyeImage) else reading.ranges
-        last[type(reading)] = k, signal
-    columns = [np.array([row[kind][1] for row in rows]) for kind in range(len(_KINDS))]
+    known = recording()
+    last = [[(known.times <= at) & (known.sensors == kind) for kind in range(3)] for at in MOMENTS]
+    numbers = np.array(last).shape[-1] - 1 - np.array(last)[..., ::-1].argmax(axis=-1)
+    taken = {k: one for k, one in enumerate(readings(session, RIG, rng=rng)) if k in numbers}
+    scans, echoes = (np.array([taken[k].ranges for k in numbers[:, kind]]) for kind in (0, 1))
+    room = se2.inverse(session.robot[0])
     faces, posts = session.office.section(RIG.scan_height)
     tops, _ = session.office.section(0.73)
-    seen = [session.at(time) for time in MOMENTS]
+    headings = np.array([session.at(moment).headings for moment in MOMENTS])
     return Signals(
-        *(np.where(np.isfinite(column), column, 0.0) for column in columns[:2]),
-        columns[2],
-        readings=np.array([[row[kind][0] for kind in range(len(_KINDS))] for row in rows]),
-        headings=np.array([moment.headings - pose[2] for moment in seen]),
+        *(np.where(np.isfinite(ranges), ranges, 0.0) for ranges in (scans, echoes)),
+        np.array([taken[k].image for k in numbers[:, 2]]),
+        readings=numbers,
+        headings=headings - session.robot[0, 2],
         heads=np.array([person.head for person in session.people]),
-        faces=se2.act(se2.inverse(pose), faces.reshape(-1, 2)).reshape(-1, 2, 2),
-        tops=se2.act(se2.inverse(pose), tops.reshape(-1, 2)).reshape(-1, 2, 2),
-        posts=np.column_stack([se2.act(se2.inverse(pose), posts[:, :2]), posts[:, 2]]),
+        faces=se2.act(room, faces.reshape(-1, 2)).reshape(-1, 2, 2),
+        tops=se2.act(room, tops.reshape(-1, 2)).reshape(-1, 2, 2),
+        posts=np.column_stack([se2.act(room, posts[:, :2]), posts[:, 2]]),
     )
 
 
@@ -109,75 +83,118 @@ def found(at: float, sensor: Sensor) -> Detections:
 
 def people(at: float) -> Float[np.ndarray, "p 2"]:
     """Return where the people were at a moment, ahead and to the left of the robot, m."""
-    known = recording()
-    row = np.searchsorted(known.times[known.judged], at, side="right") - 1
-    return known.places[row]
+    row = np.searchsorted(recording().judged_at, at, side="right") - 1
+    return recording().places[row]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class History:
-    """All hypotheses at each of k judged readings, persons or not.
-
-    Parameters
-    ----------
-    rules
-        Of the aggregation.
-    rows : (k,)
-        Which of the judged readings.
-    hypotheses
-        After each.
-    """
-
-    rules: AggregationRules
-    rows: Int[np.ndarray, " k"]
-    hypotheses: tuple[Hypotheses, ...]
-
-    def at(self, moment: float) -> Hypotheses:
-        """Return the hypotheses after the last judged reading before a moment."""
-        times = recording().times[recording().judged[self.rows]]
-        return self.hypotheses[int(np.searchsorted(times, moment, side="right")) - 1]
-
-    def tracked(self) -> committee.Tracked:
-        """Return the persons alone, and which of them have stayed in one place for too long."""
-        known, stays = recording(), Stays.none()
-        persons, static = [], []
-        for row, hypotheses in zip(self.rows, self.hypotheses, strict=True):
-            pose = known.reckoned[known.judged[row]]
-            stays, still = watch(stays, hypotheses, pose, committee.STATIC)
-            chosen = hypotheses.weight > self.rules.person
-            persons.append(hypotheses.select(chosen))
-            static.append(still[chosen])
-        return committee.Tracked(known, self.rows, tuple(persons), tuple(static))
-
-
-@cache
 def history(
     rules: AggregationRules = committee.RULES, sensors: tuple[Sensor, ...] = SENSORS
-) -> History:
-    """Return what the aggregation makes of the session of the page.
-
-    Parameters
-    ----------
-    rules
-        Of the aggregation.
-    sensors
-        Who takes part.
-    """
-    known = recording()
-    row_of = {int(k): row for row, k in enumerate(known.judged)}
-    taken = np.isin(known.sensors, [SENSORS.index(sensor) for sensor in sensors])
-    now, last = Hypotheses.none(), known.reckoned[0]
-    rows, after = [], []
-    for k in np.flatnonzero(taken).tolist():
-        pose = known.reckoned[k]
-        now, _ = step(now, known.found(k), se2.between(last, pose), rules)
-        last = pose
-        if k in row_of:
-            rows.append(row_of[k])
-            after.append(now)
-    return History(rules, np.array(rows), tuple(after))
+) -> Tracked:
+    """Return what the aggregation of some sensors makes of the session of the page."""
+    return committee.tracked(CONFIG, System(rules, sensors))
 
 
 def picture(at: float) -> UInt8[np.ndarray, "height width 3"]:
     """Return the picture of the camera last before a moment: red, green and blue."""
     return signals().pictures[MOMENTS.index(at)][..., ::-1]
+
+
+# The states of the explorers ---------------------------------------------------------------------
+
+SHOWN = 4.86  # the moment of the hero and of the drawings of single readings, s
+WHO: dict[str, tuple[Sensor, ...]] = {
+    "all three": SENSORS,
+    "without the laser": ("sonar", "camera"),
+    "without the sonars": ("laser", "camera"),
+    "without the camera": ("laser", "sonar"),
+    "the laser alone": ("laser",),
+    "the sonars alone": ("sonar",),
+    "the camera alone": ("camera",),
+}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class State:
+    """The hypotheses of some sensors at a moment (s), persons or not.
+
+    It is told which of them count as persons, which of these are nobody's, and which people have
+    none.
+    """
+
+    who: str
+    at: float
+    hypotheses: Hypotheses
+    persons: Bool[np.ndarray, " n"]
+    nobody: Bool[np.ndarray, " n"]
+    missed: Bool[np.ndarray, " p"]
+
+    @property
+    def errors(self) -> tuple[int, int]:
+        """How many people are missed, and how many persons are nobody."""
+        return int(self.missed.sum()), int(self.nobody.sum())
+
+    @property
+    def words(self) -> str:
+        """What the explorer shows."""
+        count, (missed, nobody) = len(self.missed), self.errors
+        return (
+            f"The room from above after {self.at:.0f} s, with {self.who}: {count - missed} of "
+            f"{count} people have a person's ellipse, {nobody} such ellipses are nobody's, "
+            f"{len(self.persons) - self.persons.sum()} more are too light to count."
+        )
+
+
+@cache
+def watched(who: str, at: float) -> State:
+    """Return what some sensors together make of a moment."""
+    hypotheses = history(sensors=WHO[who]).at(at)
+    persons = hypotheses.weight > committee.RULES.person
+    places = people(at)
+    apart = np.linalg.norm(hypotheses.points[persons][:, None] - places, axis=-1)
+    theirs, whose = sessions.own(apart, committee.REACH)
+    nobody, missed = persons.copy(), np.ones(len(places), dtype=bool)
+    nobody[np.flatnonzero(persons)[theirs]], missed[whose] = False, False
+    return State(who, at, hypotheses, persons, nobody, missed)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What a choice of θ and α makes of the session: shares false of the hypotheses, and tracked
+    of the people.
+    """
+
+    theta: float
+    alpha: float
+    false: float
+    tracked: float
+
+    @property
+    def words(self) -> str:
+        """What the explorer shows."""
+        false, tracked = rates.OF_THE_PAPER
+        return (
+            f"With θ = {self.theta:g} and {self.alpha:g} times our α {self.tracked:.0%} of the "
+            f"people are tracked and {self.false:.0%} of the hypotheses are nobody, in one session "
+            f"of {CONFIG.duration:.0f} s; the paper has {tracked:.0%} and about {false:.0%}."
+        )
+
+
+def chosen(theta: float, alpha: float) -> Choice:
+    """Return what a choice of the rules makes of the session."""
+    return all_chosen()[theta, alpha]
+
+
+@cache
+def all_chosen() -> dict[tuple[float, float], Choice]:
+    """Return what all choices make of it."""
+    choices = list(product(rates.THRESHOLDS, rates.FACTORS))
+    recording()  # before the work is handed out
+    done = sweep(_choose, choices, rng=np.random.default_rng(0), desc="rules")
+    return dict(zip(choices, done, strict=True))
+
+
+def _choose(choice: tuple[float, float], *, rng: np.random.Generator) -> Choice:
+    theta, alpha = choice
+    run = history(replace(rates.scaled(committee.RULES, alpha=alpha), threshold=theta))
+    total = score(committee.frames(run), committee.ALL.gate)
+    return Choice(theta, alpha, total.false, total.tracked)

@@ -6,121 +6,82 @@ on, that the parameters are chosen on, and that are scored never meet.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
+from scipy.optimize import linear_sum_assignment
 
 from data_synth.fisheye import Fisheye
 from data_synth.people import (
     LASER_ANGLES,
-    SONAR_ANGLES,
     FisheyeImage,
     LaserScan,
-    Person,
     Rig,
     Session,
     SonarScan,
-    Truth,
-    Wander,
     make_people_office,
     make_session,
     readings,
     truth,
 )
 from data_synth.people.world import Moment
+from data_synth.sonar import SonarRing
 from robot_perception.beliefs import Gaussian
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import legs, sonar
-from robot_perception.people.detections import SENSORS, Detections
+from robot_perception.people.detections import SENSORS, Detections, Sensor
 from robot_perception.people.skin import SkinModel, SkinState, SkinTracker
 from robot_perception.teaching.results import kept
 
 RIG = Rig()
 TRUTH = Rig(camera=Fisheye(size=8))
 """For what the sensors could know; the pixels of faces, which take long, are not asked for."""
-NO_IMAGES = Rig(rates=(*RIG.rates[:2], 0.001), delays=(*RIG.delays[:2], 60.0))
-LEARN = (9001, 9002, 9003)
-"""Seeds of the sessions that the colours of skin are learnt on."""
-CHOOSE = (8001, 8002, 8003, 8004)
-"""Seeds of the sessions that the parameters are chosen on."""
-TEST = tuple(range(7001, 7011))
-"""Seeds of the sessions that are scored."""
+_NEVER = 60.0, 0.001  # when a sensor reads that takes no part, s, and how often after that, Hz
+LEARN = (9001, 9002, 9003)  # seeds of the sessions that the colours of skin are learnt on
+CHOOSE = (8001, 8002, 8003, 8004)  # seeds of the sessions that the parameters are chosen on
+TEST = tuple(range(7001, 7011))  # seeds of the sessions that are scored
 JUDGED = (4, 2, 3)
 """Of so many readings of laser, sonars and camera one is compared with the truth: 2.5 a second."""
-TURNED = 0.8
-"""Cosine from which on a face looks at the robot, or away from it."""
+FAR = 1e3  # dearer than all pairs in reach together, m
+TURNED = 0.8  # cosine from which on a face looks at the robot, or away from it
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """One session.
+    """One session: its seed, how long it takes (s), and what the robot does.
 
-    Paper: an office room, the robot standing in its middle, up to three people, no duration.
-    Ours: the office, the people and what they do.
-
-    Parameters
-    ----------
-    seed
-        Of office, people, and noise.
-    duration
-        s.
-    people
-        How many.
-    robot
-        ``"stands"`` or ``"drives"``.
-    lights_out
-        When all lamps go out, s.
-    faces
-        Probability that somebody who stops looks at the robot.
-    furnished
-        Whether there are chairs, baskets, wood and cork, which can be taken for people.
-    images
-        Whether the camera takes part; else it takes one picture, after a minute.
+    Paper: an office room, the robot standing in its middle, up to three people, no duration. Ours:
+    the office, three people and what they do. The robot ``"stands"`` or ``"drives"``; all lamps go
+    out at a time (s) or never. What a sensor reports does not depend on which others take part.
     """
 
     seed: int
     duration: float = 180.0
-    people: int = 3
     robot: str = "stands"
-    lights_out: float = np.inf
-    faces: float = 0.5
-    furnished: bool = True
-    images: bool = True
+    lights_out: float | None = None
+    sensors: tuple[Sensor, ...] = SENSORS
+
+
+FULL = tuple(Config(seed) for seed in TEST)  # the sessions that are scored
+QUICK = tuple(Config(seed, 30.0) for seed in TEST)
+"""Their first half minutes: rooms differ more than minutes do."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Recording:
     """What the detectors reported in a session of n readings and p people, and the truth.
 
-    Parameters
-    ----------
-    times, sensors : (n,)
-        When each reading was taken, s, and by which sensor, in the order of ``SENSORS``.
-    poses, reckoned : (n, 3)
-        Where the robot was then, and where its wheels say it was, m and rad.
-    counts : (n,)
-        Detections in each reading.
-    means, covs : (d, 2), (d, 2, 2)
-        The detections, reading after reading: distance and direction, m and rad.
-    judged : (j,)
-        The readings at which the truth is known.
-    polar : (j, p, 2)
-        Where the people were, from the robot.
-    present, clear : (j, p)
-        Who was on the floor, and whose head nothing hid that stands.
-    beams, cones : (j, p)
-        Beams of the laser and sonars that met the legs.
-    side, gaze : (j, p)
-        Sine of the direction that the body is turned off the robot, and cosine of the face's.
-    swing : (j, p)
-        How far the legs swing, m.
-    skirt : (p,)
-        Who wore a long skirt.
-    tone : (p,)
-        Of the skin, from 0 (light) to 1 (dark).
+    Of each reading there are its time (s), its sensor in the order of ``SENSORS``, the robot's pose
+    and where its wheels say it was (m and rad), and how many of the d detections are its: their
+    means and covariances are of distance and direction (m and rad), reading after reading.
+
+    The truth is known at the j readings ``judged``: where people were from the robot (m and rad),
+    who was on the floor and whose head nothing hid that stands, how many beams of the laser and
+    sonars met their legs, the sine by which the body is turned off the robot, the cosine by which
+    the face is, and how far the legs swing (m). Who wears a long skirt does so all the time.
     """
 
     times: Float[np.ndarray, "n"]
@@ -140,7 +101,6 @@ class Recording:
     gaze: Float[np.ndarray, "j p"]
     swing: Float[np.ndarray, "j p"]
     skirt: Bool[np.ndarray, "p"]
-    tone: Float[np.ndarray, "p"]
 
     @property
     def places(self) -> Float[np.ndarray, "j p 2"]:
@@ -148,25 +108,39 @@ class Recording:
         r, phi = np.moveaxis(self.polar, -1, 0)
         return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1)
 
+    @property
+    def judged_at(self) -> Float[np.ndarray, "j"]:
+        """When the truth is known, s."""
+        return self.times[self.judged]
+
     def found(self, reading: int) -> Detections:
         """Return what one reading detected."""
-        return self._all()[reading]
+        return _detections(self)[reading]
 
-    def _all(self) -> tuple[Detections, ...]:
-        return _detections(self)
+
+def rig(sensors: tuple[Sensor, ...], ring: SonarRing = RIG.ring) -> Rig:
+    """Return the robot's sensors; those left out are silent for a minute, which spares images."""
+    silent, (never, rarely) = [name not in sensors for name in SENSORS], _NEVER
+    delays, rates = np.where(silent, never, RIG.delays), np.where(silent, rarely, RIG.rates)
+    return replace(RIG, ring=ring, delays=tuple(delays), rates=tuple(rates))
+
+
+def own(apart: Float[np.ndarray, "n m"], reach: float) -> tuple[Int[np.ndarray, " k"], ...]:
+    """Return rows and columns of pairs within reach, as many as can be, each at most once."""
+    pairs = linear_sum_assignment(np.where(apart <= reach, apart, FAR))
+    return tuple(np.array(pairs)[:, apart[pairs] <= reach])
 
 
 @cache
 def _detections(recording: Recording) -> tuple[Detections, ...]:
     """Return all readings of a recording as the aggregation takes them."""
     ends = np.concatenate([[0], recording.counts.cumsum()])
+    rows = zip(recording.times, recording.sensors, itertools.pairwise(ends), strict=True)
     return tuple(
         Detections(
-            float(recording.times[k]),
-            SENSORS[recording.sensors[k]],
-            Gaussian(recording.means[a:b], recording.covs[a:b]),
+            float(time), SENSORS[sensor], Gaussian(recording.means[a:b], recording.covs[a:b])
         )
-        for k, (a, b) in enumerate(itertools.pairwise(ends))
+        for time, sensor, (a, b) in rows
     )
 
 
@@ -182,38 +156,31 @@ def skin_model() -> SkinModel:
 
 
 class Senses:
-    """The three detectors at work.
+    """The three detectors at work, with the ring of sonars that there is; ``rng`` of the particles.
 
-    Parameters
-    ----------
-    rng
-        Source of the particles.
+    What the map knows can be told of to `detect`: which of the points that the sonars hear, ahead
+    and to the left of the robot (m), are walls.
     """
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        camera = RIG.camera
-        self.tracker = SkinTracker(
-            camera.centre_px, camera.focal_px, (camera.size, camera.size), skin_model()
-        )
-        self.rng, self.state, self.last = rng, SkinState(), (0.0, 0.0)
+    def __init__(self, rng: np.random.Generator, ring: SonarRing = RIG.ring) -> None:
+        self.rng, self.ring = rng, ring
+        self.state, self.last = SkinState(), (0.0, 0.0)
 
-    def detect(self, reading: LaserScan | SonarScan | FisheyeImage, heading: float) -> Detections:
-        """Return where people seem to be.
-
-        Parameters
-        ----------
-        reading
-            Of one sensor.
-        heading
-            Of the robot, as its wheels report it, rad.
-        """
+    def detect(
+        self,
+        reading: LaserScan | SonarScan | FisheyeImage,
+        heading: float,
+        walls: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> Detections:
+        """Return where people seem to be, by one reading and the heading that the wheels report."""
         if isinstance(reading, LaserScan):
             return Detections(reading.time, "laser", legs.detect(reading.ranges, LASER_ANGLES))
         if isinstance(reading, SonarScan):
-            found = sonar.detect(reading.ranges, SONAR_ANGLES, RIG.ring.radius)
+            ring = self.ring
+            found = sonar.detect(reading.ranges, ring.angles, ring.radius, occupied=walls)
             return Detections(reading.time, "sonar", found)
         before, old = self.last
-        self.state = self.tracker.step(
+        self.state = _tracker().step(
             self.state,
             reading.image,
             rng=self.rng,
@@ -221,97 +188,82 @@ class Senses:
             turned=float(wrap_angle(heading - old)),
         )
         self.last = reading.time, heading
-        return Detections(reading.time, "camera", self.tracker.detect(self.state))
+        return Detections(reading.time, "camera", _tracker().detect(self.state))
+
+
+@cache
+def _tracker() -> SkinTracker:
+    camera = RIG.camera
+    return SkinTracker(camera.centre_px, camera.focal_px, (camera.size,) * 2, skin_model())
 
 
 @kept
 def record(config: Config) -> Recording:
     """Render a session, run the detectors on it, and return what they report."""
     session, rng = staged(config)
-    rig = RIG if config.images else NO_IMAGES
-    senses = Senses(np.random.default_rng([config.seed, 1]))
-    wheels = _reckoned(session)
-    found, poses, reckoned, judged, truths, moments = [], [], [], [], [], []
+    senses, wheels = Senses(np.random.default_rng([config.seed, 1])), _reckoned(session)
+    found, reckoned, judged = [], [], []
     seen = [0] * len(SENSORS)
-    for k, reading in enumerate(readings(session, rig, rng=rng)):
-        moment = session.at(reading.time)
-        poses.append(moment.robot)
-        reckoned.append(np.array([np.interp(reading.time, session.times, c) for c in wheels.T]))
-        found.append(senses.detect(reading, float(reckoned[-1][2])))
+    for k, reading in enumerate(readings(session, rig(config.sensors), rng=rng)):
+        reckoned.append([np.interp(reading.time, session.times, column) for column in wheels.T])
+        found.append(senses.detect(reading, reckoned[-1][2]))
         sensor = SENSORS.index(found[-1].sensor)
         if seen[sensor] % JUDGED[sensor] == 0:
             judged.append(k)
-            truths.append(truth(session.office, session.people, moment, TRUTH))
-            moments.append(moment)
         seen[sensor] += 1
-    return _recording(session.people, found, poses, reckoned, judged, truths, moments)
+    positions = [one.positions for one in found]
+    return Recording(
+        times=np.array([one.time for one in found]),
+        sensors=np.array([SENSORS.index(one.sensor) for one in found]),
+        poses=np.array([session.at(one.time).robot for one in found]),
+        reckoned=np.array(reckoned),
+        counts=np.array([len(one) for one in found]),
+        means=np.concatenate([one.mean for one in positions]),
+        covs=np.concatenate([one.cov for one in positions]),
+        judged=np.array(judged),
+        **_truths(session, [session.at(found[k].time) for k in judged]),
+        skirt=np.array([person.skirt for person in session.people], dtype=bool),
+    )
 
 
 def staged(config: Config) -> tuple[Session, np.random.Generator]:
     """Return a session, and the source of the noise of its readings."""
     rng = np.random.default_rng(config.seed)
-    session = make_session(
-        make_people_office(rng=rng, distractors=config.furnished),
-        rng=rng,
-        duration=config.duration,
-        people=config.people,
-        robot=config.robot,
-        act=Wander(faces=config.faces),
-        lights_out=None if config.lights_out == np.inf else config.lights_out,
-    )
-    return session, rng
+    how = {name: getattr(config, name) for name in ("duration", "robot", "lights_out")}
+    return make_session(make_people_office(rng=rng), rng=rng, **how), rng
 
 
 def _reckoned(session: Session) -> Float[np.ndarray, "t 3"]:
     """Return the path by the wheels alone, with a heading that never jumps."""
-    path = [session.robot[0]]
-    for increment in session.odometry.increments:
-        path.append(se2.compose(path[-1], increment))
-    reckoned = np.array(path)
+    reckoned = np.array(
+        list(
+            itertools.accumulate(session.odometry.increments, se2.compose, initial=session.robot[0])
+        )
+    )
     reckoned[:, 2] = np.unwrap(reckoned[:, 2])
     return reckoned
 
 
-def _recording(
-    who: Sequence[Person],
-    found: Sequence[Detections],
-    poses: Sequence[np.ndarray],
-    reckoned: Sequence[np.ndarray],
-    judged: Sequence[int],
-    truths: Sequence[Truth],
-    moments: Sequence[Moment],
-) -> Recording:
-    """Return all of it as arrays."""
-    away = np.array([m.positions - m.robot[:2] for m in moments])
-    to_robot = np.arctan2(-away[..., 1], -away[..., 0])
-    headings, gazes, swings = (
-        np.array([getattr(m, name) for m in moments]) for name in ("headings", "gazes", "swings")
-    )
-    columns = {
-        name: np.array([getattr(t, name) for t in truths])
-        for name in ("polar", "present", "clear", "beams", "cones")
+def _truths(session: Session, moments: Sequence[Moment]) -> dict[str, np.ndarray]:
+    """Return what is known of people at some moments, as in `Recording`."""
+
+    def columns(rows: Sequence[object], *names: str) -> dict[str, np.ndarray]:
+        return {name: np.array([getattr(row, name) for row in rows]) for name in names}
+
+    truths = [truth(session.office, session.people, moment, TRUTH) for moment in moments]
+    seen = columns(moments, "positions", "robot", "headings", "gazes", "swings")
+    to_robot = seen["robot"][:, None, :2] - seen["positions"]
+    to_robot = np.arctan2(to_robot[..., 1], to_robot[..., 0])
+    return columns(truths, "polar", "present", "clear", "beams", "cones") | {
+        "side": np.abs(np.sin(seen["headings"] - to_robot)),
+        "gaze": np.cos(seen["gazes"] - to_robot),
+        "swing": seen["swings"],
     }
-    return Recording(
-        np.array([d.time for d in found]),
-        np.array([SENSORS.index(d.sensor) for d in found]),
-        np.array(poses),
-        np.array(reckoned),
-        np.array([len(d) for d in found]),
-        np.concatenate([d.positions.mean for d in found]),
-        np.concatenate([d.positions.cov for d in found]),
-        np.array(judged),
-        **columns,
-        side=np.abs(np.sin(headings - to_robot)),
-        gaze=np.cos(gazes - to_robot),
-        swing=swings,
-        skirt=np.array([person.skirt for person in who], dtype=bool),
-        tone=np.array([person.tone for person in who], dtype=float),
-    )
 
 
 # Colours of skin ---------------------------------------------------------------------------------
 
-_BAND = np.deg2rad([2.0, 50.0])
+_BAND = np.deg2rad([2.0, 50.0])  # of heights above the horizon, rad
 _NEAR = 3.5  # faces further away are too few pixels to learn from, m
 _SAMPLES = 3000  # pixels of an image that show nobody
 
@@ -320,18 +272,15 @@ def _pixels(seed: int, duration: float) -> tuple[UInt8[np.ndarray, "n 3"], ...]:
     """Return pixels of faces, and of walls, furniture and the backs of heads."""
     rng = np.random.default_rng(seed)
     rig = Rig(rates=(0.001, 0.001, 1.0), delays=(60.0, 60.0, 0.5))
-    office = make_people_office(rng=rng)
-    session = make_session(office, rng=rng, duration=duration, people=4)
-    camera = rig.camera
-    rows, columns = np.mgrid[: camera.size, : camera.size]
+    session = make_session(make_people_office(rng=rng), rng=rng, duration=duration, people=4)
+    rows, columns = np.mgrid[: RIG.camera.size, : RIG.camera.size]
     grid = np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(float)
-    phi, up = camera.bearing(grid), camera.elevation(grid)
-    band = (up > _BAND[0]) & (up < _BAND[1])
+    phi, up = RIG.camera.bearing(grid), RIG.camera.elevation(grid)
     skin, other = [], []
     for reading in readings(session, rig, rng=rng):
         if not isinstance(reading, FisheyeImage):
             continue
-        colours, nobody = reading.image.reshape(-1, 3), band.copy()
+        colours, nobody = reading.image.reshape(-1, 3), (up > _BAND[0]) & (up < _BAND[1])
         for inside, beside, gaze, away in _heads(session, session.at(reading.time), phi, up):
             nobody &= ~beside
             if away < _NEAR and abs(gaze) > TURNED:
@@ -349,9 +298,7 @@ def _heads(
         gap = moment.positions[k] - moment.robot[:2]
         away, to = float(np.hypot(*gap)), float(np.arctan2(gap[1], gap[0]))
         across = wrap_angle(phi - wrap_angle(to - moment.robot[2]))
-        high = np.arctan2(session.people[k].head - RIG.camera.height, away)
-        inside = np.hypot(
-            across * np.cos(up) * away / 0.05, (up - high + 0.02 / away) * away / 0.07
-        )
+        above = up - np.arctan2(session.people[k].head - RIG.camera.height, away) + 0.02 / away
+        inside = np.hypot(across * np.cos(up) * away / 0.05, above * away / 0.07)
         gaze = float(np.cos(moment.gazes[k] - to - np.pi))
         yield inside < 1, np.abs(across) < 0.45 / away, gaze, away
