@@ -19,6 +19,7 @@ from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.records import records
 from robot_perception.teaching.verdicts import Accepted, Basis
+from tests.teaching.entries import SIZES
 
 
 @pytest.fixture
@@ -35,6 +36,7 @@ def declared(name, compute):
         basis=Basis.MATHEMATICS,
         statement="Something holds.",
         method="counted",
+        study=SIZES,
         accepted=Accepted(0.0, 10.0, "theory"),
         compute=compute,
     )
@@ -45,15 +47,15 @@ def three(monkeypatch):
     """A book of three claims; the second fails as long as its switch is on."""
     switch = {"broken": True}
 
-    def second(size, rng):
+    def second(size):
         if switch["broken"]:
             raise RuntimeError("the second is broken")
         return Finding(exact(2.0))
 
     claims = (
-        declared("first", lambda size, rng: Finding(exact(1.0 + (size is Size.FULL)))),
+        declared("first", lambda size: Finding(exact(1.0 + (size is Size.FULL)))),
         declared("second", second),
-        declared("third", lambda size, rng: Finding(exact(3.0))),
+        declared("third", lambda size: Finding(exact(3.0))),
     )
     monkeypatch.setattr(chapters, "claims", lambda stems=(): claims)
     return switch

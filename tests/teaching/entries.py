@@ -4,10 +4,14 @@ import math
 
 from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.ledger import Entry, entry
+from robot_perception.teaching.studies import Study
 from robot_perception.teaching.verdicts import Accepted, Basis
 
+SIZES = Study(lambda size, *, rng: size, full=Size.FULL, quick=Size.QUICK)
+"""A study whose result is its size."""
 
-def compute(size: Size, rng: object) -> Finding:
+
+def compute(size: Size) -> Finding:
     """Stand for the function of a claim."""
     raise AssertionError("nothing is computed here")
 
@@ -23,6 +27,7 @@ def claim(name: str, **changes: object) -> Claim:
         "statement": "Distances are <squared>.",
         "method": "counted",
         "accepted": Accepted(1, math.inf, "a round number", "our choice"),
+        "study": SIZES,
         "compute": compute,
     }
     return Claim(**(fields | changes))

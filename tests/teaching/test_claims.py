@@ -2,12 +2,13 @@
 
 from types import ModuleType
 
-import numpy as np
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching.claims import Claim, Finding, Size, claim, claims_in
+from robot_perception.teaching.claims import Claim, Finding, Size, claims_in
+from robot_perception.teaching.studies import Change
 from robot_perception.teaching.verdicts import Accepted, Condition, Verdict
+from tests.teaching.entries import SIZES
 
 WORDS = {
     "paper": "perception-issues",
@@ -20,20 +21,21 @@ WORDS = {
 
 def declare(compute, name="some-claim", module="elsewhere.chapters.walls.growth", **changes):
     compute.__module__ = module
-    return claim(name, **(WORDS | {"accepted": Accepted(1.0, 2.0, "theory")} | changes))(compute)
+    words = WORDS | {"accepted": Accepted(1.0, 2.0, "theory")} | changes
+    return SIZES.claim(name, **words)(compute)
 
 
 def test_a_claim_keeps_every_word_of_its_declaration():
-    words = WORDS | {"accepted": Accepted(3.0, 4.0, "why"), "paper_value": "three", "seed": 5}
-    some = declare(lambda size, rng: None, **words)
+    words = WORDS | {"accepted": Accepted(3.0, 4.0, "why"), "paper_value": "three"}
+    some = declare(lambda size: None, **words)
     assert {name: getattr(some, name) for name in words} == words
 
 
 def test_the_chapter_is_the_package_of_the_function():
-    assert declare(lambda size, rng: None).chapter == "walls"
-    assert declare(lambda size, rng: None, module="elsewhere.chapters.b.c.d").chapter == "b"
+    assert declare(lambda size: None).chapter == "walls"
+    assert declare(lambda size: None, module="elsewhere.chapters.b.c.d").chapter == "b"
     with pytest.raises(ValueError, match=r"outside the chapters: robot_perception\.walls"):
-        declare(lambda size, rng: None, module="robot_perception.walls")
+        declare(lambda size: None, module="robot_perception.walls")
 
 
 @pytest.mark.parametrize(
@@ -48,7 +50,7 @@ def test_the_chapter_is_the_package_of_the_function():
 )
 def test_a_declaration_that_says_too_little_is_refused(changes, match):
     with pytest.raises(ValueError, match=match):
-        declare(lambda size, rng: None, **changes)
+        declare(lambda size: None, **changes)
 
 
 @pytest.mark.parametrize(
@@ -62,53 +64,34 @@ def test_a_declaration_that_says_too_little_is_refused(changes, match):
     ],
 )
 def test_the_verdict_follows_from_the_finding(basis, value, conditions, verdict):
-    some = declare(lambda size, rng: Finding(value, conditions=conditions), basis=basis)
+    some = declare(lambda size: Finding(value, conditions=conditions), basis=basis)
     assert some.verdict(some.find()) == verdict
 
 
 def test_what_cannot_be_measured_must_say_why():
     with pytest.raises(ValueError, match="must say in its note why"):
         Finding(None)
-    some = declare(lambda size, rng: Finding(None, note="Nobody has the recording."))
+    some = declare(lambda size: Finding(None, note="Nobody has the recording."))
     assert some.verdict(some.find()) == Verdict.UNTESTABLE
 
 
-def test_compute_gets_the_size_and_the_seeded_generator():
-    seen = []
-
-    def compute(size, rng):
-        seen.append((size, rng.integers(1 << 30)))
-        return Finding(exact(1.5))
-
-    some = declare(compute, seed=3)
-    assert some.find("full") == some.find(Size.FULL)
-    assert seen[0] == seen[1] == (Size.FULL, np.random.default_rng(3).integers(1 << 30))
+def test_a_size_is_asked_for_by_name_and_another_is_refused():
+    some = declare(lambda size: Finding(exact(1.0 + (size is Size.FULL))))
+    assert some.find("full") == some.find(Size.FULL) != some.find()
+    with pytest.raises(ValueError, match="'small'"):
+        some.find("small")
 
 
 def test_claims_of_a_module_are_those_declared_in_it_in_their_order():
     module = ModuleType("elsewhere.chapters.walls.growth")
-    module.second = declare(lambda size, rng: None, "b")
-    module.first = declare(lambda size, rng: None, "a")
-    module.borrowed = declare(lambda size, rng: None, "c", "elsewhere.chapters.walls.other")
+    module.second = declare(lambda size: None, "b")
+    module.first = declare(lambda size: None, "a")
+    module.borrowed = declare(lambda size: None, "c", "elsewhere.chapters.walls.other")
     module.number = 3
     assert [c.id for c in claims_in(module)] == ["b", "a"]
     assert all(isinstance(c, Claim) for c in claims_in(module))
 
 
-def test_a_sabotage_computes_the_value_of_its_claim_at_the_quick_size_with_the_claims_seed():
-    seen = []
-    some = declare(lambda size, rng: Finding(exact(1.5)), seed=3)
-
-    @some.sabotage("half of it missing")
-    def broken(size, rng):
-        seen.append((size, rng.integers(1 << 30)))
-        return Finding(exact(3.0))
-
-    (sabotage,) = some.sabotages
-    assert some.verdict(sabotage.find()) == Verdict.REFUTED
-    assert seen == [(Size.QUICK, np.random.default_rng(3).integers(1 << 30))]
-
-
 def test_a_sabotage_says_what_it_changes():
     with pytest.raises(ValueError, match="must say what it changes"):
-        declare(lambda size, rng: None).sabotage(" ")(lambda size, rng: None)
+        declare(lambda size: None, sabotage=Change(" "))

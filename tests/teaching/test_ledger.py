@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.claims import Claim, Finding
 from robot_perception.teaching.ledger import (
     Entry,
     Ledger,
@@ -17,6 +17,7 @@ from robot_perception.teaching.ledger import (
     record,
     verdicts,
 )
+from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict
 
@@ -33,7 +34,7 @@ def finding(value):
     )
 
 
-def some(name="some-claim", value=1.5, **changes):
+def some(name="some-claim", value=1.5, seed=0, **changes):
     return Claim(
         id=name,
         chapter="walls",
@@ -43,7 +44,8 @@ def some(name="some-claim", value=1.5, **changes):
         statement="Something holds.",
         method="counted",
         accepted=Accepted(1.0, math.inf, "half of it", "our choice"),
-        compute=lambda size, rng: finding(value if size is Size.FULL else value + 0.25),
+        study=Study(lambda value, *, rng: value, full=value, quick=value + 0.25, seed=seed),
+        compute=finding,
         **changes,
     )
 
@@ -64,9 +66,7 @@ def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
 
 
 def test_an_entry_has_what_its_sabotages_gave():
-    claim = some()
-    claim.sabotage("half of it")(lambda size, rng: finding(0.5))
-    made = record(claim, versions="")
+    made = record(some(sabotages=(Change("half of it", config=0.5),)), versions="")
     assert [(s.text, s.verdict, s.value.high) for s in made.sabotages] == [
         ("half of it", "refuted", 0.6)
     ]

@@ -1,16 +1,7 @@
-"""Claims: what the papers say, declared on the computation that tests it.
+"""Claims: what the papers say, declared on what tests it.
 
-.. code-block:: python
-
-    @claim("gain-vanishes", paper=PAPER, place="§2.2, Fig. 4", basis="mathematics",
-           statement="…", method="…", accepted=Accepted(0.3819, 0.3820, "the pole 1/φ² …"))
-    def gain_vanishes(size: Size, rng: Generator) -> Finding: ...
-
-    @gain_vanishes.sabotage("a landmark that wanders, so that measurements never stop counting")
-    def wandering(size: Size, rng: Generator) -> Finding: ...
-
-The decorated function becomes a :class:`Claim`. Its verdict follows from the finding and the
-accepted range (:mod:`.verdicts`), never from a label that somebody typed; a :class:`Sabotage`
+`robot_perception.teaching.studies.Study.claim` declares one. Its verdict follows from the finding
+and the accepted range (:mod:`.verdicts`), never from a label that somebody typed; a sabotage
 computes the same value where the truth of the statement is turned, and the verdict must turn with
 it. The recorded ledger (:mod:`.ledger`) is written by the command line; badges, scorecard and tests
 read it.
@@ -22,14 +13,12 @@ from enum import StrEnum
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
 
 if TYPE_CHECKING:
-    from robot_perception.teaching.studies import Study
+    from robot_perception.teaching.studies import Change, Study
 
 
 class Size(StrEnum):
@@ -74,12 +63,9 @@ class Finding:
             raise ValueError("a finding without a value must say in its note why there is none")
 
 
-Compute = Callable[[Size, np.random.Generator], Finding]
-
-
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One statement of a paper and how the book tests it; use :func:`claim` to declare one.
+    """One statement of a paper and how the book tests it; `Study.claim` declares one.
 
     Parameters
     ----------
@@ -97,138 +83,68 @@ class Claim:
         The claim in our own words.
     method
         What is measured, and how.
+    study
+        What gives the result.
+    compute
+        Function of the study's result that returns the finding.
     accepted
         Range of the value inside which the statement holds, or ``None`` for a statement without a
         number, whose verdict is then ``illustrated``.
-    compute
-        Function of the study's result that returns the finding; without a study, of the size and
-        a generator.
     paper_value
         The paper's value if it gives one.
-    seed
-        Seed of the generator.
-    study
-        What gives the result.
     value
-        Computes the value of a result, where the function that returns the finding is handed it.
+        Where the rest of a finding asks for more than the result of a sabotage has: computes the
+        value of both, which ``compute`` takes as its second argument.
     sabotages
-        Variants in which the truth of the statement is turned.
+        Changes of the study that turn the truth of the statement. Where the statement itself fails,
+        it is a variant in which it is true: a verdict that no computation could turn says nothing.
+
+    Raises
+    ------
+    ValueError
+        If the basis is unknown, or a text that a reader needs is empty.
     """
 
     id: str
     chapter: str
     paper: str
     place: str
-    basis: Basis
+    basis: Basis | str
     statement: str
     method: str
-    accepted: Accepted | None
+    study: "Study"
     compute: Callable[..., Finding]
+    accepted: Accepted | None = None
     paper_value: str = ""
-    seed: int = 0
-    study: "Study | None" = None
     value: Callable[..., Interval] | None = None
-    sabotages: list["Sabotage"] = field(default_factory=list)
+    sabotages: "tuple[Change, ...]" = ()
+
+    def __post_init__(self) -> None:
+        for name in ("id", "place", "statement", "method"):
+            if not getattr(self, name).strip():
+                raise ValueError(f"claim {self.id!r} needs a {name}")
+        if not all(change.text.strip() for change in self.sabotages):
+            raise ValueError("the text of a sabotage must say what it changes")
+        object.__setattr__(self, "basis", Basis(self.basis))
+
+    @property
+    def seed(self) -> int:
+        """Seed of the study's generator."""
+        return self.study.seed
 
     def find(self, size: Size | str = Size.QUICK) -> Finding:
         """Compute the claim; the same size always gives the same finding."""
-        size = Size(size)
-        if self.study is not None:
-            result = self.study.result(size)
-            return self.compute(result, *([self.value(result)] if self.value else []))
-        return self.compute(size, np.random.default_rng(self.seed))
+        result = self.study.result(size)
+        return self.compute(result, *([self.value(result)] if self.value else []))
+
+    def sabotaged(self, change: "Change") -> Finding:
+        """Compute the value of a sabotage, and nothing else, at the quick size."""
+        result = self.study.result(Size.QUICK, change)
+        return Finding(self.value(result) if self.value else self.compute(result).value)
 
     def verdict(self, finding: Finding) -> Verdict:
         """Return the verdict that follows from a finding."""
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
-
-    def sabotage(self, text: str) -> Callable[[Compute], Compute]:
-        """Declare a sabotage of a claim without a study on the function that computes it.
-
-        Parameters
-        ----------
-        text
-            What was changed, in words that complete "The same with …".
-        """
-
-        def declare(compute: Compute) -> Compute:
-            find = lambda: compute(Size.QUICK, np.random.default_rng(self.seed))  # noqa: E731
-            self.sabotages.append(Sabotage(text, find))
-            return compute
-
-        return declare
-
-
-@dataclass(frozen=True, slots=True)
-class Sabotage:
-    """A variant of a study in which a claim's statement is false.
-
-    Where the statement itself fails, its sabotage is a variant in which it is true: a verdict that
-    no computation could turn says nothing.
-
-    Parameters
-    ----------
-    text
-        What was changed, in words that complete "The same with …".
-    find
-        Computes the value at the quick size, with the seed of the claim.
-    """
-
-    text: str
-    find: Callable[[], Finding]
-
-    def __post_init__(self) -> None:
-        if not self.text.strip():
-            raise ValueError("the text of a sabotage must say what it changes")
-
-
-def claim(
-    id: str,
-    *,
-    paper: str,
-    place: str,
-    basis: Basis | str,
-    statement: str,
-    method: str,
-    accepted: Accepted | None = None,
-    paper_value: str = "",
-    seed: int = 0,
-) -> Callable[[Compute], Claim]:
-    """Declare a claim on the function that computes it; the parameters are those of `Claim`.
-
-    The chapter is the package below ``chapters`` in which the function is defined.
-
-    Raises
-    ------
-    ValueError
-        If the basis is unknown, a text that a reader needs is empty, or the function is outside
-        the chapters.
-    """
-    needed(id=id, place=place, statement=statement, method=method)
-
-    def declare(compute: Compute) -> Claim:
-        return Claim(
-            id=id,
-            chapter=chapter_of(id, compute),
-            paper=paper,
-            place=place,
-            basis=Basis(basis),
-            statement=statement,
-            method=method,
-            accepted=accepted,
-            compute=compute,
-            paper_value=paper_value,
-            seed=seed,
-        )
-
-    return declare
-
-
-def needed(**texts: str) -> None:
-    """Refuse a claim that does not say what a reader needs."""
-    for name, text in texts.items():
-        if not text.strip():
-            raise ValueError(f"claim {texts['id']!r} needs a {name}")
 
 
 def chapter_of(claim_id: str, function: Callable[..., Any]) -> str:

@@ -180,7 +180,7 @@ def renewed(claim: Claim, recorded: Entry) -> Entry:
 
 def sabotaged(claim: Claim) -> tuple[Sabotaged, ...]:
     """Compute the sabotages of a claim and return what they gave."""
-    found = [(sabotage.text, sabotage.find()) for sabotage in claim.sabotages]
+    found = [(change.text, claim.sabotaged(change)) for change in claim.sabotages]
     return tuple(Sabotaged(text, str(claim.verdict(f)), f.value) for text, f in found)
 
 

@@ -19,15 +19,13 @@ same code.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.claims import Claim, Finding, Sabotage, Size, chapter_of, needed
+from robot_perception.teaching.claims import Claim, Finding, Size, chapter_of
 from robot_perception.teaching.results import keep, told
-from robot_perception.teaching.verdicts import Accepted, Basis
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
@@ -92,25 +90,20 @@ class Study(Generic[Config, Result]):
         return _computed(run, config, self.seed)
 
     def claim(
-        self,
-        id: str,
-        *,
-        paper: str,
-        place: str,
-        basis: Basis | str,
-        statement: str,
-        method: str,
-        accepted: Accepted | None = None,
-        paper_value: str = "",
-        sabotage: Change | Sequence[Change] = (),
-        value: Callable[[Result], Interval] | None = None,
+        self, id: str, *, sabotage: Change | Sequence[Change] = (), **words: Any
     ) -> Callable[[Callable[..., Finding]], Claim]:
         """Declare a claim on the function that says what a result shows of it.
 
-        The parameters are those of `Claim`; ``sabotage`` is what makes its statement false, or
-        true where it fails. Where the rest of a finding asks for more than the result of a sabotage
-        has, ``value`` computes the value of both, and the function takes it as its second argument.
         The chapter is the package below ``chapters`` of the function.
+
+        Parameters
+        ----------
+        id
+            Identifier of the claim.
+        sabotage
+            What makes its statement false, or true where it fails.
+        **words
+            The other fields of `Claim`.
 
         Raises
         ------
@@ -118,42 +111,14 @@ class Study(Generic[Config, Result]):
             If the basis is unknown, a text that a reader needs is empty, or the function is
             outside the chapters.
         """
-
-        needed(id=id, place=place, statement=statement, method=method)
+        changes = (sabotage,) if isinstance(sabotage, Change) else tuple(sabotage)
 
         def declare(finding: Callable[..., Finding]) -> Claim:
-            changes = (sabotage,) if isinstance(sabotage, Change) else sabotage
-            return Claim(
-                id=id,
-                chapter=chapter_of(id, finding),
-                paper=paper,
-                place=place,
-                basis=Basis(basis),
-                statement=statement,
-                method=method,
-                accepted=accepted,
-                paper_value=paper_value,
-                seed=self.seed,
-                compute=finding,
-                study=self,
-                value=value,
-                sabotages=[
-                    Sabotage(change.text, partial(self._changed, change, finding, value))
-                    for change in changes
-                ],
-            )
+            chapter = chapter_of(id, finding)
+            own = {"study": self, "compute": finding, "sabotages": changes}
+            return Claim(id=id, chapter=chapter, **own, **words)
 
         return declare
-
-    def _changed(
-        self,
-        change: Change,
-        finding: Callable[..., Finding],
-        value: Callable[[Result], Interval] | None,
-    ) -> Finding:
-        """Return the value, and nothing else, of a finding of a changed study."""
-        result = self.result(Size.QUICK, change)
-        return Finding(finding(result).value if value is None else value(result))
 
 
 @lru_cache(maxsize=IN_MEMORY)
