@@ -62,7 +62,7 @@ def functions(path: Path) -> dict[str, ast.FunctionDef]:
 def meanings(name: str, known: dict[str, ast.FunctionDef], seen: set[str]) -> Iterator[str]:
     """Yield the meanings that a function names, or a function of its module that it calls."""
     seen.add(name)
-    nodes = list(ast.walk(known[name]))
+    nodes = [node for statement in known[name].body for node in ast.walk(statement)]
     placed = [n.value for n in nodes if isinstance(n, ast.keyword) and n.arg in ("ha", "side")]
     for node in nodes:
         if isinstance(node, ast.Constant) and node.value in MEANING and node not in placed:

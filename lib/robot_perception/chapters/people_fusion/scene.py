@@ -137,8 +137,9 @@ class State:
     def words(self) -> str:
         """What the explorer shows."""
         count, (missed, nobody) = len(self.missed), self.errors
+        who = self.who if self.who.startswith("without") else f"with {self.who}"
         return (
-            f"The room from above after {self.at:.0f} s, with {self.who}: {count - missed} of "
+            f"The room from above after {self.at:.0f} s, {who}: {count - missed} of "
             f"{count} people have a person's ellipse, {nobody} such ellipses are nobody's, "
             f"{len(self.persons) - self.persons.sum()} more are too light to count."
         )
