@@ -38,7 +38,7 @@ def violations(page: Page, theme: str = "light") -> list[str]:
     """Return the findings of axe of serious or critical impact; in the dark, of colours alone."""
     options: dict[str, Any] = {"preload": False, "resultTypes": ["violations"]}
     if theme == "dark":
-        options["runOnly"] = {"type": "tag", "values": ["cat.color"]}
+        options["runOnly"] = {"type": "rule", "values": ["color-contrast", "link-in-text-block"]}
     context = {"exclude": [[".rp-svg > *"]]}  # a figure is one image with a name
     found = Axe().run(page, context=context, options=options).response["violations"]
     return [
