@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.site.conftest import Visit
+from tests.site.conftest import Reading, Visit
 from tests.site.contents import NOTEBOOKS
 from tests.site.driver import PICTURE, drivers
 
 SILENCE_MS = 1100
+WINDOW = {"width": 1280, "height": 900}
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
@@ -48,10 +49,11 @@ def test_explorers(
     assert not visitor.strangers
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_timelines_play_and_pause(name: str, visit: Callable[..., Visit], address: str) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_timelines_play_and_pause(reading: Reading) -> None:
     """Play moves time on, pause holds it; nothing moves before play is pressed."""
-    page = visit(reduced_motion="no-preference").open(f"{address}{name}.html")
+    page = reading(WINDOW)
+    page.emulate_media(reduced_motion="no-preference")
     for control in page.query_selector_all(".rp-timeline"):
         slider = control.query_selector("input[type=range]")
         slider.focus()
@@ -68,10 +70,10 @@ def test_timelines_play_and_pause(name: str, visit: Callable[..., Visit], addres
         assert slider.input_value() == held
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_explorers_on_paper(name: str, visit: Callable[..., Visit], address: str) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_explorers_on_paper(reading: Reading) -> None:
     """Print shows the picture and no control."""
-    page = visit().open(f"{address}{name}.html")
+    page = reading(WINDOW)
     page.emulate_media(media="print")
     for root in page.query_selector_all("div.explorer"):
         assert not root.query_selector(".rp-controls").is_visible()

@@ -2,11 +2,14 @@
 
 import re
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import pytest
+from bs4 import BeautifulSoup
 from playwright.sync_api import Page
 
-from tests.site.conftest import Visit
+from tests.site.conftest import Reading, Visit
 from tests.site.contents import NOTEBOOKS, PAGES
 from tests.site.test_pages import WIDE_ELEMENTS
 
@@ -70,18 +73,18 @@ def settled(page: Page) -> Page:
 
 
 @pytest.mark.parametrize("viewport", [TELEPHONE, WINDOW], ids=["telephone", "window"])
-@pytest.mark.parametrize("name", [PAGES[0], *NOTEBOOKS])
-def test_letters_of_figures_can_be_read(
-    name: str, viewport: dict[str, int], visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", [*NOTEBOOKS, PAGES[0]], indirect=True)
+def test_letters_of_figures_can_be_read(reading: Reading, viewport: dict[str, int]) -> None:
     """Letters have ten pixels or more, none leaves the window or overlaps, in presets too."""
-    page = settled(visit(viewport=viewport).open(f"{address}{name}.html"))
+    page = reading(viewport)
     small = page.evaluate(LETTERS, SMALLEST_PX)
     for preset in page.query_selector_all(".rp-preset"):
         preset.click()
         page.wait_for_selector(".explorer[data-busy]", state="detached")
         small += page.evaluate(LETTERS, SMALLEST_PX)
-    if name == PAGES[0] and viewport == WINDOW:  # cards beside each other are thumbnails
+    if (
+        page.url.endswith(f"/{PAGES[0]}.html") and viewport == WINDOW
+    ):  # cards beside each other are thumbnails
         small = [found for found in small if not found.endswith("px")]
     assert not small, "\n".join(sorted(set(small)))
 
@@ -99,12 +102,10 @@ def test_letters_that_are_too_small_are_found(visit: Callable[..., Visit], addre
     }
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_columns_stand_above_each_other_on_a_telephone(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_columns_stand_above_each_other_on_a_telephone(reading: Reading) -> None:
     """Drawings of a row stand in a line where there is room, else one under the other."""
-    page = settled(visit(viewport=WINDOW).open(f"{address}{name}.html"))
+    page = reading(WINDOW)
     tops = (
         "(row) => [...row.children].map((child) => Math.round(child.getBoundingClientRect().top))"
     )
@@ -119,38 +120,34 @@ def test_columns_stand_above_each_other_on_a_telephone(
     assert not page.evaluate(WIDE_ELEMENTS)
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_picture_and_controls_are_seen_together(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_picture_and_controls_are_seen_together(reading: Reading) -> None:
     """In a window of 1280 × 800 a reader sees what he moves."""
-    page = settled(visit(viewport=WINDOW).open(f"{address}{name}.html"))
+    page = reading(WINDOW)
     high = [found for found in page.evaluate(TOGETHER) if found["height"] > WINDOW["height"]]
     assert not high
 
 
-LINKS = "article a[href*='#fig-']:not(.headerlink)"
-"""Links to figures; a heading may begin with the same word."""
+@cache
+def read(file: Path) -> BeautifulSoup:
+    """Return a page of the site."""
+    return BeautifulSoup(file.read_text("utf-8"), "html.parser")
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_captions_are_numbered_and_links_have_targets(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+def test_captions_are_numbered_and_links_have_targets(name: str, site: Path) -> None:
     """Captions count from one, by chapter; a link to a figure shows the number of its target."""
-    visitor = visit()
-    page = visitor.open(f"{address}{name}.html")
-    captions = "(nodes) => nodes.map((node) => node.querySelector('.rp-number')?.textContent ?? '')"
-    numbers = page.eval_on_selector_all("main figure.rp-figure > figcaption", captions)
+    file = site / f"{name}.html"
+    captions = read(file).select("main figure.rp-figure > figcaption")
+    numbers = [caption.select_one(".rp-number").text for caption in captions]
     counted = [re.fullmatch(r"Fig\. (?:(.*)\.)?(\d+)", number) for number in numbers]
     assert all(counted), numbers
     assert [int(match[2]) for match in counted] == list(range(1, 1 + len(numbers)))
     assert len({match[1] for match in counted}) <= 1
-    texts = "(nodes) => nodes.map((node) => [node.href, node.textContent])"
-    for target, text in page.eval_on_selector_all(LINKS, texts):
-        other = page if target.startswith(page.url.split("#")[0]) else visit().open(target)
-        figure = other.query_selector(f"figure[id='{target.split('#')[1]}']")
-        assert figure, target
-        number = figure.query_selector(".rp-number").text_content()
-        assert number == text or not text.startswith("Fig. ")
-        assert text
+    for link in read(file).select("article a[href*='#fig-']:not(.headerlink)"):
+        other, _, target = link["href"].partition("#")  # a heading may begin with the same word
+        figure = read((file.parent / other).resolve() if other else file).find(id=target)
+        assert figure.name == "figure", target
+        number = figure.select_one(".rp-number").text
+        assert number == link.text or not link.text.startswith("Fig. ")
+        assert link.text

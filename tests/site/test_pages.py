@@ -8,10 +8,12 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
-from tests.site.conftest import Visit
+from tests.site.conftest import Reading, Visit
 from tests.site.contents import BOOK, NOTEBOOKS, PAGES
 from tests.site.measures import ALIGNED, EQUATIONS
 
+WINDOW = {"width": 1280, "height": 900}
+TELEPHONE = {"width": 390, "height": 844}
 WIDE_ELEMENTS = """
 () => {
   const width = document.documentElement.clientWidth;
@@ -63,7 +65,7 @@ def test_page(
     page = visitor.open(f"{address}{name}.html")
     assert page.evaluate("document.documentElement.dataset.theme") == theme
     found = violations(page, theme)
-    page.set_viewport_size({"width": 390, "height": 844})
+    page.set_viewport_size(TELEPHONE)
     page.wait_for_timeout(150)
     wide = page.evaluate(WIDE_ELEMENTS)
     count("pages opened", 1)
@@ -160,12 +162,10 @@ COLUMNS = """
 """
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_paper_keeps_columns_and_offers_no_code(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_paper_keeps_columns_and_offers_no_code(reading: Reading) -> None:
     """On A4 text tables keep their lines whole, and no word of a button is left."""
-    page = visit(viewport={"width": 718, "height": 1000}).open(f"{address}{name}.html")
+    page = reading({"width": 718, "height": 1000})
     page.emulate_media(media="print")
     assert page.evaluate(COLUMNS) == []
     assert page.locator("details.hide > summary:visible").count() == 0
@@ -180,7 +180,7 @@ def test_mathematics_of_the_bibliography_is_set(visit: Callable[..., Visit], add
 
 def test_errata_are_whole_on_a_telephone(visit: Callable[..., Visit], address: str) -> None:
     """Nothing on the page has to be moved sideways to be read, and each erratum has its claim."""
-    page = visit(viewport={"width": 390, "height": 844}).open(f"{address}errata.html")
+    page = visit(viewport=TELEPHONE).open(f"{address}errata.html")
     held = """() => [...document.querySelectorAll(".bd-article *")].filter(
       (box) => box.clientWidth && box.scrollWidth > box.clientWidth + 1
         && getComputedStyle(box).overflowX !== "visible" && !box.closest(".math")
@@ -199,30 +199,19 @@ WHOLE = ".bd-article :is(.rp-table, div.math, mjx-container[display='true'])"
 CODE = ".bd-article div.highlight pre"
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_nothing_has_to_be_moved_sideways(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_nothing_has_to_be_moved_sideways(reading: Reading) -> None:
     """Tables and formulas are whole on a telephone; in a window code is, too."""
-    page = visit(viewport={"width": 390, "height": 844}).open(f"{address}{name}.html")
-    page.wait_for_timeout(150)
-    assert page.evaluate(SIDEWAYS, WHOLE) == []
-    page.set_viewport_size({"width": 1280, "height": 900})
-    page.wait_for_timeout(150)
-    assert page.evaluate(SIDEWAYS, f"{WHOLE}, {CODE}") == []
+    assert reading(TELEPHONE).evaluate(SIDEWAYS, WHOLE) == []
+    assert reading(WINDOW).evaluate(SIDEWAYS, f"{WHOLE}, {CODE}") == []
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_equations_stand_in_the_middle_and_words_of_tables_at_the_left(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", PAGES, indirect=True)
+def test_equations_stand_in_the_middle_and_words_of_tables_at_the_left(reading: Reading) -> None:
     """A displayed equation is centred, on a telephone too, where a wide one begins at the left."""
-    page = visit().open(f"{address}{name}.html")
-    assert page.evaluate(ALIGNED) == []
-    for size in ({"width": 1280, "height": 900}, {"width": 390, "height": 844}):
-        page.set_viewport_size(size)
-        page.wait_for_timeout(150)
-        assert page.evaluate(EQUATIONS) == []
+    assert reading(WINDOW).evaluate(ALIGNED) == []
+    assert reading(WINDOW).evaluate(EQUATIONS) == []
+    assert reading(TELEPHONE).evaluate(EQUATIONS) == []
 
 
 def test_equations_and_words_out_of_place_are_found(
@@ -273,12 +262,10 @@ def test_without_scripts_formulas_are_set(visit: Callable[..., Visit], address: 
         assert page.evaluate(EQUATIONS) == []
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_tables_of_results_can_be_taken_in_at_a_glance(
-    name: str, visit: Callable[..., Visit], address: str
-) -> None:
+@pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)
+def test_tables_of_results_can_be_taken_in_at_a_glance(reading: Reading) -> None:
     """They have six rows at most outside of folds."""
-    page = visit().open(f"{address}{name}.html")
+    page = reading(WINDOW)
     rows = """tables => tables.filter(table => !table.closest("details"))
       .map(table => table.tBodies[0].rows.length).filter(rows => rows > 6)"""
     assert page.eval_on_selector_all("table.rp-results", rows) == []
