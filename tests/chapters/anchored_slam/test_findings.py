@@ -16,30 +16,14 @@ from robot_perception.chapters.anchored_slam.explorers import (
 )
 from robot_perception.chapters.anchored_slam.gauge import AT_REST, TURN, TURN_STEP
 from robot_perception.chapters.anchored_slam.recordings import UTIAS
-from tests.chapters.findings import limits
+from tests.chapters.findings import ExplorerTests
 
-EXPLORERS = (TURNED, MOVED, REFERENCES, ROBOT_2, FIVE)
 DEVIATIONS, OFFSETS = (REFERENCES.controls[name].values for name in ("deviation", "offset"))
 TIED = ("anchor", "external sensor")
 
 
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_every_end_is_drawn_and_said_on_axes_that_stay(explorer):
-    ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
-    seen = set()
-    for values in product(*ends.values()):
-        setting = dict(zip(ends, values, strict=True))
-        axes = np.ravel(explorer.drawn(**setting))
-        seen.add(tuple(limits(ax) for ax in axes))
-        assert explorer.described(**setting)
-    assert len(seen) == 1
-
-
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_no_preset_shows_the_default(explorer):
-    assert all(
-        explorer.default | values != explorer.default for values in explorer.presets.values()
-    )
+class TestExplorers(ExplorerTests):
+    explorers = (TURNED, MOVED, REFERENCES, ROBOT_2, FIVE)
 
 
 # Worlds moved

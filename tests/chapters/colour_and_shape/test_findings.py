@@ -18,7 +18,7 @@ def _tried_as_a_reader_would():
 
 @pytest.mark.parametrize("explorer", [explorers.steps, explorers.many, explorers.snake])
 def test_no_preset_shows_the_default_and_axes_stay(explorer):
-    assert not presets_that_show_the_default(explorer.presets, explorer.controls)
+    assert not presets_that_show_the_default(explorer)
     seen = {limits(explorer.drawn(**state)) for state in explorer.parameters()}
     assert len(seen) == 1
     assert len(list(explorer.parameters())) <= MOST_STATES

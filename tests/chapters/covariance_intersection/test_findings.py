@@ -20,7 +20,7 @@ EXPLORERS = pytest.mark.parametrize("shown", [intersect, listen, weigh], ids=lam
 
 @EXPLORERS
 def test_no_preset_shows_the_default_and_there_are_not_too_many_states(shown):
-    assert not presets_that_show_the_default(shown.presets, shown.controls)
+    assert not presets_that_show_the_default(shown)
     assert len(list(shown.parameters())) <= MOST_STATES
 
 

@@ -18,7 +18,7 @@ def _followed_as_a_reader_would():
 
 @pytest.mark.parametrize("explorer", [explorers.rates, explorers.look])
 def test_no_preset_shows_the_default_and_axes_stay(explorer):
-    assert not presets_that_show_the_default(explorer.presets, explorer.controls)
+    assert not presets_that_show_the_default(explorer)
     seen = {tuple(limits(ax) for ax in explorer.drawn(**state)) for state in explorer.parameters()}
     assert len(seen) == 1
     assert len(list(explorer.parameters())) <= MOST_STATES

@@ -1,7 +1,6 @@
 """What the chapter tells a reader to find, in every state of its explorers."""
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
@@ -10,11 +9,10 @@ from robot_perception.chapters.loop_closing import figures as draw
 from robot_perception.chapters.loop_closing import posts, states
 from robot_perception.chapters.loop_closing.explorers import ANCHORS, BUILT, GROWTH, PLAY
 from robot_perception.teaching.figures.style import MEANING
-from tests.chapters.findings import limits
+from tests.chapters.findings import ExplorerTests, limits
 from tests.unchecked import unchecked
 
 CLOSES = ("a sensor of the position", "the names", "the names and an anchor")
-EXPLORERS = (BUILT, PLAY, ANCHORS, GROWTH)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -27,24 +25,8 @@ def computed():
             BUILT.state(**state)
 
 
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_every_end_is_drawn_and_said_on_axes_that_stay(explorer):
-    ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
-    seen = set()
-    for values in product(*ends.values()):
-        setting = dict(zip(ends, values, strict=True))
-        axes = np.ravel(explorer.drawn(**setting))
-        seen.add(tuple(limits(ax) for ax in axes))
-        assert all(np.isfinite(line.get_ydata()).any() for ax in axes for line in ax.lines)
-        assert explorer.described(**setting)
-    assert len(seen) == 1
-
-
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_no_preset_shows_the_default(explorer):
-    assert all(
-        explorer.default | values != explorer.default for values in explorer.presets.values()
-    )
+class TestExplorers(ExplorerTests):
+    explorers = (BUILT, PLAY, ANCHORS, GROWTH)
 
 
 # The building

@@ -142,7 +142,8 @@ def test_what_a_hypothesis_is_taken_for():
     mind.still = np.array([False, False, True, False, True])
     mind.state = State("busy", 4, 0.0, 0.0)
     # too light, too far away perhaps, one that stays, one that moves, and the one it is about
-    assert mind.status().tolist() == [0, 0, 1, 2, 3]
+    names = ("NOBODY", "NOBODY", "FURNITURE", "MOVES", "PARTNER")
+    assert mind.status().tolist() == [getattr(behaviours, name) for name in names]
     mind.state = replace(mind.state, phase="waiting")
     assert mind.status()[-1] == behaviours.FURNITURE
 

@@ -9,18 +9,14 @@ import pytest
 from robot_perception.chapters.sift_association import explorers, hero, recordings, table1
 from robot_perception.chapters.sift_association.explorers import ANY, PLANT, TABLE, VIEW, Decision
 from robot_perception.chapters.sift_association.viewpoint import View
-from robot_perception.teaching.explore import MOST_STATES
 from robot_perception.teaching.figures.style import MEANING
-from tests.chapters.findings import limits
+from tests.chapters.findings import ExplorerTests, limits
 
 TRACKS = ("", table1.STRAIGHT)
 
 
-@pytest.mark.parametrize("explorer", [VIEW, PLANT, TABLE])
-def test_no_preset_shows_the_default_and_there_are_not_too_many_states(explorer):
-    start = explorer.default
-    assert all(start | values != start for values in explorer.presets.values())
-    assert len(list(explorer.parameters())) <= MOST_STATES
+class TestExplorers(ExplorerTests):
+    explorers = (VIEW, PLANT, TABLE)
 
 
 def test_all_lines_between_the_two_rooms_are_wrong():

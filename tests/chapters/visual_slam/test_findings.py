@@ -2,15 +2,12 @@
 
 from itertools import product
 
-import numpy as np
 import pytest
 
 from robot_perception.chapters.visual_slam import explorers, frontend, recordings
 from robot_perception.chapters.visual_slam.explorers import COUNTS, MAP, MOMENTS, PLAY, SPACE
-from tests.chapters.findings import limits
+from tests.chapters.findings import ExplorerTests
 from tests.unchecked import unchecked
-
-EXPLORERS = (MAP, PLAY, SPACE)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -21,23 +18,18 @@ def computed():
             explorers.measured(count)
 
 
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_every_end_is_drawn_and_said_on_axes_that_stay(explorer):
+class TestExplorers(ExplorerTests):
+    explorers = (MAP, PLAY, SPACE)
+
+
+@pytest.mark.parametrize("explorer", [MAP, PLAY, SPACE])
+def test_no_two_ends_say_the_same(explorer):
     ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
-    seen, words = set(), set()
-    for values in product(*ends.values()):
-        setting = dict(zip(ends, values, strict=True))
-        seen.add(tuple(limits(ax) for ax in np.ravel(explorer.drawn(**setting))))
-        words.add(explorer.described(**setting))
-    assert len(seen) == 1
+    words = {
+        explorer.described(**dict(zip(ends, values, strict=True)))
+        for values in product(*ends.values())
+    }
     assert len(words) == 2 ** len(ends)
-
-
-@pytest.mark.parametrize("explorer", EXPLORERS)
-def test_no_preset_shows_the_default(explorer):
-    assert all(
-        explorer.default | values != explorer.default for values in explorer.presets.values()
-    )
 
 
 def test_ten_guesses_bring_the_walls_back_and_a_hundred_hardly_more():

@@ -42,7 +42,7 @@ def near():
 @pytest.mark.parametrize("name", EXPLORERS)
 def test_presets_differ_from_the_default_and_from_one_another(name):
     one = shown(name)
-    assert not presets_that_show_the_default(one.presets, one.controls)
+    assert not presets_that_show_the_default(one)
     states = [one.default | dict(preset) for preset in one.presets.values()]
     assert len({tuple(values.items()) for values in states}) == len(states)
     assert len(list(one.parameters())) <= MOST_STATES
