@@ -56,7 +56,8 @@ def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
     for name in ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method"):
         assert getattr(made, name) == getattr(claim, name)
     assert (made.seed, made.note, made.verdict) == (3, "Ten words.", "conditional")
-    assert record(some(value=0.8), versions="").verdict == "refuted"  # 1.05 would not be
+    failed = record(some(value=0.8), versions="")
+    assert (failed.verdict, failed.conditions) == ("refuted", [])  # 1.05 would not be
     assert made.value.estimate == 1.5
     assert made.conditions == ["it rains"]
     assert made.quick["value"] == [1.75, 1.65, 1.85]

@@ -16,6 +16,7 @@ from robot_perception.teaching.verdicts import (
     Turn,
     Verdict,
     decide,
+    deciding,
     turn,
     turned,
 )
@@ -48,10 +49,45 @@ def test_table_of_verdicts(low, high, conditions, on_its_terms, substitute):
     assert decide(Basis.SUBSTITUTE, HALF, value, conditions) == substitute
 
 
+YES, NO, OPEN = Interval(0.2, 0.1, 0.4), Interval(0.7, 0.6, 0.8), Interval(0.4, 0.35, 0.55)
+
+
+@pytest.mark.parametrize(
+    ("value", "inside", "outside", "on_its_terms", "substitute"),
+    [
+        # the claim's own value lies in the part that the condition names
+        (YES, None, None, "reproduced", "reproduced"),
+        (YES, None, YES, "reproduced", "reproduced"),
+        (YES, None, OPEN, "reproduced", "reproduced"),
+        (YES, None, NO, "conditional", "conditional"),
+        (YES, NO, None, "reproduced", "reproduced"),
+        # it lies outside that part
+        (NO, None, None, "refuted", "not reproduced"),
+        (NO, NO, None, "refuted", "not reproduced"),
+        (NO, OPEN, None, "refuted", "not reproduced"),
+        (NO, YES, None, "conditional", "conditional"),
+        (NO, None, NO, "refuted", "not reproduced"),
+        # it reaches across both
+        (OPEN, YES, NO, "conditional", "conditional"),
+        (OPEN, YES, None, "inconclusive", "inconclusive"),
+        (OPEN, None, NO, "inconclusive", "inconclusive"),
+        (OPEN, NO, YES, "inconclusive", "inconclusive"),
+    ],
+)
+def test_table_of_conditions(value, inside, outside, on_its_terms, substitute):
+    condition = Condition.judged("it rains", HALF, inside=inside, outside=outside)
+    for basis in (Basis.MATHEMATICS, Basis.PAPER):
+        assert decide(basis, HALF, value, [condition]) == on_its_terms
+    assert decide(Basis.SUBSTITUTE, HALF, value, [condition]) == substitute
+    decided = (condition,) if on_its_terms == "conditional" else ()
+    assert deciding(HALF, value, [UNSEEN, condition]) == decided
+
+
 def test_nothing_to_compare_and_nothing_measured():
     assert decide(Basis.PAPER, None, Interval(1, 1, 1)) == Verdict.ILLUSTRATED
     assert decide(Basis.MATHEMATICS, HALF, None, (SEEN,)) == Verdict.UNTESTABLE
     assert decide(Basis.SUBSTITUTE, None, None) == Verdict.UNTESTABLE
+    assert deciding(None, Interval(1, 1, 1), [SEEN]) == deciding(HALF, None, [SEEN]) == ()
 
 
 def test_a_basis_that_is_none_is_refused():
@@ -89,6 +125,21 @@ def test_the_sure_verdicts_need_every_number_of_the_interval(basis, accepted, va
         assert not all(inside)
     else:
         assert set(points) == {verdict}
+
+
+@given(bases, ranges, intervals, intervals, intervals)
+def test_it_does_not_matter_which_reading_is_called_the_claims_own(basis, accepted, a, b, c):
+    """Of a value inside a part and one outside it, each may be the claim's own, or neither."""
+    outside, inside, both = (
+        Condition.judged("it rains", accepted, **values)
+        for values in ({"outside": b}, {"inside": a}, {"inside": a, "outside": b})
+    )
+    conditional = accepted.contains(a) and accepted.excludes(b)
+    for value, condition in ((a, outside), (b, inside)):
+        verdict = decide(basis, accepted, value, [condition])
+        assert (verdict == Verdict.CONDITIONAL) == conditional
+    if conditional:
+        assert decide(basis, accepted, c, [both]) == Verdict.CONDITIONAL
 
 
 @given(bases, ranges, intervals, st.floats(0, 10), st.floats(0, 10))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
+from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide, deciding
 
 if TYPE_CHECKING:
     from robot_perception.teaching.studies import Change, Study
@@ -42,7 +42,8 @@ class Finding:
     tables
         More than a few, by name.
     conditions
-        Conditions that were tried; the needed ones make a holding claim conditional.
+        Conditions that were tried; those that decide (:func:`.verdicts.deciding`) make the claim
+        conditional.
     note
         One or two sentences for the reader; numbers in it come from the computation.
 
@@ -145,6 +146,10 @@ class Claim:
     def verdict(self, finding: Finding) -> Verdict:
         """Return the verdict that follows from a finding."""
         return decide(self.basis, self.accepted, finding.value, finding.conditions)
+
+    def deciding(self, finding: Finding) -> tuple[Condition, ...]:
+        """Return the conditions of a finding on which the verdict hangs."""
+        return deciding(self.accepted, finding.value, finding.conditions)
 
 
 def chapter_of(claim_id: str, function: Callable[..., Any]) -> str:

@@ -52,7 +52,7 @@ class Entry:
     evidence, tables, note
         As in :class:`Finding`.
     conditions
-        Words of the conditions that are needed.
+        Words of the conditions on which it hangs whether the claim holds.
     sabotages
         What variants gave in which the statement's truth is turned.
     quick
@@ -153,7 +153,7 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
         value=finding.value,
         evidence=dict(finding.evidence),
         tables=dict(finding.tables),
-        conditions=[c.text for c in finding.conditions if c.needed],
+        conditions=[c.text for c in claim.deciding(finding)],
         note=finding.note,
         quick={} if quick is None else numbers(quick),
     )

@@ -90,7 +90,9 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A part of the domain in which a claim holds, and whether it was seen to fail elsewhere.
+    """A part of the domain in which a claim holds, and what was seen in it and outside it.
+
+    The paper's setting can lie in that part: what merely takes the statement back is no condition.
 
     Parameters
     ----------
@@ -98,10 +100,40 @@ class Condition:
         Where the claim holds, in words that never negate the claim: it follows "only if".
     needed
         ``True`` if the claim was computed outside that part and did not hold.
+    holds
+        ``True`` if it was computed inside that part, besides the value of the claim, and held.
     """
 
     text: str
     needed: bool
+    holds: bool = False
+
+    @classmethod
+    def judged(
+        cls,
+        text: str,
+        accepted: Accepted,
+        *,
+        inside: Interval | None = None,
+        outside: Interval | None = None,
+    ) -> "Condition":
+        """Return a condition by the claim's range, of values inside and outside its part."""
+        needed = outside is not None and accepted.excludes(outside)
+        return cls(text, needed, inside is not None and accepted.contains(inside))
+
+
+def deciding(
+    accepted: Accepted | None, value: Interval | None, conditions: Sequence[Condition]
+) -> tuple[Condition, ...]:
+    """Return the conditions on which it hangs whether a claim holds.
+
+    The claim was seen to hold in the part that such a condition names, and to fail outside it. One
+    of the two may be the claim's own value; it does not matter which.
+    """
+    if accepted is None or value is None:
+        return ()
+    holds, fails = accepted.contains(value), accepted.excludes(value)
+    return tuple(c for c in conditions if (c.holds or holds) and (c.needed or fails))
 
 
 def decide(
@@ -113,8 +145,8 @@ def decide(
     """Return the verdict.
 
     ==============  ======================================================================
+    conditional     seen to hold in a named part of the domain, and to fail outside it
     reproduced      the whole interval lies inside the accepted range
-    conditional     so it does, but outside a named part of the domain the claim failed
     refuted         interval and range are disjoint, by mathematics or on the paper's own terms
     not reproduced  interval and range are disjoint, but something stands in for the paper's
     inconclusive    the interval overlaps the range and its complement
@@ -137,9 +169,10 @@ def decide(
         return Verdict.UNTESTABLE
     if accepted is None:
         return Verdict.ILLUSTRATED
+    if deciding(accepted, value, conditions):
+        return Verdict.CONDITIONAL
     if accepted.contains(value):
-        needed = any(condition.needed for condition in conditions)
-        return Verdict.CONDITIONAL if needed else Verdict.REPRODUCED
+        return Verdict.REPRODUCED
     if accepted.excludes(value):
         own_terms = Basis(basis) in (Basis.MATHEMATICS, Basis.PAPER)
         return Verdict.REFUTED if own_terms else Verdict.NOT_REPRODUCED
