@@ -1,6 +1,8 @@
-"""SLAM with tracked points: against the filter that is told all names, and laws of its accounts."""
+"""SLAM with tracked points: against the filter that is told all names, against the textbook where
+each particle names by its own map, and laws of its accounts.
+"""
 
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,9 +12,14 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 from scipy.stats import chi2
 
+from robot_perception.beliefs import normalise
+from robot_perception.landmarks import DescriptorClasses
+from robot_perception.landmarks.metrics import METRICS
 from robot_perception.observations import Observations
+from robot_perception.particles import effective_number, systematic
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry
+from robot_perception.slam.rao_blackwellised import textbook
 from robot_perception.slam.visual import Options, VisualMaps, step
 from tests.slam.rao_blackwellised.drives import MOUNT, assert_close, noises, seen_from
 from tests.unchecked import unchecked
@@ -79,6 +86,7 @@ def world(rng, *, laps=2, slip=1.0):
 
 def run(poses, frames, options, *, rng, told=True):
     """Return the states and the infos of all frames, and which landmark each one of the map is."""
+    each = options.association == "each"
     state, known = VisualMaps.start(poses[0], options, length=D), []
     states, infos = [], []
     for frame in frames:
@@ -93,7 +101,8 @@ def run(poses, frames, options, *, rng, told=True):
             options=options,
             rng=rng,
         )
-        known += frame.truth[info.new].tolist()
+        known += frame.truth[info.made].tolist()
+        assert state.tracks.names.ndim == info.names.ndim == info.new.ndim == 1 + each
         states.append(state)
         infos.append(info)
     return states, infos, known
@@ -405,6 +414,244 @@ def test_without_descriptors_an_oracle_is_enough():
     assert info.names.tolist() == [0]
 
 
+# Each particle by its own map ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_with_one_particle_each_is_shared(told):
+    poses, frames = world(np.random.default_rng(5))
+    shared, each = (
+        run(poses, frames, Options(1, 2, association=name), rng=np.random.default_rng(6), told=told)
+        for name in ("shared", "each")
+    )
+    for state, own in zip(shared[0], each[0], strict=True):
+        assert_equal([state.maps, state.looks], [own.maps, own.looks])
+        np.testing.assert_array_equal(state.tracks.names, own.tracks.names[0])
+    for info, own in zip(shared[1], each[1], strict=True):
+        assert_equal(info.resampling, own.resampling)
+        assert info.resampling.log_evidence == own.resampling.log_evidence
+        for name in ("names", "new", "known"):
+            np.testing.assert_array_equal(getattr(info, name), getattr(own, name)[0])
+        np.testing.assert_array_equal(info.made, own.made)
+    assert sum(info.known.sum() for info in each[1]) > 50
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_told_the_names_each_particle_says_what_all_would_say(share):
+    """To the bit, where the gate lets everything pass."""
+    poses, frames = world(np.random.default_rng(5))
+    options = Options(4, 2, share=share, level=1 - 1e-12, reach=1.0)
+    shared, each = (
+        run(poses, frames, replace(options, association=name), rng=np.random.default_rng(6))
+        for name in ("shared", "each")
+    )
+    for state, own in zip(shared[0], each[0], strict=True):
+        assert_equal([state.maps, state.looks], [own.maps, own.looks])
+    for info, own in zip(shared[1], each[1], strict=True):
+        np.testing.assert_array_equal(np.tile(info.names, (4, 1)), own.names)
+
+
+def own_names(particle, held, frame, rows, means, looks, options):
+    """Return the landmark of each row, or nothing, by loops: the cheapest pair first."""
+    T = textbook.camera_pose(particle.pose, MOUNT)
+    R, t, edge = T[:3, :3], T[:3, 3], chi2.ppf(options.level, 3)
+    pairs = []
+    for i in rows:
+        track, v = int(frame.seen.ids[i]), frame.seen.values[i]
+        wide = options.noise**2 * frame.seen.covs[i] + options.reach**2 * np.eye(3)
+        for name in [held[track]] if track in held else particle.landmarks:
+            cost = 0.0 if track in held else np.linalg.norm(means[i] - looks[name])
+            if cost > options.limit:
+                continue
+            place = particle.landmarks[name]
+            innovation = v - R.T @ (place.mean - t)
+            squared = innovation @ np.linalg.solve(R.T @ place.cov @ R + wide, innovation)
+            if squared <= edge:
+                pairs.append((cost, i, name))
+    found = {}
+    for _, i, name in sorted(pairs):
+        if i not in found and name not in found.values():
+            found[i] = name
+    return found
+
+
+def one_by_one(pose, frames, options, *, rng):
+    """Yield particles of the textbook that each name what they see by their own map.
+
+    A landmark is called by the number of the track that it was made of.
+    """
+    particles = [textbook.Particle(pose, {}) for _ in range(options.particles)]
+    held, looks = [{} for _ in particles], {}
+    for frame, (lengths, means) in zip(frames, lengths_and_means(frames), strict=True):
+        if frame.motion is not None:
+            particles = [textbook.predict(p, frame.motion, rng=rng) for p in particles]
+        rows = np.flatnonzero(lengths > options.stable).tolist()
+        found = [
+            own_names(p, own, frame, rows, means, looks, options)
+            for p, own in zip(particles, held, strict=True)
+        ]
+        used = set().union(*found)
+        noisy = Observations(frame.truth, frame.seen.values, options.noise**2 * frame.seen.covs)
+        for m, own in enumerate(found):
+            seen = noisy[list(own)].named(np.array(list(own.values()), dtype=int))
+            p = textbook.update(particles[m], seen, MOUNT)
+            missing = (len(used) - len(own)) * np.log(options.unmatched)
+            particles[m] = replace(p, log_weight=p.log_weight + missing)
+        logs = normalise(np.array([p.log_weight for p in particles]))[0]
+        drawn = np.arange(len(particles))
+        if used and effective_number(logs) < options.share * len(particles):
+            drawn, logs = systematic(np.exp(logs), len(particles), rng=rng), 0 * logs
+        particles = [replace(particles[i], log_weight=logs[k]) for k, i in enumerate(drawn)]
+        held, found = [dict(held[i]) for i in drawn], [dict(found[i]) for i in drawn]
+        for i in np.flatnonzero(lengths == options.stable + 1).tolist():
+            track = int(frame.seen.ids[i])
+            for m, own in enumerate(found):
+                if i not in own:
+                    new = noisy[[i]].named(np.array([track]))
+                    particles[m] = textbook.add_landmarks(particles[m], new, MOUNT)
+                    own[i], looks[track] = track, means[i]
+                held[m][track] = own[i]
+        yield particles, found
+
+
+@pytest.mark.parametrize(
+    ("seed", "slip", "options"),
+    [
+        (5, 2.0, Options(4, 1, 0.1, level=0.5, reach=0.0, noise=6.0, unmatched=0.05)),
+        (6, 3.0, Options(6, 2, 0.5, level=0.6, reach=0.01, noise=10.0, unmatched=2.0)),
+        (7, 2.0, Options(6, 1, 0.6, level=0.5, reach=0.0, noise=6.0, unmatched=0.05)),
+    ],
+)
+def test_each_by_its_own_map_is_the_textbook_particle_by_particle(seed, slip, options):
+    """Names, draws, poses, weights and maps, of particles that do not agree."""
+    options = replace(options, association="each", limit=600.0)
+    poses, frames = world(np.random.default_rng(seed), slip=slip)
+    args = poses[0], frames, options
+    theirs = one_by_one(*args, rng=np.random.default_rng(1))
+    states, infos, _ = run(poses, frames, options, rng=np.random.default_rng(1), told=False)
+    made, apart = [], 0
+    for frame, state, info, (particles, found) in zip(frames, states, infos, theirs, strict=True):
+        made += frame.seen.ids[info.made].tolist()
+        for m, (particle, own) in enumerate(zip(particles, found, strict=True)):
+            np.testing.assert_allclose(state.maps.poses[m], particle.pose, rtol=0, atol=1e-9)
+            named = np.flatnonzero(info.names[m] >= 0)
+            assert {i: made[info.names[m, i]] for i in named} == own
+            ids, places = state.maps.landmarks(m)
+            assert [made[name] for name in ids] == sorted(particle.landmarks, key=made.index)
+            expected = [particle.landmarks[made[name]].mean for name in ids]
+            np.testing.assert_allclose(places.mean.tolist(), expected, rtol=0, atol=1e-7)
+        logs = normalise(np.array([p.log_weight for p in particles]))[0]
+        np.testing.assert_allclose(state.maps.particles.weights, np.exp(logs), atol=1e-7)
+        apart += (info.names != info.names[0]).any()
+    assert apart > 5
+    assert not states[-1].maps.known.all()
+
+
+def test_a_landmark_that_one_particle_recognises_is_new_to_the_other_alone():
+    """One stands a metre aside; the density says what it costs it to recognise nothing."""
+    options = Options(2, 0, share=0.0, reach=0.0, association="each", unmatched=0.2)
+    state = begun(look([[2, 0, 1], [2, 3, 1]]), options)
+    aside = rb.belief.with_particles(
+        state.maps, np.array([[0, 0, 0], [0, 1.0, 0]]), state.maps.particles.log_weights
+    )
+    state, seen = replace(state, maps=aside), look([[2, 0, 1]], tracks=[7])
+    after, info = go(state, seen, options)
+    assert info.names.tolist() == [[0], [2]]
+    assert info.new.tolist() == [[False], [True]]
+    assert info.known.tolist() == [[True], [False]]
+    assert info.made.tolist() == [True]
+    assert after.maps.known.tolist() == [[True, True, False], [True, True, True]]
+    assert after.tracks.names.tolist() == [[0], [2]]
+    density = (2 * np.pi * 2e-4) ** -1.5  # of the first: two variances of 1e-4 in each axis
+    assert after.maps.particles.weights == pytest.approx(np.array([density, 0.2]) / (density + 0.2))
+    assert info.resampling.log_evidence == pytest.approx(np.log((density + 0.2) / 2))
+    np.testing.assert_allclose(after.maps.means[1, 2], [2, 1, 1], atol=1e-12)
+    again, info = go(after, seen, options, costs=lambda _: 1 / 0)  # each follows its own
+    assert info.names.tolist() == [[0], [2]]
+    assert not info.made.any()
+    assert again.maps.covs[:, [0, 2], 0, 0] == pytest.approx(
+        np.array([[1e-4 / 3, np.nan], [1e-4, 1e-4 / 2]]), nan_ok=True
+    )
+
+
+def test_each_keeps_to_what_it_took_a_track_for_where_the_gate_would_let_others_pass():
+    options = Options(2, 0, share=0.0, reach=0.0, association="each")
+    state = begun(look([[2, 0, 1], [2, 1, 1]]), options)
+    aside = rb.belief.with_particles(
+        state.maps, np.array([[0, 0, 0], [0, 1.0, 0]]), state.maps.particles.log_weights
+    )
+    state, info = go(replace(state, maps=aside), look([[2, 0, 1]], tracks=[7]), options)
+    assert info.names.tolist() == [[0], [1]]
+    _, info = go(state, look([[2, 0, 1]], tracks=[7]), replace(options, reach=2.0))
+    assert info.names.tolist() == [[0], [1]]
+
+
+def test_names_descend_with_the_particles():
+    """Where all come from one, all follow what it recognised."""
+    options = Options(2, 0, share=1.0, reach=0.0, association="each", unmatched=1e-9)
+    state = begun(look([[2, 0, 1]]), options)
+    aside = rb.belief.with_particles(
+        state.maps, np.array([[0, 1.0, 0], [0, 0, 0]]), state.maps.particles.log_weights
+    )
+    after, info = go(replace(state, maps=aside), look([[2, 0, 1]], tracks=[7]), options)
+    assert info.resampling.ancestors.tolist() == [1, 1]
+    assert info.names.tolist() == after.tracks.names.tolist() == [[0], [0]]
+    assert not info.new.any()
+    assert len(after.looks) == 1
+
+
+# How landmarks look ------------------------------------------------------------------------------
+
+
+def assert_are_classes(looks, stacks):
+    """Compare with classes of the descriptors of each stack, one descriptor after the other."""
+    assert len(looks) == len(stacks)
+    for i, stack in enumerate(stacks):
+        one = DescriptorClasses.of(stack[:1])
+        for more in stack[1:]:
+            one = one.updated(np.zeros(1, dtype=int), more[None])
+        np.testing.assert_array_equal(looks.firsts[i], stack[0])
+        np.testing.assert_allclose(looks.means[i], one.means[0], rtol=1e-12)
+        np.testing.assert_allclose(looks.squares[i], one.squares[0], rtol=1e-9, atol=1e-9)
+        assert looks.counts[i] == len(stack)
+
+
+@pytest.mark.parametrize("association", ["shared", "each"])
+def test_looks_are_the_classes_of_the_frames_until_a_landmark_is_made(association):
+    """Of tracks by now, of landmarks of as many frames as make one stable, whatever comes later."""
+    poses, frames = world(np.random.default_rng(5))
+    options = Options(3, 2, association=association)
+    states, infos, _ = run(poses, frames, options, rng=np.random.default_rng(6), told=False)
+    stacks, made = {}, []
+    for frame, state, info in zip(frames, states, infos, strict=True):
+        for track, descriptor in zip(frame.seen.ids.tolist(), frame.descriptors, strict=True):
+            stacks.setdefault(track, []).append(descriptor)
+        made += [np.array(stacks[track]) for track in frame.seen.ids[info.made].tolist()]
+        rows = [np.array(stacks[track]) for track in frame.seen.ids.tolist()]
+        assert_are_classes(state.tracks.looks, rows)
+    assert_are_classes(state.looks, made)
+    assert made
+    assert set(states[-1].looks.counts.tolist()) == {3}
+
+
+@pytest.mark.parametrize("association", ["shared", "each"])
+@pytest.mark.parametrize("name", METRICS)
+def test_every_metric_finds_the_landmark_that_looks_the_same(name, association):
+    """Four that lie within the gate of one another; the newcomers are told apart by looks alone."""
+    rng = np.random.default_rng(9)
+    options = Options(2, 2, reach=1.0, limit=1e9, association=association)
+    places = [[2, 0, 1], [2, 0.1, 1], [2, 0.2, 1], [2, 0.3, 1]]
+    own, order = rng.integers(0, 256, (4, D)), np.array([2, 0, 3, 1])
+    state = VisualMaps.start(np.zeros(3), options, length=D)
+    for tracks, rows in ((np.arange(4), np.arange(4)), (np.arange(10, 14), order)):
+        for _ in range(3):
+            drawn = own[rows] + rng.integers(-9, 10, (4, D))
+            seen = look(np.array(places)[rows], tracks=tracks)
+            state, info = go(state, seen, options, costs=METRICS[name], descriptors=drawn)
+    assert np.atleast_2d(info.names).tolist() == [order.tolist()] * len(np.atleast_2d(info.names))
+    assert not info.made.any()
+
+
 def wrong(state, **more):
     seen = more.pop("seen", look([[2, 0, 1]], tracks=[7]))
     return go(state, seen, more.pop("options", Options(1, 0)), **more)
@@ -440,6 +687,18 @@ def wrong(state, **more):
         (lambda _: Options(level=1.0), "level must be between 0 and 1"),
         (lambda _: Options(reach=-0.1), "reach must not be negative"),
         (lambda _: Options(noise=0.0), "noise must be positive"),
+        (lambda _: Options(association="all"), "association must be one of 'shared', 'each'"),
+        (lambda _: Options(unmatched=0.0), "unmatched must be positive"),
+        (
+            lambda s: wrong(s, options=Options(1, 0, association="each")),
+            "options must have the association of the state, got 'each'",
+        ),
+        (
+            lambda _: wrong(
+                VisualMaps.start(np.zeros(3), Options(1, association="each"), length=1)
+            ),
+            "options must have the association of the state, got 'shared'",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(call, message):

@@ -7,14 +7,20 @@ what it knows then, with an account of the step:
 
 A track that has been followed for long enough is looked up among the landmarks, once: by the mean
 of its descriptors and by its place. If it is none of them, a landmark is made of it. From then on
-it gives observations of its landmark for as long as it lasts. All particles share these names.
+it gives observations of its landmark for as long as it lasts.
+
+All particles share these names, or each names by its own map (``Options.association``): what one
+takes for a landmark may be new to another, which alone puts it into its map.
 
 What it costs to take a track for a landmark is the caller's to say, ``costs(newcomers)``: a
-distance of descriptors, or what an oracle knows. The gate in space and the choice are made here.
+distance of descriptors, as those of :mod:`robot_perception.landmarks.metrics`, or what an oracle
+knows. The gate in space and the choice are made here. How a landmark looks is what the frames of
+its track showed until it was made, and does not change when it is seen again: so the paper's p
+descriptors are "stored" once, when it "has been tracked for p frames" (section 4).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -27,6 +33,7 @@ from robot_perception.slam.planar.motions import Motion
 from robot_perception.slam.rao_blackwellised import (
     ParticleMaps,
     add_landmarks,
+    associate_each,
     associate_shared,
     predict,
     printed_number,
@@ -53,8 +60,8 @@ class Options:
     criterion
         What is compared with it: the effective number, or what eq. (7) prints.
     limit
-        Largest cost of taking a track for a landmark. Ours: the distance of mean descriptors whose
-        length is 512.
+        Largest cost of taking a track for a landmark, which depends on how costs are counted; the
+        paper does not tell its own. Ours: the distance of mean descriptors whose length is 512.
     level
         Probability that a right match passes the gate in space; ours.
     reach
@@ -62,11 +69,17 @@ class Options:
         Particles that descend from one know nothing of the error that they share.
     noise
         What the standard deviation of the points is multiplied by in the filter; ours.
+    association
+        Whether all particles share the names of what is seen, ``"shared"``, or each finds them in
+        its own map, ``"each"``; paper, sections 3 and 4: each.
+    unmatched
+        Density of a point for a particle to which it is none of its landmarks, where it is one to
+        another particle, m⁻³; ours.
 
     Raises
     ------
     ValueError
-        If a number is out of its range or there is no such criterion.
+        If a number is out of its range or there is no such criterion or association.
     """
 
     particles: int = 10
@@ -77,6 +90,8 @@ class Options:
     level: float = 0.999
     reach: float = 0.3
     noise: float = 1.0
+    association: Literal["shared", "each"] = "shared"
+    unmatched: float = 1.0
 
     def __post_init__(self) -> None:
         checks.whole("particles", self.particles, 1)
@@ -88,6 +103,35 @@ class Options:
         checks.level("level", self.level)
         checks.not_negative("reach", self.reach)
         checks.positive("noise", self.noise)
+        checks.one_of("association", self.association, ("shared", "each"))
+        checks.positive("unmatched", self.unmatched)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Looks:
+    r"""What is kept of the descriptors of n tracks, or of the landmarks that were made of them.
+
+    .. math:: \bar d_i = \frac 1 p \sum_k d_k, \qquad q_i = \sum_k (d_k - \bar d_i)^2
+
+    Parameters
+    ----------
+    firsts : (n, d)
+        The first descriptor of each.
+    means : (n, d)
+        Means :math:`\bar d_i`.
+    squares : (n, d)
+        Sums :math:`q_i` of squared deviations from the mean, entry by entry.
+    counts : (n,)
+        Numbers p of descriptors.
+    """
+
+    firsts: Float[np.ndarray, "n d"]
+    means: Float[np.ndarray, "n d"]
+    squares: Float[np.ndarray, "n d"]
+    counts: Int[np.ndarray, "n"]
+
+    def __len__(self) -> int:
+        return len(self.counts)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -100,21 +144,33 @@ class Ongoing:
         Their numbers.
     lengths : (k,)
         In how many frames each was seen.
+    firsts : (k, d)
+        Its first descriptor.
     sums : (k, d)
         What its descriptors add up to.
-    names : (k,)
-        Landmark that it was taken for, or that was made of it; -1 as long as it is not stable.
+    squares : (k, d)
+        What their squared deviations from their mean add up to.
+    names : (k,) or (M, k)
+        Landmark that it was taken for, or that was made of it; -1 as long as it is not stable. A
+        row for each particle where each names by its own map.
     """
 
     ids: Int[np.ndarray, "k"]
     lengths: Int[np.ndarray, "k"]
+    firsts: Float[np.ndarray, "k d"]
     sums: Float[np.ndarray, "k d"]
-    names: Int[np.ndarray, "k"]
+    squares: Float[np.ndarray, "k d"]
+    names: Int[np.ndarray, "*M k"]
 
     @property
     def means(self) -> Float[np.ndarray, "k d"]:
         """Mean descriptor of each track so far."""
         return self.sums / self.lengths[:, None]
+
+    @property
+    def looks(self) -> Looks:
+        """How each track looked so far."""
+        return Looks(self.firsts, self.means, self.squares, self.lengths)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,16 +180,23 @@ class VisualMaps:
     Parameters
     ----------
     maps
-        Poses and landmarks. Landmarks are named 0, 1, 2 … as they are made.
-    descriptors : (N, d)
-        How each landmark looked when it was made: the mean descriptor of its track.
+        Poses and landmarks. Landmarks are named 0, 1, 2 … as they are made. Where each particle
+        names by its own map, some have one and others not, and what nobody has any more keeps its
+        name and place.
+    looks
+        How each of N landmarks looked when it was made: the descriptors of its track.
     tracks
         The tracks of the latest frame.
     """
 
     maps: ParticleMaps
-    descriptors: Float[np.ndarray, "N d"]
+    looks: Looks
     tracks: Ongoing
+
+    @property
+    def descriptors(self) -> Float[np.ndarray, "N d"]:
+        """Mean descriptor of each landmark."""
+        return self.looks.means
 
     @classmethod
     def start(
@@ -146,7 +209,7 @@ class VisualMaps:
         pose : (3,)
             m, m, rad.
         options
-            How many particles.
+            How many particles, and whether they share names.
         length
             Numbers of a descriptor; that of SIFT has 128. Where names are known without, 0.
 
@@ -157,9 +220,11 @@ class VisualMaps:
         """
         checks.instance("options", options, Options)
         none = np.empty(0, dtype=int)
-        looks = np.empty((0, checks.whole("length", length, 0)))
+        empty = np.empty((0, checks.whole("length", length, 0)))
         maps = ParticleMaps.start(pose, options.particles)
-        return cls(maps, looks, Ongoing(none, none, looks, none))
+        names = none if options.association == "shared" else np.empty((len(maps), 0), dtype=int)
+        tracks = Ongoing(none, none, empty, empty, empty, names)
+        return cls(maps, Looks(empty, empty, empty, none), tracks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -172,13 +237,18 @@ class Newcomers:
         Which observations of the frame they are.
     descriptors : (m, d)
         The mean descriptor of each.
-    landmarks : (N, d)
-        That of each landmark, in the order of the map.
+    looks
+        How each of N landmarks looked when it was made, in the order of the map.
     """
 
     rows: Int[np.ndarray, "m"]
     descriptors: Float[np.ndarray, "m d"]
-    landmarks: Float[np.ndarray, "N d"]
+    looks: Looks
+
+    @property
+    def landmarks(self) -> Float[np.ndarray, "N d"]:
+        """Mean descriptor of each landmark."""
+        return self.looks.means
 
 
 Costs = Callable[[Newcomers], Float[np.ndarray, "m N"]]  # infinite where it cannot be
@@ -188,28 +258,36 @@ Costs = Callable[[Newcomers], Float[np.ndarray, "m N"]]  # infinite where it can
 class FrameInfo:
     """What a step made of the m observations of its frame.
 
+    Where each particle names by its own map, names have a row for each of the particles that the
+    step returns.
+
     Parameters
     ----------
-    names : (m,)
+    names : (m,) or (M, m)
         Landmark that each was used for; -1 where its track is not stable yet, or it is out of the
         gate.
     first : (m,)
         Whether its track became stable in this frame and was looked up.
-    new : (m,)
+    new : (m,) or (M, m)
         Whether a landmark was made of it.
     resampling
         Effective number after weighing, whether particles were drawn anew, ancestors, evidence.
     """
 
-    names: Int[np.ndarray, "m"]
+    names: Int[np.ndarray, "*M m"]
     first: Bool[np.ndarray, "m"]
-    new: Bool[np.ndarray, "m"]
+    new: Bool[np.ndarray, "*M m"]
     resampling: StepInfo
 
     @property
-    def known(self) -> Bool[np.ndarray, "m"]:
+    def known(self) -> Bool[np.ndarray, "*M m"]:
         """Which observations were of landmarks of the map and went into the filter."""
         return (self.names >= 0) & ~self.new
+
+    @property
+    def made(self) -> Bool[np.ndarray, "m"]:
+        """Of which observations landmarks were made, in the map of some particle at least."""
+        return _somewhere(self.new)
 
 
 def step(
@@ -230,6 +308,10 @@ def step(
     one, each landmark once. The particles are weighed by them and drawn anew if need be. What is
     left of the tracks that have just become stable are new landmarks.
 
+    Where each particle names by its own map, all this is so for each, and its names descend with
+    it. An observation that some particle has a landmark for weighs with the others by the density
+    ``options.unmatched``. A new landmark is one to all particles that did not recognise it.
+
     Parameters
     ----------
     state
@@ -244,8 +326,9 @@ def step(
     mount : (4, 4)
         T_robot_camera.
     costs
-        Returns (m', N) costs, not negative, of taking m' newcomers for each of N landmarks. It is
-        asked when there are both.
+        Returns (m', N) costs, not negative, of taking m' newcomers for each of N landmarks: a
+        metric of :mod:`robot_perception.landmarks.metrics`, or a function of the caller's own. It
+        is asked when there are both.
     options
         How the filter runs; the same for all frames.
     rng
@@ -260,32 +343,35 @@ def step(
     ------
     ValueError
         If a point has no covariance or no track, the descriptors are not (m, d) of the length of
-        the state's, the options have another number of particles, the costs are not (m', N), NaN or
-        negative, or where :mod:`~robot_perception.slam.rao_blackwellised` raises.
+        the state's, the options have another number of particles or another association than the
+        state, the costs are not (m', N), NaN or negative, or where
+        :mod:`~robot_perception.slam.rao_blackwellised` raises.
 
     References
     ----------
     Gil, Payá, Reinoso, Fernández and Puerto, "Simultaneous localization and mapping in indoor
     environments using SIFT features", VIIP 2006, sections 3 and 5.
     """
-    looks = _checked(state, observations, descriptors, mount, costs, options)
+    found = _checked(state, observations, descriptors, mount, costs, options)
     checks.generator("rng", rng)
     maps = state.maps if motion is None else predict(state.maps, motion, rng=rng)
-    tracks = _followed(state.tracks, observations.ids, looks)
+    tracks = _followed(state.tracks, observations.ids, found)
     first = tracks.lengths == options.stable + 1
     covs = options.noise**2 * observations.covs
-    seen = Observations(np.full(len(looks), -1), observations.values, covs)
-    names = _recognised(maps, state.descriptors, tracks, seen, mount, costs, options)
-    known = names >= 0
-    maps, resampling = _weighed(maps, seen.named(names)[known], mount, options, rng)
-    new = first & ~known
-    landmarks = state.descriptors
-    if new.any():
-        names[new] = len(landmarks) + np.arange(np.count_nonzero(new))
-        maps = add_landmarks(maps, seen.named(names)[new], mount)
-        landmarks = np.concatenate([landmarks, tracks.means[new]])
-    tracks = replace(tracks, names=np.where(first, names, tracks.names))
-    return VisualMaps(maps, landmarks, tracks), FrameInfo(names, first, new, resampling)
+    seen = Observations(np.full(len(found), -1), observations.values, covs)
+    names = _recognised(maps, state.looks, tracks, seen, mount, costs, options)
+    maps, resampling = _weighed(maps, seen, names, mount, options, rng)
+    names, held = (_inherited(own, resampling.ancestors) for own in (names, tracks.names))
+    new, looks = first & (names < 0), state.looks
+    made = _somewhere(new)
+    fresh = len(looks) + np.cumsum(made) - 1
+    names = np.where(new, fresh, names)
+    if made.any():
+        where = None if new.ndim == 1 else new[:, made]
+        maps = add_landmarks(maps, seen[made].named(fresh[made]), mount, where)
+        looks = _joined(looks, tracks.looks, made)
+    tracks = replace(tracks, names=np.where(first, names, held))
+    return VisualMaps(maps, looks, tracks), FrameInfo(names, first, new, resampling)
 
 
 def _checked(
@@ -308,6 +394,10 @@ def _checked(
         raise ValueError(
             f"options must be for the {len(state.maps)} particles of the state, got {particles}"
         )
+    if (options.association == "shared") != (state.tracks.names.ndim == 1):
+        raise ValueError(
+            f"options must have the association of the state, got {options.association!r}"
+        )
     beside = f"{count} observations, and a state of {length} numbers each"
     return checks.array("descriptors", descriptors, (count, length), beside)
 
@@ -315,28 +405,32 @@ def _checked(
 def _followed(before: Ongoing, ids: np.ndarray, descriptors: np.ndarray) -> Ongoing:
     """Return the tracks of a frame: those of the frame before that go on, and those that begin."""
     _, old, on = np.intersect1d(before.ids, ids, assume_unique=True, return_indices=True)
-    lengths, sums = np.ones(len(ids), dtype=int), descriptors.copy()
-    names = np.full(len(ids), -1)
+    lengths, firsts, sums = np.ones(len(ids), dtype=int), descriptors.copy(), descriptors.copy()
+    squares = np.zeros_like(sums)
+    names = np.full((*before.names.shape[:-1], len(ids)), -1)
+    count, apart = before.lengths[old, None], descriptors[on] - before.means[old]
     lengths[on] += before.lengths[old]
+    firsts[on] = before.firsts[old]
     sums[on] += before.sums[old]
-    names[on] = before.names[old]
-    return Ongoing(ids, lengths, sums, names)
+    squares[on] = before.squares[old] + count / (count + 1) * apart**2
+    names[..., on] = before.names[..., old]
+    return Ongoing(ids, lengths, firsts, sums, squares, names)
 
 
 def _recognised(
     maps: ParticleMaps,
-    landmarks: np.ndarray,
+    landmarks: Looks,
     tracks: Ongoing,
     seen: Observations,
     mount: np.ndarray,
     costs: Costs,
     options: Options,
 ) -> np.ndarray:
-    """Return which landmark each observation is of, or -1.
+    """Return which landmark each observation is of, or -1, as the tracks have their names.
 
     A track that has a landmark costs nothing there and cannot be another one.
     """
-    names = np.full(len(seen), -1)
+    names = np.full(tracks.names.shape, -1)
     rows = np.flatnonzero(tracks.lengths > options.stable)
     first = tracks.lengths[rows] == options.stable + 1
     if not (rows.size and len(landmarks)):
@@ -347,33 +441,55 @@ def _recognised(
         size = len(asked.rows), len(landmarks)
         beside = f"{size[0]} newcomers and {size[1]} landmarks"
         table[first] = checks.array("costs(newcomers)", costs(asked), size, beside, finite=False)
-    has = np.flatnonzero(tracks.names[rows] >= 0)
-    table[has, tracks.names[rows[has]]] = 0.0
+    held = tracks.names[..., rows]
+    has = np.nonzero(held >= 0)
+    table[has[-1], held[has]] = 0.0
     wide = seen.covs[rows] + options.reach**2 * np.eye(3)
-    names[rows] = associate_shared(
-        maps,
-        Observations(names[rows], seen.values[rows], wide),
-        mount,
-        costs=table,
-        limit=options.limit,
-        level=options.level,
-    )
+    look = Observations(np.full(rows.size, -1), seen.values[rows], wide)
+    found: dict = {"costs": table, "limit": options.limit, "level": options.level}
+    if options.association == "shared":
+        names[rows] = associate_shared(maps, look, mount, **found)
+    else:
+        names[:, rows] = associate_each(maps, look, mount, held, **found)
     return names
 
 
 def _weighed(
     maps: ParticleMaps,
     seen: Observations,
+    names: np.ndarray,
     mount: np.ndarray,
     options: Options,
     rng: np.random.Generator,
 ) -> tuple[ParticleMaps, StepInfo]:
     """Return the maps after observations of landmarks that they have, drawn anew if need be."""
-    if not len(seen):
+    used = _somewhere(names >= 0)
+    if not used.any():
         effective = float(effective_number(maps.particles.log_weights))
         return maps, StepInfo(effective, False, np.arange(len(maps)), 0.0)
-    maps, weighing = update(maps, seen, mount)
+    if options.association == "shared":
+        maps, weighing = update(maps, seen.named(names)[used], mount)
+    else:
+        own, density = names[:, used], options.unmatched
+        maps, weighing = update(maps, seen[used], mount, own, unmatched_density=density)
     effective = float(effective_number(maps.particles.log_weights))
     criterion = CRITERIA[options.criterion]
     maps, drawn = resample(maps, rng=rng, share=options.share, criterion=criterion)
     return maps, StepInfo(effective, drawn.resampled, drawn.ancestors, weighing.log_evidence)
+
+
+def _inherited(names: np.ndarray, ancestors: np.ndarray) -> np.ndarray:
+    """Return the names of particles drawn anew: shared ones, or those of their ancestors."""
+    return names if names.ndim == 1 else names[ancestors]
+
+
+def _somewhere(mask: np.ndarray) -> np.ndarray:
+    """Return which observations something is true of, for some particle at least."""
+    return np.atleast_2d(mask).any(axis=0)
+
+
+def _joined(looks: Looks, others: Looks, rows: np.ndarray) -> Looks:
+    """Return how some look, and after them some of the others."""
+    names = [field.name for field in fields(Looks)]
+    columns = ((getattr(looks, name), getattr(others, name)[rows]) for name in names)
+    return Looks(*map(np.concatenate, columns))

@@ -19,7 +19,7 @@ from robot_perception.chapters.visual_slam import (
     stability,
 )
 from robot_perception.geometry import se3
-from robot_perception.slam.visual import Newcomers
+from robot_perception.landmarks.metrics import euclidean_mean
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -119,9 +119,57 @@ def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
     assert (used - made == drive.observed).all()
 
 
-def test_costs_are_distances_of_descriptors():
-    new, old = RNG(5).uniform(0, 255, (3, 128)), RNG(6).uniform(0, 255, (7, 128))
-    assert drives.alike(Newcomers(np.arange(3), new, old)) == pytest.approx(cdist(new, old))
+def test_costs_are_asked_of_the_metric(seen):
+    """By default distances to the mean descriptors; a metric that likes nothing recognises none."""
+    report, begin = drives.roll(seen.poses[:40], rng=RNG(2)), frontend.seen(40)
+    asked = []
+
+    def watching(question):
+        asked.append(question)
+        return euclidean_mean(question)
+
+    one, other, none = (
+        drives.run(begin, drives.Options(2), report, rng=RNG(4), **more)
+        for more in ({}, {"metric": watching}, {"metric": lambda q: 1e9 + euclidean_mean(q)})
+    )
+    assert (one.poses == other.poses).all()
+    assert (one.names == other.names).all()
+    assert one.matched > none.matched == 0
+    for question in asked:
+        expected = cdist(question.descriptors, question.landmarks)
+        assert euclidean_mean(question) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.fixture(scope="module")
+def each():
+    """Return a drive on which particles do not agree: weights are dull, and the gate is narrow."""
+    seen = frontend.seen(120)
+    report = drives.roll(seen.poses, rng=RNG(3))
+    options = drives.Options(6, share=0.3, level=0.5, reach=0.0, noise=8.0, association="each")
+    with unchecked():
+        return drives.run(seen, options, report, rng=RNG(4))
+
+
+def test_where_each_names_by_its_own_map_the_heaviest_is_scored(each):
+    """Its map is the exact one of its path and of the points that it is said to have used."""
+    best, known = each.maps.best, each.maps.known
+    assert 10 < each.drawn.sum() < 100
+    assert len(each.founders) == known[best].sum() < each.maps.ids.size
+    exact, _ = factorisation.exact_map(each, each.path)
+    assert exact == pytest.approx(each.means, abs=1e-8)
+
+
+def test_where_each_names_by_its_own_map_points_are_used_and_each_is_looked_up(each):
+    age = ages(each.seen)
+    assert np.isin(np.flatnonzero(age == 6), each.rows).all()
+    assert np.count_nonzero(age == 6) == each.matched + len(each.places)
+    used, made = (
+        np.bincount(frames, minlength=len(each.poses))
+        for frames in (each.seen.frames[each.rows], each.seen.frames[each.founders])
+    )
+    assert (used - made == each.observed).all()
+    gaps = recognised(each)[2]
+    assert (len(gaps), np.count_nonzero(gaps > drives.SAME)) == (each.matched, each.wrong)
 
 
 def test_the_same_place_lies_on_the_same_surface(seen):

@@ -1,5 +1,7 @@
 """Valid calls of `landmarks`."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from robot_perception import landmarks
@@ -14,6 +16,7 @@ from robot_perception.landmarks import (
     StereoRules,
     TrackRules,
     Tracks,
+    metrics,
     textbook,
 )
 from tests.hostile.sweep import call
@@ -29,6 +32,8 @@ TRACKS = Tracks.start(BEFORE)
 D = BEFORE.descriptors.astype(float)
 CLASSES = DescriptorClasses.of(D).updated(np.array([0, 1, 2]), D + 1)
 VARIANCES = np.full(D.shape, 4.0)
+LOOKS = SimpleNamespace(firsts=D, means=D, squares=np.ones(D.shape), counts=np.array([2, 2, 3]))
+ASKED = SimpleNamespace(descriptors=D, looks=LOOKS)
 NEAREST = Euclidean(D).two_nearest(D)
 ROWS = np.array([0, 1, 1])
 PLACES = np.array([[0.0, 0.0, 1.0], [0.5, 0.1, 2.0]])
@@ -59,6 +64,10 @@ CALLS = {
     landmarks.extend: lambda: call(
         TRACKS, BEFORE, AFTER, TrackRules(), predicted=BEFORE.pixels.copy()
     ),
+    metrics.euclidean_first: lambda: call(ASKED),
+    metrics.euclidean_mean: lambda: call(ASKED),
+    metrics.mahalanobis: lambda: call(ASKED),
+    metrics.mahalanobis_shrunk: lambda: call(ASKED, 5.0),
     landmarks.floored_variances: lambda: call(CLASSES, 20.0),
     landmarks.follow: lambda: call(
         iter([BEFORE, AFTER]), TrackRules(), predictions=[BEFORE.pixels.copy()]

@@ -85,6 +85,7 @@ RESULTS = {
     rao_blackwellised.Weighing,
     symbolic.Reading,
     visual.FrameInfo,
+    visual.Looks,
     visual.Newcomers,
     visual.Ongoing,
     visual.VisualMaps,
@@ -171,8 +172,10 @@ CALLS = {
     rao_blackwellised.associate_shared: lambda: call(
         MAPS, POINT.anonymous(), MOUNT, **gated(by="best")
     ),
-    rao_blackwellised.associate_each: lambda: call(MAPS, POINT.anonymous(), MOUNT, **gated()),
-    visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0),
+    rao_blackwellised.associate_each: lambda: call(
+        MAPS, POINT.anonymous(), MOUNT, np.array([[4], [-1]]), **gated()
+    ),
+    visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0, "each", 0.5),
     visual.VisualMaps.start: lambda: call(POSE, FEW, length=4),
     visual.step: lambda: call(
         VISUAL,

@@ -134,8 +134,36 @@ def test_without_landmarks_or_observations_there_is_nothing_to_find():
     assert associate_shared(two_paths(), seen[:0], MOUNT, by="best").shape == (0,)
 
 
-def brute_force(maps, observations, costs, limit, level):
+def test_what_a_particle_holds_an_observation_for_it_takes_it_for_or_for_nothing():
+    maps, seen = two_paths(variance=0.2), look([4.0, -0.1, 1.0], [4.0, 0.1, 1.0], variance=0.2)
+    either = associate_each(maps, seen, MOUNT, np.full((2, 2), -1))
+    assert either.tolist() == associate_each(maps, seen, MOUNT).tolist()
+    held = np.array([[A, -1], [-1, -1]])
+    said = associate_each(maps, seen, MOUNT, held)
+    assert said[0].tolist() == [-1, A]  # the other one is nearer to A and comes first
+    costs = np.array([[0.0, 0.0, 9.0], [0.5, 0.4, 9.0]])
+    said = associate_each(maps, seen, MOUNT, held, costs=costs)
+    assert said[0].tolist() == [A, B]
+    said = associate_each(maps, seen, MOUNT, np.roll(held, 1, axis=0), costs=costs)
+    assert said[0].tolist() == [A, B]
+    far = associate_each(maps, seen, MOUNT, np.array([[C, -1], [C, C]]), level=LEVEL)
+    assert far.tolist() == [[-1, A], [-1, -1]]
+    three = look([4.0, 0.0, 1.0], [4.0, -0.1, 1.0], [4.0, 0.1, 1.0], variance=0.2)
+    three = three.named(np.array([77, -1, -1]))  # a name is kept, whatever is held
+    said = associate_each(maps, three, MOUNT, np.array([[A, B, -1], [-1, C, C]]), level=LEVEL)
+    assert said.tolist() == [[77, B, A], [77, -1, -1]]
+    said = associate_each(
+        maps, three.named(np.array([A, -1, -1])), MOUNT, np.array([[-1, B, -1], [-1, C, C]])
+    )
+    assert said.tolist() == [[A, B, -1], [A, -1, -1]]
+    gone = associate_each(maps, seen, MOUNT, np.array([[77, -1], [A, -1]]))
+    assert gone[0].tolist() == [-1, A]
+
+
+def brute_force(maps, observations, costs, limit, level, held=None):
     """Return names for each particle by loops: all pairs, sorted by cost, each landmark once."""
+    free = np.full((len(maps), len(observations)), -1)
+    held = free if held is None else held
     found = np.full((len(maps), len(observations)), -1)
     squared = np.empty((len(maps), len(observations), maps.ids.size))
     for m, pose in enumerate(maps.poses):
@@ -147,7 +175,8 @@ def brute_force(maps, observations, costs, limit, level):
                 Z = T[:3, :3].T @ maps.covs[m, n] @ T[:3, :3] + Q
                 squared[m, i, n] = innovation @ np.linalg.solve(Z, innovation)
                 cost = squared[m, i, n] if costs is None else costs[i, n]
-                if squared[m, i, n] <= chi2.ppf(level, 3) and cost <= limit:
+                meant = held[m, i] in (-1, maps.ids[n])
+                if meant and squared[m, i, n] <= chi2.ppf(level, 3) and cost <= limit:
                     pairs.append((cost, i, n))
         for _, i, n in sorted(pairs):
             if found[m, i] == -1 and maps.ids[n] not in found[m]:
@@ -169,6 +198,10 @@ def test_each_particles_answer_is_that_of_brute_force(seed, described):
     assert ours.tolist() == expected.tolist()
     best = associate_shared(maps, seen, MOUNT, costs=costs, limit=limit, level=0.9, by="best")
     assert best.tolist() == expected[maps.best].tolist()
+    held = np.where(rng.random((3, 6)) < 0.5, maps.ids[rng.integers(0, 12, (3, 6))], -1)
+    expected = brute_force(maps, seen, costs, limit, 0.9, held)
+    ours = associate_each(maps, seen, MOUNT, held, costs=costs, limit=limit, level=0.9)
+    assert ours.tolist() == expected.tolist()
 
 
 @given(seeds)
@@ -206,6 +239,19 @@ def test_points_and_landmarks_without_noise_are_refused(by):
 def test_what_is_wrong_is_said(wrong, message):
     with unchecked(), pytest.raises(ValueError, match=message):
         associate_shared(two_paths(), look(PLACES[0]), MOUNT, **wrong)
+
+
+@pytest.mark.parametrize(
+    ("held", "message"),
+    [
+        (np.array([[A]]), r"held must be \(2, 1\) for 2 particles and 1 observations"),
+        (np.array([[A], [-2]]), "held must be at least -1, got -2"),
+        (np.array([[A], [0.5]]), "held must be integers"),
+    ],
+)
+def test_what_is_held_wrongly_is_said(held, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        associate_each(two_paths(), look(PLACES[0]), MOUNT, held)
 
 
 def test_observations_need_covariances():

@@ -1,7 +1,7 @@
 """One drive through the filter of the paper: stable tracks in, path, map and accounts out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from data_synth import wheels
 from data_synth.textured_building import SLIP
 from robot_perception.chapters.visual_slam.frontend import RIG, Seen
-from robot_perception.landmarks import Euclidean
+from robot_perception.landmarks.metrics import Metric, euclidean_mean
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry, dead_reckoning
@@ -34,6 +34,10 @@ class Drive:
     they were taken for; the points that the landmarks were made of, ``founders``; the tracks that
     were recognised and how many of these as something else; the landmarks that were in the map
     already.
+
+    Where each particle names by its own map, points, landmarks and what was observed are those of
+    the particle with the largest weight at the end, and of the particles that it comes from: its
+    names are the ones that its map and its path stand on.
     """
 
     options: Options
@@ -93,11 +97,6 @@ def motions(report: wheels.Odometry) -> list[Odometry]:
     ]
 
 
-def alike(asked: Newcomers) -> Float[np.ndarray, "m N"]:
-    """Return what it costs to take newcomers for landmarks: the distances of their descriptors."""
-    return np.sqrt(Euclidean(asked.landmarks).distances(asked.descriptors))
-
-
 def apart(
     seen: Seen, rows: Int[np.ndarray, "m"], others: Int[np.ndarray, "N"]
 ) -> Float[np.ndarray, "m N"]:
@@ -114,6 +113,7 @@ def run(
     *,
     rng: np.random.Generator,
     told: bool = False,
+    metric: Metric = euclidean_mean,
 ) -> Drive:
     """Run the filter over a drive, and score it; ``told``, the renderer names the landmarks."""
     state = VisualMaps.start(seen.poses[0], options, length=seen.descriptors.shape[1])
@@ -128,14 +128,15 @@ def run(
             Observations(seen.tracks[rows], seen.points[rows], seen.covs[rows]),
             seen.descriptors[rows].astype(float),
             RIG.T_robot_camera,
-            costs=partial(_named, seen, rows, founders) if told else alike,
+            costs=partial(_named, seen, rows, founders) if told else metric,
             options=options,
             rng=rng,
         )
-        founders = np.append(founders, rows[info.new])
+        founders = np.append(founders, rows[info.made])
         poses.append(state.maps.poses)
         infos.append(info)
     resamplings = [info.resampling for info in infos]
+    own = _of_best(infos, state.maps.best)
     return Drive(
         options,
         seen,
@@ -144,10 +145,21 @@ def run(
         np.array([drawing.ancestors for drawing in resamplings]),
         np.array([drawing.effective for drawing in resamplings]),
         np.array([drawing.resampled for drawing in resamplings]),
-        np.array([info.known.sum() for info in infos]),
+        np.array([info.known.sum() for info in own]),
         state.maps,
-        **_scored(seen, founders, infos),
+        **_scored(seen, founders, own, state.maps),
     )
+
+
+def _of_best(infos: Sequence[FrameInfo], best: int) -> list[FrameInfo]:
+    """Return what a particle of the end and those that it comes from made of each frame."""
+    if infos[0].names.ndim == 1:
+        return list(infos)
+    line = rb.lineage([info.resampling.ancestors for info in infos])[:, best]
+    return [
+        replace(info, names=info.names[m], new=info.new[m])
+        for info, m in zip(infos, line, strict=True)
+    ]
 
 
 def _named(seen: Seen, rows: np.ndarray, founders: np.ndarray, asked: Newcomers) -> np.ndarray:
@@ -155,12 +167,16 @@ def _named(seen: Seen, rows: np.ndarray, founders: np.ndarray, asked: Newcomers)
     return apart(seen, rows[asked.rows], founders)
 
 
-def _scored(seen: Seen, founders: np.ndarray, infos: Sequence[FrameInfo]) -> dict:
-    """Judge by the truth what the filter made of each point."""
+def _scored(
+    seen: Seen, founders: np.ndarray, infos: Sequence[FrameInfo], maps: rb.ParticleMaps
+) -> dict:
+    """Judge by the truth what the filter made of each point; landmarks are those of the best."""
     names, first, new = (
         np.concatenate(column)
         for column in zip(*((info.names, info.first, info.new) for info in infos), strict=True)
     )
+    own = maps.landmarks(maps.best)[0]
+    founders, names = founders[own], np.where(names < 0, -1, np.searchsorted(own, names))
     matched, used = np.flatnonzero(first & ~new), np.flatnonzero(names >= 0)
     far = np.linalg.norm(seen.places[matched] - seen.places[founders[names[matched]]], axis=1)
     made = seen.frames[founders]

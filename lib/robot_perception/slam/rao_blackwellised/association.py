@@ -94,6 +94,7 @@ def associate_each(
     maps: ParticleMaps,
     observations: Observations,
     mount: Float[np.ndarray, "4 4"],
+    held: Int[np.ndarray, "M m"] | None = None,
     *,
     costs: Float[np.ndarray, "m N"] | None = None,
     limit: float = np.inf,
@@ -105,6 +106,9 @@ def associate_each(
     ----------
     maps, observations, mount, costs, limit, level
         See :func:`associate_shared`. A name that an observation has holds for all particles.
+    held : (M, m), optional
+        For each particle, which landmark it has taken an observation for before, by following it:
+        it can be no other one. -1 for none.
 
     Returns
     -------
@@ -114,7 +118,7 @@ def associate_each(
     Raises
     ------
     ValueError
-        As :func:`associate_shared`.
+        As :func:`associate_shared`, or if ``held`` is not (M, m) or less than -1.
 
     References
     ----------
@@ -124,6 +128,11 @@ def associate_each(
     distances = kernels.squared_distances(
         possible.points, possible.rows, possible.known, *possible.pairs, possible.gate
     )
+    if held is not None:
+        beside = f"{len(maps)} particles and {len(observations)} observations"
+        size = (len(maps), len(observations))
+        held = checks.integers("held", held, size, -1, beside)
+        distances[~possible.allowed(maps, held)] = np.inf
     return possible.names(maps, observations, distances)
 
 
@@ -198,6 +207,11 @@ class _Possible:
             limit,
             gate(level, 3),
         )
+
+    def allowed(self, maps: ParticleMaps, held: np.ndarray) -> np.ndarray:
+        """Return which pairs (pairs, M) agree with what particles hold observations for."""
+        own, landmarks = held[:, self.unnamed[self.pairs[0]]].T, maps.ids[self.slots[self.pairs[1]]]
+        return (own < 0) | (own == landmarks[:, None])
 
     def names(
         self, maps: ParticleMaps, observations: Observations, distances: np.ndarray

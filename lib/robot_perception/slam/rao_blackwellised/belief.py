@@ -161,7 +161,7 @@ def numbers(count: int) -> np.ndarray:
 
 
 def gathered(maps: ParticleMaps, slots: Sequence[int]) -> np.ndarray:
-    """Return copies of landmarks of all particles, (k, M, 9); any row where one is not known."""
+    """Return copies of landmarks of all particles, (k, M, 9); zeros where one is not known."""
     rows = np.empty((len(slots), len(maps), kernels.ROW))
     for i, slot in enumerate(slots):
         kernels.fetch(maps.blocks[slot], maps.table[slot], rows[i])

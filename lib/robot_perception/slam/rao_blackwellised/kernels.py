@@ -280,9 +280,12 @@ def assigned(distances, costs, measured, target, sizes, limit):  # pragma: no co
 @njit(cache=True)
 @no_type_check
 def fetch(block, rows, out):  # pragma: no cover - compiled
-    """Copy the rows that particles hold; any row for one that holds none."""
+    """Copy the rows that particles hold; zeros for one that holds none."""
     for m in range(rows.size):
-        out[m] = block[max(rows[m], 0)]
+        if rows[m] >= 0:  # else the block may be empty
+            out[m] = block[rows[m]]
+        else:
+            out[m] = 0.0
 
 
 @njit(cache=True)
