@@ -1,6 +1,7 @@
 """People in an office, and what a robot's laser, sonars and fisheye camera make of them.
 
 The paper's robot stood among people in an office that nobody recorded; this one stands in for it.
+What microphones hear of them is in :mod:`data_synth.people.sound`.
 Frames: the robot looks along its first axis, the second points left; directions are counted
 counter-clockwise from ahead.
 """

@@ -23,7 +23,9 @@ from tests.unchecked import unchecked
 RULES = AggregationRules()
 STILL = np.zeros(3)
 EVEN = SensorRules(alpha=0.25, patience=2.0)
-PLAIN = AggregationRules(laser=EVEN, sonar=EVEN, camera=EVEN, walk=0.0, alike=0.0)
+PLAIN = AggregationRules(
+    sensors=dict.fromkeys(("laser", "sonar", "camera"), EVEN), walk=0.0, alike=0.0
+)
 seeds = st.integers(0, 10**6)
 
 
@@ -46,9 +48,15 @@ def known(*positions, weight=1.0, time=0.0, cov=0.01):
         numbers,
         times,
         times,
-        np.full(3, time),
+        times,
+        dict.fromkeys(PLAIN.sensors, time),
         n,
     )
+
+
+def trusting(rules, **sensors):
+    """Return rules with some sensors in place of those of the same name, or beside the others."""
+    return replace(rules, sensors={**rules.sensors, **sensors})
 
 
 def drawn(seed, n):
@@ -96,7 +104,7 @@ def test_a_weight_of_one_is_lost_after_the_patience_however_often_nothing_is_see
 ):
     """Eq. (6): from w it takes (w - θ) / (1 - θ) of the patience."""
     sensor = SensorRules(alpha=0.5, patience=patience)
-    rules = AggregationRules(threshold=threshold, person=threshold, camera=sensor)
+    rules = AggregationRules(threshold=threshold, person=threshold, sensors={"camera": sensor})
     weight = threshold + weight * (1 - threshold)
     life = patience * (weight - threshold) / (1 - threshold)
     times = np.linspace(0, 1, readings + 1)[1:]
@@ -108,7 +116,7 @@ def test_a_weight_of_one_is_lost_after_the_patience_however_often_nothing_is_see
 
 
 def test_the_patience_is_that_of_the_sensor_that_sees_nothing():
-    rules = replace(PLAIN, sonar=SensorRules(alpha=0.25, patience=8.0))
+    rules = trusting(PLAIN, sonar=SensorRules(alpha=0.25, patience=8.0))
     for sensor, patience in (("laser", 2.0), ("sonar", 8.0)):
         found, _ = run(rules, [seen(0.5, sensor)], known((2, 0)))
         np.testing.assert_allclose(found.weight, 1 - 0.8 * 0.5 / patience)
@@ -121,12 +129,61 @@ def test_time_is_counted_once_however_many_sensors_speak():
 
 
 def test_the_camera_counts_more_behind_the_robot():
-    rules = replace(PLAIN, camera=SensorRules(alpha=0.1, patience=2.0, alpha_behind=0.4))
+    rules = trusting(PLAIN, camera=SensorRules(alpha=0.1, patience=2.0, alpha_behind=0.4))
     places = [(2, 1.5), (2, -1.5), (2, 1.65), (2, -1.65)]
     found, _ = run(rules, [seen(0.1, "camera", *places)], known(*places, weight=0.5))
     np.testing.assert_allclose(found.weight, 0.5 + 0.5 * np.array([0.1, 0.1, 0.4, 0.4]))
     new, _ = run(rules, [seen(0.1, "camera", *places)])
     np.testing.assert_allclose(new.weight, 0.2 + 0.8 * np.array([0.1, 0.1, 0.4, 0.4]))
+
+
+EAR = SensorRules(alpha=0.5, patience=2.0, silence=False)
+
+
+def test_another_sensor_takes_a_name_and_its_rules():
+    rules = trusting(PLAIN, microphone=EAR)
+    found, info = run(rules, [seen(0.5, "microphone", (2, 0.01))], known((2, 0), weight=0.5))
+    np.testing.assert_allclose(found.weight, 0.75)
+    assert found.heard["microphone"] == 0.5
+    assert info.matched.tolist() == [True]
+    with pytest.raises(ValueError, match="sensor 'microphone', got some for camera, laser, sonar"):
+        run(PLAIN, [seen(0.5, "microphone", (2, 0))])
+
+
+def test_who_is_not_heard_is_silent_and_the_next_who_looks_counts_all_the_time():
+    rules = trusting(PLAIN, microphone=EAR)
+    ears = [seen(t, "microphone") for t in (0.2, 0.5, 0.9)]
+    quiet, _ = run(rules, ears, known((2, 0)))
+    assert quiet.weight.tolist() == [1.0]
+    for readings in (ears, []):
+        found, _ = run(rules, [*readings, seen(1.0, "laser")], known((2, 0)))
+        np.testing.assert_allclose(found.weight, 1 - 0.8 * 1.0 / 2.0)
+
+
+def test_silence_counts_from_the_last_sight():
+    readings = [seen(0.5, "laser", (2, 0)), seen(0.8, "laser")]
+    found, _ = run(PLAIN, readings, known((2, 0)))
+    np.testing.assert_allclose(found.weight, 1 - 0.8 * 0.3 / 2.0)
+
+
+def test_a_sensor_says_nothing_of_where_it_cannot_look():
+    ahead = replace(EVEN, reach=3.0, sector=(-np.pi / 2, np.pi / 2))
+    places = [(2, 0), (2, -1.5), (2, 1.6), (2, np.pi), (3.1, 0)]
+    found, _ = run(trusting(PLAIN, laser=ahead), [seen(1.0, "laser")], known(*places))
+    np.testing.assert_allclose(found.weight, [0.6, 0.6, 1, 1, 1])
+    over_the_back = replace(EVEN, sector=(np.pi / 2, 3 * np.pi / 2))
+    np.testing.assert_array_equal(
+        over_the_back.sees(np.array(places)), [False, False, True, True, False]
+    )
+
+
+@given(seeds, st.permutations(["laser", "sonar", "camera"]))
+@settings(max_examples=20)
+def test_rules_are_the_same_in_whatever_order_their_sensors_are_named(seed, names):
+    rules = replace(RULES, sensors={name: RULES.sensors[name] for name in names})
+    assert rules == RULES
+    assert hash(rules) == hash(RULES)
+    assert list(rules.sensors) == ["camera", "laser", "sonar"]
 
 
 @given(seeds, st.sampled_from(["determinants", "least determinant", "least trace"]))
@@ -329,6 +386,13 @@ def test_a_long_silence_forgets_everybody():
     assert info.removed == (0, 1)
 
 
+def test_names_of_sensors_are_texts_and_rules_are_rules():
+    with unchecked(), pytest.raises(TypeError, match="a name in sensors must be a str, got 3"):
+        AggregationRules(sensors={3: EVEN, "a": EVEN})
+    with unchecked(), pytest.raises(TypeError, match=r"sensors\['a'\] must be a SensorRules"):
+        AggregationRules(sensors={"a": 0.5})
+
+
 SOUND = known((2, 0), (3, 1))
 BAD = [
     (
@@ -342,10 +406,16 @@ BAD = [
     (lambda: replace(SOUND, following=1), "identity must rise to below 1"),
     (lambda: replace(SOUND, cov=np.zeros((2, 2, 2))), "cov must be positive definite"),
     (lambda: replace(SOUND, mean=-SOUND.mean), "mean must not have a negative distance"),
-    (lambda: replace(SOUND, heard=np.array([0, np.inf, 0])), "heard must be finite or -inf"),
+    (lambda: replace(SOUND, heard={"laser": np.inf}), "heard of laser must be finite"),
+    (lambda: replace(SOUND, charged=np.zeros(3)), "charged must be"),
     (lambda: SOUND.select(np.array([True])), "chosen must be 2 truth values"),
     (lambda: SensorRules(0.0, 1.0), "alpha must be above 0"),
     (lambda: SensorRules(0.5, 0.0), "patience must be positive"),
+    (lambda: SensorRules(0.5, 1.0, reach=0.0), "reach must be positive"),
+    (lambda: SensorRules(0.5, 1.0, sector=(1.0, 1.0)), "sector must rise by a full turn"),
+    (lambda: SensorRules(0.5, 1.0, sector=(-4.0, 4.0)), "sector must rise by a full turn"),
+    (lambda: AggregationRules(sensors={}), "sensors must be one at least"),
+    (lambda: AggregationRules(sensors={"": EVEN}), "sensors must be the name of a sensor"),
     (lambda: AggregationRules(threshold=0.5, person=0.4), "person must not be below"),
     (lambda: AggregationRules(omega="best"), "omega must be one of"),
     (lambda: AggregationRules(fusion="split"), "fusion must be one of"),

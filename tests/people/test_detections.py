@@ -37,9 +37,11 @@ def test_what_is_no_position_is_refused(mean, cov, reason):
         Detections(0.0, "camera", Gaussian(np.array(mean), np.array(cov)))
 
 
-def test_a_sensor_that_there_is_not_is_refused():
+def test_a_sensor_has_a_name():
     nobody = polar(np.zeros(0), np.zeros(0), 0.1, 0.2)
-    with unchecked(), pytest.raises(ValueError, match="sensor must be one of 'laser', 'sonar'"):
-        Detections(0.0, "radar", nobody)
+    assert Detections(0.0, "microphone", nobody).sensor == "microphone"
+    for name in ("", 3):
+        with unchecked(), pytest.raises(ValueError, match="sensor must be the name of a sensor"):
+            Detections(0.0, name, nobody)
     with unchecked(), pytest.raises(ValueError, match="r_sigma must not be negative, got -1"):
         polar(np.ones(1), np.zeros(1), -1.0, 0.2)

@@ -6,10 +6,14 @@ into those that it confirms, and lowers the weights of the others:
 
 ``step(hypotheses, detections, motion, rules) -> (Hypotheses, StepInfo)``
 
+Which sensors there are is open: one more takes a detector that returns normal distributions, a name
+and its :class:`SensorRules` under that name.
+
 Equation numbers are those of Schaffernicht, Martin, Scheidig and Gross, section 3.2.
 """
 
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -26,7 +30,7 @@ from robot_perception.fusion import (
 )
 from robot_perception.gating import gate, greedy
 from robot_perception.geometry import wrap_angle
-from robot_perception.people.detections import SENSORS, Detections
+from robot_perception.people.detections import Detections, named
 
 OMEGAS = {
     "determinants": omega_determinants,
@@ -39,7 +43,7 @@ ANGLES = (1,)
 
 @dataclass(frozen=True, slots=True)
 class SensorRules:
-    r"""How much a sensor is trusted.
+    r"""How much a sensor is trusted, and what it means that it reports nothing.
 
     Parameters
     ----------
@@ -50,16 +54,28 @@ class SensorRules:
         eq. (6).
     alpha_behind
         α for people behind the robot, :math:`|\varphi| > \pi/2`; the same if left out.
+    reach
+        The sensor sees nobody who is further away, m.
+    sector
+        Directions from which to which it sees, counter-clockwise, rad. Its silence lowers no weight
+        outside its sector and reach.
+    silence
+        Whether its silence lowers weights at all: somebody who is not seen may have gone, somebody
+        who is not heard is silent.
 
     Raises
     ------
     ValueError
-        If an α is not above 0 and at most 1, or the patience not positive.
+        If an α is not above 0 and at most 1, the patience or the reach not positive, or the sector
+        not two directions that rise by a full turn at most.
     """
 
     alpha: float
     patience: float
     alpha_behind: float | None = None
+    reach: float = np.inf
+    sector: tuple[float, float] = (-np.pi, np.pi)
+    silence: bool = True
 
     def __post_init__(self) -> None:
         for name in ("alpha", "alpha_behind"):
@@ -67,6 +83,58 @@ class SensorRules:
             if (name == "alpha" or value is not None) and checks.share(name, value) == 0:
                 raise ValueError(f"{name} must be above 0, got {checks.shown(value)}")
         checks.positive("patience", self.patience)
+        if not checks.number("reach", self.reach, finite=False) > 0:
+            raise ValueError(f"reach must be positive, got {checks.shown(self.reach)}")
+        begin, end = checks.vector("sector", self.sector, 2).tolist()
+        if not 0 < end - begin <= 2 * np.pi:
+            raise ValueError(f"sector must rise by a full turn at most, got {self.sector}")
+        object.__setattr__(self, "sector", (begin, end))
+        checks.flag("silence", self.silence)
+
+    def sees(self, mean: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, " n"]:
+        """Tell which positions (r, φ) are in reach and sector.
+
+        Raises
+        ------
+        ValueError
+            If they are not (n, 2) or not finite.
+        """
+        r, phi = checks.array("mean", mean, ("n", 2)).T
+        begin, end = self.sector
+        return (r <= self.reach) & ((phi - begin) % (2 * np.pi) <= end - begin)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sensors(Mapping[str, SensorRules]):
+    """Names and rules of sensors, in the order of the alphabet: a mapping that does not change."""
+
+    rows: tuple[tuple[str, SensorRules], ...]
+
+    @classmethod
+    def of(cls, rules: Mapping[str, SensorRules]) -> "_Sensors":
+        """Return the sensors of any mapping, or raise."""
+        if not checks.entries("sensors", rules, SensorRules):
+            raise ValueError("sensors must be one at least, got none")
+        return cls(tuple(sorted((named("sensors", name), one) for name, one in rules.items())))
+
+    def __getitem__(self, name: str) -> SensorRules:
+        return dict(self.rows)[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict(self.rows))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+THREE = _Sensors.of(
+    {
+        "laser": SensorRules(alpha=0.3, patience=3.0),
+        "sonar": SensorRules(alpha=0.1, patience=5.0),
+        "camera": SensorRules(alpha=0.15, patience=4.0, alpha_behind=0.3),
+    }
+)
+"""The sensors of the paper; the values are ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +161,15 @@ class AggregationRules:
     omega
         Weight ω of the intersection: ``"determinants"``, eq. (4), ``"least determinant"`` or
         ``"least trace"``.
-    laser, sonar, camera
-        How much each sensor is trusted.
+    sensors
+        The sensors that there are, by name, and how much each is trusted. One more is
+        ``sensors={**rules.sensors, "microphone": SensorRules(…)}``.
 
     Raises
     ------
     ValueError
         If a weight or the level is not between 0 and 1, ``person`` is below the threshold, a number
-        is negative, or a word is none of these.
+        is negative, a word is none of these, or there is no sensor or one without a name.
     """
 
     threshold: float = 0.2
@@ -110,9 +179,7 @@ class AggregationRules:
     walk: float = 0.5
     fusion: Literal["intersection", "kalman"] = "intersection"
     omega: Literal["determinants", "least determinant", "least trace"] = "determinants"
-    laser: SensorRules = SensorRules(alpha=0.3, patience=3.0)
-    sonar: SensorRules = SensorRules(alpha=0.1, patience=5.0)
-    camera: SensorRules = SensorRules(alpha=0.15, patience=4.0, alpha_behind=0.3)
+    sensors: Mapping[str, SensorRules] = THREE
     limit: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -125,8 +192,7 @@ class AggregationRules:
         checks.not_negative("walk", self.walk)
         checks.one_of("fusion", self.fusion, ("intersection", "kalman"))
         checks.one_of("omega", self.omega, OMEGAS)
-        for sensor in SENSORS:
-            checks.instance(sensor, getattr(self, sensor), SensorRules)
+        object.__setattr__(self, "sensors", _Sensors.of(self.sensors))
         object.__setattr__(self, "limit", gate(checks.level("level", self.level), 2))
 
 
@@ -148,8 +214,11 @@ class Hypotheses:
         When it came up, s.
     last_seen : (n,)
         When it was last confirmed, s.
-    heard : (3,)
-        When laser, sonar and camera last spoke, s; -inf: never.
+    charged : (n,)
+        Until when eq. (6) has been counted, s: a sensor that says nothing of a hypothesis takes no
+        time from it.
+    heard
+        When each sensor that has spoken last did, by name, s.
     following
         The next identity.
 
@@ -166,7 +235,8 @@ class Hypotheses:
     identity: Int[np.ndarray, " n"]
     born: Float[np.ndarray, " n"]
     last_seen: Float[np.ndarray, " n"]
-    heard: Float[np.ndarray, "3"]
+    charged: Float[np.ndarray, " n"]
+    heard: Mapping[str, float]
     following: int
 
     def __post_init__(self) -> None:
@@ -181,24 +251,24 @@ class Hypotheses:
         following = checks.whole("following", self.following, 0)
         if not (np.diff(identity, append=following) > 0).all():
             raise ValueError(f"identity must rise to below {following}, got {identity.tolist()}")
-        heard = checks.array("heard", self.heard, (len(SENSORS),), finite=False)
-        if np.isnan(heard).any() or (heard == np.inf).any():
-            raise ValueError(f"heard must be finite or -inf, got {checks.shown(self.heard)}")
+        said = checks.instance("heard", self.heard, Mapping).items()
+        heard = {named("heard", name): checks.number(f"heard of {name}", t) for name, t in said}
         cov = checks.covariance("cov", self.cov, (n, 2, 2), beside)
         if not (_determinants(cov) > 0).all():
             raise ValueError("cov must be positive definite, got a singular one")
         born = checks.array("born", self.born, (n,), beside)
         last_seen = checks.array("last_seen", self.last_seen, (n,), beside)
-        values = (mean, cov, weight, identity, born, last_seen, heard, following)
+        charged = checks.array("charged", self.charged, (n,), beside)
+        values = (mean, cov, weight, identity, born, last_seen, charged, heard, following)
         for name, value in zip((f.name for f in fields(self)), values, strict=True):
             object.__setattr__(self, name, value)
 
     @classmethod
     def none(cls) -> "Hypotheses":
         """Return what a robot knows that has not yet looked."""
-        nothing = (np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
-        heard = np.full(len(SENSORS), -np.inf)
-        return cls(np.zeros((0, 2)), np.zeros((0, 2, 2)), *nothing, heard, 0)
+        none = np.zeros(0)
+        identity = np.zeros(0, dtype=np.int64)
+        return cls(none.reshape(0, 2), np.zeros((0, 2, 2)), none, identity, *[none] * 3, {}, 0)
 
     def __len__(self) -> int:
         return len(self.mean)
@@ -206,7 +276,7 @@ class Hypotheses:
     @property
     def time(self) -> float:
         """When a sensor last spoke, s; -inf: none has."""
-        return float(self.heard.max())
+        return max(self.heard.values(), default=-np.inf)
 
     @property
     def points(self) -> Float[np.ndarray, "n 2"]:
@@ -229,7 +299,7 @@ class Hypotheses:
         mask = np.asarray(chosen)
         if mask.dtype != bool or mask.shape != (len(self),):
             raise ValueError(f"chosen must be {len(self)} truth values, got {checks.shown(chosen)}")
-        parts = (self.mean, self.cov, self.weight, self.identity, self.born, self.last_seen)
+        parts = (getattr(self, entry.name) for entry in fields(self)[:-2])
         return Hypotheses(*(part[mask] for part in parts), self.heard, self.following)
 
     def persons(self, rules: AggregationRules) -> "Hypotheses":
@@ -277,9 +347,10 @@ def step(
     is inside the gate. A pair is merged by covariance intersection, and the weight raised by
     :math:`w \leftarrow w + \alpha (1 - w)`; of a hypothesis without a match it is lowered,
     :math:`w \leftarrow w - (1 - \theta) (t - t_{old}) / t_v`, and it is deleted below θ. The
-    :math:`t_v` is that of the sensor that did not see it. A detection without a match is a new
-    hypothesis. Hypotheses that have become alike are made one: the older identity and the larger
-    weight stay.
+    :math:`t_v` is that of the sensor that did not see it; a sensor that could not have seen it, or
+    whose silence says nothing, leaves its weight, and the time to the next one. A detection without
+    a match is a new hypothesis. Hypotheses that have become alike are made one: the older identity
+    and the larger weight stay.
 
     Parameters
     ----------
@@ -301,8 +372,9 @@ def step(
     Raises
     ------
     ValueError
-        If the reading is older than the last one, or as old as the last one of the same sensor, a
-        covariance of it is singular, or the motion is not (3,) or not finite.
+        If the rules have no such sensor, the reading is older than the last one, or as old as the
+        last one of the same sensor, a covariance of it is singular, or the motion is not (3,) or
+        not finite.
 
     References
     ----------
@@ -311,6 +383,7 @@ def step(
     checks.instance("hypotheses", hypotheses, Hypotheses)
     checks.instance("detections", detections, Detections)
     checks.instance("rules", rules, AggregationRules)
+    sensor = _sensor(detections, rules)
     elapsed = _elapsed(hypotheses, detections)
     readings = Gaussian(_clear(detections.positions.mean), detections.positions.cov)
     if not (_determinants(readings.cov) > 0).all():
@@ -321,16 +394,17 @@ def step(
     matched = assignment >= 0
     i, j = np.flatnonzero(matched), assignment[matched]
 
-    sensor: SensorRules = getattr(rules, detections.sensor)
-    mean, cov, weight = before.mean.copy(), before.cov.copy(), before.weight.copy()
+    mean, cov = before.mean.copy(), before.cov.copy()
     mean[j], cov[j] = _merged(
         Gaussian(readings.mean[i], readings.cov[i]), Gaussian(mean[j], cov[j]), rules
     )
     seen = np.zeros(len(before), dtype=bool)
     seen[j] = True
-    raised = weight + _alphas(sensor, mean[:, 1]) * (1 - weight)  # eq. (5)
-    lowered = weight - (1 - rules.threshold) * elapsed / sensor.patience  # eq. (6)
-    weight = np.where(seen, raised, lowered)
+    missed = ~seen & sensor.silence & sensor.sees(before.mean)
+    raised = before.weight + _alphas(sensor, mean[:, 1]) * (1 - before.weight)  # eq. (5)
+    waited = detections.time - before.charged
+    lowered = before.weight - (1 - rules.threshold) * waited / sensor.patience  # eq. (6)
+    weight = np.where(seen, raised, np.where(missed, lowered, before.weight))
     kept = weight >= rules.threshold
 
     new, m = readings.mean[~matched], int((~matched).sum())
@@ -338,8 +412,6 @@ def step(
     now, fresh = np.full(m, detections.time), hypotheses.following + np.arange(m)
     identities = np.empty(len(matched), dtype=np.int64)
     identities[matched], identities[~matched] = before.identity[j], fresh
-    heard = hypotheses.heard.copy()
-    heard[SENSORS.index(detections.sensor)] = detections.time
     after = Hypotheses(
         np.concatenate([mean[kept], new]),
         np.concatenate([cov[kept], readings.cov[~matched]]),
@@ -347,7 +419,8 @@ def step(
         np.concatenate([before.identity[kept], fresh]),
         np.concatenate([before.born[kept], now]),
         np.concatenate([np.where(seen, detections.time, before.last_seen)[kept], now]),
-        heard,
+        np.concatenate([np.where(seen | missed, detections.time, before.charged)[kept], now]),
+        {**hypotheses.heard, detections.sensor: detections.time},
         hypotheses.following + m,
     )
     after, absorbed = _united(after, rules)
@@ -404,21 +477,22 @@ def predict(
     cov = J @ hypotheses.cov @ J.mT
     cov[:, 0, 0] += walk**2 * duration
     cov[:, 1, 1] += walk**2 * duration / near**2
-    return Hypotheses(
-        mean,
-        (cov + cov.mT) / 2,
-        hypotheses.weight,
-        hypotheses.identity,
-        hypotheses.born,
-        hypotheses.last_seen,
-        hypotheses.heard,
-        hypotheses.following,
-    )
+    return replace(hypotheses, mean=mean, cov=(cov + cov.mT) / 2)
+
+
+def _sensor(detections: Detections, rules: AggregationRules) -> SensorRules:
+    """Return the rules of the sensor that speaks, or raise."""
+    if detections.sensor not in rules.sensors:
+        raise ValueError(
+            f"rules must be given for the sensor {detections.sensor!r}, got some for "
+            f"{', '.join(rules.sensors)}"
+        )
+    return rules.sensors[detections.sensor]
 
 
 def _elapsed(hypotheses: Hypotheses, detections: Detections) -> float:
     """Return the time since the last reading, s, or refuse what comes too late."""
-    last = hypotheses.heard[SENSORS.index(detections.sensor)]
+    last = hypotheses.heard.get(detections.sensor, -np.inf)
     if detections.time < hypotheses.time:
         raise ValueError(
             f"detections must not be older than the last reading, of {hypotheses.time:.6g} s,"
@@ -468,9 +542,7 @@ def _united(
         to_i = np.where(left, _distances(mean[[i]], cov[[i]], mean, cov)[0], np.inf)
         distances[i, i + 1 :], distances[:i, i] = to_i[i + 1 :], to_i[:i]
         absorbed.append((int(found.identity[i]), int(found.identity[j])))
-    united = Hypotheses(
-        mean, cov, weight, found.identity, found.born, last_seen, found.heard, found.following
-    )
+    united = replace(found, mean=mean, cov=cov, weight=weight, last_seen=last_seen)
     return united.select(left), tuple(absorbed)
 
 

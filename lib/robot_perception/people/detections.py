@@ -1,7 +1,6 @@
 """What a sensor says at one time about where people are."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -9,9 +8,6 @@ from jaxtyping import Float
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.geometry.angles import wrap_angle
-
-Sensor = Literal["laser", "sonar", "camera"]
-SENSORS = get_args(Sensor)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,7 +19,7 @@ class Detections:
     time
         When, on the robot's clock, s.
     sensor
-        Which one: ``"laser"``, ``"sonar"`` or ``"camera"``.
+        Which one, by the name that the rules of the aggregation know it by: ``"laser"``, say.
     positions
         Distances and directions :math:`(r, \varphi)` about the robot as n normal distributions, m
         and rad; :math:`\varphi` counter-clockwise from ahead, from -π to π.
@@ -31,8 +27,8 @@ class Detections:
     Raises
     ------
     ValueError
-        If the time is not finite, the sensor unknown, the positions are no batch of two numbers, a
-        distance is negative or a direction outside its range.
+        If the time is not finite, the sensor has no name, the positions are no batch of two
+        numbers, a distance is negative or a direction outside its range.
 
     References
     ----------
@@ -41,12 +37,12 @@ class Detections:
     """
 
     time: float
-    sensor: Sensor
+    sensor: str
     positions: Gaussian
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", checks.number("time", self.time))
-        checks.one_of("sensor", self.sensor, SENSORS)
+        named("sensor", self.sensor)
         mean = checks.instance("positions", self.positions, Gaussian).mean
         checks.shaped("positions.mean", mean, ("n", 2))
         checks.shaped("positions.cov", self.positions.cov, (len(mean), 2, 2), f"mean {mean.shape}")
@@ -58,6 +54,13 @@ class Detections:
 
     def __len__(self) -> int:
         return len(self.positions.mean)
+
+
+def named(name: str, value: object) -> str:
+    """Return what a sensor is called, or raise."""
+    if not (isinstance(value, str) and value):
+        raise ValueError(f"{name} must be the name of a sensor, got {checks.shown(value)}")
+    return value
 
 
 def polar(

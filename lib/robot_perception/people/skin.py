@@ -22,7 +22,7 @@ from robot_perception import checks
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
-from robot_perception.people.detections import polar
+from robot_perception.people._bearings import DISTANCE, RANGE_SIGMA, bearings
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -173,8 +173,8 @@ class SkinRules:
     apart: float = np.deg2rad(7.0)
     confirm: int = 3
     patience: int = 3
-    distance: float = 2.0
-    range_sigma: float = 2.0
+    distance: float = DISTANCE
+    range_sigma: float = RANGE_SIGMA
 
     def __post_init__(self) -> None:
         for name in ("particles", "seeds", "confirm", "patience"):
@@ -427,8 +427,7 @@ class SkinTracker:
             if cloud.images >= rules.confirm and not cloud.missed
         ]
         phi, variance = np.array(found).reshape(-1, 2).T
-        r = np.full(len(phi), rules.distance)
-        return polar(r, phi, rules.range_sigma, np.sqrt(variance))
+        return bearings(phi, np.sqrt(variance), rules.distance, rules.range_sigma)
 
     def _inside(self, states: np.ndarray) -> np.ndarray:
         """Return states with the direction wrapped and the elevation within the band."""

@@ -19,6 +19,7 @@ from data_synth import (
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, world
 from data_synth.people import office as people_office
+from data_synth.people import sound as people_sound
 from tests.hostile.sweep import call
 
 FLOOR = office.make_office(rng=np.random.default_rng(0), rooms=2)
@@ -65,6 +66,12 @@ def some_session() -> session.Session:
     return session.make_session(SMALL, rng=rng(), duration=0.2, people=PAIR)
 
 
+def says() -> people_sound.Conversation:
+    return people_sound.Conversation(
+        *(np.full(2, 120.0), np.array([0]), np.zeros(1), np.ones(1), np.array([7]))
+    )
+
+
 RESULTS = {
     sequences.Sequence,
     sequences.LampSequence,
@@ -74,6 +81,8 @@ RESULTS = {
     fisheye.View,
     people_office.PeopleOffice,
     session.Session,
+    people_sound.Conversation,
+    people_sound.SoundWindow,
     signals.FisheyeImage,
     signals.LaserScan,
     signals.SonarScan,
@@ -149,6 +158,25 @@ CALLS = {
         signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
     ),
     signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
+    people_sound.on_circle: lambda: call(4, 0.15),
+    people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
+    people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
+    people_sound.Manners: lambda: call((2.0, 10.0), (1.0, 5.0), 0.2),
+    people_sound.Conversation.speaking: lambda: call(says(), 0.1, 0.3),
+    people_sound.converse: lambda: call(
+        some_session(), rng=rng(), manners=people_sound.Manners(pause=(0.1, 0.1))
+    ),
+    people_sound.speech: lambda: call(0.2, 16000.0, 120.0, rng=rng()),
+    people_sound.paths: lambda: call(
+        SMALL, np.array([*ROBOT[:2] + 0.5, 1.5]), np.array([*ROBOT[:2], 1.2])
+    ),
+    people_sound.delayed: lambda: call(np.ones(8), np.full((2, 1), 0.5), np.ones((2, 1))),
+    people_sound.own_noise: lambda: call(
+        people_sound.MicrophoneArray(), people_sound.Acoustics(), rng=rng()
+    ),
+    people_sound.hear: lambda: call(
+        *(some_session(), says(), people_sound.EARS, people_sound.Acoustics(window=0.1)), rng=rng()
+    ),
     sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
     sonar.ping: lambda: call(sonar.SonarRing(), ROBOT, FACES, LEGS, np.array([True]), rng=rng()),
     world.Wander: lambda: call(0.1, 0.5, 3.0),

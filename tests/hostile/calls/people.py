@@ -12,6 +12,7 @@ from robot_perception.people import (
     scores,
     skin,
     sonar,
+    sound,
     trajectories,
 )
 from tests.hostile.sweep import call
@@ -27,6 +28,8 @@ TRACKER = skin.SkinTracker(scenes.CENTRE, scenes.FOCAL, scenes.SIZE, MODEL)
 FACE = scenes.picture([(0.7, 0.3, 0.1)])
 START = skin.SkinState()
 TRACKER.step(START, FACE, rng=np.random.default_rng(0))
+SQUARE = np.array([[0.15, 0], [0, 0.15], [-0.15, 0], [0, -0.15]])
+CLICKS = np.random.default_rng(0).standard_normal((4, 400))
 CLOUD = skin.Cloud(ParticleSet.uniform(np.full((50, 2), 0.3)))
 
 
@@ -83,14 +86,22 @@ CALLS = {
         elapsed=0.1,
         turned=0.1,
     ),
+    sound.SoundRules: lambda: call(
+        *((500.0, 4000.0), 4.0, 0.1, 0.15, 0.4, 2, 0.3, 0.05, 0.2, 343.0, 2.0, 2.0)
+    ),
+    sound.arrivals: lambda: call(SQUARE, np.array([0.5, 4.0]), 343.0),
+    sound.background: lambda: call(CLICKS[None]),
+    sound.gcc_phat: lambda: call(CLICKS, np.arange(201) % 200 > 0),
+    sound.detect: lambda: call(CLICKS, SQUARE, 16000.0, np.ones(201), sound.SoundRules()),
     aggregation.SensorRules: lambda: call(0.3, 2.0, 0.4),
+    aggregation.SensorRules.sees: lambda: call(RULES.sensors["laser"], THERE.mean),
     aggregation.AggregationRules: lambda: call(
         *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"),
-        *(RULES.laser, RULES.sonar, RULES.camera),
+        *(RULES.sensors,),
     ),
     aggregation.Hypotheses: lambda: call(
         *(THERE.mean, THERE.cov, THERE.weight, THERE.identity, THERE.born, THERE.last_seen),
-        *(THERE.heard, THERE.following),
+        *(THERE.charged, THERE.heard, THERE.following),
     ),
     aggregation.Hypotheses.none: call,
     aggregation.Hypotheses.persons: lambda: call(THERE, RULES),
