@@ -136,7 +136,7 @@ def test_what_a_hypothesis_is_taken_for():
     cov[1, 0, 0] = (1.1 * behaviours.KNOWN) ** 2
     five = np.arange(5)
     mind.hypotheses = Hypotheses(
-        *(np.ones((5, 2)), cov, np.array([weight / 2, 1, 1, 1, 1]), five, 0.0 * five, 0.0 * five),
+        *(np.ones((5, 2)), cov, np.array([weight / 2, 1, 1, 1, 1]), five, *[0.0 * five] * 3),
         *(none.heard, 5),
     )
     mind.still = np.array([False, False, True, False, True])

@@ -21,7 +21,7 @@ class TestSheet(ExerciseTests):
     sheet = EXERCISES
 
 
-RULES = AggregationRules(threshold=0.3, walk=0.0, laser=SensorRules(0.1, 3.0))
+RULES = AggregationRules(threshold=0.3, walk=0.0, sensors={"laser": SensorRules(0.1, 3.0)})
 
 
 def reading(time: float, *places: tuple[float, float]) -> Detections:
@@ -32,10 +32,9 @@ def reading(time: float, *places: tuple[float, float]) -> Detections:
 def one(weight: float) -> Hypotheses:
     """Return a single hypothesis ahead, seen last at the time 0."""
     zero = np.zeros(1)
-    heard = np.array([0.0, -np.inf, -np.inf])
     return Hypotheses(
         np.array([[2.0, 0.0]]), 0.01 * np.eye(2)[None], np.array([weight]),
-        np.zeros(1, dtype=np.int64), zero, zero, heard, 1,
+        np.zeros(1, dtype=np.int64), zero, zero, zero, {"laser": 0.0}, 1,
     )  # fmt: skip
 
 

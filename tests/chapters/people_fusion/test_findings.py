@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
-from robot_perception.chapters.people_fusion import committee, rates, scene, sessions
+from robot_perception.chapters.people_fusion import committee, modalities, rates, scene, sessions
 from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.explorers import RULES, SCENE
@@ -42,7 +42,7 @@ def test_no_two_states_say_the_same(explorer):
 
 
 def test_the_session_is_none_of_those_that_are_used_elsewhere():
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *SEEDS}
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *SEEDS, *modalities.WALLED}
     assert scene.CONFIG.seed not in used
 
 

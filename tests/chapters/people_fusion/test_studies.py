@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.people_fusion import committee, modalities, rates, sessions
+from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
-from robot_perception.chapters.people_fusion.sessions import CHOOSE, LEARN, TEST, Config, Recording
+from robot_perception.chapters.people_fusion.sessions import (
+    CHOOSE,
+    LEARN,
+    SENSORS,
+    TEST,
+    Config,
+    Recording,
+)
 from robot_perception.people.aggregation import Hypotheses, step
-from robot_perception.people.detections import SENSORS
 
 
 def recording(polar, found, *, clear=True, sensor="laser"):
@@ -57,6 +64,7 @@ def first(scene):
 def test_seeds_never_meet():
     assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
     assert len(TEST) == 10
+    assert not set(modalities.WALLED) & {*LEARN, *CHOOSE, *TEST, *SEEDS}
 
 
 def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():
@@ -111,10 +119,10 @@ def test_a_camera_is_judged_by_direction_round_the_back():
 def test_scaled_rules():
     some = rates.scaled(committee.RULES, alpha=0.5, patience=2.0)
     for name in SENSORS:
-        old, new = getattr(committee.RULES, name), getattr(some, name)
+        old, new = committee.RULES.sensors[name], some.sensors[name]
         assert new.alpha == old.alpha / 2
         assert new.patience == 2 * old.patience
-    assert rates.scaled(committee.RULES, alpha=100.0).camera.alpha_behind == 1
+    assert rates.scaled(committee.RULES, alpha=100.0).sensors["camera"].alpha_behind == 1
 
 
 def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):

@@ -1,3 +1,3 @@
 """People, by committee: the whole system of Schaffernicht et al., from signals to behaviour."""
 
-STUDIES = ("modalities", "rates", "behaviours")
+STUDIES = ("modalities", "forgetting", "rates", "behaviours")

@@ -21,13 +21,13 @@ from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.modalities import PAPER
-from robot_perception.chapters.people_fusion.sessions import RIG, Senses, rig
+from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import behaviours as acts
 from robot_perception.people.aggregation import Hypotheses, step
 from robot_perception.people.behaviours import PHASES, STOP, Command, Rules, State
-from robot_perception.people.detections import SENSORS, Detections, Sensor
+from robot_perception.people.detections import Detections
 from robot_perception.people.trajectories import StaticRules, Stays, watch
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
@@ -115,7 +115,7 @@ class Story:
 
 @kept
 def told(
-    kind: Kind, seed: int, sensors: tuple[Sensor, ...] = SENSORS, behaves: Rules = RULES
+    kind: Kind, seed: int, sensors: tuple[str, ...] = SENSORS, behaves: Rules = RULES
 ) -> Story:
     """Let the world run, with the detectors and the behaviour in it, and return the story.
 
@@ -153,7 +153,7 @@ class _Robot:
     """What the robot knows: where people may be, who of them never moves, what it is about."""
 
     def __init__(
-        self, kind: Kind, seed: int, sensors: tuple[Sensor, ...], behaves: Rules, world: World
+        self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Rules, world: World
     ) -> None:
         self.kind, self.rules = kind, committee.RULES
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
@@ -263,7 +263,7 @@ def _velocity(world: World, command: Command, way: np.ndarray) -> tuple[float, f
 
 # The claims --------------------------------------------------------------------------------------
 
-WITHOUT_CAMERA: tuple[Sensor, ...] = ("laser", "sonar")
+WITHOUT_CAMERA: tuple[str, ...] = ("laser", "sonar")
 SLOW = replace(RULES, patience=30.0)
 """A robot that believes for half a minute that whoever is gone will be there."""
 
@@ -305,7 +305,7 @@ class Config:
 
     kind: Kind
     count: int
-    sensors: tuple[tuple[Sensor, ...], ...] = (SENSORS,)
+    sensors: tuple[tuple[str, ...], ...] = (SENSORS,)
     behaves: Rules = RULES
 
 

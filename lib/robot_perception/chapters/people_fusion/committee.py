@@ -9,12 +9,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception.chapters.people_fusion import sessions
-from robot_perception.chapters.people_fusion.sessions import Config, Recording
+from robot_perception.chapters.people_fusion.sessions import SENSORS, Config, Recording
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
-from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.people.scores import Frame, gospa, score
 from robot_perception.people.trajectories import StaticRules, Stays, watch
 from robot_perception.teaching.studies import Study
@@ -24,9 +23,11 @@ RULES = AggregationRules(
     threshold=0.3,
     person=0.5,
     walk=0.5,
-    laser=SensorRules(alpha=0.1, patience=3.0),
-    sonar=SensorRules(alpha=0.1, patience=3.0),
-    camera=SensorRules(alpha=0.1, patience=5.0, alpha_behind=0.4),
+    sensors={
+        "laser": SensorRules(alpha=0.1, patience=3.0),
+        "sonar": SensorRules(alpha=0.1, patience=3.0),
+        "camera": SensorRules(alpha=0.1, patience=5.0, alpha_behind=0.4),
+    },
 )
 """The best of 130 draws of all nine numbers on parts of the sessions ``sessions.CHOOSE``, by
 :math:`F_2`, in which a person missed costs four times as much as a false hypothesis: the paper
@@ -44,7 +45,7 @@ class System:
     """The whole system, as chosen or changed: the rules, who takes part, the lamps out or not."""
 
     rules: AggregationRules = RULES
-    sensors: tuple[Sensor, ...] = SENSORS
+    sensors: tuple[str, ...] = SENSORS
     dark: bool = False
 
 

@@ -19,7 +19,6 @@ from robot_perception.evaluation.intervals import Interval
 from robot_perception.geometry import se2
 from robot_perception.people import legs
 from robot_perception.people.aggregation import Hypotheses
-from robot_perception.people.detections import Sensor
 from robot_perception.teaching.figures import drawn, image_axes
 from robot_perception.teaching.figures.maps import dots, lines
 from robot_perception.teaching.figures.style import MEANING, label
@@ -32,7 +31,7 @@ NAMES = "ABCDEFGH"  # of the people
 BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
 _TURN = np.linspace(0, 2 * np.pi, 65)
 CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
-WITNESSES: dict[Sensor, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
+WITNESSES: dict[str, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
 """The claim about each sensor."""
 OUT = 0.36  # from the middle of a person to the letter, m
 
@@ -112,7 +111,7 @@ def _wedges(mean: np.ndarray, cov: np.ndarray) -> Float[np.ndarray, "n corners 2
     return np.concatenate([ends, _polar(np.full(phi.shape, 2 * REACH), phi), ends], axis=1)
 
 
-def said(ax: Axes, sensor: Sensor, detections: Gaussian) -> None:
+def said(ax: Axes, sensor: str, detections: Gaussian) -> None:
     """Draw what a sensor takes for people: bent 2σ ellipses, of the camera wedges."""
     shapes = (_wedges if sensor == "camera" else rims)(detections.mean, detections.cov)
     for shape in shapes:
@@ -279,7 +278,7 @@ def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
     return ax
 
 
-def shares(ax: Axes, sensor: Sensor, evidence: Mapping[str, Interval], shift: float) -> None:
+def shares(ax: Axes, sensor: str, evidence: Mapping[str, Interval], shift: float) -> None:
     """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little."""
     named = {
         re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()

@@ -16,9 +16,9 @@ from robot_perception.chapters.people_fusion.behaviours import (
     Kind,
     Story,
 )
+from robot_perception.chapters.people_fusion.sessions import SENSORS
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PHASES
-from robot_perception.people.detections import SENSORS, Sensor
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
@@ -36,7 +36,7 @@ _WORDS = {
     "first question": "First question …",
     "thank you": "Thank you.",
 }
-_TOLD: dict[Kind, tuple[int, tuple[Sensor, ...], str, str]] = {
+_TOLD: dict[Kind, tuple[int, tuple[str, ...], str, str]] = {
     "guide": (
         6002,
         SENSORS,
@@ -71,7 +71,7 @@ def show(kind: Kind) -> Shown:
     return film(shown, fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
 
 
-def frames(kind: Kind, seed: int, sensors: tuple[Sensor, ...]) -> Iterator[Figure]:
+def frames(kind: Kind, seed: int, sensors: tuple[str, ...]) -> Iterator[Figure]:
     """Yield the frames of a story, all drawn on one figure."""
     story = behaviours.told(kind, seed, sensors)
     world, _ = behaviours.stage(kind, np.random.default_rng(seed))

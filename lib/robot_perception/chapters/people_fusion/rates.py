@@ -11,10 +11,9 @@ import numpy as np
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import Comparison, Rates, System, View
 from robot_perception.chapters.people_fusion.modalities import PAPER
-from robot_perception.chapters.people_fusion.sessions import TEST
+from robot_perception.chapters.people_fusion.sessions import SENSORS, TEST
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.people.aggregation import AggregationRules, SensorRules
-from robot_perception.people.detections import SENSORS
 from robot_perception.people.trajectories import Trajectory, trajectories
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change
@@ -43,13 +42,14 @@ def scaled(
 
     def times(sensor: SensorRules) -> SensorRules:
         behind = sensor.alpha_behind
-        return SensorRules(
-            min(alpha * sensor.alpha, 1.0),
-            patience * sensor.patience,
-            None if behind is None else min(alpha * behind, 1.0),
+        return replace(
+            sensor,
+            alpha=min(alpha * sensor.alpha, 1.0),
+            patience=patience * sensor.patience,
+            alpha_behind=None if behind is None else min(alpha * behind, 1.0),
         )
 
-    return replace(rules, **{name: times(getattr(rules, name)) for name in SENSORS})
+    return replace(rules, sensors={name: times(one) for name, one in rules.sensors.items()})
 
 
 ABLATIONS = {

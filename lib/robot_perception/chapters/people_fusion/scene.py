@@ -10,11 +10,11 @@ from jaxtyping import Bool, Float, Int, UInt8
 from data_synth.people import readings
 from robot_perception.chapters.people_fusion import committee, rates, sessions
 from robot_perception.chapters.people_fusion.committee import System, Tracked
-from robot_perception.chapters.people_fusion.sessions import RIG, Config, Recording
+from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Config, Recording
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
 from robot_perception.people.aggregation import AggregationRules, Hypotheses
-from robot_perception.people.detections import SENSORS, Detections, Sensor
+from robot_perception.people.detections import Detections
 from robot_perception.people.scores import score
 from robot_perception.teaching.results import kept
 
@@ -75,7 +75,7 @@ def recording() -> Recording:
     return sessions.record(CONFIG)
 
 
-def found(at: float, sensor: Sensor) -> Detections:
+def found(at: float, sensor: str) -> Detections:
     """Return what a sensor detected last before a moment."""
     row = signals().readings[MOMENTS.index(at)]
     return recording().found(int(row[SENSORS.index(sensor)]))
@@ -88,7 +88,7 @@ def people(at: float) -> Float[np.ndarray, "p 2"]:
 
 
 def history(
-    rules: AggregationRules = committee.RULES, sensors: tuple[Sensor, ...] = SENSORS
+    rules: AggregationRules = committee.RULES, sensors: tuple[str, ...] = SENSORS
 ) -> Tracked:
     """Return what the aggregation of some sensors makes of the session of the page."""
     return committee.tracked(CONFIG, System(rules, sensors))
@@ -102,7 +102,7 @@ def picture(at: float) -> UInt8[np.ndarray, "height width 3"]:
 # The states of the explorers ---------------------------------------------------------------------
 
 SHOWN = 4.86  # the moment of the hero and of the drawings of single readings, s
-WHO: dict[str, tuple[Sensor, ...]] = {
+WHO: dict[str, tuple[str, ...]] = {
     "all three": SENSORS,
     "without the laser": ("sonar", "camera"),
     "without the sonars": ("laser", "camera"),
