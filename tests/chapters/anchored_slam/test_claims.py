@@ -17,6 +17,7 @@ def test_verdicts():
         "anchor-full-rank": "reproduced",
         "anchor-unbiased": "conditional",  # on a reference that is good enough
         "external-sensor": "conditional",  # on the same
+        "planar-anchor-matrix": "conditional",  # on a robot that translates
         "planar-anchor": "refuted",
         "planar-position-sensor": "conditional",  # on a robot that translates
     }
@@ -100,7 +101,19 @@ def test_the_verdicts_follow_from_the_ranks(monkeypatch, better, anchor, sensor)
     assert claim.verdict(claim.compute(found)) == sensor
 
 
-def test_the_position_sensor_needs_a_robot_that_translates():
-    (translates,) = quick("planar-position-sensor").conditions
+@pytest.mark.parametrize("key", ["planar-position-sensor", "planar-anchor-matrix"])
+def test_full_rank_needs_a_robot_that_translates(key):
+    (translates,) = quick(key).conditions
     assert translates.needed
     assert "translates" in translates.text
+
+
+def test_the_matrix_has_the_rank_that_the_anchor_has_not():
+    """The two claims differ in one thing, the points at which Jacobians are taken."""
+    matrix, anchor = gauge.planar_anchor_matrix, gauge.planar_anchor
+    assert matrix.study.full.sensing == anchor.study.full.sensing
+    assert quick("planar-anchor-matrix").value.estimate == 0
+    for reading in gauge.READINGS:
+        missing = gauge.unseen("one anchor", (reading,)).estimate
+        assert missing == (reading != "one point")
+    assert gauge.unseen("one anchor, robot at rest", ("one point",)).estimate == 1

@@ -1,9 +1,10 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
+import numpy as np
 import pytest
 
 from robot_perception.chapters.loop_closing import figures as draw
-from robot_perception.chapters.loop_closing import posts
+from robot_perception.chapters.loop_closing import loops, posts
 from robot_perception.teaching.figures import figure
 from tests.chapters.ledger import LedgerTests, quick, recorded
 
@@ -18,6 +19,7 @@ class TestLedger(LedgerTests):
 def test_verdicts():
     assert {e.id: e.verdict for e in recorded().chapter("loop_closing").entries} == {
         "planar-loop": "not reproduced",
+        "controllability-observable": "conditional",  # on two that have left
         "controllability-rule": "not reproduced",
         "jacobian-consistency": "conditional",
     }
@@ -93,8 +95,21 @@ def test_the_rule_is_judged_by_consistency_and_its_errors_stand_beside():
     table = finding.tables["with and without the rule"]
     with_rule, without = table["rule at 50", "NEES"], table["plain", "NEES"]
     assert finding.value.estimate == pytest.approx(with_rule.estimate / without.estimate)
-    unseen = [
-        finding.evidence[f"directions unseen by rank with {count} known landmarks"].estimate
-        for count in range(3)
-    ]
-    assert unseen == [3, 1, 0]
+
+
+def test_by_rank_two_removed_landmarks_are_enough_and_one_is_not():
+    finding = quick("controllability-observable")
+    assert [posts.unseen_by_rank(posts.Removed(n)).estimate for n in range(3)] == [3, 1, 0]
+    (condition,) = finding.conditions
+    assert condition.needed
+    assert finding.value.estimate == 0
+
+
+def test_the_second_landmark_leaves_when_the_filter_says_so():
+    """By the sizes of the map that the filter keeps: it drops twice before the share is over."""
+    one = posts.simulate(posts.RULE, rng=np.random.default_rng(3))
+    history = loops.filter_drive(posts.case(posts.RULE, "rule at 50"), one)
+    seen = [set(ids) for ids in (step.ids.tolist() for step in one.seen)]
+    known = [len(set().union(*seen[: k + 1])) for k in range(len(seen))]
+    removed = np.array(known) - history.sizes
+    assert posts.before_two_leave(posts.RULE, 50).estimate == pytest.approx((removed < 2).mean())

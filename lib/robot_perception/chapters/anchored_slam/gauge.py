@@ -5,7 +5,7 @@ all measurements taken again. The paper is Andrade-Cetto, "Perception Issues in 
 section 2.2, eqs (24) to (27).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 
@@ -27,7 +27,8 @@ from robot_perception.teaching.verdicts import Accepted, Condition
 # Ranks -------------------------------------------------------------------------------------------
 
 SETS = ("plain", "one anchor", "two anchors", "anchor + compass", "position sensor")
-AT_REST = "position sensor, robot at rest"
+RESTING = ", robot at rest"
+AT_REST = f"position sensor{RESTING}"
 READINGS = ("one point", "true path", "nonlinear")
 """The three analyses: Jacobians at one point; at the true states; Lie derivatives."""
 
@@ -81,11 +82,11 @@ def rank_table(*, moving: bool = True) -> Table:
     return Table(rows, columns, corner=f"rank of {found[SETS[0], READINGS[0]].dimension}")
 
 
-def unseen(sensing: str) -> Interval:
-    """Return how many directions a set of sensors leaves unseen, by the worst of the analyses."""
-    name = sensing.removesuffix(", robot at rest")
+def unseen(sensing: str, readings: Sequence[str] = READINGS) -> Interval:
+    """Return how many directions a set of sensors leaves unseen, by the worst of some analyses."""
+    name = sensing.removesuffix(RESTING)
     found = ranks(moving=name == sensing)
-    worst = max(found[name, reading].dimension - found[name, reading].rank for reading in READINGS)
+    worst = max(found[name, reading].dimension - found[name, reading].rank for reading in readings)
     return exact(worst, "unseen direction" if worst == 1 else "unseen directions")
 
 
@@ -133,7 +134,7 @@ def move_world(sensing: str, direction: str, amount: float) -> MovedWorld:
 
     About the robot means where it is first.
     """
-    used = sensors(sensing.removesuffix(", robot at rest"), PLACES)
+    used = sensors(sensing.removesuffix(RESTING), PLACES)
     poses = PATH[:1] if sensing == AT_REST else PATH
     anchors = np.array([[s.x, s.y] for s in used if isinstance(s, Anchor)]).reshape(-1, 2)
     points, own = np.vstack([LANDMARKS, anchors]), 3 + LANDMARKS.size
@@ -178,10 +179,14 @@ def _move(state: np.ndarray, direction: str, amount: float) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """A set of sensors, and in how many runs filters with one anchor are asked what they claim."""
+    """A set of sensors, the analyses that are asked what it leaves unseen, and runs.
+
+    In so many runs filters with one anchor are asked what they claim.
+    """
 
     sensing: str
     runs: int = 0
+    readings: tuple[str, ...] = READINGS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -195,13 +200,55 @@ class Observed:
 def observe(config: Config, *, rng: np.random.Generator) -> Observed:
     """Count what is unseen, and ask the filters."""
     circles = invented.Config(runs=config.runs)
-    return Observed(unseen(config.sensing), invented.run(circles, rng=rng) if config.runs else {})
+    filters = invented.run(circles, rng=rng) if config.runs else {}
+    return Observed(unseen(config.sensing, config.readings), filters)
 
 
 ONE_ANCHOR = Study(
     observe, full=Config("one anchor", 50), quick=Config("one anchor", 10), seed=invented.SEED
 )
 POSITION = Study(observe, full=Config("position sensor"), quick=Config("position sensor"))
+PRINTED = Config("one anchor", readings=READINGS[:1])
+MATRIX = Study(observe, full=PRINTED, quick=PRINTED)
+FULL = Accepted(0, 0, "full observability leaves no direction unseen")
+
+
+@MATRIX.claim(
+    "planar-anchor-matrix",
+    paper=PAPER,
+    place="§2.2, eq. 25 and the text after eq. 27",
+    basis="mathematics",
+    statement="With one two-dimensional anchor the observability matrix of the planar vehicle, all "
+    "its Jacobians taken at one point, has full rank.",
+    paper_value="full rank",
+    method="States minus rank of the matrix of eqs 24 and 25 with one landmark, Jacobians at one "
+    "point, in exact arithmetic, while the robot drives; and while it only turns on the spot.",
+    accepted=Accepted(0, 0, "full rank means that no direction is missing"),
+    sabotage=(
+        Change("each Jacobian at the place where the robot is by then", readings=READINGS[1:2]),
+        Change("no anchor", sensing="plain"),
+    ),
+)
+def planar_anchor_matrix(observed: Observed) -> Finding:
+    """Count what the printed matrix misses with one anchor, driving and at rest."""
+    at_rest = unseen(f"one anchor{RESTING}", PRINTED.readings)
+    return Finding(
+        observed.unseen,
+        {
+            "missing ranks, on the spot": at_rest,
+            "missing ranks, driving, without an anchor": unseen("plain", PRINTED.readings),
+        },
+        conditions=(
+            Condition.judged(
+                "the robot translates: the rank is full exactly if it does, and on the spot one "
+                "direction is missing",
+                FULL,
+                outside=at_rest,
+            ),
+        ),
+        note="The algebra is right. What full rank at one point says of the vehicle is another "
+        "claim, planar-anchor.",
+    )
 
 
 @ONE_ANCHOR.claim(
@@ -213,7 +260,7 @@ POSITION = Study(observe, full=Config("position sensor"), quick=Config("position
     paper_value="full rank",
     method="States minus rank with one anchor, in exact arithmetic, while the robot drives: the "
     "worst of three analyses (Jacobians at one point, along the true path, Lie derivatives).",
-    accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
+    accepted=FULL,
     sabotage=(
         Change("a second anchor", config=Config("two anchors")),
         Change("a compass beside the anchor", config=Config("anchor + compass")),
@@ -258,7 +305,7 @@ def planar_anchor(observed: Observed, value: Interval) -> Finding:
     paper_value="full rank",
     method="As for one anchor, with a sensor of the position, while the robot drives; and while it "
     "only turns on the spot.",
-    accepted=Accepted(0, 0, "full observability leaves no direction unseen"),
+    accepted=FULL,
     sabotage=(
         Change("a robot that only turns on the spot", sensing=AT_REST),
         Change("no sensor but that of the landmarks", sensing="plain"),
@@ -272,10 +319,11 @@ def planar_position_sensor(observed: Observed) -> Finding:
         {"directions unseen, on the spot": at_rest},
         {"ranks, on the spot": rank_table(moving=False)},
         (
-            Condition(
+            Condition.judged(
                 "the robot translates: on the spot the turn of the world about the robot stays "
                 "unseen",
-                needed=at_rest.low > 0,
+                FULL,
+                outside=at_rest,
             ),
         ),
         note="The heading is seen only by the way that the position takes.",

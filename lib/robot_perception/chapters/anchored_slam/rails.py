@@ -18,7 +18,7 @@ from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.monobot import rail
 from robot_perception.chapters.monobot.rail import FIG4, PAPER, Result
-from robot_perception.chapters.monobot.steady import Ends, ends
+from robot_perception.chapters.monobot.steady import Ends, ends, remaining_share
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.slam import monobot
@@ -352,10 +352,7 @@ def share_left(found: Ends) -> Interval:
     the larger of two shares: of the last variance what the first error explains, and the last mean
     square over the first variance.
     """
-    first_deviation = rail.covariances(found.config).deviations[0, 0, 1]
-    size = intervals.root_mean_square(found.last / first_deviation)
-    square = Interval(size.estimate**2, size.low**2, size.high**2, "", size.about)
-    return intervals.largest(found.explained, square)
+    return intervals.largest(found.explained, remaining_share(found))
 
 
 def _table(found: tuple[Ends, Ends], reference: Kind) -> Table:
