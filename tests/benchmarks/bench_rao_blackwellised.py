@@ -1,4 +1,4 @@
-"""A step of the Rao-Blackwellised filter, how it grows, and the memory of its maps.
+"""A step of the Rao-Blackwellised filter, how it grows, the memory of its maps, and association.
 
 A step is motion, update, and drawing particles anew where need be. Landmarks have been seen for a
 while before it is timed, so that particles share what they have inherited.
@@ -11,7 +11,14 @@ import numpy as np
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.observations import Observations
 from robot_perception.slam.planar import Odometry
-from robot_perception.slam.rao_blackwellised import ParticleMaps, forward_mount, step, textbook
+from robot_perception.slam.rao_blackwellised import (
+    ParticleMaps,
+    associate_each,
+    associate_shared,
+    forward_mount,
+    step,
+    textbook,
+)
 from tests.benchmarks.harness import Row, Timing
 
 SEEN, STEPS = 8, 20
@@ -32,12 +39,12 @@ def world(particles: int, landmarks: int) -> tuple[ParticleMaps, list[Observatio
     return run(maps, looks[:STEPS]), looks[STEPS:]
 
 
-def look(places: np.ndarray, rng: np.random.Generator) -> Observations:
-    """Return the sight of eight landmarks by a stereo rig at the origin."""
-    ids = rng.permutation(len(places))[:SEEN]
+def look(places: np.ndarray, rng: np.random.Generator, seen: int = SEEN) -> Observations:
+    """Return the sight of some landmarks by a stereo rig at the origin."""
+    ids = rng.permutation(len(places))[:seen]
     values = (places[ids] - MOUNT[:3, 3]) @ MOUNT[:3, :3]
-    deviations = np.stack([np.full(SEEN, 0.02)] * 2 + [0.01 * values[:, 2] ** 2], axis=-1)
-    noisy = values + deviations * rng.standard_normal((SEEN, 3))
+    deviations = np.stack([np.full(seen, 0.02)] * 2 + [0.01 * values[:, 2] ** 2], axis=-1)
+    noisy = values + deviations * rng.standard_normal((seen, 3))
     return Observations(ids, noisy, deviations[:, :, None] ** 2 * np.eye(3))
 
 
@@ -147,12 +154,55 @@ def _grown(work: str, sizes: np.ndarray, values: np.ndarray, seconds: float) -> 
     )
 
 
+def association(points: int, landmarks: int, particles: int) -> Row:
+    """Return a row on names by each particle's own map, beside names that all share.
+
+    Descriptors leave a tenth of the pairs to the gate. Half of the points have been followed, and
+    each particle holds them for a landmark of its own map.
+    """
+    rng = np.random.default_rng(0)
+    maps, _ = world(particles, landmarks)
+    seen = look(maps.means[0], rng, points)
+    costs = rng.random((points, landmarks))
+    costs[np.arange(points), seen.ids] = 0.0
+    held = np.where(np.arange(points) < points // 2, seen.ids, -1)
+    costs[: points // 2] = np.where(costs[: points // 2] == 0.0, 0.0, np.inf)
+    look_up = {"costs": costs, "limit": 0.1, "level": 0.999}
+    unknown, own = seen.anonymous(), np.tile(held, (particles, 1))
+
+    def shared() -> np.ndarray:
+        return associate_shared(maps, unknown, MOUNT, **look_up)
+
+    def each() -> np.ndarray:
+        return associate_each(maps, unknown, MOUNT, own, **look_up)
+
+    def agree() -> None:
+        alone = ParticleMaps(
+            ParticleSet.uniform(maps.poses[:1]), maps.ids, maps.means[:1], maps.covs[:1]
+        )
+        first = associate_shared(alone, unknown, MOUNT, by="best", **look_up)
+        np.testing.assert_array_equal(each()[0], first)
+
+    return Row(
+        work=f"Rao-Blackwellised association, {points} points × {landmarks} landmarks × "
+        f"{particles} particles: each particle by its own map (the target is three times the time "
+        "of shared names)",
+        ours=each,
+        peer=shared,
+        peer_name="names that all particles share",
+        ratio=1 / 3,
+        agree=agree,
+        inner=20,
+    )
+
+
 def rows() -> list[Row | Timing]:
     """Return the rows of the benchmark table that concern the Rao-Blackwellised filter."""
     particles, landmarks = (50, 100, 200, 400), (250, 500, 1000, 2000)
     many, long = (25, 50, 100, 200), (190, 375, 750, 1500)
     return [
         _step(100, 500),
+        association(30, 1500, 10),
         growth("50 to 400 particles, 500 landmarks", [(m, 500) for m in particles]),
         growth("100 particles, 250 to 2000 landmarks", [(100, n) for n in landmarks]),
         memory("25 to 200 particles × 1500 landmarks", [(m, 1500) for m in many]),

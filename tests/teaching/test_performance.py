@@ -1,6 +1,8 @@
 """The benchmark page shows what was recorded, row by row, and says what was missed."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -144,3 +146,11 @@ def test_nothing_recorded_is_a_clear_error(tmp_path, monkeypatch):
     monkeypatch.setattr(performance, "records", lambda: tmp_path)
     with pytest.raises(FileNotFoundError, match=r"performance\.json"):
         Record.read()
+
+
+def test_what_is_benchmarked_begins_with_a_word_that_has_a_theme():
+    """Else it is measured, recorded, and stops the page."""
+    files = (Path(__file__).parents[1] / "benchmarks").glob("bench_*.py")
+    words = re.findall(r'work=f?"(\w[\w-]*)', "".join(file.read_text("utf-8") for file in files))
+    assert len(words) > 20
+    assert set(words) <= set(performance.THEMES)
