@@ -273,11 +273,11 @@ def steps(reached: Reached, jobs: int) -> Iterator[tuple[str, list[str]]]:
     """Yield the name and the command of each step, in their order."""
     pytest = [sys.executable, "-m", "pytest", "-q", "-n", str(jobs), "--dist", "loadfile"]
     pytest += ["-m", "not slow"]
-    if reached.tests:
-        yield "tests", [*pytest, *sorted(reached.tests)]
     notebooks = [f"book/{page}.ipynb" for page in sorted(reached.pages)]
     if notebooks := [name for name in notebooks if (ROOT / name).exists()]:
-        yield "notebooks", [*pytest, "--nbval-lax", *notebooks]
+        notebooks = ["--nbval-lax", *notebooks]  # one of them on one core, the tests on another
+    if notebooks or reached.tests:
+        yield "tests and notebooks", [*pytest, *notebooks, *sorted(reached.tests)]
     if reached.pages or reached.site:
         yield "book", ["make", "--no-print-directory", "book", f"JOBS={jobs}"]
         ask = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-m", "not slow", BROWSER]

@@ -125,6 +125,25 @@ def test_no_formula_gets_a_number_that_is_not_the_papers(notebook):
         assert cell.cell_type != "markdown" or "$$" not in cell.source, cell.id
 
 
+FENCED = re.compile(r"^(`{3,}|:{3,}).*?^\1", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"^(\w+ = \w+[.\[(]|\w+\.\w+\(|(tell|bet|badges)\()", re.MULTILINE)
+
+
+def test_no_code_stands_in_prose(notebook):
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            found = CODE.search(FENCED.sub("", cell.source))
+            assert found is None, f"{cell.id}: {found[0]}"
+
+
+def test_code_in_prose_is_found():
+    for text in ('error = jacobians.evidence["turned"]', "# A\n\ntell(1)", "draw.hero(NOW)"):
+        assert CODE.search(FENCED.sub("", text))
+    assert not CODE.search(
+        FENCED.sub("", "```python\nw = np.zeros(3)\n```\n\na = b is an equation.")
+    )
+
+
 def test_no_numbers_are_drawn_from_global_state(notebook):
     for cell in code_cells(notebook):
         for node in ast.walk(ast.parse(cell.source)):

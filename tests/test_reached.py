@@ -199,7 +199,10 @@ def test_pages_are_tested_by_their_own_names():
 def test_nothing_reached_is_no_step_and_notebooks_are_run():
     assert list(steps(Reached(), 2)) == []
     (name, command), *rest = steps(Reached(tests=frozenset({"tests/test_kalman.py"})), 2)
-    assert (name, command[-1], rest) == ("tests", "tests/test_kalman.py", [])
+    assert (name, command[-1], rest) == ("tests and notebooks", "tests/test_kalman.py", [])
+    assert "--nbval-lax" not in command
+    _, command = next(steps(Reached(pages=frozenset({"walls"})), 2))
+    assert command[-2:] == ["--nbval-lax", "book/walls.ipynb"]
 
 
 @pytest.fixture
