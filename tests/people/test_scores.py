@@ -1,11 +1,13 @@
 """Scores: brute force over all assignments, axioms of a metric, and cases counted by hand."""
 
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
 
 from robot_perception.people.scores import Frame, gospa, score
 from tests.unchecked import unchecked
@@ -84,6 +86,45 @@ def test_rates_of_a_case_counted_by_hand():
     assert found.motp == pytest.approx((0.1 + 0.3 + 0.1 + 0.2 + 0.4 + 0.4) / 6)
 
 
+def test_one_hypothesis_is_never_two_peoples():
+    """Somebody who comes back finds their hypothesis with another, and keeps no claim to it."""
+    frames = [
+        frame([(0, 0)], [(0, 0)], names=[7], ids=[0]),
+        frame([(0.2, 0)], [(0.2, 0)], names=[7], ids=[1]),
+        frame([(0, 0), (0.2, 0)], [(0.1, 0)], names=[7], ids=[0, 1]),
+    ]
+    found = score(frames, 1.0)
+    assert (found.hypotheses, found.matched, found.false) == (3, 3, 0.0)
+
+
+@given(seeds, st.integers(1, 6))
+@settings(max_examples=60)
+def test_each_frame_is_an_assignment_and_no_share_leaves_0_to_1(seed, count):
+    """As many matches as SciPy's assignment finds in each frame by itself, whatever was before."""
+    rng = np.random.default_rng(seed)
+    frames, most = [], 0
+    for _ in range(count):
+        ids, names = (rng.permutation(5)[: rng.integers(5)] for _ in range(2))
+        x, y = rng.uniform(0, 3, (len(ids), 2)), rng.uniform(0, 3, (len(names), 2))
+        frames.append(frame(x, y, names=names, ids=ids))
+        near = np.linalg.norm(x[:, None] - y, axis=-1) <= 1.0
+        most += int(near[linear_sum_assignment(~near)].sum())
+    found = score(frames, 1.0)
+    assert found.matched == most <= min(found.people, found.hypotheses)
+    assert 0 <= found.false <= 1
+    assert 0 <= found.tracked <= 1
+    assert found.switches <= found.matched
+
+
+def test_another_measure_decides_who_is_near():
+    """In direction alone the second is nobody's; what is too far in it is in no pair."""
+    one = frame([(1, 0), (0, 1)], [(3, 0), (0, 1.1)])
+    chords = replace(one, apart=np.array([[0.0, 1.4], [1.4, 0.9]]))
+    found = score([chords], 0.2)
+    assert (found.matched, found.distance) == (1, 0.0)
+    assert score([one], 0.2).matched == 1
+
+
 def test_two_that_exchange_their_hypotheses_are_two_switches():
     together = frame([(0, 0), (1, 0)], [(0, 0), (1, 0)], names=[1, 2])
     crossed = frame([(0, 0), (1, 0)], [(0, 0), (1, 0)], names=[2, 1])
@@ -104,10 +145,16 @@ def test_nobody_and_nothing():
     assert gospa(np.zeros((0, 2)), np.zeros((0, 2)), 1.0).total == 0
 
 
+NONE, SOME = np.zeros((0, 2)), np.zeros((1, 2))
+EMPTY = (NONE, np.zeros(0, int)) * 2
+ONE = (SOME, np.zeros(1, int)) * 2
 BAD = [
     (lambda: frame([(0, 0), (1, 1)], [], ids=[3, 3]), "people_ids must differ"),
     (lambda: frame([], [(0, 0), (1, 1)], names=[3, 3]), "hypotheses_ids must differ"),
     (lambda: frame([(0, 0)], [], ids=[1, 2]), "people_ids must be"),
+    (lambda: Frame(*EMPTY, np.zeros((1, 0))), "apart must be"),
+    (lambda: Frame(*ONE, [[-1.0]]), "apart must not be negative, got -1"),
+    (lambda: Frame(*ONE, [[np.inf]]), "apart must be finite"),
     (lambda: score([], 0.0), "reach must be positive"),
     (lambda: gospa(np.zeros((1, 3)), np.zeros((1, 2)), 1.0), "people must be"),
     (lambda: gospa(np.zeros((1, 2)), np.zeros((1, 2)), 0.0), "cutoff must be positive"),

@@ -24,17 +24,21 @@ class Frame:
         Positions of the hypotheses that count as persons, m, in the same frame.
     hypotheses_ids : (h,)
         Their identities; no two the same.
+    apart : (p, h)
+        How far each hypothesis is from each person. Left out: the distance of the two places, m;
+        another measure can say that a hypothesis is known in direction alone, for instance.
 
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite or a name double.
+        If shapes disagree, a number is not finite, a distance negative or a name double.
     """
 
     people: Float[np.ndarray, "p 2"]
     people_ids: Int[np.ndarray, " p"]
     hypotheses: Float[np.ndarray, "h 2"]
     hypotheses_ids: Int[np.ndarray, " h"]
+    apart: Float[np.ndarray, "p h"] | None = None
 
     def __post_init__(self) -> None:
         for name in ("people", "hypotheses"):
@@ -45,6 +49,11 @@ class Frame:
                 raise ValueError(f"{label} must differ, got {ids.tolist()}")
             object.__setattr__(self, name, points)
             object.__setattr__(self, label, ids)
+        given = _distances(self.people, self.hypotheses) if self.apart is None else self.apart
+        apart = checks.array("apart", given, (len(self.people), len(self.hypotheses)))
+        if (apart < 0).any():
+            raise ValueError(f"apart must not be negative, got {apart.min():g}")
+        object.__setattr__(self, "apart", apart)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +71,7 @@ class Score:
     switches
         How often a person had another hypothesis than the last time one was theirs.
     distance
-        Sum of the distances of the matched pairs, m.
+        Sum of the distances of the matched pairs, m unless frames say another measure.
     """
 
     people: int
@@ -96,16 +105,16 @@ class Score:
 def score(frames: Iterable[Frame], reach: float) -> Score:
     """Compare hypotheses with people, frame by frame.
 
-    A person keeps the hypothesis of the last frame while it is within reach. Of the others as many
-    as can be are matched within reach, and among these matchings one of the least total distance
-    is taken.
+    In each frame as many pairs within reach are matched as can be, each person and each hypothesis
+    at most once. Among these matchings the one is taken that keeps most pairs of the frame before,
+    and among those the one of the least total distance.
 
     Parameters
     ----------
     frames
         In the order of time.
     reach
-        Largest distance of a hypothesis from its person, m.
+        Largest distance of a hypothesis from its person, in the measure of the frames.
 
     Raises
     ------
@@ -115,26 +124,24 @@ def score(frames: Iterable[Frame], reach: float) -> Score:
     References
     ----------
     Bernardin and Stiefelhagen, "Evaluating multiple object tracking performance: the CLEAR MOT
-    metrics", EURASIP Journal on Image and Video Processing, 2008, section 2.1.
+    metrics", EURASIP Journal on Image and Video Processing, 2008, section 2.1. There the pairs of
+    before are kept even where that costs another match.
     """
     reach = checks.positive("reach", reach)
-    last: dict[int, int] = {}
-    people = hypotheses = matched = switches = 0
+    last: dict[int, int] = {}  # whose hypothesis was which, whenever it was
+    before: set[tuple[int, int]] = set()  # the pairs of the frame before
+    people = hypotheses = switches = matched = 0
     distance = 0.0
     for frame in checks.instances("frames", frames, Frame):
-        ids, names = frame.people_ids.tolist(), frame.hypotheses_ids.tolist()
-        apart = _distances(frame.people, frame.hypotheses)
-        pairs = _matched(
-            apart,
-            reach,
-            {ids.index(p): names.index(h) for p, h in last.items() if p in ids and h in names},
+        i, j = _matched(frame, reach, before)
+        before = set(
+            zip(frame.people_ids[i].tolist(), frame.hypotheses_ids[j].tolist(), strict=True)
         )
-        for i, j in pairs:
-            switches += last.get(ids[i], names[j]) != names[j]
-            last[ids[i]] = names[j]
-            distance += float(apart[i, j])
-        people, hypotheses = people + len(ids), hypotheses + len(names)
-        matched += len(pairs)
+        switches += sum(last.get(person, name) != name for person, name in before)
+        last |= dict(before)
+        distance += float(frame.apart[i, j].sum())
+        people, hypotheses = people + len(frame.people), hypotheses + len(frame.hypotheses)
+        matched += len(before)
     return Score(people, hypotheses, matched, switches, distance)
 
 
@@ -207,13 +214,19 @@ def _distances(one: np.ndarray, other: np.ndarray) -> Float[np.ndarray, "p h"]:
     return np.linalg.norm(one[:, None] - other, axis=-1)
 
 
-def _matched(apart: np.ndarray, reach: float, before: dict[int, int]) -> list[tuple[int, int]]:
-    """Return pairs of rows and columns: those of before that are in reach, and the best others."""
-    kept = [(i, j) for i, j in before.items() if apart[i, j] <= reach]
-    free_i = np.setdiff1d(np.arange(apart.shape[0]), [i for i, _ in kept])
-    free_j = np.setdiff1d(np.arange(apart.shape[1]), [j for _, j in kept])
-    others = apart[np.ix_(free_i, free_j)]
-    far = reach * (min(others.shape, default=0) + 1)  # dearer than all pairs in reach together
-    i, j = linear_sum_assignment(np.where(others <= reach, others, far))
-    near = others[i, j] <= reach
-    return kept + list(zip(free_i[i[near]].tolist(), free_j[j[near]].tolist(), strict=True))
+def _matched(
+    frame: Frame, reach: float, before: set[tuple[int, int]]
+) -> tuple[Int[np.ndarray, " k"], Int[np.ndarray, " k"]]:
+    """Return rows and columns of the pairs within reach, by one assignment.
+
+    A pair that is kept is worth more than all distances together, one more pair more than all that
+    are kept.
+    """
+    near = frame.apart <= reach
+    names = frame.hypotheses_ids.tolist()
+    pairs = ([(person, name) in before for name in names] for person in frame.people_ids.tolist())
+    held = np.array(list(pairs), dtype=float).reshape(near.shape)
+    more = min(near.shape) + 1
+    cost = frame.apart / reach - more * held - more * (more + 2)
+    i, j = linear_sum_assignment(np.where(near, cost, 0.0))
+    return i[near[i, j]], j[near[i, j]]

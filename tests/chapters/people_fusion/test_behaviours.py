@@ -133,7 +133,7 @@ def test_what_a_hypothesis_is_taken_for():
     mind, _ = robot()
     weight, none = committee.RULES.person, Hypotheses.none()
     cov = np.tile(np.diag([0.1, 0.01]), (5, 1, 1))
-    cov[1, 0, 0] = (1.1 * behaviours.KNOWN) ** 2
+    cov[1, 0, 0] = (1.1 * committee.KNOWN) ** 2
     five = np.arange(5)
     mind.hypotheses = Hypotheses(
         *(np.ones((5, 2)), cov, np.array([weight / 2, 1, 1, 1, 1]), five, *[0.0 * five] * 3),

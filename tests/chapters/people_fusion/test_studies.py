@@ -17,6 +17,7 @@ from robot_perception.chapters.people_fusion.sessions import (
     Recording,
 )
 from robot_perception.people.aggregation import Hypotheses, step
+from robot_perception.people.detections import polar
 
 
 def recording(polar, found, *, clear=True, sensor="laser"):
@@ -46,8 +47,13 @@ def recording(polar, found, *, clear=True, sensor="laser"):
 
 def only(scene, where="everywhere", by="place"):
     """Return rates of the detections of one reading, taken for persons."""
-    mean = scene.found(0).positions.mean
-    return committee._frame(scene, 0, mean, np.arange(len(mean)), View(where, by))
+    return committee.frame(scene, 0, hypotheses(scene.found(0).positions), View(where, by))
+
+
+def hypotheses(found):
+    """Return distributions of distance and direction as persons who are certain."""
+    one, names = np.ones(len(found.mean)), np.arange(len(found.mean))
+    return Hypotheses(found.mean, found.cov, one, names, *[0 * one] * 3, {}, len(one))
 
 
 def run(scene, hypotheses):
@@ -63,7 +69,7 @@ def first(scene):
 
 def test_seeds_never_meet():
     assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
-    assert len(TEST) == 10
+    assert len(TEST) == 40
     assert not set(modalities.WALLED) & {*LEARN, *CHOOSE, *TEST, *SEEDS}
 
 
@@ -87,19 +93,28 @@ def test_a_hypothesis_counts_on_the_side_of_its_person(where, people, found):
 
 def test_by_direction_the_distance_does_not_matter():
     scene = recording([(2, 3.1)], [(4, -3.1)])
-    near = 2 * np.sin((2 * np.pi - 6.2) / 2)
-    for by, apart in (("direction", near), ("place", None)):
-        frame = only(scene, by=by)
-        gap = np.linalg.norm(frame.people - frame.hypotheses)
-        assert (gap <= View(by=by).gate) == (by == "direction")
-        assert apart is None or gap == pytest.approx(apart)
+    near = committee.REACH * (2 * np.pi - 6.2) / committee.TURN
+    for by, apart in (("direction", near), ("place", np.hypot(2, 0.2))):
+        assert only(scene, by=by).apart.item() == pytest.approx(apart, rel=0.02)
+
+
+@pytest.mark.parametrize(("sigma", "same"), [(1.1, "place"), (1.3, "direction")])
+def test_a_hypothesis_is_judged_as_its_covariance_allows(sigma, same):
+    """The camera's 2 m with 2 m are no distance; those of a sonar are one."""
+    people = np.array([[2.0, 0.5], [3.0, -0.3]])
+    found = polar(np.array([4.0, 3.2]), np.array([0.55, -0.4]), sigma, 0.1)
+    for by in ("covariance", same):
+        apart = View(by=by).apart(people, found.mean, np.sqrt(found.cov[:, 0, 0]))
+        near = apart <= committee.REACH
+        assert near.tolist() == [[same == "direction", False], [False, True]]
 
 
 def test_rates_of_a_scene_that_is_half_right():
     scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
     found = Rates(*np.array([committee.sums(run(scene, first(scene)), View())] * 2).T)
     assert found.tracked.estimate == found.false.estimate == 0.5
-    assert found.right == pytest.approx([0.5, 0.5])
+    assert found.worth() == pytest.approx([0.5, 0.5])
+    assert found.worth(1.0) == pytest.approx([0.5, 0.5])
     assert found.mota.estimate == 0
     assert found.gospa == pytest.approx([1.0, 1.0])
 
@@ -161,7 +176,22 @@ def test_each_row_of_a_comparison_is_its_own(monkeypatch):
     assert list(found) == ["all", "ahead", "dark"]
 
 
+def test_a_person_missed_costs_four_that_are_nobody():
+    missed, false = (
+        Rates(*np.array([[10.0], [found], [matched], [0], [0]]))
+        for found, matched in ((9, 9), (14, 10))
+    )
+    assert missed.worth() == pytest.approx(false.worth(), abs=0.01)
+    assert missed.worth(1.0) > false.worth(1.0) + 0.1
+
+
 def test_the_full_size_changes_one_thing_each_beside_the_ways_to_count():
-    names = [name for name, *_ in rates.RATE.full.rows]
-    assert len(set(names)) == len(names) == 5 + 8 + 15
-    assert rates.RATE.quick.rows == rates.RATE.full.rows[:5]
+    full = rates.RATE.full
+    names = [name for one in (full, *full.more) for name, *_ in one.rows]
+    assert len(set(names)) == len(names) == 7 + 8 + 15 + 7
+    assert rates.RATE.quick.rows == full.rows
+    changed = {one.rows[0][0]: one.sessions for one in full.more[1:]}
+    for name, (seen, *_) in changed.items():
+        ours = rates.FEW[0]
+        other = {f.name for f in fields(Config) if getattr(seen, f.name) != getattr(ours, f.name)}
+        assert other == set(rates.PROPERTIES[name])

@@ -48,8 +48,6 @@ PROMPT = 5.0  # a robot that asks back within that time has noticed, s; ours
 LED = 0.5  # how fast the one who is followed walks, m/s; ours
 COMES = 4.5  # from how far away the visitor comes, m; ours
 WALLED = 0.3  # a sonar's reading so near to a wall of the map is the wall, m; ours
-KNOWN = 1.2
-"""Whose distance has a larger standard deviation may be anywhere in that direction, m; ours."""
 ARRIVED = 0.3  # a guide so near to the end of its route stops, m; ours
 LOOK = 5  # every so many steps the hypotheses are written down
 CHOOSE = tuple(range(5001, 5011))  # seeds of the stories that the rules were chosen on
@@ -197,7 +195,7 @@ class _Robot:
         found = self.hypotheses
         theirs = (found.identity == self.state.person) & (self.state.phase != "waiting")
         status = np.where(theirs, PARTNER, np.where(self.still, FURNITURE, MOVES))
-        known = np.sqrt(found.cov[:, 0, 0]) < KNOWN
+        known = np.sqrt(found.cov[:, 0, 0]) <= committee.KNOWN
         return np.where(known & (found.weight > self.rules.person), status, NOBODY)
 
     def _found(self, reading: LaserScan | SonarScan | FisheyeImage, pose: np.ndarray) -> Detections:

@@ -83,8 +83,12 @@ def found(at: float, sensor: str) -> Detections:
 
 def people(at: float) -> Float[np.ndarray, "p 2"]:
     """Return where the people were at a moment, ahead and to the left of the robot, m."""
-    row = np.searchsorted(recording().judged_at, at, side="right") - 1
-    return recording().places[row]
+    return recording().places[_row(at)]
+
+
+def _row(at: float) -> int:
+    """Return the last judged reading before a moment."""
+    return int(np.searchsorted(recording().judged_at, at, side="right")) - 1
 
 
 def history(
@@ -150,10 +154,10 @@ def watched(who: str, at: float) -> State:
     """Return what some sensors together make of a moment."""
     hypotheses = history(sensors=WHO[who]).at(at)
     persons = hypotheses.weight > committee.RULES.person
-    places = people(at)
-    apart = np.linalg.norm(hypotheses.points[persons][:, None] - places, axis=-1)
-    theirs, whose = sessions.own(apart, committee.REACH)
-    nobody, missed = persons.copy(), np.ones(len(places), dtype=bool)
+    polar, sigma = recording().polar[_row(at)], np.sqrt(hypotheses.cov[persons, 0, 0])
+    apart = committee.ALL.apart(polar, hypotheses.mean[persons], sigma).T
+    theirs, whose = sessions.own(apart, committee.ALL.reach)
+    nobody, missed = persons.copy(), np.ones(len(polar), dtype=bool)
     nobody[np.flatnonzero(persons)[theirs]], missed[whose] = False, False
     return State(who, at, hypotheses, persons, nobody, missed)
 
@@ -197,5 +201,5 @@ def all_chosen() -> dict[tuple[float, float], Choice]:
 def _choose(choice: tuple[float, float], *, rng: np.random.Generator) -> Choice:
     theta, alpha = choice
     run = history(replace(rates.scaled(committee.RULES, alpha=alpha), threshold=theta))
-    total = score(committee.frames(run), committee.ALL.gate)
+    total = score(committee.frames(run), committee.ALL.reach)
     return Choice(theta, alpha, total.false, total.tracked)
