@@ -68,7 +68,7 @@ def _judged(job: tuple[AggregationRules, Config], *, rng: np.random.Generator) -
 
 
 def _worth(sums: np.ndarray) -> float:
-    return float(Rates(*sums).worth())
+    return float(Rates(*sums[:, None]).worth()[0])
 
 
 if __name__ == "__main__":
