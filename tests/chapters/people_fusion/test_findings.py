@@ -72,18 +72,30 @@ def test_signals_are_those_that_the_detectors_had():
 # The scene
 
 
-def test_all_three_find_as_many_as_any_others_and_only_the_camera_makes_people_up():
+def test_all_three_find_and_place_as_many_as_any_others_and_the_camera_alone_places_nobody():
     for setting in SCENE.parameters():
-        ((missed, nobody),) = SCENE.found(**setting)
-        ((together, _),) = SCENE.found(**setting | {"who": "all three"})
+        ((missed, _, known),) = SCENE.found(**setting)
+        ((together, _, placed),) = SCENE.found(**setting | {"who": "all three"})
         assert together <= missed, setting
-        assert nobody == 0 or "camera" in scene.WHO[setting["who"]], setting
+        assert placed >= known, setting
+        assert known == 0 or setting["who"] != "the camera alone", setting
+
+
+def test_the_laser_alone_the_camera_alone_and_all_three_make_somebody_up():
+    made_up = {
+        who: any(scene.watched(who, at).nobody.any() for at in scene.MOMENTS) for who in scene.WHO
+    }
+    assert made_up["the laser alone"]
+    assert made_up["the camera alone"]
+    assert made_up["all three"]
+    assert not made_up["the sonars alone"]
 
 
 def test_the_moment_of_the_hero_is_right_together_and_by_no_sensor_alone():
     found = {who: SCENE.found(who=who, at=SHOWN)[0] for who in scene.WHO}
-    assert found["all three"] == (0, 0)
-    assert all(sum(found[who]) for who, sensors in scene.WHO.items() if len(sensors) == 1)
+    assert found["all three"] == (0, 0, 3)
+    alone = [found[who] for who, sensors in scene.WHO.items() if len(sensors) == 1]
+    assert all(missed or known < 3 for missed, _, known in alone)
     counts = {"camera": 3, "laser": 2, "sonar": 1}
     assert {sensor: len(scene.found(SHOWN, sensor)) for sensor in counts} == counts
 

@@ -18,8 +18,9 @@ SCENE = Exploration(
     },
     name="people-scene",
     caption="Half a minute in the room. Dotted discs: the people, with a question mark those who "
-    "are not found. Red: the hypotheses, 2σ, bent as distance and direction bend them, the heavier "
-    "the stronger; filled ones count as persons, and a cross marks those that are nobody.",
+    "are not found. Red: the hypotheses, 2σ, bent as distance and direction bend them, long "
+    "where no distance is known, the heavier the stronger; filled ones count as persons, and a "
+    "cross marks those that are nobody.",
     presets={
         "the camera alone": {"who": "the camera alone"},
         "no camera": {"who": "without the camera"},
@@ -27,7 +28,7 @@ SCENE = Exploration(
         "the worst moment": {"at": 9.66},
     },
     axes=partial(figure, width=5.0, height=5.0),
-    finding=lambda state: state.errors,
+    finding=lambda state: (*state.errors, state.known),
 )
 
 RULES = Exploration(
@@ -45,7 +46,7 @@ RULES = Exploration(
         "slow to believe": {"alpha": 0.25},
         "quick to believe": {"alpha": 3.0},
         "the most people": {"theta": 0.4, "alpha": 3.0},
-        "the fewest false": {"theta": 0.1, "alpha": 0.25},
+        "the fewest false": {"theta": 0.2, "alpha": 0.25},
     },
     axes=partial(figure, height=3.8),
     finding=lambda one: one.tracked,

@@ -349,6 +349,34 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
     return axes
 
 
+@drawn(
+    name="people-rooms",
+    alt="Share of the people tracked against the share of false hypotheses: from the point of the "
+    "rendered office lines go to points of rooms and people that are easier in one thing each, and "
+    "to one that is easier in all; a diamond is the paper.",
+    caption="What the paper's two numbers would need: the same system in rooms and among people in "
+    "which one thing is changed, and all of them. Bars: 95 % over ten sessions.",
+    height=4.4,
+)
+def rooms(ax: Axes, table: Table) -> Axes:
+    """Draw what each property of room and people does to both shares; the first row is as it is."""
+    first, *others = table.rows
+    ours = [table[first, column].estimate for column in ("false", "tracked")]
+    for name in others:
+        false, tracked = (table[name, column] for column in ("false", "tracked"))
+        colour = MEANING["right" if name == others[-1] else "expected"]
+        at = false.estimate, tracked.estimate
+        ax.plot(*np.transpose([ours, at]), color=colour, linewidth=0.8, linestyle=":")
+        ax.plot([false.low, false.high], [at[1]] * 2, color=colour, linewidth=1.2)
+        ax.plot([at[0]] * 2, [tracked.low, tracked.high], color=colour, linewidth=1.2)
+        ax.plot(*at, "o", color=colour, markersize=5)
+        label(ax, at[0] + 0.008, at[1] + 0.008, name, colour, va="bottom", fontsize=9)
+    ax.plot(*ours, "o", color=MEANING["estimate"], markersize=8)
+    label(ax, ours[0] + 0.01, ours[1] - 0.012, first, MEANING["estimate"], va="top")
+    _paper(ax)
+    return ax
+
+
 def _paper(ax: Axes) -> None:
     """Mark the paper's two numbers, and make the axes of shares."""
     colour = MEANING["paper"]

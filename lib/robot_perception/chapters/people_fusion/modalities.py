@@ -18,6 +18,7 @@ from robot_perception.chapters.people_fusion.sessions import (
     Recording,
 )
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
+from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
@@ -117,10 +118,14 @@ class Looks:
 
 def ask(config: Witness, *, rng: np.random.Generator) -> Looks:
     """Return what one sensor made of people in some sessions; nothing is drawn."""
-    recordings = map(sessions.record, config.sessions)
+    recordings = sweep(_recorded, config.sessions, rng=rng, desc="sessions")
     if not config.fixtures:
         recordings = map(without_fixtures, recordings)
     return looks(recordings, config.sensor, config.kind)
+
+
+def _recorded(session: Config, *, rng: np.random.Generator) -> Recording:
+    return sessions.record(session)
 
 
 def looks(recordings: Iterable[Recording], sensor: str, kind: str) -> Looks:

@@ -121,8 +121,8 @@ WHO: dict[str, tuple[str, ...]] = {
 class State:
     """The hypotheses of some sensors at a moment (s), persons or not.
 
-    It is told which of them count as persons, which of these are nobody's, and which people have
-    none.
+    It is told which of them count as persons, which of these are nobody's, of which the distance is
+    known, and which people have none.
     """
 
     who: str
@@ -130,6 +130,7 @@ class State:
     hypotheses: Hypotheses
     persons: Bool[np.ndarray, " n"]
     nobody: Bool[np.ndarray, " n"]
+    placed: Bool[np.ndarray, " n"]
     missed: Bool[np.ndarray, " p"]
 
     @property
@@ -138,14 +139,20 @@ class State:
         return int(self.missed.sum()), int(self.nobody.sum())
 
     @property
+    def known(self) -> int:
+        """Of how many people the distance is known, too."""
+        return int((self.persons & self.placed & ~self.nobody).sum())
+
+    @property
     def words(self) -> str:
         """What the explorer shows."""
         count, (missed, nobody) = len(self.missed), self.errors
         who = self.who if self.who.startswith("without") else f"with {self.who}"
         return (
             f"The room from above after {self.at:.0f} s, {who}: {count - missed} of "
-            f"{count} people have a person's ellipse, {nobody} such ellipses are nobody's, "
-            f"{len(self.persons) - self.persons.sum()} more are too light to count."
+            f"{count} people have a person's ellipse, of {self.known} the distance is known; "
+            f"{nobody} such ellipses are nobody's, {len(self.persons) - self.persons.sum()} more "
+            "are too light to count."
         )
 
 
@@ -154,12 +161,12 @@ def watched(who: str, at: float) -> State:
     """Return what some sensors together make of a moment."""
     hypotheses = history(sensors=WHO[who]).at(at)
     persons = hypotheses.weight > committee.RULES.person
-    polar, sigma = recording().polar[_row(at)], np.sqrt(hypotheses.cov[persons, 0, 0])
-    apart = committee.ALL.apart(polar, hypotheses.mean[persons], sigma).T
+    polar, sigma = recording().polar[_row(at)], np.sqrt(hypotheses.cov[:, 0, 0])
+    apart = committee.ALL.apart(polar, hypotheses.mean[persons], sigma[persons]).T
     theirs, whose = sessions.own(apart, committee.ALL.reach)
     nobody, missed = persons.copy(), np.ones(len(polar), dtype=bool)
     nobody[np.flatnonzero(persons)[theirs]], missed[whose] = False, False
-    return State(who, at, hypotheses, persons, nobody, missed)
+    return State(who, at, hypotheses, persons, nobody, sigma <= committee.KNOWN, missed)
 
 
 @dataclass(frozen=True, slots=True)
