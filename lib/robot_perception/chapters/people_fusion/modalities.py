@@ -13,7 +13,6 @@ from robot_perception.chapters.people_fusion.sessions import (
     FULL,
     QUICK,
     SENSORS,
-    TEST,
     Config,
     Recording,
 )
@@ -179,8 +178,6 @@ def without_fixtures(recording: Recording) -> Recording:
 
 # The claims --------------------------------------------------------------------------------------
 
-BLIND = tuple(Config(seed, sensors=("laser", "sonar")) for seed in TEST)
-"""The sessions without the pictures, which take most of the time."""
 WALLED = range(7101, 7121)
 """Seeds of the offices in which the robot drives, none of them one of the others."""
 DRIVES = tuple(Config(seed, 90.0, robot="drives", sensors=("sonar",)) for seed in WALLED)
@@ -190,8 +187,7 @@ the share of false echoes is undecided."""
 
 def witness(sensor: str, kind: str, *, seed: int) -> Study:
     """Return the study of a sensor that is asked of people of a kind."""
-    full = Witness(FULL if sensor == "camera" else BLIND, sensor, kind)
-    return Study(ask, full, Witness(QUICK, sensor, kind), seed)
+    return Study(ask, Witness(FULL, sensor, kind), Witness(QUICK, sensor, kind), seed)
 
 
 LASER = witness("laser", "upright", seed=61)
@@ -239,7 +235,7 @@ def ask_both(config: Places, *, rng: np.random.Generator) -> tuple[Looks, Looks]
 
 SONARS = Study(
     ask_both,
-    full=Places(Witness(DRIVES, "sonar", "heard"), Witness(BLIND, "sonar", "heard")),
+    full=Places(Witness(DRIVES, "sonar", "heard"), Witness(FULL, "sonar", "heard")),
     quick=Places(Witness(DRIVES[:8], "sonar", "heard"), Witness(QUICK, "sonar", "heard")),
     seed=62,
 )
