@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from robot_perception.chapters.people_fusion import sessions
+from robot_perception.chapters.people_fusion import committee, sessions
+from robot_perception.chapters.people_fusion.modalities import PAPER_REACH
 from robot_perception.datasets import LegScans, read_leg_scans, read_video
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, proportion
 from robot_perception.people import legs
@@ -22,6 +23,7 @@ EMPTY = ("negative_2_left", "negative_2_right")
 RULES = LegRules()
 BOUNDS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
 NEAR = 0.2  # a leg is found if one is reported within that of its mark, m; ours
+BESIDE = 0.3  # a pair, if a person is reported within that of its middle, m; ours
 THIRD = 3  # every third beam of the scanner of 0.35° gives about the paper's degree
 FAR = 60.0  # stored where nothing came back, m
 
@@ -33,14 +35,18 @@ FAR = 60.0  # stored where nothing came back, m
 class Legs:
     """What the detector makes of real scans, with all beams (fine) and with every third (coarse).
 
-    How far away each marked leg is (m), and whether it is found; pairs of legs reported in scans
-    without people; and one scan with many legs (m and rad, ``FAR`` where nothing came back), the
-    legs marked in it, and those that are found with every third beam (m).
+    How far away each marked leg is (m), and whether it is found; the same of marked pairs, two legs
+    a step apart, and of the persons reported; persons reported in scans without people; and one
+    scan with many legs (m and rad, ``FAR`` where nothing came back), the legs marked in it, and
+    those that are found with every third beam (m).
     """
 
     distances: Float[np.ndarray, " legs"]
     fine: Bool[np.ndarray, " legs"]
     coarse: Bool[np.ndarray, " legs"]
+    pairs: Float[np.ndarray, " pairs"]
+    pairs_fine: Bool[np.ndarray, " pairs"]
+    pairs_coarse: Bool[np.ndarray, " pairs"]
     persons_fine: Float[np.ndarray, " scans"]
     persons_coarse: Float[np.ndarray, " scans"]
     ranges: Float[np.ndarray, " beams"]
@@ -52,15 +58,26 @@ class Legs:
         """Return the share found by distance, for both gaps between beams."""
         rows = {}
         for low, high in itertools.pairwise(BOUNDS):
-            there = (self.distances >= low) & (self.distances < high)
-            shares = [
-                proportion(int(hits[there].sum()), int(there.sum()))
-                for hits in (self.coarse, self.fine)
+            rows[f"{low:g} to {high:g} m"] = [
+                _share(hits[(distances >= low) & (distances < high)])
+                for distances, hits in (
+                    (self.distances, self.coarse),
+                    (self.distances, self.fine),
+                    (self.pairs, self.pairs_coarse),
+                    (self.pairs, self.pairs_fine),
+                )
             ]
-            rows[f"{low:g} to {high:g} m"] = shares
-        what = "share of the marked legs that are found, with beams so far apart"
-        columns = {"1.05°": what, "0.35°": what}
-        return Table(rows, columns, "95 % interval by Wilson, as if legs were independent", "legs")
+        columns = {
+            f"{what}, {gap}": f"share of the marked {what} that are found, with beams so far apart"
+            for what in ("legs", "pairs")
+            for gap in ("1.05°", "0.35°")
+        }
+        return Table(rows, columns, "95 % interval by Wilson, as if they were independent", "away")
+
+    @property
+    def near(self) -> Interval:
+        """Share of the pairs within the paper's 3 m that are found with every third beam."""
+        return _share(self.pairs_coarse[self.pairs < PAPER_REACH])
 
     @property
     def nobody(self) -> tuple[Interval, Interval]:
@@ -79,12 +96,23 @@ def walkers(folder: Path) -> Legs:
         for k in np.unique(scans.scans_of_legs).tolist()
     ]
     hits = [
-        [_hits(_legs(scans, k, every), there) for scans, k, there in marked] for every in (1, THIRD)
+        [_hits(_legs(scans, k, every), there, NEAR) for scans, k, there in marked]
+        for every in (1, THIRD)
+    ]
+    middles = [there[legs.pairs(there, RULES)].mean(axis=1) for *_, there in marked]
+    both = [
+        [
+            _hits(_persons_in(scans, k, every), middle, BESIDE)
+            for (scans, k, _), middle in zip(marked, middles, strict=True)
+        ]
+        for every in (1, THIRD)
     ]
     scans, k, there = max(marked, key=lambda one: len(one[-1]))
     return Legs(
         np.concatenate([np.hypot(*there.T) for *_, there in marked]),
         *(np.concatenate(some) for some in hits),
+        np.hypot(*np.concatenate(middles).T),
+        *(np.concatenate(some) for some in both),
         *(_persons(empty, every) for every in (1, THIRD)),
         np.where(np.isfinite(scans.ranges[k]), scans.ranges[k], FAR),
         scans.angles,
@@ -98,19 +126,27 @@ def _legs(scans: LegScans, k: int, every: int) -> Float[np.ndarray, "m 2"]:
     return seen.middles[legs.are_legs(seen, RULES)]
 
 
+def _persons_in(scans: LegScans, k: int, every: int) -> Float[np.ndarray, "m 2"]:
+    return committee.points(
+        legs.detect(scans.ranges[k, ::every], scans.angles[::every], RULES).mean
+    )
+
+
 def _persons(empty: Iterable[LegScans], every: int) -> Float[np.ndarray, " scans"]:
     counts = [
-        len(legs.detect(ranges[::every], scans.angles[::every], RULES).mean)
-        for scans in empty
-        for ranges in scans.ranges
+        len(_persons_in(scans, k, every)) for scans in empty for k in range(len(scans.ranges))
     ]
     return np.array(counts, dtype=float)
 
 
-def _hits(found: np.ndarray, marked: np.ndarray) -> Bool[np.ndarray, " legs"]:
-    """Tell which marked legs are found, each by a leg of its own."""
+def _hits(found: np.ndarray, marked: np.ndarray, reach: float) -> Bool[np.ndarray, " marked"]:
+    """Tell which marked places are found, each by one of its own within reach, m."""
     apart = np.hypot(*(marked[:, None] - found).transpose(2, 0, 1))
-    return np.isin(np.arange(len(marked)), sessions.own(apart, NEAR)[0])
+    return np.isin(np.arange(len(marked)), sessions.own(apart, reach)[0])
+
+
+def _share(hits: np.ndarray) -> Interval:
+    return proportion(int(hits.sum()), hits.size)
 
 
 # Pedestrians -------------------------------------------------------------------------------------
