@@ -9,6 +9,7 @@ what the wheels report.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,7 @@ from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
+from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import behaviours as acts
 from robot_perception.people.aggregation import Hypotheses, step
@@ -312,10 +314,14 @@ Stories = list[list[Story]]
 
 def stories(config: Config, *, rng: np.random.Generator) -> Stories:
     """Return the stories by sensors; each has a seed of its own, and nothing else is drawn."""
-    return [
-        [told(config.kind, seed, who, config.behaves) for seed in SEEDS[: config.count]]
-        for who in config.sensors
-    ]
+    seeds = SEEDS[: config.count]
+    jobs = [(seed, who) for who in config.sensors for seed in seeds]
+    done = iter(sweep(partial(_told, config), jobs, rng=rng, desc="stories"))
+    return [[next(done) for _ in seeds] for _ in config.sensors]
+
+
+def _told(config: Config, job: tuple[int, tuple[str, ...]], *, rng: np.random.Generator) -> Story:
+    return told(config.kind, *job, config.behaves)
 
 
 PATIENT = Change(
