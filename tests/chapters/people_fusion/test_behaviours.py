@@ -209,12 +209,14 @@ def test_words_stand_for_a_while():
 
 
 def test_a_frame_shows_what_is_believed(followed):
-    """One filled ellipse for the one it is about, and nothing before any reading."""
+    """One filled ellipse for the one it is about, and none if nothing is believed."""
     _, ax = films.figure(width=films.WIDTH, height=films.HEIGHT)
     faces = np.array([[[0.0, 0.0], [1.0, 0.0]]])
+    none = {name: getattr(followed, name)[:0] for name in ("mean", "cov", "weight", "status")}
+    nothing = replace(followed, counts=0 * followed.counts, **none)
     drawn = []
-    for look in (0, 60):
-        films.frame(ax, followed, look, faces, np.zeros((0, 3)))
+    for story in (nothing, followed):
+        films.frame(ax, story, 60, faces, np.zeros((0, 3)))
         drawn.append(len(ax.patches))
     row = slice(followed.counts[:60].sum(), followed.counts[:61].sum())
     assert (followed.status[row] == behaviours.PARTNER).sum() == 1
