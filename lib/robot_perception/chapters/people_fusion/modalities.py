@@ -323,6 +323,20 @@ def gain(found: Mapping[str, Rates], how: str = "", beta: float = committee.BETA
     return bootstrap_ratio(found["together" + how].worth(beta), best, "by session")
 
 
+def against(
+    found: Mapping[str, Rates], how: str, beta: float = committee.BETA
+) -> dict[str, Interval]:
+    """Return how right the committee is over each single sensor, over the sessions."""
+    together = found["together" + how].worth(beta)
+    alone = {name: found[name + how].worth(beta) for name in MEMBERS}
+    return {name: bootstrap_ratio(together, worth, "by session") for name, worth in alone.items()}
+
+
+def least(found: Mapping[str, Rates], how: str, beta: float = committee.BETA) -> Interval:
+    """Return how right the committee is over the single sensor that is the best of all."""
+    return min(against(found, how, beta).values(), key=lambda ratio: ratio.estimate)
+
+
 def over(found: Mapping[str, Rates], member: str, how: str) -> Interval:
     """Return the share of the people tracked, by the committee over that by a member."""
     shares = (found[name + how] for name in ("together", member))
@@ -378,7 +392,7 @@ def no_single_sensor(found: Mapping[str, Rates], value: Interval) -> Finding:
     )
 
 
-CLEARLY = Accepted(1.05, np.inf, "better than the best single sensor by a twentieth", "our choice")
+CLEARLY = Accepted(1.05, np.inf, "better than each single sensor by a twentieth", "our choice")
 
 
 @COMMITTEE.claim(
@@ -388,23 +402,25 @@ CLEARLY = Accepted(1.05, np.inf, "better than the best single sensor by a twenti
     basis="substitute",
     statement="In front of the robot the system clearly outperforms tracking with a single sensor.",
     paper_value="“clearly outperforms single sensor-based tracking”; no number",
-    method="Ahead of the robot, where all three look: F₂ of all sensors together over that of the "
-    "best single one of the session.",
+    method="Ahead of the robot, where all three look: F₂ of all sensors together over that of each "
+    "alone, over the same sessions; the least of the three.",
     accepted=CLEARLY,
     sabotage=Change(
         "a committee that never takes two readings for one person",
         rows=judged(View("ahead"), AHEAD, together=STRANGERS),
         sessions=QUICK[:3],
     ),
-    value=lambda found: gain(found, AHEAD),
+    value=lambda found: least(found, AHEAD),
 )
 def front_outperforms(found: Mapping[str, Rates], value: Interval) -> Finding:
     """Compare the committee with its members where all of them look."""
-    alike = gain(found, AHEAD, 1.0)
+    alike = least(found, AHEAD, 1.0)
     return Finding(
         value,
-        {
-            "by place": gain(found, AHEAD + PLACE),
+        {f"over the {name}": ratio for name, ratio in against(found, AHEAD).items()}
+        | {
+            "over the best of each session": gain(found, AHEAD),
+            "by place": least(found, AHEAD + PLACE),
             "both errors weighed alike": alike,
             "GOSPA, over the best": nearer(found, AHEAD),
             "people tracked, over the laser alone": over(found, "laser alone", AHEAD),
