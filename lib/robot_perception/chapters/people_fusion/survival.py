@@ -1,6 +1,6 @@
-"""The lamps go out: how long do hypotheses live that only the sonars confirm?"""
+"""The lamps go out: which hypotheses are kept that only the sonars confirm?"""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,101 +9,106 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.chapters.people_fusion import committee, sessions
 from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import (
+    FULL,
+    QUICK,
     SENSORS,
     TEST,
-    TURNED,
     Config,
     Recording,
     own,
 )
-from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
+from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, StepInfo, step
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
+from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
-DARK_AT, DURATION = 8.0, 14.0  # when the lamps go out, and how long a session takes, s
-LONGEST = DURATION - DARK_AT  # that a hypothesis is followed, s
 HEARD = 2.0  # further away the sonars take nothing for a person, m
-SHORT, LONG = 2.0, 5.0  # after which the camera might see again, s
-NOBODY = -1
-AS_A_LASER = replace(committee.RULES.sensors["sonar"], alpha=committee.RULES.sensors["laser"].alpha)
-TRUSTED = replace(committee.RULES, sensors={**committee.RULES.sensors, "sonar": AS_A_LASER})
-"""A match of the sonars raises a weight as much as one of the laser."""
-WITH, WITHOUT, STRONG = range(3)
-ENDS = (
-    (SENSORS, committee.RULES),
-    (tuple(name for name in SENSORS if name != "sonar"), committee.RULES),
-    (SENSORS, TRUSTED),
-)
-"""Who takes part from the moment on, by which rules: with sonars, without, and with strong ones."""
+AFTER = (1.0, 2.0, 3.0, 5.0)  # when the camera might see again, s
+SHORT, LONG = 2.0, 5.0
+ENDS = ("with sonars", "with sonars that hear nothing", "without sonars")
+OURS, LIBRARY = "rules of the committee", "rules of the library"
+RULES = {OURS: committee.RULES, LIBRARY: AggregationRules()}
+"""As chosen, and as the library has them: there a match of the sonars raises a weight by more than
+the silence of the camera lowers it meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
-class Dark:
-    """Sessions in which all lamps go out, and by how much the sonars' directions are turned, rad.
+class Darkness:
+    """Sessions, moments at which it gets dark (s), and by how much the sonars are turned, rad.
+
+    People are followed who are then on one of the ``sides`` of the robot.
 
     Paper: sudden changes of the illumination, not said which, nor how long the tracker of skin
-    colour takes to recover. Ours: all lamps out for good, so that it never does, and we look how
-    many hypotheses are left when it might have.
+    colour takes to recover. Ours: the camera reports nothing from the moment on, as in the sessions
+    ``rendered`` in which all lamps go out; we look what is left when it might see
+    again.
     """
 
     sessions: tuple[Config, ...]
+    moments: tuple[float, ...]
+    rendered: tuple[Config, ...]
+    sides: tuple[str, ...] = ("behind",)
     turned: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Lives:
-    """What became of n hypotheses that counted as persons when the lamps went out, in s sessions.
+class Kept:
+    """What became of the n hypotheses of people that counted as persons when it got dark.
 
-    There are the session, whose they are, or nobody's, where that person was (m and rad), after how
-    long the person leaves, and how long the hypothesis lives in each of `ENDS`, s. ``glances``
-    are how often a face looked at the camera, and how often it was found, before and after.
+    There are the session, where the person was whose it is (m and rad), whether the person is still
+    there after the times `AFTER`, and whether the hypothesis is then there and still theirs, at
+    each of `ENDS`.
     """
 
     session: Int[np.ndarray, " n"]
-    person: Int[np.ndarray, " n"]
     polar: Float[np.ndarray, "n 2"]
-    leaves: Float[np.ndarray, " n"]
-    life: Float[np.ndarray, "n 3"]
-    glances: Float[np.ndarray, "s 2 2"]
+    there: Bool[np.ndarray, "n t"]
+    kept: Bool[np.ndarray, "n e t"]
 
     def of(self, where: str, reach: float = HEARD) -> Bool[np.ndarray, " n"]:
-        """Tell which are of people ``"ahead"`` or ``"behind"`` within reach (m), or of nobody."""
-        r, phi = self.polar.T
-        ahead = np.abs(phi) <= np.pi / 2
-        side = {"ahead": ahead, "behind": ~ahead}.get(where)
-        return (
-            self.person == NOBODY if side is None else (self.person != NOBODY) & side & (r < reach)
-        )
+        """Tell which are of people ``"ahead"`` or ``"behind"``, within reach, m."""
+        ahead = np.abs(self.polar[:, 1]) <= np.pi / 2
+        return (ahead == (where == "ahead")) & (self.polar[:, 0] < reach)
 
-    def mean(self, values: np.ndarray, some: Bool[np.ndarray, " n"], about: str = "") -> Interval:
-        """Return the mean over some hypotheses, with an interval over the sessions that have any."""
-        sums, count = self._sums(values, some), self._sums(some, some)
-        return bootstrap_ratio(sums[count > 0], count[count > 0], about or "share, by session")
+    def share(self, after: float, end: int, some: Bool[np.ndarray, " n"]) -> Interval:
+        """Return the share that is kept after a while (s), of those whose person is there."""
+        return self._mean(self.kept[:, end], after, some)
 
-    def alive(self, after: float, end: int, some: Bool[np.ndarray, " n"]) -> Interval:
-        """Return the share alive after a while (s), of those whose person is still there."""
-        return self.mean(self.life[:, end] >= after, some & (self.leaves >= after))
+    def more(self, after: float, some: Bool[np.ndarray, " n"], than: int = 1) -> Interval:
+        """Return how much larger the share kept is with sonars than at another one of `ENDS`."""
+        return self._mean(self.kept[:, 0].astype(float) - self.kept[:, than], after, some)
 
-    def saved(self, after: float, some: Bool[np.ndarray, " n"], end: int = WITH) -> Interval:
-        """Return the share alive after a while (s), of those that are deleted without sonars."""
-        return self.alive(after, end, some & (self.life[:, WITHOUT] < after))
+    def _mean(self, values: np.ndarray, after: float, some: np.ndarray) -> Interval:
+        t = AFTER.index(after)
+        asked = some & self.there[:, t]
+        rows = self.session[asked]
+        count = np.bincount(rows)
+        sums = np.bincount(rows, values[asked, t].astype(float))
+        return bootstrap_ratio(sums[count > 0], count[count > 0].astype(float), "by session")
 
-    def longer(self, some: Bool[np.ndarray, " n"]) -> Interval:
-        """Return the mean life with sonars over that without, while the person is there."""
-        sums = (self._sums(self.lasted(end), some) for end in (WITH, WITHOUT))
-        return bootstrap_ratio(*sums, "by session")
 
-    def lasted(self, end: int) -> Float[np.ndarray, " n"]:
-        """Return how long hypotheses live while the person is there, s."""
-        return np.minimum(self.life[:, end], self.leaves)
+@dataclass(frozen=True, eq=False, slots=True)
+class Dusk:
+    """What is kept by rules, and in sessions rendered dark directions a picture, light and dark."""
 
-    def _sums(self, values: np.ndarray, some: np.ndarray) -> Float[np.ndarray, " s"]:
-        rows = self.session[some]
-        return np.bincount(rows, values[some].astype(float), len(self.glances))
+    kept: dict[str, Kept]
+    reported: Float[np.ndarray, "s 2"]
+
+
+def silenced(recording: Recording, sensor: str, since: float) -> Recording:
+    """Return a recording in which a sensor reports nobody from a time (s) on."""
+    mute = (recording.sensors == SENSORS.index(sensor)) & (recording.times >= since)
+    heard = ~np.repeat(mute, recording.counts)
+    return replace(
+        recording,
+        counts=np.where(mute, 0, recording.counts),
+        means=recording.means[heard],
+        covs=recording.covs[heard],
+    )
 
 
 def turned_sonars(recording: Recording, by: float) -> Recording:
@@ -116,127 +121,200 @@ def turned_sonars(recording: Recording, by: float) -> Recording:
 
 def steps(
     recording: Recording, rows: Sequence[int], found: Hypotheses, rules: AggregationRules
-) -> Iterator[tuple[float, Hypotheses, StepInfo]]:
-    """Yield time (s), hypotheses and what became of them, of a robot that stands."""
+) -> Iterator[tuple[int, Hypotheses, StepInfo]]:
+    """Yield the reading, the hypotheses and what became of them, of a robot that stands."""
     for k in rows:
         found, info = step(found, recording.found(k), np.zeros(3), rules)
-        yield float(recording.times[k]), found, info
+        yield k, found, info
 
 
-def lives(
-    names: Sequence[int], story: Iterator[tuple[float, Hypotheses, StepInfo]]
-) -> Float[np.ndarray, " n"]:
-    """Return how long after the moment hypotheses are deleted, s; one made one with it lives on."""
-    now, ends = {name: name for name in names}, dict.fromkeys(names, LONGEST)
-    for time, _, info in story:
-        for kept, gone in info.absorbed:
-            now = {name: kept if one == gone else one for name, one in now.items()}
-        for name in [name for name, one in now.items() if one in info.removed]:
-            ends[name] = time - DARK_AT
-            del now[name]
-    return np.array([ends[name] for name in names])
+def outlived(
+    recording: Recording,
+    story: Iterator[tuple[int, Hypotheses, StepInfo]],
+    whose: Mapping[int, int],
+    looked: Sequence[int],
+) -> Bool[np.ndarray, "n t"]:
+    """Return which hypotheses are there and still theirs at some of the judged readings.
+
+    Who was made one with another one lives on in it.
+    """
+    now, kept = {name: name for name in whose}, np.zeros((len(whose), len(looked)), dtype=bool)
+    asked = recording.judged[list(looked)].tolist()
+    if not whose:
+        return kept
+    for k, found, info in story:
+        for stays, gone in info.absorbed:
+            now = {name: stays if one == gone else one for name, one in now.items()}
+        now = {name: one for name, one in now.items() if one not in info.removed}
+        if k in asked:
+            t = asked.index(k)
+            kept[:, t] = [
+                name in now and theirs(recording, looked[t], person, found, now[name])
+                for name, person in whose.items()
+            ]
+        if not now or k == asked[-1]:
+            break
+    return kept
 
 
-def outlive(config: Config, turned: float = 0.0) -> Lives:
-    """Return what becomes of the hypotheses of one session."""
-    recording = turned_sonars(sessions.record(config), turned)
-    dark = recording.times >= DARK_AT
-    *_, (_, found, _) = steps(
-        recording, np.flatnonzero(~dark).tolist(), Hypotheses.none(), committee.RULES
+def theirs(recording: Recording, row: int, person: int, found: Hypotheses, name: int) -> bool:
+    """Tell whether a hypothesis is near a person, in the way that its covariance allows."""
+    one, people = found.select(found.identity == name), recording.polar[row, [person]]
+    apart = committee.ALL.apart(people, one.mean, np.sqrt(one.cov[:, 0, 0]))
+    return bool((apart <= committee.REACH).all())
+
+
+def darkened(
+    recording: Recording,
+    found: Hypotheses,
+    rules: AggregationRules,
+    moment: float,
+    sides: Sequence[str],
+) -> Kept:
+    """Return what is kept of the hypotheses that at a moment (s) are those of people."""
+    dark, heard = recording.times >= moment, recording.sensors != SENSORS.index("sonar")
+    after = np.flatnonzero(dark).tolist()
+    row = int(np.searchsorted(recording.judged_at, moment)) - 1
+    persons, whose = found.select(found.weight > rules.person), {}
+    for side in sides:
+        seen = committee.frame(recording, row, persons, committee.View(side))
+        i, j = own(seen.apart, committee.REACH)
+        whose |= zip(seen.hypotheses_ids[j].tolist(), seen.people_ids[i].tolist(), strict=True)
+    looked = looks(recording, moment)
+    blind = silenced(recording, "camera", moment)
+    ends = (
+        (blind, after),
+        (silenced(blind, "sonar", moment), after),
+        (blind, np.flatnonzero(dark & heard).tolist()),
     )
-    row = int(np.searchsorted(recording.judged_at, DARK_AT)) - 1
-    persons = found.select(found.weight > committee.RULES.person)
-    scene = committee.frame(recording, row, persons, committee.ALL)
-    i, j = own(scene.apart, committee.REACH)
-    person = np.full(len(scene.hypotheses), NOBODY)
-    person[j] = scene.people_ids[i]
-    ends = []
-    for sensors, rules in ENDS:
-        taken = np.isin(recording.sensors, [SENSORS.index(name) for name in sensors])
-        story = steps(recording, np.flatnonzero(dark & taken).tolist(), found, rules)
-        ends.append(lives(scene.hypotheses_ids.tolist(), story))
+    kept = [outlived(one, steps(one, rows, found, rules), whose, looked) for one, rows in ends]
+    person = np.array(list(whose.values()), dtype=int)
     there = recording.present & (recording.polar[..., 0] < committee.FARTHEST)
-    away = ~there & (recording.judged_at >= DARK_AT)[:, None]
-    leaves = np.where(away, recording.judged_at[:, None] - DARK_AT, LONGEST).min(axis=0)
-    return Lives(
+    return Kept(
         np.zeros(len(person), dtype=int),
-        person,
         recording.polar[row, person],
-        np.where(person == NOBODY, LONGEST, leaves[person]),
-        np.stack(ends, axis=-1),
-        glances(recording)[None],
+        there[np.ix_(looked, person)].T,
+        np.stack(kept, axis=1),
     )
 
 
-def glances(recording: Recording) -> Float[np.ndarray, "2 2"]:
-    """Return how often a face in view looked at the camera, and was found, before and after."""
-    sums = np.zeros((2, 2))
-    for row in np.flatnonzero(recording.sensors[recording.judged] == SENSORS.index("camera")):
-        face = recording.present[row] & recording.clear[row] & (recording.gaze[row] > TURNED)
-        people = recording.polar[row, face & (recording.polar[row, :, 0] < committee.FARTHEST), 1]
-        seen = recording.found(int(recording.judged[row])).positions.mean[:, 1]
-        hit = np.abs(wrap_angle(people[:, None] - seen)) < committee.TURN
-        sums[int(recording.judged_at[row] >= DARK_AT)] += len(people), hit.any(axis=1).sum()
-    return sums
+def looks(recording: Recording, moment: float) -> list[int]:
+    """Return the judged readings of the laser next after the times `AFTER` from a moment, s."""
+    laser = np.flatnonzero(recording.sensors[recording.judged] == SENSORS.index("laser"))
+    at = np.searchsorted(recording.judged_at[laser], moment + np.array(AFTER))
+    return laser[at].tolist()
 
 
-def outlive_all(config: Dark, *, rng: np.random.Generator) -> Lives:
-    """Return what becomes of the hypotheses of all sessions; nothing is drawn."""
-    jobs = [(session, config.turned) for session in config.sessions]
-    parts = sweep(_outlived, jobs, rng=rng, desc="sessions")
-    whole = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("person", "polar", "leaves", "life", "glances")
+def after_dark(config: Darkness, *, rng: np.random.Generator) -> Dusk:
+    """Return what is kept in all sessions, by rules; nothing is drawn."""
+    jobs = [(session, config) for session in config.sessions]
+    done = sweep(_after_dark, jobs, rng=rng, desc="sessions")
+    kept = {name: _joined([one[name] for one in done]) for name in RULES}
+    return Dusk(kept, np.array([reported(session) for session in config.rendered]))
+
+
+def _after_dark(job: tuple[Config, Darkness], *, rng: np.random.Generator) -> dict[str, list[Kept]]:
+    session, config = job
+    recording = turned_sonars(sessions.record(session), config.turned)
+    return {
+        name: nights(recording, rules, config.moments, config.sides)
+        for name, rules in RULES.items()
     }
-    return Lives(np.repeat(np.arange(len(parts)), [len(part.person) for part in parts]), **whole)
 
 
-def _outlived(job: tuple[Config, float], *, rng: np.random.Generator) -> Lives:
-    return outlive(*job)
+def nights(
+    recording: Recording,
+    rules: AggregationRules,
+    moments: Sequence[float],
+    sides: Sequence[str] = ("behind",),
+) -> list[Kept]:
+    """Return what is kept after each of some rising moments (s), the light being on until then."""
+    found, begin, kept = Hypotheses.none(), 0, []
+    for moment in moments:
+        end = int(np.searchsorted(recording.times, moment))
+        for _, after, _ in steps(recording, range(begin, end), found, rules):
+            found = after
+        kept.append(darkened(recording, found, rules, moment, sides))
+        begin = end
+    return kept
+
+
+def _joined(parts: list[list[Kept]]) -> Kept:
+    """Return as one what is kept at all moments of each session."""
+    flat = [one for part in parts for one in part]
+    counts = [sum(len(one.session) for one in part) for part in parts]
+    names = ("polar", "there", "kept")
+    columns = (np.concatenate([getattr(one, name) for one in flat]) for name in names)
+    return Kept(np.repeat(np.arange(len(parts)), counts), *columns)
+
+
+def reported(config: Config) -> tuple[float, float]:
+    """Return how many directions a picture gives before and after the lamps go out."""
+    recording = sessions.record(config)
+    camera = recording.sensors == SENSORS.index("camera")
+    dark = recording.times >= config.lights_out
+    return tuple(float(recording.counts[camera & some].mean()) for some in (~dark, dark))
 
 
 # The claim ---------------------------------------------------------------------------------------
 
-DARKENED = tuple(Config(seed, DURATION, lights_out=DARK_AT) for seed in TEST)
-SOON = f"the camera sees again within {SHORT:g} s"
-MOSTLY = Accepted(0.5, 1.0, "more often than not", "our choice")
+RENDERED = tuple(Config(seed, 14.0, lights_out=8.0) for seed in TEST[:8])
+STRONG = (
+    "a match of the sonars raises a weight by more than the camera's silence lowers it meanwhile"
+)
+CLEARLY = Accepted(0.2, 1.0, "one hypothesis in five more", "our choice")
 
 
-@Study(outlive_all, Dark(DARKENED), Dark(DARKENED[:16]), seed=68).claim(
+@Study(
+    after_dark,
+    Darkness(FULL, (6.0, 12.0, 18.0, 24.0, 30.0), RENDERED, ("ahead", "behind")),
+    Darkness(QUICK, (8.0, 16.0, 24.0), RENDERED[:2]),
+    seed=68,
+).claim(
     "sonar-keeps-alive",
     paper=PAPER,
     place="§4",
     basis="substitute",
-    statement="The sonars keep hypotheses behind the robot alive until the camera sees again, when "
-    "the light changes suddenly.",
+    statement="When the light changes suddenly the sonars keep hypotheses of people behind the "
+    "robot until the camera sees again.",
     paper_value="“preventing a precipitate extinction of hypotheses”; no number",
-    method="All lamps go out in a session. Of the hypotheses of people within 2 m behind the robot "
-    f"that are deleted within {LONG:g} s without sonars: share that is alive then with them, "
-    "from the same hypotheses on.",
-    accepted=MOSTLY,
+    method="The camera sees nothing from a moment on, as when all lamps go out. Of the people "
+    f"within {HEARD:g} m behind the robot who had a hypothesis: share whose hypothesis is still "
+    f"there and theirs {LONG:g} s later, by the {LIBRARY}, less that share if the sonars hear "
+    "nothing.",
+    accepted=CLEARLY,
     sabotage=Change("sonars that hear as much in the opposite direction", turned=np.pi),
-    value=lambda found: found.saved(LONG, found.of("behind")),
+    value=lambda dusk: dusk.kept[LIBRARY].more(LONG, dusk.kept[LIBRARY].of("behind")),
 )
-def sonar_keeps_alive(found: Lives, value: Interval) -> Finding:
-    """Compare how long hypotheses live, behind and ahead, near and far, of people and of nobody."""
-    near, soon = found.of("behind"), found.saved(SHORT, found.of("behind"))
-    groups = {
-        "behind": near,
-        "behind, at any distance": found.of("behind", np.inf),
-        "ahead": found.of("ahead"),
-        "of nobody": found.of("nobody"),
-    }
-    ends = {"with sonars": WITH, "without": WITHOUT, "with sonars as strong as the laser": STRONG}
-    before, after = found.glances.transpose(1, 2, 0)
+def sonar_keeps_alive(dusk: Dusk, value: Interval) -> Finding:
+    """Compare what is kept behind and ahead, after shorter and longer times, by both rules."""
+    ours, library = dusk.kept[OURS], dusk.kept[LIBRARY]
+    behind, front = library.of("behind"), library.of("ahead")
+    late, soon = (ours.more(after, ours.of("behind")) for after in (LONG, SHORT))
     return Finding(
         value,
-        {f"saved after {SHORT:g} s": soon}
-        | {f"life {name} (s)": found.mean(found.lasted(k), near, "s") for name, k in ends.items()}
-        | {f"life with over without, {name}": found.longer(some) for name, some in groups.items()}
-        | {f"saved after {LONG:g} s, as strong as the laser": found.saved(LONG, near, STRONG)}
+        {
+            f"after {LONG:g} s, {OURS}": late,
+            f"after {SHORT:g} s, {OURS}": soon,
+            "over a robot without sonars": library.more(LONG, behind, than=2),
+            "at any distance": library.more(LONG, library.of("behind", np.inf)),
+        }
+        | ({"ahead": library.more(LONG, front)} if front.any() else {})
         | {
-            f"faces found {when}": bootstrap_ratio(hit, asked, "by session")
-            for when, (asked, hit) in (("in the light", before), ("in the dark", after))
+            f"directions a picture, in the {when}": bootstrap_mean(some)
+            for when, some in zip(("light", "dark"), dusk.reported.T, strict=True)
         },
-        conditions=(Condition.judged(SOON, MOSTLY, inside=soon, outside=value),),
+        {"kept": kept_table(dusk)},
+        conditions=(Condition.judged(STRONG, CLEARLY, inside=value, outside=late),),
     )
+
+
+def kept_table(dusk: Dusk) -> Table:
+    """Return the shares kept behind the robot, by rules and sonars, after all times."""
+    rows = {
+        f"{rules}, {end}": tuple(kept.share(after, k, kept.of("behind")) for after in AFTER)
+        for rules, kept in dusk.kept.items()
+        for k, end in enumerate(ENDS)
+    }
+    about = "share of the hypotheses that are still there and theirs, 95 % bootstrap by session"
+    return Table(rows, {f"{after:g} s": "after the light has gone" for after in AFTER}, about)
