@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.chapters.people_fusion import committee, scaling, sequential, survival
-from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Recording
+from robot_perception.chapters.people_fusion.sessions import (
+    CHOOSE,
+    LEARN,
+    RIG,
+    SENSORS,
+    TEST,
+    Recording,
+)
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import Hypotheses, step
 from tests.chapters.people_fusion.test_studies import recording, run
@@ -162,6 +169,11 @@ def test_who_was_seen_once_in_a_direction_stays_verified():
     for row_, some, static in zip(lasers, seen.hypotheses, seen.static, strict=True):
         assert some.identity.tolist() == ([3] if laser.times[row_] >= laser.times[row] else [])
         assert len(static) == len(some)
+
+
+def test_sessions_with_skirts_are_no_others():
+    assert not set(sequential.SKIRTED) & {*LEARN, *CHOOSE, *TEST}
+    assert sorted(set(sequential.SKIRTED)) == list(sequential.SKIRTED)
 
 
 def test_legs_are_hidden_by_a_skirt_or_where_no_beam_meets_them():
