@@ -143,7 +143,7 @@ def gained(shares: Shares, over: str = SEQUENTIAL) -> Interval:
     paper_value="“these approaches fail, if … only the face of a person is perceivable”",
     method="Sessions in which one of three wears a long skirt, through both schemes: share tracked "
     "of the people ahead who look at the robot and whose legs are hidden, of the concurrent scheme "
-    "less that of the sequential one. That has the same laser and rules; who was verified stays so.",
+    "less that of the sequential one. It has the same laser and rules; who is verified stays so.",
     accepted=Accepted(0.25, 1.0, "a quarter of these people more", "our choice"),
     sabotage=Change("people whose legs the laser sees", kind="seen"),
     value=gained,
