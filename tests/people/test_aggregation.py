@@ -323,6 +323,22 @@ def test_hypotheses_that_have_become_one_are_made_one():
     assert len(apart) == 3
 
 
+@given(seeds, st.integers(0, 5), st.integers(0, 5))
+def test_all_pairs_of_detections_and_hypotheses_and_of_these_are_compared(seed, m, n):
+    before = drawn(seed, n)
+    found = seen(1.0, "laser", *np.random.default_rng(seed).uniform(1, 6, (m, 2)))
+    after, info = step(before, found, STILL, PLAIN)
+    assert info.compared == m * n + len(after) ** 2
+
+
+def test_who_was_made_one_is_compared_again_with_all():
+    """Three at one place: nine pairs, and three more for each of the two that go."""
+    place = (2.0, 0.5)
+    _, info = step(known(place, place, place), seen(1.0, "laser"), STILL, replace(PLAIN, alike=1.0))
+    assert len(info.absorbed) == 2
+    assert info.compared == 9 + 3 + 3
+
+
 def test_a_row_of_hypotheses_is_united_from_the_nearest_pair_on():
     before = known((2, 0.0), (2, 0.13), (2, 0.16), cov=0.01)
     found, info = run(replace(PLAIN, alike=1.2), [seen(0.1, "sonar", (5, -2))], before)

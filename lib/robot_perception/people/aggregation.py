@@ -323,12 +323,16 @@ class StepInfo:
         Identities of the hypotheses deleted.
     absorbed
         Pairs of identities (kept, gone) of those made one, in their order.
+    compared
+        Of how many pairs of distributions the distance, eq. (2), was computed: of detections and
+        hypotheses, and of hypotheses among each other. It is what a reading costs.
     """
 
     identities: Int[np.ndarray, " m"]
     matched: Bool[np.ndarray, " m"]
     removed: tuple[int, ...]
     absorbed: tuple[tuple[int, int], ...]
+    compared: int
 
 
 def step(
@@ -423,11 +427,11 @@ def step(
         {**hypotheses.heard, detections.sensor: detections.time},
         hypotheses.following + m,
     )
-    after, absorbed = _united(after, rules)
+    after, absorbed, compared = _united(after, rules)
     for stays, goes in absorbed:
         identities[identities == goes] = stays
     removed = tuple(before.identity[~kept].tolist())
-    return after, StepInfo(identities, matched, removed, absorbed)
+    return after, StepInfo(identities, matched, removed, absorbed, distances.size + compared)
 
 
 def predict(
@@ -524,12 +528,15 @@ def _merged(
 
 def _united(
     found: Hypotheses, rules: AggregationRules
-) -> tuple[Hypotheses, tuple[tuple[int, int], ...]]:
-    """Make hypotheses one that are nearer than the limit, the nearest first."""
+) -> tuple[Hypotheses, tuple[tuple[int, int], ...], int]:
+    """Make hypotheses one that are nearer than the limit, the nearest first; say how many pairs
+    were compared.
+    """
     distances = _distances(found.mean, found.cov, found.mean, found.cov)
+    compared = distances.size
     distances[np.tril_indices(len(found))] = np.inf
     if not (distances < rules.alike).any():
-        return found, ()
+        return found, (), compared
     mean, cov, weight = found.mean.copy(), found.cov.copy(), found.weight.copy()
     last_seen, absorbed, left = found.last_seen.copy(), [], np.ones(len(found), dtype=bool)
     while (nearest := distances.min()) < rules.alike:
@@ -541,9 +548,10 @@ def _united(
         distances[j] = distances[:, j] = np.inf
         to_i = np.where(left, _distances(mean[[i]], cov[[i]], mean, cov)[0], np.inf)
         distances[i, i + 1 :], distances[:i, i] = to_i[i + 1 :], to_i[:i]
+        compared += len(to_i)
         absorbed.append((int(found.identity[i]), int(found.identity[j])))
     united = replace(found, mean=mean, cov=cov, weight=weight, last_seen=last_seen)
-    return united.select(left), tuple(absorbed)
+    return united.select(left), tuple(absorbed), compared
 
 
 def _distances(

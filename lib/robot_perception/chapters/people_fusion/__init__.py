@@ -1,3 +1,11 @@
 """People, by committee: the whole system of Schaffernicht et al., from signals to behaviour."""
 
-STUDIES = ("modalities", "forgetting", "rates", "behaviours")
+STUDIES = (
+    "modalities",
+    "survival",
+    "sequential",
+    "scaling",
+    "forgetting",
+    "rates",
+    "behaviours",
+)
