@@ -22,6 +22,7 @@ from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.modalities import PAPER
+from robot_perception.chapters.people_fusion.rates import scaled
 from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.evaluation.sweep import sweep
@@ -40,6 +41,9 @@ from robot_perception.walls.scores import distance_to_segments
 Kind = Literal["guide", "follow", "survey"]
 RULES = Rules(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
 """Of the behaviours. A visitor of the world stands up to 1.6 m away; ours, chosen on ``CHOOSE``."""
+BELIEVES = scaled(committee.RULES, patience=0.4)
+"""Of the committee, but who is no longer seen is forgotten sooner: a robot that asks back within
+seconds cannot remember for eight. Chosen on ``CHOOSE``."""
 LEADS = 0.4
 """How fast a guide drives, so that who follows it stays in reach of the sonars, m/s; ours."""
 STATIC = StaticRules(longest=3.0)
@@ -155,7 +159,7 @@ class _Robot:
     def __init__(
         self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Rules, world: World
     ) -> None:
-        self.kind, self.rules = kind, committee.RULES
+        self.kind, self.rules = kind, BELIEVES
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
         self.senses = Senses(np.random.default_rng([seed, 1]), RING)
         noise = np.random.default_rng([seed, 3])

@@ -120,6 +120,13 @@ def setup_table() -> Table:
 
 # Two numbers -------------------------------------------------------------------------------------
 
+
+def every_fourth(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rates]:
+    """Leave out so many false hypotheses, in each session, that a fourth of the rest are nobody."""
+    found = compare(config, rng=rng)
+    return {name: replace(own, hypotheses=own.matched / 0.75) for name, own in found.items()}
+
+
 VIEWED = tuple((name, System(), view) for name, view in (SIDES | CHOICES).items())
 CHANGED = tuple((name, system, committee.ALL) for name, system in (ABLATIONS | SWEEPS).items())
 FEW = FULL[:10]
@@ -191,10 +198,7 @@ def rate_93(found: Mapping[str, Rates], value: Interval) -> Finding:
     accepted=Accepted(
         0.2, 0.3, "“about a fourth”: nearer to 1/4 than to 1/3 or to 1/6, rounded", "our choice"
     ),
-    sabotage=Change(
-        "the camera alone, which knows no distance",
-        rows=(("everywhere", System(sensors=("camera",)), committee.ALL),),
-    ),
+    sabotage=Change("so many of its false ones left out that every fourth remains", every_fourth),
     value=lambda found: found["everywhere"].false,
 )
 def false_25(found: Mapping[str, Rates], value: Interval) -> Finding:
@@ -236,7 +240,7 @@ def at_random(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rate
 
 STATIC = tuple((name, System(), view) for name, view in DISCARDED.items())
 LONG = tuple(Config(seed, 80.0) for seed in TEST[:20])
-STILL = Study(compare, Comparison(LONG, STATIC), Comparison(LONG[:5], STATIC), seed=67)
+STILL = Study(compare, Comparison(LONG, STATIC), Comparison(LONG[5:10], STATIC), seed=67)
 
 
 @STILL.claim(
