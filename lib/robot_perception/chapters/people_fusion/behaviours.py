@@ -341,6 +341,15 @@ def _noticed(some: Sequence[Story], limit: float) -> Finding:
     return Finding(proportion(int((took <= PROMPT).sum()), took.size), evidence)
 
 
+def prompt(config: Config, *, rng: np.random.Generator) -> Stories:
+    """Let the robot of each story ask whenever its visitor has left sensor range, in truth."""
+    back = SAID.index("come back")
+    return [
+        [replace(one, said=np.where(one.apart > RULES.reach, back, one.said)) for one in some]
+        for some in stories(config, rng=rng)
+    ]
+
+
 TOUR = Study(stories, full=Config("guide", 20), quick=Config("guide", 4), seed=68)
 
 
@@ -354,7 +363,12 @@ TOUR = Study(stories, full=Config("guide", 20), quick=Config("guide", 4), seed=6
     method="Stories in the closed loop: share of the visitors who stray that are asked back "
     "within 5 s of being 3 m away.",
     accepted=Accepted(0.75, 1.0, "three stories of four", "our choice"),
-    sabotage=PATIENT,
+    sabotage=Change(
+        "a robot that asks whenever its visitor is so far away",
+        prompt,
+        count=12,
+        sensors=(WITHOUT_CAMERA,),
+    ),
 )
 def guide_asks_back(told: Stories) -> Finding:
     """Count the stories in which the robot asks back."""
