@@ -366,7 +366,7 @@ TOUR = Study(stories, full=Config("guide", 20), quick=Config("guide", 4), seed=6
     sabotage=Change(
         "a robot that asks whenever its visitor is so far away",
         prompt,
-        count=12,
+        count=20,
         sensors=(WITHOUT_CAMERA,),
     ),
 )

@@ -40,8 +40,6 @@ CHOICES = {
 }
 """Other answers to what the paper leaves open: who counts, and what is a hit."""
 OTHERS = ("ahead", "behind", *CHOICES)
-AT_ONCE = System(replace(committee.RULES, person=committee.RULES.threshold))
-"""Whatever is not deleted counts as a person."""
 
 
 def scaled(
@@ -160,8 +158,8 @@ RATE = committee.study(
         "our choice",
     ),
     sabotage=Change(
-        "hypotheses believed at once, people within 3 m, and 1 m off is near enough",
-        rows=(("everywhere", AT_ONCE, View(farthest=3.0, reach=1.0)),),
+        "the laser alone, which sees nobody behind the robot",
+        rows=(("everywhere", System(sensors=("laser",)), committee.ALL),),
     ),
     value=lambda found: found["everywhere"].tracked,
 )
@@ -240,7 +238,7 @@ def at_random(config: Comparison, *, rng: np.random.Generator) -> dict[str, Rate
 
 STATIC = tuple((name, System(), view) for name, view in DISCARDED.items())
 LONG = tuple(Config(seed, 80.0) for seed in TEST[:20])
-STILL = Study(compare, Comparison(LONG, STATIC), Comparison(LONG[5:10], STATIC), seed=67)
+STILL = Study(compare, Comparison(LONG, STATIC), Comparison(LONG[10:15], STATIC), seed=67)
 
 
 @STILL.claim(
