@@ -71,16 +71,10 @@ def needed(found: Found, noise: float = 1.0) -> Interval:
 
 
 TWO = "below M/2", "always"
+RARELY = filters(*COUNTS, rules=TWO, noise=DOUBTED)
 SPARED = Study(
     maps.run,
-    full=Config(
-        (
-            *filters(*COUNTS, rules=TWO),
-            *filters(10, rules=["never"]),
-            *filters(*COUNTS, rules=TWO, noise=DOUBTED),
-        ),
-        5,
-    ),
+    full=Config((*filters(*COUNTS, rules=TWO), *filters(10, rules=["never"]), *RARELY), 5),
     quick=Config(filters(3, 50, rules=TWO), 1, frontend.SCORED[:6]),
     seed=44,
 )
@@ -124,11 +118,10 @@ def neff_resampling(found: Found) -> Finding:
         }
         where = "points count ten times as uncertain as they are, so that draws are spared"
         conditions = (Condition.judged(where, ACCEPTED, inside=other),)
-    columns = "ATE (m)", "right", "drawn", "effective"
     return Finding(
         value,
         evidence,
-        {"rules": table(found, columns, "drawn anew")},
+        {"rules": table(found, ("ATE (m)", "right", "drawn", "effective"), "drawn anew")},
         conditions,
         note=f"The paper's rule needs {value.estimate:.2f} times as many particles; with fifty it "
         f"spares {1 - ours.drawn.mean():.2%} of the draws.",
