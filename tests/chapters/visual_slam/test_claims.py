@@ -32,7 +32,7 @@ def test_verdicts():
         "neff-resampling": "not reproduced",
         "erratum-neff": "refuted",
         "stable-landmarks": "reproduced",
-        "mahalanobis-matches": "not reproduced",
+        "mahalanobis-matches": "conditional",
         "mahalanobis-map": "not reproduced",
         "per-particle-association": "not reproduced",
     }
