@@ -19,9 +19,7 @@ class TestLedger(LedgerTests):
             "per-particle-association": 0.25,
         }
     )
-    open_when_quick = frozenset(
-        {"map-10", "map-50", "neff-resampling", "mahalanobis-matches", "mahalanobis-map"}
-    )
+    open_when_quick = frozenset({"map-10", "map-50", "mahalanobis-matches", "mahalanobis-map"})
 
 
 def test_verdicts():

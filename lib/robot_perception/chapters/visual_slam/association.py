@@ -99,9 +99,7 @@ SHOWN = "recognised", "wrong share", "ATE (m)", "places (m)", "right"
 
 
 WHEN = {
-    "Euclid's distance is to one descriptor of a landmark, as in eq. (8), not to the mean": by(
-        RAW, FIRST
-    ),
+    "Euclid's distance is to one descriptor of a landmark, as in eq. (8)": by(RAW, FIRST),
     "the gate in space is a metre wide": by(RAW, EUCLID, wide=True),
 }
 """Where the paper's distance could be the better one: it, and the other."""
