@@ -165,11 +165,8 @@ def mahalanobis_matches(found: Mapping[str, Account]) -> Finding:
 def mahalanobis_map(found: Mapping[str, Account]) -> Finding:
     """Compare the errors of the maps."""
     euclid, raw = found[EUCLID], found[RAW]
-    others = {
-        f"ATE, {k} over {EUCLID}": ratio(a.path, euclid.path)
-        for k, a in found.items()
-        if k != EUCLID
-    }
+    rest = {name: a for name, a in found.items() if name != EUCLID}
+    others = {f"ATE, {k} over {EUCLID}": ratio(a.path, euclid.path) for k, a in rest.items()}
     return Finding(
         ratio(raw.path, euclid.path, "ATE"),
         others | {"landmarks' error, raw over Euclid": ratio(raw.places, euclid.places)},
