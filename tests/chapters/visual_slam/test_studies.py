@@ -323,7 +323,7 @@ def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared():
 
 def test_means_and_ratios_are_those_of_buildings():
     """Of the drives through one building the mean is taken first."""
-    numbers = np.array([[1.0, 3.0], [5.0, 5.0], [0.0, 2.0]])
+    numbers = np.array([[1.0, 3.0], [4.0, 6.0], [0.0, 2.0]])
     found = maps.mean(numbers, "m")
     of_means = bootstrap_mean(np.array([2.0, 5.0, 1.0]), "m")
     assert (found.estimate, found.low, found.high) == (
