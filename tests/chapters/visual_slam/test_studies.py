@@ -8,6 +8,7 @@ from scipy.spatial.distance import cdist
 
 from data_synth import stereo
 from robot_perception.chapters.visual_slam import (
+    association,
     drives,
     explorers,
     factorisation,
@@ -18,8 +19,9 @@ from robot_perception.chapters.visual_slam import (
     resampling,
     stability,
 )
+from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
-from robot_perception.landmarks.metrics import euclidean_mean
+from robot_perception.landmarks.metrics import METRICS, euclidean_mean
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -263,6 +265,115 @@ def test_lasting_points_keep_their_tracks(seen):
     lengths = np.bincount(long.tracks)
     assert lengths.min() > 5
     assert len(lengths) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+
+
+def test_buildings_have_one_plan_and_are_hung_and_driven_otherwise():
+    (one, path), (other, way) = frontend.world(), frontend.world(1)
+    assert (one.plan == other.plan).all()
+    assert maps.order(maps.room_of(path)) == maps.order(maps.room_of(way))
+    assert np.abs(path - way)[:, :2].max() > 0.0
+    assert one.kinds.tolist() != other.kinds.tolist()
+    assert not {0, *frontend.CHOOSING} & set(frontend.SCORED)
+
+
+def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
+    """Of made-up distances, and of the buildings that they were chosen in."""
+    first, *others = METRICS
+    own = {name: np.linspace(0, 200, 401) * (k + 1) for k, name in enumerate(METRICS)}
+    with monkeypatch.context() as patch:
+        patch.setattr(frontend, "seen", lambda building: building)
+        patch.setattr(association, "right_pairs", lambda seen: own)
+        found = association.limits()
+    assert found[first] == pytest.approx(150, abs=0.5)
+    assert [found[name] / found[first] for name in others] == pytest.approx([2, 3, 4])
+
+
+@pytest.mark.slow
+def test_the_limits_are_those_of_the_buildings_that_they_were_chosen_in():
+    found = association.limits()
+    assert {name: found[name] for name in METRICS} == pytest.approx(association.LIMITS, rel=0.005)
+
+
+def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
+    rows = association.beginnings(seen)
+    assert rows.shape[1] == 6
+    assert (seen.tracks[rows] == seen.tracks[rows[:, :1]]).all()
+    assert (np.diff(seen.frames[rows], axis=1) == 1).all()
+    assert (ages(seen)[rows[:, 0]] == 1).all()
+    assert len(rows) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+    with unchecked():
+        right = association.right_pairs(seen)
+    means = seen.descriptors[rows].astype(float).mean(axis=1)
+    last = rows[:, -1]
+    earlier = seen.frames[rows[:, 0]][:, None] > seen.frames[last]
+    gaps = np.where(earlier, drives.apart(seen, last, last), np.inf)
+    new = np.isfinite(gaps).any(axis=1)
+    pairs = np.linalg.norm(means[new] - means[gaps[new].argmin(axis=1)], axis=1)
+    assert right["Euclid to the mean"] == pytest.approx(pairs, abs=1e-3)
+    assert {len(own) for own in right.values()} == {np.count_nonzero(new)}
+
+
+def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared():
+    named = {f.name: f.options for f in association.named(*association.WAYS, alone=True)}
+    assert [o.particles for n, o in named.items() if n.startswith("shared")] == [1, 1, 1]
+    assert [o.particles for n, o in named.items() if n.startswith("each")] == [10, 10, 50]
+    assert {o.association for n, o in named.items() if n.startswith("each")} == {"each"}
+    assert named["each, own gate"].reach == 0.0
+
+
+def test_means_and_ratios_are_those_of_buildings():
+    """Of the drives through one building the mean is taken first."""
+    numbers = np.array([[1.0, 3.0], [4.0, 6.0], [0.0, 2.0]])
+    found = maps.mean(numbers, "m")
+    of_means = bootstrap_mean(np.array([2.0, 5.0, 1.0]), "m")
+    assert (found.estimate, found.low, found.high) == (
+        of_means.estimate,
+        of_means.low,
+        of_means.high,
+    )
+    assert maps.ratio(2 * numbers, numbers).estimate == 2.0
+    assert maps.worst(numbers) == 5.0
+
+
+def accounts(**errors):
+    """Return accounts of filters with some errors of the path, and of nothing else."""
+    empty = maps.Account(*[np.ones((2, 2))] * len(maps.Account._fields))
+    return {name: empty._replace(path=np.asarray(path)) for name, path in errors.items()}
+
+
+def test_the_particles_needed_are_those_of_equal_error():
+    """Errors that fall as a power: the rule that is as good with a third as many needs a third."""
+    power = {1: 0.5, 2: 0.8}
+    law = np.array([[1.0, 1.1], [2.0, 2.2]])
+    falls = np.array([[power[1]] * 2, [power[2]] * 2])
+    found = {}
+    for count in resampling.COUNTS:
+        for rule, size in (("below M/2", 3 * count), ("always", count)):
+            name = resampling.called(rule, count, 1.0)
+            found |= accounts(**{name: law * size**-falls})
+    needed = resampling.needed(found)
+    assert [needed.estimate, needed.low, needed.high] == pytest.approx([1 / 3] * 3)
+
+
+def test_drives_of_all_filters_have_the_same_wheels_and_draws():
+    """And the buildings come in order, each with its own drives."""
+    twice = (maps.Filter("one"), maps.Filter("other"))
+    with unchecked():
+        found = maps.run(maps.Config(twice, 2, (0, 1), frames=120), rng=RNG(0))
+    one, other = found.values()
+    assert all((a == b).all() for a, b in zip(one, other, strict=True))
+    assert one.path.shape == (2, 2)
+    assert len(set(one.wheels.ravel())) == 4
+    with unchecked():
+        first = maps.run(maps.Config(twice[:1], 2, (0,), frames=120), rng=RNG(0))["one"]
+    assert (first.path[0] == one.path[0]).all()
+
+
+def test_half_of_the_landmarks_are_less_misplaced():
+    drive = explorers.driven(10)
+    motion = maps.align(drive.path, drive.seen.poses)
+    gaps = np.linalg.norm(maps.act(motion, drive.means[:, :2]) - drive.places[:, :2], axis=1)
+    assert np.mean(gaps <= maps.misplaced(drive)) == pytest.approx(0.5, abs=0.01)
 
 
 def test_accounts_say_what_the_drives_did():

@@ -1,8 +1,12 @@
 """From two films to observations: what every study of the chapter starts from.
 
-The drive is rendered once. Features of both pictures are matched along rows and triangulated, and
-followed from frame to frame; the renderer says which place of the world each of them shows. The
-result is kept on the reader's computer.
+The drive through a building is rendered once. Features of both pictures are matched along rows and
+triangulated, and followed from frame to frame; the renderer says which place of the world each of
+them shows. The result is kept on the reader's computer.
+
+Buildings are told apart by a number. They have one plan; what hangs and stands in them is drawn
+anew, and so is the line that the robot takes. The page shows building 0, claims are scored in
+`SCORED`, and what the filter's limits are chosen in is `CHOOSING`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -22,6 +26,8 @@ from robot_perception.teaching.results import kept
 
 FRAMES = 507
 """Pairs of 320 × 240 over some 80 m; paper: section 5. Building and cameras are ours."""
+SCORED = tuple(range(11, 21))
+CHOOSING = (101, 102, 103)
 EVERY = 10
 """Frames from one picture that is shown to the next."""
 RIG = stereo.Rig()
@@ -51,36 +57,36 @@ class Seen:
 
 
 @cache
-def world() -> tuple[TexturedBuilding, Float[np.ndarray, "frames 3"]]:
-    """Return the building, and the true path through it."""
-    make, steer, _ = _streams()
-    building = make_textured_building(rng=make)
-    return building, drive(building, rng=steer, poses=FRAMES)
+def world(building: int = 0) -> tuple[TexturedBuilding, Float[np.ndarray, "frames 3"]]:
+    """Return a building, and the true path through it."""
+    make, steer, _ = _streams(building)
+    made = make_textured_building(rng=make)
+    return made, drive(made, rng=steer, poses=FRAMES)
 
 
 def film() -> UInt8[np.ndarray, "pictures height width"]:
     """Return some of the left pictures of the drive, to show."""
-    return _watched()[1]
+    return _watched(0)[1]
 
 
 @cache
-def seen(frames: int = FRAMES) -> Seen:
-    """Return what was seen on the beginning of the drive."""
-    whole = _watched()[0]
+def seen(frames: int = FRAMES, building: int = 0) -> Seen:
+    """Return what was seen on the beginning of the drive through a building."""
+    whole = _watched(building)[0]
     n = np.searchsorted(whole.frames, frames)
     return Seen(whole.poses[:frames], *(getattr(whole, f.name)[:n] for f in fields(Seen)[1:]))
 
 
 @kept
-def _watched() -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
+def _watched(building: int) -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
     """Render the drive, find and follow what both eyes see, and ask what it is."""
-    building, path = world()
+    made, path = world(building)
     # where a feature is looked for next: by the wheels of a drive of its own
-    report = wheels.roll(path, SLIP, rng=np.random.default_rng([0, 1]))
+    report = wheels.roll(path, SLIP, rng=np.random.default_rng([building, 1]))
     film = []
 
     def watch() -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        for k, pair in enumerate(stereo.frames(building.scene, RIG, path, rng=_streams()[2])):
+        for k, pair in enumerate(stereo.frames(made.scene, RIG, path, rng=_streams(building)[2])):
             if k % EVERY == 0:
                 film.append(pair.left)
             yield pair.left, pair.right
@@ -90,7 +96,7 @@ def _watched() -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
     )
     parts = []
     for k, (found, tracks) in enumerate(followed):
-        shown = stereo.surface_points(building.scene, RIG, path[k], found.features.pixels)
+        shown = stereo.surface_points(made.scene, RIG, path[k], found.features.pixels)
         parts.append(
             (
                 np.full(len(found), k),
@@ -107,9 +113,9 @@ def _watched() -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
     return Seen(path, *columns), np.stack(film)
 
 
-def _streams() -> list[np.random.Generator]:
-    """Return generators of the building, the path and the pictures."""
-    return np.random.default_rng(0).spawn(3)
+def _streams(building: int) -> list[np.random.Generator]:
+    """Return generators of a building, the path and the pictures."""
+    return np.random.default_rng(building).spawn(3)
 
 
 def lasting(seen: Seen, frames: int) -> Seen:
