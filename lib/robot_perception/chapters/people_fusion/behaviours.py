@@ -342,11 +342,12 @@ def _noticed(some: Sequence[Story], limit: float) -> Finding:
 
 
 def prompt(config: Config, *, rng: np.random.Generator) -> Stories:
-    """Let the robot of each story ask whenever its visitor has left sensor range, in truth."""
-    back = SAID.index("come back")
+    """Let the robots of those whose visitor leaves sensor range ask then, by the truth."""
+    back, told = SAID.index("come back"), stories(config, rng=rng)
+    gone = [[(one, (one.times > STRAYS) & (one.apart > RULES.reach)) for one in x] for x in told]
     return [
-        [replace(one, said=np.where(one.apart > RULES.reach, back, one.said)) for one in some]
-        for some in stories(config, rng=rng)
+        [replace(one, said=np.where(left, back, one.said)) for one, left in some if left.any()]
+        for some in gone
     ]
 
 
