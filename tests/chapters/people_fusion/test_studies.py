@@ -141,7 +141,7 @@ def test_scaled_rules():
 
 
 def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):
-    one, n = recording([(2, 0)], [(2, 0)]), 20
+    one, n = recording([(2, 0)], [(2, 0)], sensor="sonar"), 20
     names = {entry.name for entry in fields(Recording)} - {"times", "judged", "skirt"}
     rows = {name: np.repeat(getattr(one, name), n, axis=0) for name in names}
     many = replace(one, times=np.arange(n) / 10, judged=np.arange(n), **rows)
