@@ -5,7 +5,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from robot_perception.chapters.people_fusion import committee, modalities, rates, sessions
+from robot_perception.chapters.people_fusion import (
+    committee,
+    modalities,
+    rates,
+    sequential,
+    sessions,
+    survival,
+)
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
 from robot_perception.chapters.people_fusion.sessions import (
@@ -70,7 +77,9 @@ def first(scene):
 def test_seeds_never_meet():
     assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
     assert len(TEST) == 40
-    assert not set(modalities.WALLED) & {*LEARN, *CHOOSE, *TEST, *SEEDS}
+    nights = {config.seed for config in survival.NIGHTS}
+    assert not {*modalities.WALLED, *nights} & {*LEARN, *CHOOSE, *TEST, *SEEDS}
+    assert not nights & {*modalities.WALLED, *sequential.SKIRTED}
 
 
 def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():

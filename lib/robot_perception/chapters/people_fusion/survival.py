@@ -9,7 +9,6 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.chapters.people_fusion import committee, sessions
 from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.sessions import (
-    FULL,
     QUICK,
     SENSORS,
     TEST,
@@ -44,8 +43,7 @@ class Darkness:
 
     Paper: sudden changes of the illumination, not said which, nor how long the tracker of skin
     colour takes to recover. Ours: the camera reports nothing from the moment on, as in the sessions
-    ``rendered`` in which all lamps go out; we look what is left when it might see
-    again.
+    ``rendered`` in which all lamps go out; we look what is left when it might see again.
     """
 
     sessions: tuple[Config, ...]
@@ -258,6 +256,8 @@ def reported(config: Config) -> tuple[float, float]:
 
 # The claim ---------------------------------------------------------------------------------------
 
+NIGHTS = tuple(Config(seed) for seed in range(7401, 7441))
+"""Sessions of their own: times, range and the rules of the condition were settled on others."""
 RENDERED = tuple(Config(seed, 14.0, lights_out=8.0) for seed in TEST[:8])
 STRONG = (
     "a match of the sonars raises a weight by more than the camera's silence lowers it meanwhile"
@@ -267,7 +267,7 @@ CLEARLY = Accepted(0.2, 1.0, "one hypothesis in five more", "our choice")
 
 @Study(
     after_dark,
-    Darkness(FULL, (6.0, 12.0, 18.0, 24.0, 30.0), RENDERED, ("ahead", "behind")),
+    Darkness(NIGHTS, (6.0, 12.0, 18.0, 24.0, 30.0), RENDERED, ("ahead", "behind")),
     Darkness(QUICK, (8.0, 16.0, 24.0), RENDERED[:2]),
     seed=68,
 ).claim(
