@@ -38,6 +38,14 @@ PAPERS = {
         "A Probabilistic Multimodal Sensor Aggregation Scheme Applied for a Mobile Robot",
         "schaffernicht2005",
     ),
+    "ceiling-navigation": Paper(
+        "Ait Aider et al. 2004",
+        "Indoor Autonomous Navigation Using Visual Memory and Pattern Tracking",
+        "aitaider2004",
+    ),
+    "companion-robot": Paper(
+        "Menezes et al. 2006", "Visual Tracking Modalities for a Companion Robot", "menezes2006"
+    ),
 }
 """Papers by the key that a claim names."""
 
