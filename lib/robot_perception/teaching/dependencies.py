@@ -38,15 +38,7 @@ SHOWING = ("robot_perception.teaching",)
 
 
 class Imports:
-    """The import graph of packages.
-
-    Parameters
-    ----------
-    packages
-        Their names.
-    showing
-        Packages among them where the way of a result ends.
-    """
+    """The import graph of packages; at those that only show, the way of a result ends."""
 
     def __init__(
         self, packages: tuple[str, ...] = PACKAGES, showing: tuple[str, ...] = SHOWING
@@ -62,13 +54,8 @@ class Imports:
     def reached(self, modules: Iterable[str], *, results: bool = False) -> set[str]:
         """Return the modules that run when some are imported: these, and what they import.
 
-        Parameters
-        ----------
-        modules
-            Their names.
-        results
-            Leave out what no result depends on: what shows results, and packages that were not
-            themselves imported but stand above a module that was.
+        For `results`, without what none depends on: what shows them, and packages that were not
+        themselves imported but stand above a module that was.
         """
         todo = {(name, True) for name in modules}
         seen: set[tuple[str, bool]] = set()
@@ -81,13 +68,7 @@ class Imports:
         return {name for name, _ in seen}
 
     def digest(self, *modules: str) -> str:
-        """Hash what the results of some modules depend on: `code_digest` of these packages.
-
-        Raises
-        ------
-        ValueError
-            If there is no such module.
-        """
+        """Hash what the results of some modules depend on: `code_digest` of these packages."""
         for name in modules:
             if name not in self.files:
                 tops = sorted({known.partition(".")[0] for known in self.files})
@@ -141,16 +122,6 @@ def code_digest(*modules: str) -> str:
     that is broken elsewhere changes nothing, nor does `robot_perception.teaching`. Where a module
     lies, and which Python reads it, makes no difference.
 
-    Parameters
-    ----------
-    modules
-        Full names.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-
     Raises
     ------
     ValueError
@@ -192,15 +163,7 @@ def _is_text(node: object) -> bool:
 
 
 class Dependencies:
-    """The import graph of the library, and what its modules name.
-
-    Parameters
-    ----------
-    root
-        The root of the repository.
-    packages
-        The packages whose code a page may reach.
-    """
+    """The import graph of a repository's packages, and what their modules name."""
 
     def __init__(self, root: Path, packages: tuple[str, ...] = PACKAGES) -> None:
         self._root = root

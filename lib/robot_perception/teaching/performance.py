@@ -22,7 +22,7 @@ from robot_perception.teaching.figures.style import (
 )
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
-from robot_perception.teaching.tables import Table
+from robot_perception.teaching.tables import Table, html_table
 
 THEMES = {
     "monobot": "The robot on a line",
@@ -202,11 +202,7 @@ def _table(theme: str, rows: list[Work]) -> str:
     head = "".join(
         f'<th scope="col">{name}</th>' for name in ("Work", "Ours", "Peer", "Ratio", "Target")
     )
-    return (
-        f'<div class="rp-table" role="region" tabindex="0" aria-label="{escape(theme)}">'
-        f'<table class="rp-performance"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(map(_row, rows))}</tbody></table></div>"
-    )
+    return html_table(escape(theme), "rp-performance", head, "".join(map(_row, rows)))
 
 
 def _row(work: Work) -> str:
