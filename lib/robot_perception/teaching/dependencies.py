@@ -229,19 +229,15 @@ class Dependencies:
 
 def code(page: Path) -> list[ast.Module]:
     """Return the code cells of a notebook, stored as such or as Markdown."""
-    import nbformat  # half a second, which who only asks for a digest need not wait
-    from myst_nb.core.read import is_myst_markdown_notebook, read_myst_markdown_notebook
+    # half a second, which who only asks for a digest need not wait
+    from myst_nb.core.config import NbParserConfig
+    from myst_nb.core.read import create_nb_reader
+    from myst_parser.config.main import MdParserConfig
 
     text = page.read_text("utf-8")
-    if page.suffix == ".ipynb":
-        notebook = nbformat.reads(text, as_version=4)
-    elif is_myst_markdown_notebook(text):
-        notebook = read_myst_markdown_notebook(text)
-    else:
-        return []
-    return [
-        ast.parse(cell.source, str(page)) for cell in notebook.cells if cell.cell_type == "code"
-    ]
+    reader = create_nb_reader(str(page), MdParserConfig(), NbParserConfig(), text)
+    cells = reader.read(text).cells if reader else []
+    return [ast.parse(cell.source, str(page)) for cell in cells if cell.cell_type == "code"]
 
 
 def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:
