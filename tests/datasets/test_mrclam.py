@@ -1,16 +1,14 @@
 """MRCLAM folders: read back, misread barcodes counted, damage named with file and line."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
 from robot_perception.datasets.tracks import Track
 from robot_perception.geometry import wrap_angle
+from tests.datasets.here import recording
 from tests.datasets.writing import write
 from tests.unchecked import unchecked
 
@@ -164,29 +162,26 @@ def test_bad_times_are_named(build, message):
 
 
 @pytest.fixture(scope="module")
-def recording():
-    found = datasets.find("utias_mrclam_6")
-    if found is None:
-        pytest.skip("the recording utias_mrclam_6 is not on this computer")
-    return read_mrclam(Path(found))
+def utias():
+    return read_mrclam(recording("utias_mrclam_6"))
 
 
-def test_recording_holds_what_is_known_of_it(recording):
-    counts = [len(robot.landmarks.times) for robot in recording.robots.values()]
+def test_recording_holds_what_is_known_of_it(utias):
+    counts = [len(robot.landmarks.times) for robot in utias.robots.values()]
     assert counts == [1534, 3239, 4348, 2023, 4239]
-    unknown = {number: dict(robot.unknown) for number, robot in recording.robots.items()}
+    unknown = {number: dict(robot.unknown) for number, robot in utias.robots.items()}
     assert unknown == {1: {43: 1}, 2: {}, 3: {34: 2}, 4: {50: 3}, 5: {}}
-    assert len(recording.landmarks.ids) == 15
-    assert sum(report.lines for report in recording.reports) == 606015
+    assert len(utias.landmarks.ids) == 15
+    assert sum(report.lines for report in utias.reports) == 606015
 
 
-def test_bearings_agree_with_motion_capture(recording):
+def test_bearings_agree_with_motion_capture(utias):
     """Wrong frames, barcodes or clocks would be metres off; the camera is good to a degree."""
-    robot = recording.robots[3]
+    robot = utias.robots[3]
     poses, covered = robot.truth.at(robot.landmarks.times, longest_gap=0.2)
     assert covered.mean() > 0.99
-    rows = np.searchsorted(recording.landmarks.ids, robot.landmarks.subjects)
-    x, y = (recording.landmarks.positions[rows] - poses[:, :2])[covered].T
+    rows = np.searchsorted(utias.landmarks.ids, robot.landmarks.subjects)
+    x, y = (utias.landmarks.positions[rows] - poses[:, :2])[covered].T
     bearing = wrap_angle(np.arctan2(y, x) - poses[covered, 2] - robot.landmarks.values[covered, 1])
     assert np.median(np.abs(bearing)) < np.deg2rad(1)
     assert np.median(np.abs(np.hypot(x, y) - robot.landmarks.values[covered, 0])) < 0.15

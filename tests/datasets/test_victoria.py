@@ -5,7 +5,6 @@ import pytest
 from scipy.io import savemat
 from scipy.sparse import coo_array
 
-from robot_perception import datasets
 from robot_perception.datasets import (
     CorruptLog,
     read_fixes,
@@ -13,6 +12,7 @@ from robot_perception.datasets import (
     read_vehicle,
     victoria,
 )
+from tests.datasets.here import recording
 from tests.datasets.writing import write
 
 MOTION = b"0.01 0.001 0.002 0.04 0.003 0.05"
@@ -154,9 +154,7 @@ def test_a_reading_process_that_ends_or_hangs_is_named(tmp_path, monkeypatch, re
 
 
 def test_recording_holds_what_is_known_of_it():
-    found = datasets.find("victoria_park")
-    if found is None:
-        pytest.skip("the recording victoria_park is not on this computer")
+    found = recording("victoria_park")
     graph = read_landmark_graph(found / "victoria_park_graph.txt.gz")
     assert (len(graph.motions), len(graph.values)) == (6968, 3640)
     assert len(np.unique(graph.landmarks)) == 151
