@@ -7,17 +7,7 @@ from robot_perception.checks import one_of
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A paper as the book names it.
-
-    Parameters
-    ----------
-    citation
-        Author and year, for a line of text.
-    title
-        Its title.
-    reference
-        Its key in the bibliography.
-    """
+    """A paper as the book names it: author and year, title, and key in the bibliography."""
 
     citation: str
     title: str
