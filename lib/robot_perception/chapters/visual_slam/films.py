@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from robot_perception.chapters.visual_slam import drives, frontend
 from robot_perception.chapters.visual_slam import figures as draw
-from robot_perception.chapters.visual_slam.explorers import PLAYED, SEED
+from robot_perception.chapters.visual_slam.explorers import PLAYED, draws
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import dead_reckoning
 from robot_perception.slam.visual import Options
@@ -46,8 +46,7 @@ class Moment:
 def moments() -> tuple[Float[np.ndarray, "frames 3"], list[Moment]]:
     """Return the path by the wheels of the drive that is shown, and what the filter knew."""
     seen, ancestors, poses, found = frontend.seen(), [], [], []
-    report = drives.roll(seen.poses, rng=np.random.default_rng(SEED))
-    rng = np.random.default_rng(SEED)
+    report, rng = draws(PLAYED)
     run = drives.steps(seen, Options(PLAYED), report, rng=rng)
     for frame, (state, info, _) in enumerate(run):
         ancestors.append(info.resampling.ancestors)
@@ -87,8 +86,19 @@ def frames() -> Iterator[Figure]:
     for picture, frame, moment in zip(frontend.film(), SHOWN, found, strict=True):
         look(eye, picture, frame, moment)
         built(above, frame, moment)
-        errors(below, wheels, frame, moment)
+        astray(below, wheels, frame, moment)
         yield fig
+
+
+def off(path: Float[np.ndarray, "times 3"]) -> Float[np.ndarray, "times"]:
+    """Return how far a path is from the true positions at its times, m."""
+    return np.linalg.norm(path[:, :2] - frontend.seen().poses[: len(path), :2], axis=1)
+
+
+def worst() -> tuple[float, float]:
+    """Return by how much the position by the wheels and by the filter is off at most, m."""
+    wheels, found = moments()
+    return float(off(wheels).max()), max(float(off(moment.path)[-1]) for moment in found)
 
 
 def look(ax: Axes, picture: np.ndarray, frame: int, moment: Moment) -> Axes:
@@ -114,15 +124,14 @@ def built(ax: Axes, frame: int, moment: Moment) -> Axes:
     return ax
 
 
-def errors(ax: Axes, wheels: Float[np.ndarray, "frames 3"], frame: int, moment: Moment) -> Axes:
+def astray(ax: Axes, wheels: Float[np.ndarray, "frames 3"], frame: int, moment: Moment) -> Axes:
     """Draw how far the position was off until a frame, on axes cleared first."""
     ax.clear()
-    truth = frontend.seen().poses[: frame + 1, :2]
     for path, name in ((wheels[: frame + 1], "odometry"), (moment.path, "robot")):
-        off = np.linalg.norm(path[:, :2] - truth, axis=1)
-        ax.plot(off, color=MEANING[name], linewidth=1.6)
+        errors = off(path)
+        ax.plot(errors, color=MEANING[name], linewidth=1.6)
         words = "wheels" if name == "odometry" else "filter"
-        label(ax, frame + 6, off[-1], f"{words} {off[-1]:.1f} m", MEANING[name])
+        label(ax, frame + 6, errors[-1], f"{words} {errors[-1]:.1f} m", MEANING[name])
     ax.set(xlim=(0, 1.25 * frontend.FRAMES), ylim=(0, MOST), xlabel="frame", ylabel="off by (m)")
     ax.set_xticks(range(0, frontend.FRAMES, 100))
     return ax
