@@ -23,10 +23,10 @@ from robot_perception.teaching.results import kept
 SHOWN = range(0, frontend.FRAMES, frontend.EVERY)
 FPS = 5
 WIDTH, HEIGHT = 6.4, 4.6
-PLACES = (0.02, 0.4, 0.47, 0.54), (0.57, 0.41, 0.42, 0.55), (0.1, 0.11, 0.88, 0.2)
+PLACES = (0.02, 0.4, 0.47, 0.54), (0.6, 0.4, 0.39, 0.54), (0.1, 0.11, 0.88, 0.2)
 """Of picture, map and errors in the frame of a film: left, bottom, width, height."""
-MOST = 1.5
-"""Upper end of the axis of errors, m."""
+MOST, LINE = 1.5, 0.28
+"""Upper end of the axis of errors, and the height of a label on it, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,12 +60,12 @@ def moments() -> tuple[Float[np.ndarray, "frames 3"], list[Moment]]:
     return dead_reckoning(seen.poses[0], drives.motions(report)), found
 
 
-def show() -> Shown:
+def show(name: str | None = "slam-clock") -> Shown:
     """Show the drive: picture, map and errors, by one clock."""
     return film(
         frames(),
         fps=FPS,
-        name="slam-clock",
+        name=name,
         alt="Above left the picture of the left camera with points on doors, shelves and posters; "
         "above right the plan, in which landmarks and a dashed path grow along a corridor and "
         "through rooms; below, the error of the wheels climbs, that of the filter stays low.",
@@ -127,11 +127,13 @@ def built(ax: Axes, frame: int, moment: Moment) -> Axes:
 def astray(ax: Axes, wheels: Float[np.ndarray, "frames 3"], frame: int, moment: Moment) -> Axes:
     """Draw how far the position was off until a frame, on axes cleared first."""
     ax.clear()
-    for path, name in ((wheels[: frame + 1], "odometry"), (moment.path, "robot")):
-        errors = off(path)
-        ax.plot(errors, color=MEANING[name], linewidth=1.6)
-        words = "wheels" if name == "odometry" else "filter"
-        label(ax, frame + 6, errors[-1], f"{words} {errors[-1]:.1f} m", MEANING[name])
+    errors = {"filter": off(moment.path), "wheels": off(wheels[: frame + 1])}
+    height = -LINE
+    for name, past in sorted(errors.items(), key=lambda item: item[1][-1]):
+        colour = MEANING["robot" if name == "filter" else "odometry"]
+        ax.plot(past, color=colour, linewidth=1.6)
+        height = max(height + LINE, past[-1])  # two labels do not overlap
+        label(ax, frame + 6, height, f"{name} {past[-1]:.1f} m", colour)
     ax.set(xlim=(0, 1.25 * frontend.FRAMES), ylim=(0, MOST), xlabel="frame", ylabel="off by (m)")
     ax.set_xticks(range(0, frontend.FRAMES, 100))
     return ax
