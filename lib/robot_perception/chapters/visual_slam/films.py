@@ -15,7 +15,6 @@ from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import dead_reckoning
 from robot_perception.slam.visual import Options
 from robot_perception.teaching.figures import figure, film
-from robot_perception.teaching.figures.maps import dots
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.results import kept
@@ -116,7 +115,7 @@ def look(ax: Axes, picture: np.ndarray, frame: int, moment: Moment) -> Axes:
 def built(ax: Axes, frame: int, moment: Moment) -> Axes:
     """Draw map, path and particles over the plan, on axes cleared first."""
     ax.clear()
-    dots(ax, moment.landmarks[:, :2], MEANING["landmark"], 1.2)
+    ax.plot(*moment.landmarks[:, :2].T, "o", color=MEANING["landmark"], markersize=1.2)
     draw.ground(ax, frontend.seen().poses[: frame + 1], draw.WIDE)
     ax.plot(*moment.path[:, :2].T, color=MEANING["robot"], linewidth=1.2, linestyle="--")
     ax.plot(*moment.particles[:, :2].T, "o", color=MEANING["robot"], markersize=2)
