@@ -1,4 +1,4 @@
-"""The film shows the drive of the explorers, and what is used in a frame are landmarks known by then."""
+"""The film shows the drive of the explorers, and no landmark before it is known."""
 
 import numpy as np
 
