@@ -40,7 +40,6 @@ PLACES = np.array([[0.0, 0.0, 1.0], [0.5, 0.1, 2.0]])
 landmarks.observe(IMAGE, RIGHT, RIG)  # compiled before the clock runs
 Mahalanobis(D, VARIANCES).two_nearest(D)
 
-RESULTS = {landmarks.FeatureTrack, landmarks.StereoPoints, Nearest, Tracks}
 CALLS = {
     DescriptorClasses: lambda: call(D, np.ones(D.shape), np.array([1, 2, 3])),
     DescriptorClasses.merged: lambda: call(CLASSES, ROWS, CLASSES),
