@@ -157,10 +157,7 @@ def record(claim: Claim, *, versions: str) -> Entry:
     """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
     made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
     made = replace(
-        made,
-        sabotages=sabotaged(claim),
-        date=date.today().isoformat(),
-        versions=versions,
+        made, sabotages=sabotaged(claim), date=date.today().isoformat(), versions=versions
     )
     return Entry.from_plain(made.to_plain())
 

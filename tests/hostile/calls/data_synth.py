@@ -106,13 +106,7 @@ CALLS = {
     people_office.PeopleOffice.free: lambda: call(SMALL, ROBOT[None, :2]),
     people_office.PeopleOffice.light: lambda: call(SMALL, 3.0, np.full(7, 2.0)),
     session.make_session: lambda: call(
-        SMALL,
-        rng=rng(),
-        duration=0.2,
-        people=1,
-        robot="drives",
-        act=world.Wander(),
-        lights_out=0.1,
+        SMALL, rng=rng(), duration=0.2, people=1, robot="drives", act=world.Wander(), lights_out=0.1
     ),
     session.record: lambda: call(
         crowd(), [crowd().now, crowd().advance(0.1)], rng=rng(), lights_out=np.full(7, 2.0)

@@ -87,8 +87,7 @@ CALLS = {
     aggregation.SensorRules: lambda: call(0.3, 2.0, 0.4),
     aggregation.SensorRules.sees: lambda: call(RULES.sensors["laser"], THERE.mean),
     aggregation.AggregationRules: lambda: call(
-        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"),
-        *(RULES.sensors,),
+        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"), *(RULES.sensors,)
     ),
     aggregation.Hypotheses: lambda: call(
         *(THERE.mean, THERE.cov, THERE.weight, THERE.identity, THERE.born, THERE.last_seen),
