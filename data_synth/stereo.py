@@ -232,12 +232,7 @@ def make_scene(surfaces: Sequence[Surface], pictures: Sequence[np.ndarray]) -> S
 
 
 def render(
-    scene: Scene,
-    rig: Rig,
-    pose: np.ndarray,
-    *,
-    exposure: float = 1.0,
-    rng: np.random.Generator,
+    scene: Scene, rig: Rig, pose: np.ndarray, *, exposure: float = 1.0, rng: np.random.Generator
 ) -> StereoFrame:
     """Return what both eyes see: sampled finely, blurred, darker towards the corners, noisy.
 
