@@ -232,12 +232,7 @@ def make_scene(surfaces: Sequence[Surface], pictures: Sequence[np.ndarray]) -> S
 
 
 def render(
-    scene: Scene,
-    rig: Rig,
-    pose: np.ndarray,
-    *,
-    exposure: float = 1.0,
-    rng: np.random.Generator,
+    scene: Scene, rig: Rig, pose: np.ndarray, *, exposure: float = 1.0, rng: np.random.Generator
 ) -> StereoFrame:
     """Return what both eyes see: sampled finely, blurred, darker towards the corners, noisy.
 
@@ -277,7 +272,7 @@ def frames(
     Parameters
     ----------
     scene, rig
-        What is there, and what looks at it.
+        As of `render`.
     poses : (n, 3)
         Of the robot, m and rad.
     rng
@@ -301,10 +296,8 @@ def ideal_image(scene: Scene, rig: Rig, pose: np.ndarray, *, across: float = 0.0
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     across
         How far to the right of the left eye it is, m.
     """
@@ -331,10 +324,8 @@ def surface_points(scene: Scene, rig: Rig, pose: np.ndarray, pixels: np.ndarray)
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     pixels : (n, 2)
         Column and row, in the image or beside it.
     """
@@ -364,10 +355,8 @@ def project(rig: Rig, pose: np.ndarray, points: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    rig
-        What looks.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    rig, pose
+        As of `render`.
     points : (n, 3)
         In the world, m.
 
@@ -397,10 +386,8 @@ def visible(scene: Scene, rig: Rig, pose: np.ndarray, points: np.ndarray) -> np.
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     points : (n, 3)
         In the world, m.
     """

@@ -11,15 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.checks import one_of
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    FAINT,
-    INK,
-    MUTED,
-    ORANGE,
-    RED,
-    figure,
-)
+from robot_perception.teaching.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
 from robot_perception.teaching.tables import Table, html_table

@@ -40,12 +40,7 @@ class Frame:
 
 
 def render(
-    drawing: object,
-    alt: str,
-    *,
-    effort: int = 4,
-    lossless: bool = False,
-    together: bool = False,
+    drawing: object, alt: str, *, effort: int = 4, lossless: bool = False, together: bool = False
 ) -> Frame:
     """Encode the figure or the 8-bit image that an explorer's `draw` has returned.
 

@@ -40,7 +40,6 @@ PLACES = np.array([[0.0, 0.0, 1.0], [0.5, 0.1, 2.0]])
 SIGHTED = landmarks.sight(None, IMAGE, RIGHT, RIG, np.eye(4))  # compiled before the clock runs
 Mahalanobis(D, VARIANCES).two_nearest(D)
 
-RESULTS = {landmarks.FeatureTrack, landmarks.Sighting, landmarks.StereoPoints, Nearest, Tracks}
 CALLS = {
     DescriptorClasses: lambda: call(D, np.ones(D.shape), np.array([1, 2, 3])),
     DescriptorClasses.merged: lambda: call(CLASSES, ROWS, CLASSES),

@@ -47,15 +47,6 @@ STAYS, _ = trajectories.watch(
 FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
 
-RESULTS = {
-    legs.Profiles,
-    skin.Cloud,
-    aggregation.StepInfo,
-    trajectories.Trajectory,
-    scores.Score,
-    scores.Gospa,
-    behaviours.Command,
-}
 CALLS = {
     Detections: lambda: call(1.0, "laser", NOBODY),
     people.polar: lambda: call(np.ones(2), np.array([0.5, 4.0]), 0.1, np.array([0.1, 0.2])),
@@ -96,8 +87,7 @@ CALLS = {
     aggregation.SensorRules: lambda: call(0.3, 2.0, 0.4),
     aggregation.SensorRules.sees: lambda: call(RULES.sensors["laser"], THERE.mean),
     aggregation.AggregationRules: lambda: call(
-        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"),
-        *(RULES.sensors,),
+        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"), *(RULES.sensors,)
     ),
     aggregation.Hypotheses: lambda: call(
         *(THERE.mean, THERE.cov, THERE.weight, THERE.identity, THERE.born, THERE.last_seen),

@@ -107,11 +107,7 @@ def _pixels(fig: Figure) -> np.ndarray:
     stream = io.BytesIO()
     with mpl.rc_context(STYLE):
         fig.savefig(
-            stream,
-            format="png",
-            dpi="figure",
-            facecolor=GROUND,
-            pil_kwargs={"compress_level": 1},
+            stream, format="png", dpi="figure", facecolor=GROUND, pil_kwargs={"compress_level": 1}
         )
     return np.asarray(Image.open(stream).convert("RGB"))
 

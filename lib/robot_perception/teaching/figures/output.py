@@ -148,11 +148,7 @@ def style_element(*names: str) -> str:
 
 
 def _output(
-    element: str,
-    alt: str,
-    caption: str | None,
-    name: str | None,
-    pixelated: bool = False,
+    element: str, alt: str, caption: str | None, name: str | None, pixelated: bool = False
 ) -> Shown:
     kind = "rp-figure rp-pixelated" if pixelated else "rp-figure"
     figure = f"{opening(kind, name)}{element}{figcaption(caption)}</figure>"

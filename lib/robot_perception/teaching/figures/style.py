@@ -22,12 +22,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 from matplotlib.transforms import Transform
 
-from robot_perception.teaching.figures.ticks import (
-    LastingXAxis,
-    LastingYAxis,
-    checked,
-    settings,
-)
+from robot_perception.teaching.figures.ticks import LastingXAxis, LastingYAxis, checked, settings
 from robot_perception.teaching.figures.webp import check_image
 
 INK = "#1c1e21"
@@ -347,12 +342,7 @@ def image_axes(
 
 
 def figure(
-    rows: int = 1,
-    cols: int = 1,
-    *,
-    width: float | None = None,
-    height: float = 3.4,
-    **kwargs: Any,
+    rows: int = 1, cols: int = 1, *, width: float | None = None, height: float = 3.4, **kwargs: Any
 ) -> tuple[Figure, Any]:
     """Make a figure in the book's style, with fixed margins and no layout engine.
 
