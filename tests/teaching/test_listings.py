@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
+from textwrap import dedent
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_what_is_left_computes_the_same(name):
     found = valid_call(function)
     if found is None:  # nothing stood there that could be left out
         assert not validates(python(function))
-        (before,) = ast.parse(inspect.cleandoc(inspect.getsource(python(function)))).body
+        (before,) = ast.parse(dedent(inspect.getsource(python(function)))).body
         (after,) = ast.parse(reduced(python(function))).body
         rest = before.body[ast.get_docstring(before) is not None :]
         assert [ast.dump(line) for line in after.body] == [ast.dump(line) for line in rest]
