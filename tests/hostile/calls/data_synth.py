@@ -180,6 +180,8 @@ CALLS = {
     ),
     stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
     stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
+    stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+    stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
     stereo.render: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
     stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
     stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.1),

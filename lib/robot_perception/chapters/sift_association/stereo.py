@@ -157,7 +157,7 @@ ACCEPTED = Accepted(
     basis="substitute",
     statement="SIFT features matched within ±2 rows and under a threshold of the descriptor give "
     "points in three dimensions.",
-    paper_value="Fig. 2 shows the matches of one pair; the threshold is “determined experimentally”",
+    paper_value="the matches of one pair (Fig. 2); a threshold “determined experimentally”",
     method="Pairs along a drive through our textured building, rig and noise ours: share of the "
     f"matches whose right column is within {RIGHT_PX:g} px of where the renderer puts the point, "
     f"at a threshold of {RULES.threshold:g} of 512. The same at {STRICT[1]:g} and {LAX[1]:g}, "

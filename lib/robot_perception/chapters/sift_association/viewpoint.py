@@ -121,7 +121,7 @@ def hang(picture: np.ndarray) -> Scene:
 
 def seen_ahead(scene: Scene, rig: Rig, *, rng: np.random.Generator) -> tuple[Features, np.ndarray]:
     """Return the features of a picture seen from straight ahead, and where they lie, m."""
-    first = detect(stereo.render(scene, rig, stand(0.0), rng=rng).left)
+    first = detect(stereo.render_left(scene, rig, stand(0.0), rng=rng))
     spots = place(scene, rig, stand(0.0), first)
     hit = spots["carriers"] >= 0
     return first[hit], spots["points"][hit]
@@ -132,7 +132,7 @@ def seen_from(
 ) -> View:
     """Return a picture from an angle (°) aside, in other light, and what is found again of it."""
     rig, pose = Rig(), stand(angle)
-    image = stereo.render(scene, rig, pose, exposure=0.9, rng=rng).left
+    image = stereo.render_left(scene, rig, pose, exposure=0.9, rng=rng)
     seen = detect(image)
     rows, others = found_again(first, stereo.project(rig, pose, points), seen).T
     gaps = np.linalg.norm(first.descriptors[rows] - seen.descriptors[others], axis=1)
