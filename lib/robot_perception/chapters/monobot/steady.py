@@ -148,7 +148,7 @@ def shrunk(config: Config, *, rng: np.random.Generator) -> Ends:
 
 fig4 = Study(run, full=replace(FIG4, runs=40_000), quick=replace(FIG4, runs=2_000), seed=4)
 SHRUNK = Change("simulated errors a thousandth as large, and the covariances as they are", shrunk)
-ANCHOR = Change("an anchor at the origin (eq. 20)", anchored=True)
+ANCHOR = Change("an anchor at the origin (eq. 20)", reference="anchor")
 REPAIRED = (
     Change("a start known exactly and a robot at rest", start_deviation=0.0, shape="at rest"),
     Change(
