@@ -52,11 +52,7 @@ FIGURES = {"Fig. 4: no reference": FIG4, "Fig. 5: anchor": FIG5, "Fig. 6: camera
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Simulate a study and filter it; the same generator makes the same world for every reference.
-
-    The reference has a generator of its own, spawned after the world's; its innovation is the first
-    of each step.
-    """
+    """Simulate a study and filter it; the same generator makes one world for every reference."""
     world = rail.simulate(config, rng=rng)
     return Result(config, world, refilter(config, world, rng=rng.spawn(1)[0]))
 
@@ -100,8 +96,7 @@ def setup_table() -> Table:
 def remaining_shares(config: Config) -> Float[np.ndarray, "measurements"]:
     """Return the share of the first error's variance that is left after each measurement.
 
-    For a filter whose model is right this is also the squared correlation of the error with the
-    first one, and the factor by which the first error is expected to be still there.
+    If the model is right, this is the squared correlation with the first error, too.
     """
     variances = covariances(config).covs[0, :, 1, 1]
     return variances / variances[0]
@@ -143,11 +138,10 @@ def symbolic_information(
 def anchored_and_relative(
     runs: int, *, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, "runs measurements"], Float[np.ndarray, "runs measurements"]]:
-    """Return the landmark by a filter with an anchor, and landmark minus anchor by one without.
+    """Return the landmark by a filter with an anchor, and landmark minus anchor by one without, m.
 
-    Both estimate the same distance, m, in worlds with the noise of Figs 4 and 5. The first filter
-    learns where it starts from its first measurement of the anchor, from nothing else. The second
-    takes the anchor for a landmark like any other and believes in its own start.
+    The first filter learns where it starts from its first measurement of the anchor alone; the
+    second takes the anchor for a landmark like any other and believes in its own start.
     """
     to_anchor = FIG5.reference_deviation + FIG5.reference_share * np.abs(FIG4.plan - ORIGIN)
     deviations = np.column_stack([to_anchor, FIG4.measurement_deviations])
@@ -182,10 +176,7 @@ Sums = dict[int, Float[np.ndarray, "steps states states"]]
 
 
 def sums(known: bool, *, rng: np.random.Generator) -> Sums:
-    """Return the sum (14) after each step for several numbers n of landmarks.
-
-    If the place of the anchor is not known, it is one more of them, and no reference is left.
-    """
+    """Return the sum (14) after each step by number of landmarks; an unknown anchor is one."""
     study = FIG5 if known else FIG4
     return {n: total_information(replace(study, landmarks=n + (not known))) for n in rail.COUNTS}
 
@@ -295,11 +286,9 @@ def blurred(config: Config, *, rng: np.random.Generator) -> tuple[Ends, Ends]:
 
 
 def share_left(found: Ends) -> Interval:
-    """Return how much of the first error is left in the last.
+    """Return how much of the first error is left in the last, by the larger of two shares.
 
-    A last error may be large and independent, or small and a fixed share of the first; so this is
-    the larger of two shares: of the last variance what the first error explains, and the last mean
-    square over the first variance.
+    For a last error may be large and independent, or small and a fixed share of the first.
     """
     return intervals.largest(found.explained, remaining_share(found))
 
@@ -340,11 +329,7 @@ def _effect(
     more: dict[str, Interval],
     note: str,
 ) -> Finding:
-    """Return what a reference does to the first error: one verdict for the anchor and the sensor.
-
-    With equal noise the two are one system, which the evidence shows; their noise decides how much
-    is left after the paper's hundred measurements. ``more`` is evidence of one of them.
-    """
+    """Return what a reference does to the first error, by one rule for anchor and sensor."""
     (other,) = set(SIGNS) - {config.reference}
     both, tied = (config, replace(config, reference=other)), found[1]
     counts = np.array([100.0, 200.0, 400.0, 800.0])

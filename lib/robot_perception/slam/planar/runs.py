@@ -261,18 +261,7 @@ class History:
         """Write the trajectory with its covariances as CSV, a line for each step.
 
         The first line names the columns and their units; covariances are those of x, y and heading.
-
-        Parameters
-        ----------
-        path
-            File to write, in a folder that exists.
-
-        Raises
-        ------
-        ValueError
-            If a step has no time.
-        FileNotFoundError
-            If there is no such folder.
+        Path and errors, ``ValueError`` and ``FileNotFoundError``, are those of :meth:`to_tum`.
         """
         rows, cols = np.triu_indices(3)
         columns = np.column_stack([self._known_times(), self.poses, self.pose_covs[:, rows, cols]])
@@ -313,10 +302,6 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
         The drive; read once, so a generator will do.
     settings
         How to filter.
-
-    Returns
-    -------
-    History
 
     Raises
     ------
