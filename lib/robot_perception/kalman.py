@@ -159,11 +159,6 @@ def update(
     sensor
         The sensor; leading axes of all three broadcast.
 
-    Returns
-    -------
-    posterior : Gaussian
-    info : UpdateInfo
-
     Raises
     ------
     ValueError
@@ -394,10 +389,6 @@ def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) ->
         One time-invariant system (no batch axes); the sensor's noise must be regular.
     tolerance
         Relative change at which the doubling stops.
-
-    Returns
-    -------
-    SteadyState
 
     Raises
     ------

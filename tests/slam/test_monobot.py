@@ -104,31 +104,6 @@ def test_compiled_equals_plain(n, steps, P0, V, W, seed):
             np.testing.assert_allclose(a, b, rtol=0, atol=tolerance * size, err_msg=name)
 
 
-def test_last_estimate_is_weighted_least_squares_over_the_whole_run():
-    """Oracle without any recursion: all positions and landmarks at once, from all measurements."""
-    rng = np.random.default_rng(11)
-    n, steps = 3, 8
-    z, commands = 2 + rng.normal(size=(1, steps + 1, n)), rng.normal(size=steps)
-    V, W = rng.uniform(0.2, 2, steps), rng.uniform(0.2, 2, (steps + 1, n))
-    run = run_filter(start(0.7), commands, z, motion_variance=V, measurement_variance=W)
-    rows, values, weights = [np.eye(steps + 1 + n)[0]], [-1.0], [1 / 0.7]
-    for k in range(steps):
-        rows.append(np.eye(steps + 1 + n)[k + 1] - np.eye(steps + 1 + n)[k])
-        values.append(commands[k])
-        weights.append(1 / V[k])
-    for k in range(steps + 1):
-        for i in range(n):
-            rows.append(np.eye(steps + 1 + n)[steps + 1 + i] - np.eye(steps + 1 + n)[k])
-            values.append(z[0, k, i])
-            weights.append(1 / W[k, i])
-    A, weight = np.array(rows), np.array(weights)
-    cov = np.linalg.inv(A.T @ (weight[:, None] * A))
-    best = cov @ (A.T @ (weight * np.array(values)))
-    kept = [steps, *range(steps + 1, steps + 1 + n)]
-    np.testing.assert_allclose(run.means[0, -1], best[kept], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(run.covs[0, -1], cov[np.ix_(kept, kept)], rtol=0, atol=1e-9)
-
-
 def test_first_measurement_carries_the_vehicle_error_into_every_landmark():
     belief = first_measurement(start(0.25), np.array([2.0, 5.0]), np.array([0.04, 0.09]))
     np.testing.assert_allclose(belief.mean, [-1.0, 1.0, 4.0])
@@ -393,6 +368,11 @@ def referenced_data(n, steps, seed, runs=1):
     }
 
 
+def plain(data):
+    noise = {"motion_variance": data["V"], "measurement_variance": data["W"]}
+    return run_filter(start(0.7), data["commands"], data["measurements"], **noise)
+
+
 def referenced(data, sign, position=0.0, P0=0.7, **changes):
     data = data | changes
     reference = Reference(sign, data["values"], data["R"], position)
@@ -400,17 +380,20 @@ def referenced(data, sign, position=0.0, P0=0.7, **changes):
     return run_referenced(start(P0), data["commands"], data["measurements"], reference, **noise)
 
 
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_referenced_filter_is_weighted_least_squares_over_the_whole_run(sign):
-    """Oracle without any recursion: all positions and landmarks at once, from all measurements."""
+@pytest.mark.parametrize("sign", [0, -1, 1])
+def test_last_estimate_is_weighted_least_squares_over_the_whole_run(sign):
+    """Oracle without any recursion: all positions and landmarks at once, from all measurements.
+
+    Of the plain filter, and of those with an anchor and an external sensor.
+    """
     n, steps, position = 2, 7, 0.4
     data = referenced_data(n, steps, 12)
-    run = referenced(data, sign, position)
+    run = referenced(data, sign, position) if sign else plain(data)
     eye = np.eye(steps + 1 + n)
     rows, values, weights = [eye[0]], [-1.0], [1 / 0.7]
     for k in range(steps):
-        rows += [eye[k + 1] - eye[k], sign * eye[k + 1]]
-        values += [data["commands"][k], data["values"][0, k] + sign * position]
+        rows += [eye[k + 1] - eye[k], sign * eye[k + 1]]  # a row of zeros without a reference
+        values += [data["commands"][k], abs(sign) * data["values"][0, k] + sign * position]
         weights += [1 / data["V"][k], 1 / data["R"][k]]
     for k in range(steps + 1):
         for i in range(n):
@@ -427,17 +410,10 @@ def test_referenced_filter_is_weighted_least_squares_over_the_whole_run(sign):
 
 def test_a_reference_without_weight_changes_nothing():
     data = referenced_data(3, 9, 3, runs=2)
-    plain = run_filter(
-        start(0.7),
-        data["commands"],
-        data["measurements"],
-        motion_variance=data["V"],
-        measurement_variance=data["W"],
-    )
-    tied = referenced(data, 1, R=1e14)
-    np.testing.assert_allclose(tied.means, plain.means, atol=1e-9)
-    np.testing.assert_allclose(tied.covs, plain.covs, atol=1e-9)
-    np.testing.assert_allclose(tied.innovations[..., 1:], plain.innovations, atol=1e-9)
+    tied, untied = referenced(data, 1, R=1e14), plain(data)
+    np.testing.assert_allclose(tied.means, untied.means, atol=1e-9)
+    np.testing.assert_allclose(tied.covs, untied.covs, atol=1e-9)
+    np.testing.assert_allclose(tied.innovations[..., 1:], untied.innovations, atol=1e-9)
 
 
 def test_a_reference_may_have_a_noise_of_its_own_in_each_run():

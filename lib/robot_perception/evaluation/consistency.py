@@ -138,10 +138,6 @@ def coverage(
         which is right for a correct filter's NIS; the errors of one run hang together, so that for
         NEES the number of runs is the cautious choice.
 
-    Returns
-    -------
-    Coverage
-
     Raises
     ------
     ValueError

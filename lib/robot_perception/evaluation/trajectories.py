@@ -143,20 +143,7 @@ def absolute_error(
 
 
 def end_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"]) -> PoseError:
-    """Return the error of the last pose, as at the end of a loop.
-
-    Parameters
-    ----------
-    estimate : (k, 3)
-        Poses (x, y, φ), m and rad.
-    truth : (k, 3)
-        True poses at the same times.
-
-    Raises
-    ------
-    ValueError
-        If the paths are empty, of different length or not finite, or not of poses.
-    """
+    """Return the error of the last pose, as at the end of a loop; paths as in `relative_error`."""
     estimate, truth = _poses(estimate, truth)
     x, y, heading = estimate[-1] - truth[-1]
     return PoseError(float(np.hypot(x, y)), float(wrap_angle(heading)))
@@ -211,10 +198,8 @@ def relative_error_over(
 
     Parameters
     ----------
-    estimate : (k, 3)
-        Poses (x, y, φ), m and rad.
-    truth : (k, 3)
-        True poses at the same times.
+    estimate, truth : (k, 3)
+        As in `relative_error`.
     distance
         Length of path, m.
 

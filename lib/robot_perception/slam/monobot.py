@@ -64,10 +64,6 @@ def motion(command: float, motion_variance: float, landmarks: int) -> Motion:
     landmarks
         Number n of landmarks, at least 1.
 
-    Returns
-    -------
-    Motion
-
     Raises
     ------
     ValueError
@@ -251,10 +247,6 @@ def run_filter(
     measurement_variance : number, (steps + 1, n) or (runs, steps + 1, n)
         Measurement noise, m².
 
-    Returns
-    -------
-    MonobotRun
-
     Raises
     ------
     ValueError
@@ -422,10 +414,6 @@ def settled(
     start_variance, motion_variance, measurement_variance
         :math:`P_0 \ge 0`, :math:`V > 0`, :math:`W > 0`, m².
 
-    Returns
-    -------
-    Settled
-
     Raises
     ------
     ValueError
@@ -458,11 +446,6 @@ def relative_system(
         n, at least 1.
     motion_variance, measurement_variance
         V and W, m².
-
-    Returns
-    -------
-    motion : Motion
-    sensor : Sensor
 
     Raises
     ------

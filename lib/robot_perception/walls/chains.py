@@ -99,24 +99,10 @@ def simplify_recursive(
     """Simplify a chain by splitting it at the farthest vertex: the version to read.
 
     It needs one level of Python's call stack for every level of splitting and is slow; use
-    :func:`simplify` for work.
-
-    Parameters
-    ----------
-    chain
-        Vertices in order, m.
-    tolerance
-        Largest distance from the line that is let go, m.
-
-    Returns
-    -------
-    Indices of the vertices kept, increasing.
+    :func:`simplify` for work, whose parameters, returns and errors it has.
 
     Raises
     ------
-    ValueError
-        If the chain has fewer than two points, a point is not finite, or the tolerance is not
-        positive.
     RecursionError
         If the chain is split more levels deep than Python's stack allows.
 

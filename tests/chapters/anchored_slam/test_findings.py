@@ -95,7 +95,7 @@ def test_errors_and_gains_stay_in_the_picture():
 
 
 def test_share_of_the_first_error_is_what_the_bet_says():
-    tied, plain = (rails.remaining_shares(c)[-1] ** 0.5 for c in (rails.FIG5, rails.Config()))
+    tied, plain = (rails.remaining_shares(c)[-1] ** 0.5 for c in (rails.FIG5, rails.FIG4))
     assert 1 / 20 < tied < 1 / 10
     assert plain == pytest.approx(0.8, abs=0.01)
 
@@ -103,7 +103,7 @@ def test_share_of_the_first_error_is_what_the_bet_says():
 def test_set_up_says_what_is_run():
     rows = rails.setup_table().rows
     assert rows["measurements"][1] == str(rails.FIG4.steps)
-    assert rows["noise of the camera"][1] == f"{100 * rails.FIG6.deviation:g} cm"
+    assert rows["noise of the camera"][1] == f"{100 * rails.FIG6.reference_deviation:g} cm"
 
 
 # The invented information

@@ -9,9 +9,9 @@ from scipy import stats
 
 from robot_perception.chapters.anchored_slam import figures as draw
 from robot_perception.chapters.anchored_slam import rails
-from robot_perception.chapters.anchored_slam.rails import FIG5, FIG6, Config
+from robot_perception.chapters.anchored_slam.rails import FIG5, FIG6
 from robot_perception.chapters.monobot import rail
-from robot_perception.chapters.monobot.rail import FIG3, FIG4
+from robot_perception.chapters.monobot.rail import FIG3, FIG4, ORIGIN
 from robot_perception.chapters.monobot.steady import ends
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.teaching.figures import figure
@@ -21,8 +21,7 @@ RUNS = 400
 
 
 def study(config, seed=0, **changes):
-    base = replace(config.base, **({"runs": RUNS} | changes))
-    return rails.run(replace(config, base=base), rng=RNG(seed))
+    return rails.run(replace(config, **({"runs": RUNS} | changes)), rng=RNG(seed))
 
 
 @pytest.mark.parametrize("config", [FIG5, FIG6], ids=["fig5", "fig6"])
@@ -55,13 +54,15 @@ def test_gain_drawn_is_that_of_the_landmarks_own_innovation():
 
 
 def test_configurations_hold_what_the_captions_print():
-    assert (rails.ORIGIN, FIG5.base, FIG6.base) == (0.0, FIG4, FIG4)
+    assert ORIGIN == 0.0
     distance = np.abs(FIG4.plan[1:])
-    np.testing.assert_allclose(FIG5.deviations, 0.01 + FIG4.measurement_share * distance)
-    np.testing.assert_allclose(FIG6.deviations, 0.1)
+    np.testing.assert_allclose(FIG5.reference_deviations, 0.01 + FIG4.measurement_share * distance)
+    np.testing.assert_allclose(FIG6.reference_deviations, 0.1)
+    plain = {"reference": "none", "reference_deviation": None, "reference_share": 0.0}
+    assert replace(FIG5, **plain) == replace(FIG6, **plain) == FIG4
 
 
-@pytest.mark.parametrize("config", [Config(), FIG5, FIG6], ids=["fig4", "fig5", "fig6"])
+@pytest.mark.parametrize("config", [FIG4, FIG5, FIG6], ids=["fig4", "fig5", "fig6"])
 def test_share_left_is_how_much_of_the_first_error_is_still_there(config):
     """Slope and squared correlation, measured, against the covariances."""
     result = study(config, runs=4000, seed=5)
@@ -115,8 +116,7 @@ def test_information_without_a_reference_is_singular_in_symbols():
 def test_information_on_the_start_is_what_least_squares_says():
     """Oracle: invert the joint information of the whole run, without any prior on the start."""
     steps = 6
-    base = replace(FIG3, steps=steps)
-    config = Config(base, "anchor", deviation=0.7)
+    config = replace(FIG3, steps=steps, reference="anchor", reference_deviation=0.7)
     eye = np.eye(steps + 2)  # positions 0 … steps, landmark
     total = np.zeros_like(eye)
     for k in range(steps):

@@ -44,6 +44,7 @@ def test_wrong_associations_are_counted_against_who_a_landmark_was_at_first():
             planar.Settings(planar.CartesianSensor(np.eye(2))),
         ).counts,
         kept={},
+        points={},
     )
     seen = [Observations(n, np.zeros((2, 2)), np.zeros((2, 2, 2))) for n in names]
     drive = Drive(landmarks, np.zeros((3, 3)), seen, np.zeros(3), {}, {})

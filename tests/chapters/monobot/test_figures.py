@@ -102,8 +102,9 @@ def test_first_against_last_has_the_slope_of_least_squares():
 
 def test_honesty_names_every_variant_in_its_own_colour():
     variants = broken.run(replace(FIG4, runs=4, steps=9), rng=RNG(1))
-    _, ax = figure()
-    draw.honesty(ax, variants)
+    _, axes = figure(2, 1)
+    draw.variants.on(axes, variants)
+    ax = axes[1]
     named = {line.get_label().replace("\n", " "): line for line in ax.lines}
     assert list(named) == [v.name for v in variants]
     assert len({line.get_color() for line in ax.lines}) == len(variants)

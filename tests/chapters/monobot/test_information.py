@@ -62,7 +62,7 @@ def test_information_for_one_landmark_is_that_of_neighbouring_fibonacci_numbers(
 
 @pytest.mark.parametrize("anchored", [False, True])
 def test_planes_are_those_of_the_run(anchored):
-    config = replace(FIG3, runs=1, anchored=anchored)
+    config = replace(FIG3, runs=1, reference="anchor" if anchored else "none")
     result, known = rail.run(config, rng=RNG(3)), information.exact_information(config)
     planes = information.planes(anchored=anchored, rng=RNG(3))
     assert [now.measurements for now in planes] == list(range(FIG3.steps + 1))

@@ -91,7 +91,7 @@ def test_configurations_hold_what_the_captions_print():
 
 @pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
 def test_anchored_errors_are_as_large_as_the_filter_says_and_small(base):
-    result = study(base, seed=5, landmarks=2, anchored=True)
+    result = study(base, seed=5, landmarks=2, reference="anchor")
     errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
     low, high = average_bounds(3, RUNS, 1 - 1e-4)
     for step in (1, 7, 100):

@@ -52,8 +52,8 @@ def test_no_preset_shows_an_empty_picture(knob):
     for preset in explorers.knob.presets.values():
         chosen = explorers.knob.default | preset
         state = knob[chosen["sigma"] / 100, chosen["tolerance"]]
-        assert state.walls > 0
-        assert state.vertices > 2
+        assert len(state.segments) > 0
+        assert len(state.kept) > 2
     growing, replay = shown("growing"), shown("replay")
     for preset in growing.presets.values():
         assert growing.finding(growing.state(**growing.default | preset)) >= 3
@@ -76,19 +76,25 @@ def test_axes_are_fixed_over_the_states(name):
 def test_between_noise_and_furniture_the_tolerance_does_not_matter(knob, near):
     found = explorers.plateau()
     states = [*knob.values(), *near]
-    inside = [s.walls for s in states if s.deviations >= found.low and s.tolerance <= found.high]
+    inside = [
+        len(s.segments) for s in states if s.deviations >= found.low and s.tolerance <= found.high
+    ]
     assert len(inside) > 30
     assert set(inside) == {found.walls} == {8}
-    nearer = {state.walls for state in states if state.deviations < found.low}
+    nearer = {len(state.segments) for state in states if state.deviations < found.low}
     assert max(nearer) == found.most > 8 > min(nearer)
     assert 3 < found.low < 3.5
     assert found.high == 0.4
-    assert {state.walls for state in knob.values() if state.tolerance > 0.4} == {found.beyond}
+    assert {len(state.segments) for state in knob.values() if state.tolerance > 0.4} == {
+        found.beyond
+    }
     assert found.beyond < 8
 
 
 def test_lower_tolerances_find_too_many_walls_and_then_too_few(knob):
-    lowest, low, near, *_ = (knob[0.015, tolerance].walls for tolerance in splitting.TOLERANCES)
+    lowest, low, near, *_ = (
+        len(knob[0.015, tolerance].segments) for tolerance in splitting.TOLERANCES
+    )
     assert lowest < low < 8 < near
 
 
@@ -101,21 +107,21 @@ def test_replies_of_the_first_bet_are_true_of_the_opening_scan(deviations, enoug
 
 def test_noise_at_five_centimetres_fills_the_chain_and_takes_walls(knob):
     row = [knob[value / 100, 0.05] for value in explorers.knob.controls["sigma"].values]
-    assert all(one.vertices <= two.vertices for one, two in pairwise(row))
-    assert all(one.walls >= two.walls for one, two in pairwise(row))
-    assert row[-1].vertices > 5 * row[0].vertices
-    assert row[-1].walls < row[0].walls
+    assert all(len(one.kept) <= len(two.kept) for one, two in pairwise(row))
+    assert all(len(one.segments) >= len(two.segments) for one, two in pairwise(row))
+    assert len(row[-1].kept) > 5 * len(row[0].kept)
+    assert len(row[-1].segments) < len(row[0].segments)
 
 
 @pytest.mark.parametrize("sigma", explorers.knob.controls["sigma"].values)
 def test_corners_are_cut_off_before_walls_are_lost(knob, sigma):
     row = [knob[sigma / 100, tolerance] for tolerance in splitting.TOLERANCES]
     plain = [state for state in row if state.deviations > 3.3 and state.tolerance <= 0.4]
-    assert {state.walls for state in plain} == {8}
-    vertices = [state.vertices for state in plain]
+    assert {len(state.segments) for state in plain} == {8}
+    vertices = [len(state.kept) for state in plain]
     assert vertices == sorted(vertices, reverse=True)
     assert vertices[-1] < 13 <= vertices[0]
-    assert row[-1].walls < 8
+    assert len(row[-1].segments) < 8
 
 
 # The replay --------------------------------------------------------------------------------------

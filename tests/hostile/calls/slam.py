@@ -8,11 +8,12 @@ from robot_perception.observations import Observations
 from robot_perception.particles import effective_number, systematic
 from robot_perception.slam import monobot, observability, planar, rao_blackwellised, visual
 from robot_perception.slam.observability import symbolic
-from robot_perception.slam.planar import textbook
+from robot_perception.slam.planar import calibration, textbook
 from robot_perception.slam.rao_blackwellised import textbook as one_by_one
 from robot_perception.streams import Held
 from tests.hostile.calls import observations
 from tests.hostile.sweep import call
+from tests.slam.planar.logged import make_robot
 
 EYE, Q = np.eye(2), np.eye(3)
 POSE = np.array([1.0, 2.0, 0.5])
@@ -35,6 +36,14 @@ TRUTH = planar.Truth(np.zeros((2, 3)), {4: np.ones(2)})
 SETTINGS = planar.Settings(POINTS)
 HISTORY = planar.run_filter(BELIEF, [STEP], SETTINGS)
 UNAIDED = planar.Step(MOTION, SEEN)
+
+ROBOT = make_robot(np.random.default_rng(0), seconds=12.0)
+SIGHTINGS = ROBOT.landmarks.times, ROBOT.landmarks.subjects, ROBOT.landmarks.values
+SURVEY = {6: np.array([4.0, 0]), 7: np.array([0, 4.0]), 8: np.array([-4.0, 0]), 9: -4.0 * EYE[1]}
+SURVEYED = {"places": SURVEY, "truth": ROBOT.truth}
+CALIBRATED = calibration.Calibration(
+    0.1, np.ones(2), 0.1, np.ones(2), np.zeros(2), np.ones(2), np.zeros(2), 0.3, 0
+)
 
 STATE, ABOUT = np.arange(5.0), np.ones(2)
 SENSORS = (observability.Landmarks(), observability.Anchor(8.0, 9.0))
@@ -138,6 +147,20 @@ CALLS = {
     textbook.measurement_matrix: lambda: call(STATE, [3, None], np.ones((2, 2)), POINTS),
     textbook.predict: lambda: call(BELIEF, MOTION, POSE, POSE),
     textbook.update: lambda: call(BELIEF, SEEN, RANGES, ANCHORS, STATE),
+    calibration.calibrate: lambda: call(
+        ROBOT.commands.times,
+        ROBOT.commands.velocities,
+        *SIGHTINGS,
+        **SURVEYED,
+        delays=np.array([0.1, 0.2]),
+    ),
+    calibration.sighting_errors: lambda: call(SIGHTINGS[0] + 3.0, *SIGHTINGS[1:], **SURVEYED),
+    calibration.is_right: lambda: call(np.zeros((3, 2)), np.zeros(2)),
+    calibration.pooled: lambda: call([CALIBRATED]),
+    calibration.calibrate_odometry: lambda: call(
+        np.tile(POSE, (3, 1)) * [[1], [2], [4]], np.eye(3)
+    ),
+    calibration.name_landmarks: lambda: call(np.tile(POSE, (2, 1)), iter([SEEN, SEEN]), 0.3),
     textbook.correct: lambda: call(BELIEF, planar.PositionFix(np.ones(2), EYE)),
     textbook.add_landmarks: lambda: call(BELIEF, NEW, POINTS, POSE),
     rao_blackwellised.ParticleMaps: lambda: call(PARTICLES, np.array([4]), PLACES, SPREADS),

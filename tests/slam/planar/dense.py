@@ -27,6 +27,7 @@ class Record:
     nis: float
     dof: int
     used: list[int]
+    point: np.ndarray
 
 
 class Dense:
@@ -65,7 +66,7 @@ class Dense:
         if step.observations is not None:
             used, squared, size = self.see(step.observations)
             nis, dof = nis + squared, dof + size
-        return Record(self.x, self.P, list(self.names), nis, dof, used)
+        return Record(self.x, self.P, list(self.names), nis, dof, used, self.point)
 
     def move(self, k, motion):
         moved = motion.move(self.x[:3])
@@ -209,7 +210,7 @@ def assert_is_dense(run: History, start: MapBelief, steps: list[Step], settings:
     oracle = Dense(start, settings)
     records = [oracle.step(k, step) for k, step in enumerate(steps)]
     beliefs = {**run.kept, len(steps) - 1: run.belief}
-    assert sorted(run.kept) == sorted(settings.keep)
+    assert sorted(run.kept) == sorted(run.points) == sorted(settings.keep)
     for k, record in enumerate(records):
         assert_close(run.poses[k], record.mean[:3])
         assert_close(run.pose_covs[k], record.cov[:3, :3])
@@ -217,6 +218,8 @@ def assert_is_dense(run: History, start: MapBelief, steps: list[Step], settings:
         assert run.dof[k] == record.dof
         assert run.sizes[k] == len(record.names)
         assert run.used[k].tolist() == record.used
+        if k in run.points:
+            assert_close(run.points[k], record.point)
         if k in beliefs:
             assert beliefs[k].ids.tolist() == record.names
             assert_close(beliefs[k].mean, record.mean)

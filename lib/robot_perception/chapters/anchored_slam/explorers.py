@@ -72,12 +72,12 @@ MOVED = Exploration(
 THIRTY = replace(rail.FIG4, runs=30)
 
 
-def refer(reference: rails.Kind, deviation: float, offset: float) -> rail.Result:
+def refer(reference: rail.Kind, deviation: float, offset: float) -> rail.Result:
     """Return what a reference that stands off does, in m; all in the same worlds, erring alike."""
-    rng = np.random.default_rng(7)
-    world, own = rail.simulate(THIRTY, rng=rng), np.random.default_rng(rng.integers(2**32))
-    config = rails.Config(THIRTY, reference, deviation, misplaced=offset)
-    return rail.Result(THIRTY, world, rails.refilter(config, world, rng=own))
+    setting = {"reference": reference, "reference_deviation": deviation, "misplaced": offset}
+    config, rng = replace(THIRTY, **setting), np.random.default_rng(7)
+    world, own = rail.simulate(config, rng=rng), np.random.default_rng(rng.integers(2**32))
+    return rail.Result(config, world, rails.refilter(config, world, rng=own))
 
 
 REFERENCES = Exploration(
@@ -85,7 +85,7 @@ REFERENCES = Exploration(
     refer,
     "Landmark errors of thirty runs inside the stated ±2σ, and the gains below.",
     {
-        "reference": choice("Reference", ("none", *rails.SIGNS), "anchor"),
+        "reference": choice("Reference", ("none", *rail.SIGNS), "anchor"),
         "deviation": slider("σ of the reference", (0.02, 0.1, 0.5), 0.1, "m"),
         "offset": slider("It stands off by", (0.0, 0.1, 0.3), 0.0, "m"),
     },

@@ -47,10 +47,7 @@ def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[Sensor
 
 @kept
 def ranks(*, moving: bool) -> dict[tuple[str, str], Reading]:
-    """Return what each analysis says about each set of sensors, in exact arithmetic.
-
-    There is one landmark; the robot drives, or only turns on the spot.
-    """
+    """Return what each analysis says of a set of sensors and one landmark, driving or at rest."""
     table = {}
     start, turned = pose(0), pose(1)
     motion = {} if moving else {"displacement": (0, 0)}

@@ -12,15 +12,16 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from robot_perception.datasets import LaserLog, Relations, read_carmen_log, read_relations
+from robot_perception.datasets import Relations, read_carmen_log, read_relations
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.evaluation.trajectories import motion_errors, relative_poses
-from robot_perception.geometry import act, between, wrap_angle
+from robot_perception.geometry import act
 from robot_perception.observations import Observations
 from robot_perception.slam import planar
+from robot_perception.slam.planar.calibration import calibrate_odometry, name_landmarks
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 from robot_perception.walls.corners import LandmarkRules, find_landmarks
@@ -79,22 +80,6 @@ class Building:
         return Table(cells, columns, "root mean square errors of relative poses", "estimate")
 
 
-def calibrate(log: LaserLog) -> list[planar.Odometry]:
-    """Return the motions from scan to scan after what a constant calibration can do for them.
-
-    A heading drift per metre and an offset of each step are fitted to the corrected poses; the
-    noise is the variance of what is left.
-    """
-    raw = between(log.odometry[:-1], log.odometry[1:])
-    errors = between(log.poses[:-1], log.poses[1:]) - raw
-    errors[:, 2] = wrap_angle(errors[:, 2])
-    length = np.hypot(*raw[:, :2].T)
-    change = np.tile(errors.mean(axis=0), (len(raw), 1))
-    change[:, 2] = length * (length @ errors[:, 2] / (length @ length))
-    noise = np.diag((errors - change).var(axis=0))
-    return [planar.Odometry(increment, noise) for increment in raw + change]
-
-
 def run_scans(
     item: tuple[Sequence[Observations], planar.Association, float],
     *,
@@ -112,37 +97,19 @@ def run_scans(
     return planar.run_filter(planar.MapBelief.start(start, np.zeros((3, 3))), steps, settings).path
 
 
-def tell(
-    poses: Float[np.ndarray, "scans 3"], seen: Sequence[Observations]
-) -> list[Int[np.ndarray, " _"]]:
-    """Name landmarks by where they are in the frame of given poses; a scan sees each name once."""
-    places, counts = np.empty((0, 2)), np.empty(0)
-    names = []
-    for pose, marks in zip(poses, seen, strict=True):
-        mine = np.empty(0, dtype=int)
-        for point in act(pose, marks.values):
-            apart = np.hypot(*(places - point).T)
-            apart[mine] = np.inf
-            near = int(apart.argmin()) if apart.size and apart.min() <= SAME else len(places)
-            if near == len(places):
-                places, counts = np.vstack([places, point]), np.append(counts, 0)
-            counts[near] += 1
-            places[near] += (point - places[near]) / counts[near]
-            mine = np.append(mine, near)
-        names.append(mine)
-    return names
-
-
 def study(folder: Path) -> Building:
     """Run all choices: blind by both `ASSOCIATIONS`, and told which landmark is which."""
     log = read_carmen_log(folder / "intel_odom_and_corrected.log.gz")
     relations = read_relations(folder / "intel.relations.gz")
-    motions, start = calibrate(log), log.poses[0]
+    motions, start = calibrate_odometry(log.odometry, log.poses), log.poses[0]
     found = [[find_landmarks(r, log.angles, rules) for r in log.ranges] for rules in RULES]
     items, names = [], []
     for seen, kinds, factor in product(found, KINDS, FACTORS):
         blind = [marks[np.isin(report.kinds, kinds)] for marks, report in seen]
-        told = [m.named(ids) for m, ids in zip(blind, tell(log.poses, blind), strict=True)]
+        told = [
+            m.named(ids)
+            for m, ids in zip(blind, name_landmarks(log.poses, blind, SAME), strict=True)
+        ]
         items += [(blind, planar.Association(how), factor) for how in ASSOCIATIONS]
         items.append((told, planar.Association("known", 0.9999), factor))
         names += ["blind"] * len(ASSOCIATIONS) + ["told"]

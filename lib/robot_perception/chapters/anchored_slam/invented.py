@@ -157,25 +157,11 @@ def claimed_information(
     F N and H N = 0, so that :math:`I_k` can only fall: measurements add nothing, and noise of the
     wheels takes away. At the start and after each step, 1/rad².
     """
-
-    def information(belief: MapBelief, pose: np.ndarray, *places: np.ndarray) -> float:
-        turns = gauge_directions(np.concatenate([pose, *places]), drive.places[0])
-        return information_along(turns["turn"], belief.cov)
-
-    before, first = drive.start, {}
-    values = [information(before, drive.path[0] if kind == "ideal" else before.mean)]
-    for k, step in enumerate(drive.steps):
-        belief = history.kept[k]
-        names = belief.ids.tolist()
-        first = dict(zip(names, belief.landmarks, strict=True)) | first
-        points = {
-            "ideal": (drive.path[k + 1], *drive.places[belief.ids]),
-            "plain": (belief.pose, *belief.landmarks),
-            "first estimates": (step.motion.move(before.pose), *(first[name] for name in names)),
-        }
-        values.append(information(belief, *points[kind]))
-        before = belief
-    return np.array(values)
+    points = [drive.path[0] if kind == "ideal" else drive.start.mean, *history.points.values()]
+    beliefs = [drive.start, *history.kept.values()]
+    turns = [gauge_directions(point, drive.places[0])["turn"] for point in points]
+    claimed = map(information_along, turns, (belief.cov for belief in beliefs))
+    return np.array(list(claimed))
 
 
 @kept

@@ -26,18 +26,20 @@ from robot_perception.gating import chi_squared_quantile
 from robot_perception.geometry import wrap_angle
 from robot_perception.slam import planar
 from robot_perception.slam.planar import Association, History, MapBelief, RangeBearing
-from robot_perception.streams import hold, merge
+from robot_perception.slam.planar.calibration import (
+    GAP,
+    Calibration,
+    calibrate,
+    is_right,
+    pooled,
+    sighting_errors,
+)
+from robot_perception.streams import merge
 from robot_perception.teaching.recordings import Read, Recording
 from robot_perception.teaching.tables import Table
 
-GAP = 0.5
-"""Longest gap of the motion capture that is bridged, s."""
-WINDOW = 2.0
-"""Time over which wheels are compared with motion capture, and lag of the correlations, s."""
 DELAYS = np.arange(0.0, 0.51, 0.05)
 """Delays of the wheels that are tried, s."""
-MISREAD = 0.1
-"""A bearing that is wrong by more, rad, is of another barcode than the camera read."""
 START = np.diag([0.001, 0.001, 0.005]) ** 2
 """Covariance of the start pose, from motion capture; ours."""
 LEVEL = 0.9999
@@ -65,41 +67,6 @@ COLUMNS = {
     "one, inside": "",
     "two, inside": "",
 }
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Calibration:
-    """What motion capture says of the sensors of one robot, or of several together.
-
-    Pairs are of way and turn, or of range (m) and bearing (rad). A motion follows its command by
-    ``delay`` (s), of `DELAYS` the one that explains turns best. It is ``scale`` times the logged
-    one less ``drag`` for each radian logged (m/rad: who turns goes slower than the log says), and
-    the rest has the variance ``density`` per second (m²/s, rad²/s). The camera errs by ``bias`` in
-    the median and by ``sigma`` (standard deviation) without the sightings that are ``misread``:
-    their barcode cannot be the one that was read. Two errors on one landmark, `WINDOW` seconds
-    apart, correlate by ``persistence``; ``interval`` is the mean time between images while there
-    are any, s.
-    """
-
-    delay: float
-    scale: Float[np.ndarray, "2"]
-    drag: float
-    density: Float[np.ndarray, "2"]
-    bias: Float[np.ndarray, "2"]
-    sigma: Float[np.ndarray, "2"]
-    persistence: Float[np.ndarray, "2"]
-    interval: float
-    misread: int
-
-    @property
-    def inflation(self) -> Float[np.ndarray, "2"]:
-        r"""Factor by which lasting errors say less than fresh ones.
-
-        If the correlation of errors falls by the factor ρ from image to image, the mean of many of
-        them has the variance of one, over their number, times :math:`(1 + \rho) / (1 - \rho)`.
-        """
-        rho = np.maximum(self.persistence, 0.0) ** (self.interval / WINDOW)
-        return (1 + rho) / (1 - rho)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -276,86 +243,23 @@ class Robots:
         return Table(rows, columns, "mean of the robots, and of range and bearing", "noise told")
 
 
-def calibrate(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
+def measure_sensors(robot: MrclamRobot, landmarks: SurveyedLandmarks) -> Calibration:
     """Compare the wheels and the camera of a robot with motion capture."""
-    wheels = min((_wheels(robot, delay) for delay in DELAYS), key=lambda wheels: wheels[-1][1])
-    seen, errors = robot.landmarks, sighting_errors(robot, landmarks)
-    bias = np.nanmedian(errors, axis=0)
-    right = is_right(errors, bias)
-    sigma = errors[right].std(axis=0)
-    rest = np.where(right[:, None], errors - errors[right].mean(axis=0), np.nan)
-    pauses = np.diff(np.unique(seen.times))
-    return Calibration(
-        *wheels,
-        bias,
-        sigma,
-        _persistence(seen.times, seen.subjects, rest) / sigma**2,
-        float(pauses[pauses < WINDOW].mean()),
-        int(np.isfinite(errors[:, 0]).sum() - right.sum()),
-    )
+    wheels, seen, places = robot.commands, robot.landmarks, _places(landmarks)
+    log = wheels.times, wheels.velocities, seen.times, seen.subjects, seen.values
+    return calibrate(*log, places=places, truth=robot.truth, delays=DELAYS)
 
 
-def sighting_errors(
+def camera_errors(
     robot: MrclamRobot, landmarks: SurveyedLandmarks
 ) -> Float[np.ndarray, "sightings 2"]:
     """Return the errors of ranges (m) and bearings (rad) by motion capture, NaN where it is not."""
-    seen = robot.landmarks
-    poses, covered = robot.truth.at(seen.times, longest_gap=GAP)
-    places = landmarks.positions[np.searchsorted(landmarks.ids, seen.subjects)]
-    x, y = (places - poses[:, :2]).T
-    errors = seen.values - np.stack([np.hypot(x, y), np.arctan2(y, x) - poses[:, 2]], axis=1)
-    errors[covered, 1] = wrap_angle(errors[covered, 1])
-    return errors
+    seen, places = robot.landmarks, _places(landmarks)
+    return sighting_errors(seen.times, seen.subjects, seen.values, places=places, truth=robot.truth)
 
 
-def is_right(
-    errors: Float[np.ndarray, "sightings 2"], bias: Float[np.ndarray, "2"]
-) -> Bool[np.ndarray, " sightings"]:
-    """Tell which barcodes can be the ones that were read; of those that nobody checked, none."""
-    return np.abs(errors[:, 1] - bias[1]) <= MISREAD
-
-
-def _wheels(robot: MrclamRobot, delay: float) -> tuple[float, np.ndarray, float, np.ndarray]:
-    """Return delay, scale and drag of the wheels, and the variance of the rest per second."""
-    first = max(robot.commands.times[0], robot.truth.times[0])
-    last = min(robot.commands.times[-1], robot.truth.times[-1] - delay)
-    cuts = np.arange(first, last, WINDOW)
-    held = hold(robot.commands.times, robot.commands.velocities, cuts)
-    parts = held.commands * held.durations[:, None]
-    parts = np.column_stack([parts, np.abs(parts[:, 1])])
-    poses, covered = robot.truth.at(cuts + delay, longest_gap=GAP)
-    both = covered[1:] & covered[:-1]
-    way, turn, bends = (np.bincount(held.intervals, part)[both] for part in parts.T)
-    x, y, true_turn = np.diff(poses, axis=0)[both].T
-    true_turn = wrap_angle(true_turn)
-    true_way = np.hypot(x, y) / np.sinc(true_turn / (2 * np.pi))  # along the arc
-    rows = np.stack([way, -bends], axis=1)
-    (ahead, drag), *_ = np.linalg.lstsq(rows, true_way)
-    around = turn @ true_turn / (turn @ turn)
-    rest = np.stack([true_way - rows @ [ahead, drag], true_turn - around * turn])
-    return delay, np.array([ahead, around]), float(drag), rest.var(axis=1) / WINDOW
-
-
-def _persistence(times: np.ndarray, subjects: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return the mean product of errors on one landmark that are `WINDOW` seconds apart."""
-    products = []
-    for subject in np.unique(subjects):
-        mine = subjects == subject
-        t, e = times[mine], rest[mine]
-        later = np.minimum(np.searchsorted(t, t + WINDOW), len(t) - 1)
-        near = np.abs(t[later] - t - WINDOW) < WINDOW / 4
-        products.append((e * e[later])[near])
-    return np.nanmean(np.concatenate(products), axis=0)
-
-
-def of_others(calibrations: Mapping[int, Calibration], robot: int) -> Calibration:
-    """Return the mean calibration of all robots but one; biases are a robot's own and stay out."""
-    others = [calibration for number, calibration in calibrations.items() if number != robot]
-    every = {f.name: np.array([getattr(c, f.name) for c in others]) for f in fields(Calibration)}
-    found = {name: values.mean(axis=0) for name, values in every.items()}
-    found["bias"], found["misread"] = np.zeros(2), int(every["misread"].sum())
-    found["sigma"] = np.sqrt(np.mean(every["sigma"] ** 2, axis=0))
-    return Calibration(**found)
+def _places(landmarks: SurveyedLandmarks) -> dict[int, np.ndarray]:
+    return dict(zip(landmarks.ids.tolist(), landmarks.positions, strict=True))
 
 
 def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) -> Drive:
@@ -390,7 +294,7 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
 
 def choose_anchors(drive: Drive, landmarks: SurveyedLandmarks) -> list[dict[int, np.ndarray]]:
     """Return no anchor; the landmark seen first, as in the paper; and that and the one farthest."""
-    places = dict(zip(landmarks.ids.tolist(), landmarks.positions, strict=True))
+    places = _places(landmarks)
     first = int(drive.steps[0].observations.ids[0])
     far = max(places, key=lambda name: float(np.hypot(*(places[name] - places[first]))))
     return [{name: places[name] for name in names} for names in ((), (first,), (first, far))]
@@ -444,7 +348,7 @@ def run_robot(
         "joint": (sparse, fresh, "joint", "latest"),
     }
     start, chosen = MapBelief.start(drive.truth[0], START), choose_anchors(drive, landmarks)
-    right = is_right(sighting_errors(robot, landmarks), own.bias)
+    right = is_right(camera_errors(robot, landmarks), own.bias)
     found = {}
     for method, (way, sensor, *how) in ways.items():
         settings = [planar.Settings(sensor, anchors, *how) for anchors in chosen]
@@ -456,7 +360,7 @@ def run_robot(
 def study(folder: Path) -> Robots:
     """Run all robots, each with the sensors of the others."""
     data = read_mrclam(folder)
-    sensors = {n: calibrate(robot, data.landmarks) for n, robot in data.robots.items()}
+    sensors = {n: measure_sensors(robot, data.landmarks) for n, robot in data.robots.items()}
     one = partial(_robot, landmarks=data.landmarks, sensors=sensors)
     runs = sweep(one, data.robots.items(), rng=np.random.default_rng(0), desc="robots")
     robots, dead, scores = zip(*runs, strict=True)
@@ -477,9 +381,9 @@ def _robot(
 ) -> tuple[Robot, float, dict[str, list[Mapping[str, float]]]]:
     """Return a robot, the error of its wheels, and its scores by method and number of anchors."""
     number, robot = item
-    own, told = sensors[number], of_others(sensors, number)
+    own, told = sensors[number], pooled(s for n, s in sensors.items() if n != number)
     drive, found = run_robot(robot, landmarks, own, told)
-    wrong = sighting_errors(robot, landmarks)
+    wrong = camera_errors(robot, landmarks)
     wrong = wrong[is_right(wrong, own.bias)]
     seen = np.flatnonzero(drive.covered[1:])
     kept = np.linspace(0, len(seen) - 1, SAMPLES).astype(int)

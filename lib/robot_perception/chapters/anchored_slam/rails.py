@@ -5,8 +5,7 @@ added is one measurement after each move. The paper is Andrade-Cetto, "Perceptio
 Robotics", section 2.2, eqs (19) to (23).
 """
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 import sympy
@@ -17,7 +16,18 @@ from data_synth.monobot import RailRuns, measure_anchor, simulate_rail, watch_ve
 from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.monobot import rail
-from robot_perception.chapters.monobot.rail import FIG4, PAPER, Result
+from robot_perception.chapters.monobot.rail import (
+    FIG4,
+    ORIGIN,
+    PAPER,
+    SIGNS,
+    Config,
+    Kind,
+    Result,
+    covariances,
+    sensor,
+    total_information,
+)
 from robot_perception.chapters.monobot.steady import Ends, ends, remaining_share
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
@@ -28,100 +38,57 @@ from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
-Kind = Literal["none", "anchor", "external sensor"]
-SIGNS: dict[Kind, Literal[-1, 1]] = {"anchor": -1, "external sensor": 1}
-"""The first entry of the reference's row: eq. (20) and eq. (23)."""
-ORIGIN = 0.0
-"""Where anchor and sensor stand, m: the anchor by the caption of Fig. 5."""
-
-
-@dataclass(frozen=True, slots=True)
-class Config:
-    """One study of a monobot that reads a reference after each move; lengths in m.
-
-    The standard deviation of the reference has a constant part and a share of the planned distance
-    to it; neither stands in the paper. The filter believes it ``misplaced`` by so much.
-    """
-
-    base: rail.Config = FIG4
-    reference: Kind = "none"
-    deviation: float = 0.0
-    share: float = 0.0
-    misplaced: float = 0.0
-
-    @property
-    def deviations(self) -> Float[np.ndarray, "steps"]:
-        """Standard deviation of the reference after each move, m."""
-        return self.deviation + self.share * np.abs(self.base.plan[1:] - ORIGIN)
-
-
-FIG5 = Config(reference="anchor", deviation=0.01, share=FIG4.measurement_share)
+FIG5 = replace(
+    FIG4,
+    reference="anchor",
+    reference_deviation=0.01,
+    reference_share=FIG4.measurement_share,
+)
 """The anchor is measured like a landmark; the centimetre is ours, since the planned path runs over
 the origin, where noise in proportion to distance would vanish."""
-FIG6 = Config(reference="external sensor", deviation=0.1)
+FIG6 = replace(FIG4, reference="external sensor", reference_deviation=0.1)
 """The paper leaves the noise of the external sensor out; 0.1 m is ours."""
-FIGURES = {"Fig. 4: no reference": Config(), "Fig. 5: anchor": FIG5, "Fig. 6: camera": FIG6}
+FIGURES = {"Fig. 4: no reference": FIG4, "Fig. 5: anchor": FIG5, "Fig. 6: camera": FIG6}
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Simulate a study and filter it; the same generator makes the same world for every reference.
-
-    The reference has a generator of its own, spawned after the world's; its innovation is the first
-    of each step.
-    """
-    world = rail.simulate(config.base, rng=rng)
-    return Result(config.base, world, refilter(config, world, rng=rng.spawn(1)[0]))
+    """Simulate a study and filter it; the same generator makes one world for every reference."""
+    world = rail.simulate(config, rng=rng)
+    return Result(config, world, refilter(config, world, rng=rng.spawn(1)[0]))
 
 
 def refilter(config: Config, world: RailRuns, *, rng: np.random.Generator) -> MonobotRun:
     """Measure the reference in a world that is there already, and filter."""
     if config.reference == "none":
-        return rail.refilter(config.base, world)
+        return rail.refilter(config, world)
     measure = {"anchor": measure_anchor, "external sensor": watch_vehicle}[config.reference]
-    values = measure(world, ORIGIN, config.deviations, rng=rng)
-    return _filtered(config, world.commands, world.measurements, values)
-
-
-def covariances(config: Config) -> MonobotRun:
-    """Return the covariances and gains of a study, which need no data (all of it is zero)."""
-    if config.reference == "none":
-        return rail.covariances(config.base)
-    steps = config.base.steps
-    measurements = np.zeros((1, steps + 1, config.base.landmarks))
-    return _filtered(config, np.zeros(steps), measurements, np.zeros((1, steps)))
-
-
-def _filtered(
-    config: Config, commands: np.ndarray, measurements: np.ndarray, values: np.ndarray
-) -> MonobotRun:
-    believed = ORIGIN + config.misplaced
-    return monobot.run_referenced(
-        config.base.belief,
-        commands,
-        measurements,
-        Reference(SIGNS[config.reference], values, config.deviations**2, believed),
-        motion_variance=config.base.motion_deviations**2,
-        measurement_variance=config.base.measurement_deviations**2,
-    )
+    values = measure(world, ORIGIN, config.reference_deviations, rng=rng)
+    return rail.refilter(config, world, values)
 
 
 def figures(*, rng: np.random.Generator) -> dict[str, Result]:
     """Return the studies of Figs 4, 5 and 6 on the same worlds, by name."""
     world, own = rail.simulate(FIG4, rng=rng), rng.spawn(len(FIGURES))
-    runs = (refilter(c, world, rng=r) for c, r in zip(FIGURES.values(), own, strict=True))
-    return {name: Result(FIG4, world, run) for name, run in zip(FIGURES, runs, strict=True)}
+    return {
+        name: Result(config, world, refilter(config, world, rng=stream))
+        for (name, config), stream in zip(FIGURES.items(), own, strict=True)
+    }
 
 
 def setup_table() -> Table:
     """Return what the paper says of Figs 4 to 6, what is ours, and what of it matters."""
-    share = f"{FIG5.share:.0%} of the distance"
+    share = f"{FIG5.reference_share:.0%} of the distance"
     rows = {
         "measurements": ("100", str(FIG4.steps), "yes: what is left falls like 1/k"),
         "place of the anchor": ("origin", f"{ORIGIN:g} m", "no"),
         "noise of wheels": ("–", f"{FIG4.motion_share:.0%} of the move", "little"),
         "noise of a measurement": ("–", share, "yes: scales all errors"),
-        "noise of the anchor": ("–", f"{share} + {100 * FIG5.deviation:g} cm", "yes: how fast"),
-        "noise of the camera": ("–", f"{100 * FIG6.deviation:g} cm", "yes: how fast"),
+        "noise of the anchor": (
+            "–",
+            f"{share} + {100 * FIG5.reference_deviation:g} cm",
+            "yes: how fast",
+        ),
+        "noise of the camera": ("–", f"{100 * FIG6.reference_deviation:g} cm", "yes: how fast"),
     }
     return Table(rows, {"paper": "– where it says nothing", "ours": "", "matters": ""})
 
@@ -129,24 +96,13 @@ def setup_table() -> Table:
 def remaining_shares(config: Config) -> Float[np.ndarray, "measurements"]:
     """Return the share of the first error's variance that is left after each measurement.
 
-    For a filter whose model is right this is also the squared correlation of the error with the
-    first one, and the factor by which the first error is expected to be still there.
+    If the model is right, this is the squared correlation with the first error, too.
     """
     variances = covariances(config).covs[0, :, 1, 1]
     return variances / variances[0]
 
 
-def lengthened(config: Config, steps: int) -> Config:
-    """Return the same study with its loop cut into another number of moves."""
-    return replace(config, base=replace(config.base, steps=steps))
-
-
 # Information ----------------------------------------------------------------------------------
-
-
-def total_information(config: Config) -> Float[np.ndarray, "steps states states"]:
-    """Return the total Fisher information of eq. (14) with the terms of eq. (22), 1/m²."""
-    return kalman.fisher_information(_matrix(config), covariances(config).innovation_covs[0])
 
 
 def information_on_start(config: Config) -> Float[np.ndarray, "steps states states"]:
@@ -154,19 +110,7 @@ def information_on_start(config: Config) -> Float[np.ndarray, "steps states stat
 
     Eq. (14) counts each innovation as a fresh measurement of one state; this does not.
     """
-    base, matrix = config.base, _matrix(config)
-    moves = [monobot.motion(0.0, float(s) ** 2, base.landmarks) for s in base.motion_deviations]
-    noises = base.measurement_deviations[1:] ** 2
-    if config.reference != "none":
-        noises = np.insert(noises, 0, config.deviations**2, axis=1)
-    return kalman.start_information(moves, [kalman.Sensor(matrix, np.diag(w)) for w in noises])
-
-
-def _matrix(config: Config) -> np.ndarray:
-    if config.reference == "none":
-        return monobot.sensor_matrix(config.base.landmarks)
-    reference = Reference(SIGNS[config.reference], np.zeros((1, config.base.steps)), 1.0)
-    return reference.matrix(config.base.landmarks)
+    return kalman.start_information(*rail.system(config))
 
 
 def symbolic_information(
@@ -180,7 +124,7 @@ def symbolic_information(
     :math:`\varsigma_{ij}` of the inverse innovation covariance, any symmetric matrix, are numbered
     from 0 with a reference and from 1 without.
     """
-    H = sympy.Matrix(_matrix(Config(replace(FIG4, landmarks=landmarks), reference)).astype(int))
+    H = sympy.Matrix(sensor(Config(landmarks=landmarks, reference=reference)).astype(int))
     first = landmarks + 1 - H.rows
     weights = sympy.Matrix(
         H.rows, H.rows, lambda i, j: sympy.Symbol(f"s_{min(i, j) + first}{max(i, j) + first}")
@@ -194,13 +138,12 @@ def symbolic_information(
 def anchored_and_relative(
     runs: int, *, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, "runs measurements"], Float[np.ndarray, "runs measurements"]]:
-    """Return the landmark by a filter with an anchor, and landmark minus anchor by one without.
+    """Return the landmark by a filter with an anchor, and landmark minus anchor by one without, m.
 
-    Both estimate the same distance, m, in worlds with the noise of Figs 4 and 5. The first filter
-    learns where it starts from its first measurement of the anchor, from nothing else. The second
-    takes the anchor for a landmark like any other and believes in its own start.
+    The first filter learns where it starts from its first measurement of the anchor alone; the
+    second takes the anchor for a landmark like any other and believes in its own start.
     """
-    to_anchor = FIG5.deviation + FIG5.share * np.abs(FIG4.plan - ORIGIN)
+    to_anchor = FIG5.reference_deviation + FIG5.reference_share * np.abs(FIG4.plan - ORIGIN)
     deviations = np.column_stack([to_anchor, FIG4.measurement_deviations])
     world = simulate_rail(
         FIG4.plan,
@@ -233,13 +176,9 @@ Sums = dict[int, Float[np.ndarray, "steps states states"]]
 
 
 def sums(known: bool, *, rng: np.random.Generator) -> Sums:
-    """Return the sum (14) after each step for several numbers n of landmarks.
-
-    If the place of the anchor is not known, it is one more of them, and no reference is left.
-    """
-    bases = {n: replace(FIG4, landmarks=n + (not known)) for n in rail.COUNTS}
-    study = FIG5 if known else Config()
-    return {n: total_information(replace(study, base=base)) for n, base in bases.items()}
+    """Return the sum (14) after each step by number of landmarks; an unknown anchor is one."""
+    study = FIG5 if known else FIG4
+    return {n: total_information(replace(study, landmarks=n + (not known))) for n in rail.COUNTS}
 
 
 def missing_ranks(totals: Sums) -> Interval:
@@ -275,9 +214,9 @@ def anchor_full_rank(totals: Sums, value: Interval) -> Finding:
         ]
         for n, J in totals.items()
     }
-    plain = total_information(Config())[-1]
+    plain = total_information(FIG4)[-1]
     start = {
-        f"{k} measurements": information_on_start(lengthened(FIG5, k))[-1]
+        f"{k} measurements": information_on_start(replace(FIG5, steps=k))[-1]
         for k in (FIG4.steps, 2 * FIG4.steps)
     }
     columns = {"term (22)": "of a single term", "sum (14)": "after all measurements"}
@@ -335,7 +274,8 @@ NOISES = (0.01, 0.1, 0.2, 0.3, 1.0)
 def without_and_with(config: Config, *, rng: np.random.Generator) -> tuple[Ends, Ends]:
     """Return first and last errors in the same worlds without a reference and with one."""
     tied = run(config, rng=rng)
-    plain = replace(tied, filtered=rail.refilter(config.base, tied.world))
+    untied = rail.refilter(replace(config, reference="none"), tied.world)
+    plain = replace(tied, filtered=untied)
     return ends(plain), ends(tied)
 
 
@@ -346,11 +286,9 @@ def blurred(config: Config, *, rng: np.random.Generator) -> tuple[Ends, Ends]:
 
 
 def share_left(found: Ends) -> Interval:
-    """Return how much of the first error is left in the last.
+    """Return how much of the first error is left in the last, by the larger of two shares.
 
-    A last error may be large and independent, or small and a fixed share of the first; so this is
-    the larger of two shares: of the last variance what the first error explains, and the last mean
-    square over the first variance.
+    For a last error may be large and independent, or small and a fixed share of the first.
     """
     return intervals.largest(found.explained, remaining_share(found))
 
@@ -391,15 +329,11 @@ def _effect(
     more: dict[str, Interval],
     note: str,
 ) -> Finding:
-    """Return what a reference does to the first error: one verdict for the anchor and the sensor.
-
-    With equal noise the two are one system, which the evidence shows; their noise decides how much
-    is left after the paper's hundred measurements. ``more`` is evidence of one of them.
-    """
+    """Return what a reference does to the first error, by one rule for anchor and sensor."""
     (other,) = set(SIGNS) - {config.reference}
     both, tied = (config, replace(config, reference=other)), found[1]
     counts = np.array([100.0, 200.0, 400.0, 800.0])
-    shares = np.array([remaining_shares(lengthened(config, int(k)))[-1] for k in counts])
+    shares = np.array([remaining_shares(replace(config, steps=int(k)))[-1] for k in counts])
     one, twin = (covariances(each) for each in both)
     J, K = (total_information(each) for each in both)
     same = f"from an {other} of equal noise"
@@ -418,7 +352,9 @@ def _effect(
         ),
         f"largest relative difference of the sums (14) {same}": _rounding(J, K, K.max()),
     }
-    noises = {d: covariances(replace(config, deviation=d)).covs[0, :, 1, 1] for d in NOISES}
+    noises = {
+        d: covariances(replace(config, reference_deviation=d)).covs[0, :, 1, 1] for d in NOISES
+    }
     shares = {d: variances[-1] / variances[0] for d, variances in noises.items()}
     rows = {f"{d} m": (noises[d][-1] ** 0.5, shares[d]) for d in NOISES}
     columns = {
@@ -428,7 +364,8 @@ def _effect(
     worse = min((d for d, share in shares.items() if share > UNSEEN), default=np.inf)
     good_enough = Condition(
         f"the reference is good enough for the number of measurements: the constant part of its "
-        f"error is {config.deviation} m here (ours); with {worse} m a hundred leave too much",
+        f"error is {config.reference_deviation} m here (ours); with {worse} m a hundred leave too "
+        "much",
         bool(shares[NOISES[-1]] > UNSEEN),
     )
     tables = {
@@ -438,9 +375,8 @@ def _effect(
     return Finding(value, evidence | more, tables, (good_enough,), note)
 
 
-FULL, QUICK = (replace(FIG4, runs=runs) for runs in (10_000, 2_000))
 ANCHOR, SENSOR = (
-    Study(without_and_with, full=replace(c, base=FULL), quick=replace(c, base=QUICK), seed=21)
+    Study(without_and_with, full=replace(c, runs=10_000), quick=replace(c, runs=2_000), seed=21)
     for c in (FIG5, FIG6)
 )
 

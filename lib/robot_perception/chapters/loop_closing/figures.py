@@ -75,15 +75,7 @@ def built_map(ax: Axes, built: Built) -> Axes:
     gridspec_kw={"left": 0.42},
 )
 def end_errors(axes: Sequence[Axes] | np.ndarray, studies: Mapping[str, Table]) -> AxesRow:
-    """Draw the column "end (m)" of tables as dots with intervals, a panel for each table.
-
-    Parameters
-    ----------
-    axes
-        One for each table, one above the other.
-    studies
-        Recorded errors by title of the panel.
-    """
+    """Draw the column "end (m)" of tables, by title, as dots with intervals, a panel each."""
     ends = {
         title: {name: table[name, "end (m)"] for name in table.rows}
         for title, table in studies.items()
@@ -123,10 +115,7 @@ def _places(steps: int) -> np.ndarray:
     gridspec_kw={"right": 0.68},
 )
 def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
-    """Draw the average NEES of the pose along the path, and the 95 % band of χ² of such averages.
-
-    The axis goes up to ``most``, or as far as the values need.
-    """
+    """Draw the average NEES of the pose along the path, up to ``most`` at least, and its 95 %."""
     # logarithms on a plain axis: a logarithmic one takes twice as long to draw
     low, high = average_bounds(3, result.config.runs)
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
@@ -174,14 +163,7 @@ def growth(
 ) -> AxesRow:
     """Draw errors above and NEES below along the path, on two axes cleared first.
 
-    Parameters
-    ----------
-    axes
-        Two.
-    result
-        The study.
-    reach
-        How far the axes go at least: path (m), error (m), NEES.
+    The axes ``reach`` at least so far: path (m), error (m), NEES.
     """
     for ax in axes:
         ax.clear()

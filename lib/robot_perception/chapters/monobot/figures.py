@@ -11,7 +11,7 @@ from robot_perception.chapters.monobot import many
 from robot_perception.chapters.monobot.broken import Variant
 from robot_perception.chapters.monobot.information import Plane, Ridge
 from robot_perception.chapters.monobot.rail import FIG3, Result
-from robot_perception.chapters.monobot.steady import Ends, Gains
+from robot_perception.chapters.monobot.steady import Ends
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
 from robot_perception.teaching.figures import drawn
@@ -47,22 +47,6 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     ax.axhline(result.config.landmarks_at, color=truth, linewidth=0.8, linestyle="--")
     ax.set(xlim=(0, k[-1]), xlabel=MEASUREMENTS, ylabel="position (m)")
     return ax
-
-
-def landmark_error(ax: Axes, result: Result, run: int) -> Axes:
-    """Draw the landmark errors of one run inside the stated ±2σ; a dot is where it began."""
-    errors, colour = result.landmark_errors[run], MEANING["landmark"]
-    style = {"color": colour, "linewidth": 1.3}
-    _errors(ax, errors, result.deviations[:, 1], colour, "landmark error (m)", **style)
-    ax.plot(np.zeros(errors.shape[1]), errors[0], "o", color=colour, markersize=5, clip_on=False)
-    return ax
-
-
-def vehicle_error(ax: Axes, result: Result, run: int) -> Axes:
-    """Draw the vehicle's error in one run inside the stated ±2σ."""
-    errors, colour = result.vehicle_errors[run, :, None], MEANING["robot"]
-    style = {"color": colour, "linewidth": 1.3}
-    return _errors(ax, errors, result.deviations[:, 0], colour, "vehicle error (m)", **style)
 
 
 @drawn(
@@ -102,7 +86,7 @@ def _errors(
     """Draw errors, (measurements, lines) in m, at some times inside ±2σ."""
     k, errors, reach = np.arange(len(errors))[times], errors[times], 2 * deviations[times]
     band(ax, k, -reach, reach, tint)
-    ax.plot(k, errors, **style)
+    ax.plot(k, errors, **{"linewidth": 1.3, **style})
     ax.axhline(0, color=MEANING["truth"], linewidth=0.8)
     top = 1.15 * max(reach.max(), np.abs(errors).max())
     ax.set(xlim=(0, k[-1]), ylim=(-top, top), xlabel=MEASUREMENTS, ylabel=what)
@@ -128,13 +112,20 @@ def gains(ax: Axes, result: Result) -> Axes:
 
 
 def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
-    """Draw one run on two axes (path, landmark error) or four (and vehicle, gains), cleared."""
+    """Draw one run on two axes (path, landmark error) or four (and vehicle, gains), cleared.
+
+    Errors stand inside the stated ±2σ; a dot is where a landmark's began.
+    """
     for ax in axes:
         ax.clear()
     trajectory(axes[0], result, run)
-    landmark_error(axes[1], result, run)
+    errors, colour = result.landmark_errors[run], MEANING["landmark"]
+    _errors(axes[1], errors, result.deviations[:, 1], colour, "landmark error (m)", color=colour)
+    began = {"color": colour, "markersize": 5, "clip_on": False}
+    axes[1].plot(np.zeros(errors.shape[1]), errors[0], "o", **began)
     if len(axes) > 2:
-        vehicle_error(axes[2], result, run)
+        errors, colour = result.vehicle_errors[run, :, None], MEANING["robot"]
+        _errors(axes[2], errors, result.deviations[:, 0], colour, "vehicle error (m)", color=colour)
         gains(axes[3], result)
     return axes
 
@@ -244,14 +235,9 @@ def ensemble(ax: Axes, sample: Ends) -> Axes:
 def fig3(
     axes: AxesRow, curves: Mapping[int, np.ndarray], summed: np.ndarray, exact: np.ndarray
 ) -> None:
-    """Draw both kinds of information beside each other."""
-    information_curves(axes[0], curves)
-    information_kinds(axes[1], summed, exact)
-
-
-def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
-    """Draw the first entry of eq. (14) against the step, one curve for each number of landmarks."""
-    steps = len(next(iter(curves.values())))
+    """Draw eq. (14) by number of landmarks, and of one landmark beside the exact information."""
+    ax, kinds = axes
+    steps = len(summed)
     k = np.arange(1, steps + 1)
     limit, colour = MEANING["expected"], MEANING["paper"]
     ax.plot(k, k, color=limit, linewidth=1.2, linestyle="--")
@@ -264,19 +250,13 @@ def information_curves(ax: Axes, curves: Mapping[int, np.ndarray]) -> Axes:
         label(ax, 1.02 * steps, last, name, colour, fontsize=9.5)
     ax.set(xlim=(0, 1.3 * steps), ylim=(0, 1.08 * steps), xticks=np.linspace(0, steps, 6))
     ax.set(xlabel=MEASUREMENTS, ylabel="first entry of the information (1/m²)")
-    return ax
-
-
-def information_kinds(ax: Axes, summed: np.ndarray, exact: np.ndarray) -> Axes:
-    """Draw the sum of eq. (14) beside the exact information, (steps,), for one landmark."""
-    k, top = np.arange(1, len(summed) + 1), summed[-1]
-    paper, known = MEANING["paper"], MEANING["information"]
-    ax.plot(k, summed, color=paper)
-    ax.plot(k, exact, color=known)
-    ax.set(xlim=(0, k[-1]), ylim=(0, 1.08 * top), xlabel=MEASUREMENTS, ylabel="information (1/m²)")
-    label(ax, 0.98 * k[-1], 0.42 * top, "sum of eq. (14)", paper, ha="right")
-    label(ax, 0.98 * k[-1], exact[-1] + 0.07 * top, "of the state as it is", known, ha="right")
-    return ax
+    top, known = summed[-1], MEANING["information"]
+    kinds.plot(k, summed, color=colour)
+    kinds.plot(k, exact, color=known)
+    kinds.set(xlim=(0, steps), ylim=(0, 1.08 * top))
+    kinds.set(xlabel=MEASUREMENTS, ylabel="information (1/m²)")
+    label(kinds, 0.98 * steps, 0.42 * top, "sum of eq. (14)", colour, ha="right")
+    label(kinds, 0.98 * steps, exact[-1] + 0.07 * top, "of the state as it is", known, ha="right")
 
 
 @drawn(
@@ -342,21 +322,18 @@ def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
     "their number. Dashed: gain on a landmark's own innovation. There are two laws in one filter.",
     height=3.6,
 )
-def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
-    """Draw how gains fall: on the common innovation (full lines) and on a landmark's own (dashed).
-
-    Curves are by number of landmarks.
-    """
+def gain_decay(ax: Axes, curves: Mapping[int, tuple[np.ndarray, np.ndarray]]) -> Axes:
+    """Draw how gains fall: on the common innovation (full), and on a landmark's own (dashed)."""
     colour, right = MEANING["landmark"], 0
-    for n, gain in curves.items():
-        k = np.arange(1, len(gain.common) + 1)
-        seen = gain.common > 1e-9
-        ax.semilogy(k[seen], gain.common[seen], color=colour)
+    for n, (common, own) in curves.items():
+        k = np.arange(1, len(common) + 1)
+        seen = common > 1e-9
+        ax.semilogy(k[seen], common[seen], color=colour)
         right = max(right, k[seen][-1])
         if n > 1:
-            ax.semilogy(k, gain.own, color=colour, linestyle="--")
+            ax.semilogy(k, own, color=colour, linestyle="--")
             apart = 3.0 if n == max(curves) else 1 / 3
-            label(ax, 0.97 * k[-1], apart * gain.own[-1], f"own, {n}", colour, ha="right")
+            label(ax, 0.97 * k[-1], apart * own[-1], f"own, {n}", colour, ha="right")
     names = ", ".join(str(n) for n in sorted(curves, reverse=True))
     label(ax, right + 1, 5e-9, f"n = {names}, left to right", colour)
     ax.set(xlim=(0, k[-1]), ylim=(1e-9, 3), xlabel=MEASUREMENTS, ylabel="gain of a landmark")
@@ -374,37 +351,22 @@ def gain_decay(ax: Axes, curves: Mapping[int, Gains]) -> Axes:
 )
 def against_number(axes: AxesRow, result: many.Result) -> None:
     """Draw both errors against the number of landmarks."""
-    error_of_one(axes[0], result)
-    total_of_all(axes[1], result)
-
-
-def error_of_one(ax: Axes, result: many.Result) -> Axes:
-    """Draw the root mean square error of one landmark against the number of landmarks."""
-    law = MEANING["expected"]
-    ax.axhline(result.floor, color=law, linestyle="--", linewidth=1.2)
-    ax.semilogx(result.counts, result.expected, color=law)
-    ax.semilogx(result.counts, result.measured, "o", color=MEANING["landmark"], markersize=5)
-    top = 1.25 * max(result.measured.max(), result.expected.max())
-    ax.set(ylim=(0, top), ylabel="error of one landmark (m)")
-    low = result.floor - 0.09 * top
-    label(ax, result.counts[0], low, "floor: vehicle's start", law, fontweight=400)
-    return _over_landmarks(ax, result.counts)
-
-
-def total_of_all(ax: Axes, result: many.Result) -> Axes:
-    """Draw the expected sum of squared errors over the state against the number of landmarks."""
+    one, every = axes
     counts, total, law = result.counts, result.total, MEANING["expected"]
-    ax.loglog(counts, total, "-", color=MEANING["error"])
-    ax.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
-    ax.set(ylabel="sum of squared errors (m²)")
-    label(ax, counts[0], total[-1] / 1.4, "proportional: dashed", law, fontweight=400)
-    return _over_landmarks(ax, counts)
-
-
-def _over_landmarks(ax: Axes, counts: np.ndarray) -> Axes:
-    ax.set(xticks=counts, xticklabels=[str(n) for n in counts], xlabel="landmarks")
-    ax.minorticks_off()
-    return ax
+    one.axhline(result.floor, color=law, linestyle="--", linewidth=1.2)
+    one.semilogx(counts, result.expected, color=law)
+    one.semilogx(counts, result.measured, "o", color=MEANING["landmark"], markersize=5)
+    top = 1.25 * max(result.measured.max(), result.expected.max())
+    one.set(ylim=(0, top), ylabel="error of one landmark (m)")
+    low = result.floor - 0.09 * top
+    label(one, counts[0], low, "floor: vehicle's start", law, fontweight=400)
+    every.loglog(counts, total, "-", color=MEANING["error"])
+    every.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
+    every.set(ylabel="sum of squared errors (m²)")
+    label(every, counts[0], total[-1] / 1.4, "proportional: dashed", law, fontweight=400)
+    for ax in axes:
+        ax.set(xticks=counts, xticklabels=[str(n) for n in counts], xlabel="landmarks")
+        ax.minorticks_off()
 
 
 @drawn(
@@ -418,28 +380,17 @@ def _over_landmarks(ax: Axes, counts: np.ndarray) -> Axes:
     gridspec_kw={"right": 0.64},
 )
 def variants(axes: AxesRow, shown: Sequence[Variant]) -> None:
-    """Draw error and honesty of each variant."""
-    _curves(axes[0], {v.name: v.rms for v in shown}, "landmark error (m)")
-    honesty(axes[1], shown)
-
-
-def honesty(ax: Axes, variants: Sequence[Variant]) -> Axes:
-    """Draw the mean squared error over the stated variance of each variant, by measurement.
-
-    Grey is where the mean lies by chance, 95 %.
-    """
-    chance = average_bounds(1, len(variants[0].errors))
-    ax.axhspan(*chance, color=MEANING["expected"], alpha=0.25, linewidth=0)
-    _curves(ax, {v.name: v.nees for v in variants}, "squared error / variance")
-    ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
-    return ax
-
-
-def _curves(ax: Axes, curves: Mapping[str, np.ndarray], what: str) -> Axes:
-    for (name, curve), meaning in zip(curves.items(), VARIANTS, strict=True):
-        ax.plot(curve, color=MEANING[meaning], label=fill(name, 16, break_on_hyphens=False))
-    ax.set(xlim=(0, len(curve) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
-    return ax
+    """Draw error and honesty of each variant; grey is where honesty lies by chance, 95 %."""
+    upper, lower = axes
+    chance = average_bounds(1, len(shown[0].errors))
+    lower.axhspan(*chance, color=MEANING["expected"], alpha=0.25, linewidth=0)
+    for variant, meaning in zip(shown, VARIANTS, strict=True):
+        style = {"color": MEANING[meaning], "label": fill(variant.name, 16, break_on_hyphens=False)}
+        upper.plot(variant.rms, **style)
+        lower.plot(variant.nees, **style)
+    for ax, what in zip(axes, ("landmark error (m)", "squared error / variance"), strict=True):
+        ax.set(xlim=(0, len(variant.rms) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
+    lower.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
 
 @drawn(

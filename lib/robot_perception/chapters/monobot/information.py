@@ -28,14 +28,9 @@ def exact_information(config: Config) -> Float[np.ndarray, "measurements states 
 
     The first measurement counts; the belief in the start does not.
     """
-    n = config.landmarks
-    H, (first, *noises) = slam.sensor_matrix(n), config.measurement_deviations**2
+    H, first = slam.sensor_matrix(config.landmarks), config.measurement_deviations[0] ** 2
     start = H.T @ np.diag(1 / first) @ H
-    if config.anchored:
-        noises = [np.insert(noise, 0, noise[0]) for noise in noises]
-    moves = [slam.motion(0.0, float(s) ** 2, n) for s in config.motion_deviations]
-    sensors = [Sensor(rail.sensor(config), np.diag(noise)) for noise in noises]
-    return np.concatenate([start[None], kalman.state_information(moves, sensors, start)])
+    return np.concatenate([start[None], kalman.state_information(*rail.system(config), start)])
 
 
 def setup() -> Table:
@@ -101,7 +96,7 @@ class Plane:
 
 def planes(*, anchored: bool, rng: np.random.Generator) -> list[Plane]:
     """Return what is known after each measurement of one run, without an anchor or with it."""
-    config = replace(FIG3, runs=1, anchored=anchored)
+    config = replace(FIG3, runs=1, reference="anchor" if anchored else "none")
     result = rail.run(config, rng=rng)
     truths = np.insert(result.world.positions[0, :, None], 1, config.landmarks_at, axis=1)
     beliefs = map(Gaussian, result.filtered.means[0], result.filtered.covs[0])
@@ -204,7 +199,7 @@ both = Study(totals, full=(FIG3, FIG4), quick=(FIG3, FIG4))
     accepted=Accepted(1, 1, "exactly one direction, by the form of the measurement matrix"),
     sabotage=Change(
         "an anchor at the origin (eq. 20)",
-        config=tuple(replace(base, anchored=True) for base in (FIG3, FIG4)),
+        config=tuple(replace(base, reference="anchor") for base in (FIG3, FIG4)),
     ),
 )
 def fisher_singular(total: list[np.ndarray]) -> Finding:

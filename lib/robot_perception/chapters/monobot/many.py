@@ -291,10 +291,7 @@ def _verdict_of(power: Interval) -> str:
 def _growth(
     error: Callable[[np.ndarray], float], counts: tuple[int, ...], start: float
 ) -> Interval:
-    """Return the exponent of an error, a function of the last covariance, against n.
-
-    Fitted over all numbers of landmarks, between the least and the largest from one to the next.
-    """
+    """Return the exponent of an error, a function of the last covariance, against n."""
     sizes = np.array(counts, dtype=float)
     values = np.array([error(_last_cov(n, start)) for n in counts])
     steps = np.diff(np.log(values)) / np.diff(np.log(sizes))

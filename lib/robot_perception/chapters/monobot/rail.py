@@ -5,17 +5,19 @@ moves, then measures.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from data_synth.monobot import RailRuns, Shape, planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
-from robot_perception.kalman import fisher_information
+from robot_perception.kalman import Motion, Sensor, fisher_information
 from robot_perception.slam.monobot import (
     MonobotRun,
     Reference,
     Settled,
+    motion,
     run_filter,
     run_referenced,
     sensor_matrix,
@@ -26,6 +28,11 @@ PAPER = "perception-issues"
 COUNTS = (1, 2, 5, 10, 20, 50)
 """Numbers of landmarks of Fig. 3; the caption says "various sizes", these are ours."""
 GOLDEN = (1 + 5**0.5) / 2
+Kind = Literal["none", "anchor", "external sensor"]
+SIGNS: dict[Kind, Literal[-1, 1]] = {"anchor": -1, "external sensor": 1}
+"""The first entry of the reference's row: eq. (20) and eq. (23)."""
+ORIGIN = 0.0
+"""Where anchor and sensor stand, m: the anchor by the caption of Fig. 5."""
 DECIMALS = 12
 """What is recorded of numbers near zero: further ones are rounding and differ by processor."""
 
@@ -39,8 +46,10 @@ class Config:
     commanded path, in Fig. 4 a sinusoid that returns, whose reach is ours. Noise of the true start
     about the believed one (1 in Fig. 3, ours in Fig. 4); of a move and of a measurement, each a
     constant part and a share of the commanded or planned distance, and a factor for the first
-    measurement, which puts the landmarks into the map. An anchored robot also measures its distance
-    to the origin, eq. (20), after each move and as well as that to the landmark.
+    measurement, which puts the landmarks into the map.
+
+    A reference is read after each move, as well as the landmark, or with a constant deviation and a
+    share of the planned distance to it; the filter believes it ``misplaced`` by so much.
     """
 
     runs: int = 100
@@ -56,7 +65,10 @@ class Config:
     measurement_deviation: float = 1.0
     measurement_share: float = 0.0
     first_measurement_factor: float = 1.0
-    anchored: bool = False
+    reference: Kind = "none"
+    reference_deviation: float | None = None
+    reference_share: float = 0.0
+    misplaced: float = 0.0
 
     @property
     def plan(self) -> Float[np.ndarray, "measurements"]:
@@ -75,6 +87,13 @@ class Config:
         deviation = self.measurement_deviation + share
         deviation[0] *= self.first_measurement_factor
         return np.tile(deviation[:, None], self.landmarks)
+
+    @property
+    def reference_deviations(self) -> Float[np.ndarray, "steps"]:
+        """Standard deviation of the reference after each move, m."""
+        if self.reference_deviation is None:
+            return self.measurement_deviations[1:, 0]
+        return self.reference_deviation + self.reference_share * np.abs(self.plan[1:] - ORIGIN)
 
     @property
     def belief(self) -> Gaussian:
@@ -151,34 +170,43 @@ def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Simulate a study and filter it."""
-    world, distances = simulate(config, rng=rng), None
-    if config.anchored:
-        noise = config.measurement_deviations[1:, 0]
+    world, values = simulate(config, rng=rng), None
+    if config.reference != "none":
         draws = rng.standard_normal((config.runs, config.steps))
-        distances = noise * draws - world.positions[:, 1:]
-    filtered = _filtered(config, world.commands, world.measurements, distances)
-    return Result(config, world, filtered)
+        there = SIGNS[config.reference] * (world.positions[:, 1:] - ORIGIN)
+        values = config.reference_deviations * draws + there
+    return Result(config, world, refilter(config, world, values))
 
 
-def refilter(config: Config, world: RailRuns) -> MonobotRun:
-    """Filter a world with the noise that ``config`` believes in, which need not be the true one."""
-    return _filtered(config, world.commands, world.measurements)
+def refilter(config: Config, world: RailRuns, values: np.ndarray | None = None) -> MonobotRun:
+    """Filter a world with the noise that ``config`` believes in, which need not be the true one.
+
+    ``values`` are what a reference measured, if there is one.
+    """
+    return _filtered(config, world.commands, world.measurements, values)
 
 
 def covariances(config: Config) -> MonobotRun:
     """Return the covariances and gains of a study, which need no data (all of it is zero)."""
-    commands, measurements = (
-        np.zeros(config.steps),
-        np.zeros((1, config.steps + 1, config.landmarks)),
-    )
-    return _filtered(config, commands, measurements, commands[None] if config.anchored else None)
+    nothing = np.zeros(config.steps)
+    measurements = np.zeros((1, config.steps + 1, config.landmarks))
+    return _filtered(config, nothing, measurements, nothing[None])
 
 
 def sensor(config: Config) -> Float[np.ndarray, "m states"]:
-    """Return the measurement matrix after each move; that of an anchor has a row before others."""
-    if config.anchored:
-        return Reference(-1, np.zeros((1, 1)), 0.0).matrix(config.landmarks)
-    return sensor_matrix(config.landmarks)
+    """Return the measurement matrix after each move; a reference has a row before the others."""
+    if config.reference == "none":
+        return sensor_matrix(config.landmarks)
+    return Reference(SIGNS[config.reference], np.zeros((1, 1)), 0.0).matrix(config.landmarks)
+
+
+def system(config: Config) -> tuple[list[Motion], list[Sensor]]:
+    """Return the moves, and what is measured after each."""
+    matrix, noises = sensor(config), config.measurement_deviations[1:] ** 2
+    if config.reference != "none":
+        noises = np.insert(noises, 0, config.reference_deviations**2, axis=1)
+    moves = [motion(0.0, float(s) ** 2, config.landmarks) for s in config.motion_deviations]
+    return moves, [Sensor(matrix, np.diag(noise)) for noise in noises]
 
 
 def total_information(config: Config) -> Float[np.ndarray, "steps states states"]:
@@ -192,16 +220,15 @@ def limit(landmarks: int) -> Settled:
 
 
 def _filtered(
-    config: Config,
-    commands: np.ndarray,
-    measurements: np.ndarray,
-    distances: np.ndarray | None = None,
+    config: Config, commands: np.ndarray, measurements: np.ndarray, values: np.ndarray | None
 ) -> MonobotRun:
+    given = config.belief, commands, measurements
     noises = {
         "motion_variance": config.motion_deviations**2,
         "measurement_variance": config.measurement_deviations**2,
     }
-    if distances is None:
-        return run_filter(config.belief, commands, measurements, **noises)
-    anchor = Reference(-1, distances, config.measurement_deviations[1:, 0] ** 2)
-    return run_referenced(config.belief, commands, measurements, anchor, **noises)
+    if config.reference == "none":
+        return run_filter(*given, **noises)
+    variance, believed = config.reference_deviations**2, ORIGIN + config.misplaced
+    reference = Reference(SIGNS[config.reference], values, variance, believed)
+    return run_referenced(*given, reference, **noises)

@@ -18,21 +18,18 @@ from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Gains:
-    """Gains of a landmark: on all innovations moving together, and what is left for its own."""
+def gain_curves(
+    counts: tuple[int, ...], base: Config
+) -> dict[int, tuple[Float[np.ndarray, "steps"], Float[np.ndarray, "steps"]]]:
+    """Return the gains of the first landmark by number of landmarks.
 
-    common: Float[np.ndarray, "steps"]
-    own: Float[np.ndarray, "steps"]
-
-
-def gain_curves(counts: tuple[int, ...], base: Config) -> dict[int, Gains]:
-    """Return the gains of the first landmark by number of landmarks."""
+    The first is on all innovations moving together, the second what is left for its own.
+    """
     curves = {}
     for n in counts:
         gains = rail.covariances(replace(base, landmarks=n)).gains[0, :, 1]
         common = gains.sum(axis=1)
-        curves[n] = Gains(common, gains[:, 0] - common / n)
+        curves[n] = common, gains[:, 0] - common / n
     return curves
 
 
@@ -73,11 +70,12 @@ def gain_vanishes(gain: Float[np.ndarray, "steps"]) -> Finding:
     """Fit the rate of the gain for one landmark, and the power of its own part for two."""
     state = steady_state(*relative_system(1, motion_variance=1.0, measurement_variance=1.0))
     pole = abs(state.poles[0])
-    own = gain_curves((2,), replace(FIG3, steps=1000))[2].own
+    _, own = gain_curves((2,), replace(FIG3, steps=1000))[2]
     slow = intervals.exponent(np.arange(500.0, 1001.0), own[499:]).estimate
     swinging = rail.covariances(FIG4).gains[0, -1, 1, 0]
+    rate = np.exp(intervals.slope(np.arange(5.0, 16.0), np.log(gain[4:15])).estimate)
     return Finding(
-        _rate(gain),
+        exact(rate, about="factor per step, fitted over steps 5 to 15"),
         {
             "pole of the steady state (Riccati)": exact(pole),
             "time constant": exact(state.time_constant, "steps"),
@@ -95,11 +93,6 @@ def gain_vanishes(gain: Float[np.ndarray, "steps"]) -> Finding:
         ),
         note="The gain does go to zero for every number of landmarks.",
     )
-
-
-def _rate(gain: Float[np.ndarray, "steps"]) -> Interval:
-    rate = np.exp(intervals.slope(np.arange(5.0, 16.0), np.log(gain[4:15])).estimate)
-    return exact(rate, about="factor per step, fitted over steps 5 to 15")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,7 +141,7 @@ def shrunk(config: Config, *, rng: np.random.Generator) -> Ends:
 
 fig4 = Study(run, full=replace(FIG4, runs=40_000), quick=replace(FIG4, runs=2_000), seed=4)
 SHRUNK = Change("simulated errors a thousandth as large, and the covariances as they are", shrunk)
-ANCHOR = Change("an anchor at the origin (eq. 20)", anchored=True)
+ANCHOR = Change("an anchor at the origin (eq. 20)", reference="anchor")
 REPAIRED = (
     Change("a start known exactly and a robot at rest", start_deviation=0.0, shape="at rest"),
     Change(
@@ -336,18 +329,14 @@ def explained_share(config: Config) -> float:
     """Return which share of the last error's variance the first error explains, exactly.
 
     The estimates of an optimal filter differ from the first by what is orthogonal to the last
-    error, so that the share is a ratio of variances. Of several landmarks their mean is taken.
-    Without a first error there is nothing to explain, and the share is 0.
+    error: the share is a ratio of variances, of the mean of several landmarks; 0 without a first.
     """
     first, last = rail.covariances(config).covs[0, [0, -1], 1:, 1:].mean(axis=(1, 2))
     return float(last / first) if first > 0 else 0.0
 
 
 def remaining_share(sample: Ends) -> Interval:
-    """Return the measured mean square of the last error over the stated variance of the first.
-
-    Without a stated first error there is nothing to remain, and the share is 0.
-    """
+    """Return the measured mean square of the last error over the stated variance of the first."""
     first = rail.covariances(sample.config).deviations[0, 0, 1]
     if not first > 0:
         return exact(0.0, about="no first error")

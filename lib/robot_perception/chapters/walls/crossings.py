@@ -108,10 +108,9 @@ class Config:
 
 
 def run(config: Config, *, rng: np.random.Generator) -> tuple[Bool[np.ndarray, "3 curves"], Rates]:
-    """Run path hulls on curves, the check on simple chains, and count the scans that cross.
+    """Tell of curves whether they cross themselves, whether hulls err on them, and false alarms.
 
-    The rows say of each curve whether it crosses itself and whether hulls err on it, and whether
-    the check cries at a simple chain drawn beside it.
+    Beside them, how many scans cross.
     """
     tried = sweep(partial(_tried, config.hulls), range(config.trials), rng=rng, desc="curves")
     return np.array(tried).T, scan_simplicity(rng.spawn(1)[0], config.scans)

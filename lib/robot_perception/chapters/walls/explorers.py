@@ -16,26 +16,6 @@ from robot_perception.teaching.results import kept
 # The tolerance and the noise of one scan ---------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Knob:
-    """What is found in one scan with one tolerance and noise, m.
-
-    ``deviations`` is the tolerance over the noise of the readings and of their rounding together.
-    """
-
-    tolerance: float
-    sigma: float
-    deviations: float
-    walls: int
-    vertices: int
-
-
-def found(scan: OneScan) -> Knob:
-    """Count what is found in a scan."""
-    deviations = scan.tolerance / float(np.hypot(scan.sigma, splitting.ROUNDING))
-    return Knob(scan.tolerance, scan.sigma, deviations, len(scan.segments), len(scan.kept))
-
-
 knob = Exploration(
     lambda ax, scan: figures.scan_state(ax, scan, splitting.one_scan().points),
     lambda tolerance, sigma: splitting.one_scan(tolerance, sigma / 100),
@@ -53,25 +33,23 @@ knob = Exploration(
         "perfect scanner": {"sigma": 0, "tolerance": 0.02},
     },
     axes=partial(figure, width=4.2, height=4.2),
-    finding=found,
+    finding=lambda scan: scan,
 )
 
 
 @kept
-def knob_states() -> tuple[Knob, ...]:
+def knob_states() -> tuple[OneScan, ...]:
     """Return what is found in every state of the explorer."""
     return tuple(knob.found())
 
 
 @kept
-def near_the_noise() -> tuple[Knob, ...]:
+def near_the_noise() -> tuple[OneScan, ...]:
     """Return what is found between the steps of the slider, at one to six times the noise."""
     sigmas = [value / 100 for value in knob.controls["sigma"].values if value > 0]
     noises = [(sigma, float(np.hypot(sigma, splitting.ROUNDING))) for sigma in sigmas]
     factors = np.arange(1.0, 6.1, 0.25).tolist()
-    return tuple(
-        found(splitting.one_scan(k * noise, sigma)) for sigma, noise in noises for k in factors
-    )
+    return tuple(splitting.one_scan(k * noise, sigma) for sigma, noise in noises for k in factors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +73,13 @@ def plateau() -> Plateau:
     *_, high, largest = knob.controls["tolerance"].values
     states = [*knob_states(), *near_the_noise()]
     inside = sorted((s for s in states if s.tolerance <= high), key=lambda s: s.deviations)
-    last = max(k for k, state in enumerate(inside) if state.walls != walls)
+    last = max(k for k, state in enumerate(inside) if len(state.segments) != walls)
     return Plateau(
         walls=walls,
         low=inside[last + 1].deviations,
         high=high,
-        most=max(state.walls for state in inside[: last + 1]),
-        beyond=max(state.walls for state in states if state.tolerance == largest),
+        most=max(len(state.segments) for state in inside[: last + 1]),
+        beyond=max(len(state.segments) for state in states if state.tolerance == largest),
     )
 
 

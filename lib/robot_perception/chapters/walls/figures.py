@@ -30,23 +30,12 @@ from robot_perception.teaching.figures.style import MEANING, band, label
 )
 def opening(axes: Sequence[Axes], scan: OneScan) -> None:
     """Draw one scan as the scanner gives it, and in the plane with its walls."""
-    raw_scan(axes[0], scan)
-    scan_walls(axes[1], scan)
-
-
-def raw_scan(ax: Axes, scan: OneScan) -> Axes:
-    """Draw the readings of a scan as the scanner gives them: range against direction."""
-    ax.plot(np.rad2deg(scan.angles), scan.ranges, ".", color=MEANING["readings"], markersize=2.5)
-    ax.set(xlabel="direction of the beam (°)", ylabel="range (m)", ylim=(0, None))
-    ax.set(xlim=(-92, 92), xticks=[-90, -45, 0, 45, 90])
-    return ax
-
-
-def scan_walls(ax: Axes, scan: OneScan) -> Axes:
-    """Draw the readings of one scan in the plane and the walls that are found."""
-    _readings(ax, scan)
-    lines(ax, scan.segments.ends, MEANING["walls"], 3.0)
-    return ax
+    raw, plane = axes
+    raw.plot(np.rad2deg(scan.angles), scan.ranges, ".", color=MEANING["readings"], markersize=2.5)
+    raw.set(xlabel="direction of the beam (°)", ylabel="range (m)", ylim=(0, None))
+    raw.set(xlim=(-92, 92), xticks=[-90, -45, 0, 45, 90])
+    _readings(plane, scan)
+    lines(plane, scan.segments.ends, MEANING["walls"], 3.0)
 
 
 def scan_chain(ax: Axes, scan: OneScan, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
@@ -83,10 +72,7 @@ def _readings(ax: Axes, scan: OneScan) -> None:
 def one_split(
     ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step, kept: Sequence[int] = ()
 ) -> Axes:
-    """Draw one call of the recursion: vertices kept, chord, farthest vertex and its distance.
-
-    The farthest vertex is filled if the chain splits there, and hollow if it is near enough.
-    """
+    """Draw one call of the recursion; its farthest vertex is filled if the chain splits there."""
     for part, alpha, width in ((chain, 0.35, 0.8), (chain[step.i : step.j + 1], 1.0, 1.0)):
         ax.plot(*part.T, "-", color=MEANING["readings"], linewidth=width, alpha=alpha)
         dots(ax, part, size=2 * width, alpha=alpha)
@@ -107,10 +93,7 @@ def one_split(
 def recursion_state(
     ax: Axes, chain: Float[np.ndarray, "n 2"], calls: Sequence[Step], *, stretch: bool = False
 ) -> Axes:
-    """Draw the latest call of the recursion, what all calls kept, and what they have cost.
-
-    A zigzag, which is far longer than high, is stretched to fill its axes.
-    """
+    """Draw the latest call of the recursion, what all kept, and their cost; zigzags stretched."""
     ax.clear()
     last, cost = calls[-1], sum(call.j - call.i - 1 for call in calls)
     done = [0, len(chain) - 1, *(call.f for call in calls if call.split)]
@@ -245,10 +228,7 @@ def _crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Ax
 
 
 def search_range(ax: Axes, found: SearchRange) -> Axes:
-    """Draw a wall hypothesis with the band in which the same wall may lie in another scan.
-
-    The scale across the wall is enlarged.
-    """
+    """Draw a wall hypothesis and the band in which the same wall may lie in another scan."""
     ax.clear()
     along, half = found.along, 100 * found.half_width
     band(ax, along, -half, half, MEANING["walls"])
@@ -326,7 +306,7 @@ def map_state(ax: Axes, state: Growing, least: int, extent: Float[np.ndarray, "n
 )
 def freiburg(ax: Axes, found: RecordedMap) -> None:
     """Draw the map of the recording in the body of the chapter."""
-    recorded_map(ax, found).set_title(f"{found.used} scans, {found.walls} walls")
+    recorded_map(ax, found)
 
 
 @drawn(
@@ -339,12 +319,13 @@ def freiburg(ax: Axes, found: RecordedMap) -> None:
 )
 def intel(ax: Axes, found: RecordedMap) -> None:
     """Draw the map of the further recording."""
-    recorded_map(ax, found).set_title(f"{found.used} scans, {found.walls} walls")
+    recorded_map(ax, found)
 
 
 def recorded_map(ax: Axes, found: RecordedMap) -> Axes:
     """Draw the map of a recording in the colours of the paper's Fig. 1b."""
     _wall_map(ax, found.points, found.ends, found.way)
+    ax.set_title(f"{found.used} scans, {found.walls} walls")
     return plan(ax, found.points, margin=0.6)
 
 

@@ -75,11 +75,6 @@ def surplus(found: Growth) -> Interval:
     What is proportional to n cancels. Of n log n remains exactly 2n, of n to the power p a multiple
     of itself, so that the two differ where their own exponents do not. A cost without surplus is
     linear or less; its exponent is 0.
-
-    Raises
-    ------
-    ValueError
-        If a size is not twice the one before.
     """
     sizes = found.sizes
     if (sizes[1:] != 2 * sizes[:-1]).any():
@@ -94,13 +89,7 @@ def n_log_n_exponent(sizes: Int[np.ndarray, " sizes"]) -> float:
 
 
 def recorded_times() -> dict[str, Any]:
-    """Return the row of the benchmarks for a zigzag of 100 000 vertices: path hulls and a peer.
-
-    Raises
-    ------
-    LookupError
-        If the record has no such row.
-    """
+    """Return the row of the benchmarks for a zigzag of 100 000 vertices: path hulls and a peer."""
     rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
     for row in rows:
         if row["work"].startswith(ZIGZAG) and row["peer"]:

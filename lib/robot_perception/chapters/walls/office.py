@@ -67,10 +67,7 @@ class Result:
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Drive through an office, build the wall map with known poses, and compare it with the plan.
-
-    ``rng`` is the source of the office and of the noise.
-    """
+    """Drive through an office, map its walls with known poses, and compare them with the plan."""
     office = make_office(rng=rng, rooms=config.rooms, furniture=config.furniture)
     poses = drive(office, step=config.step)
     scans = scan(office.faces, poses, config.scanner, rng=rng)
@@ -95,44 +92,32 @@ def setup() -> Table:
     config, gate = Config(), Config().gate
     scanner, tolerance = config.scanner, config.extraction.tolerance
     sigma = config.extraction.noise.range_sigma
+    beams = f"simulated, {scanner.beams} beams over half a turn, up to {scanner.max_range:g} m"
+    noise = f"{100 * scanner.range_sigma:g} cm, and steps of {100 * scanner.resolution:g} cm"
+    gated = f"{gate.probability:.0%} of χ², walls rough by {100 * gate.roughness:g} cm and "
+    gated += f"{np.rad2deg(gate.roughness_angle):g}°"
     rows = {
-        "scanner": [
-            "Leuze Rotoscan RS4",
-            f"simulated, {scanner.beams} beams over half a turn, up to {scanner.max_range:g} m",
-            "not varied here",
-        ],
-        "noise σ of a range": [
-            "not given",
-            f"{100 * scanner.range_sigma:g} cm, and steps of {100 * scanner.resolution:g} cm",
-            "yes: it sets the least ε",
-        ],
-        "tolerance ε": [
+        "scanner": ("Leuze Rotoscan RS4", beams, "not varied here"),
+        "noise σ of a range": ("not given", noise, "yes: it sets the least ε"),
+        "tolerance ε": (
             "not given",
             f"{100 * tolerance:g} cm, or {tolerance / sigma:.0f}σ",
             "not between noise and furniture",
-        ],
-        "search range": [
-            "drawn in Fig. 1a",
-            f"{gate.probability:.0%} of χ², walls rough by {100 * gate.roughness:g} cm and "
-            f"{np.rad2deg(gate.roughness_angle):g}°",
-            "yes: see “Break it”",
-        ],
-        "scans that show a wall": [
+        ),
+        "search range": ("drawn in Fig. 1a", gated, "yes: see “Break it”"),
+        "scans that show a wall": (
             "“consecutive readings”",
             f"{config.least_scans} at least",
             "little: see the map of the office",
-        ],
-        "poses": ["estimated", "known exactly", "yes: see “Break it”"],
+        ),
+        "poses": ("estimated", "known exactly", "yes: see “Break it”"),
     }
     columns = {"the paper": "", "ours": "", "does it matter?": ""}
     return Table(rows, columns, corner="the experiment")
 
 
 def scores(drive: Result, recorded: Entry) -> Table:
-    """Return how the map of one drive agrees with its floor plan, and how those of the ledger do.
-
-    ``recorded`` is the entry of the claim ``walls-fig1``.
-    """
+    """Return how the map of one drive agrees with its plan, and how those of ``walls-fig1`` do."""
     score, others = drive.score, recorded.evidence
     ours = [100 * (1 - score.precision), 100 * (1 - score.recall), 1e3 * score.rms_offset]
     theirs = [
@@ -334,10 +319,7 @@ class GateStudy:
 
 @kept
 def gate_study(roughness: tuple[float, ...] = (0.0, 0.005, 0.02, 0.08, 0.3, 0.6)) -> GateStudy:
-    """Build the map of one drive with poses 2 cm wrong, with gates of several roughnesses, m.
-
-    The roughness of the angle is in proportion.
-    """
+    """Build the map of one drive with poses 2 cm wrong, with gates of several roughnesses, m."""
     rng = np.random.default_rng(9)
     small = run(Config(rooms=2, step=0.5), rng=rng)
     config, angles = small.config, small.config.scanner.angles

@@ -41,6 +41,11 @@ class OneScan:
     kept: Int[np.ndarray, " kept"]
     segments: walls.Segments
 
+    @property
+    def deviations(self) -> float:
+        """The tolerance over the noise of the readings and of their rounding together."""
+        return self.tolerance / float(np.hypot(self.sigma, ROUNDING))
+
 
 def one_scan(tolerance: float = TOLERANCE, sigma: float = 0.015) -> OneScan:
     """Take one scan of the chapter's office and extract its walls; tolerance ε and noise σ in m."""
@@ -103,10 +108,7 @@ def split(
     measure: Measure,
     place: Callable[[np.ndarray], int] = np.argmax,
 ) -> list[int]:
-    """Return the vertices kept if ``measure`` says how far those between two others are.
-
-    ``place`` picks from the distances the vertex that splits.
-    """
+    """Return the vertices kept if ``measure`` says how far off, and ``place`` which one splits."""
     kept, todo = {0, len(chain) - 1}, [(0, len(chain) - 1)]
     while todo:
         i, j = todo.pop()
@@ -163,10 +165,7 @@ def kept_by_scale(epsilon: float = TOLERANCE) -> KeptByScale:
 def enlarge(
     measure: str, *, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, "triples 3 2"], float]:
-    """Return triples of points, and the power of their scale with which a measure grows.
-
-    The measure is one of `MEASURES`.
-    """
+    """Return triples of points, and the power of their scale with which one of `MEASURES` grows."""
     triples, scales = rng.normal(size=(1000, 3, 2)), np.array([1.0, 2.0, 4.0, 8.0])
     values = np.array([[MEASURES[measure](s * t, 0, 2)[0] for t in triples] for s in scales])
     slopes = np.polyfit(np.log(scales), np.log(values), 1)[0]

@@ -89,10 +89,7 @@ def run(config: Config, scanner: Scanner = NOISY, *, rng: np.random.Generator) -
 def straight_parts(
     chain: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, " n"], config: Config
 ) -> Int[np.ndarray, "parts 2"]:
-    """Return first and last reading of each run of readings on one face that is long enough.
-
-    ``faces`` says on which face a reading lies, -1 if on none or on two.
-    """
+    """Return the ends of each long enough run of readings on one face (-1: on none or on two)."""
     starts = np.flatnonzero(np.r_[True, faces[1:] != faces[:-1]])
     parts = np.stack([starts, np.r_[starts[1:], len(faces)] - 1], axis=-1)
     long = _readings(parts) >= config.least_readings

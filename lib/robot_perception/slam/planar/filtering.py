@@ -72,10 +72,6 @@ def predict(
     after : (3 + 2n,) or (3,), optional
         State after the motion at which to linearise; the predicted estimate if left out.
 
-    Returns
-    -------
-    MapBelief
-
     Raises
     ------
     ValueError
@@ -125,11 +121,6 @@ def update(
     at : (3 + 2n,), optional
         State at which to linearise H; the estimate if left out.
 
-    Returns
-    -------
-    posterior : MapBelief
-    seen : Innovation
-
     Raises
     ------
     ValueError
@@ -169,11 +160,6 @@ def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
         Belief before the fix.
     fix
         :class:`PositionFix`, eq. (26), or :class:`Compass`.
-
-    Returns
-    -------
-    posterior : MapBelief
-    seen : Innovation
 
     Raises
     ------
@@ -215,10 +201,6 @@ def add_landmarks(
         The sensor they are from.
     at : (3 + 2n,) or (3,), optional
         Pose at which to linearise; the estimate if left out.
-
-    Returns
-    -------
-    MapBelief
 
     Raises
     ------

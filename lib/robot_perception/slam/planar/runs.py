@@ -210,6 +210,8 @@ class History:
         Landmarks that left the state, and where they were then, m.
     counts
     kept : number of step -> belief
+    points : number of step -> (3 + 2n,)
+        The state at which Jacobians were taken after the steps of ``kept``, m, m, rad, then m.
     """
 
     start: Float[np.ndarray, "3"]
@@ -224,6 +226,7 @@ class History:
     frozen: dict[int, np.ndarray]
     counts: Counts
     kept: dict[int, MapBelief]
+    points: dict[int, np.ndarray]
 
     @property
     def path(self) -> Float[np.ndarray, "poses 3"]:
@@ -258,18 +261,7 @@ class History:
         """Write the trajectory with its covariances as CSV, a line for each step.
 
         The first line names the columns and their units; covariances are those of x, y and heading.
-
-        Parameters
-        ----------
-        path
-            File to write, in a folder that exists.
-
-        Raises
-        ------
-        ValueError
-            If a step has no time.
-        FileNotFoundError
-            If there is no such folder.
+        Path and errors, ``ValueError`` and ``FileNotFoundError``, are those of :meth:`to_tum`.
         """
         rows, cols = np.triu_indices(3)
         columns = np.column_stack([self._known_times(), self.poses, self.pose_covs[:, rows, cols]])
@@ -310,10 +302,6 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
         The drive; read once, so a generator will do.
     settings
         How to filter.
-
-    Returns
-    -------
-    History
 
     Raises
     ------
@@ -359,7 +347,7 @@ class _Run:
         self.tally = dict.fromkeys(Counts.__dataclass_fields__, 0)
         self.start, self.times = start.pose.copy(), []
         self.poses, self.pose_covs, self.nis, self.dof = [], [], [], []
-        self.sizes, self.used, self.kept = [], [], {}
+        self.sizes, self.used, self.kept, self.points = [], [], {}, {}
         self.truth = settings.linearisation if isinstance(settings.linearisation, Truth) else None
         # where Jacobians are taken if not at the latest estimate: same layout as the state
         self.point = None if settings.linearisation == "latest" else start.mean.copy()
@@ -389,6 +377,7 @@ class _Run:
         self.used.append(used)
         if k in self.settings.keep:
             self.kept[k] = work.snapshot()
+            self.points[k] = (work.mean if self.point is None else self.point).copy()
 
     def history(self) -> History:
         """Return what was recorded."""
@@ -405,6 +394,7 @@ class _Run:
             frozen=self.frozen,
             counts=Counts(**self.tally),
             kept=self.kept,
+            points=self.points,
         )
 
     def _predict(self, k: int, motion: Motion) -> None:

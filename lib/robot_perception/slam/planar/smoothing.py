@@ -67,10 +67,6 @@ def smooth(steps: Iterable[Step], guess: History, sensor: LandmarkSensor) -> Opt
     sensor
         The sensor of the landmarks.
 
-    Returns
-    -------
-    Optimum
-
     Raises
     ------
     ValueError
