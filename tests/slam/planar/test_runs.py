@@ -162,27 +162,6 @@ def test_retired_landmarks_are_frozen():
     assert (counts.new, counts.matched, counts.anchored) == (4, 24, 160 - 28)
 
 
-def test_one_of_many_retired_leaves_the_others_alone():
-    world = drive(np.random.default_rng(2), steps=12, landmarks=5, seen=5)
-    shorter = []
-    for k, step in enumerate(world.steps):
-        rows = np.flatnonzero(step.observations.ids < (5 if k < 8 else 2))
-        observed = Observations(step.observations.ids[rows], step.observations.values[rows])
-        shorter.append(replace(step, observations=observed))
-    plain = run_filter(world.start, shorter, Settings(CART)).belief
-    for linearisation in ("latest", "first"):
-        settings = Settings(CART, revision_limit=10, linearisation=linearisation)
-        run = run_filter(world.start, shorter, settings)
-        assert run.counts.retired == 2
-        kept = run.belief.ids.tolist()
-        assert sorted([*kept, *run.frozen]) == sorted(plain.ids.tolist())
-        assert kept == [i for i in plain.ids.tolist() if i not in run.frozen]
-        if linearisation == "latest":  # retired by the last step: the rest is the marginal
-            places = [0, 1, 2] + [plain.slot(i) + c for i in kept for c in (0, 1)]
-            assert_close(run.belief.mean, plain.mean[places])
-            assert_close(run.belief.cov, plain.cov[np.ix_(places, places)])
-
-
 def test_considered_landmarks_stand_still_and_still_count():
     """At equal Jacobians the considering filter is never surer than the best one."""
     world = drive(np.random.default_rng(3), steps=60, landmarks=4, seen=4)
