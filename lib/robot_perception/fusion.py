@@ -130,14 +130,8 @@ def kalman_fusion(a: Gaussian, b: Gaussian, *, angles: Sequence[int] = ()) -> Ga
         K = C_a (C_a + C_b)^{-1}, \qquad \mu = \mu_a + K (\mu_b - \mu_a), \qquad
         C = (I - K) C_a (I - K)^\top + K C_b K^\top
 
-    With correlated errors it is too sure of itself.
-
-    Parameters
-    ----------
-    a, b
-        Beliefs about the same state.
-    angles
-        Indices of the numbers that are angles, rad.
+    With correlated errors it is too sure of itself. Parameters are those of
+    :func:`covariance_intersection`.
 
     Raises
     ------
@@ -226,16 +220,8 @@ def inverse_covariance_intersection(
         \mu = \mu_a + C \left( C_b^{-1} - (1 - \omega) \Gamma^{-1} \right) (\mu_b - \mu_a)
 
     It is consistent where the correlation comes from information that both beliefs contain, not
-    for every correlation.
-
-    Parameters
-    ----------
-    a, b
-        Beliefs about the same state, both covariances regular.
-    omega : (…)
-        Weight ω, from 0 to 1: 0 gives a, 1 gives b.
-    angles
-        Indices of the numbers that are angles, rad.
+    for every correlation. Parameters are those of :func:`covariance_intersection`; both covariances
+    must be regular.
 
     Raises
     ------
@@ -303,22 +289,7 @@ def omega_least_determinant(a: Gaussian, b: Gaussian) -> Weights:
 
     is 0, or the end of [0, 1] where the sum does not change its sign. In two dimensions this is a
     linear equation; in others its root is bracketed. Where every ω is as good it is 1/2. It does
-    not depend on the units.
-
-    Parameters
-    ----------
-    a, b
-        Beliefs about the same state.
-
-    Returns
-    -------
-    (…)
-        One weight for each pair of covariances.
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit or a covariance is singular.
+    not depend on the units. Parameters, returns and errors are those of :func:`omega_determinants`.
     """
     return _best_weights(a, b, 1)
 
@@ -333,22 +304,8 @@ def omega_least_trace(a: Gaussian, b: Gaussian) -> Weights:
 
     is 0, or the end of [0, 1] where the sum does not change its sign. In two dimensions this is a
     linear equation; in others its root is bracketed. Where every ω is as good it is 1/2. The trace
-    adds squares of all numbers, so it depends on their units.
-
-    Parameters
-    ----------
-    a, b
-        Beliefs about the same state.
-
-    Returns
-    -------
-    (…)
-        One weight for each pair of covariances.
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit or a covariance is singular.
+    adds squares of all numbers, so it depends on their units. Parameters, returns and
+    errors are those of :func:`omega_determinants`.
     """
     return _best_weights(a, b, 2)
 

@@ -273,23 +273,16 @@ def importance(
 
     Parameters
     ----------
-    prior
-        One set of M particles.
+    prior, log_likelihood, rng, scheme
+        As in `condensation`.
     move
         Function of states (M, n) and a generator that returns a draw from q for each.
-    log_likelihood
-        Function of states (M, n) that returns :math:`\log p(z_t \mid x)` of each; -inf where the
-        measurement is impossible.
-    rng
-        Source of randomness.
     share
         The particles are drawn anew if their effective number is below this share of M, from 0
         (never) to 1.
     log_ratio
         Function of the states before and after that returns :math:`\log p - \log q` of each; given
         where ``move`` does not draw from the motion.
-    scheme
-        How the particles are drawn; see `condensation`.
 
     Returns
     -------
@@ -347,25 +340,10 @@ def auxiliary(
 
     Parameters
     ----------
-    prior
-        One set of M particles.
-    move
-        Function of states (M, n) and a generator that returns a draw of the next state of each.
+    prior, move, log_likelihood, rng, scheme
+        As in `condensation`.
     expect
         Function of states (M, n) that returns :math:`\mu_t` of each.
-    log_likelihood
-        Function of states (M, n) that returns :math:`\log p(z_t \mid x)` of each; -inf where the
-        measurement is impossible.
-    rng
-        Source of randomness.
-    scheme
-        How the particles are drawn; see `condensation`.
-
-    Returns
-    -------
-    ParticleSet
-        Particles after the measurement, weighted.
-    StepInfo
 
     Raises
     ------

@@ -190,19 +190,10 @@ def test_information_rate_tends_to_the_plant_alone():
     assert rates[-1] < 1 / 0.5
 
 
-def test_one_relative_distance_settles_where_scipy_says():
-    move, sensor = relative_system(1, motion_variance=0.3, measurement_variance=2.0)
-    peer = solve_discrete_are(np.eye(1), np.eye(1), move.noise, sensor.noise)
-    form = settled(1, start_variance=1, motion_variance=0.3, measurement_variance=2.0)
-    state = steady_state(move, sensor)
-    assert form.common_variance == pytest.approx(peer[0, 0], rel=1e-10)
-    assert state.predicted[0, 0] == pytest.approx(peer[0, 0], rel=1e-10)
-    assert state.poles[0] == pytest.approx(form.pole, rel=1e-10)
-
-
-def test_common_mode_of_many_landmarks_settles_where_scipy_says():
+@pytest.mark.parametrize("n", [1, 7])
+def test_common_mode_of_the_landmarks_settles_where_scipy_says(n):
     """The mean distance is one state driven by V and seen n times; differences have no noise."""
-    n, V, W = 7, 0.3, 2.0
+    V, W = 0.3, 2.0
     peer = solve_discrete_are(np.eye(1), np.eye(1), np.array([[n * V]]), np.array([[W]]))
     state = steady_state(*relative_system(n, motion_variance=V, measurement_variance=W))
     ones = np.ones(n) / np.sqrt(n)
@@ -210,6 +201,7 @@ def test_common_mode_of_many_landmarks_settles_where_scipy_says():
     np.testing.assert_allclose(np.sort(np.abs(state.poles))[1:], 1.0, rtol=1e-9)
     form = settled(n, start_variance=1, motion_variance=V, measurement_variance=W)
     assert np.abs(state.poles).min() == pytest.approx(form.pole, rel=1e-9)
+    assert form.common_variance == pytest.approx(peer[0, 0], rel=1e-10)
 
 
 def test_the_full_state_has_no_unique_steady_state():
@@ -249,12 +241,6 @@ def test_information_is_singular_symbolically(n):
     assert (J[0, :] + others).applyfunc(sympy.expand) == sympy.zeros(1, n + 1)
     # striking out the vehicle leaves the regular matrix itself, so the rank is n, not less
     assert J[1:, 1:] == weights.applyfunc(sympy.expand)
-
-
-def test_known_landmark_restores_the_rank():
-    """One row that sees the vehicle alone, as in eq. (20)."""
-    H = np.vstack([[-1.0, 0.0, 0.0], sensor_matrix(2)])
-    assert scale_free_rank(fisher_information(H, np.eye(3)[None])[-1]) == 3
 
 
 def test_one_landmark_sum_is_the_general_sum():

@@ -101,12 +101,6 @@ def test_the_least_angle_is_that_between_the_walls(bend_deg, kinds):
     assert (report.kinds, report.flat) == (kinds, 1 - len(kinds))
 
 
-def test_a_bend_too_flat_is_no_corner():
-    landmarks, report = find_landmarks(look([[3, -2], [2.6, 0], [3, 2]]), ANGLES, RULES)
-    assert len(landmarks) == 0
-    assert report.flat == 1
-
-
 def test_a_board_as_wide_as_a_pole_is_no_pole():
     board = look([[5, -6], [5, 6]], [[2.0, 0.25], [2.0, 0.55]])
     landmarks, report = find_landmarks(board, ANGLES, RULES)

@@ -57,17 +57,6 @@ def test_random_chains_have_the_crossings_that_shapely_finds(seed):
     assert find_crossings(chain, at_most=10_000).tolist() == all_pairs(chain)
 
 
-@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=2, max_size=12))
-def test_lattice_chains_are_simple_when_shapely_says_so(points):
-    """Touching, overlap, folding back and closing, all exactly on a lattice."""
-    for chain in (np.array(points, dtype=float), np.array([*points, points[0]], dtype=float)):
-        moved = chain[np.r_[True, (np.diff(chain, axis=0) != 0).any(axis=1)]]
-        if len(moved) < 2:
-            assert is_simple(chain)
-        else:
-            assert is_simple(chain) == shapely.LineString(moved).is_simple
-
-
 def hostile(rng):
     """A chain on a lattice that avoids itself for a while, then touches, closes or stands still."""
     n, kind = int(rng.integers(2, 50)), rng.integers(5)

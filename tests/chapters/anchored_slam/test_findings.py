@@ -14,7 +14,7 @@ from robot_perception.chapters.anchored_slam.explorers import (
     TURNED,
     refer,
 )
-from robot_perception.chapters.anchored_slam.gauge import AT_REST, TURN, TURN_STEP
+from robot_perception.chapters.anchored_slam.gauge import TURN, TURN_STEP
 from robot_perception.chapters.anchored_slam.recordings import UTIAS
 from tests.chapters.findings import ExplorerTests
 
@@ -31,20 +31,6 @@ class TestExplorers(ExplorerTests):
 
 def test_turned_by_whatever_nothing_differs():
     assert max(TURNED.found()) < 1e-12
-
-
-def test_red_where_the_text_says_so_and_nowhere_else():
-    for state in MOVED.parameters():
-        sensing, direction = state["sensing"], state["direction"]
-        seen = MOVED.finding(MOVED.state(**state)) > 0.1
-        if sensing == "one anchor":
-            assert seen == (direction != TURN)
-        elif sensing in ("two anchors", "anchor + compass", "position sensor"):
-            assert seen
-        elif sensing == AT_REST:
-            assert seen == (direction != "turn about the robot")
-        else:
-            assert not seen
 
 
 def test_picture_and_words_say_what_was_computed():

@@ -10,7 +10,6 @@ from robot_perception.chapters.monobot import (
     bets,
     broken,
     explorers,
-    many,
     rail,
     recordings,
     steady,
@@ -258,10 +257,3 @@ def test_the_right_answers_of_the_bets_are_right():
     assert bets.CURES["right"] == "None of them alone"
     for asked in (bets.CURES, bets.FIFTY, bets.SAME):
         assert asked["right"] in asked["replies"]
-
-
-def test_errors_of_many_landmarks_part_ways():
-    against = many.run(replace(FIG3, runs=100), rng=np.random.default_rng(6))
-    assert np.all(np.diff(against.expected) < 0)
-    assert np.all(np.diff(against.total) > 0)
-    assert np.all(np.diff(against.total) / np.diff(against.counts) < 1.03)

@@ -25,6 +25,7 @@ def test_error_of_one_falls_to_the_floor_while_the_sum_grows():
     assert np.all(np.diff(against.expected) < 0)
     assert np.all(against.expected > against.floor)
     assert np.all(np.diff(against.total) > 0)
+    assert np.all(np.diff(against.total) / np.diff(against.counts) < 1.03)
     low, high = np.sqrt(stats.chi2.ppf([1e-4, 1 - 1e-4], RUNS) / RUNS)
     # landmarks of one run share their error, so a run counts once, not n times
     assert np.all(low < against.measured / against.expected)

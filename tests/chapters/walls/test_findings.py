@@ -75,20 +75,17 @@ def test_axes_are_fixed_over_the_states(name):
 
 def test_between_noise_and_furniture_the_tolerance_does_not_matter(knob, near):
     found = explorers.plateau()
+    low, high, beyond = (found[name] for name in ("low", "high", "beyond"))
     states = [*knob.values(), *near]
-    inside = [
-        len(s.segments) for s in states if s.deviations >= found.low and s.tolerance <= found.high
-    ]
+    inside = [len(s.segments) for s in states if s.deviations >= low and s.tolerance <= high]
     assert len(inside) > 30
-    assert set(inside) == {found.walls} == {8}
-    nearer = {len(state.segments) for state in states if state.deviations < found.low}
-    assert max(nearer) == found.most > 8 > min(nearer)
-    assert 3 < found.low < 3.5
-    assert found.high == 0.4
-    assert {len(state.segments) for state in knob.values() if state.tolerance > 0.4} == {
-        found.beyond
-    }
-    assert found.beyond < 8
+    assert set(inside) == {found["walls"]} == {8}
+    nearer = {len(state.segments) for state in states if state.deviations < low}
+    assert max(nearer) == found["most"] > 8 > min(nearer)
+    assert 3 < low < 3.5
+    assert high == 0.4
+    assert {len(state.segments) for state in knob.values() if state.tolerance > high} == {beyond}
+    assert beyond < 8
 
 
 def test_lower_tolerances_find_too_many_walls_and_then_too_few(knob):
@@ -203,8 +200,8 @@ def test_the_map_grows_and_asking_for_more_scans_never_adds_walls():
 def test_walls_seen_seldom_are_less_often_real():
     with unchecked():
         seldom = office.seldom_study()
-    assert 0 < seldom.gone < seldom.all
-    assert 0 < seldom.cost < seldom.before - seldom.after
+    assert 0 < seldom["gone"] < seldom["all"]
+    assert 0 < seldom["cost"] < seldom["before"] - seldom["after"]
 
 
 def test_partitions_keep_both_faces():

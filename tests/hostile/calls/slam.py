@@ -154,6 +154,9 @@ CALLS = {
         **SURVEYED,
         delays=np.array([0.1, 0.2]),
     ),
+    calibration.make_steps: lambda: call(
+        CALIBRATED, ROBOT.commands.times, ROBOT.commands.velocities, *SIGHTINGS, pause=0.5
+    ),
     calibration.sighting_errors: lambda: call(SIGHTINGS[0] + 3.0, *SIGHTINGS[1:], **SURVEYED),
     calibration.is_right: lambda: call(np.zeros((3, 2)), np.zeros(2)),
     calibration.pooled: lambda: call([CALIBRATED]),

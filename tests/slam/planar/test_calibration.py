@@ -14,6 +14,7 @@ from robot_perception.slam.planar.calibration import (
     Calibration,
     calibrate,
     calibrate_odometry,
+    make_steps,
     name_landmarks,
     pooled,
 )
@@ -23,10 +24,14 @@ PLACES = dict(zip(LANDMARKS.ids.tolist(), LANDMARKS.positions, strict=True))
 SAME = 0.3
 
 
-def calibrated(robot):
+def log(robot):
     wheels, seen = robot.commands, robot.landmarks
-    log = wheels.times, wheels.velocities, seen.times, seen.subjects, seen.values
-    return calibrate(*log, places=PLACES, truth=robot.truth, delays=np.arange(0.0, 0.51, 0.05))
+    return wheels.times, wheels.velocities, seen.times, seen.subjects, seen.values
+
+
+def calibrated(robot):
+    delays = np.arange(0.0, 0.51, 0.05)
+    return calibrate(*log(robot), places=PLACES, truth=robot.truth, delays=delays)
 
 
 def test_calibration_finds_the_delay_scale_and_errors_that_were_put_in():
@@ -116,6 +121,15 @@ def test_too_little_to_calibrate_from_is_said(changes, said):
     given |= {"truth": robot.truth, "delays": np.zeros(1)} | changes
     with pytest.raises(ValueError, match=said):
         calibrate(**given)
+
+
+def test_steps_by_the_right_calibration_lead_along_the_true_path():
+    robot, none = make_robot(np.random.default_rng(2), seconds=30.0), np.zeros(2)
+    sensors = Calibration(DELAY, SCALE, DRAG, none, none, none, none, 0.4, 0)
+    steps, merged = make_steps(sensors, *log(robot))
+    truth, _ = robot.truth.at(merged.times, longest_gap=1.0)
+    driven = dead_reckoning(truth[0], (step.motion for step in steps))
+    np.testing.assert_allclose(driven[:, :2], truth[:, :2], atol=2e-3)  # arcs for chords
 
 
 def path(increments):

@@ -11,11 +11,9 @@ from robot_perception.evaluation.consistency import average_bounds, normalised_s
 from robot_perception.slam.planar import (
     Association,
     CartesianSensor,
-    Compass,
     MapBelief,
     Observations,
     Odometry,
-    PositionFix,
     RangeBearing,
     Settings,
     Step,
@@ -25,7 +23,6 @@ from robot_perception.slam.planar import (
     run_filter,
     textbook,
 )
-from tests.slam.planar.dense import assert_is_dense
 from tests.slam.planar.drives import R_POLAR, Q, R, assert_close, drive, wrapped
 from tests.unchecked import unchecked
 
@@ -35,36 +32,6 @@ SENSORS = {False: CART, True: RangeBearing(R_POLAR)}
 
 def anchored(world, names):
     return {i: world.landmarks[i] for i in names}
-
-
-@pytest.mark.parametrize("polar", [False, True])
-@pytest.mark.parametrize("linearisation", ["latest", "first"])
-@pytest.mark.parametrize("names", [(), (2, 5)])
-def test_a_run_is_its_steps(polar, linearisation, names):
-    """With a noise for each observation, or the sensor's for all, in turn."""
-    rng = np.random.default_rng(4)
-    world, steps = drive(rng, polar=polar), []
-    for k, (step, pose) in enumerate(zip(world.steps, world.poses[1:], strict=True)):
-        fixes = (PositionFix(pose[:2], 0.1 * np.eye(2)), Compass(pose[2], 0.01)) * (k % 7 == 3)
-        seen, noises = step.observations, rng.uniform(0.3, 3.0, (4, 1, 1)) * SENSORS[polar].noise
-        seen = Observations(seen.ids, seen.values, noises) if k % 2 else seen
-        steps.append(replace(step, observations=seen, fixes=fixes))
-    anchors = anchored(world, names)
-    settings = Settings(SENSORS[polar], anchors, linearisation=linearisation, keep=[20])
-    run = run_filter(world.start, iter(steps), settings)
-    assert_is_dense(run, world.start, steps, settings)
-
-
-@pytest.mark.parametrize("polar", [False, True])
-def test_the_ideal_run_linearises_at_the_truth(polar):
-    rng = np.random.default_rng(5)
-    world = drive(rng, polar=polar)
-    truth = Truth(world.poses, dict(enumerate(world.landmarks)))
-    places = np.concatenate([world.poses[0], world.landmarks.ravel()])
-    cov = np.diag(np.r_[np.zeros(3), np.full(world.landmarks.size, 0.01)])
-    start = MapBelief(places, cov, np.arange(len(world.landmarks)))
-    settings = Settings(SENSORS[polar], linearisation=truth, keep=[7])
-    assert_is_dense(run_filter(start, world.steps, settings), start, world.steps, settings)
 
 
 class Recorder:
@@ -193,27 +160,6 @@ def test_retired_landmarks_are_frozen():
     assert_close(rest.pose_covs, run.pose_covs[7:])
     counts = run.counts
     assert (counts.new, counts.matched, counts.anchored) == (4, 24, 160 - 28)
-
-
-def test_one_of_many_retired_leaves_the_others_alone():
-    world = drive(np.random.default_rng(2), steps=12, landmarks=5, seen=5)
-    shorter = []
-    for k, step in enumerate(world.steps):
-        rows = np.flatnonzero(step.observations.ids < (5 if k < 8 else 2))
-        observed = Observations(step.observations.ids[rows], step.observations.values[rows])
-        shorter.append(replace(step, observations=observed))
-    plain = run_filter(world.start, shorter, Settings(CART)).belief
-    for linearisation in ("latest", "first"):
-        settings = Settings(CART, revision_limit=10, linearisation=linearisation)
-        run = run_filter(world.start, shorter, settings)
-        assert run.counts.retired == 2
-        kept = run.belief.ids.tolist()
-        assert sorted([*kept, *run.frozen]) == sorted(plain.ids.tolist())
-        assert kept == [i for i in plain.ids.tolist() if i not in run.frozen]
-        if linearisation == "latest":  # retired by the last step: the rest is the marginal
-            places = [0, 1, 2] + [plain.slot(i) + c for i in kept for c in (0, 1)]
-            assert_close(run.belief.mean, plain.mean[places])
-            assert_close(run.belief.cov, plain.cov[np.ix_(places, places)])
 
 
 def test_considered_landmarks_stand_still_and_still_count():

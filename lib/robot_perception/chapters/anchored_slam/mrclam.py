@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.checks import whole
 from robot_perception.datasets import DatasetMissing, UnknownDataset, read_mrclam
 from robot_perception.datasets.entries import DATA_VARIABLE
-from robot_perception.datasets.mrclam import Commands, MrclamRobot, SurveyedLandmarks
+from robot_perception.datasets.mrclam import MrclamRobot, SurveyedLandmarks
 from robot_perception.evaluation.consistency import normalised_squared
 from robot_perception.evaluation.intervals import mean
 from robot_perception.evaluation.sweep import sweep
@@ -31,10 +31,10 @@ from robot_perception.slam.planar.calibration import (
     Calibration,
     calibrate,
     is_right,
+    make_steps,
     pooled,
     sighting_errors,
 )
-from robot_perception.streams import merge
 from robot_perception.teaching.recordings import Read, Recording
 from robot_perception.teaching.tables import Table
 
@@ -270,24 +270,8 @@ def make_drive(robot: MrclamRobot, sensors: Calibration, *, pause: float = 0.0) 
     """
     seen, logged = robot.landmarks, robot.commands
     begun = logged.times + sensors.delay >= robot.truth.times[0]
-    logged = Commands(logged.times[begun], logged.velocities[begun])
-    merged = merge(logged.times, logged.velocities, seen.times, delay=sensors.delay, pause=pause)
-    velocities = merged.held.commands * sensors.scale
-    velocities[:, 0] -= sensors.drag * np.abs(merged.held.commands[:, 1])
-    driven = replace(merged.held, commands=velocities)
-    steps = tuple(
-        planar.Step(
-            planar.Odometry(increment, cov),
-            planar.Observations(seen.subjects[rows], seen.values[rows]),
-            time=time,
-        )
-        for increment, cov, rows, time in zip(
-            *planar.compound(driven, sensors.density),
-            merged.rows,
-            (merged.times[1:] - merged.times[0]).tolist(),
-            strict=True,
-        )
-    )
+    log = logged.times[begun], logged.velocities[begun], seen.times, seen.subjects, seen.values
+    steps, merged = make_steps(sensors, *log, pause=pause)
     places = np.concatenate([np.arange(rows.start, rows.stop) for rows in merged.rows])
     return Drive(steps, places, merged.times, *robot.truth.at(merged.times, longest_gap=GAP))
 

@@ -65,28 +65,22 @@ def crossing_example() -> Crossing:
     return next(found for found in tried if len(found.edges) <= 4 and found.differ)
 
 
-@dataclass(frozen=True, slots=True)
-class Rates:
-    """How many of some scans cross themselves: at rest, swept on the move, two joined."""
+def scan_simplicity(rng: np.random.Generator, scans: int) -> dict[str, int]:
+    """Count the scans of an office whose chain, in the frame of the world, crosses itself.
 
-    scans: int
-    still: int
-    slow: int
-    joined: int
-
-
-def scan_simplicity(rng: np.random.Generator, scans: int) -> Rates:
-    """Count the scans of an office whose chain, in the frame of the world, crosses itself."""
+    Taken at rest (``still``), swept on the move (``slow``), and two ``joined`` to one chain.
+    """
     office = make_office(rng=rng)
     poses = drive(office)
-    crossing = np.zeros(3, dtype=int)
+    crossing = {"scans": scans, "still": 0, "slow": 0, "joined": 0}
     for pose in poses[rng.choice(len(poses) - 8, scans, replace=False)]:
         after = compose(pose, np.array([0.3, 0.0, 0.0]))
         takes = ((pose, 0.0), (pose, 0.3), (after, 0.0))
         still, slow, again = (_chain(office, place, speed, rng) for place, speed in takes)
-        joined = np.concatenate([still, again])
-        crossing += [not walls.is_simple(chain) for chain in (still, slow, joined)]
-    return Rates(scans, *crossing.tolist())
+        chains = {"still": still, "slow": slow, "joined": np.concatenate([still, again])}
+        for name, chain in chains.items():
+            crossing[name] += not walls.is_simple(chain)
+    return crossing
 
 
 def _chain(office: Office, pose: np.ndarray, speed: float, rng: np.random.Generator) -> np.ndarray:
@@ -107,7 +101,10 @@ class Config:
     hulls: str = "Melkman"
 
 
-def run(config: Config, *, rng: np.random.Generator) -> tuple[Bool[np.ndarray, "3 curves"], Rates]:
+Counted = tuple[Bool[np.ndarray, "3 curves"], dict[str, int]]
+
+
+def run(config: Config, *, rng: np.random.Generator) -> Counted:
     """Tell of curves whether they cross themselves, whether hulls err on them, and false alarms.
 
     Beside them, how many scans cross.
@@ -159,7 +156,7 @@ crossed = Study(run, full=Config(5000, 300), quick=Config(400, 60))
         scans=1,
     ),
 )
-def dp_simple_chain(found: tuple[Bool[np.ndarray, "3 curves"], Rates]) -> Finding:
+def dp_simple_chain(found: Counted) -> Finding:
     """Count the curves on which path hulls err, the false alarms and the scans that cross."""
     (crossing, wrong, alarm), rates = found
     evidence = {
@@ -167,9 +164,9 @@ def dp_simple_chain(found: tuple[Bool[np.ndarray, "3 curves"], Rates]) -> Findin
             (wrong & ~crossing).sum(), about=f"of {(~crossing).sum()} curves without a crossing"
         ),
         "false alarms": exact(alarm.sum(), about=f"of {alarm.size} simple chains"),
-        "single scans that cross themselves": proportion(rates.still, rates.scans),
-        "scans of 3 s on the move that cross themselves": proportion(rates.slow, rates.scans),
-        "two scans in one chain that cross themselves": proportion(rates.joined, rates.scans),
+        "single scans that cross themselves": proportion(rates["still"], rates["scans"]),
+        "scans of 3 s on the move that cross themselves": proportion(rates["slow"], rates["scans"]),
+        "two scans in one chain that cross themselves": proportion(rates["joined"], rates["scans"]),
     }
     share = proportion(int((crossing & wrong).sum()), int(crossing.sum()))
     return Finding(share, evidence, note="Share of crossing chains on which path hulls err.")

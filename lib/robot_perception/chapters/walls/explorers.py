@@ -1,6 +1,5 @@
 """The explorers of the chapter: the tolerance, the recursion, the search range, the map."""
 
-from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -52,35 +51,24 @@ def near_the_noise() -> tuple[OneScan, ...]:
     return tuple(splitting.one_scan(k * noise, sigma) for sigma, noise in noises for k in factors)
 
 
-@dataclass(frozen=True, slots=True)
-class Plateau:
-    """Where the walls found do not depend on the tolerance.
+def plateau() -> dict[str, float]:
+    """Return the range of tolerances in which the same walls are found at every noise.
 
     All ``walls`` are found at every tolerance from ``low`` times the noise up to ``high`` m; nearer
     to the noise there are up to ``most``, above ``high`` there are ``beyond``.
     """
-
-    walls: int
-    low: float
-    high: float
-    most: int
-    beyond: int
-
-
-def plateau() -> Plateau:
-    """Return the range of tolerances in which the same walls are found at every noise."""
     walls = len(splitting.one_scan().segments)
     *_, high, largest = knob.controls["tolerance"].values
     states = [*knob_states(), *near_the_noise()]
     inside = sorted((s for s in states if s.tolerance <= high), key=lambda s: s.deviations)
     last = max(k for k, state in enumerate(inside) if len(state.segments) != walls)
-    return Plateau(
-        walls=walls,
-        low=inside[last + 1].deviations,
-        high=high,
-        most=max(len(state.segments) for state in inside[: last + 1]),
-        beyond=max(len(state.segments) for state in states if state.tolerance == largest),
-    )
+    return {
+        "walls": walls,
+        "low": inside[last + 1].deviations,
+        "high": high,
+        "most": max(len(state.segments) for state in inside[: last + 1]),
+        "beyond": max(len(state.segments) for state in states if state.tolerance == largest),
+    }
 
 
 # The recursion, call by call ---------------------------------------------------------------------

@@ -5,7 +5,7 @@ filter to call.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -15,8 +15,9 @@ from robot_perception import checks
 from robot_perception.geometry import act, between, wrap_angle
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import checked_places
-from robot_perception.slam.planar.motions import Odometry
-from robot_perception.streams import hold
+from robot_perception.slam.planar.motions import Odometry, compound
+from robot_perception.slam.planar.runs import Step
+from robot_perception.streams import Merged, hold, merge
 
 GAP = 0.5
 """Longest gap of the ground truth that is bridged, s."""
@@ -151,10 +152,7 @@ def sighting_errors(
 
     Parameters and errors are those of :func:`calibrate`.
     """
-    observed = checks.array("observed", observed, ("sightings",))
-    beside = f"observed {observed.shape}"
-    names = checks.integers("names", names, observed.shape, beside=beside)
-    values = checks.array("values", values, (observed.size, 2), beside)
+    observed, names, values = _sightings(observed, names, values)
     places = checked_places("place", places)
     lost = sorted(set(names.tolist()) - set(places))
     if lost:
@@ -191,6 +189,34 @@ def pooled(calibrations: Iterable[Calibration]) -> Calibration:
     found["bias"], found["misread"] = np.zeros(2), int(every["misread"].sum())
     found["sigma"] = np.sqrt(np.mean(every["sigma"] ** 2, axis=0))
     return Calibration(**found)
+
+
+def make_steps(
+    sensors: Calibration,
+    times: Float[np.ndarray, " commands"],
+    velocities: Float[np.ndarray, "commands 2"],
+    observed: Float[np.ndarray, " sightings"],
+    names: Int[np.ndarray, " sightings"],
+    values: Float[np.ndarray, "sightings 2"],
+    *,
+    pause: float = 0.0,
+) -> tuple[tuple[Step, ...], Merged]:
+    """Return the steps of a calibrated robot's log, for the filter, and how it was merged.
+
+    There is one for each image at least ``pause`` seconds after the last; their times count from
+    the first motion. The log is as in :func:`calibrate`, errors are those of `streams.merge`.
+    """
+    delay = checks.instance("sensors", sensors, Calibration).delay
+    velocities = checks.array("velocities", velocities, ("commands", 2))
+    observed, names, values = _sightings(observed, names, values)
+    merged = merge(times, velocities, observed, delay=delay, pause=pause)
+    corrected = merged.held.commands * sensors.scale
+    corrected[:, 0] -= sensors.drag * np.abs(merged.held.commands[:, 1])
+    motions = map(Odometry, *compound(replace(merged.held, commands=corrected), sensors.density))
+    seen = (Observations(names[rows], values[rows]) for rows in merged.rows)
+    clock = (merged.times[1:] - merged.times[0]).tolist()
+    steps = zip(motions, seen, clock, strict=True)
+    return tuple(Step(motion, marks, time=time) for motion, marks, time in steps), merged
 
 
 def calibrate_odometry(
@@ -257,6 +283,15 @@ def name_landmarks(
             mine = np.append(mine, near)
         names.append(mine)
     return names
+
+
+def _sightings(
+    observed: np.ndarray, names: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    observed = checks.array("observed", observed, ("sightings",))
+    beside = f"observed {observed.shape}"
+    names = checks.integers("names", names, observed.shape, beside=beside)
+    return observed, names, checks.array("values", values, (observed.size, 2), beside)
 
 
 def _wheels(
