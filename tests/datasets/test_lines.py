@@ -112,7 +112,7 @@ NO_WORDS = (b"\xff", b"1\x00", bytes(range(128, 256)))
 
 @each_kind
 @given(st.data())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_a_bad_line_is_named_with_its_reason(kind, data):
     """A line that is cut, too long, or has a word that is wrong where it stands."""
     rows = [row for row, line in enumerate(kind.lines) if not line.startswith(b"#")]
@@ -156,7 +156,7 @@ def test_a_file_that_holds_nothing_is_named(kind, tmp_path):
 
 @each_kind
 @given(st.data(), st.binary(max_size=40))
-@settings(deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_no_damage_of_a_packed_file_passes_unnoticed(kind, data, junk):
     """Whatever is cut off, put in or written over: its name is in the error, or nothing is lost."""
     packed = gzip.compress(kind.good, mtime=0)
@@ -172,7 +172,7 @@ def test_no_damage_of_a_packed_file_passes_unnoticed(kind, data, junk):
 
 @each_kind
 @given(st.integers(0, 10**6), st.binary(min_size=1, max_size=40))
-@settings(deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_bytes_anywhere_raise_nothing_but_corrupt_log(kind, place, junk):
     place %= len(kind.good) + 1
     try:

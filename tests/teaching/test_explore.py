@@ -88,7 +88,7 @@ def test_rounding_does_not_hide_a_default():
 def test_values_that_lie_close_are_told_apart(unit):
     values = unit * np.array([1.0, 1.001, 1.002])
     for index, value in enumerate(values):
-        assert slider("Gain", values, value, form=".9g").default == index
+        assert slider("Gain", values, value).default == index
 
 
 def test_a_toggle_is_off_and_on():

@@ -16,7 +16,6 @@ from robot_perception.teaching.figures import (
     figure,
     image_axes,
     label,
-    picture,
     show,
     style,
     to_html,
@@ -404,8 +403,8 @@ def test_axes_of_a_picture_are_its_pixels_whatever_is_drawn():
 
 def test_a_grey_picture_stays_grey():
     grey = np.linspace(40, 200, 1200).reshape(30, 40).astype(np.uint8)
-    fig, _ = image_axes(grey, lossless=True)
-    assert (webp(to_svg(fig)) == grey[..., None]).all()
+    fig, _ = image_axes(grey)
+    assert np.abs(webp(to_svg(fig)).astype(int) - grey[..., None]).max() < 8
     assert "image-rendering" not in to_svg(fig)
 
 
@@ -444,9 +443,6 @@ def test_masks_are_encoded_without_loss():
     mask = np.random.default_rng(0).integers(0, 2, (40, 50), dtype=np.uint8) * 255
     frame = render(mask, ALT, effort=0, lossless=True)
     assert (np.asarray(Image.open(io.BytesIO(frame.data)).convert("L")) == mask).all()
-    html = picture(mask, alt=ALT, lossless=True)._repr_mimebundle_()["text/html"]
-    data = base64.b64decode(re.search(r'base64,([^"]*)"', html)[1])
-    assert (np.asarray(Image.open(io.BytesIO(data)).convert("L")) == mask).all()
 
 
 def test_panels_that_do_not_fit_are_refused():
@@ -499,8 +495,6 @@ def test_useless_alternative_text_is_refused(alt):
     fig, _ = figure()
     with unchecked(), pytest.raises(ValueError, match="alt must say"):
         show(fig, alt=alt)
-    with unchecked(), pytest.raises(ValueError, match="alt must say"):
-        picture(np.zeros((4, 4), np.uint8), alt=alt)
 
 
 def test_alternative_text_is_required():
@@ -522,9 +516,6 @@ def test_a_name_is_the_address_of_a_figure():
     html = show(drawn(), alt=ALT, caption="One.", name="worst-line").bundle["text/html"]
     assert '<figure class="rp-figure" id="fig-worst-line">' in html
     assert " id=" not in show(drawn(), alt=ALT).bundle["text/html"].split("<svg")[0]
-    image = np.zeros((4, 4), np.uint8)
-    html = picture(image, alt=ALT, caption="One.", name="dark").bundle["text/html"]
-    assert '<figure class="rp-figure" id="fig-dark">' in html
 
 
 @pytest.mark.parametrize("name", ["Worst", "worst line", "worst_line", "-worst", "", "fig:a"])
@@ -545,20 +536,12 @@ def test_a_page_carries_the_style_sheet_itself(monkeypatch):
     assert "<style>" not in show(fig, alt=ALT)._repr_mimebundle_()["text/html"]
 
 
-def test_a_picture_is_webp_of_its_size():
-    image = np.random.default_rng(0).integers(0, 255, (30, 40, 3), dtype=np.uint8)
-    html = picture(image, alt=ALT, pixelated=True)._repr_mimebundle_()["text/html"]
-    assert 'width="40" height="30"' in html
-    assert 'src="data:image/webp;base64,UklGR' in html
-    assert "rp-pixelated" in html
-
-
 @pytest.mark.parametrize("shape", [(4,), (4, 4, 2), (4, 4, 4, 3)])
 def test_an_array_that_is_no_image_is_refused(shape):
     with pytest.raises(ValueError, match="an image must be uint8"):
-        picture(np.zeros(shape, np.uint8), alt=ALT)
+        to_webp(np.zeros(shape, np.uint8))
     with pytest.raises(ValueError, match="got float64"):
-        picture(np.zeros((4, 4)), alt=ALT)
+        to_webp(np.zeros((4, 4)))
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -45,13 +45,10 @@ def test_source_is_the_library_s_with_its_line_cut_to_what_a_reader_needs():
     assert heading == f"# predict in {place}; validation left out"
     assert definition == "def predict(prior, motion):"
     assert "Q)) # eq. (5)" in " ".join(body[-1].split())
-    assert "; validation left out" not in repr(show_source(tell, whole=True))
+    assert "; validation left out" not in repr(show_source(tell))
 
 
-def test_all_of_the_source_is_shown_on_demand():
-    whole = repr(show_source(kalman.predict, whole=True))
-    assert 'checks.instance("prior", prior, Gaussian)' in whole
-    assert "Return the belief after a motion." in whole
+def test_a_class_is_shown_whole():
     assert "def __post_init__" in repr(show_source(kalman.Motion))
 
 

@@ -5,11 +5,10 @@ from html import escape
 
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.outputs import output
 from robot_perception.teaching.papers import paper
 from robot_perception.teaching.records import records
-from robot_perception.teaching.tables import html_table
 from robot_perception.teaching.verdicts import Basis, Verdict
 
 SHEETS = ("badge.css", "table.css")

@@ -65,9 +65,7 @@ class Control:
         )
 
 
-def slider(
-    label: str, values: Iterable[float], default: float, unit: str = "", *, form: str = ".4g"
-) -> Control:
+def slider(label: str, values: Iterable[float], default: float, unit: str = "") -> Control:
     """Make a slider over a list of numbers.
 
     Parameters
@@ -80,15 +78,13 @@ def slider(
         The number to start at; one of the values.
     unit
         Unit shown after the number.
-    form
-        Format of the number.
 
     Raises
     ------
     ValueError
         If there are fewer than two values, two look alike, or the default is none of them.
     """
-    return _ordered("slider", label, values, default, unit, form)
+    return _ordered("slider", label, values, default, unit)
 
 
 def timeline(
@@ -98,13 +94,12 @@ def timeline(
     unit: str = "",
     *,
     fps: float = 5.0,
-    form: str = ".4g",
 ) -> Control:
     """Make a slider over time that can be played; it never starts by itself.
 
     Parameters
     ----------
-    label, values, default, unit, form
+    label, values, default, unit
         As for `slider`.
     fps
         Frames per second at play.
@@ -114,7 +109,7 @@ def timeline(
     ValueError
         As for `slider`, or if `fps` is not positive.
     """
-    return _ordered("timeline", label, values, default, unit, form, float(fps))
+    return _ordered("timeline", label, values, default, unit, float(fps))
 
 
 def choice(label: str, options: Sequence[Any] | Mapping[str, Any], default: Any) -> Control:
@@ -157,13 +152,12 @@ def _ordered(
     values: Iterable[float],
     default: float,
     unit: str,
-    form: str,
     fps: float | None = None,
 ) -> Control:
     listed = np.asarray([*values]).tolist()
     numbers = tuple(n if isinstance(n, int) else float(f"{n:.12g}") for n in listed)
     space = "" if unit in ("", "°", "%") else "\N{NO-BREAK SPACE}"
-    shown = tuple(f"{format(n, form).replace('-', '−')}{space}{unit}" for n in numbers)
+    shown = tuple(f"{format(n, '.4g').replace('-', '−')}{space}{unit}" for n in numbers)
     return _with_default(kind, label, numbers, shown, default, fps)
 
 

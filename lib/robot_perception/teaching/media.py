@@ -31,3 +31,12 @@ class Shown:
 def with_mathematics(text: str) -> str:
     """Return a text as HTML; MathJax sets what stands between dollars."""
     return _MATHEMATICS.sub(r'<span class="math">\\(\1\\)</span>', escape(text, quote=False))
+
+
+def html_table(label: str, kind: str, head: str, rows: str) -> str:
+    """Write a table that can be scrolled where it is wider than the page."""
+    return (
+        f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
+        f'<table class="{kind}"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from robot_perception.checks import one_of
 from robot_perception.teaching.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.records import records
-from robot_perception.teaching.tables import Table, html_table
+from robot_perception.teaching.tables import Table
 
 THEMES = {
     "monobot": "The robot on a line",

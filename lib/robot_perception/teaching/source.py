@@ -17,7 +17,7 @@ from robot_perception.teaching.outputs import output
 from robot_perception.teaching.source_pages import address
 
 
-def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
+def show_source(function: Callable | type) -> Shown:
     """Return the highlighted source of a library function with a link to its line.
 
     In the built book the link opens the source page at that function; in a live notebook the
@@ -26,10 +26,8 @@ def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
     Parameters
     ----------
     function
-        A function or class of the library, compiled ones included.
-    whole
-        Whether to show all of the source. Otherwise a function is cut to what stands beside the
-        equation, without docstring, validation and annotations, and the heading says so.
+        A function or class of the library, compiled ones included. A function is cut to what stands
+        beside the equation, without docstring, validation and annotations; the heading says so.
 
     Raises
     ------
@@ -42,7 +40,7 @@ def show_source(function: Callable | type, *, whole: bool = False) -> Shown:
         module = inspect.getmodule(function).__name__
     except (OSError, TypeError, AttributeError) as error:
         raise TypeError(f"function {shown(function)} has no Python source to show") from error
-    cut = not whole and inspect.isfunction(function)
+    cut = inspect.isfunction(function)
     code = reduced(function) if cut else "".join(lines)
     left_out = "; validation left out" if cut and validates(function) else ""
     name = function.__qualname__

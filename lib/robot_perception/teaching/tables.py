@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, html_table
 
 Cell = Interval | float | str | None
 """What stands in a cell: a number with its interval, a bare one, a word, or nothing."""
@@ -173,15 +173,6 @@ class Table:
         head = f'<th scope="col">{escape(self.corner)}</th>{head}'
         below = f'<p class="rp-defined">{caption}.</p>' if caption else ""
         return html_table(label, kind, head, body) + below
-
-
-def html_table(label: str, kind: str, head: str, rows: str) -> str:
-    """Write a table that can be scrolled where it is wider than the page."""
-    return (
-        f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
-        f'<table class="{kind}"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{rows}</tbody></table></div>"
-    )
 
 
 def _of_words(column: Iterable[Cell]) -> bool:

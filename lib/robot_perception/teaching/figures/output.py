@@ -1,4 +1,4 @@
-"""Figures and pictures as notebook output: HTML with alternative text and a caption."""
+"""Figures as notebook output: HTML with alternative text and a caption."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import re
 from functools import cache
 from importlib.resources import files
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.teaching.figures.svg import to_html
-from robot_perception.teaching.figures.webp import to_webp
 from robot_perception.teaching.media import Shown, with_mathematics
 
 PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
@@ -48,40 +46,9 @@ def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None 
         If the alternative text is missing, short, or a file name, or the name does not serve.
     """
     check_name(name, caption)
-    return _output(to_html(fig, alt=check_alt(alt)), alt, caption, name)
-
-
-def picture(
-    array: np.ndarray,
-    *,
-    alt: str,
-    caption: str | None = None,
-    name: str | None = None,
-    pixelated: bool = False,
-    lossless: bool = False,
-) -> Shown:
-    """Show a raster image, stored as WebP.
-
-    Parameters
-    ----------
-    array
-        Image of type uint8, shape (height, width) or (height, width, 3 or 4).
-    alt, caption, name
-        As for `show`.
-    pixelated
-        Enlarge without smoothing, for images whose pixels matter.
-    lossless
-        Keep every value, for masks and label images.
-
-    Raises
-    ------
-    ValueError
-        If the array is no 8-bit image or the alternative text does not serve.
-    """
-    check_name(name, caption)
-    data = to_webp(array, lossless=lossless)
-    element = image_element(data, "image/webp", array.shape[1::-1], check_alt(alt))
-    return _output(element, alt, caption, name, pixelated)
+    drawing = to_html(fig, alt=check_alt(alt))
+    figure = f"{opening('rp-figure', name)}{drawing}{figcaption(caption)}</figure>"
+    return Shown({"text/html": style_element("figure.css") + figure, "text/plain": alt})
 
 
 def image_element(data: bytes, mime: str, size: tuple[int, int], alt: str) -> str:
@@ -145,11 +112,3 @@ def front_end(name: str) -> str:
 def style_element(*names: str) -> str:
     """Write the style sheets that an output needs; a page of the book has them already."""
     return "" if on_page() else f"<style>{''.join(map(front_end, names))}</style>"
-
-
-def _output(
-    element: str, alt: str, caption: str | None, name: str | None, pixelated: bool = False
-) -> Shown:
-    kind = "rp-figure rp-pixelated" if pixelated else "rp-figure"
-    figure = f"{opening(kind, name)}{element}{figcaption(caption)}</figure>"
-    return Shown({"text/html": style_element("figure.css") + figure, "text/plain": alt})

@@ -280,26 +280,23 @@ class ImageAxes(BookAxes):
     """Axes that fit a picture, in its pixels; cleared, they show the bare picture again."""
 
     _picture: np.ndarray | None = None
-    _gid = ""
 
     def clear(self) -> None:
         """Take everything off the picture."""
         super().clear()
         if self._picture is None:  # called by the constructor
             return
-        self.imshow(self._picture, aspect="auto", gid=self._gid)
+        self.imshow(self._picture, aspect="auto")
         self.set_axis_off()
         self.autoscale(False)
 
-    def hold(self, picture: np.ndarray, gid: str) -> None:
+    def hold(self, picture: np.ndarray) -> None:
         """Put a picture under whatever is drawn from now on."""
-        self._picture, self._gid = picture, gid
+        self._picture = picture
         self.clear()
 
 
-def image_axes(
-    array: np.ndarray, *, pixelated: bool = False, lossless: bool = False
-) -> tuple[Figure, ImageAxes]:
+def image_axes(array: np.ndarray) -> tuple[Figure, ImageAxes]:
     """Make a figure whose axes are a picture: what is drawn on it is measured in its pixels.
 
     The centre of the first pixel is the origin, columns are x, rows are y, downwards; there are no
@@ -309,10 +306,6 @@ def image_axes(
     ----------
     array
         Image of type uint8, shape (height, width) or (height, width, 3).
-    pixelated
-        Enlarge without smoothing, for images whose pixels matter.
-    lossless
-        Keep every value, for masks and label images.
 
     Returns
     -------
@@ -337,7 +330,7 @@ def image_axes(
         fig = Figure((cols * scale, rows * scale), dpi=100, facecolor="none", layout="none")
         ax = fig.add_axes((0, 0, 1, 1), axes_class=ImageAxes)
     coloured = array if array.ndim == 3 else np.repeat(array[..., None], 3, axis=2)
-    ax.hold(coloured, " ".join([LOSSLESS] * lossless + [PIXELATED] * pixelated))
+    ax.hold(coloured)
     return fig, ax
 
 
