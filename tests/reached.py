@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -269,22 +270,40 @@ def page_tests(pages: Iterable[str], collected: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(test for test, _ in chosen))
 
 
-def steps(reached: Reached, jobs: int) -> Iterator[tuple[str, list[str]]]:
-    """Yield the name and the command of each step, in their order."""
+def lanes(reached: Reached, jobs: int) -> Iterator[Iterator[tuple[str, list[str]]]]:
+    """Yield what may run side by side: names and commands of steps, each after the one before."""
     pytest = [sys.executable, "-m", "pytest", "-q", "-n", str(jobs), "--dist", "loadfile"]
     pytest += ["-m", "not slow"]
     notebooks = [f"book/{page}.ipynb" for page in sorted(reached.pages)]
     if notebooks := [name for name in notebooks if (ROOT / name).exists()]:
         notebooks = ["--nbval-lax", *notebooks]  # one of them on one core, the tests on another
     if notebooks or reached.tests:
-        yield "tests and notebooks", [*pytest, *notebooks, *sorted(reached.tests)]
+        yield iter([("tests and notebooks", [*pytest, *notebooks, *sorted(reached.tests)])])
     if reached.pages or reached.site:
-        yield "book", ["make", "--no-print-directory", "book", f"JOBS={jobs}"]
-        ask = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-m", "not slow", BROWSER]
-        found = subprocess.run(ask, cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
-        tests = page_tests(reached.pages, (line for line in found if "::" in line))
-        whole = sorted(reached.site)
-        yield "pages", [*pytest, *whole, *(t for t in tests if t.partition("::")[0] not in whole)]
+        yield _of_the_site(reached, jobs, pytest)
+
+
+def _of_the_site(reached: Reached, jobs: int, pytest: list[str]) -> Iterator[tuple[str, list[str]]]:
+    yield "book", ["make", "--no-print-directory", "book", f"JOBS={jobs}"]
+    ask = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-m", "not slow", BROWSER]
+    found = subprocess.run(ask, cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
+    tests = page_tests(reached.pages, (line for line in found if "::" in line))
+    whole = sorted(reached.site)
+    yield "pages", [*pytest, *whole, *(t for t in tests if t.partition("::")[0] not in whole)]
+
+
+def follow(lane: Iterator[tuple[str, list[str]]]) -> str:
+    """Run steps until one fails; return its name. What each has said is printed when it ends."""
+    environment = os.environ | {"ROBOT_PERCEPTION_SITE": SITE}
+    for name, command in lane:
+        start = time.monotonic()
+        words = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        ended = subprocess.run(command, cwd=ROOT, env=environment, **words)
+        took = f"{name}: {time.monotonic() - start:.0f} s"
+        print(f"{ended.stdout}{took}\n", end="", flush=True)
+        if ended.returncode:
+            return name
+    return ""
 
 
 def main() -> int:
@@ -306,12 +325,8 @@ def main() -> int:
     if unknown:
         print(f"What {', '.join(unknown)} reaches cannot be told: run `{EVERYTHING}`.")
         return 2
-    environment, failed = os.environ | {"ROBOT_PERCEPTION_SITE": SITE}, []
-    for name, command in steps(total, told.jobs):
-        start = time.monotonic()
-        code = subprocess.run(command, cwd=ROOT, env=environment).returncode
-        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
-        failed += [name] if code else []
+    with ThreadPoolExecutor() as pool:
+        failed = [name for name in pool.map(follow, lanes(total, told.jobs)) if name]
     print(f"Failed: {', '.join(failed)}" if failed else "What the change reaches is green.")
     return bool(failed)
 

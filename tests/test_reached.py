@@ -10,7 +10,7 @@ import pytest
 from robot_perception.teaching import dependencies
 from robot_perception.teaching.dependencies import Dependencies
 from tests import reached
-from tests.reached import ROOT, Reach, Reached, before, changes, main, page_tests, steps
+from tests.reached import ROOT, Reach, Reached, before, changes, lanes, main, page_tests
 
 HOUSE = {
     "house/__init__.py": "",
@@ -196,13 +196,17 @@ def test_pages_are_tested_by_their_own_names():
         page_tests(["walls", "monobot"], COLLECTED)
 
 
+KALMAN = frozenset({"tests/test_kalman.py"})
+
+
 def test_nothing_reached_is_no_step_and_notebooks_are_run():
-    assert list(steps(Reached(), 2)) == []
-    (name, command), *rest = steps(Reached(tests=frozenset({"tests/test_kalman.py"})), 2)
-    assert (name, command[-1], rest) == ("tests and notebooks", "tests/test_kalman.py", [])
+    assert list(lanes(Reached(), 2)) == []
+    ((name, command),) = (step for lane in lanes(Reached(tests=KALMAN), 2) for step in lane)
+    assert (name, command[-1]) == ("tests and notebooks", *KALMAN)
     assert "--nbval-lax" not in command
-    _, command = next(steps(Reached(pages=frozenset({"walls"})), 2))
-    assert command[-2:] == ["--nbval-lax", "book/walls.ipynb"]
+    tests, site = lanes(Reached(pages=frozenset({"walls"})), 2)
+    assert next(tests)[1][-2:] == ["--nbval-lax", "book/walls.ipynb"]
+    assert next(site)[0] == "book"
 
 
 @pytest.fixture
@@ -264,24 +268,34 @@ OF = {"CHANGELOG.md": Reached()}
 def test_it_says_when_it_tests_nothing(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
+    here: Reach,
     changed: list[str],
     says: str,
     code: int,
 ):
     monkeypatch.setattr("sys.argv", ["make check"])
     monkeypatch.setattr(reached, "changes", lambda root, base: changed)
-    monkeypatch.setattr(Reach, "of", lambda reach, name, ledger: OF.get(name))
+    monkeypatch.setattr(reached, "Dependencies", lambda root: None)
+    monkeypatch.setattr(reached, "Reach", lambda *_: here)
+    monkeypatch.setattr(here, "of", lambda name, ledger: OF.get(name))
     monkeypatch.setattr(reached.subprocess, "run", lambda *a, **k: pytest.fail("run"))
     assert main() == code
     assert says in capsys.readouterr().out
 
 
-def test_a_step_that_fails_is_named(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_step_that_fails_is_named_and_ends_its_lane(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], here: Reach
 ):
     monkeypatch.setattr("sys.argv", ["make check"])
     monkeypatch.setattr(reached, "changes", lambda root, base: ["CHANGELOG.md"])
-    commands = [("tests", ["false"]), ("book", ["true"])]
-    monkeypatch.setattr(reached, "steps", lambda found, jobs: iter(commands))
+    monkeypatch.setattr(reached, "Dependencies", lambda root: None)
+    monkeypatch.setattr(reached, "Reach", lambda *_: here)
+    fails = ["sh", "-c", "echo why >&2; false"]
+    commands = [("tests", ["true"])], [("book", fails), ("pages", ["true"])]
+    monkeypatch.setattr(reached, "lanes", lambda found, jobs: map(iter, commands))
     assert main() == 1
-    assert "Failed: tests" in capsys.readouterr().out
+    said = capfd.readouterr().out
+    assert "Failed: book\n" in said
+    assert "why\nbook: 0 s\n" in said
+    assert "tests: 0 s\n" in said
+    assert "pages" not in said.replace("pages: none", "")
