@@ -75,7 +75,7 @@ def whole(scene: Config) -> Config:
 
 
 def few(light: Config = LIGHT, turns: Config = TURNS, crowd: Config = CROWD) -> Scenes:
-    """Return the scenes with two films each: what they leave open, the hundred of a scene decide"""
+    """Return the scenes with two films each: what they leave open, the sixty of a scene decide."""
     light, turns, crowd = (
         replace(scene, seeds=heads.SCORED[:2]) for scene in (light, turns, crowd)
     )
