@@ -6,10 +6,9 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from data_synth.coloured import HeadSequence
 from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking import incremental, scene
-from robot_perception.chapters.head_tracking.heads import OFF
+from robot_perception.chapters.head_tracking.heads import OFF, RULES
 from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
 from robot_perception.teaching.figures import drawn
@@ -44,31 +43,29 @@ def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
 @drawn(
     name="head-hero",
     alt="Three cut-outs of a rendered film with a man's head. At first two ellipses lie on the "
-    "head. In picture 60, which is darker, and in picture 120 the dashed blue one has slid off.",
-    caption="A rendered head in light that changes, at the start and after four and eight seconds. "
+    "head. In pictures 100 and 140 the light is another, and the dashed blue one has slid off.",
+    caption="A rendered head in light that changes, at the start and after seven and nine seconds. "
     "Dashed: the tracker that keeps the colours of the first picture. Solid: the one that adapts.",
     cols=3,
     width=7.4,
     height=2.2,
     gridspec_kw=_PHOTOS,
 )
-def hero(axes: np.ndarray, film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
+def hero(axes: np.ndarray) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
-    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
-    fixed = found.ellipses[0, 0]
+    film, at = scene.filmed(scene.LIGHT), scene.SHOWN
     for ax, k in zip(axes, at, strict=True):
         _picture(ax, film.frames[k])
         _near(ax, film.ellipses[k])
-        _ring(ax, fixed[k], MEANING["fixed model"], linewidth=2.4, linestyle="--")
-        _ring(ax, adapted[k], MEANING["adapted model"], linewidth=2.4)
+        card(ax, k, linewidth=2.4)
         ax.set_title(f"picture {k}")
 
 
-def card(ax: Axes, found: scene.Tracks, at: int) -> Axes:
+def card(ax: Axes, at: int, linewidth: float = 3.0) -> Axes:
     """Draw the ellipses of the fixed and of the adapted model on the axes of a picture."""
-    _ring(ax, found.ellipses[0, -1, at], MEANING["fixed model"], linewidth=3, linestyle="--")
-    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5), at]
-    _ring(ax, adapted, MEANING["adapted model"], linewidth=3)
+    for rate, name, line in ((0.0, "fixed model", "--"), (RULES.rate, "adapted model", "-")):
+        ring = scene.ellipses(scene.LIGHT, rate)[at]
+        _ring(ax, ring, MEANING[name], linewidth=linewidth, linestyle=line)
     return ax
 
 
@@ -169,21 +166,25 @@ def step_aside(ax: Axes, half_width: int = 10) -> Axes:
 
 @drawn(
     name="head-work",
-    alt="Pixels touched in a search against size, both axes logarithmic: counted anew the line "
-    "rises twice as steeply as the incremental one.",
-    caption="Pixels counted in a search of ± 8 pixels. Counted anew they grow as the area, "
-    "incrementally as the circumference.",
+    alt="Numbers added up in a search against size, both axes logarithmic: counted anew the line "
+    "rises twice as steeply as the incremental one. With all cells summed at every candidate both "
+    "lie higher, and the incremental one is nearly level.",
+    caption="Numbers added up in a search of ± 8 pixels. Counted anew they grow as the area, "
+    "incrementally as the circumference. Dotted: if the sum of eq. 28 goes over all cells each "
+    "time, it outweighs the pixels.",
     height=3.0,
 )
 def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
-    """Draw how many pixels a search touches against the size, in full and incrementally."""
-    counts = np.array([incremental.additions(w, 8) for w in half_widths])
-    for k, (name, words) in enumerate((("plain", "counted anew"), ("right", "incremental"))):
-        ax.plot(half_widths, counts[:, k], "o-", color=MEANING[name], label=words)
+    """Draw how many numbers a search adds up against the size, in full and incrementally."""
+    for cells, line in ((0, "o-"), (incremental.REACHED, "o:")):
+        counts = np.array([incremental.additions(w, 8, cells) for w in half_widths])
+        for k, (name, words) in enumerate((("plain", "counted anew"), ("right", "incremental"))):
+            label_ = f"{words}, eq. 28 summed" if cells else words
+            ax.plot(half_widths, counts[:, k], line, color=MEANING[name], label=label_)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xticks(list(half_widths), [str(w) for w in half_widths])
-    ax.set(xlabel="half width of the ellipse (px)", ylabel="pixels touched in a search")
+    ax.set(xlabel="half width of the ellipse (px)", ylabel="numbers added in a search")
     ax.minorticks_off()
     ax.legend(loc="upper left")
     return ax
