@@ -42,7 +42,7 @@ look = Exploration(
     name="head-look",
     caption="Left: the head. Right: the colours of its pixels, in picture 0 (blue) and in this one "
     "(red): brightness across, the difference of green and red upwards.",
-    presets={"dark": {"at": 60}, "bright": {"at": 110}},
+    presets={"dark": {"at": 110}, "bright": {"at": 20}, "another colour": {"at": 60}},
     axes=partial(figure, 1, 2, width=7.4, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],
 )
