@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from robot_perception.appearance import single_cues
 from robot_perception.appearance.colour_distribution import Dynamics, describe
 from robot_perception.appearance.colour_shape import (
     ColourShapeRules,
@@ -14,7 +15,7 @@ from robot_perception.appearance.colour_shape import (
 )
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.segmentation import filled
-from robot_perception.appearance.single_cues import ColourTracker, EdgeTracker
+from robot_perception.appearance.single_cues import ColourTracker, EdgeTracker, WindowTracker
 from tests.appearance.shapes import MIDDLE, SHAPE, overlap, pear
 from tests.unchecked import unchecked
 
@@ -258,7 +259,49 @@ def test_edges_alone_wait_where_there_are_none():
     assert overlap(state.outline, there(0)) > 0.99
 
 
-@pytest.mark.parametrize("tracker", [ColourTracker(RULES), EdgeTracker(RULES)])
+def test_a_rigid_window_follows_what_fades_only_if_it_adapts_by_contrast():
+    moved = {}
+    for rate, contrast in ((0.2, True), (0.0, True), (0.2, False)):
+        tracker = WindowTracker(RULES.binning, rigid=True, rate=rate, contrast=contrast)
+        moved[rate, contrast] = single(tracker, FADING).outline
+    good = moved.pop((0.2, True))
+    np.testing.assert_allclose(good - good[0], there(0) - there(0)[0])  # it keeps its form
+    for other in moved.values():
+        assert overlap(other, there(12)) < 0.5 < 0.75 < overlap(good, there(12))
+
+
+def test_camshift_is_opencvs():
+    tracker = WindowTracker(Binning("HSI", (30, 16, 1)))
+    states = [tracker.start(FADING[0], there(0))]
+    likely = (255 * states[0].counts / states[0].counts.max())[tracker.binning.index(FADING[1])]
+    box, window = cv2.CamShift(likely.astype(np.uint8), states[0].window, single_cues.STOP)
+    found = tracker.step(states[0], FADING[1])
+    assert found.window == tuple(window)
+    (u, v), _, _ = cv2.minAreaRect(found.outline.astype(np.float32))
+    np.testing.assert_allclose((u, v), box[0], atol=0.5)
+    corners, spread = cv2.boxPoints(box), found.outline - found.outline.mean(axis=0)
+    for side in (corners[1] - corners[0], corners[2] - corners[1]):
+        along = spread @ (side / np.linalg.norm(side))
+        np.testing.assert_allclose(np.ptp(along), np.linalg.norm(side), rtol=0.02)
+
+
+def test_a_window_that_finds_nothing_stays():
+    blank = np.full((*SHAPE, 3), 90, dtype=np.uint8)
+    for rigid in (False, True):
+        state = single(WindowTracker(RULES.binning, rigid=rigid), [FADING[0], blank])
+        assert state.lost == 1
+        np.testing.assert_array_equal(state.outline, there(0))
+
+
+def test_a_state_without_a_window_is_refused():
+    tracker = WindowTracker(RULES.binning)
+    with pytest.raises(ValueError, match="state must have a window"):
+        tracker.step(ColourTracker(RULES).start(FADING[0], there(0)), FADING[1])
+
+
+@pytest.mark.parametrize(
+    "tracker", [ColourTracker(RULES), EdgeTracker(RULES), WindowTracker(RULES.binning)]
+)
 def test_a_single_cue_refuses_an_outline_beyond_the_image(tracker):
     with pytest.raises(ValueError, match="must hold pixels of the image"):
         tracker.start(scene(there(0)), there(0) + 1000.0)
@@ -267,5 +310,6 @@ def test_a_single_cue_refuses_an_outline_beyond_the_image(tracker):
 def test_a_histogram_of_other_bins_is_refused():
     image = scene(there(0))
     state = ColourTracker(replace(RULES, binning=Binning("RGB", (4, 4, 4)))).start(image, there(0))
-    with pytest.raises(ValueError, match="counts, got 64"):
-        ColourTracker(RULES).step(state, image)
+    for tracker in (ColourTracker(RULES), WindowTracker(RULES.binning)):
+        with pytest.raises(ValueError, match="counts, got 64"):
+            tracker.step(state, image)

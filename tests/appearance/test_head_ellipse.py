@@ -27,7 +27,7 @@ from tests.unchecked import unchecked
 
 SIZE = (160, 120)
 SKIN, HAIR, WALL = (210, 150, 120), (60, 40, 30), (90, 120, 150)
-RULES = HeadRules(measure="shares", rate=0.1, gate=0.7, floor=0.4)
+RULES = HeadRules(measure="shares", rate=0.1, gate=0.7, floor=0.4, gives_up=0.4)
 TRACKER = HeadTracker(Binning("opponent", (16, 16, 4)), RULES)
 
 
@@ -227,7 +227,7 @@ def test_a_head_that_is_hidden_is_reported_lost_and_found_again():
 def test_a_lost_head_is_found_only_where_it_is_surely_the_head():
     state, image = replace(start(), lost=1), scene(60, 60, turned=True)
     for again, lost in ((0.2, False), (0.9, True)):
-        tracker = replace(TRACKER, rules=replace(RULES, again=again, floor=0.0))
+        tracker = replace(TRACKER, rules=replace(RULES, again=again, gives_up=0.0))
         assert tracker.step(state, image)[1].lost == lost
 
 

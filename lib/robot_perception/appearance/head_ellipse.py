@@ -123,7 +123,10 @@ class HeadRules:
     gate
         The score from which the model is adapted; our choice.
     floor
-        The score below which the head is lost; our choice.
+        The score that counts for nothing where the size is searched by ``"excess"``; our choice.
+    gives_up
+        The score below which the head counts as lost: 0 for never, as in the paper; the rule is
+        ours.
     again
         The score from which a lost head counts as found; our choice.
     widest
@@ -144,6 +147,7 @@ class HeadRules:
     rate: float = 0.02
     gate: float = 0.6
     floor: float = 0.45
+    gives_up: float = 0.0
     again: float = 0.6
     widest: int = 64
     least: int = 5
@@ -156,7 +160,7 @@ class HeadRules:
         object.__setattr__(self, "most", checks.whole("most", self.most, self.least, WIDEST))
         checks.one_of("measure", self.measure, ("printed", "shares"))
         checks.one_of("size", self.size, ("excess", "score"))
-        for name in ("rate", "gate", "floor", "again"):
+        for name in ("rate", "gate", "floor", "gives_up", "again"):
             object.__setattr__(self, name, checks.share(name, getattr(self, name)))
 
 
@@ -213,7 +217,8 @@ class HeadInfo:
     best
         It; where the head is lost it is not believed.
     lost
-        Whether the score is below the floor, or where it was lost before below ``again``.
+        Whether it is given up: the score is below ``gives_up``, or where it was lost before below
+        ``again``.
     adapted
         Whether the model was adapted.
     candidates : (sizes, rows, columns)
@@ -334,7 +339,7 @@ class HeadTracker:
         k, row, column = _best(merit, widths, state.ellipse.half_width)
         best = Ellipse(centre[0] + column - radius, centre[1] + row - radius, widths[k])
         score = float(scores[k, row, column])
-        lost = score < (rules.again if state.lost else rules.floor)
+        lost = score < (rules.again if state.lost else rules.gives_up)
         adapted = not lost and rules.rate > 0 and score >= rules.gate
         info = HeadInfo(score, best, lost, adapted, scores, centre, tuple(widths))
         if lost:

@@ -1,11 +1,11 @@
 """Trackers by colour alone, or by edges alone: what `colour_shape` joins, each by itself.
 
-They share its rules: the tracker by colour its segmentation, the one by edges its affine snake. By
+Two share its rules: the tracker by colour its segmentation, the one by edges its affine snake. By
 colour there is no snake, the outline is that of the piece; and all its pixels but those at the rim
-are counted.
+are counted. The third is the everyday one by colour: a window that OpenCV's mean shift moves.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -14,11 +14,12 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.appearance._masks import Outline, check_outline
 from robot_perception.appearance.affine_snake import affine_snake, image_edges, resample
+from robot_perception.appearance.colour_histograms import adapt, histogram, shares
 from robot_perception.appearance.colour_shape import SMALLEST, ColourShapeRules, inner, sound
-from robot_perception.appearance.colour_spaces import picture
+from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
 
-__all__ = ["ColourTracker", "CueState", "EdgeTracker"]
+__all__ = ["ColourTracker", "CueState", "EdgeTracker", "WindowTracker"]
 
 Image = UInt8[np.ndarray, "height width 3"]
 FURTHEST = 200
@@ -39,12 +40,15 @@ class CueState:
         For how many frames in a row nothing has been found.
     shape
         Height and width of the images.
+    window
+        Of a `WindowTracker`: first column and row, width and height, px.
     """
 
     outline: Outline
     counts: Float[np.ndarray, " bins"]
     lost: int
     shape: tuple[int, int]
+    window: tuple[int, int, int, int] = (0, 0, 0, 0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -112,11 +116,8 @@ class ColourTracker:
         ValueError
             If the image has another shape, or the histogram other bins.
         """
-        image, rules = _frame(state, image), self.rules
-        if state.counts.size != rules.binning.count:
-            raise ValueError(
-                f"state must have {rules.binning.count} counts, got {state.counts.size}"
-            )
+        rules = self.rules
+        image = _frame(state, image, rules.binning)
         mask = clean(
             segment(rules.binning.index(image), state.counts), rules.opening, rules.closing
         )
@@ -219,10 +220,133 @@ class EdgeTracker:
         return CueState(state.outline, state.counts, state.lost + 1, state.shape)
 
 
-def _frame(state: CueState, image: Image) -> Image:
-    """Return an image that fits a state."""
+STOP = cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1
+"""Of mean shift: ten steps, or one of less than a pixel, as in OpenCV's tutorial."""
+MOST = 4.0
+"""Times its share of the surroundings at which a colour counts fully."""
+RING = np.array([[np.cos(t), np.sin(t)] for t in np.linspace(0, 2 * np.pi, 40, endpoint=False)])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WindowTracker:
+    """Moves a window to where the colours of the first outline are densest, by OpenCV.
+
+    Parameters
+    ----------
+    binning
+        The cells of the histogram.
+    rigid
+        Whether window and outline keep size and form, by mean shift; if not, CamShift fits them to
+        what it finds.
+    rate
+        a of eq. (29): how fast the colours within the outline replace the model, unchecked.
+    contrast
+        Whether a colour counts by how much more of it the model has than what lies around, instead
+        of by its share of the model.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If the rate is not from 0 to 1.
+
+    References
+    ----------
+    Comaniciu, Ramesh and Meer, "Kernel-based object tracking", PAMI 25(5), 2003, whose window has a
+    kernel; Bradski, "Real time face and object tracking as a component of a perceptual user
+    interface", 1998.
+    """
+
+    binning: Binning = field(default_factory=Binning)
+    rigid: bool = False
+    rate: float = 0.0
+    contrast: bool = False
+
+    def __post_init__(self) -> None:
+        checks.instance("binning", self.binning, Binning)
+        for name in ("rigid", "contrast"):
+            object.__setattr__(self, name, checks.flag(name, getattr(self, name)))
+        object.__setattr__(self, "rate", checks.share("rate", self.rate))
+
+    def start(self, image: Image, outline: Outline) -> CueState:
+        """Return the state of an object whose outline is known.
+
+        Parameters
+        ----------
+        image : (height, width, 3)
+            Red, green, blue.
+        outline : (n, 2)
+            Closed, points (u, v), px.
+
+        Raises
+        ------
+        TypeError
+            If the image does not hold bytes.
+        ValueError
+            If it has another shape, or the outline lies on a line or has no pixel in it.
+        """
+        image, outline = picture("image", image), check_outline("outline", outline)
+        inside = filled(outline, image.shape[:2])
+        if not inside.any():
+            raise ValueError(f"outline must hold pixels of the image {image.shape[:2]}")
+        counts = histogram(self.binning.index(image), self.binning.count, inside)
+        window = cv2.boundingRect(np.round(outline).astype(np.int32))
+        return CueState(outline, shares(counts), 0, image.shape[:2], tuple(window))
+
+    def step(self, state: CueState, image: Image) -> CueState:
+        """Return the state after a frame; where the window finds nothing it stays.
+
+        Parameters
+        ----------
+        state
+            Before the frame.
+        image : (height, width, 3)
+            Red, green, blue, of the size of the first.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type, or the image does not hold bytes.
+        ValueError
+            If the image has another shape, the histogram other bins, or the state no window.
+        """
+        index = self.binning.index(_frame(state, image, self.binning))
+        counts, (u, v, width, height) = shares(state.counts), state.window
+        if min(width, height) < 1:
+            raise ValueError(f"state must have a window, as start gives it, got {state.window}")
+        weights = counts / counts.max()
+        if self.contrast:
+            part = index[max(v - height // 2, 0) : v + height + height // 2]
+            part = part[:, max(u - width // 2, 0) : u + width + width // 2]
+            around = np.bincount(part.ravel(), minlength=counts.size) / max(part.size, 1)
+            weights = np.minimum(counts / np.maximum(around, 1e-9), MOST) / MOST
+        likely = (255 * weights)[index].astype(np.uint8)
+        if self.rigid:
+            _, (column, row, *_) = cv2.meanShift(likely, state.window, STOP)
+            window = column, row, width, height
+            outline = np.add(state.outline, (column - u, row - v))
+            lost = not likely[max(row, 0) : row + height, max(column, 0) : column + width].any()
+        else:
+            (centre, axes, angle), window = cv2.CamShift(likely, state.window, STOP)
+            turn = np.deg2rad(angle)
+            along = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+            outline = RING * np.divide(axes, 2) @ along + centre
+            lost = min(axes) < 2 or min(window[2:]) < 1
+        if lost:
+            return replace(state, lost=state.lost + 1)
+        inside = filled(outline, state.shape)
+        if self.rate and inside.any():
+            counts = adapt(counts, shares(histogram(index, counts.size, inside)), self.rate)
+        return CueState(outline, counts, 0, state.shape, tuple(window))
+
+
+def _frame(state: CueState, image: Image, binning: Binning | None = None) -> Image:
+    """Return an image that fits a state, which has the bins of a histogram if there is one."""
     checks.instance("state", state, CueState)
     image = picture("image", image)
     if image.shape[:2] != state.shape:
         raise ValueError(f"image must be {state.shape} as the first, got {image.shape[:2]}")
+    if binning is not None and state.counts.size != binning.count:
+        raise ValueError(f"state must have {binning.count} counts, got {state.counts.size}")
     return image

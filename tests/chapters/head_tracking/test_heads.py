@@ -30,7 +30,7 @@ def test_variants_follow_a_drawn_head():
     frames, boxes, masks = drawn()
     first = heads.start(frames[0], boxes[0])
     assert masks[0][first.hair].all()
-    for name in ("adapted", "fixed", "one view", "size searched", "RGB"):
+    for name in ("adapted", "fixed", "one view", "size searched", "RGB, some 800"):
         track = heads.follow(frames, first, heads.VARIANTS[name], np.full(FRAMES, 10.0))
         assert heads.overlaps(track, masks).min() > 0.7, name
     assert heads.overlaps(heads.camshift(frames, boxes[0]), masks)[0] == 1
@@ -44,7 +44,13 @@ def test_a_head_whose_top_is_beyond_the_image_has_no_hair():
 
 @pytest.mark.parametrize(
     ("space", "bins", "reached"),
-    [("opponent", heads.FINE, 4176), ("RGB", None, 4096), ("opponent", None, 818)],
+    [
+        (space, bins[space == "RGB"], reached)
+        for bins, reaches in zip(
+            heads.CELLS.values(), ((818, 810), (2160, 2197), (4176, 4096)), strict=True
+        )
+        for space, reached in zip(("opponent", "RGB"), reaches, strict=True)
+    ],
 )
 def test_colours_of_bytes_reach_so_many_cells(space, bins, reached):
     binning = Binning(space, bins)
@@ -95,14 +101,37 @@ def test_the_real_head_is_marked_in_every_picture():
     if find("head_girl") is None:
         pytest.skip("the recording head_girl is not on this computer")
     found = recordings.GIRL.read().result
-    assert found.iou.shape == found.lost.shape == (6, 250)
+    assert found.iou.shape == (7, 250)
+    assert found.missed.shape == (7, 14)
     assert (found.iou[:, 0] > 0.8).all()
     # as printed the ellipse shrinks until nearly nothing of the head is left in it
     shrunk = found.ellipses[found.variants.index("by highest score"), -1, 2]
     assert shrunk < found.marked[-1, 2] / 2
-    assert set(found.table().rows) == set(found.variants)
-    # the adapted model slides off within a hundred pictures; the fixed one stays with her
+    # once and over the starts the slow model is as good as the fixed one, the fast one is not
+    table = found.table()
+    assert len(table.rows) == 6
     off = found.iou < heads.OFF
-    assert off[found.variants.index("adapted"), 100:].all()
-    assert off[found.variants.index("fixed")].mean() < 0.1
-    assert off[found.variants.index("adapted slowly")].mean() < 0.1
+    assert off[found.variants.index("adapted fast"), 100:].all()
+    for name in ("adapted", "fixed"):
+        assert off[found.variants.index(name)].mean() < 0.1
+        assert table[name, "over the starts"] < 0.6 * table["adapted fast", "over the starts"]
+    # but each of them loses her from some start, and neither is always the better one
+    gap = (
+        found.missed[found.variants.index("adapted")] - found.missed[found.variants.index("fixed")]
+    )
+    assert gap.min() < -0.2
+    assert gap.max() > 0.2
+
+
+def test_models_of_one_and_of_two_views_have_the_same_mass():
+    frames, boxes, _ = drawn()
+    first = heads.start(frames[0], boxes[0])
+    for mass in (1.0, 2.0):
+        for views in (False, True):
+            variant = heads.Variant(views=views, mass=mass)
+            assert np.isclose(heads.first_state(first, variant)[1].model.sum(), mass)
+
+
+def test_only_those_that_are_named_so_give_up():
+    for name, variant in heads.VARIANTS.items():
+        assert (variant.rules.gives_up > 0) == name.endswith("gives up")

@@ -32,7 +32,7 @@ CALLS = {
     histograms.two_views: lambda: call(ONE, np.array([1.0, 2.0, 3.0])),
     heads.Ellipse: lambda: call(25, 20, 6),
     heads.Ellipse.mask: lambda: call(HEAD, (50, 40)),
-    heads.HeadRules: lambda: call(2, 1, "shares", "excess", 0.1, 0.7, 0.4, 0.6, 4, 5, 20),
+    heads.HeadRules: lambda: call(2, 1, "shares", "excess", 0.1, 0.7, 0.4, 0.3, 0.6, 4, 5, 20),
     heads.HeadState: lambda: call(HEAD, COLOURS, (1, -2), 0, (50, 40)),
     heads.HeadTracker: lambda: call(BINNING, RULES),
     heads.HeadTracker.colours: lambda: call(TRACKER, IMAGE, HEAD),

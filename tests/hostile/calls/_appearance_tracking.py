@@ -18,6 +18,7 @@ RULES = colour_shape.ColourShapeRules(samples=3, points=20)
 TRACKER = colour_shape.ColourShapeTracker(DYNAMICS, RULES)
 START = TRACKER.start(IMAGE, OUTLINE, rng=np.random.default_rng(0))
 COLOUR, EDGE = single_cues.ColourTracker(RULES), single_cues.EdgeTracker(RULES)
+WINDOW = single_cues.WindowTracker(RULES.binning, True, 0.2, True)
 
 
 def rng() -> np.random.Generator:
@@ -72,4 +73,7 @@ CALLS = {
     single_cues.EdgeTracker: lambda: call(RULES),
     single_cues.EdgeTracker.start: lambda: call(EDGE, IMAGE, OUTLINE),
     single_cues.EdgeTracker.step: lambda: call(EDGE, EDGE.start(IMAGE, OUTLINE), IMAGE),
+    single_cues.WindowTracker: lambda: call(RULES.binning, True, 0.2, True),
+    single_cues.WindowTracker.start: lambda: call(WINDOW, IMAGE, OUTLINE),
+    single_cues.WindowTracker.step: lambda: call(WINDOW, WINDOW.start(IMAGE, OUTLINE), IMAGE),
 }

@@ -69,7 +69,7 @@ class Config:
         Weights and reach of both snakes.
     """
 
-    films: tuple[int, ...] = tuple(range(1001, 1011))
+    films: tuple[int, ...] = tuple(range(6001, 6011))
     frames: tuple[int, ...] = (8, 16, 24, 32, 40)
     neck: bool = True
     clutter: bool = True
@@ -230,7 +230,8 @@ REACHES = (5.0, 8.0, 20.0)
 """Of both snakes at first, px."""
 
 STIFF = 100.0
-"""A rigidity at which the free snake hardly bends."""
+"""The rigidity in `reach_table` with which the free snake overlapped furthest with the shell, in
+films 1001 to 1030, which had been scored before; the affine one did with that of `RULES`."""
 
 
 def reach_table(cases: list[Case], config: Config) -> Table:
@@ -271,8 +272,11 @@ def compare(config: Config, *, rng: np.random.Generator) -> Stiffnesses:
     return Stiffnesses(compared(cases, config), compared(cases, stiff), reach_table(cases, config))
 
 
-FEW = Config(films=(1001, 1002, 1003), frames=(8, 16))
-snails = Study(compare, full=Config(films=tuple(range(1001, 1031))), quick=FEW, seed=71)
+TAKEN = Accepted(
+    0.01, 1.0, "a hundredth of the neck or more; the paper names no share", Origin.CHOICE
+)
+FEW = Config(films=tuple(range(6001, 6013)), frames=(12,))
+snails = Study(compare, full=Config(films=tuple(range(6001, 6031))), quick=FEW, seed=71)
 
 
 @snails.claim(
@@ -286,26 +290,36 @@ snails = Study(compare, full=Config(films=tuple(range(1001, 1031))), quick=FEW, 
     method="Rendered snails, seeds that no parameter was chosen on: both snakes start from the "
     "shell's true outline one frame before, on the edges of one segmentation that holds the neck, "
     "with the same weights. Share of the neck inside the free snake less that inside the affine "
-    "one: mean of the films' means.",
-    accepted=Accepted(
-        0.01, 1.0, "a hundredth of the neck or more; the paper names no share", Origin.CHOICE
-    ),
+    "one: mean of the films' means. Then each with the rigidity with which it overlaps furthest "
+    "with the shell in other films, 0.05 for the affine one and 100 for the free one.",
+    accepted=TAKEN,
     sabotage=Change("a snail that hides its neck, and nothing else", neck=False, clutter=False),
 )
 def affine_snake_claim(result: Stiffnesses) -> Finding:
-    """Compare both snakes, loose and stiff."""
+    """Compare both snakes, loose and stiff, and the best of each."""
     found, stiff = result.loose, result.stiff
+    best = {"affine": found.snakes["affine"], "free": stiff.snakes["free"]}
+    each = replace(found, snakes=best)
+    serious = each.gap()
     return Finding(
         found.gap(),
         {
             "overlap, free less affine": found.gap("overlap"),
+            "neck, each with its best rigidity": serious,
+            "overlap, each with its best rigidity": each.gap("overlap"),
             f"neck, both with rigidity {STIFF:g}": stiff.gap(),
             f"overlap, both with rigidity {STIFF:g}": stiff.gap("overlap"),
             "residual of the free snake (px)": found.by_film(found.snakes["free"].residual),
             "cases without a blob": exact(found.empty, about=f"of {found.cases}"),
         },
         tables={"by reach and rigidity": result.reaches},
-        conditions=(Condition("the snakes are loose", stiff.gap().high < 0.01),),
+        conditions=(
+            Condition.judged(
+                "the free snake bends as easily as the affine one does best (β = 0.05)",
+                TAKEN,
+                outside=serious,
+            ),
+        ),
         note="The paper names no weights. With a reach of 5 px a stiff free snake takes in little "
         "more of the neck than a stiff affine one; with one of 20 px still three times as much.",
     )

@@ -6,15 +6,15 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from data_synth.coloured import HeadSequence
 from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking import incremental, scene
-from robot_perception.chapters.head_tracking.heads import OFF
+from robot_perception.chapters.head_tracking.heads import GATES, GIVES_UP, OFF, RATES, RULES, pair
 from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.recordings import Read
+from robot_perception.teaching.tables import Table
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
@@ -44,31 +44,29 @@ def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
 @drawn(
     name="head-hero",
     alt="Three cut-outs of a rendered film with a man's head. At first two ellipses lie on the "
-    "head. In picture 60, which is darker, and in picture 120 the dashed blue one has slid off.",
-    caption="A rendered head in light that changes, at the start and after four and eight seconds. "
+    "head. In pictures 100 and 140 the light is another, and the dashed blue one has slid off.",
+    caption="A rendered head in light that changes, at the start and after seven and nine seconds. "
     "Dashed: the tracker that keeps the colours of the first picture. Solid: the one that adapts.",
     cols=3,
     width=7.4,
     height=2.2,
     gridspec_kw=_PHOTOS,
 )
-def hero(axes: np.ndarray, film: HeadSequence, found: scene.Tracks, at: Sequence[int]) -> None:
+def hero(axes: np.ndarray) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
-    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5)]
-    fixed = found.ellipses[0, 0]
+    film, at = scene.filmed(scene.LIGHT), scene.SHOWN
     for ax, k in zip(axes, at, strict=True):
         _picture(ax, film.frames[k])
         _near(ax, film.ellipses[k])
-        _ring(ax, fixed[k], MEANING["fixed model"], linewidth=2.4, linestyle="--")
-        _ring(ax, adapted[k], MEANING["adapted model"], linewidth=2.4)
+        card(ax, k, linewidth=2.4)
         ax.set_title(f"picture {k}")
 
 
-def card(ax: Axes, found: scene.Tracks, at: int) -> Axes:
+def card(ax: Axes, at: int, linewidth: float = 3.0) -> Axes:
     """Draw the ellipses of the fixed and of the adapted model on the axes of a picture."""
-    _ring(ax, found.ellipses[0, -1, at], MEANING["fixed model"], linewidth=3, linestyle="--")
-    adapted = found.ellipses[scene.RATES.index(0.1), scene.GATES.index(0.5), at]
-    _ring(ax, adapted, MEANING["adapted model"], linewidth=3)
+    for rate, name, line in ((0.0, "fixed model", "--"), (RULES.rate, "adapted model", "-")):
+        ring = scene.ellipses(scene.LIGHT, rate)[at]
+        _ring(ax, ring, MEANING[name], linewidth=linewidth, linestyle=line)
     return ax
 
 
@@ -169,34 +167,62 @@ def step_aside(ax: Axes, half_width: int = 10) -> Axes:
 
 @drawn(
     name="head-work",
-    alt="Pixels touched in a search against size, both axes logarithmic: counted anew the line "
-    "rises twice as steeply as the incremental one.",
-    caption="Pixels counted in a search of ± 8 pixels. Counted anew they grow as the area, "
-    "incrementally as the circumference.",
+    alt="Numbers added up in a search against size, both axes logarithmic: counted anew the line "
+    "rises twice as steeply as the incremental one. With all cells summed at every candidate both "
+    "lie higher, and the incremental one is nearly level.",
+    caption="Numbers added up in a search of ± 8 pixels. Counted anew they grow as the area, "
+    "incrementally as the circumference. Dotted: if the sum of eq. 28 goes over all cells each "
+    "time, it outweighs the pixels.",
     height=3.0,
 )
 def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
-    """Draw how many pixels a search touches against the size, in full and incrementally."""
-    counts = np.array([incremental.additions(w, 8) for w in half_widths])
-    for k, (name, words) in enumerate((("plain", "counted anew"), ("right", "incremental"))):
-        ax.plot(half_widths, counts[:, k], "o-", color=MEANING[name], label=words)
+    """Draw how many numbers a search adds up against the size, in full and incrementally."""
+    for cells, line in ((0, "o-"), (incremental.REACHED, "o:")):
+        counts = np.array([incremental.additions(w, 8, cells) for w in half_widths])
+        for k, (name, words) in enumerate((("plain", "counted anew"), ("right", "incremental"))):
+            label_ = f"{words}, eq. 28 summed" if cells else words
+            ax.plot(half_widths, counts[:, k], line, color=MEANING[name], label=label_)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xticks(list(half_widths), [str(w) for w in half_widths])
-    ax.set(xlabel="half width of the ellipse (px)", ylabel="pixels touched in a search")
+    ax.set(xlabel="half width of the ellipse (px)", ylabel="numbers added in a search")
     ax.minorticks_off()
     ax.legend(loc="upper left")
     return ax
 
 
 @drawn(
+    name="head-grid",
+    alt="Three panels, missed share against threshold, a line for each a; where others pass the "
+    "lines fall with the threshold towards that of the fixed model, where only the light changes "
+    "the thresholds make less of a difference.",
+    caption="How often the head is missed, by threshold, over all films that are scored. Solid: "
+    "never given up. Dotted: a = 0.02, given up below a score of 0.45. Dashed: the fixed model.",
+    cols=3,
+    width=7.4,
+    height=2.6,
+)
+def grid(axes: np.ndarray, table: Table) -> None:
+    """Draw the missed share against the threshold, by a and scene."""
+    ways = [(rate, 0.0, "-", mark) for rate, mark in zip(RATES, "o^s", strict=True)]
+    for ax, scene_ in zip(axes, table.columns, strict=True):
+        ax.axhline(table["fixed", scene_], color=MEANING["fixed model"], linestyle="--")
+        for rate, floor, line, mark in (*ways, (RULES.rate, GIVES_UP, ":", "o")):
+            missed = [table[pair(rate, gate, floor), scene_] for gate in GATES]
+            style = {"color": MEANING["adapted model"], "markersize": 4, "linewidth": 1.4}
+            ax.plot(GATES, missed, line + mark, label=None if floor else f"a = {rate:g}", **style)
+        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1), title=scene_)
+    axes[0].legend(loc="upper left")
+
+
+@drawn(
     name="head-girl",
     alt="Four pictures of a girl: three times her face, at last the back of her head. The ellipse "
-    "of the fixed model stays on or near the marked head; that of the adapted one has left it in "
-    "the last two.",
+    "of the fixed model stays on or near the marked head; that of the one adapted fast has left it "
+    "in the last two.",
     caption=lambda read, shown: (
         "Thin: the marked head. Dashed: the fixed model. Solid: the "
-        "adapted one. " + read.note.replace("`", "")
+        "one adapted fast. " + read.note.replace("`", "")
     ),
     cols=4,
     width=7.4,
@@ -212,7 +238,7 @@ def girl(axes: np.ndarray, read: Read[Girl], shown: Sequence[int]) -> None:
         _ring(ax, result.marked[at], MEANING["truth"], linewidth=1.6)
         for name, meaning, line in (
             ("fixed", "fixed model", "--"),
-            ("adapted", "adapted model", "-"),
+            ("adapted fast", "adapted model", "-"),
         ):
             ring = result.ellipses[result.variants.index(name), at]
             _ring(ax, ring, MEANING[meaning], linewidth=2.0, linestyle=line)
@@ -221,23 +247,25 @@ def girl(axes: np.ndarray, read: Read[Girl], shown: Sequence[int]) -> None:
 
 @drawn(
     name="head-girl-overlap",
-    alt="Overlap by picture of three trackers: the adapted model falls to zero before picture 100 "
-    "and stays there; CamShift loses the head and finds it again for a while; the fixed model goes "
-    "up and down and seldom falls below 0.2.",
-    caption="Overlap with the marked head in each picture of the recording.",
+    alt="Overlap by picture of four trackers: the model adapted fast falls to zero before picture "
+    "100 and stays there; CamShift loses the head again and again; the fixed and the slowly "
+    "adapted model go up and down and seldom fall below 0.2.",
+    caption="Overlap with the marked head in each picture of the recording, from the first on. "
+    "Thin: adapted slowly.",
     height=3.0,
 )
 def girl_overlap(ax: Axes, result: Girl) -> Axes:
     """Draw overlap by picture of the trackers that the text speaks of."""
     pictures = np.arange(1, result.iou.shape[1] + 1)
-    for name, meaning, line in (
-        ("CamShift", "CamShift", ":"),
-        ("fixed", "fixed model", "--"),
-        ("adapted", "adapted model", "-"),
+    for name, meaning, line, width in (
+        ("CamShift", "CamShift", ":", 1.6),
+        ("fixed", "fixed model", "--", 1.6),
+        ("adapted", "adapted model", "-", 0.8),
+        ("adapted fast", "adapted model", "-", 1.6),
     ):
         iou = result.iou[result.variants.index(name)]
-        ax.plot(pictures, iou, line, color=MEANING[meaning], label=meaning, linewidth=1.6)
+        ax.plot(pictures, iou, line, color=MEANING[meaning], label=name, linewidth=width)
     ax.set(xlabel="picture", ylabel="overlap with the marked head", ylim=(0, 1))
     ax.set_xlim(1, pictures[-1])
-    ax.legend(loc="upper right", ncols=3)
+    ax.legend(loc="upper right", ncols=4)
     return ax
