@@ -272,24 +272,30 @@ def fisheye(ax: Axes, at: float) -> Axes:
 )
 def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
     """Draw the share of people found against their distance, with intervals."""
+    beside = {  # the curves are apart there
+        "camera": (5, {"ha": "left", "va": "bottom"}),
+        "laser": (4, {"ha": "right", "va": "top"}),
+        "sonar": (3, {"ha": "left", "va": "bottom"}),
+    }
     for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
-        shares(ax, sensor, ledger[claim].evidence, shift)
-    ax.set(xlim=(0, 5.6), ylim=(0, 1.02), xlabel="distance (m)", ylabel="share found")
+        found, colour = _found(ledger[claim].evidence), MEANING[sensor]
+        r = np.array([*found]) + shift
+        shares = np.array([(one.low, one.estimate, one.high) for one in found.values()])
+        ax.plot([r, r], shares[:, [0, 2]].T, color=colour, linewidth=2.0)
+        ax.plot(r, shares[:, 1], "o-", color=colour, linewidth=1.4)
+        at, side = beside[sensor]
+        away = 0.1 if side["ha"] == "left" else -0.1
+        label(ax, r[at] + away, shares[at, 1], sensor, colour, **side)
+    ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
 
-def shares(ax: Axes, sensor: str, evidence: Mapping[str, Interval], shift: float) -> None:
-    """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little."""
-    named = {
-        re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()
-    }
-    found = {np.mean([*map(float, m.groups())]) + shift: s for m, s in named.items() if m}
-    colour = MEANING[sensor]
-    for r, share in found.items():
-        ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
-    estimates = [share.estimate for share in found.values()]
-    ax.plot([*found], estimates, "o-", color=colour, linewidth=1.4)
-    label(ax, [*found][-1] + 0.12, max(estimates[-1], 0.05), sensor, colour)
+def _found(evidence: Mapping[str, Interval]) -> dict[float, Interval]:
+    """Return what of the evidence is named "found, 1 to 1.5 m", by the middle distance."""
+    named = (
+        (re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name), evidence[name]) for name in evidence
+    )
+    return {float(np.mean([*map(float, m.groups())])): share for m, share in named if m}
 
 
 @drawn(
@@ -342,38 +348,35 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
         )
         colour = MEANING[name]
         ax.plot(false, tracked, "o-", color=colour, linewidth=1.4, markersize=4)
-        for k, side, gap in ((0, "right", -0.01), (-1, "left", 0.01)):
+        for k, ha, va, gap in ((0, "left", "top", -0.01), (-1, "center", "bottom", 0.015)):
             text = rows[k].replace("t_v", "t\u1d65")
-            label(ax, false[k] + gap, tracked[k], text, colour, ha=side, fontsize=9)
+            label(ax, false[k], tracked[k] + gap, text, colour, ha=ha, va=va, fontsize=9)
         _paper(ax)
     return axes
 
 
 @drawn(
     name="people-rooms",
-    alt="Share of the people tracked against the share of false hypotheses: from the point of the "
-    "rendered office lines go to points of rooms and people that are easier in one thing each, and "
-    "to one that is easier in all; a diamond is the paper.",
+    alt="Seven rows, each with two dots: the share of hypotheses that are nobody, left, and of "
+    "people tracked, right. The left dot moves to the paper's line only without table legs, wood "
+    "and cork; the right one if people who stop look at the robot, or walk half as fast.",
     caption="What the paper's two numbers would need: the same system in rooms and among people in "
-    "which one thing is changed, and all of them. Bars: 95 % over ten sessions.",
-    height=4.4,
+    "which one thing is changed, and at last all of them. Left: hypotheses that are nobody; right: "
+    "people who are tracked. Bars: 95 % over ten sessions; dotted: the paper.",
+    height=5.0,
 )
 def rooms(ax: Axes, table: Table) -> Axes:
-    """Draw what each property of room and people does to both shares; the first row is as it is."""
-    first, *others = table.rows
-    ours = [table[first, column].estimate for column in ("false", "tracked")]
-    for name in others:
-        false, tracked = (table[name, column] for column in ("false", "tracked"))
-        colour = MEANING["right" if name == others[-1] else "expected"]
-        at = false.estimate, tracked.estimate
-        ax.plot(*np.transpose([ours, at]), color=colour, linewidth=0.8, linestyle=":")
-        ax.plot([false.low, false.high], [at[1]] * 2, color=colour, linewidth=1.2)
-        ax.plot([at[0]] * 2, [tracked.low, tracked.high], color=colour, linewidth=1.2)
-        ax.plot(*at, "o", color=colour, markersize=5)
-        label(ax, at[0] + 0.008, at[1] + 0.008, name, colour, va="bottom", fontsize=9)
-    ax.plot(*ours, "o", color=MEANING["estimate"], markersize=8)
-    label(ax, ours[0] + 0.01, ours[1] - 0.012, first, MEANING["estimate"], va="top")
-    _paper(ax)
+    """Draw what each property of room and people does to both shares, a row for each."""
+    for x, column in zip(rates.OF_THE_PAPER, ("false", "tracked"), strict=True):
+        ax.axvline(x, color=MEANING["paper"], linewidth=1.4, linestyle=":")
+        label(ax, x - 0.01, -0.8, f"{column}: {x:.0%}", MEANING["paper"], ha="right")
+    for row, name in enumerate(table.rows):
+        for column, meaning in (("false", "wrong"), ("tracked", "right")):
+            share, colour = table[name, column], MEANING[meaning]
+            ax.plot([share.low, share.high], [row, row], color=colour, linewidth=1.8)
+            ax.plot(share.estimate, row, "o", color=colour, markersize=6)
+        label(ax, 0.01, row - 0.38, name, MEANING["world"])
+    ax.set(xlim=(0, 1), ylim=(len(table.rows) - 0.5, -1.2), xlabel="share", yticks=[])
     return ax
 
 
