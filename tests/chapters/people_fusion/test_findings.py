@@ -186,6 +186,20 @@ def test_shares_are_drawn_where_they_are():
     np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])
 
 
+def test_rooms_are_drawn_row_by_row_beside_the_papers_lines():
+    shares = {name: (0.8 + 0.05 * k, 0.4 - 0.1 * k) for k, name in enumerate(("ours", "other"))}
+    rows = {
+        name: (*(Interval(v, v - 0.1, v + 0.1) for v in both), None, None)
+        for name, both in shares.items()
+    }
+    _, ax = figure()
+    draw.rooms.on(ax, Table(rows, committee.COLUMNS, "made up", "system"))
+    dots = [line.get_data() for line in ax.lines if line.get_marker() == "o"]
+    np.testing.assert_allclose(np.ravel(dots), [0.4, 0, 0.8, 0, 0.3, 1, 0.85, 1])
+    lines = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
+    np.testing.assert_allclose(lines, [[x, x] for x in rates.OF_THE_PAPER])
+
+
 def test_sweeps_and_the_paper_are_drawn_where_they_are():
     names = [f"{v} {name}" for name in ("α", "t_v") for v in (0.5, 2)] + ["θ = 0.1", "θ = 0.4"]
     rows = {

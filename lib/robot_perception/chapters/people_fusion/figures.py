@@ -272,30 +272,33 @@ def fisheye(ax: Axes, at: float) -> Axes:
 )
 def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
     """Draw the share of people found against their distance, with intervals."""
-    beside = {  # the curves are apart there
-        "camera": (5, {"ha": "left", "va": "bottom"}),
-        "laser": (4, {"ha": "right", "va": "top"}),
-        "sonar": (3, {"ha": "left", "va": "bottom"}),
-    }
+    beside = {"camera": (5, "left", "bottom"), "laser": (4, "right", "top")}
     for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
-        found, colour = _found(ledger[claim].evidence), MEANING[sensor]
-        r = np.array([*found]) + shift
-        shares = np.array([(one.low, one.estimate, one.high) for one in found.values()])
-        ax.plot([r, r], shares[:, [0, 2]].T, color=colour, linewidth=2.0)
-        ax.plot(r, shares[:, 1], "o-", color=colour, linewidth=1.4)
-        at, side = beside[sensor]
-        away = 0.1 if side["ha"] == "left" else -0.1
-        label(ax, r[at] + away, shares[at, 1], sensor, colour, **side)
+        points = shares(ax, sensor, ledger[claim].evidence, shift)
+        at, ha, va = beside.get(sensor, (-1, "left", "center"))  # there the curves are apart
+        r = points[at, 0] + (0.1 if ha == "left" else -0.1)
+        label(ax, r, points[at, 1], sensor, MEANING[sensor], ha=ha, va=va)
     ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
 
-def _found(evidence: Mapping[str, Interval]) -> dict[float, Interval]:
-    """Return what of the evidence is named "found, 1 to 1.5 m", by the middle distance."""
-    named = (
-        (re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name), evidence[name]) for name in evidence
-    )
-    return {float(np.mean([*map(float, m.groups())])): share for m, share in named if m}
+def shares(
+    ax: Axes, sensor: str, evidence: Mapping[str, Interval], shift: float
+) -> Float[np.ndarray, "n 2"]:
+    """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little.
+
+    Its points are returned.
+    """
+    named = {
+        re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()
+    }
+    found = {np.mean([*map(float, m.groups())]) + shift: s for m, s in named.items() if m}
+    colour = MEANING[sensor]
+    for r, share in found.items():
+        ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+    points = np.array([(r, share.estimate) for r, share in found.items()])
+    ax.plot(*points.T, "o-", color=colour, linewidth=1.4)
+    return points
 
 
 @drawn(
