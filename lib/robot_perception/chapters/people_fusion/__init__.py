@@ -7,5 +7,6 @@ STUDIES = (
     "scaling",
     "forgetting",
     "rates",
+    "another",
     "behaviours",
 )

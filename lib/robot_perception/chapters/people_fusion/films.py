@@ -8,17 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import (
-    MOVES,
-    PARTNER,
-    SAID,
-    WITHOUT_CAMERA,
-    Kind,
-    Story,
-)
+from robot_perception.chapters.people_fusion.behaviours import SAID, WITHOUT_CAMERA, Kind, Story
 from robot_perception.chapters.people_fusion.sessions import SENSORS
 from robot_perception.geometry import se2
-from robot_perception.people.behaviours import PHASES
+from robot_perception.people.behaviours import MOVES, PARTNER, PHASES
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
