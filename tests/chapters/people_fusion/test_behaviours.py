@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from data_synth.people import SonarScan
-from robot_perception.chapters.people_fusion import behaviours, films, sessions
+from robot_perception.chapters.people_fusion import behaviours, films
 from robot_perception.chapters.people_fusion.behaviours import RING, RULES, SAID, STRAYS, Story
+from robot_perception.chapters.people_sensors import sessions
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PARTNER, PHASES
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from robot_perception.chapters.people_fusion import choosing, committee
 from robot_perception.chapters.people_fusion.choosing import DRAWS, drawn, race
 from robot_perception.chapters.people_fusion.committee import System
-from robot_perception.chapters.people_fusion.sessions import Config
+from robot_perception.chapters.people_sensors.sessions import Config
 
 
 def obeys(rules):

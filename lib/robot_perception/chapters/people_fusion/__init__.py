@@ -1,7 +1,7 @@
 """People, by committee: the whole system of Schaffernicht et al., from signals to behaviour."""
 
 STUDIES = (
-    "modalities",
+    "members",
     "survival",
     "sequential",
     "scaling",

@@ -12,8 +12,8 @@ import numpy as np
 
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import Rates, System
-from robot_perception.chapters.people_fusion.hearing import Ears, with_microphones
-from robot_perception.chapters.people_fusion.sessions import CHOOSE, Config
+from robot_perception.chapters.people_sensors.hearing import Ears, with_microphones
+from robot_perception.chapters.people_sensors.sessions import CHOOSE, Config
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.chapters.people_fusion import hearing, sessions
-from robot_perception.chapters.people_fusion.hearing import Ears
-from robot_perception.chapters.people_fusion.sessions import SENSORS, Config, Recording
+from robot_perception.chapters.people_sensors import hearing, sessions
+from robot_perception.chapters.people_sensors.hearing import Ears
+from robot_perception.chapters.people_sensors.sessions import SENSORS, Config, Recording, points
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
@@ -177,12 +177,6 @@ def frame(recording: Recording, row: int, found: Hypotheses, view: View) -> Fram
 def _side(polar: np.ndarray, where: str) -> Bool[np.ndarray, " n"]:
     ahead = np.abs(polar[:, 1]) <= np.pi / 2
     return {"everywhere": np.ones_like(ahead), "ahead": ahead, "behind": ~ahead}[where]
-
-
-def points(polar: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-    """Return places of distances and directions (m, rad), ahead and to the left, m."""
-    r, phi = polar.T
-    return r[:, None] * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

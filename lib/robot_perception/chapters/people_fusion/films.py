@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
 from robot_perception.chapters.people_fusion.behaviours import SAID, WITHOUT_CAMERA, Kind, Story
-from robot_perception.chapters.people_fusion.sessions import SENSORS
+from robot_perception.chapters.people_sensors.sessions import SENSORS
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import MOVES, PARTNER, PHASES
 from robot_perception.teaching.figures.films import film

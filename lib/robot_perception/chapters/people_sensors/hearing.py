@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from data_synth.people import sound as world
-from robot_perception.chapters.people_fusion import sessions
-from robot_perception.chapters.people_fusion.sessions import Config, Recording
+from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors.sessions import Config, Recording
 from robot_perception.people import sound
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections
