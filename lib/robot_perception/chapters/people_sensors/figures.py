@@ -156,6 +156,7 @@ def bare(ax: Axes) -> Axes:
     ax.set(xlim=(-REACH, REACH), ylim=(-2.5, 1.9))
     ax.set_position((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
+    ax.set_title("")
     return ax
 
 

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.chapters.people_sensors import sessions
 from robot_perception.chapters.people_sensors.sessions import (
     FULL,
+    PEOPLE,
     QUICK,
     SENSORS,
     Config,
@@ -22,6 +23,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
+from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 
 PAPER = "sensor-aggregation"
@@ -153,6 +155,19 @@ def pairs(
     else:
         apart = np.linalg.norm(points(polar)[:, None] - points(found), axis=-1)
     return own(apart, GATES[sensor])
+
+
+def setup_table() -> Table:
+    """Return what the paper says of its sensors, and ours."""
+    rows = {
+        "laser": ("180° ahead, one beam a degree, 30 cm up", "the same, errors of 1.5 cm", "yes"),
+        "sonars": ("16 all round, cones of 15°, 20 cm up", "the same", "yes"),
+        "camera": ("a fisheye below the faces", "rendered, the same", "its colours"),
+        "microphones": ("two; not used yet", "four, or two", "yes"),
+        "people": ("in an office", f"{PEOPLE}, one in ten in a long skirt", "yes"),
+        "sessions": ("not given", f"{len(FULL)} of 40 s", "for the intervals"),
+    }
+    return Table(rows, {"paper": "section 2", "ours": "", "matters": ""})
 
 
 # The claims --------------------------------------------------------------------------------------
