@@ -90,15 +90,22 @@ def people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = N
 # What the sensors say ----------------------------------------------------------------------------
 
 
-def rims(
+def bent(
     mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
 ) -> Float[np.ndarray, "n corners 2"]:
-    """Return the outlines of distributions of distance and direction (m, rad), as they are drawn.
+    """Return the outlines of distributions of distance and direction (m, rad), about the robot, m.
 
     An ellipse of distance and direction is bent in the plane.
     """
     r, phi = np.moveaxis(mean[:, :, None] + DEVIATIONS * np.linalg.cholesky(cov) @ CIRCLE.T, 1, 0)
-    return polar(np.maximum(r, 0.0), phi)
+    return points(np.stack([np.maximum(r, 0.0), phi], axis=-1))
+
+
+def rims(
+    mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
+) -> Float[np.ndarray, "n corners 2"]:
+    """Return the outlines of `bent` ellipses as they are drawn."""
+    return from_above(bent(mean, cov))
 
 
 def _wedges(mean: np.ndarray, cov: np.ndarray) -> Float[np.ndarray, "n corners 2"]:
