@@ -95,25 +95,13 @@ class Fisheye:
         return np.stack([u - radius * np.sin(bearing), v + radius * np.cos(bearing)], axis=-1)
 
     def bearing(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the directions of pixels, counter-clockwise from ahead, rad.
-
-        Parameters
-        ----------
-        pixels : (n, 2)
-            Column and row.
-        """
+        """Return directions of pixels (n, 2), column and row: rad, counter-clockwise from ahead."""
         columns, rows = array("pixels", pixels, (None, 2)).T
         u, v = self.centre_px
         return np.arctan2(u - columns, rows - v)
 
     def elevation(self, pixels: np.ndarray) -> np.ndarray:
-        """Return how far above the horizon pixels look, rad.
-
-        Parameters
-        ----------
-        pixels : (n, 2)
-            Column and row.
-        """
+        """Return how far above the horizon pixels (n, 2), column and row, look, rad."""
         columns, rows = array("pixels", pixels, (None, 2)).T
         u, v = self.centre_px
         return np.pi / 2 - np.hypot(columns - u, rows - v) / self.focal_px
@@ -233,13 +221,7 @@ class View:
 
 
 def linear(colour: np.ndarray) -> np.ndarray:
-    """Return red, green and blue of 8 bits (…, 3) as shares of full light: blue, green and red.
-
-    Parameters
-    ----------
-    colour : (…, 3)
-        0 to 255.
-    """
+    """Return red, green and blue of 8 bits (…, 3) as shares of full light: blue, green and red."""
     colour = reals("colour", colour)
     if colour.shape[-1:] != (3,) or not ((colour >= 0) & (colour <= 255)).all():
         raise ValueError(f"colour must be (…, 3) from 0 to 255, got {colour.shape}")

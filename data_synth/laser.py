@@ -183,16 +183,14 @@ def scan_moving(
 
     Parameters
     ----------
-    faces : (faces, 2, 2)
-        Ends of the faces, m.
+    faces, scanner
+        As of `sight`.
     pose : (3,)
         Where the scanner is when the sweep begins, m and rad.
     velocity
         Forward speed and turn rate, m/s and rad/s.
     duration
         Time of the sweep, s.
-    scanner
-        The scanner.
     rng
         Source of noise.
     """

@@ -117,10 +117,6 @@ def simulate_rail(
     rng
         Generator from which each run's own is spawned.
 
-    Returns
-    -------
-    RailRuns
-
     Raises
     ------
     ValueError

@@ -232,12 +232,7 @@ def make_scene(surfaces: Sequence[Surface], pictures: Sequence[np.ndarray]) -> S
 
 
 def render(
-    scene: Scene,
-    rig: Rig,
-    pose: np.ndarray,
-    *,
-    exposure: float = 1.0,
-    rng: np.random.Generator,
+    scene: Scene, rig: Rig, pose: np.ndarray, *, exposure: float = 1.0, rng: np.random.Generator
 ) -> StereoFrame:
     """Return what both eyes see: sampled finely, blurred, darker towards the corners, noisy.
 
@@ -252,21 +247,37 @@ def render(
     rng
         Source of the noise and of the difference between the eyes.
     """
+    return StereoFrame(*_eyes(scene, rig, pose, exposure, rng))
+
+
+def render_left(
+    scene: Scene,
+    rig: Rig,
+    pose: np.ndarray,
+    *,
+    exposure: float = 1.0,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Return what the left eye of `render` sees, without the work for the right one."""
+    return next(_eyes(scene, rig, pose, exposure, rng))
+
+
+def _eyes(
+    scene: Scene, rig: Rig, pose: np.ndarray, exposure: float, rng: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """Yield what the left eye sees, and then the right one."""
     instance("scene", scene, Scene)
     instance("rig", rig, Rig)
     pose = array("pose", pose, (3,))
     number("exposure", exposure, 0.0, 100.0)
-    generator(rng)
-    balance = np.exp(rig.imbalance * rng.standard_normal())
-    images = []
+    balance = np.exp(rig.imbalance * generator(rng).standard_normal())
     for across, factor in ((0.0, exposure), (rig.baseline, exposure * balance)):
         light = ideal_image(scene, rig, pose, across=across)
         light = gaussian_filter(light, rig.blur_px, mode="nearest", truncate=4.0)
         light *= np.float32(factor) * _fall_off(rig)
         spread = np.sqrt(np.float32(rig.read_noise**2) + np.float32(rig.photon_noise) * light)
         light += spread * rng.standard_normal(light.shape, dtype=np.float32)
-        images.append(np.rint(light.clip(0, 255)).astype(np.uint8))
-    return StereoFrame(*images)
+        yield np.rint(light.clip(0, 255)).astype(np.uint8)
 
 
 def frames(
@@ -277,23 +288,35 @@ def frames(
     Parameters
     ----------
     scene, rig
-        What is there, and what looks at it.
+        As of `render`.
     poses : (n, 3)
         Of the robot, m and rad.
     rng
         Source of the exposure and the noise; each pair has a generator of its own.
     """
+    return (StereoFrame(*eyes) for eyes in _along(scene, rig, poses, rng))
+
+
+def left_frames(
+    scene: Scene, rig: Rig, poses: np.ndarray, *, rng: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """Yield what the left eye of `frames` sees, without the work for the right one."""
+    return (next(eyes) for eyes in _along(scene, rig, poses, rng))
+
+
+def _along(
+    scene: Scene, rig: Rig, poses: np.ndarray, rng: np.random.Generator
+) -> Iterator[Iterator[np.ndarray]]:
     instance("scene", scene, Scene)
     instance("rig", rig, Rig)
     poses = array("poses", poses, (None, 3))
-    generator(rng)
-    wander = rng.standard_normal(len(poses))
+    wander = generator(rng).standard_normal(len(poses))
     wander[1:] *= np.sqrt(1 - _MEMORY**2)
     for k in range(1, len(poses)):
         wander[k] += _MEMORY * wander[k - 1]
     exposures = np.exp(rig.flicker * wander)
     each = zip(poses, exposures, rng.spawn(len(poses)), strict=True)
-    return (render(scene, rig, pose, exposure=e, rng=own) for pose, e, own in each)
+    return (_eyes(scene, rig, pose, exposure, own) for pose, exposure, own in each)
 
 
 def ideal_image(scene: Scene, rig: Rig, pose: np.ndarray, *, across: float = 0.0) -> np.ndarray:
@@ -301,10 +324,8 @@ def ideal_image(scene: Scene, rig: Rig, pose: np.ndarray, *, across: float = 0.0
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     across
         How far to the right of the left eye it is, m.
     """
@@ -331,10 +352,8 @@ def surface_points(scene: Scene, rig: Rig, pose: np.ndarray, pixels: np.ndarray)
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     pixels : (n, 2)
         Column and row, in the image or beside it.
     """
@@ -364,10 +383,8 @@ def project(rig: Rig, pose: np.ndarray, points: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    rig
-        What looks.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    rig, pose
+        As of `render`.
     points : (n, 3)
         In the world, m.
 
@@ -397,10 +414,8 @@ def visible(scene: Scene, rig: Rig, pose: np.ndarray, points: np.ndarray) -> np.
 
     Parameters
     ----------
-    scene, rig
-        What is there, and what looks at it.
-    pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+    scene, rig, pose
+        As of `render`.
     points : (n, 3)
         In the world, m.
     """

@@ -15,31 +15,15 @@ from robot_perception.cli import main
 from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.evaluation.intervals import exact
-from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.records import records
-from robot_perception.teaching.verdicts import Accepted, Basis
-from tests.teaching.entries import SIZES
+from tests.teaching.entries import claim
 
 
 @pytest.fixture
 def run():
     return lambda *words: CliRunner().invoke(main, [str(w) for w in words])
-
-
-def declared(name, compute):
-    return Claim(
-        id=name,
-        chapter="walls",
-        paper="perception-issues",
-        place="§2.1",
-        basis=Basis.MATHEMATICS,
-        statement="Something holds.",
-        method="counted",
-        study=SIZES,
-        accepted=Accepted(0.0, 10.0, "theory"),
-        compute=compute,
-    )
 
 
 @pytest.fixture
@@ -53,9 +37,9 @@ def three(monkeypatch):
         return Finding(exact(2.0))
 
     claims = (
-        declared("first", lambda size: Finding(exact(1.0 + (size is Size.FULL)))),
-        declared("second", second),
-        declared("third", lambda size: Finding(exact(3.0))),
+        claim("first", compute=lambda size: Finding(exact(1.0 + (size is Size.FULL)))),
+        claim("second", compute=second),
+        claim("third", compute=lambda size: Finding(exact(3.0))),
     )
     monkeypatch.setattr(chapters, "claims", lambda stems=(): claims)
     return switch
@@ -64,8 +48,8 @@ def three(monkeypatch):
 def test_table_has_a_line_per_claim(run):
     result = run("claims")
     assert result.exit_code == 0, result.output
-    for claim in chapters.claims():
-        assert any(line.startswith(f"{claim.id} ") for line in result.output.splitlines())
+    for known in chapters.claims():
+        assert any(line.startswith(f"{known.id} ") for line in result.output.splitlines())
 
 
 def test_only_what_was_asked_for_is_printed(run):

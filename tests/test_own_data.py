@@ -13,13 +13,13 @@ from data_synth import laser
 from data_synth.building import drive
 from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import LARGE, roll
-from robot_perception import datasets
 from robot_perception.datasets import read_mrclam, read_track
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.slam.planar import Odometry, Velocity, compound, dead_reckoning
 from robot_perception.streams import hold
 from tests.datasets import writing
+from tests.datasets.here import recording
 from tests.unchecked import unchecked
 
 BOOK = Path(__file__).parents[1] / "book"
@@ -71,10 +71,7 @@ def test_the_page_prints_what_the_scripts_print(tmp_path):
 
 def test_the_page_prints_the_walls_of_freiburg(tmp_path):
     name = "fr079_graph.log.gz"
-    found = datasets.find("carmen_fr079", name)
-    if found is None:
-        pytest.skip(f"the recording {name} is not on this computer")
-    (tmp_path / name).symlink_to(found)
+    (tmp_path / name).symlink_to(recording("carmen_fr079", name))
     play(tmp_path, *(console for console in CONSOLES if name in console))
 
 
@@ -146,10 +143,7 @@ def test_ekf_slam_finds_way_and_landmarks(posts, kind, names):
 
 def test_ekf_slam_of_a_real_robot(tmp_path):
     """The first robot of the UTIAS recording, with the script's constants as they are."""
-    folder = datasets.find("utias_mrclam_6")
-    if folder is None:
-        pytest.skip("the recording utias_mrclam_6 is not on this computer")
-    robot = read_mrclam(folder).robots[1]
+    robot = read_mrclam(recording("utias_mrclam_6")).robots[1]
     times, speeds = robot.commands.times, robot.commands.velocities
     table(tmp_path / "commands.csv", "time_s,speed_m_s,turn_rate_rad_s", [times, *speeds.T])
     seen, names = robot.landmarks, "time_s,landmark,range_m,bearing_rad"

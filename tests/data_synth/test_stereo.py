@@ -15,9 +15,11 @@ from data_synth.stereo import (
     Surface,
     frames,
     ideal_image,
+    left_frames,
     make_scene,
     project,
     render,
+    render_left,
     surface_points,
     visible,
 )
@@ -367,6 +369,17 @@ def test_frames_are_the_same_for_the_same_seed_and_however_many_follow():
     again = make_textured_building(rng=np.random.default_rng(0)).scene
     np.testing.assert_array_equal(again.atlas.texels, BUILDING.scene.atlas.texels)
     np.testing.assert_array_equal(again.frames, BUILDING.scene.frames)
+
+
+def test_the_left_eye_sees_the_same_alone():
+    for k, pair in enumerate(
+        frames(BUILDING.scene, Rig(), DRIVE[:2], rng=np.random.default_rng(1))
+    ):
+        alone = left_frames(BUILDING.scene, Rig(), DRIVE[:2], rng=np.random.default_rng(1))
+        np.testing.assert_array_equal(next(islice(alone, k, None)), pair.left)
+    both = render(BUILDING.scene, Rig(), DRIVE[9], exposure=0.8, rng=np.random.default_rng(2))
+    one = render_left(BUILDING.scene, Rig(), DRIVE[9], exposure=0.8, rng=np.random.default_rng(2))
+    np.testing.assert_array_equal(one, both.left)
 
 
 def test_frames_are_not_kept():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from robot_perception.datasets import CorruptLog, find, read_boxes, read_images
+from robot_perception.datasets import CorruptLog, read_boxes, read_images
+from tests.datasets.here import recording
 
 HEAD = "frame,x,y,w,h\n"
 
@@ -52,9 +53,7 @@ def test_a_missing_column_and_a_missing_file(tmp_path):
 
 
 def test_the_head_has_a_box_in_every_picture():
-    path = find("head_girl", "groundtruth_rect.csv")
-    if path is None:
-        pytest.skip("the recording head_girl is not on this computer")
+    path = recording("head_girl", "groundtruth_rect.csv")
     pictures = read_images(path.parent / "img", "*.jpg", colour=True)
     found = read_boxes(path, pictures.numbers)
     assert found.boxes.shape == (250, 4)

@@ -114,35 +114,14 @@ def changed(word: int, value: bytes) -> bytes:
     return b" ".join(words)
 
 
-SHORT, LONG = "fewer values than announced", "more values than announced"
-COUNT, NUMBER = "is not an integer of at least 1", "a value is not a number"
-FINITE, TEXT = "a value is NaN or infinite", "not text"
 OTHER = "its number of beams differs"
 BAD_LINES = {
-    "truncated": (b" ".join(GOOD.lines[0].split()[:60]), SHORT),
-    "keyword only": (b"FLASER", SHORT),
-    "one word too many": (GOOD.lines[0] + b" 7", LONG),
-    "two lines in one": (GOOD.lines[0] + b" " + GOOD.lines[1], LONG),
     "count too high": (changed(1, b"181"), OTHER),
     "count too low": (changed(1, b"179"), OTHER),
-    "count zero": (changed(1, b"0"), COUNT),
-    "count negative": (changed(1, b"-180"), COUNT),
-    "count huge": (changed(1, b"9" * 30), COUNT),
-    "count not a number": (changed(1, b"many"), COUNT),
-    "word among readings": (changed(40, b"3.x"), NUMBER),
-    "underscore": (changed(40, b"1_0"), NUMBER),
-    "word in pose": (changed(183, b"north"), NUMBER),
-    "NaN reading": (changed(40, b"nan"), FINITE),
-    "infinite reading": (changed(40, b"inf"), FINITE),
-    "overflowing reading": (changed(40, b"1e999"), FINITE),
+    "count zero": (changed(1, b"0"), "is not an integer of at least 1"),
     "negative reading": (changed(40, b"-0.01"), "a reading is negative"),
-    "NaN pose": (changed(183, b"nan"), FINITE),
-    "infinite time": (changed(188, b"inf"), FINITE),
     "other number of beams": (carmen_truth(beams=360).lines[0], OTHER),
-    "not UTF-8": (GOOD.lines[0] + b"\xff\xfe", TEXT),
-    "control bytes": (b"FLASER \x00\x01\x02", TEXT),
     "numbers alone": (b"1.0 2.0 3.0", "does not begin with a keyword"),
-    "binary junk": (bytes(range(128, 256)), TEXT),
     "endless": (b"ODOM " + b"1" * logs.LONGEST_LINE, "longer than 262144 bytes"),
 }
 
@@ -158,7 +137,7 @@ def test_bad_line_is_named_with_its_number_and_reason(tmp_path, line, reason, na
 @pytest.mark.parametrize("count", [b"181", b"179"])
 def test_wrong_count_of_the_first_scan_is_noticed(tmp_path, count):
     path = write(tmp_path / "a.log", [changed(1, count)])
-    with pytest.raises(CorruptLog, match=rf"line 1: .*({SHORT}|{LONG}|no field of view)"):
+    with pytest.raises(CorruptLog, match=r"line 1: .*(fewer values|more values|no field of view)"):
         read_carmen_log(path)
 
 
@@ -181,13 +160,6 @@ def test_other_kinds_are_counted_by_keyword(tmp_path):
     assert "other kinds 2 #, 2 blank, 2 ODOM, 1 PARAM" in str(log.report)
 
 
-@pytest.mark.parametrize("name", ["empty.log", "empty.log.gz"])
-def test_empty_file(tmp_path, name):
-    (tmp_path / name).touch()
-    with pytest.raises(CorruptLog, match=rf"{name}: the file is empty"):
-        read_carmen_log(tmp_path / name)
-
-
 def test_no_scan_at_all(tmp_path):
     path = write(tmp_path / "a.log", [b"ODOM 1", b"VERTEX2 0 0 0 0"])
     with pytest.raises(CorruptLog, match=r"no FLASER line .* kinds 1 ODOM, 1 VERTEX2"):
@@ -206,39 +178,11 @@ def test_a_log_of_another_kind_is_recognised(tmp_path):
             reader(carmen)
 
 
-def test_not_gzip_in_spite_of_its_name(tmp_path):
-    (tmp_path / "a.log.gz").write_bytes(b"<html>404</html>")
-    with pytest.raises(
-        CorruptLog, match=r"a\.log\.gz, line 1: the gzip file is damaged here \(Not"
-    ):
-        read_carmen_log(tmp_path / "a.log.gz")
-
-
-def test_missing_file(tmp_path):
-    with pytest.raises(FileNotFoundError, match="nowhere"):
-        read_carmen_log(tmp_path / "nowhere.log")
-
-
 def read_bytes(content: bytes, name: str = "a.log", **options):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(content)
         return read_carmen_log(path, **options)
-
-
-def test_gzip_cut_at_every_place():
-    """No beginning of a gzip file is taken for a whole one; the line it breaks off in is named."""
-    lines = carmen_truth(scans=3, beams=30).lines
-    whole = gzip.compress(b"".join(line + b"\n" for line in lines))
-    named = set()
-    for cut in range(1, len(whole)):
-        with pytest.raises(
-            CorruptLog, match=r"a\.log\.gz, line \d: the gzip file is da"
-        ) as failure:
-            read_bytes(whole[:cut], "a.log.gz", field_of_view=(-1.0, 1.0))
-        named.add(int(re.search(r"line (\d)", str(failure.value))[1]))
-    assert 1 in named
-    assert max(named) <= len(lines) + 1
 
 
 @pytest.mark.parametrize("line", [b"\n", b"# " + b"x" * 998 + b"\n", b"0" * 1000])
@@ -256,20 +200,6 @@ def test_gzip_bomb_is_refused_before_it_fills_the_memory(tmp_path, line):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 250 * size
-
-
-@pytest.mark.parametrize("place", [0.3, 0.6, 0.9])
-def test_flipped_bits_in_gzip_are_noticed(place):
-    packed = bytearray(gzip.compress(b"\n".join(carmen_truth(scans=20).lines) + b"\n"))
-    packed[int(place * len(packed))] ^= 0x55
-    with pytest.raises(CorruptLog, match=r"a\.log\.gz, line \d+: "):
-        read_bytes(bytes(packed), "a.log.gz")
-
-
-def test_something_after_the_gzip_stream_is_noticed():
-    packed = gzip.compress(b"\n".join(GOOD.lines) + b"\n")
-    with pytest.raises(CorruptLog, match="line 5: the gzip file is damaged"):
-        read_bytes(packed + b"<html>", "a.log.gz")
 
 
 LINES = st.one_of(
@@ -312,20 +242,3 @@ def test_the_first_bad_line_is_named_whatever_stands_around_it(insertions):
     assume(not lines[0][0].startswith(logs.GZIP_MAGIC))  # that is no junk line: it is a gzip file
     bad = [number for number, (_, is_bad) in enumerate(lines, start=1) if is_bad]
     assert outcome([line for line, _ in lines]) == (bad[0] if bad else 0)
-
-
-@given(st.integers(0, 10**6), st.binary(min_size=1, max_size=40), st.booleans())
-def test_bytes_anywhere_raise_nothing_but_corrupt_log(place, junk, packed):
-    """Random bytes anywhere in a file, plain or gzip: an account of it all, or CorruptLog."""
-    content = b"\n".join(GOOD.lines) + b"\n"
-    content = gzip.compress(content, mtime=0) if packed else content
-    place %= len(content) + 1
-    damaged = content[:place] + junk + content[place:]
-    try:
-        log = read_bytes(damaged)
-    except CorruptLog as error:
-        assert "a.log" in str(error)  # noqa: PT017 - either outcome is right
-        return
-    assert log.report.kept["FLASER"] == len(log.ranges) == len(log.times) == len(log.poses)
-    assert not np.isnan(log.ranges).any()
-    assert (log.ranges >= 0).all()

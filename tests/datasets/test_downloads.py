@@ -6,14 +6,7 @@ import os
 import pooch
 import pytest
 
-from robot_perception.datasets import (
-    DatasetMissing,
-    DownloadError,
-    fetch,
-    find,
-    path,
-    status,
-)
+from robot_perception.datasets import DatasetMissing, DownloadError, fetch, find, path, status
 from tests.datasets import conftest
 from tests.datasets.conftest import ALBUM, PACKED, PICTURES, TEXT, put, sha
 

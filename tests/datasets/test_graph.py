@@ -1,6 +1,5 @@
 """Pose-graph logs: scans stay with their vertices, edges with theirs, bad lines are named."""
 
-import gzip
 import re
 import tempfile
 from pathlib import Path
@@ -90,59 +89,27 @@ def test_no_return_comes_from_readings_not_from_the_line(tmp_path):
     assert log.max_range == 80.0
 
 
-def without(row: int, word: int, value: bytes | None) -> bytes:
-    """Return scan ``row`` with one word replaced, or all from there on cut off."""
+def without(row: int, word: int, value: bytes) -> bytes:
+    """Return scan ``row`` with one word replaced."""
     words = scan(row).split()
-    words[word:] = [] if value is None else [value, *words[word + 1 :]]
-    return b" ".join(words)
+    return b" ".join([*words[:word], value, *words[word + 1 :]])
 
 
-SHORT, LONG = "fewer values than announced", "more values than announced"
-COUNT, NUMBER = "an id or a count is not an integer", "a value is not a number"
-FINITE, TEXT, NO_VERTEX = "a value is NaN or infinite", "not text", "no vertex stands right before"
-BEAMS_DIFFER, FIELD_DIFFERS = logs.OTHER_BEAMS, "its first angle or resolution differs"
-
+NO_VERTEX = "no vertex stands right before"
 BAD_SCANS = {
-    "header cut": (without(1, 5, None), SHORT),
-    "readings cut": (without(1, 12, None), SHORT),
-    "before remissions cut": (without(1, 9 + BEAMS, None), SHORT),
-    "tail cut": (without(1, 20, None), SHORT),
-    "too long": (scan(1) + b" 1", LONG),
-    "count": (without(1, 8, b"x"), COUNT),
-    "count zero": (without(1, 8, b"0"), COUNT),
-    "count too low": (without(1, 8, b"6"), COUNT),
-    "remission count": (without(1, 9 + BEAMS, b"-1"), COUNT),
-    "remission": (scan(1, remissions=("x",)), NUMBER),
-    "word": (without(1, 10, b"1.x"), NUMBER),
-    "NaN": (without(1, 10, b"nan"), FINITE),
+    "count zero": (without(1, 8, b"0"), "an id or a count is not an integer"),
+    "count too low": (without(1, 8, b"6"), "an id or a count is not an integer"),
+    "remission": (scan(1, remissions=("x",)), "a value is not a number"),
     "negative": (without(1, 10, b"-1"), "a reading is negative"),
-    "pose": (without(1, 18, b"inf"), FINITE),
-    "beams": (robotlaser(RANGES[1][:5], LASER[1], ROBOT[1], 1.0), BEAMS_DIFFER),
-    "start": (scan(1, start=-1.0), FIELD_DIFFERS),
-    "resolution": (scan(1, resolution=0.25), FIELD_DIFFERS),
-    "control bytes": (b"ROBOTLASER1 \x00\x01", TEXT),
+    "beams": (robotlaser(RANGES[1][:5], LASER[1], ROBOT[1], 1.0), logs.OTHER_BEAMS),
+    "start": (scan(1, start=-1.0), "its first angle or resolution differs"),
+    "resolution": (scan(1, resolution=0.25), "its first angle or resolution differs"),
 }
-BAD_VERTICES = {
-    "cut": (b"VERTEX2 10 0.5", SHORT),
-    "long": (vertex(10, POSES[1]) + b" 1", LONG),
-    "id": (b"VERTEX2 1.5 0 0 0", COUNT),
-    "word": (b"VERTEX2 10 a 0 0", NUMBER),
-    "NaN": (b"VERTEX2 10 nan 0 0", FINITE),
-    "repeated": (vertex(0, POSES[1]), "repeats the id of an earlier vertex"),
-    "not text": (b"VERTEX2 10 0 0 \xff", TEXT),
-}
-BAD_EDGES = {
-    "cut": (b"EDGE2 0 10 1 2", SHORT),
-    "long": (EDGE_LINES[0] + b" 1", LONG),
-    "id": (b"EDGE2 0 b" + EDGE_LINES[0][10:], COUNT),
-    "word": (EDGE_LINES[0][:-3] + b"x.3", NUMBER),
-    "infinite": (edge(0, 10, [np.inf, 0, 0], TERMS), FINITE),
-    "lost": (edge(0, 999, MOTIONS[0], TERMS), "one of its vertices is not in the log"),
-}
+LOST = edge(0, 999, MOTIONS[0], TERMS)
 BAD = [
     *[(GOOD[:3], *case, GOOD[4:]) for case in BAD_SCANS.values()],
-    *[(GOOD[:2], *case, GOOD[3:]) for case in BAD_VERTICES.values()],
-    *[(GOOD[:9], *case, GOOD[9:]) for case in BAD_EDGES.values()],
+    (GOOD[:2], vertex(0, POSES[1]), "repeats the id of an earlier vertex", GOOD[3:]),
+    (GOOD[:9], LOST, "one of its vertices is not in the log", GOOD[9:]),
     ([], scan(3), NO_VERTEX, GOOD),
     (GOOD[:2], scan(1), NO_VERTEX, GOOD[2:]),
     ([*GOOD[:2], b"VERTXE2 10 0 0 0"], scan(1), NO_VERTEX, GOOD[4:]),
@@ -183,18 +150,9 @@ def read_bytes(content: bytes, name: str = "a.log", **options):
         return read_graph_log(path, **options)
 
 
-def test_gzip_cut_at_every_place():
-    whole = gzip.compress(b"".join(line + b"\n" for line in GOOD))
-    for cut in range(2, len(whole)):
-        with pytest.raises(
-            CorruptLog, match=r"a\.log\.gz, line \d+: the gzip file is damaged here"
-        ):
-            read_bytes(whole[:cut], "a.log.gz")
-
-
 JUNK = st.one_of(
     st.binary(max_size=50),
-    st.sampled_from([line for line, _ in [*BAD_VERTICES.values(), *BAD_EDGES.values()]]),
+    st.sampled_from([vertex(0, POSES[1]), b"VERTEX2 10 a 0 0", b"EDGE2 0 10 1 2", LOST]),
     st.sampled_from([line for line, _ in BAD_SCANS.values()]),
     st.integers(0, 200).map(lambda cut: BODY[1][:cut]),
 )
@@ -217,15 +175,3 @@ def test_no_scan_is_given_to_a_vertex_that_is_not_its_own(insertions):
     np.testing.assert_array_equal(log.ranges, RANGES)
     np.testing.assert_array_equal(log.vertex_ids[log.scan_vertices], IDS)
     np.testing.assert_array_equal(log.vertex_ids[log.edges], EDGES)
-
-
-@given(st.integers(0, 10**6), st.binary(min_size=1, max_size=40), st.booleans())
-def test_bytes_anywhere_raise_nothing_but_corrupt_log(place, junk, packed):
-    content = b"\n".join(GOOD) + b"\n"
-    content = gzip.compress(content, mtime=0) if packed else content
-    place %= len(content) + 1
-    try:
-        log = read_bytes(content[:place] + junk + content[place:])
-    except CorruptLog:
-        return
-    assert len(log.ranges) == len(log.scan_vertices) == log.report.kept["ROBOTLASER1"]

@@ -1,16 +1,14 @@
 """MRCLAM folders: read back, misread barcodes counted, damage named with file and line."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
 from robot_perception.datasets.tracks import Track
 from robot_perception.geometry import wrap_angle
+from tests.datasets.here import recording
 from tests.datasets.writing import write
 from tests.unchecked import unchecked
 
@@ -67,19 +65,13 @@ BAD_LINES = [
     ("Landmark_Groundtruth", b"6 0 0 0 0", "names a subject or barcode a second time"),
     ("Landmark_Groundtruth", b"8 0 0 -1 0", "a standard deviation is negative"),
     ("Landmark_Groundtruth", b"-8 0 0 0 0", "a subject or barcode is not a positive integer"),
-    ("Odometry", b"11.5 0.5", "fewer values"),
-    ("Odometry", b"11.5 0.5 0.1 0.1", "more values"),
-    ("Odometry", b"11.5 0.5 nan", "NaN or infinite"),
-    ("Odometry", b"11.5 0.5 left", "not a number"),
     ("Odometry", b"10.75 0.5 0.1", "its time lies before that of an earlier line"),
     ("Measurement", b"10.25 63 2.0 0.5", "its time lies before that of an earlier line"),
     ("Measurement", b"10.5 14 2.9 -0.5", "sees a barcode a second time in one image"),
     ("Measurement", b"10.75 63 0 0.5", "a range is not positive"),
     ("Measurement", b"10.75 6.5 1 0.5", "a subject or barcode is not a positive integer"),
-    ("Measurement", b"10.75 63 inf 0.5", "NaN or infinite"),
     ("Groundtruth", b"11.0 0 0 0", "has the time of an earlier line"),
     ("Groundtruth", b"9.0 0 0 0", "its time lies before that of an earlier line"),
-    ("Groundtruth", b"12.0 0 0 \xff", "not text"),
 ]
 
 
@@ -98,18 +90,8 @@ def test_first_of_several_bad_lines_is_named(tmp_path):
         read_mrclam(tmp_path)
 
 
-def test_damaged_and_missing_files_are_named(tmp_path):
+def test_empty_and_missing_files_are_named(tmp_path):
     file = folder(tmp_path) / "Robot4_Odometry.dat.gz"
-    whole = file.read_bytes()
-    file.write_bytes(whole[:-9])
-    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz, line 5: the gzip file is dam"):
-        read_mrclam(tmp_path)
-    file.write_bytes(b"nothing like gzip")
-    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz, line 1: .*Not a gzipped file"):
-        read_mrclam(tmp_path)
-    file.write_bytes(b"")
-    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: the file is empty"):
-        read_mrclam(tmp_path)
     write(file, [HEADER])
     with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: no odometry line"):
         read_mrclam(tmp_path)
@@ -118,24 +100,6 @@ def test_damaged_and_missing_files_are_named(tmp_path):
         read_mrclam(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"Barcodes"):
         read_mrclam(tmp_path / "elsewhere")
-
-
-@given(cut=st.integers(1, 140), flip=st.integers(0, 139), value=st.integers(0, 255))
-@settings(max_examples=60)
-def test_no_damage_passes_unnoticed(tmp_path_factory, cut, flip, value):
-    """Whatever is cut off or changed in a compressed file: its name is in the error, or no harm."""
-    path = folder(tmp_path_factory.mktemp("damaged"))
-    expected = read_mrclam(path).robots[2].landmarks.values
-    file = path / "Robot2_Measurement.dat.gz"
-    content = bytearray(file.read_bytes())
-    content[flip % len(content)] = value
-    file.write_bytes(content[: max(1, len(content) - cut % len(content))] if cut % 2 else content)
-    try:
-        found = read_mrclam(path).robots[2].landmarks.values
-    except CorruptLog as error:
-        assert "Robot2_Measurement" in str(error)  # noqa: PT017 - either outcome is right
-    else:
-        np.testing.assert_array_equal(found, expected)
 
 
 def test_a_subject_that_is_nowhere_is_an_error(tmp_path):
@@ -198,29 +162,26 @@ def test_bad_times_are_named(build, message):
 
 
 @pytest.fixture(scope="module")
-def recording():
-    found = datasets.find("utias_mrclam_6")
-    if found is None:
-        pytest.skip("the recording utias_mrclam_6 is not on this computer")
-    return read_mrclam(Path(found))
+def utias():
+    return read_mrclam(recording("utias_mrclam_6"))
 
 
-def test_recording_holds_what_is_known_of_it(recording):
-    counts = [len(robot.landmarks.times) for robot in recording.robots.values()]
+def test_recording_holds_what_is_known_of_it(utias):
+    counts = [len(robot.landmarks.times) for robot in utias.robots.values()]
     assert counts == [1534, 3239, 4348, 2023, 4239]
-    unknown = {number: dict(robot.unknown) for number, robot in recording.robots.items()}
+    unknown = {number: dict(robot.unknown) for number, robot in utias.robots.items()}
     assert unknown == {1: {43: 1}, 2: {}, 3: {34: 2}, 4: {50: 3}, 5: {}}
-    assert len(recording.landmarks.ids) == 15
-    assert sum(report.lines for report in recording.reports) == 606015
+    assert len(utias.landmarks.ids) == 15
+    assert sum(report.lines for report in utias.reports) == 606015
 
 
-def test_bearings_agree_with_motion_capture(recording):
+def test_bearings_agree_with_motion_capture(utias):
     """Wrong frames, barcodes or clocks would be metres off; the camera is good to a degree."""
-    robot = recording.robots[3]
+    robot = utias.robots[3]
     poses, covered = robot.truth.at(robot.landmarks.times, longest_gap=0.2)
     assert covered.mean() > 0.99
-    rows = np.searchsorted(recording.landmarks.ids, robot.landmarks.subjects)
-    x, y = (recording.landmarks.positions[rows] - poses[:, :2])[covered].T
+    rows = np.searchsorted(utias.landmarks.ids, robot.landmarks.subjects)
+    x, y = (utias.landmarks.positions[rows] - poses[:, :2])[covered].T
     bearing = wrap_angle(np.arctan2(y, x) - poses[covered, 2] - robot.landmarks.values[covered, 1])
     assert np.median(np.abs(bearing)) < np.deg2rad(1)
     assert np.median(np.abs(np.hypot(x, y) - robot.landmarks.values[covered, 0])) < 0.15

@@ -10,14 +10,9 @@ import pytest
 
 from robot_perception import datasets
 from robot_perception.datasets import read_carmen_log, read_graph_log, read_relations
-
-
-def recording(name, file):
-    found = datasets.find(name, file)
-    if found is None:
-        pytest.skip(f"the recording {name}/{file} is not on this computer")
-    return found
-
+from robot_perception.geometry import wrap_angle
+from robot_perception.geometry.se2 import between
+from tests.datasets.here import recording
 
 # Scans, beams, no-return threshold, lines of other kinds.
 CARMEN = {
@@ -61,14 +56,15 @@ def test_graph_logs_hold_what_is_known_of_them(place, scans, beams, edges):
     np.testing.assert_allclose(log.vertices[log.scan_vertices], log.odometry, atol=0.006)
     np.testing.assert_allclose(log.angles[0], -np.pi / 2, atol=1e-6)
     assert (np.linalg.eigvalsh(log.information) > 0).all()
-    assert np.percentile(np.abs(_relative(log.vertices, log.edges) - log.motions), 50) < 0.05
+    assert np.percentile(np.abs(between(*log.vertices[log.edges.T]) - log.motions), 50) < 0.05
 
 
 def test_edges_of_freiburg_agree_with_the_vertices():
     """An edge is the second pose seen from the first: the other order would be metres off."""
     log = read_graph_log(recording("carmen_fr079", "fr079_graph.log.gz"))
-    error = np.abs(_relative(log.vertices, log.edges)[:, :2] - log.motions[:, :2])
-    other = np.abs(_relative(log.vertices, log.edges[:, ::-1])[:, :2] - log.motions[:, :2])
+    first, second = log.vertices[log.edges.T]
+    error = np.abs(between(first, second)[:, :2] - log.motions[:, :2])
+    other = np.abs(between(second, first)[:, :2] - log.motions[:, :2])
     assert np.median(error) < 0.02
     assert np.median(other) > 5 * np.median(error)
 
@@ -107,9 +103,9 @@ def test_poses_agree_with_the_verified_relations(place, relations, count, matche
         poses = log.poses
     rows, scans = verified.match(log.times)
     assert len(rows) == matched
-    error = _relative(poses, scans) - verified.planar[rows]
+    error = between(*poses[scans.T]) - verified.planar[rows]
     assert np.hypot(error[:, 0], error[:, 1]).mean() < metres
-    assert np.rad2deg(np.abs(_wrap(error[:, 2]))).mean() < degrees
+    assert np.rad2deg(np.abs(wrap_angle(error[:, 2]))).mean() < degrees
 
 
 @pytest.mark.parametrize("name", list(datasets.registry()))
@@ -132,16 +128,3 @@ def test_recordings_have_the_registered_size(name):
         packed = item.path.suffix == ".gz" and not item.file.name.endswith(".gz")
         size += len(gzip.decompress(item.path.read_bytes())) if packed else item.path.stat().st_size
     assert datasets.dataset(name).bytes == size
-
-
-def _relative(poses, pairs):
-    first, second = poses[pairs[:, 0]], poses[pairs[:, 1]]
-    delta = second - first
-    cos, sin = np.cos(first[:, 2]), np.sin(first[:, 2])
-    x = cos * delta[:, 0] + sin * delta[:, 1]
-    y = -sin * delta[:, 0] + cos * delta[:, 1]
-    return np.stack([x, y, _wrap(delta[:, 2])], axis=1)
-
-
-def _wrap(angle):
-    return (angle + np.pi) % (2 * np.pi) - np.pi

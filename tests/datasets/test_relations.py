@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.datasets import CorruptLog, ReadReport, Relations, read_relations
+from robot_perception.datasets import ReadReport, Relations, read_relations
 from tests.datasets.writing import write
 
 RNG = np.random.default_rng(3)
@@ -23,33 +23,6 @@ def test_every_number_is_read_back(tmp_path, name):
     np.testing.assert_array_equal(relations.planar, TABLE[:, [2, 3, 7]])
     assert relations.report.kept == {"relation": 5}
     assert relations.report.others == {"#": 1}
-
-
-@pytest.mark.parametrize(
-    ("line", "reason"),
-    [
-        (b"1 2 3", "fewer values"),
-        (LINES[0] + b" 1", "more values"),
-        (b"1 2 3 4 5 6 7 x", "a value is not a number"),
-        (b"1 2 3 4 5 6 7 nan", "a value is NaN or infinite"),
-        (b"1 2 3 4 5 6 7 \xff", "not text"),
-    ],
-)
-def test_bad_line_is_named(tmp_path, line, reason):
-    path = write(tmp_path / "a.relations", [*LINES[:2], line, *LINES[2:]])
-    with pytest.raises(CorruptLog, match=rf"a\.relations, line 3: {reason}"):
-        read_relations(path)
-
-
-def test_damaged_files(tmp_path):
-    path = write(tmp_path / "a.relations.gz", LINES)
-    path.write_bytes(path.read_bytes()[:-8])  # the checksum is gone
-    with pytest.raises(
-        CorruptLog, match=r"a\.relations\.gz, line 6: the gzip file is damaged here"
-    ):
-        read_relations(path)
-    with pytest.raises(CorruptLog, match="no relation line"):
-        read_relations(write(tmp_path / "b.relations", [b"#"]))
 
 
 def test_relations_are_matched_by_rounded_time(tmp_path):

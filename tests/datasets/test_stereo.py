@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from robot_perception import datasets
 from robot_perception.datasets import (
     CorruptImage,
     CorruptLog,
@@ -13,6 +12,7 @@ from robot_perception.datasets import (
     read_stereo_features,
 )
 from robot_perception.geometry import se3
+from tests.datasets.here import recording
 from tests.datasets.test_images import GREY, folder, save
 from tests.datasets.writing import write
 from tests.unchecked import unchecked
@@ -27,13 +27,6 @@ POSES[2, :3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
 
 def row(values, label=b""):
     return label + b" ".join(repr(float(v)).encode() for v in np.ravel(values))
-
-
-def recording(name):
-    found = datasets.find(name)
-    if found is None:
-        pytest.skip(f"the recording {name} is not on this computer")
-    return found
 
 
 # ---- KITTI ---------------------------------------------------------------------------------------

@@ -31,8 +31,7 @@ def test_of_both_forms_the_one_that_was_asked_for_is_found(mine):
 
 
 @pytest.mark.parametrize(
-    ("size", "text"),
-    [(1, "0.1 kB"), (2_340, "2.3 kB"), (99_900, "99.9 kB"), (100_000, "0.1 MB")],
+    ("size", "text"), [(1, "0.1 kB"), (2_340, "2.3 kB"), (99_900, "99.9 kB"), (100_000, "0.1 MB")]
 )
 def test_sizes_are_shown_in_the_unit_that_suits(size, text):
     assert store.size_text(size) == text

@@ -5,7 +5,6 @@ import pytest
 from scipy.io import savemat
 from scipy.sparse import coo_array
 
-from robot_perception import datasets
 from robot_perception.datasets import (
     CorruptLog,
     read_fixes,
@@ -13,6 +12,7 @@ from robot_perception.datasets import (
     read_vehicle,
     victoria,
 )
+from tests.datasets.here import recording
 from tests.datasets.writing import write
 
 MOTION = b"0.01 0.001 0.002 0.04 0.003 0.05"
@@ -50,27 +50,12 @@ def test_sightings_follow_the_drive_whatever_its_poses_are_called(tmp_path):
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        (b"ODOMETRY 3 4 1 0 0 1 0 0 1 0", "fewer values"),
-        (b"ODOMETRY 3 4 1 0 0 1 0 0 1 0 1 1", "more values"),
-        (b"ODOMETRY 3 4 1 0 x " + MOTION, "not a number"),
-        (b"ODOMETRY 3 4 1 0 nan " + MOTION, "NaN or infinite"),
-        (b"ODOMETRY 3 -4 1 0 0 " + MOTION, "an id or a count is not an integer"),
-        (
-            b"ODOMETRY 1 4 1 0 0 " + MOTION,
-            "does not begin at the pose where the motion before it ended",
-        ),
-        (
-            b"ODOMETRY 3 1 1 0 0 " + MOTION,
-            "repeats a ",
-        ),
+        (b"ODOMETRY 1 4 1 0 0 " + MOTION, "does not begin at the pose where the motion before it"),
+        (b"ODOMETRY 3 1 1 0 0 " + MOTION, "repeats a pose"),
         (b"ODOMETRY 3 4 1 0 0 1 2 0 1 0 1", "its matrix is not positive definite"),
-        (b"LANDMARK 3 8 1 1 0.4 0", "fewer values"),
         (b"LANDMARK 3 8 1 1 0.4 0 0", "its matrix is not positive definite"),
         (b"LANDMARK 9 8 1 1 0.4 0 0.4", "its pose is not among those the motions lead to"),
-        (
-            b"LANDMARK 3 1 1 1 0.4 0 0.4",
-            "repeats a ",
-        ),
+        (b"LANDMARK 3 1 1 1 0.4 0 0.4", "repeats a sighting"),
     ],
 )
 def test_bad_line_is_named(tmp_path, line, reason):
@@ -79,11 +64,7 @@ def test_bad_line_is_named(tmp_path, line, reason):
         read_landmark_graph(path)
 
 
-def test_damaged_and_empty_graphs(tmp_path):
-    path = write(tmp_path / "a.txt.gz", LINES)
-    path.write_bytes(path.read_bytes()[:-8])
-    with pytest.raises(CorruptLog, match=r"a\.txt\.gz, line 7: the gzip file is damaged here"):
-        read_landmark_graph(path)
+def test_no_motion_at_all(tmp_path):
     with pytest.raises(CorruptLog, match="no ODOMETRY line"):
         read_landmark_graph(write(tmp_path / "b.txt", [b"LANDMARK 3 7 1 1 1 0 1"]))
 
@@ -173,9 +154,7 @@ def test_a_reading_process_that_ends_or_hangs_is_named(tmp_path, monkeypatch, re
 
 
 def test_recording_holds_what_is_known_of_it():
-    found = datasets.find("victoria_park")
-    if found is None:
-        pytest.skip("the recording victoria_park is not on this computer")
+    found = recording("victoria_park")
     graph = read_landmark_graph(found / "victoria_park_graph.txt.gz")
     assert (len(graph.motions), len(graph.values)) == (6968, 3640)
     assert len(np.unique(graph.landmarks)) == 151

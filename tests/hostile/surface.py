@@ -3,7 +3,7 @@
 import inspect
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -38,6 +38,25 @@ def public(room: str) -> dict[Callable, str]:
             for label, thing in _named(import_module(name)):
                 found.setdefault(thing, f"{name.removeprefix('robot_perception.')}.{label}")
     return found
+
+
+def made(room: str) -> set[type]:
+    """Return the types that only the library makes: they check nothing, and it hands them out.
+
+    A public function returns them or calls a caller's function with them, or a field of what it
+    returns holds them.
+    """
+    things = public(room)
+    kinds = [thing for thing in things if is_dataclass(thing)]
+    signatures = [inspect.signature(thing) for thing in things if not inspect.isclass(thing)]
+    taken = (str(p.annotation) for s in signatures for p in s.parameters.values())
+    told = " ".join(found for text in taken for found in re.findall(r"Callable\[\[.*?\]", text))
+    told += " ".join(str(signature.return_annotation) for signature in signatures)
+    found: set[type] = set()
+    while new := {kind for kind in kinds if re.search(rf"\b{kind.__name__}\b", told)} - found:
+        found |= new
+        told = " ".join(str(field.type) for kind in new for field in fields(kind))
+    return {kind for kind in found if not hasattr(kind, "__post_init__")}
 
 
 def _named(module: ModuleType) -> Iterator[tuple[str, Callable]]:

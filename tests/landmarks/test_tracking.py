@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robot_perception.cameras import Pinhole
+from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.landmarks import (
     DescriptorClasses,
     TrackRules,
@@ -13,7 +13,9 @@ from robot_perception.landmarks import (
     detect,
     extend,
     follow,
+    observe,
     predict_pixels,
+    sight,
 )
 from tests.landmarks.worlds import features, shifted, texture
 from tests.unchecked import unchecked
@@ -165,3 +167,19 @@ def test_wrong_arguments_are_named():
             predict_pixels(np.ones((1, 3)), np.diag([2.0, 2, 2, 1]), CAMERA)
         with pytest.raises(TypeError, match="camera must be a Pinhole"):
             predict_pixels(np.ones((1, 3)), np.eye(4), None)
+
+
+def test_points_of_two_eyes_are_followed_where_the_motion_of_the_camera_expects_them():
+    """The same pictures twice: all points go on; where they are expected elsewhere, none does."""
+    left = texture(3)
+    rig = StereoRig(CAMERA, 0.2)
+    pair = left, shifted(left, -20.0)
+    aside = np.eye(4)
+    aside[0, 3] = 0.5
+    with unchecked():
+        first = sight(None, *pair, rig, aside)
+        again, elsewhere = (sight(first, *pair, rig, motion) for motion in (np.eye(4), aside))
+    seen = observe(*pair, rig)
+    np.testing.assert_array_equal(first.points.points.mean, seen.points.mean)
+    assert first.tracks.ids.tolist() == again.tracks.ids.tolist() == list(range(len(seen)))
+    assert elsewhere.tracks.ids.min() >= len(seen) > 50

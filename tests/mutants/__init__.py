@@ -67,6 +67,22 @@ class Mutant:
             raise ValueError(f"{self.name}: {self.new!r} for {self.old!r} changes nothing")
         return changed
 
+    def is_inlined(self, root: Path = ROOT) -> bool:
+        """Tell whether other files' compiled code may have the change in it.
+
+        It has compiled functions and the constants of a module, not a plain function or a class.
+        """
+        text = (root / self.file).read_text("utf-8")
+        before = self.old.join(text.split(self.old)[: self.place or 1])
+        first, last = before.count("\n") + 1, (before + self.old).count("\n") + 1
+        return not any(
+            isinstance(node, ast.FunctionDef | ast.ClassDef)
+            and min(part.lineno for part in (node, *node.decorator_list)) <= first
+            and last <= node.end_lineno
+            and "jit" not in "".join(map(ast.unparse, node.decorator_list))
+            for node in ast.parse(text).body
+        )
+
 
 def _meaning(file: str, text: str) -> str:
     return ast.dump(ast.parse(text)) if file.endswith(".py") else text

@@ -4,15 +4,17 @@
 """
 
 import argparse
+import json
 import os
 import queue
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import grimp
 from joblib import Parallel, delayed
@@ -24,68 +26,93 @@ SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
 
 CAUGHT = ("caught", "did not import", "did not collect", "crashed", "hung")
-UNUSED = ("cacheprovider", "nbval", "anyio")  # to import nbval takes longer than most tests
-PYTEST = ["-m", "pytest", "-xq", "--tb=line", "-rfE", "--hypothesis-seed=0", "-m", "not slow"]
-PYTEST += [f"-pno:{name}" for name in UNUSED]
+Result = tuple[Mutant, str, float, str]
 
 
-class Copies:
-    """Copies of the repository, one for each worker, with the code compiled by a green run.
+class Copy:
+    """A copy of the repository, with the code compiled by green runs, and its server.
 
     numba compiles a kernel again if its own file changes, but not if that of a function changes
-    which is inlined into it: compiled code of all that imports a changed module is laid aside.
+    which is inlined into it: then compiled code of all that imports the file is laid aside.
     """
 
-    def __init__(self, folder: Path, jobs: int, every: list[Mutant]) -> None:
-        first, *others = self.trees = [folder / f"copy{i}" for i in range(jobs)]
+    def __init__(self, tree: Path) -> None:
         for file in _listed():
-            (first / file).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / file, first / file)
+            (tree / file).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / file, tree / file)
+        self.tree, self.changes = tree, 0
         self.imports = grimp.build_graph("robot_perception", "data_synth", cache_dir=None)
-        self.seconds = {}
-        for tests in tqdm(dict.fromkeys(m.tests for m in every), desc="unchanged"):
-            code, self.seconds[tests], output = run(first, tests, None)
-            if code:
-                raise SystemExit(f"{output}\nred without a planted error: {' '.join(tests)}")
-        for other in others:
-            shutil.copytree(first, other)
-        self.free = queue.SimpleQueue()
-        for tree in self.trees:
-            self.free.put(tree)
+        changed = {
+            "PYTHONPATH": f"{tree / 'lib'}{os.pathsep}{tree}",
+            "PYTHONDONTWRITEBYTECODE": "",
+            "NUMBA_CACHE_DIR": "",  # compiled code belongs to its copy
+        }
+        self.server = subprocess.Popen(
+            [sys.executable, "-P", str(Path(__file__).with_name("server.py"))],
+            cwd=tree,
+            env=os.environ | changed,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
 
-    def try_out(self, number: int, mutant: Mutant) -> tuple[Mutant, str, float, str]:
-        """Return what became of a planted error, how long it took, and what failed."""
-        tree = self.free.get()
-        file, compiled = tree / mutant.file, self._compiled(tree, mutant)
+    def run(self, tests: Sequence[str], first: Sequence[str] = (), **words: Any) -> dict[str, Any]:
+        """Run tests, some of them first; return what `tests.mutants.server` answers."""
+        asked = {"tests": tests, "first": first, "limit": 0, "module": ""} | words
+        print(json.dumps(asked), file=self.server.stdin, flush=True)
+        return json.loads(self.server.stdout.readline())
+
+    def try_out(self, tests: Sequence[str], mutants: list[Mutant]) -> Iterator[Result]:
+        """Yield what became of errors that the same tests should notice.
+
+        Tests that noticed the last ones run first, then the fast before the slow.
+        """
+        green = self.run(tests)
+        if green["code"]:
+            print(green["output"], "red without a planted error:", *tests, file=sys.stderr)
+        limit = 60 + round(5 * green["time"])  # there may be kernels to compile
+        first = sorted(green.get("seconds", ()), key=lambda test: green["seconds"][test])
+        for mutant in mutants:
+            if green["code"]:
+                yield mutant, "red unchanged", 0.0, ""
+                continue
+            with self._planted(mutant):
+                module = _module(self.tree / mutant.file, self.tree)
+                found = self.run(tests, first, limit=limit, module=module)
+            failed = found.get("failed", [])
+            first = [*failed, *(test for test in first if test not in failed)]
+            said = verdict(found["code"], found.get("imports", True))
+            yield mutant, said, found["time"], failed[0] if failed else found["output"][-300:]
+
+    @contextmanager
+    def _planted(self, mutant: Mutant) -> Iterator[None]:
+        file, compiled = self.tree / mutant.file, self._compiled(mutant)
         text, stat = file.read_bytes(), file.stat()
+        self.changes += 1
         for path in compiled:
             path.rename(f"{path}.aside")
         try:
-            file.write_text(mutant.applied(tree), "utf-8")
-            os.utime(file, (2e9 + number, 2e9 + number))  # bytecode is told apart by whole seconds
-            limit = 120 + 5 * self.seconds[mutant.tests]  # there may be kernels to compile
-            code, seconds, output = run(tree, mutant.tests, limit)
-            stopped = code is not None and code > 1
-            words = "-c", f"import {_module(file, tree)}"
-            imports = not (stopped and python(tree, *words, limit=limit)[0])
+            file.write_text(mutant.applied(self.tree), "utf-8")
+            os.utime(file, (2e9 + self.changes,) * 2)  # bytecode is told apart by whole seconds
+            yield
         finally:
             file.write_bytes(text)
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-            for path in self._compiled(tree, mutant):
+            for path in self._compiled(mutant):
                 path.unlink()
             for path in compiled:
                 Path(f"{path}.aside").rename(path)
-            self.free.put(tree)
-        failed = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        return mutant, verdict(code, imports), seconds, failed[0] if failed else output[-300:]
 
-    def _compiled(self, tree: Path, mutant: Mutant) -> list[Path]:
-        """Return the compiled code of a module and of all that import it."""
-        module = _module(tree / mutant.file, tree)
+    def _compiled(self, mutant: Mutant) -> list[Path]:
+        """Return the compiled code that a planted error may reach."""
+        module = _module(self.tree / mutant.file, self.tree)
         if module not in self.imports.modules:
             return []
-        stale = {module} | self.imports.find_downstream_modules(module)
-        return [path for path in tree.rglob("__pycache__/*.nb[ic]") if _module(path, tree) in stale]
+        stale = {module}
+        if mutant.is_inlined(self.tree):
+            stale |= self.imports.find_downstream_modules(module)
+        found = self.tree.rglob("__pycache__/*.nb[ic]")
+        return [path for path in found if _module(path, self.tree) in stale]
 
 
 def _listed() -> list[str]:
@@ -101,39 +128,6 @@ def _module(path: Path, tree: Path) -> str:
     return (
         ".".join([*folders, path.name.split(".")[0]]).removeprefix("lib.").removesuffix(".__init__")
     )
-
-
-def python(tree: Path, *words: str, limit: float | None = None) -> tuple[int | None, str]:
-    """Run Python in a copy; return its exit code, ``None`` if it had to be ended, and output."""
-    with tempfile.TemporaryDirectory() as examples:  # nothing is kept from one error to the next
-        changed = {
-            "PYTHONPATH": f"{tree / 'lib'}{os.pathsep}{tree}",
-            "HYPOTHESIS_STORAGE_DIRECTORY": examples,
-            "NUMBA_CACHE_DIR": "",  # compiled code belongs to its copy
-        }
-        process = subprocess.Popen(
-            [sys.executable, *words],
-            cwd=tree,
-            env=os.environ | changed,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-        try:
-            output, _ = process.communicate(timeout=limit)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-            return None, ""
-    return process.returncode, output
-
-
-def run(tree: Path, tests: tuple[str, ...], limit: float | None) -> tuple[int | None, float, str]:
-    """Return pytest's exit code, how long it took, and its output."""
-    start = time.monotonic()
-    code, output = python(tree, *PYTEST, *tests, limit=limit)
-    return code, time.monotonic() - start, output
 
 
 def verdict(code: int | None, imports: bool) -> str:
@@ -182,15 +176,25 @@ def main() -> bool:
         every = [mutant for mutant in every if {mutant.room, mutant.name} & set(asked.rooms)]
     for mutant in every:
         mutant.applied()
-    tried = [mutant for mutant in every if not mutant.reason]
-    verdicts = {}
-    with tempfile.TemporaryDirectory() as folder:
-        copies = Copies(Path(folder), asked.jobs, tried)
-        work = (delayed(copies.try_out)(*item) for item in enumerate(tried))
-        results = Parallel(asked.jobs, "threading", return_as="generator_unordered")(work)
-        for mutant, said, seconds, failed in tqdm(results, total=len(tried), desc="planted"):
+    groups: dict[tuple[str, ...], list[Mutant]] = {}
+    for mutant in every:
+        if not mutant.reason:
+            groups.setdefault(mutant.tests, []).append(mutant)
+    verdicts, copies = {}, queue.SimpleQueue()
+    progress = tqdm(total=sum(map(len, groups.values())), desc="planted")
+
+    def work(tests: tuple[str, ...], mutants: list[Mutant]) -> None:
+        copy = copies.get()
+        for mutant, said, seconds, failed in copy.try_out(tests, mutants):
             verdicts[mutant.name] = said
-            tqdm.write(f"{said:14s} {seconds:4.0f} s  {mutant}  {failed}")
+            progress.write(f"{said:14s} {seconds:4.0f} s  {mutant}  {failed}")
+            progress.update()
+        copies.put(copy)
+
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        for i in range(asked.jobs):
+            copies.put(Copy(Path(folder) / f"copy{i}"))
+        Parallel(asked.jobs, "threading")(delayed(work)(*group) for group in groups.items())
     text, share = table(every, verdicts)
     print(text)
     return share < SHARE

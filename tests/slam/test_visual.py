@@ -84,6 +84,11 @@ def world(rng, *, laps=2, slip=1.0):
     return poses, frames
 
 
+def advance(state, frame, **how):
+    """Take a step to a frame."""
+    return step(state, frame.motion, frame.seen, frame.descriptors, MOUNT, **how)
+
+
 def run(poses, frames, options, *, rng, told=True):
     """Return the states and the infos of all frames, and which landmark each one of the map is."""
     each = options.association == "each"
@@ -91,16 +96,7 @@ def run(poses, frames, options, *, rng, told=True):
     states, infos = [], []
     for frame in frames:
         costs = frame.told(known) if told else unlike
-        state, info = step(
-            state,
-            frame.motion,
-            frame.seen,
-            frame.descriptors,
-            MOUNT,
-            costs=costs,
-            options=options,
-            rng=rng,
-        )
+        state, info = advance(state, frame, costs=costs, options=options, rng=rng)
         known += frame.truth[info.made].tolist()
         assert state.tracks.names.ndim == info.names.ndim == info.new.ndim == 1 + each
         states.append(state)
@@ -169,6 +165,12 @@ def go(state, seen, options, *, costs=None, motion=None, descriptors=None, seed=
     )
 
 
+def standing(state, *poses):
+    """Return the state with its particles elsewhere."""
+    weights = state.maps.particles.log_weights
+    return replace(state, maps=rb.belief.with_particles(state.maps, np.array(poses), weights))
+
+
 def begun(seen, options):
     """Return what is known after a first frame at the origin."""
     return go(VisualMaps.start(np.zeros(3), options, length=1), seen, options)[0]
@@ -221,12 +223,9 @@ def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable)
     for frame, (lengths, means) in zip(frames, lengths_and_means(frames), strict=True):
         asked, told = [], frame.told(known)
         before = state
-        state, info = step(
+        state, info = advance(
             before,
-            frame.motion,
-            frame.seen,
-            frame.descriptors,
-            MOUNT,
+            frame,
             costs=lambda new, asked=asked, told=told: asked.append(new) or told(new),
             options=Options(2, stable),
             rng=np.random.default_rng(0),
@@ -286,19 +285,8 @@ def test_a_step_writes_to_nothing_and_the_same_seed_gives_the_same():
     for frame in frames[28:]:
         parts = [frame.seen, frame.descriptors]
         given_ = arrays(parts)
-        twice = [
-            step(
-                state,
-                frame.motion,
-                frame.seen,
-                frame.descriptors,
-                MOUNT,
-                costs=frame.told(known),
-                options=LOOSE,
-                rng=np.random.default_rng(9),
-            )
-            for _ in range(2)
-        ]
+        how = {"costs": frame.told(known), "options": LOOSE}
+        twice = [advance(state, frame, **how, rng=np.random.default_rng(9)) for _ in range(2)]
         assert_equal(list(twice[0]), list(twice[1]))
         assert_equal(parts, given_)
         assert_equal(state, before)
@@ -551,11 +539,8 @@ def test_a_landmark_that_one_particle_recognises_is_new_to_the_other_alone():
     """One stands a metre aside; the density says what it costs it to recognise nothing."""
     options = Options(2, 0, share=0.0, reach=0.0, association="each", unmatched=0.2)
     state = begun(look([[2, 0, 1], [2, 3, 1]]), options)
-    aside = rb.belief.with_particles(
-        state.maps, np.array([[0, 0, 0], [0, 1.0, 0]]), state.maps.particles.log_weights
-    )
-    state, seen = replace(state, maps=aside), look([[2, 0, 1]], tracks=[7])
-    after, info = go(state, seen, options)
+    seen = look([[2, 0, 1]], tracks=[7])
+    after, info = go(standing(state, [0, 0, 0], [0, 1.0, 0]), seen, options)
     assert info.names.tolist() == [[0], [2]]
     assert info.new.tolist() == [[False], [True]]
     assert info.known.tolist() == [[True], [False]]
@@ -577,12 +562,10 @@ def test_a_landmark_that_one_particle_recognises_is_new_to_the_other_alone():
 def test_each_keeps_to_what_it_took_a_track_for_where_the_gate_would_let_others_pass():
     options = Options(2, 0, share=0.0, reach=0.0, association="each")
     state = begun(look([[2, 0, 1], [2, 1, 1]]), options)
-    aside = rb.belief.with_particles(
-        state.maps, np.array([[0, 0, 0], [0, 1.0, 0]]), state.maps.particles.log_weights
-    )
-    state, info = go(replace(state, maps=aside), look([[2, 0, 1]], tracks=[7]), options)
+    seen = look([[2, 0, 1]], tracks=[7])
+    state, info = go(standing(state, [0, 0, 0], [0, 1.0, 0]), seen, options)
     assert info.names.tolist() == [[0], [1]]
-    _, info = go(state, look([[2, 0, 1]], tracks=[7]), replace(options, reach=2.0))
+    _, info = go(state, seen, replace(options, reach=2.0))
     assert info.names.tolist() == [[0], [1]]
 
 
@@ -590,10 +573,8 @@ def test_names_descend_with_the_particles():
     """Where all come from one, all follow what it recognised."""
     options = Options(2, 0, share=1.0, reach=0.0, association="each", unmatched=1e-9)
     state = begun(look([[2, 0, 1]]), options)
-    aside = rb.belief.with_particles(
-        state.maps, np.array([[0, 1.0, 0], [0, 0, 0]]), state.maps.particles.log_weights
-    )
-    after, info = go(replace(state, maps=aside), look([[2, 0, 1]], tracks=[7]), options)
+    state = standing(state, [0, 1.0, 0], [0, 0, 0])
+    after, info = go(state, look([[2, 0, 1]], tracks=[7]), options)
     assert info.resampling.ancestors.tolist() == [1, 1]
     assert info.names.tolist() == after.tracks.names.tolist() == [[0], [0]]
     assert not info.new.any()

@@ -7,6 +7,16 @@ from robot_perception.teaching.ledger import Entry, entry
 from robot_perception.teaching.studies import Study
 from robot_perception.teaching.verdicts import Accepted, Basis
 
+WORDS = {
+    "paper": "perception-issues",
+    "place": "§2.1",
+    "basis": "mathematics",
+    "statement": "Something holds.",
+    "method": "counted",
+    "accepted": Accepted(1.0, 2.0, "theory"),
+}
+"""Of a plain claim."""
+
 SIZES = Study(lambda size, *, rng: size, full=Size.FULL, quick=Size.QUICK)
 """A study whose result is its size."""
 
@@ -18,14 +28,12 @@ def compute(size: Size) -> Finding:
 
 def claim(name: str, **changes: object) -> Claim:
     """Return a claim with fields that must be escaped."""
-    fields = {
+    fields = WORDS | {
         "id": name,
         "chapter": "walls",
-        "paper": "perception-issues",
         "place": "Fig. 1 & Table 2",
         "basis": Basis.SUBSTITUTE,
         "statement": "Distances are <squared>.",
-        "method": "counted",
         "accepted": Accepted(1, math.inf, "a round number", "our choice"),
         "study": SIZES,
         "compute": compute,

@@ -8,21 +8,12 @@ from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.teaching.claims import Claim, Finding, Size, claims_in
 from robot_perception.teaching.studies import Change
 from robot_perception.teaching.verdicts import Accepted, Condition, Verdict
-from tests.teaching.entries import SIZES
-
-WORDS = {
-    "paper": "perception-issues",
-    "place": "§2.1",
-    "basis": "mathematics",
-    "statement": "Something holds.",
-    "method": "counted",
-}
+from tests.teaching.entries import SIZES, WORDS
 
 
 def declare(compute, name="some-claim", module="elsewhere.chapters.walls.growth", **changes):
     compute.__module__ = module
-    words = WORDS | {"accepted": Accepted(1.0, 2.0, "theory")} | changes
-    return SIZES.claim(name, **words)(compute)
+    return SIZES.claim(name, **(WORDS | changes))(compute)
 
 
 def test_a_claim_keeps_every_word_of_its_declaration():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching.claims import Claim, Finding
+from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.ledger import (
     Entry,
     Ledger,
@@ -20,6 +20,7 @@ from robot_perception.teaching.ledger import (
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict
+from tests.teaching.entries import claim
 
 TABLE = Table({"plain": [Interval(2.0, 1.0, 3.0), "lost"]}, {"end (m)": "at the end", "map": ""})
 
@@ -35,26 +36,15 @@ def finding(value):
 
 
 def some(name="some-claim", value=1.5, seed=0, **changes):
-    return Claim(
-        id=name,
-        chapter="walls",
-        paper="perception-issues",
-        place="§2.1",
-        basis=Basis.PAPER,
-        statement="Something holds.",
-        method="counted",
-        accepted=Accepted(1.0, math.inf, "half of it", "our choice"),
-        study=Study(lambda value, *, rng: value, full=value, quick=value + 0.25, seed=seed),
-        compute=finding,
-        **changes,
-    )
+    study = Study(lambda value, *, rng: value, full=value, quick=value + 0.25, seed=seed)
+    return claim(name, basis=Basis.PAPER, study=study, compute=finding, **changes)
 
 
 def test_an_entry_has_the_words_of_the_claim_and_the_numbers_of_both_sizes():
-    claim = some(seed=3, paper_value="n²")
-    made = record(claim, versions="numpy 2")
+    declared = some(seed=3, paper_value="n²")
+    made = record(declared, versions="numpy 2")
     for name in ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method"):
-        assert getattr(made, name) == getattr(claim, name)
+        assert getattr(made, name) == getattr(declared, name)
     assert (made.seed, made.note, made.verdict) == (3, "Ten words.", "conditional")
     failed = record(some(value=0.8), versions="")
     assert (failed.verdict, failed.conditions) == ("refuted", [])  # 1.05 would not be

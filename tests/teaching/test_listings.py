@@ -7,16 +7,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
+from textwrap import dedent
 
 import numpy as np
 import pytest
 
 from robot_perception import checks
-from robot_perception.chapters.sift_association import variances
 from robot_perception.slam.planar.sensors import checked_sensor
 from robot_perception.teaching.listings import reduced, validates
 from tests.hostile.surface import room_of
-from tests.hostile.sweep import call
 from tests.unchecked import unchecked
 
 BOOK = Path(__file__).parents[2] / "book"
@@ -49,15 +48,11 @@ SHOWN = {
 }
 
 
-CALLS = {variances.expected_distance: lambda: call(5, freedom=2.0)}
-"""Valid calls of functions of chapters that validate."""
-
-
 def valid_call(function):
     """Return the valid call of a function, ``None`` of one that is neither public nor here."""
     room = room_of(function.__module__)
     if room == "chapters":
-        return CALLS[function]() if function in CALLS else None
+        return None  # a chapter's function does not validate
     calls = importlib.import_module(f"tests.hostile.calls.{room}").CALLS
     return calls[function]() if function in calls else None
 
@@ -102,7 +97,7 @@ def test_what_is_left_computes_the_same(name):
     found = valid_call(function)
     if found is None:  # nothing stood there that could be left out
         assert not validates(python(function))
-        (before,) = ast.parse(inspect.cleandoc(inspect.getsource(python(function)))).body
+        (before,) = ast.parse(dedent(inspect.getsource(python(function)))).body
         (after,) = ast.parse(reduced(python(function))).body
         rest = before.body[ast.get_docstring(before) is not None :]
         assert [ast.dump(line) for line in after.body] == [ast.dump(line) for line in rest]

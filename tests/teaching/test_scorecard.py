@@ -9,6 +9,7 @@ import pytest
 
 from robot_perception import chapters
 from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.teaching import overview
 from robot_perception.teaching import scorecard as module
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
@@ -37,6 +38,7 @@ def ledger(monkeypatch):
         )
     )
     monkeypatch.setattr(module, "recorded", lambda: shown)
+    monkeypatch.setattr(overview, "recorded", lambda: shown)
     return shown
 
 
@@ -80,6 +82,17 @@ def test_a_card_says_everything_escaped(ledger):
     assert "<dt>Ours</dt><dd>–" in dark
     assert "<dt>Paper</dt>" not in dark
     assert "Nobody has it." in dark
+
+
+def test_each_paper_has_a_row_with_its_chapters_and_its_verdicts(ledger):
+    shown = overview.overview(TITLES).bundle
+    own, *others = shown["text/html"].split("<tr>")[2:]
+    assert len(others) == len(PAPERS) - 1
+    assert own.index("Walls &amp; scans") < own.index("On a rail")
+    assert all(overview.TO_COME in row and "rp-badge " not in row for row in others)
+    first, second, *_ = shown["text/plain"].split("\n")
+    assert first == "Andrade-Cetto 2004: 1 conditional, 1 not reproduced, 1 untestable"
+    assert second == f"Gil et al. 2006: {overview.TO_COME}"
 
 
 def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch):

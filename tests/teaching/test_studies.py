@@ -10,17 +10,10 @@ from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.ledger import record, sabotaged
 from robot_perception.teaching.studies import Change, Study
-from robot_perception.teaching.verdicts import Accepted, Condition
+from robot_perception.teaching.verdicts import Condition
+from tests.teaching.entries import WORDS
 
 RUNS: list[tuple] = []
-WORDS = {
-    "paper": "perception-issues",
-    "place": "§2.1",
-    "basis": "mathematics",
-    "statement": "Something holds.",
-    "method": "counted",
-    "accepted": Accepted(1.0, 2.0, "theory"),
-}
 
 
 @dataclass(frozen=True)

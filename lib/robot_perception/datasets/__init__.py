@@ -32,12 +32,7 @@ from robot_perception.datasets.mrclam import (
     SurveyedLandmarks,
     read_mrclam,
 )
-from robot_perception.datasets.pairs import (
-    DepthPair,
-    PlanePair,
-    read_depth_pair,
-    read_plane_pair,
-)
+from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.stereo import (
     Calibration,

@@ -128,15 +128,6 @@ def read_mrclam(folder: str | Path) -> Mrclam:
     (time barcode range bearing) and ``RobotN_Groundtruth.dat`` (time x y heading). Barcodes of no
     known subject are counted (``unknown``); they are misreadings of the camera, not bad lines.
 
-    Parameters
-    ----------
-    folder
-        Where the files are.
-
-    Returns
-    -------
-    Mrclam
-
     Raises
     ------
     CorruptLog

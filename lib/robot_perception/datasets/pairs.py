@@ -56,11 +56,6 @@ class DepthPair:
 def read_plane_pair(folder: str | Path) -> PlanePair:
     """Read the wall of graffiti: ``graf1.png``, ``graf3.png`` and ``H1to3p.xml``.
 
-    Parameters
-    ----------
-    folder
-        Where the files are.
-
     Raises
     ------
     CorruptImage
@@ -82,11 +77,6 @@ def read_plane_pair(folder: str | Path) -> PlanePair:
 
 def read_depth_pair(folder: str | Path) -> DepthPair:
     """Read the pair of the aloe: ``aloeL.jpg``, ``aloeR.jpg`` and ``aloeGT.png``.
-
-    Parameters
-    ----------
-    folder
-        Where the files are.
 
     Raises
     ------

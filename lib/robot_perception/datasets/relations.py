@@ -68,11 +68,6 @@ def read_relations(path: str | Path) -> Relations:
 
     A line is ``t1 t2 x y z roll pitch yaw``: the pose at t2 seen from the pose at t1.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Returns
     -------
     Relations

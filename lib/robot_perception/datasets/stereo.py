@@ -191,11 +191,6 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
     (id and 4 × 4 by rows) and ``VO_stereo_factors_large.txt`` (pose landmark u_left u_right v
     X Y Z), plain or gzip.
 
-    Parameters
-    ----------
-    folder
-        Where the files are.
-
     Raises
     ------
     CorruptLog

@@ -112,10 +112,8 @@ def path(name: str, file: str | None = None, *, download: bool = False) -> Path:
 
     Parameters
     ----------
-    name
-        Data set.
-    file
-        File in it; without it, the folder that holds all of its files is meant.
+    name, file
+        As for `find`.
     download
         Whether to download what is missing.
 
@@ -236,13 +234,7 @@ def status(name: str, file: str | None = None) -> tuple[FileStatus, ...]:
 
 
 def size_text(size: int) -> str:
-    """Return a number of bytes for people.
-
-    Parameters
-    ----------
-    size
-        In bytes.
-    """
+    """Return a number of bytes for people."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{max(size, 100) / 1e3:.1f} kB"
 
 

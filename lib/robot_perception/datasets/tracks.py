@@ -84,11 +84,6 @@ def read_track(path: str | Path) -> Track:
     columns are left out. A TUM line is ``timestamp tx ty tz qx qy qz qw``, of which the plane takes
     the position and the heading: height, roll and pitch are left out.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Raises
     ------
     CorruptLog

@@ -90,15 +90,6 @@ def read_landmark_graph(path: str | Path) -> LandmarkGraph:
     and not, as in other graph files, their inverses follows from their size: taken as an inverse,
     1e-4 would let a step of half a metre be wrong by 100 m.
 
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    LandmarkGraph
-
     Raises
     ------
     CorruptLog

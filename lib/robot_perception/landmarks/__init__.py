@@ -20,11 +20,13 @@ from robot_perception.landmarks.stereo import (
 )
 from robot_perception.landmarks.tracking import (
     FeatureTrack,
+    Sighting,
     TrackRules,
     Tracks,
     extend,
     follow,
     predict_pixels,
+    sight,
 )
 
 __all__ = [
@@ -35,6 +37,7 @@ __all__ = [
     "Mahalanobis",
     "Nearest",
     "Sift",
+    "Sighting",
     "StereoPoints",
     "StereoRules",
     "TrackRules",
@@ -50,4 +53,5 @@ __all__ = [
     "raw_variances",
     "require_rectified",
     "shrunk_variances",
+    "sight",
 ]

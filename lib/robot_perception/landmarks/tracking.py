@@ -5,15 +5,17 @@ from dataclasses import dataclass
 from itertools import repeat
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception import checks
-from robot_perception.cameras import Pinhole
+from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.geometry import se3
 from robot_perception.landmarks.classes import DescriptorClasses
 from robot_perception.landmarks.features import Features
 from robot_perception.landmarks.matching import match_window
-from robot_perception.landmarks.stereo import check_both
+from robot_perception.landmarks.stereo import StereoPoints, StereoRules, check_both, observe
+
+RULES = StereoRules()
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +222,63 @@ def extend(
     fresh = DescriptorClasses.of(after.descriptors[new])
     order = np.argsort(np.concatenate([second, new]))
     return Tracks(ids, origins, classes.with_others(fresh)[order], tracks.begun + len(new))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sighting:
+    """What a pair of pictures shows: points in space, and the track that each belongs to.
+
+    Parameters
+    ----------
+    points
+        n points with covariances, in the frame of the left camera.
+    tracks
+        Their tracks.
+    """
+
+    points: StereoPoints
+    tracks: Tracks
+
+
+def sight(
+    before: Sighting | None,
+    left: UInt8[np.ndarray, "height width"],
+    right: UInt8[np.ndarray, "height width"],
+    rig: StereoRig,
+    T_now_before: Float[np.ndarray, "4 4"],
+    *,
+    rules: StereoRules = RULES,
+    track_rules: TrackRules = TrackRules(),
+) -> Sighting:
+    """Return what the next pair of a drive shows: `observe`, `predict_pixels` and `extend` in one.
+
+    Parameters
+    ----------
+    before
+        What the pair before it showed; ``None`` for the first.
+    left, right
+        Grey pictures of a rectified pair.
+    rig
+        The cameras.
+    T_now_before : (4, 4)
+        Pose of the left camera at the pair before in its frame now, for instance by the wheels.
+    rules, track_rules
+        What counts as a match of left and right, and of now and before.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a picture is not grey or not of the rig's size, or ``T_now_before`` no rigid motion.
+    """
+    points = observe(left, right, rig, rules=rules)
+    if before is None:
+        return Sighting(points, Tracks.start(points.features))
+    then = checks.instance("before", before, Sighting).points
+    predicted = predict_pixels(then.points.mean, T_now_before, rig.camera)
+    tracks = extend(before.tracks, then.features, points.features, track_rules, predicted=predicted)
+    return Sighting(points, tracks)
 
 
 def follow(

@@ -9,6 +9,7 @@ from robot_perception.teaching.media import Shown
 from robot_perception.teaching.outputs import output
 from robot_perception.teaching.papers import paper
 from robot_perception.teaching.records import records
+from robot_perception.teaching.tables import html_table
 from robot_perception.teaching.verdicts import Basis, Verdict
 
 SHEETS = ("badge.css", "table.css")
@@ -89,25 +90,25 @@ def claim_table(chapter: str) -> Shown:
         raise ValueError(f"the ledger has no claim of chapter {chapter!r}")
     rows = "\n".join(map(_row, ledger.entries))
     head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Ours", "Verdict"))
-    html = (
-        '<div class="rp-table" role="region" tabindex="0" aria-label="Claims and verdicts">'
-        f'<table class="rp-claims"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{rows}</tbody></table></div>"
-    )
+    html = html_table("Claims and verdicts", "rp-claims", head, rows)
     return output(html, as_text(ledger), *SHEETS)
 
 
 def _row(entry: Entry) -> str:
-    conditions = "".join(
-        f'<p class="rp-condition">Only if {escape(text)}.</p>' for text in entry.conditions
-    )
     about = "" if entry.value is None else entry.value.about
     return (
         f'<tr><th scope="row"><a href="scorecard.html#{entry.id}">{escape(entry.id)}</a> '
         f"<small>{escape(paper(entry.paper).citation)}, {escape(entry.place)}</small>"
-        f"<p>{escape(entry.statement)}</p>{conditions}</th>"
+        f"<p>{escape(entry.statement)}</p>{conditions(entry)}</th>"
         f"<td>{escape(in_words(entry.value))}<br><small>{escape(about)}</small></td>"
         f'<td><span class="{style(entry.verdict)}">{entry.verdict}</span></td></tr>'
+    )
+
+
+def conditions(entry: Entry) -> str:
+    """Return the lines that say on what a claim depends."""
+    return "".join(
+        f'<p class="rp-condition">Only if {escape(text)}.</p>' for text in entry.conditions
     )
 
 
@@ -125,10 +126,8 @@ def as_text(ledger: Ledger) -> str:
     """Return the ledger as a table for a terminal."""
     rows = [("claim", "verdict", "paper", "ours", "conditions")]
     for entry in ledger.entries:
-        conditions = "; ".join(entry.conditions) or "–"
-        rows.append(
-            (entry.id, entry.verdict, entry.paper_value or "–", in_words(entry.value), conditions)
-        )
+        told = (entry.paper_value or "–", in_words(entry.value), "; ".join(entry.conditions) or "–")
+        rows.append((entry.id, entry.verdict, *told))
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     lines = [
         "  ".join([*(c.ljust(w) for c, w in zip(row[:4], widths, strict=True)), row[4]])

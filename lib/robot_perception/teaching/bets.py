@@ -29,11 +29,6 @@ def bet(question: str, replies: Mapping[str, str], right: str) -> Shown:
     right
         The answer that is right, one of those in ``replies``.
 
-    Returns
-    -------
-    Shown
-        Notebook output.
-
     Raises
     ------
     ValueError

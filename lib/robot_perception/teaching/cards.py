@@ -12,21 +12,7 @@ from robot_perception.teaching.media import Shown
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Card:
-    """A chapter on the landing page.
-
-    Parameters
-    ----------
-    page
-        Address of the chapter's page, relative to the landing page.
-    title
-        Title of the chapter.
-    question
-        The question it answers.
-    figure
-        Its hero figure.
-    alt
-        What the figure shows.
-    """
+    """A chapter on the landing page: its hero figure, and the question that it answers."""
 
     page: str
     title: str

@@ -38,15 +38,7 @@ SHOWING = ("robot_perception.teaching",)
 
 
 class Imports:
-    """The import graph of packages.
-
-    Parameters
-    ----------
-    packages
-        Their names.
-    showing
-        Packages among them where the way of a result ends.
-    """
+    """The import graph of packages; at those that only show, the way of a result ends."""
 
     def __init__(
         self, packages: tuple[str, ...] = PACKAGES, showing: tuple[str, ...] = SHOWING
@@ -62,13 +54,8 @@ class Imports:
     def reached(self, modules: Iterable[str], *, results: bool = False) -> set[str]:
         """Return the modules that run when some are imported: these, and what they import.
 
-        Parameters
-        ----------
-        modules
-            Their names.
-        results
-            Leave out what no result depends on: what shows results, and packages that were not
-            themselves imported but stand above a module that was.
+        For `results`, without what none depends on: what shows them, and packages that were not
+        themselves imported but stand above a module that was.
         """
         todo = {(name, True) for name in modules}
         seen: set[tuple[str, bool]] = set()
@@ -81,13 +68,7 @@ class Imports:
         return {name for name, _ in seen}
 
     def digest(self, *modules: str) -> str:
-        """Hash what the results of some modules depend on: `code_digest` of these packages.
-
-        Raises
-        ------
-        ValueError
-            If there is no such module.
-        """
+        """Hash what the results of some modules depend on: `code_digest` of these packages."""
         for name in modules:
             if name not in self.files:
                 tops = sorted({known.partition(".")[0] for known in self.files})
@@ -141,16 +122,6 @@ def code_digest(*modules: str) -> str:
     that is broken elsewhere changes nothing, nor does `robot_perception.teaching`. Where a module
     lies, and which Python reads it, makes no difference.
 
-    Parameters
-    ----------
-    modules
-        Full names.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-
     Raises
     ------
     ValueError
@@ -192,15 +163,7 @@ def _is_text(node: object) -> bool:
 
 
 class Dependencies:
-    """The import graph of the library, and what its modules name.
-
-    Parameters
-    ----------
-    root
-        The root of the repository.
-    packages
-        The packages whose code a page may reach.
-    """
+    """The import graph of a repository's packages, and what their modules name."""
 
     def __init__(self, root: Path, packages: tuple[str, ...] = PACKAGES) -> None:
         self._root = root
@@ -266,19 +229,15 @@ class Dependencies:
 
 def code(page: Path) -> list[ast.Module]:
     """Return the code cells of a notebook, stored as such or as Markdown."""
-    import nbformat  # half a second, which who only asks for a digest need not wait
-    from myst_nb.core.read import is_myst_markdown_notebook, read_myst_markdown_notebook
+    # half a second, which who only asks for a digest need not wait
+    from myst_nb.core.config import NbParserConfig
+    from myst_nb.core.read import create_nb_reader
+    from myst_parser.config.main import MdParserConfig
 
     text = page.read_text("utf-8")
-    if page.suffix == ".ipynb":
-        notebook = nbformat.reads(text, as_version=4)
-    elif is_myst_markdown_notebook(text):
-        notebook = read_myst_markdown_notebook(text)
-    else:
-        return []
-    return [
-        ast.parse(cell.source, str(page)) for cell in notebook.cells if cell.cell_type == "code"
-    ]
+    reader = create_nb_reader(str(page), MdParserConfig(), NbParserConfig(), text)
+    cells = reader.read(text).cells if reader else []
+    return [ast.parse(cell.source, str(page)) for cell in cells if cell.cell_type == "code"]
 
 
 def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:

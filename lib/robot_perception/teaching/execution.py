@@ -34,18 +34,9 @@ class _Told(logging.LoggerAdapter):
 def execute(
     pages: Iterable[tuple[Path, NbParserConfig]], config: MdParserConfig, kernels: int
 ) -> None:
-    """Execute pages unless their caches have their results.
+    """Execute pages, so many at a time, in their order, unless their caches have their results.
 
     A page that fails leaves none: it is executed again when it is read, where the failure is told.
-
-    Parameters
-    ----------
-    pages
-        Files, and how MyST-NB is to treat each; they begin in this order.
-    config
-        How Markdown is read.
-    kernels
-        How many run at a time.
     """
 
     def run(page: Path, own: NbParserConfig) -> None:

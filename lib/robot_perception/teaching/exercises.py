@@ -1,7 +1,7 @@
 """Exercises that check themselves: right, wrong with a hint, or not yet."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 
@@ -73,20 +73,8 @@ def _words(text: str) -> str:
     return re.sub(r"\W+", " ", text).strip().casefold()
 
 
-class Sheet(Mapping[str, Exercise]):
+class Sheet(dict[str, Exercise]):
     """The exercises of one chapter by identifier, such as ``"monobot-1"``."""
-
-    def __init__(self, exercises: Mapping[str, Exercise]) -> None:
-        self._exercises = dict(exercises)
-
-    def __getitem__(self, key: str) -> Exercise:
-        return self._exercises[key]
-
-    def __iter__(self):
-        return iter(self._exercises)
-
-    def __len__(self) -> int:
-        return len(self._exercises)
 
     def check(self, key: str, answer: object) -> Shown:
         """Judge an answer and say so.
@@ -96,9 +84,9 @@ class Sheet(Mapping[str, Exercise]):
         ValueError
             If the chapter has no exercise of that name.
         """
-        if key not in self._exercises:
+        if key not in self:
             raise ValueError(f"key: no exercise {key!r}; this chapter has {', '.join(self)}")
-        outcome, words = self._exercises[key].judge(answer)
+        outcome, words = self[key].judge(answer)
         style = outcome.replace(" ", "-")
         html = f'<p class="rp-check rp-check--{style}" role="status">{escape(words)}</p>'
         return output(html, f"{key}: {outcome}. {words}", "check.css")

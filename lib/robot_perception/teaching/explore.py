@@ -17,6 +17,7 @@ from itertools import product
 from typing import Any
 
 import anywidget
+import numpy as np
 import traitlets
 from IPython.display import display
 
@@ -24,7 +25,6 @@ from robot_perception.checks import shown
 from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import (
     check_alt,
-    check_caption,
     check_name,
     figcaption,
     front_end,
@@ -78,10 +78,6 @@ def explore(
         Keep every value of the images.
     **controls
         The controls by the name of the parameter they set.
-
-    Returns
-    -------
-    Explorer
 
     Raises
     ------
@@ -141,7 +137,6 @@ class Explorer(anywidget.AnyWidget):
         _check(draw, controls)
         if not callable(alt):
             check_alt(alt)
-        check_caption(caption)
         check_name(name, caption)
         super().__init__()
         self._pixelated = pixelated
@@ -179,19 +174,7 @@ class Explorer(anywidget.AnyWidget):
         return {name: c.values[c.default] for name, c in self._controls.items()}
 
     def frame(self, *, effort: int = 4, **parameters: Any) -> Frame:
-        """Draw one state.
-
-        Parameters
-        ----------
-        effort
-            Effort of the encoder of images.
-        **parameters
-            Values of controls; the others are at their defaults.
-
-        Returns
-        -------
-        Frame
-        """
+        """Draw a state by some controls, the others at their defaults."""
         return self._rendered(*self._drawn(parameters), effort=effort)
 
     def _drawn(self, parameters: Mapping[str, Any]) -> tuple[object, str]:
@@ -290,9 +273,9 @@ class Explorer(anywidget.AnyWidget):
 
     def _page(self) -> str:
         frames = [self.frame(**parameters) for parameters in self.grid()]
-        places = (c.default for c in self._controls.values())
-        sizes = tuple(len(c.values) for c in self._controls.values())
-        self._default = frames[_ravel(places, sizes)]
+        controls = self._controls.values()
+        defaults, sizes = [c.default for c in controls], [len(c.values) for c in controls]
+        self._default = frames[np.ravel_multi_index(defaults, sizes)]
         spec = json.dumps(self.spec, ensure_ascii=False).replace("</", "<\\/")
         states = pack(frames).replace("</", "<\\/")
         name = sha256((spec + states).encode()).hexdigest()[:12]
@@ -368,18 +351,7 @@ class _Value(traitlets.TraitType):
 
 
 def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
-    """Find the explorers that an executed notebook has made.
-
-    Parameters
-    ----------
-    namespace
-        Its global variables; IPython's `Out`, where displayed values are kept, is searched too.
-
-    Returns
-    -------
-    list of Explorer
-        Each once, in order of appearance.
-    """
+    """Find the explorers among the variables and displayed values of a notebook, each once."""
     displayed = namespace.get("Out", {})
     values = [*namespace.values(), *(displayed.values() if isinstance(displayed, dict) else ())]
     return list({id(value): value for value in values if isinstance(value, Explorer)}.values())
@@ -415,10 +387,3 @@ def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
 def _described(frame: Frame) -> dict[str, Any]:
     """Return what a view must know of a frame beside its bytes."""
     return {"mime": frame.mime, "alt": frame.alt}
-
-
-def _ravel(places: Any, sizes: tuple[int, ...]) -> int:
-    index = 0
-    for place, size in zip(places, sizes, strict=True):
-        index = index * size + place
-    return index

@@ -91,17 +91,11 @@ class Entry:
 
     def to_plain(self) -> dict[str, Any]:
         """Return the entry in plain types that JSON can hold, numbers to ten digits."""
-        plain = {name: getattr(self, name) for name in self.__slots__}
-        if self.accepted is not None:
-            ends = (self.accepted.low, self.accepted.high)
-            plain["accepted"] = asdict(self.accepted) | {
-                name: end if math.isfinite(end) else None
-                for name, end in zip(("low", "high"), ends, strict=True)
-            }
-        plain["value"] = self.value and asdict(self.value)
-        plain["evidence"] = {name: asdict(value) for name, value in self.evidence.items()}
+        plain = asdict(self)
         plain["tables"] = {name: table.to_plain() for name, table in self.tables.items()}
-        plain["sabotages"] = [asdict(found) for found in self.sabotages]
+        if self.accepted is not None:
+            ends = {name: plain["accepted"][name] for name in ("low", "high")}
+            plain["accepted"] |= {n: end if math.isfinite(end) else None for n, end in ends.items()}
         return _rounded(plain)
 
     @classmethod
@@ -163,10 +157,7 @@ def record(claim: Claim, *, versions: str) -> Entry:
     """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
     made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
     made = replace(
-        made,
-        sabotages=sabotaged(claim),
-        date=date.today().isoformat(),
-        versions=versions,
+        made, sabotages=sabotaged(claim), date=date.today().isoformat(), versions=versions
     )
     return Entry.from_plain(made.to_plain())
 

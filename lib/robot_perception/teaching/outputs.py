@@ -25,10 +25,6 @@ def output(html: str, text: str, *sheets: str) -> Shown:
         The same for a terminal, and for tests to compare.
     *sheets
         The style sheets that it needs.
-
-    Returns
-    -------
-    Shown
     """
     if not on_page():
         html = style_element("figure.css", *sheets) + _LINK.sub(_to_notebook, html)

@@ -7,17 +7,7 @@ from robot_perception.checks import one_of
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A paper as the book names it.
-
-    Parameters
-    ----------
-    citation
-        Author and year, for a line of text.
-    title
-        Its title.
-    reference
-        Its key in the bibliography.
-    """
+    """A paper as the book names it: author and year, title, and key in the bibliography."""
 
     citation: str
     title: str
@@ -37,6 +27,14 @@ PAPERS = {
         "Schaffernicht et al. 2005",
         "A Probabilistic Multimodal Sensor Aggregation Scheme Applied for a Mobile Robot",
         "schaffernicht2005",
+    ),
+    "ceiling-navigation": Paper(
+        "Ait Aider et al. 2004",
+        "Indoor Autonomous Navigation Using Visual Memory and Pattern Tracking",
+        "aitaider2004",
+    ),
+    "companion-robot": Paper(
+        "Menezes et al. 2006", "Visual Tracking Modalities for a Companion Robot", "menezes2006"
     ),
 }
 """Papers by the key that a claim names."""

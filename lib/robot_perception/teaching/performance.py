@@ -11,18 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.checks import one_of
-from robot_perception.teaching.figures.style import (
-    BLUE,
-    FAINT,
-    INK,
-    MUTED,
-    ORANGE,
-    RED,
-    figure,
-)
+from robot_perception.teaching.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.records import records
-from robot_perception.teaching.tables import Table
+from robot_perception.teaching.tables import Table, html_table
 
 THEMES = {
     "monobot": "The robot on a line",
@@ -61,27 +53,13 @@ INCHES = 0.19
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """A row of the benchmark: a piece of work, and a peer that does the same.
-
-    Parameters
-    ----------
-    work
-        What is done, with exact sizes.
-    ours_s, peer_s
-        Medians in seconds, ``None`` without a peer.
-    peer
-        Its name, empty without one.
-    target
-        What must be reached, in words, a dash for nothing.
-    reached
-        Whether it was.
-    """
+    """A row of the benchmark: a piece of work, and a peer that does the same, with medians in s."""
 
     work: str
     ours_s: float
     peer_s: float | None
-    peer: str
-    target: str
+    peer: str  # empty if there is none
+    target: str  # what must be reached, in words, a dash for nothing
     reached: bool
 
     @property
@@ -103,24 +81,14 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """How long a control of an explorer takes to move its picture.
-
-    Parameters
-    ----------
-    page, control
-        Where it is and what it is called.
-    medium
-        One of `MEDIA`.
-    median_ms, longest_ms, target_ms
-        Of its moves, in milliseconds, and what the median must not exceed.
-    """
+    """How long a control of an explorer takes to move its picture in a medium, one of `MEDIA`."""
 
     page: str
     control: str
     medium: str
     median_ms: float
     longest_ms: float
-    target_ms: float
+    target_ms: float  # of the median
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,13 +104,7 @@ class Record:
 
     @classmethod
     def read(cls) -> "Record":
-        """Return what was recorded.
-
-        Raises
-        ------
-        FileNotFoundError
-            If no benchmark was recorded; `make bench` records one.
-        """
+        """Return what `make bench` has recorded."""
         plain = json.loads((records() / "performance.json").read_text(encoding="utf-8"))
         rows = [{k: v for k, v in row.items() if k != "ratio"} for row in plain["rows"]]
         matched = [(row, MOVES.fullmatch(row["work"])) for row in rows]
@@ -151,7 +113,7 @@ class Record:
             machine=plain["machine"],
             versions=", ".join(f"{name} {number}" for name, number in plain["versions"].items()),
             work=tuple(Work(**row) for row, moves in matched if moves is None),
-            latencies=tuple(_latency(row, moves) for row, moves in matched if moves is not None),
+            latencies=tuple(_latency(row, moves) for row, moves in matched if moves),
             reached=sum(row["reached"] for row in rows),
         )
 
@@ -202,11 +164,7 @@ def _table(theme: str, rows: list[Work]) -> str:
     head = "".join(
         f'<th scope="col">{name}</th>' for name in ("Work", "Ours", "Peer", "Ratio", "Target")
     )
-    return (
-        f'<div class="rp-table" role="region" tabindex="0" aria-label="{escape(theme)}">'
-        f'<table class="rp-performance"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(map(_row, rows))}</tbody></table></div>"
-    )
+    return html_table(escape(theme), "rp-performance", head, "".join(map(_row, rows)))
 
 
 def _row(work: Work) -> str:
@@ -272,13 +230,7 @@ def draw_latencies(record: Record) -> Figure:
 
 
 class _Strips:
-    """Rows of a picture, each below its words, by group: words above fit a telephone.
-
-    Parameters
-    ----------
-    groups
-        Words and content of each row, by the heading of the group.
-    """
+    """Rows of a picture, each with its words above it, by heading: so they fit a telephone."""
 
     def __init__(self, groups: dict[str, list[tuple[str, Any]]]) -> None:
         self.words: list[tuple[float, str, bool]] = []

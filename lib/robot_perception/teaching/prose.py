@@ -1,6 +1,7 @@
 """Numbers in prose, computed where they stand."""
 
 import re
+from collections.abc import Mapping
 from string import Formatter
 
 from robot_perception.teaching.media import Shown
@@ -11,6 +12,16 @@ _POWER = re.compile(r"e([+-]\d+)")
 
 class _Typeset(Formatter):
     """Writes numbers as print does: −2, 2 × 10⁻¹⁵, 5 %, 10 000, and no negative zero."""
+
+    def get_value(self, key: int | str, args: object, kwargs: Mapping[str, object]) -> object:
+        if key not in kwargs:
+            raise ValueError(f"the text uses {{{key}}}, which is not given")
+        return kwargs[key]
+
+    def check_unused_args(self, used_args: set, args: object, kwargs: Mapping) -> None:
+        unused = [name for name in kwargs if name not in used_args]
+        if unused:
+            raise ValueError(f"given but not used in the text: {', '.join(unused)}")
 
     def format_field(self, value: object, spec: str) -> str:
         text = super().format_field(value, spec)
@@ -46,17 +57,5 @@ def tell(text: str, **numbers: object) -> Shown:
     >>> tell("The gain is {gain:.2f}.", gain=0.25)
     The gain is 0.25.
     """
-    unused = dict(numbers)
-
-    class Numbers(dict):
-        def __missing__(self, name: str) -> object:
-            raise ValueError(f"the text uses {{{name}}}, which is not given")
-
-        def __getitem__(self, name: str) -> object:
-            unused.pop(name, None)
-            return super().__getitem__(name)
-
-    written = _Typeset().vformat(text, (), Numbers(numbers))
-    if unused:
-        raise ValueError(f"given but not used in the text: {', '.join(unused)}")
+    written = _Typeset().format(text, **numbers)
     return Shown({"text/markdown": written, "text/plain": written})

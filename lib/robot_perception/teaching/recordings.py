@@ -20,7 +20,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, Generic, TypeVar
 
 from robot_perception import datasets
-from robot_perception.checks import dataclass_type, instance, shown
 from robot_perception.teaching import storage
 from robot_perception.teaching.dependencies import code_digest
 from robot_perception.teaching.records import records
@@ -67,13 +66,6 @@ class Recording(Generic[Result]):
     compute: Callable[[Path], Result]
     result: type[Result]
     store: str
-
-    def __post_init__(self) -> None:
-        instance("dataset", self.dataset, str)
-        instance("store", self.store, str)
-        if not callable(self.compute):
-            raise TypeError(f"compute must be a function, got {shown(self.compute)}")
-        dataclass_type("result", self.result)
 
     def read(self) -> Read[Result]:
         """Return the stored result if it is what this recording and this code give.

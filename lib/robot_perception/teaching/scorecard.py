@@ -9,6 +9,7 @@ from robot_perception.teaching.badges import (
     EXPLAINED,
     STANDS_ON,
     as_text,
+    conditions,
     in_words,
     recorded,
     style,
@@ -95,9 +96,6 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         f"<div><dt>{name}</dt><dd>{escape(text)} <small>{escape(about)}</small></dd></div>"
         for name, text, about in numbers
     )
-    conditions = "".join(
-        f'<p class="rp-condition">Only if {escape(text)}.</p>' for text in entry.conditions
-    )
     where = f"{paper(entry.paper).citation}, {entry.place}"
     return (
         f'<article class="{style(entry.verdict, "rp-claim")}" id="{entry.id}" '
@@ -106,7 +104,7 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         f'<p class="rp-claim-head"><span class="{style(entry.verdict, "rp-badge")}">'
         f'{entry.verdict}</span> <a href="#{entry.id}">{escape(entry.id)}</a> '
         f"<small>{escape(where)}</small></p>"
-        f'<h3 id="{entry.id}-says">{escape(entry.statement)}</h3>{conditions}'
+        f'<h3 id="{entry.id}-says">{escape(entry.statement)}</h3>{conditions(entry)}'
         f'<dl class="rp-claim-numbers">{listed}</dl>{_links(entry, claim, title)}'
         f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
         f"</summary>{_details(entry)}</details></article>"

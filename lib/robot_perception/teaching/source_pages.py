@@ -30,17 +30,7 @@ def modules(root: Path) -> dict[str, Path]:
 def pages(
     root: Path, built: Path, highlight: Callable[[str], str]
 ) -> Iterator[tuple[str, dict[str, Any], str]]:
-    """Yield the pages whose source is newer than they are, and the list of all, for Sphinx.
-
-    Parameters
-    ----------
-    root
-        The root of the repository.
-    built
-        Where the site is built.
-    highlight
-        Makes HTML of code, a line a line.
-    """
+    """Yield the pages whose source is newer than what is built, and the list of all, for Sphinx."""
     names = modules(root)
     for name, file in names.items():
         page = f"{FOLDER}/{name.replace('.', '/')}"

@@ -222,8 +222,7 @@ def _write_numbers(
 
     def write(match: re.Match[str]) -> str:
         return _CAPTION.sub(
-            lambda caption: f'{caption[0]}<span class="rp-number">{next(numbers)}</span> ',
-            match[0],
+            lambda caption: f'{caption[0]}<span class="rp-number">{next(numbers)}</span> ', match[0]
         )
 
     if context.get("body"):

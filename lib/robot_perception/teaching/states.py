@@ -21,37 +21,18 @@ WEBP = "image/webp"
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What an explorer shows for one setting of its controls.
-
-    Parameters
-    ----------
-    mime
-        Media type, SVG or WebP.
-    data
-        The encoded picture.
-    alt
-        Its alternative text.
-    size
-        Width and height in pixels; zero for SVG, which scales.
-    """
+    """What an explorer shows for one setting of its controls."""
 
     mime: str
     data: bytes
     alt: str
     size: tuple[int, int] = (0, 0)
+    """Width and height in pixels; zero for SVG, which scales."""
 
     def element(self, *, inline: bool) -> str:
         """Return the HTML element that shows the frame.
 
-        Parameters
-        ----------
-        inline
-            Put SVG into the page, where it follows the theme, instead of an `<img>`, which
-            sanitisers let through and which can hold one drawing.
-
-        Returns
-        -------
-        str
+        Inline SVG follows the theme; an `<img>` passes sanitisers, and can hold one drawing.
         """
         if inline and self.mime == SVG:
             return self.data.decode()
@@ -59,38 +40,11 @@ class Frame:
 
 
 def render(
-    drawing: object,
-    alt: str,
-    *,
-    effort: int = 4,
-    lossless: bool = False,
-    together: bool = False,
+    drawing: object, alt: str, *, effort: int = 4, lossless: bool = False, together: bool = False
 ) -> Frame:
-    """Encode what an explorer's `draw` has returned.
+    """Encode the figure or the 8-bit image that an explorer's `draw` has returned.
 
-    Parameters
-    ----------
-    drawing
-        A figure or an 8-bit image.
-    alt
-        Alternative text of this picture.
-    effort
-        Effort of the WebP encoder, 0 (fast) to 6 (small).
-    lossless
-        Keep every value of an image.
-    together
-        Keep the columns of a figure in one drawing, which an `<img>` can show.
-
-    Returns
-    -------
-    Frame
-
-    Raises
-    ------
-    TypeError
-        If it is neither a figure nor an array.
-    ValueError
-        If the array is no 8-bit image.
+    The columns of a figure are kept `together` in one drawing where an `<img>` is to show it.
     """
     if isinstance(drawing, Figure):
         write = to_svg if together else to_html
@@ -106,20 +60,6 @@ def pack(frames: Sequence[Frame]) -> str:
 
     SVG frames share most of their lines: they are stored as a table of the distinct lines and, for
     each frame, the numbers of its lines; JSON, gzip, base64. Pictures stay WebP files in base64.
-
-    Parameters
-    ----------
-    frames
-        The frames in the order of the grid, the last control fastest; all of one media type.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If some frames are figures and others are images.
     """
     if len({frame.mime for frame in frames}) > 1:
         raise ValueError("draw must return figures always or images always")

@@ -6,7 +6,6 @@ below its name (``robots/3/error``). A field with ``metadata={"webp": quality}``
 """
 
 import io
-import os
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,8 +15,6 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from PIL import Image
-
-from robot_perception.checks import dataclass_type, instance
 
 Result = TypeVar("Result")
 _ENDING = re.compile(r"(\.npy|(\.grey)?\.webp)$")
@@ -38,7 +35,6 @@ def save(path: Path | str, result: Any) -> dict[str, str]:
     """
     if not is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"a result is a dataclass, got {type(result).__name__}")
-    path = Path(instance("path", path, str, os.PathLike))
     parts = dict(_flat(result, ""))
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, (value, webp) in parts.items():
@@ -60,12 +56,10 @@ def load(path: Path | str, kind: type[Result]) -> Result:
     OSError
         If the file cannot be read.
     """
-    path = Path(instance("path", path, str, os.PathLike))
-    dataclass_type("kind", kind)
-    parts = _parts("path", path)
+    parts = _parts(path)
     result = _built(kind, parts, "")
     if parts:
-        raise ValueError(f"{path.name} has parts that no field takes: {', '.join(sorted(parts))}")
+        raise ValueError(f"{path} has parts that no field takes: {', '.join(sorted(parts))}")
     return result
 
 
@@ -79,7 +73,7 @@ def same(one: Path | str, other: Path | str) -> bool:
     OSError
         If one cannot be read.
     """
-    ours, theirs = _parts("one", one), _parts("other", other)
+    ours, theirs = _parts(one), _parts(other)
     return ours.keys() == theirs.keys() and all(_alike(ours[k], theirs[k]) for k in ours)
 
 
@@ -91,13 +85,12 @@ def _alike(ours: np.ndarray, theirs: np.ndarray) -> bool:
     return bool((np.abs(ours - theirs) <= 1e-9 * np.abs(theirs).max(initial=0.0)).all())
 
 
-def _parts(name: str, path: Path | str) -> dict[str, np.ndarray]:
-    path = Path(instance(name, path, str, os.PathLike))
+def _parts(path: Path | str) -> dict[str, np.ndarray]:
     try:
         with zipfile.ZipFile(path) as archive:
             content = {name: archive.read(name) for name in archive.namelist()}
     except zipfile.BadZipFile as error:
-        raise ValueError(f"{name} {path} holds no result: {error}") from error
+        raise ValueError(f"{path} holds no result: {error}") from error
     return {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
 
 

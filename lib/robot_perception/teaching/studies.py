@@ -50,12 +50,7 @@ class Change:
     """
 
     def __init__(
-        self,
-        text: str,
-        run: Callable[..., Any] | None = None,
-        *,
-        config: Any = None,
-        **fields: Any,
+        self, text: str, run: Callable[..., Any] | None = None, *, config: Any = None, **fields: Any
     ) -> None:
         self.text, self.run, self.config, self.fields = text, run, config, fields
 

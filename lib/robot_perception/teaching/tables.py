@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from robot_perception.checks import entries, instance, instances, iterable, whole
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.media import Shown
 
@@ -44,16 +43,9 @@ class Table:
     corner: str = ""
 
     def __post_init__(self) -> None:
-        if not entries("columns", self.columns, str):
+        if not self.columns:
             raise ValueError("columns must not be empty: a table needs a column")
-        instance("about", self.about, str)
-        instance("corner", self.corner, str)
-        rows = {
-            instance("a name in rows", name, str): tuple(
-                map(_checked, iterable(f"rows[{name!r}]", cells))
-            )
-            for name, cells in instance("rows", self.rows, Mapping).items()
-        }
+        rows = {name: tuple(map(_checked, cells)) for name, cells in self.rows.items()}
         for name, cells in rows.items():
             if len(cells) != len(self.columns):
                 raise ValueError(
@@ -87,16 +79,8 @@ class Table:
         KeyError
             If the table has no such row or column.
         """
-        rows = (
-            list(self.rows)
-            if rows is None
-            else instances("rows", instance("rows", rows, list, tuple), str)
-        )
-        columns = (
-            list(self.columns)
-            if columns is None
-            else instances("columns", instance("columns", columns, list, tuple), str)
-        )
+        rows = self.rows if rows is None else rows
+        columns = self.columns if columns is None else columns
         cells = {row: [self[row, column] for column in columns] for row in rows}
         return Table(cells, {c: self.columns[c] for c in columns}, self.about, self.corner)
 
@@ -124,7 +108,7 @@ class Table:
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> "Table":
         """Return the table of :meth:`to_plain`; its intervals take their meaning from `about`."""
-        missing = {"rows", "columns", "about", "corner"} - instance("plain", plain, Mapping).keys()
+        missing = {"rows", "columns", "about", "corner"} - plain.keys()
         if missing:
             raise ValueError(f"plain is no table: it lacks {', '.join(sorted(missing))}")
         rows = {
@@ -143,12 +127,10 @@ class Table:
         bold
             What a reader should compare: names of rows or columns, or pairs (row, column).
         """
-        bold = instances("bold", bold, str, tuple)
         return Shown({"text/html": self._html(digits, bold), "text/plain": self.text(digits)})
 
     def text(self, digits: int = 2) -> str:
         """Return the table as aligned text."""
-        whole("digits", digits, 1, 17)
         lines = [[self.corner, *self.columns]]
         lines += [[name, *(_shown(c, digits) for c in cells)] for name, cells in self.rows.items()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
@@ -188,12 +170,18 @@ class Table:
         words_only = any(isinstance(c, str) for cells in self.rows.values() for c in cells)
         kind = "rp-results rp-words" if words_only else "rp-results"
         label = escape(self.about or self.corner or "Results", quote=True)
-        return (
-            f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
-            f'<table class="{kind}"><thead><tr><th scope="col">{escape(self.corner)}</th>'
-            f"{head}</tr></thead><tbody>{body}</tbody></table></div>"
-            + (f'<p class="rp-defined">{caption}.</p>' if caption else "")
-        )
+        head = f'<th scope="col">{escape(self.corner)}</th>{head}'
+        below = f'<p class="rp-defined">{caption}.</p>' if caption else ""
+        return html_table(label, kind, head, body) + below
+
+
+def html_table(label: str, kind: str, head: str, rows: str) -> str:
+    """Write a table that can be scrolled where it is wider than the page."""
+    return (
+        f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
+        f'<table class="{kind}"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
 
 
 def _of_words(column: Iterable[Cell]) -> bool:

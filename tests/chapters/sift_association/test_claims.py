@@ -9,6 +9,8 @@ from robot_perception.chapters.sift_association import table1
 from tests.chapters import ledger
 from tests.chapters.ledger import RTOL, LedgerTests, quick, recorded
 
+TO_MEANS = "gain over Euclid to the means"
+
 
 class TestLedger(LedgerTests):
     stem = "sift_association"
@@ -56,8 +58,22 @@ def test_a_landmark_from_aside_is_farther_than_a_look_alike_and_nearer_than_anot
 def test_gains_are_differences_of_the_shares():
     finding = quick("mahalanobis-needs")
     right = quick("table1").tables[f"right, {table1.TESTS['again']}"]
-    gain = right["raw", "p = 3"].estimate - right["Euclid", "p = 3"].estimate
-    assert finding.value.estimate == pytest.approx(gain)
+    for table, other in (("gain over Euclid", table1.ONE_VIEW), (TO_MEANS, table1.EUCLID)):
+        gain = right["raw", "p = 3"].estimate - right[other, "p = 3"].estimate
+        row = f"raw, {table1.TESTS['again']}"
+        assert finding.tables[table][row, "p = 3"].estimate == pytest.approx(gain)
+
+
+def test_the_verdict_hangs_on_which_descriptor_euclid_is_to():
+    found = recorded()["mahalanobis-needs"]
+    assert found.value.low > 0 > found.evidence[TO_MEANS].high
+    assert table1.FIRST in found.conditions
+
+
+def test_five_degrees_are_not_nothing_and_thirty_are_more():
+    found = recorded()["viewpoint"].evidence
+    assert found["distance, 5° apart over look-alikes"].low > 1.5
+    assert found["distance at 30°"].low > 1.5 * found["distance at 5°"].high
 
 
 def test_a_class_knows_its_own_frames_and_with_few_of_them_hardly_any_others():
@@ -68,7 +84,7 @@ def test_a_class_knows_its_own_frames_and_with_few_of_them_hardly_any_others():
 
 
 def test_shared_variances_do_not_lose_where_raw_ones_do():
-    gains = recorded()["mahalanobis-needs"].tables["gain over Euclid"]
+    gains = recorded()["mahalanobis-needs"].tables[TO_MEANS]
     row = table1.TESTS["aside"] + table1.STRAIGHT
     for column in gains.columns:
         assert gains[f"raw, {row}", column].high < -5

@@ -22,6 +22,7 @@ from robot_perception.chapters.visual_slam import (
 from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
 from robot_perception.landmarks.metrics import METRICS, euclidean_mean
+from tests.chapters.ledger import recorded
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -353,6 +354,17 @@ def test_the_particles_needed_are_those_of_equal_error():
             found |= accounts(**{name: law * size**-falls})
     needed = resampling.needed(found)
     assert [needed.estimate, needed.low, needed.high] == pytest.approx([1 / 3] * 3)
+
+
+def test_errors_by_number_of_particles_are_those_of_the_ledger():
+    """One row for each number: both rules, and the frames after which one says nothing."""
+    rules = recorded()["neff-resampling"].tables["rules"]
+    shown = resampling.by_count(rules)
+    assert list(shown.rows) == [f"M = {count}" for count in resampling.COUNTS]
+    assert shown["M = 3", "below M/2 (m)"] == rules["below M/2, M = 3", "ATE (m)"]
+    assert shown["M = 20", "always (m)"] == rules["always, M = 20", "ATE (m)"]
+    spared = 100 * recorded()["neff-resampling"].evidence["draws spared, below M/2, M = 3"].estimate
+    assert shown["M = 3", "spared (%)"] == pytest.approx(spared)
 
 
 def test_drives_of_all_filters_have_the_same_wheels_and_draws():

@@ -17,7 +17,6 @@ TRACKER = heads.HeadTracker(BINNING, RULES)
 COLOURS = TRACKER.colours(IMAGE, HEAD)
 STATE = heads.HeadState(HEAD, COLOURS, (0, 0), 0, (50, 40))
 
-RESULTS = {heads.HeadInfo}
 CALLS = {
     spaces.ColourSpace: lambda: call("HSI", (8, 8, 4)),
     spaces.ColourSpace.coordinates: lambda: call(spaces.SPACES["HSI"], IMAGE),

@@ -15,7 +15,6 @@ IMAGE = np.where(MASK[..., None], [180, 90, 40], [60, 90, 140]).astype(np.uint8)
 BLOB = segmentation.blob(MASK)
 AFFINE, _ = snakes.affine_part(OUTLINE, OUTLINE)
 
-RESULTS = {segmentation.Blob, snakes.Affine, snakes.SnakeFit}
 CALLS = {
     segmentation.segment: lambda: call(np.array([[0, 3], [2, 1]], dtype=np.int32), np.ones(4)),
     segmentation.clean: lambda: call(MASK, 3, 5),

@@ -28,7 +28,6 @@ def watch(_: str) -> None:
     pass
 
 
-RESULTS = {colour_shape.ColourShapeState, colour_shape.ColourShapeInfo, single_cues.CueState}
 CALLS = {
     colours.ColourDistribution: lambda: call(FOUND.mean, FOUND.lengths, AXES, FOUND.angles),
     colours.ColourDistribution.of: lambda: call(STATES, AXES),

@@ -3,5 +3,4 @@
 from tests.hostile.calls import _appearance_colour, _appearance_shape, _appearance_tracking
 
 PARTS = (_appearance_colour, _appearance_shape, _appearance_tracking)
-RESULTS = {kind for part in PARTS for kind in part.RESULTS}
 CALLS = {thing: valid for part in PARTS for thing, valid in part.CALLS.items()}

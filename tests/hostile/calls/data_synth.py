@@ -72,36 +72,6 @@ def says() -> people_sound.Conversation:
     )
 
 
-RESULTS = {
-    sequences.Sequence,
-    sequences.LampSequence,
-    sequences.HeadSequence,
-    fisheye.Bodies,
-    fisheye.Stage,
-    fisheye.View,
-    people_office.PeopleOffice,
-    session.Session,
-    people_sound.Conversation,
-    people_sound.SoundWindow,
-    signals.FisheyeImage,
-    signals.LaserScan,
-    signals.SonarScan,
-    signals.Truth,
-    world.Moment,
-    world.Walk,
-    building.Building,
-    laser.Scans,
-    laser.Sight,
-    monobot.RailRuns,
-    office.Office,
-    posts.Posts,
-    stereo.Scene,
-    stereo.Sight,
-    stereo.StereoFrame,
-    textured_building.TexturedBuilding,
-    textures.Atlas,
-    wheels.Odometry,
-}
 CALLS = {
     sequences.Camera: lambda: call(0.01, 0.001, 0.3, 2, 0.5),
     discs.circles: lambda: call(
@@ -136,13 +106,7 @@ CALLS = {
     people_office.PeopleOffice.free: lambda: call(SMALL, ROBOT[None, :2]),
     people_office.PeopleOffice.light: lambda: call(SMALL, 3.0, np.full(7, 2.0)),
     session.make_session: lambda: call(
-        SMALL,
-        rng=rng(),
-        duration=0.2,
-        people=1,
-        robot="drives",
-        act=world.Wander(),
-        lights_out=0.1,
+        SMALL, rng=rng(), duration=0.2, people=1, robot="drives", act=world.Wander(), lights_out=0.1
     ),
     session.record: lambda: call(
         crowd(), [crowd().now, crowd().advance(0.1)], rng=rng(), lights_out=np.full(7, 2.0)
@@ -216,6 +180,8 @@ CALLS = {
     ),
     stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
     stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
+    stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+    stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
     stereo.render: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
     stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
     stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.1),

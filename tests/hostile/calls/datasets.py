@@ -93,32 +93,6 @@ def adding():
 
 
 CALIBRATION = datasets.read_kitti(KITTI).calibration
-RESULTS = {
-    datasets.Boxes,
-    datasets.Calibration,
-    datasets.Commands,
-    datasets.DataFile,
-    datasets.Dataset,
-    datasets.DepthPair,
-    datasets.FileStatus,
-    datasets.Fixes,
-    datasets.GraphLog,
-    datasets.LandmarkGraph,
-    datasets.LaserLog,
-    datasets.LegScans,
-    datasets.Mrclam,
-    datasets.MrclamRobot,
-    datasets.PlanePair,
-    datasets.ReadReport,
-    datasets.Relations,
-    datasets.Sightings,
-    datasets.StereoDrive,
-    datasets.StereoFeatures,
-    datasets.Sector,
-    datasets.SurveyedLandmarks,
-    datasets.Track,
-    datasets.VehicleLog,
-}
 CALLS = {
     datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
     Dataset.file: lambda: call(SET, "a.txt"),

@@ -18,12 +18,6 @@ def double(item: int, rng: np.random.Generator) -> int:
     return 2
 
 
-RESULTS = {
-    consistency.Coverage,
-    trajectories.PoseError,
-    trajectories.RelativeErrors,
-    spatial.Similarity,
-}
 CALLS = {
     consistency.normalised_squared: lambda: call(np.ones((4, 2)), np.eye(2)),
     consistency.average_bounds: lambda: call(2, 10, 0.95),

@@ -10,7 +10,6 @@ from tests.hostile.sweep import call
 EYE = np.eye(2)
 PRIOR, MOTION, SENSOR = Gaussian(np.ones(2), EYE), Motion(EYE, EYE, np.ones(2)), Sensor(EYE, EYE)
 
-RESULTS = {kalman.SteadyState, kalman.UpdateInfo}
 CALLS = {
     Motion: lambda: call(EYE, EYE, np.ones(2)),
     Sensor: lambda: call(EYE[:1], EYE[:1, :1]),

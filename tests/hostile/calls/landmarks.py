@@ -37,10 +37,9 @@ ASKED = SimpleNamespace(descriptors=D, looks=LOOKS)
 NEAREST = Euclidean(D).two_nearest(D)
 ROWS = np.array([0, 1, 1])
 PLACES = np.array([[0.0, 0.0, 1.0], [0.5, 0.1, 2.0]])
-landmarks.observe(IMAGE, RIGHT, RIG)  # compiled before the clock runs
+SIGHTED = landmarks.sight(None, IMAGE, RIGHT, RIG, np.eye(4))  # compiled before the clock runs
 Mahalanobis(D, VARIANCES).two_nearest(D)
 
-RESULTS = {landmarks.FeatureTrack, landmarks.StereoPoints, Nearest, Tracks}
 CALLS = {
     DescriptorClasses: lambda: call(D, np.ones(D.shape), np.array([1, 2, 3])),
     DescriptorClasses.merged: lambda: call(CLASSES, ROWS, CLASSES),
@@ -81,6 +80,9 @@ CALLS = {
     landmarks.raw_variances: lambda: call(CLASSES),
     landmarks.require_rectified: lambda: call(BEFORE, AFTER, StereoRules(), least=2),
     landmarks.shrunk_variances: lambda: call(CLASSES, 5.0),
+    landmarks.sight: lambda: call(
+        SIGHTED, IMAGE, RIGHT, RIG, np.eye(4), rules=StereoRules(), track_rules=TrackRules()
+    ),
     textbook.euclidean: lambda: call(D[0], D[1]),
     textbook.mahalanobis: lambda: call(D[0], D[1], VARIANCES[0]),
     textbook.match_stereo: lambda: call(BEFORE, AFTER, StereoRules()),

@@ -29,7 +29,6 @@ def draw() -> Call:
     return call(np.array([0.5, 0.25, 0.0]), 5, rng=np.random.default_rng(0))
 
 
-RESULTS = {particles.StepInfo}
 CALLS = {
     particles.effective_number: lambda: call(np.zeros(4)),
     particles.systematic: draw,

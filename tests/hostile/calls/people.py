@@ -52,16 +52,6 @@ TRACKED, _ = tracker.step(
     tracker.TrackerState.at(np.zeros(3)), SEEN, np.zeros(3), tracker.TrackerRules()
 )
 
-RESULTS = {
-    legs.Profiles,
-    skin.Cloud,
-    aggregation.StepInfo,
-    tracker.TrackerInfo,
-    trajectories.Trajectory,
-    scores.Score,
-    scores.Gospa,
-    behaviours.Command,
-}
 CALLS = {
     Detections: lambda: call(1.0, "laser", NOBODY),
     people.polar: lambda: call(np.ones(2), np.array([0.5, 4.0]), 0.1, np.array([0.1, 0.2])),
@@ -102,8 +92,7 @@ CALLS = {
     aggregation.SensorRules: lambda: call(0.3, 2.0, 0.4),
     aggregation.SensorRules.sees: lambda: call(RULES.sensors["laser"], THERE.mean),
     aggregation.AggregationRules: lambda: call(
-        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"),
-        *(RULES.sensors,),
+        *(0.2, 0.5, 0.99, 1.0, 0.5, "kalman", "least trace"), *(RULES.sensors,)
     ),
     aggregation.Hypotheses: lambda: call(
         *(THERE.mean, THERE.cov, THERE.weight, THERE.identity, THERE.born, THERE.last_seen),

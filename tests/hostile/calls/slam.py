@@ -74,22 +74,6 @@ def gated(**more):
     return {"costs": np.ones((1, 1)), "limit": 2.0, "level": 0.9, **more}
 
 
-RESULTS = {
-    monobot.MonobotRun,
-    monobot.Settled,
-    observability.Analysis,
-    planar.Counts,
-    planar.History,
-    planar.Innovation,
-    planar.Optimum,
-    rao_blackwellised.Weighing,
-    symbolic.Reading,
-    visual.FrameInfo,
-    visual.Looks,
-    visual.Newcomers,
-    visual.Ongoing,
-    visual.VisualMaps,
-}
 OFFERED_TOO = (Observations, Observations.anonymous, Observations.named)
 INNER = {
     *(getattr(planar.CartesianSensor, name) for name in ("check", "expect", "residual")),

@@ -21,7 +21,6 @@ for kernel in (walls.count_hull_steps, walls.simplify):  # compiled before the c
     kernel(CHAIN, 0.1)
 walls.find_crossings(CROSSED)
 
-RESULTS = {walls.Segments, walls.ScanReport, WallMap, walls.LandmarkReport, walls.MapScore}
 CALLS = {
     RangeNoise: lambda: call(0.02, 0.001),
     Extraction: lambda: call(RangeNoise(), 0.08, 0.2, 6, 0.4),

@@ -40,7 +40,7 @@ def doors(seed: int = 1, count: int = 60) -> Hero:
     world, path, own = np.random.default_rng(seed).spawn(3)
     building, rig = make_textured_building(rng=world), Rig()
     poses = drive(building, rng=path, poses=count)
-    images = [f.left for f in stereo.frames(building.scene, rig, poses, rng=own)]
+    images = list(stereo.left_frames(building.scene, rig, poses, rng=own))
     seen = [detect(image) for image in images]
     spots = [place(building.scene, rig, *of) for of in zip(poses, seen, strict=True)]
     metres = np.linalg.norm(poses[:, None, :2] - poses[:, :2], axis=-1)

@@ -20,7 +20,7 @@ from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted
+from robot_perception.teaching.verdicts import Accepted, Condition
 
 RULES = StereoRules(2.0, 200.0)
 """±2 rows are the paper's; its threshold was "determined experimentally" and is not told."""
@@ -38,6 +38,8 @@ LOOSE = {
     "neither": (240.0, 800.0),
 }
 """Rows and threshold with and without each of the rules."""
+STRICT, LAX = (2.0, 100.0), (2.0, 300.0)
+"""Half as large a threshold, and half as large again; ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class Config:
     The rows of the right pictures are off by ``knocked``, px.
     """
 
-    buildings: int = 10
+    buildings: int = 20
     pairs: int = 20
     rows: tuple[float, ...] = ROWS
     thresholds: tuple[float, ...] = THRESHOLDS
@@ -134,7 +136,18 @@ def share(results: Sequence[Ruled], rules: tuple[float, float] = LOOSE["both rul
     return bootstrap_ratio(*counts.T, "right")
 
 
-STEREO = Study(run, full=Config(), quick=Config(buildings=3, pairs=6), seed=21)
+STEREO = Study(
+    run,
+    full=Config(),
+    quick=Config(buildings=3, pairs=6, rows=(2.0, 240.0), thresholds=(100.0, 200.0, 300.0, 800.0)),
+    seed=25,
+)
+ACCEPTED = Accepted(
+    0.95,
+    1.0,
+    "a filter that gates each point by its place can bear one wrong match in twenty",
+    "our choice",
+)
 
 
 @STEREO.claim(
@@ -144,25 +157,19 @@ STEREO = Study(run, full=Config(), quick=Config(buildings=3, pairs=6), seed=21)
     basis="substitute",
     statement="SIFT features matched within ±2 rows and under a threshold of the descriptor give "
     "points in three dimensions.",
-    paper_value="Fig. 2 shows the matches of one pair",
+    paper_value="the matches of one pair (Fig. 2); a threshold “determined experimentally”",
     method="Pairs along a drive through our textured building, rig and noise ours: share of the "
-    f"matches whose right column is within {RIGHT_PX:g} px of where the renderer puts the point.",
-    accepted=Accepted(
-        0.95,
-        1.0,
-        "a filter that gates each point by its place can bear one wrong match in twenty",
-        "our choice",
-    ),
-    sabotage=Change(
-        "a right camera that was knocked: its rows are off by 5 px",
-        knocked=5.0,
-        rows=(2.0,),
-        thresholds=(200.0,),
-    ),
+    f"matches whose right column is within {RIGHT_PX:g} px of where the renderer puts the point, "
+    f"at a threshold of {RULES.threshold:g} of 512. The same at {STRICT[1]:g} and {LAX[1]:g}, "
+    "which were named before these buildings were scored.",
+    accepted=ACCEPTED,
+    sabotage=Change("a right camera that was knocked: its rows are off by 5 px", knocked=5.0),
     value=share,
 )
 def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
     """Compare matches and depths with the truth, with the rules and without."""
+    strict, lax = share(results, STRICT), share(results, LAX)
+    where = f"the threshold is as strict as {STRICT[1]:g} of a length of 512"
     rows = {name: (share(results, rules), *_row(results, rules)) for name, rules in LOOSE.items()}
     columns = {
         "right": "share of the matches that are right",
@@ -174,10 +181,13 @@ def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
     ours = [np.concatenate(one[LOOSE["both rules"]]) for one in results]
     scaled = [(m["error"] / m["stated"])[m["right"]] for m in ours]
     spread = bootstrap_mean(np.array([iqr(e, scale=1.349) for e in scaled]))  # σ, were it normal
-    every = {f"{r:g}": tuple(share(results, (r, t)) for t in THRESHOLDS) for r in ROWS}
+    heights, limits = (sorted(set(part)) for part in zip(*results[0], strict=True))
+    every = {f"{r:g}": tuple(share(results, (r, t)) for t in limits) for r in heights}
     return Finding(
         value,
         {
+            f"right, threshold {STRICT[1]:g}": strict,
+            f"right, threshold {LAX[1]:g}": lax,
             "right, no row rule": rows["no row rule"][0],
             "right, no threshold": rows["no threshold"][0],
             "error of the depth over its standard deviation (robust)": spread,
@@ -185,9 +195,10 @@ def stereo_sift(results: list[Ruled], value: Interval) -> Finding:
         {
             "with and without the rules": Table(rows, columns, about),
             "right by rows and threshold": Table(
-                every, {f"{t:g}": "threshold" for t in THRESHOLDS}, about, "rows (px)"
+                every, {f"{t:g}": "threshold" for t in limits}, about, "rows (px)"
             ),
         },
+        (Condition.judged(where, ACCEPTED, inside=strict, outside=lax),),
         note=f"With both rules {value.estimate:.1%} of the matches are right, "
         f"without the row rule {rows['no row rule'][0].estimate:.1%}, without the threshold "
         f"{rows['no threshold'][0].estimate:.1%}. The errors of the depth of right matches are "

@@ -2,32 +2,18 @@
 
 import numpy as np
 
-from robot_perception import checks
-
 LENGTH = 128
 
 
-def expected_distance(p: int, freedom: float = 0.0) -> float:
-    r"""Return the mean of L of the right class, were all entries normal and independent.
+def expected_distance(p: int) -> float:
+    r"""Return the mean of L of the right class of p descriptors, were all normal and independent.
 
     .. math:: \frac{(d - \bar d)^2}{s^2} \sim \left(1 + \frac 1p\right) F_{1,\,\nu}, \quad
-        \mathrm E\,L = 128 \left(1 + \frac 1p\right) \frac{\nu}{\nu - 2}, \quad \nu = p - 1 + \nu_0
+        \mathrm E\,L = 128 \left(1 + \frac 1p\right) \frac{\nu}{\nu - 2}, \quad \nu = p - 1
 
     It is infinite up to p = 3; with the variance known it would be 128 (1 + 1/p).
-
-    Parameters
-    ----------
-    p
-        Descriptors in the class.
-    freedom
-        Degrees of freedom :math:`\nu_0` lent by a prior that happens to be right.
-
-    Raises
-    ------
-    ValueError
-        If p is less than 2.
     """
-    nu = checks.whole("p", p, 2) - 1 + checks.not_negative("freedom", freedom)
+    nu = p - 1
     return LENGTH * (1 + 1 / p) * nu / (nu - 2) if nu > 2 else np.inf
 
 
@@ -36,4 +22,4 @@ def variance_spread(p: int) -> float:
 
     .. math:: \sqrt{\operatorname{var} s^2} / \sigma^2 = \sqrt{2 / (p - 1)}
     """
-    return float(np.sqrt(2 / (checks.whole("p", p, 2) - 1)))
+    return float(np.sqrt(2 / (p - 1)))

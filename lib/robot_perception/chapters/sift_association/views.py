@@ -167,7 +167,7 @@ def _station(
     there = [poses[:-1], poses[floors] + steps / 2, np.tile(poses[middle], (len(sides), 1))]
     away = [ways, (ways[floors] + ways[floors + 1]) / 2, sides]
     stood = np.stack([*map(stand_aside, np.concatenate(there), np.concatenate(away))])
-    seen = [detect(frame.left) for frame in stereo.frames(scene, rig, stood, rng=rng)]
+    seen = [detect(left) for left in stereo.left_frames(scene, rig, stood, rng=rng)]
     spots = [place(scene, rig, pose, features) for pose, features in zip(stood, seen, strict=True)]
     begun = spots[middle][spots[middle]["carriers"] >= 0]
     rows = np.stack([_follow(begun, spot) for spot in spots[: config.frames]], axis=1)

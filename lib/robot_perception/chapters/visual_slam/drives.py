@@ -1,6 +1,6 @@
 """One drive through the filter of the paper: stable tracks in, path, map and accounts out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -106,7 +106,7 @@ def apart(
     return np.where(same & (near < AGAIN), near, np.inf)
 
 
-def run(
+def steps(
     seen: Seen,
     options: Options,
     report: wheels.Odometry,
@@ -114,13 +114,16 @@ def run(
     rng: np.random.Generator,
     told: bool = False,
     metric: Metric = euclidean_mean,
-) -> Drive:
-    """Run the filter over a drive, and score it; ``told``, the renderer names the landmarks."""
+) -> Iterator[tuple[VisualMaps, FrameInfo, Int[np.ndarray, "made"]]]:
+    """Run the filter over a drive; yield what it knows at each frame, and what it made of it.
+
+    With them come the rows of the points that became landmarks. ``told``, the renderer names the
+    landmarks.
+    """
     state = VisualMaps.start(seen.poses[0], options, length=seen.descriptors.shape[1])
     founders = np.empty(0, dtype=int)
-    poses, infos, moved = [], [], motions(report)
     ends = np.searchsorted(seen.frames, np.arange(len(seen.poses) + 1))
-    for (begin, end), motion in zip(pairwise(ends), [None, *moved], strict=True):
+    for (begin, end), motion in zip(pairwise(ends), [None, *motions(report)], strict=True):
         rows = np.arange(begin, end)
         state, info = step(
             state,
@@ -133,14 +136,31 @@ def run(
             rng=rng,
         )
         founders = np.append(founders, rows[info.made])
-        poses.append(state.maps.poses)
+        yield state, info, rows[info.made]
+
+
+def run(
+    seen: Seen,
+    options: Options,
+    report: wheels.Odometry,
+    *,
+    rng: np.random.Generator,
+    told: bool = False,
+    metric: Metric = euclidean_mean,
+) -> Drive:
+    """Run the filter over a drive as `steps` does, and score it."""
+    infos, poses, rows = [], [], []
+    for state, info, made in steps(seen, options, report, rng=rng, told=told, metric=metric):
         infos.append(info)
+        poses.append(state.maps.poses)
+        rows.append(made)
+    founders = np.concatenate(rows)
     resamplings = [info.resampling for info in infos]
     own = _of_best(infos, state.maps.best)
     return Drive(
         options,
         seen,
-        dead_reckoning(seen.poses[0], moved),
+        dead_reckoning(seen.poses[0], motions(report)),
         np.array(poses),
         np.array([drawing.ancestors for drawing in resamplings]),
         np.array([drawing.effective for drawing in resamplings]),

@@ -7,6 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from data_synth.wheels import Odometry
 from robot_perception.chapters.visual_slam import drives, frontend
 from robot_perception.chapters.visual_slam import figures as draw
 from robot_perception.chapters.visual_slam.drives import Drive, Options
@@ -34,10 +35,14 @@ def driven(count: int, rule: str = "below M/2") -> Drive:
 
 @cache
 def _driven(count: int, rule: str) -> Drive:
-    own = np.random.default_rng(SEED).spawn(len(STATES))[STATES.index((count, rule))]
-    seen = frontend.seen()
-    report = drives.roll(seen.poses, rng=np.random.default_rng(SEED))
+    seen, (report, own) = frontend.seen(), draws(count, rule)
     return drives.run(seen, Options(count, share=RULES[rule]), report, rng=own)
+
+
+def draws(count: int, rule: str = "below M/2") -> tuple[Odometry, np.random.Generator]:
+    """Return what the wheels of the drive that is shown report, and the draws of its particles."""
+    own = np.random.default_rng(SEED).spawn(len(STATES))[STATES.index((count, rule))]
+    return drives.roll(frontend.seen().poses, rng=np.random.default_rng(SEED)), own
 
 
 Measured = tuple[Drive, float, Topology]

@@ -63,7 +63,7 @@ def tracks_on(ax: Axes, seen: Seen, frame: int) -> Axes:
 # The building ------------------------------------------------------------------------------------
 
 
-def _ground(ax: Axes, truth: np.ndarray, corners: np.ndarray) -> None:
+def ground(ax: Axes, truth: np.ndarray, corners: np.ndarray) -> None:
     """Draw the plan of the building and the true path, on axes of some corners."""
     lines(ax, frontend.world()[0].plan, MEANING["truth"], 2.4, alpha=0.25, zorder=0)
     ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0)
@@ -75,7 +75,7 @@ def built(ax: Axes, drive: Drive) -> Axes:
     """Draw Fig. 4 again, on axes cleared first: landmarks and path over the plan, and the truth."""
     ax.clear()
     dots(ax, drive.means[:, :2], MEANING["landmark"], 1.6)
-    _ground(ax, drive.seen.poses, WIDE)
+    ground(ax, drive.seen.poses, WIDE)
     ax.plot(*drive.path[:, :2].T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
     return ax
 
@@ -90,7 +90,7 @@ def built(ax: Axes, drive: Drive) -> Axes:
 )
 def wheels_alone(ax: Axes, drive: Drive) -> Axes:
     """Draw Fig. 4d again: the true path and that by the wheels."""
-    _ground(ax, drive.seen.poses, FLOOR)
+    ground(ax, drive.seen.poses, FLOOR)
     ax.plot(*drive.odometry[:, :2].T, color=MEANING["odometry"], linewidth=1.4, linestyle="--")
     return ax
 
@@ -100,7 +100,7 @@ def particles(axes: AxesRow, drive: Drive, frame: int) -> AxesRow:
     for ax in axes:
         ax.clear()
     above, below = axes
-    _ground(above, drive.seen.poses[: frame + 1], FLOOR)
+    ground(above, drive.seen.poses[: frame + 1], FLOOR)
     for path in np.unique(drive.paths(frame)[..., :2], axis=1).swapaxes(0, 1):
         above.plot(*path[:: max(1, frame // 120)].T, color=MEANING["robot"], linewidth=0.7)
     above.plot(*drive.poses[frame, :, :2].T, "o", color=MEANING["robot"], markersize=2.5)

@@ -9,9 +9,9 @@ anew, and so is the line that the robot takes. The page shows building 0, claims
 `SCORED`, and what the filter's limits are chosen in is `CHOOSING`.
 """
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from functools import cache
+from itertools import islice
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -21,7 +21,6 @@ from data_synth.textured_building import SLIP, TexturedBuilding, drive, make_tex
 from robot_perception import landmarks
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.geometry import se3
-from robot_perception.landmarks import StereoPoints, StereoRules, TrackRules, Tracks
 from robot_perception.teaching.results import kept
 
 FRAMES = 507
@@ -66,51 +65,52 @@ def world(building: int = 0) -> tuple[TexturedBuilding, Float[np.ndarray, "frame
 
 def film() -> UInt8[np.ndarray, "pictures height width"]:
     """Return some of the left pictures of the drive, to show."""
-    return _watched(0)[1]
+    return _watched(0, FRAMES)[1]
 
 
 @cache
 def seen(frames: int = FRAMES, building: int = 0) -> Seen:
     """Return what was seen on the beginning of the drive through a building."""
-    whole = _watched(building)[0]
-    n = np.searchsorted(whole.frames, frames)
-    return Seen(whole.poses[:frames], *(getattr(whole, f.name)[:n] for f in fields(Seen)[1:]))
+    return _watched(building, frames)[0]
 
 
 @kept
-def _watched(building: int) -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
-    """Render the drive, find and follow what both eyes see, and ask what it is."""
+def _watched(building: int, frames: int) -> tuple[Seen, UInt8[np.ndarray, "pictures height width"]]:
+    """Render the beginning of the drive, follow what both eyes see, and ask what it is."""
     made, path = world(building)
     # where a feature is looked for next: by the wheels of a drive of its own
     report = wheels.roll(path, SLIP, rng=np.random.default_rng([building, 1]))
-    film = []
-
-    def watch() -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        for k, pair in enumerate(stereo.frames(made.scene, RIG, path, rng=_streams(building)[2])):
-            if k % EVERY == 0:
-                film.append(pair.left)
-            yield pair.left, pair.right
-
-    followed = follow(
-        watch(), CAMERAS, RIG.T_robot_camera, report.increments, StereoRules(), TrackRules()
-    )
-    parts = []
-    for k, (found, tracks) in enumerate(followed):
-        shown = stereo.surface_points(made.scene, RIG, path[k], found.features.pixels)
+    pairs = stereo.frames(made.scene, RIG, path, rng=_streams(building)[2])
+    film, parts, found = [], [], None
+    for k, (pair, T) in enumerate(zip(islice(pairs, frames), moved(report), strict=False)):
+        if k % EVERY == 0:
+            film.append(pair.left)
+        found = landmarks.sight(found, pair.left, pair.right, CAMERAS, T)
+        features, points = found.points.features, found.points.points
+        shown = stereo.surface_points(made.scene, RIG, path[k], features.pixels)
         parts.append(
             (
-                np.full(len(found), k),
-                tracks.ids,
-                found.features.pixels,
-                found.points.mean,
-                found.points.cov,
-                found.features.descriptors.astype(np.uint8),
+                np.full(len(features), k),
+                found.tracks.ids,
+                features.pixels,
+                points.mean,
+                points.cov,
+                features.descriptors.astype(np.uint8),
                 np.where(shown.surfaces[:, None] < 0, 0.0, shown.points),
                 shown.carriers,
             )
         )
     columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Seen(path, *columns), np.stack(film)
+    return Seen(path[:frames], *columns), np.stack(film)
+
+
+def moved(
+    report: wheels.Odometry, T_robot_camera: Float[np.ndarray, "4 4"] = RIG.T_robot_camera
+) -> Float[np.ndarray, "frames 4 4"]:
+    """Return T_now_before of the camera at each frame, as the wheels report it."""
+    increments = np.concatenate([np.zeros((1, 3)), report.increments])
+    T_before_now = se3.compose(se3.from_se2(increments), T_robot_camera)
+    return se3.between(T_before_now, T_robot_camera)
 
 
 def _streams(building: int) -> list[np.random.Generator]:
@@ -125,32 +125,3 @@ def lasting(seen: Seen, frames: int) -> Seen:
     kept = lengths[seen.tracks] > frames
     columns = {field.name: getattr(seen, field.name)[kept] for field in fields(Seen)[1:]}
     return Seen(seen.poses, **columns | {"tracks": numbers[seen.tracks[kept]]})
-
-
-def follow(
-    pairs: Iterable[tuple[np.ndarray, np.ndarray]],
-    rig: StereoRig,
-    T_robot_camera: Float[np.ndarray, "4 4"],
-    increments: Float[np.ndarray, "steps 3"],
-    rules: StereoRules,
-    track_rules: TrackRules,
-) -> Iterator[tuple[StereoPoints, Tracks]]:
-    """Yield the points that each pair of pictures shows, and the tracks that they belong to.
-
-    Paper: rows within 2 px (section 3.1); the other rules are ours. A point is looked for where it
-    will be seen after the step that the wheels report.
-    """
-    before = tracks = None
-    for pair, increment in zip(pairs, [None, *increments], strict=False):
-        found = landmarks.observe(*pair, rig, rules=rules)
-        if before is None:
-            tracks = Tracks.start(found.features)
-        else:
-            T_robot_now = se3.compose(se3.from_se2(increment), T_robot_camera)
-            T_now_before = se3.between(T_robot_now, T_robot_camera)
-            expected = landmarks.predict_pixels(before.points.mean, T_now_before, rig.camera)
-            tracks = landmarks.extend(
-                tracks, before.features, found.features, track_rules, predicted=expected
-            )
-        yield found, tracks
-        before = found

@@ -14,10 +14,10 @@ from jaxtyping import Float
 from data_synth import wheels
 from robot_perception.cameras import level_mount
 from robot_perception.chapters.visual_slam.drives import motions
-from robot_perception.chapters.visual_slam.frontend import follow
+from robot_perception.chapters.visual_slam.frontend import moved
 from robot_perception.datasets import read_kitti, read_stereo_features
 from robot_perception.evaluation.trajectories import absolute_error
-from robot_perception.landmarks import StereoRules, TrackRules
+from robot_perception.landmarks import StereoRules, TrackRules, sight
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry, dead_reckoning
@@ -145,12 +145,11 @@ def kitti(folder: Path) -> Followed:
     truth = planar(read.poses)
     report = wheels.roll(truth, SLIP, rng=np.random.default_rng(1))
     rig, rules = read.calibration.rig(read.frames.size), StereoRules(disparities=(NEAR, np.inf))
-    frames = []
-    for found, tracks in follow(
-        read.frames, rig, MOUNT, report.increments, rules, TrackRules(30.0)
-    ):
-        old = tracks.stable(2)
-        frames.append(_loosened(tracks.ids[old], found.points.mean[old], found.points.cov[old]))
+    frames, found = [], None
+    for pair, T in zip(read.frames, moved(report, MOUNT), strict=True):
+        found = sight(found, *pair, rig, T, rules=rules, track_rules=TrackRules(30.0))
+        old, points = found.tracks.stable(2), found.points.points
+        frames.append(_loosened(found.tracks.ids[old], points.mean[old], points.cov[old]))
     return followed(frames, truth)
 
 

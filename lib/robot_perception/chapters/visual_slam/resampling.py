@@ -126,6 +126,26 @@ def neff_resampling(found: Found) -> Finding:
     )
 
 
+def by_count(rules: Table) -> Table:
+    """Return the errors of both rules by number of particles, and the draws that one spares."""
+    rows = {}
+    for count in COUNTS:
+        ours, other = (called(rule, count, 1.0) for rule in TWO)
+        rows[f"M = {count}"] = (
+            rules[ours, "ATE (m)"],
+            rules[other, "ATE (m)"],
+            100 * (1 - rules[ours, "drawn"]),
+            rules[ours, "effective"],
+        )
+    columns = {
+        "below M/2 (m)": "ATE where the rule says when particles are drawn anew",
+        "always (m)": "ATE where they are drawn anew in each frame",
+        "spared (%)": "frames after which the rule does not say so",
+        "effective": "number before that, as a share of M",
+    }
+    return Table(rows, columns, rules.about, "particles")
+
+
 # The printed number ------------------------------------------------------------------------------
 
 PARTICLES = 100

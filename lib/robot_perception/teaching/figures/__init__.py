@@ -3,13 +3,7 @@
 from robot_perception.teaching.figures.drawn import drawn
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.output import picture, show
-from robot_perception.teaching.figures.style import (
-    MEANING,
-    band,
-    figure,
-    image_axes,
-    label,
-)
+from robot_perception.teaching.figures.style import MEANING, band, figure, image_axes, label
 from robot_perception.teaching.figures.svg import to_html, to_svg
 
 __all__ = [

@@ -5,17 +5,14 @@ import io
 import json
 from collections.abc import Iterable
 from hashlib import sha256
-from numbers import Real
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from robot_perception.checks import instance, iterable
 from robot_perception.teaching.figures.output import (
     check_alt,
-    check_caption,
     check_name,
     figcaption,
     front_end,
@@ -64,11 +61,6 @@ def film(
     caption, name
         As for `show`.
 
-    Returns
-    -------
-    Shown
-        Notebook output.
-
     Raises
     ------
     ValueError
@@ -82,9 +74,8 @@ def film(
     A white triangle grows until it covers the picture.
     """
     text = check_alt(alt)
-    check_caption(caption)
     check_name(name, caption)
-    if not 0 < instance("fps", fps, Real) <= 60:
+    if not 0 < fps <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
     images = _images(frames)
     duration = round(1000 / fps)
@@ -101,7 +92,7 @@ def film(
 
 def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
     images = []
-    for place, frame in enumerate(iterable("frames", frames)):
+    for place, frame in enumerate(frames):
         pixels = _pixels(frame) if isinstance(frame, Figure) else frame
         images.append(check_image(pixels, channels=(3,), name="frames").copy())
         if pixels.shape != images[0].shape:
@@ -116,11 +107,7 @@ def _pixels(fig: Figure) -> np.ndarray:
     stream = io.BytesIO()
     with mpl.rc_context(STYLE):
         fig.savefig(
-            stream,
-            format="png",
-            dpi="figure",
-            facecolor=GROUND,
-            pil_kwargs={"compress_level": 1},
+            stream, format="png", dpi="figure", facecolor=GROUND, pil_kwargs={"compress_level": 1}
         )
     return np.asarray(Image.open(stream).convert("RGB"))
 

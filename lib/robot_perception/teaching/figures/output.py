@@ -8,14 +8,12 @@ import os
 import re
 from functools import cache
 from importlib.resources import files
-from types import NoneType
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from robot_perception.checks import flag, instance
 from robot_perception.teaching.figures.svg import to_html
-from robot_perception.teaching.figures.webp import check_image, to_webp
+from robot_perception.teaching.figures.webp import to_webp
 from robot_perception.teaching.media import Shown, with_mathematics
 
 PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
@@ -44,17 +42,11 @@ def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None 
         Words in small letters joined by hyphens, unique in the book; a figure that is referred to
         by number needs a caption.
 
-    Returns
-    -------
-    Shown
-        Notebook output.
-
     Raises
     ------
     ValueError
         If the alternative text is missing, short, or a file name, or the name does not serve.
     """
-    check_caption(caption)
     check_name(name, caption)
     return _output(to_html(fig, alt=check_alt(alt)), alt, caption, name)
 
@@ -81,40 +73,19 @@ def picture(
     lossless
         Keep every value, for masks and label images.
 
-    Returns
-    -------
-    Shown
-        Notebook output.
-
     Raises
     ------
     ValueError
         If the array is no 8-bit image or the alternative text does not serve.
     """
-    check_caption(caption)
     check_name(name, caption)
-    flag("pixelated", pixelated)
-    data = to_webp(check_image(array), lossless=flag("lossless", lossless))
+    data = to_webp(array, lossless=lossless)
     element = image_element(data, "image/webp", array.shape[1::-1], check_alt(alt))
     return _output(element, alt, caption, name, pixelated)
 
 
 def image_element(data: bytes, mime: str, size: tuple[int, int], alt: str) -> str:
-    """Write the `<img>` element of an encoded picture, its data inside.
-
-    Parameters
-    ----------
-    data, mime
-        The picture and its media type.
-    size
-        Width and height in pixels; zero for SVG, which scales.
-    alt
-        Alternative text.
-
-    Returns
-    -------
-    str
-    """
+    """Write the `<img>` element of an encoded picture, its data inside; SVG has no size."""
     width, height = size
     pixels = f' width="{width}" height="{height}"' if width else ""
     return (
@@ -126,20 +97,10 @@ def image_element(data: bytes, mime: str, size: tuple[int, int], alt: str) -> st
 def check_alt(alt: str) -> str:
     """Return the alternative text, or refuse one that tells a reader nothing.
 
-    Parameters
-    ----------
-    alt
-        The text to judge.
-
-    Returns
-    -------
-    str
-        The text without surrounding blanks.
-
     Raises
     ------
     ValueError
-        If it is no string, shorter than 20 characters, or a file name.
+        If it is no text, shorter than 20 characters, or a file name.
     """
     text = alt.strip() if isinstance(alt, str) else ""
     if len(text) < _SHORTEST_ALT or _FILE_NAME.fullmatch(text):
@@ -149,14 +110,9 @@ def check_alt(alt: str) -> str:
     return text
 
 
-def check_caption(caption: str | None) -> None:
-    """Raise ``TypeError`` unless a caption is a text or left out."""
-    instance("caption", caption, str, NoneType)
-
-
 def check_name(name: str | None, caption: str | None) -> None:
     """Raise ``ValueError`` unless a name can be an address and its figure has a caption."""
-    if instance("name", name, str, NoneType) is None:
+    if name is None:
         return
     if not _NAME.fullmatch(name):
         raise ValueError(f"name must be small letters and digits joined by hyphens, got {name!r}")
@@ -165,39 +121,14 @@ def check_name(name: str | None, caption: str | None) -> None:
 
 
 def opening(kind: str, name: str | None = None) -> str:
-    """Write the opening tag of a `<figure>` of some classes, with the address that its name gives.
-
-    Parameters
-    ----------
-    kind
-        The classes, ``rp-figure`` first.
-    name
-        The name, or None.
-
-    Returns
-    -------
-    str
-    """
+    """Write the opening tag of a `<figure>`, with the address that its name gives."""
     address = f' id="fig-{name}"' if name else ""
     return f'<figure class="{kind}"{address}>'
 
 
 def figcaption(caption: str | None) -> str:
-    """Write the `<figcaption>` element; mathematics between dollars is handed to MathJax.
-
-    Parameters
-    ----------
-    caption
-        The text, or None.
-
-    Returns
-    -------
-    str
-        The element, empty without a caption.
-    """
-    if not caption:
-        return ""
-    return f"<figcaption>{with_mathematics(caption)}</figcaption>"
+    """Write the `<figcaption>` element, if any; MathJax sets what stands between dollars."""
+    return f"<figcaption>{with_mathematics(caption)}</figcaption>" if caption else ""
 
 
 def on_page() -> bool:
@@ -217,11 +148,7 @@ def style_element(*names: str) -> str:
 
 
 def _output(
-    element: str,
-    alt: str,
-    caption: str | None,
-    name: str | None,
-    pixelated: bool = False,
+    element: str, alt: str, caption: str | None, name: str | None, pixelated: bool = False
 ) -> Shown:
     kind = "rp-figure rp-pixelated" if pixelated else "rp-figure"
     figure = f"{opening(kind, name)}{element}{figcaption(caption)}</figure>"

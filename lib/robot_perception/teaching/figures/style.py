@@ -6,6 +6,8 @@ saved as SVG carries the theme's CSS variables in their place (`teaching.figures
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -13,23 +15,14 @@ from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from matplotlib.legend import Legend
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 from matplotlib.transforms import Transform
 
-from robot_perception.checks import array as checked_array
-from robot_perception.checks import flag, instance, number, positive, whole
-from robot_perception.teaching.figures.ticks import (
-    LastingXAxis,
-    LastingYAxis,
-    checked,
-    settings,
-)
+from robot_perception.teaching.figures.ticks import LastingXAxis, LastingYAxis, checked, settings
 from robot_perception.teaching.figures.webp import check_image
 
 INK = "#1c1e21"
@@ -223,8 +216,23 @@ class _Ground(Rectangle):
         return super().get_transform()
 
 
+def _styled(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method of axes draw in the book's style."""
+
+    @wraps(method)
+    def drawn(self: Axes, *args: Any, **kwargs: Any) -> Any:
+        with settings(_CHECKED):
+            return method(self, *args, **kwargs)
+
+    return drawn
+
+
 class BookAxes(Axes):
     """Axes that keep the book's style when they are cleared and drawn on again."""
+
+    set_title, text, annotate, legend = map(
+        _styled, (Axes.set_title, Axes.text, Axes.annotate, Axes.legend)
+    )
 
     def _ipython_display_(self) -> None:
         """Show nothing: a cell that ends in a drawing call has its figure shown by `show`."""
@@ -260,26 +268,6 @@ class BookAxes(Axes):
         gid = None if np.asarray(X).dtype == np.uint8 else f"{LOSSLESS} {PIXELATED}"
         with settings(_CHECKED):
             return super().imshow(X, *args, **({"gid": gid} | kwargs))
-
-    def set_title(self, *args: Any, **kwargs: Any) -> Text:
-        """Write the title, bold and at the left."""
-        with settings(_CHECKED):
-            return super().set_title(*args, **kwargs)
-
-    def text(self, *args: Any, **kwargs: Any) -> Text:
-        """Write text in the colour of the ink unless told otherwise."""
-        with settings(_CHECKED):
-            return super().text(*args, **kwargs)
-
-    def annotate(self, *args: Any, **kwargs: Any) -> Text:
-        """Annotate a point in the colour of the ink unless told otherwise."""
-        with settings(_CHECKED):
-            return super().annotate(*args, **kwargs)
-
-    def legend(self, *args: Any, **kwargs: Any) -> Legend:
-        """Place a legend without a frame."""
-        with settings(_CHECKED):
-            return super().legend(*args, **kwargs)
 
 
 def _label_powers(axis: Axis) -> None:
@@ -343,8 +331,6 @@ def image_axes(
     >>> [float(limit) for limit in (*ax.get_xlim(), *ax.get_ylim())]
     [-0.5, 319.5, 239.5, -0.5]
     """
-    flag("pixelated", pixelated)
-    flag("lossless", lossless)
     rows, cols = check_image(array, channels=(3,)).shape[:2]
     scale = min(7 / cols, 5.25 / rows)
     with settings(_CHECKED):
@@ -356,12 +342,7 @@ def image_axes(
 
 
 def figure(
-    rows: int = 1,
-    cols: int = 1,
-    *,
-    width: float | None = None,
-    height: float = 3.4,
-    **kwargs: Any,
+    rows: int = 1, cols: int = 1, *, width: float | None = None, height: float = 3.4, **kwargs: Any
 ) -> tuple[Figure, Any]:
     """Make a figure in the book's style, with fixed margins and no layout engine.
 
@@ -386,10 +367,7 @@ def figure(
     axes
         Squeezed as by `matplotlib.pyplot.subplots`.
     """
-    whole("rows", rows, 1, 100)
-    whole("cols", cols, 1, 100)
-    width = (5.6 if cols == 1 else 7.0) if width is None else positive("width", width)
-    height = positive("height", height)
+    width = width or (5.6 if cols == 1 else 7.0)
     left, right, bottom, top = LEFT, RIGHT, 0.56, 0.32
     gap_x, gap_y = 0.98, 0.82
     panel_width = (width - left - right - gap_x * (cols - 1)) / cols
@@ -431,15 +409,7 @@ def label(ax: Axes, x: float, y: float, text: str, colour: str, **kwargs: Any) -
         That of the curve it names, from `MEANING`.
     **kwargs
         Passed to `Axes.text`, for instance `ha`, `va`, `transform`.
-
-    Returns
-    -------
-    matplotlib.text.Text
     """
-    instance("ax", ax, Axes)
-    x, y = number("x", x), number("y", y)
-    instance("text", text, str)
-    _check_colour(colour)
     options: dict[str, Any] = {"fontsize": 10, "fontweight": "bold", "va": "center"} | kwargs
     return ax.text(x, y, text, color=colour, gid="rp-label", **options)
 
@@ -459,23 +429,9 @@ def band(
         From `MEANING`.
     **kwargs
         Passed to `Axes.fill_between`.
-
-    Returns
-    -------
-    matplotlib.artist.Artist
     """
-    instance("ax", ax, Axes)
-    x = checked_array("x", x, ("n",))
-    low = checked_array("low", low, x.shape, "x", finite=False)
-    high = checked_array("high", high, x.shape, "x", finite=False)
-    _check_colour(colour)
     options: dict[str, Any] = {"alpha": 0.18, "linewidth": 0} | kwargs
     return ax.fill_between(x, low, high, color=colour, **options)
-
-
-def _check_colour(colour: str) -> None:
-    if not is_color_like(instance("colour", colour, str)):
-        raise ValueError(f"colour must be a colour, got {colour!r}")
 
 
 def ellipses(
@@ -489,22 +445,10 @@ def ellipses(
     fill: float = 0.0,
     corners: int = 24,
 ) -> None:
-    """Draw the ellipses of covariances as one path.
+    """Draw the ellipses of covariances (m, 2, 2) round means (m, 2) as one path.
 
-    Parameters
-    ----------
-    ax
-        Where to draw.
-    means, covs : ndarray, shape (m, 2), (m, 2, 2)
-        Centres and covariances, in data coordinates.
-    colour, width
-        Colour and width of the line.
-    deviations
-        Reach of each ellipse in standard deviations.
-    fill
-        Opacity of the inside.
-    corners
-        Of the polygon that stands for an ellipse; a large one needs more to look round.
+    They reach so many standard deviations; `fill` is the opacity of the inside, and a large one
+    needs more corners to look round.
     """
     turn = np.linspace(0, 2 * np.pi, corners + 1)
     circle = np.stack([np.cos(turn), np.sin(turn)])

@@ -23,7 +23,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from types import NoneType
 from typing import Any
 
 import matplotlib as mpl
@@ -43,7 +42,6 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 from matplotlib.transforms import Affine2D, Transform
 
-from robot_perception.checks import instance, whole
 from robot_perception.teaching.figures import style
 from robot_perception.teaching.figures.ticks import checked, settings
 from robot_perception.teaching.figures.webp import to_webp
@@ -54,22 +52,9 @@ HEAVY = 400_000
 RASTER_DPI = 144
 """Resolution of embedded pictures, in dots per inch."""
 
-_VARIABLES = {
-    name: getattr(style, name)
-    for name in (
-        "MUTED",
-        "FAINT",
-        "GROUND",
-        "BLUE",
-        "ORANGE",
-        "GREEN",
-        "PURPLE",
-        "RED",
-        "TEAL",
-        "MAGENTA",
-        "OLIVE",
-    )
-}
+_NAMES = ("MUTED", "FAINT", "GROUND", "BLUE", "ORANGE", "GREEN", "PURPLE", "RED", "TEAL",
+          "MAGENTA", "OLIVE")  # fmt: skip
+_VARIABLES = {name: getattr(style, name) for name in _NAMES}
 _PAINT = {value: f"var(--rp-{name.lower()}, {value})" for name, value in _VARIABLES.items()}
 _PAINT |= {style.INK: "currentColor", "#000000": "currentColor"}
 _SENTINEL = re.compile("|".join(map(re.escape, _PAINT)))
@@ -118,7 +103,6 @@ def to_svg(
     str
         One `<svg>` element without a prologue.
     """
-    _check(fig, alt, prefix, effort)
     ((raw,), (window,)) = _saved(fig, [_whole(fig)], effort, prefix is not None)
     return _rewrite(raw, window, prefix, _named(alt))
 
@@ -128,20 +112,9 @@ def to_html(
 ) -> str:
     """Render a figure as `to_svg` does; several columns as a row of drawings that a page wraps.
 
-    The row is one image with one alternative text. A figure whose axes do not stand in columns, or
-    that has something of its own beside them, is one drawing.
-
-    Parameters
-    ----------
-    fig, alt, prefix, effort
-        As for `to_svg`.
-
-    Returns
-    -------
-    str
-        One `<svg>` element, or a `<div>` with one for each column.
+    The row, a `<div>`, is one image with one alternative text. A figure whose axes do not stand in
+    columns, or that has something of its own beside them, is one drawing.
     """
-    _check(fig, alt, prefix, effort)
     columns = _columns(fig)
     if len(columns) == 1:
         return to_svg(fig, alt=alt, prefix=prefix, effort=effort)
@@ -152,13 +125,6 @@ def to_html(
         for place, (raw, window) in enumerate(zip(raws, windows, strict=True))
     )
     return f'<div class="rp-row"{_named(alt)}>{panels}</div>'
-
-
-def _check(fig: Figure, alt: str | None, prefix: str | None, effort: int) -> None:
-    instance("fig", fig, Figure)
-    instance("alt", alt, str, NoneType)
-    instance("prefix", prefix, str, NoneType)
-    whole("effort", effort, 0, 6)
 
 
 def _named(alt: str | None) -> str:
@@ -467,8 +433,10 @@ def _rewrite(raw: str, window: tuple[float, float], prefix: str | None, attribut
     left, width = window[0], window[1] - window[0]
     body = re.sub(r"\s*<defs>\s*<style.*?</style>\s*</defs>", "", body, count=1, flags=re.S)
     body = _NOTHING.sub("", body)
-    body = re.sub(r"<defs>.*?</defs>", lambda m: _GEOMETRY.sub(_shorten, m[0]), body, flags=re.S)
-    body = _GEOMETRY.sub(_shorten_path, body) if "<defs>" not in body else _shorten_outside(body)
+    body = "".join(
+        _GEOMETRY.sub(_shorten if part.startswith("<defs>") else _shorten_path, part)
+        for part in re.split(r"(<defs>.*?</defs>)", body, flags=re.S)
+    )
     used = {a or b for a, b in _REFERENCE.findall(body)}
     prefix = prefix or _hashed(body)
 
@@ -493,11 +461,4 @@ def _rewrite(raw: str, window: tuple[float, float], prefix: str | None, attribut
         f' fill="currentColor" font-family="system-ui, sans-serif"'
         f' stroke-linejoin="round" stroke-linecap="butt">'
         f"{body.strip()}"
-    )
-
-
-def _shorten_outside(body: str) -> str:
-    parts = re.split(r"(<defs>.*?</defs>)", body, flags=re.S)
-    return "".join(
-        part if part.startswith("<defs>") else _GEOMETRY.sub(_shorten_path, part) for part in parts
     )

@@ -12,27 +12,7 @@ from PIL import Image
 def check_image(
     array: np.ndarray, *, channels: tuple[int, ...] = (3, 4), name: str = "array"
 ) -> np.ndarray:
-    """Return the array, or refuse one that is no 8-bit image.
-
-    Parameters
-    ----------
-    array
-        The image to judge.
-    channels
-        Numbers of channels that an image in colour may have.
-    name
-        What the caller calls it.
-
-    Returns
-    -------
-    ndarray
-        The same array.
-
-    Raises
-    ------
-    ValueError
-        If it is not of type uint8 and shape (height, width) or (height, width, channels).
-    """
+    """Return the array unless it is not of type uint8 and shape (height, width[, channels])."""
     shape = np.shape(array)
     grey, coloured = len(shape) == 2, len(shape) == 3 and shape[2] in channels
     if getattr(array, "dtype", None) != np.uint8 or not (grey or coloured) or 0 in shape:
@@ -43,26 +23,7 @@ def check_image(
 
 
 def to_webp(array: np.ndarray, *, effort: int = 4, lossless: bool = False) -> bytes:
-    """Encode an 8-bit image as WebP.
-
-    Parameters
-    ----------
-    array
-        Image of type uint8, shape (height, width) or (height, width, 3 or 4).
-    effort
-        0 (fast) to 6 (small).
-    lossless
-        Keep every value, for masks and label images.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    ValueError
-        If the array is no 8-bit image.
-    """
+    """Encode an 8-bit image as WebP, with an effort from 0 (fast) to 6 (small)."""
     check_image(array)
     return _encoded(np.ascontiguousarray(array).tobytes(), array.shape, effort, lossless)
 
@@ -74,19 +35,9 @@ def _encoded(data: bytes, shape: tuple[int, ...], effort: int, lossless: bool) -
 
 
 def to_animated_webp(frames: Sequence[np.ndarray], *, duration_ms: int) -> bytes:
-    """Encode 8-bit images of one size as a WebP film in which a frame stores what has changed.
+    """Encode images of one size as a film in which a frame stores what has changed.
 
-    Parameters
-    ----------
-    frames
-        Images of type uint8, shape (height, width) or (height, width, 3).
-    duration_ms
-        How long each is shown, in milliseconds. Frames that look alike are stored as one that is
-        shown as long as all of them.
-
-    Returns
-    -------
-    bytes
+    Frames that look alike are stored as one that is shown as long as all of them.
     """
     first, *others = (Image.fromarray(np.ascontiguousarray(frame)) for frame in frames)
     return _saved(

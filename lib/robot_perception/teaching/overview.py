@@ -1,0 +1,48 @@
+"""The papers at a glance: which chapters rebuild each, and what came of its claims."""
+
+from collections.abc import Mapping
+from html import escape
+
+from robot_perception.teaching.badges import EXPLAINED, SHEETS, recorded, style
+from robot_perception.teaching.ledger import Ledger, verdicts
+from robot_perception.teaching.media import Shown
+from robot_perception.teaching.outputs import output
+from robot_perception.teaching.papers import PAPERS
+
+HEAD = ("Paper", "Rebuilt in", "Verdicts")
+TO_COME = "a later chapter"
+
+
+def overview(titles: Mapping[str, str]) -> Shown:
+    """Return the papers as a table: the chapters that rebuild each, and how many verdicts of which.
+
+    Parameters
+    ----------
+    titles
+        Titles of the chapters by stem, in the order of the book.
+    """
+    rows, lines = [], []
+    for key, paper in PAPERS.items():
+        claims = Ledger(tuple(e for e in recorded().entries if e.paper == key))
+        stems = [stem for stem in titles if any(e.chapter == stem for e in claims.entries)]
+        links = ", ".join(f'<a href="{s}.html">{escape(titles[s])}</a>' for s in stems)
+        counts = verdicts(claims)
+        badges = " ".join(
+            f'<span class="{style(verdict)}" title="{EXPLAINED[verdict]}">'
+            f'<span class="rp-badge-verdict">{count}</span> {verdict}</span>'
+            for verdict, count in counts.items()
+        )
+        rows.append(
+            f'<tr><th scope="row">{escape(paper.title)} <small>{escape(paper.citation)}</small>'
+            f'</th><td class="rp-text">{links or TO_COME}</td>'
+            f'<td class="rp-text"><p class="rp-badges">{badges or "–"}</p></td></tr>'
+        )
+        told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+        lines.append(f"{paper.citation}: {told or TO_COME}")
+    head = "".join(f'<th scope="col">{name}</th>' for name in HEAD)
+    html = (
+        '<div class="rp-table" role="region" tabindex="0" aria-label="Papers and verdicts">'
+        f'<table class="rp-papers"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+    return output(html, "\n".join(lines), *SHEETS)
