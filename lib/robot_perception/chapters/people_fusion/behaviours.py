@@ -156,8 +156,8 @@ class _Robot:
         self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Rules, world: World
     ) -> None:
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
-        asked = {"survey": partial(acts.survey, finished=False)}
-        self.act = asked.get(kind) or getattr(acts, kind)
+        never = partial(acts.survey, finished=False)
+        self.act = never if kind == "survey" else getattr(acts, kind)
         self.senses = Senses(np.random.default_rng([seed, 1]), RING)
         noise = np.random.default_rng([seed, 3])
         self.sensing = Sensing(world.office, world.people, rig(sensors, RING), rng=noise)
