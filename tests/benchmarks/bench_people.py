@@ -4,7 +4,7 @@ import numpy as np
 
 from data_synth.people import readings
 from robot_perception.chapters.people_fusion import committee
-from robot_perception.chapters.people_fusion.sessions import RIG, Config, Senses, staged
+from robot_perception.chapters.people_sensors.sessions import RIG, Config, Senses, staged
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
 from robot_perception.people.detections import Detections, polar
 from tests.benchmarks.harness import Row

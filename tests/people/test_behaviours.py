@@ -8,7 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.geometry import se2
-from robot_perception.people.behaviours import STOP, Command, Rules, State, follow, guide, survey
+from robot_perception.people.behaviours import (
+    FURNITURE,
+    MOVES,
+    NOBODY,
+    PARTNER,
+    STOP,
+    Command,
+    Rules,
+    State,
+    follow,
+    guide,
+    roles,
+    survey,
+)
 from tests.people.test_aggregation import known
 from tests.unchecked import unchecked
 
@@ -36,6 +49,18 @@ def told(behaviour, story, state=None):
 
 def polled(state, there, finished=False):
     return survey(state, there, finished, RULES)
+
+
+def test_what_a_hypothesis_is_taken_for():
+    """Too light, too far away perhaps, one that stays, one that moves, and the one it is about."""
+    cov = np.tile(np.diag([0.1, 0.01]), (5, 1, 1))
+    cov[1, 0, 0] = 1.3**2
+    five = known(*[(1, 1)] * 5, weight=[0.2, 1, 1, 1, 1], cov=cov)
+    still, busy = np.array([False, False, True, False, True]), State("busy", 4)
+    found = roles(five, still, busy, 0.4, 1.2)
+    assert found.tolist() == [NOBODY, NOBODY, FURNITURE, MOVES, PARTNER]
+    waiting = roles(five, still, State("waiting", 4), 0.4, 1.2)
+    assert waiting.tolist() == [NOBODY, NOBODY, FURNITURE, MOVES, FURNITURE]
 
 
 def test_a_guide_goes_on_while_the_visitor_is_there():

@@ -20,6 +20,7 @@ CHAPTERS = (
     "sift_association",
     "visual_slam",
     "covariance_intersection",
+    "people_sensors",
     "people_fusion",
     "head_tracking",
     "colour_and_shape",

@@ -4,9 +4,9 @@ Each is a small machine of states that sees persons and says what to do:
 
 ``guide(state, persons, rules) -> (State, Command)``
 
-Persons are the hypotheses that count as such, at their time. Somebody who has been lost comes back
-under another identity: a person whose hypothesis came up about when the last one was seen, or
-later, may be the same; one who was there all along is not.
+Persons are the hypotheses that count as such, at their time; `roles` says which do. Somebody who
+has been lost comes back under another identity: a person whose hypothesis came up about when the
+last one was seen, or later, may be the same; one who was there all along is not.
 
 The behaviours are those of Schaffernicht, Martin, Scheidig and Gross, sections 4.1 and 4.2; all
 distances and times are ours.
@@ -16,12 +16,16 @@ from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Bool, Int
 
 from robot_perception import checks
 from robot_perception.people.aggregation import Hypotheses
 
 Phase = Literal["waiting", "inviting", "busy", "asking back", "given up"]
 PHASES = ("waiting", "inviting", "busy", "asking back", "given up")
+NOBODY, FURNITURE, MOVES, PARTNER = range(4)
+"""What a hypothesis is taken for: too weak or nowhere, one that stays, a person, the one it is
+about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +130,53 @@ class Rules:
             checks.positive(entry.name, getattr(self, entry.name))
         if self.close > self.reach:
             raise ValueError(f"close must not be above reach {self.reach}, got {self.close}")
+
+
+def roles(
+    hypotheses: Hypotheses,
+    static: Bool[np.ndarray, " n"],
+    state: State,
+    person: float,
+    known: float,
+) -> Int[np.ndarray, " n"]:
+    """Return what each hypothesis is taken for: the one it is about may stand still.
+
+    Parameters
+    ----------
+    hypotheses
+        All that there are, n.
+    static : (n,)
+        Which of them have stayed in one place for too long.
+    state
+        What the behaviour remembers.
+    person
+        Weight above which a hypothesis counts.
+    known
+        Standard deviation of the distance up to which there is a place to deal with, m.
+
+    Returns
+    -------
+    (n,)
+        `NOBODY`, `FURNITURE`, `MOVES` or `PARTNER` of each.
+
+    Raises
+    ------
+    ValueError
+        If there is not one truth value for each, the weight is not between 0 and 1, or the standard
+        deviation not positive.
+    """
+    checks.instance("hypotheses", hypotheses, Hypotheses)
+    checks.instance("state", state, State)
+    still = np.asarray(static)
+    if still.dtype != bool or still.shape != (len(hypotheses),):
+        raise ValueError(
+            f"static must be {len(hypotheses)} truth values, got {checks.shown(static)}"
+        )
+    person, known = checks.level("person", person), checks.positive("known", known)
+    theirs = (hypotheses.identity == state.person) & (state.phase != "waiting")
+    role = np.where(theirs, PARTNER, np.where(still, FURNITURE, MOVES))
+    placed = np.sqrt(hypotheses.cov[:, 0, 0]) <= known
+    return np.where(placed & (hypotheses.weight > person), role, NOBODY)
 
 
 def guide(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Command]:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from data_synth.people import SonarScan
-from robot_perception.chapters.people_fusion import behaviours, committee, films, sessions
+from robot_perception.chapters.people_fusion import behaviours, films
 from robot_perception.chapters.people_fusion.behaviours import RING, RULES, SAID, STRAYS, Story
+from robot_perception.chapters.people_sensors import sessions
 from robot_perception.geometry import se2
-from robot_perception.people.aggregation import Hypotheses
-from robot_perception.people.behaviours import PHASES, State
+from robot_perception.people.behaviours import PARTNER, PHASES
 
 SEED = behaviours.CHOOSE[0]
 
@@ -117,35 +117,18 @@ def robot(kind="survey"):
     return behaviours._Robot(kind, SEED, behaviours.WITHOUT_CAMERA, RULES, world), world
 
 
-def test_the_map_tells_walls_from_people():
+def test_the_map_tells_walls_from_people_where_the_robot_takes_itself_to_be():
     """Of two readings to one side, one ends at the wall and the other well before it."""
     mind, world = robot()
-    pose = np.array([*world.now.robot[:2], 0.0])
+    mind.pose = np.array([*world.now.robot[:2], 0.0])
     side = int(np.abs(RING.angles - np.pi / 2).argmin())
-    wall = world.office.rooms[-1, 3] - pose[1] - RING.radius
+    wall = world.office.rooms[-1, 3] - mind.pose[1] - RING.radius
     for ranges, count in ((wall, 0), (wall - 0.6, 1)):
         readings = np.full(RING.count, np.inf)
         readings[side] = ranges
-        assert len(mind._found(SonarScan(0.1, readings), pose)) == count
-
-
-def test_what_a_hypothesis_is_taken_for():
-    mind, _ = robot()
-    weight, none = committee.RULES.person, Hypotheses.none()
-    cov = np.tile(np.diag([0.1, 0.01]), (5, 1, 1))
-    cov[1, 0, 0] = (1.1 * committee.KNOWN) ** 2
-    five = np.arange(5)
-    mind.hypotheses = Hypotheses(
-        *(np.ones((5, 2)), cov, np.array([weight / 2, 1, 1, 1, 1]), five, *[0.0 * five] * 3),
-        *(none.heard, 5),
-    )
-    mind.still = np.array([False, False, True, False, True])
-    mind.state = State("busy", 4, 0.0, 0.0)
-    # too light, too far away perhaps, one that stays, one that moves, and the one it is about
-    names = ("NOBODY", "NOBODY", "FURNITURE", "MOVES", "PARTNER")
-    assert mind.status().tolist() == [getattr(behaviours, name) for name in names]
-    mind.state = replace(mind.state, phase="waiting")
-    assert mind.status()[-1] == behaviours.FURNITURE
+        assert len(mind.found(SonarScan(0.1, readings))) == count
+    mind.pose = mind.pose + np.array([0, 0.6, 0])  # it is wrong by that
+    assert len(mind.found(SonarScan(0.1, readings))) == 0
 
 
 # Stories -----------------------------------------------------------------------------------------
@@ -219,5 +202,5 @@ def test_a_frame_shows_what_is_believed(followed):
         films.frame(ax, story, 60, faces, np.zeros((0, 3)))
         drawn.append(len(ax.patches))
     row = slice(followed.counts[:60].sum(), followed.counts[:61].sum())
-    assert (followed.status[row] == behaviours.PARTNER).sum() == 1
+    assert (followed.status[row] == PARTNER).sum() == 1
     assert drawn == [2, 3]  # robot and person; and the hypothesis

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from robot_perception.chapters.people_fusion import choosing, committee
 from robot_perception.chapters.people_fusion.choosing import DRAWS, drawn, race
-from robot_perception.chapters.people_fusion.sessions import Config
+from robot_perception.chapters.people_fusion.committee import System
+from robot_perception.chapters.people_sensors.sessions import Config
 
 
 def obeys(rules):
@@ -35,15 +36,16 @@ def test_the_best_of_all_sessions_wins_among_those_that_are_left(monkeypatch):
     asked = []
 
     def judged(job, *, rng):
-        (rules, session), worth = job, np.array([10.0, 10.0, 0.0, 0.0, 0.0])
-        asked.append((rules.walk, session.seed))
-        worth[2] = 10 * rules.walk if session.seed else 5 - rules.walk
+        (system, session), worth = job, np.array([10.0, 10.0, 0.0, 0.0, 0.0])
+        walk = system.rules.walk
+        asked.append((walk, session.seed))
+        worth[2] = 10 * walk if session.seed else 5 - walk
         return worth
 
     monkeypatch.setattr(choosing, "_judged", judged)
-    some = [replace(committee.RULES, walk=walk) for walk in (0.1, 0.2, 0.3, 0.4)]
+    some = [System(replace(committee.RULES, walk=walk)) for walk in (0.1, 0.2, 0.3, 0.4)]
     sessions = [Config(0), Config(1), Config(2)]
     ((best, worth),) = race(some, sessions, ((1, 2), (3, 1)), rng=np.random.default_rng(0))
-    assert best.walk == 0.2  # 0.3 and 0.4 would have won later
+    assert best.rules.walk == 0.2  # 0.3 and 0.4 would have won later
     assert worth == pytest.approx(5 * (4.8 + 2.0 + 2.0) / (5 * 30))
     assert sorted(asked[4:]) == [(0.1, 1), (0.1, 2), (0.2, 1), (0.2, 2)]

@@ -71,11 +71,3 @@ def test_a_hypothesis_is_deleted_after_the_time_of_the_exercise():
     gone = EXERCISES["people-forgotten"].answer
     assert len(step(one(0.9), reading(gone - 1e-3), np.zeros(3), RULES)[0]) == 1
     assert len(step(one(0.9), reading(gone + 1e-3), np.zeros(3), RULES)[0]) == 0
-
-
-def test_a_leg_is_met_twice_up_to_the_distance_of_the_exercise():
-    far, gap = EXERCISES["people-beams"].answer, np.deg2rad(1.0)
-    for distance, least in ((0.999 * far, 2), (1.001 * far, 1)):
-        starts = np.linspace(0, gap, 101)[:-1] * distance
-        beams = starts[:, None] + gap * distance * np.arange(10)
-        assert ((beams > 0) & (beams < 0.12)).sum(axis=1).min() == least

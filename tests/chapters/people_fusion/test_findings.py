@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 
-from data_synth.people import LASER_ANGLES, SONAR_ANGLES
-from robot_perception.chapters.people_fusion import committee, modalities, rates, scene, sessions
+from robot_perception.chapters.people_fusion import committee, rates, scene
 from robot_perception.chapters.people_fusion import figures as draw
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.explorers import RULES, SCENE
-from robot_perception.chapters.people_fusion.scene import SHOWN
-from robot_perception.chapters.people_fusion.sessions import RIG
+from robot_perception.chapters.people_sensors.scene import CONFIG, MOMENTS, SHOWN, found
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.people import legs, sonar
 from robot_perception.people.scores import score
-from robot_perception.teaching.figures import figure, image_axes
+from robot_perception.teaching.figures import figure
 from robot_perception.teaching.tables import Table
 from tests.chapters.findings import ExplorerTests, limits
 from tests.unchecked import unchecked
@@ -23,7 +20,6 @@ from tests.unchecked import unchecked
 def computed():
     """All states, computed once, without the checks of shapes."""
     with unchecked():
-        scene.signals()
         scene.all_chosen()
         SCENE.found()
 
@@ -38,38 +34,11 @@ def test_no_two_states_say_the_same(explorer):
     assert len(set(words)) == len(words)
 
 
-# The session of the page
-
-
-def test_the_session_is_none_of_those_that_are_used_elsewhere():
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *SEEDS, *modalities.WALLED}
-    assert scene.CONFIG.seed not in used
-
-
-def test_everybody_is_there_and_in_view_at_all_moments_ahead_and_behind():
-    known = scene.recording()
-    assert known.present.all()
-    assert known.clear.all()
-    assert (known.polar[..., 0] < draw.REACH).all()
-    assert not known.skirt.any()
-    ahead = np.abs(known.polar[..., 1]) < np.pi / 2
-    assert (ahead.any(axis=1) & ~ahead.all(axis=1)).mean() > 0.5
-
-
-def test_signals_are_those_that_the_detectors_had():
-    seen = scene.signals()
-    for k, at in enumerate(scene.MOMENTS):
-        ranges, echoes = (np.where(r > 0, r, np.inf) for r in (seen.scans[k], seen.echoes[k]))
-        found = legs.detect(ranges, LASER_ANGLES)
-        np.testing.assert_allclose(found.mean, scene.found(at, "laser").positions.mean)
-        found = sonar.detect(echoes, SONAR_ANGLES, RIG.ring.radius)
-        np.testing.assert_allclose(found.mean, scene.found(at, "sonar").positions.mean)
-        times = scene.recording().times[seen.readings[k]]
-        assert (times <= at).all()
-        assert (times > at - 0.06).all()
-
-
 # The scene
+
+
+def test_the_session_is_none_of_the_stories():
+    assert CONFIG.seed not in SEEDS
 
 
 def test_all_three_find_and_place_as_many_as_any_others_and_the_camera_alone_places_nobody():
@@ -82,9 +51,7 @@ def test_all_three_find_and_place_as_many_as_any_others_and_the_camera_alone_pla
 
 
 def test_the_laser_alone_the_camera_alone_and_all_three_make_somebody_up():
-    made_up = {
-        who: any(scene.watched(who, at).nobody.any() for at in scene.MOMENTS) for who in scene.WHO
-    }
+    made_up = {who: any(scene.watched(who, at).nobody.any() for at in MOMENTS) for who in scene.WHO}
     assert made_up["the laser alone"]
     assert made_up["the camera alone"]
     assert made_up["all three"]
@@ -92,12 +59,12 @@ def test_the_laser_alone_the_camera_alone_and_all_three_make_somebody_up():
 
 
 def test_the_moment_of_the_hero_is_right_together_and_by_no_sensor_alone():
-    found = {who: SCENE.found(who=who, at=SHOWN)[0] for who in scene.WHO}
-    assert found["all three"] == (0, 0, 3)
-    alone = [found[who] for who, sensors in scene.WHO.items() if len(sensors) == 1]
+    errors = {who: SCENE.found(who=who, at=SHOWN)[0] for who in scene.WHO}
+    assert errors["all three"] == (0, 0, 3)
+    alone = [errors[who] for who, sensors in scene.WHO.items() if len(sensors) == 1]
     assert all(missed or known < 3 for missed, _, known in alone)
     counts = {"camera": 3, "laser": 2, "sonar": 1}
-    assert {sensor: len(scene.found(SHOWN, sensor)) for sensor in counts} == counts
+    assert {sensor: len(found(SHOWN, sensor)) for sensor in counts} == counts
 
 
 def test_presets_show_what_their_names_say():
@@ -108,13 +75,13 @@ def test_presets_show_what_their_names_say():
     assert found["no sonars"].missed.tolist() == [False, True, False]
     assert found["no sonars"].nobody.any()
     assert scene.watched("all three", found["no sonars"].at).errors == (0, 0)
-    worst = max(scene.MOMENTS, key=lambda t: scene.watched("all three", t).errors[0])
+    worst = max(MOMENTS, key=lambda t: scene.watched("all three", t).errors[0])
     assert found["the worst moment"].at == worst
 
 
 @pytest.mark.parametrize("who", scene.WHO)
 def test_a_state_counts_as_the_studies_do(who):
-    for at in scene.MOMENTS:
+    for at in MOMENTS:
         state = scene.watched(who, at)
         run = scene.history(sensors=scene.WHO[who])
         times = run.recording.judged_at[run.rows]
@@ -152,38 +119,24 @@ def test_the_axes_hold_every_choice():
         assert low <= one.tracked <= high
 
 
-def test_bent_ellipses_lie_two_deviations_away():
-    found = scene.found(SHOWN, "sonar").positions
-    for rim, mean, cov in zip(draw.rims(found.mean, found.cov), found.mean, found.cov, strict=True):
-        r, phi = np.hypot(*rim.T), np.arctan2(-rim[:, 0], rim[:, 1])
-        off = np.stack([r, phi], axis=-1) - mean
-        away = np.einsum("ki,ij,kj->k", off, np.linalg.inv(cov), off)
-        np.testing.assert_allclose(away, draw.DEVIATIONS**2)
-
-
-def test_each_drawing_is_drawn_twice_alike():
-    fig, axes = draw.hero._axes()
-    once = draw.hero.on(axes, SHOWN)[2].get_children()
-    fig.draw_without_rendering()  # plans keep their aspect
-    assert sum(ax.get_position().width for ax in axes) > 0.75, "the row is empty"
-    assert len(draw.hero.on(axes, SHOWN)[2].get_children()) == len(once)
-    for drawing in (draw.scan.on, draw.ring.on, draw.card):
-        _, ax = figure()
-        counts = [len(drawing(ax, SHOWN).get_children()) for _ in range(2)]
-        assert counts[0] == counts[1]
-    _, ax = image_axes(scene.picture(SHOWN))
-    assert len(draw.fisheye.on(ax, SHOWN).lines) == 3 + 3
-
-
-def test_shares_are_drawn_where_they_are():
-    shares = [Interval(v, v - 0.1, v + 0.1) for v in (0.9, 0.5)]
-    evidence = dict(zip(("found, 1 to 1.5 m", "found, 1.5 to 2 m"), shares, strict=True))
+def test_the_committee_is_drawn_twice_alike():
     _, ax = figure()
-    draw.shares(ax, "laser", evidence | {"detections in a reading": shares[0]}, -0.03)
-    bars, line = ax.lines[:2], ax.lines[2]
-    np.testing.assert_allclose(line.get_xdata(), [1.22, 1.72])
-    np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
-    np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])
+    counts = [len(draw.together.on(ax, SHOWN).get_children()) for _ in range(2)]
+    assert counts[0] == counts[1]
+
+
+def test_rooms_are_drawn_row_by_row_beside_the_papers_lines():
+    shares = {name: (0.8 + 0.05 * k, 0.4 - 0.1 * k) for k, name in enumerate(("ours", "other"))}
+    rows = {
+        name: (*(Interval(v, v - 0.1, v + 0.1) for v in both), None, None)
+        for name, both in shares.items()
+    }
+    _, ax = figure()
+    draw.rooms.on(ax, Table(rows, committee.COLUMNS, "made up", "system"))
+    dots = [line.get_data() for line in ax.lines if line.get_marker() == "o"]
+    np.testing.assert_allclose(np.ravel(dots), [0.4, 0, 0.8, 0, 0.3, 1, 0.85, 1])
+    lines = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
+    np.testing.assert_allclose(lines, [[x, x] for x in rates.OF_THE_PAPER])
 
 
 def test_sweeps_and_the_paper_are_drawn_where_they_are():

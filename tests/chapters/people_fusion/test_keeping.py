@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.chapters.people_fusion import committee, scaling, sequential, survival
-from robot_perception.chapters.people_fusion.sessions import (
+from robot_perception.chapters.people_sensors.sessions import (
     CHOOSE,
     LEARN,
     RIG,
@@ -18,7 +18,8 @@ from robot_perception.chapters.people_fusion.sessions import (
 )
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import Hypotheses, step
-from tests.chapters.people_fusion.test_studies import recording, run
+from tests.chapters.people_fusion.test_studies import run
+from tests.chapters.people_sensors.test_studies import recording
 
 SPREAD = {"laser": (0.1, 0.05), "sonar": (0.3, 0.15), "camera": (2.0, 0.05)}
 

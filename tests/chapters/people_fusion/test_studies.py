@@ -5,17 +5,11 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from robot_perception.chapters.people_fusion import (
-    committee,
-    modalities,
-    rates,
-    sequential,
-    sessions,
-    survival,
-)
+from robot_perception.chapters.people_fusion import committee, rates, sequential, survival
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
-from robot_perception.chapters.people_fusion.sessions import (
+from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors.sessions import (
     CHOOSE,
     LEARN,
     SENSORS,
@@ -23,33 +17,10 @@ from robot_perception.chapters.people_fusion.sessions import (
     Config,
     Recording,
 )
+from robot_perception.chapters.people_sensors.witnesses import WALLED
 from robot_perception.people.aggregation import Hypotheses, step
 from robot_perception.people.detections import polar
-
-
-def recording(polar, found, *, clear=True, sensor="laser"):
-    """Return a session of one reading: people and detections at distances and directions."""
-    polar, found = np.array(polar, float).reshape(-1, 2), np.array(found, float).reshape(-1, 2)
-    p, one = len(polar), np.ones((1, len(polar)))
-    return Recording(
-        times=np.array([1.0]),
-        sensors=np.array([SENSORS.index(sensor)]),
-        poses=np.zeros((1, 3)),
-        reckoned=np.zeros((1, 3)),
-        counts=np.array([len(found)]),
-        means=found,
-        covs=np.tile(np.diag([0.01, 0.01]), (len(found), 1, 1)),
-        judged=np.array([0]),
-        polar=polar[None],
-        present=one > 0,
-        clear=np.broadcast_to(clear, (1, p)).copy(),
-        beams=one.astype(int),
-        cones=one.astype(int),
-        side=0 * one,
-        gaze=one,
-        swing=0 * one,
-        skirt=np.zeros(p, dtype=bool),
-    )
+from tests.chapters.people_sensors.test_studies import recording
 
 
 def only(scene, where="everywhere", by="place"):
@@ -78,8 +49,8 @@ def test_seeds_never_meet():
     assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
     assert len(TEST) == 40
     nights = {config.seed for config in survival.NIGHTS}
-    assert not {*modalities.WALLED, *nights} & {*LEARN, *CHOOSE, *TEST, *SEEDS}
-    assert not nights & {*modalities.WALLED, *sequential.SKIRTED}
+    assert not {*WALLED, *nights} & {*LEARN, *CHOOSE, *TEST, *SEEDS}
+    assert not nights & {*WALLED, *sequential.SKIRTED}
 
 
 def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():
@@ -126,18 +97,6 @@ def test_rates_of_a_scene_that_is_half_right():
     assert found.worth(1.0) == pytest.approx([0.5, 0.5])
     assert found.mota.estimate == 0
     assert found.gospa == pytest.approx([1.0, 1.0])
-
-
-def test_each_detection_is_one_persons():
-    scene = recording([(2, 0), (2, 0.1)], [(2, 0.05), (4, 2)])
-    seen = modalities.looks([scene], "laser", "upright")
-    assert seen.people.hit.sum() == 1
-    assert (seen.readings.item(), seen.found.item(), seen.false.item()) == (1, 2, 1)
-
-
-def test_a_camera_is_judged_by_direction_round_the_back():
-    scene = recording([(2, 3.1)], [(4, -3.1)], sensor="camera")
-    assert modalities.looks([scene], "camera", "facing").people.hit.all()
 
 
 def test_scaled_rules():

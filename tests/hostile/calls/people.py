@@ -13,7 +13,9 @@ from robot_perception.people import (
     skin,
     sonar,
     sound,
+    tracker,
     trajectories,
+    verification,
 )
 from tests.hostile.sweep import call
 from tests.people import scenes
@@ -46,6 +48,9 @@ STAYS, _ = trajectories.watch(
 )
 FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
+TRACKED, _ = tracker.step(
+    tracker.TrackerState.at(np.zeros(3)), SEEN, np.zeros(3), tracker.TrackerRules()
+)
 
 CALLS = {
     Detections: lambda: call(1.0, "laser", NOBODY),
@@ -103,11 +108,17 @@ CALLS = {
     trajectories.Stays: lambda: call(STAYS.identity, STAYS.place, STAYS.since),
     trajectories.Stays.none: call,
     trajectories.watch: lambda: call(STAYS, THERE, np.ones(3), trajectories.StaticRules()),
+    tracker.TrackerRules: lambda: call(RULES, trajectories.StaticRules()),
+    tracker.TrackerState: lambda: call(THERE, STAYS, np.ones(3)),
+    tracker.TrackerState.at: lambda: call(np.ones(3)),
+    tracker.step: lambda: call(TRACKED, AGAIN, np.ones(3), tracker.TrackerRules()),
+    verification.step: lambda: call(frozenset({0}), THERE, np.array([0.5, 4.0]), 0.2),
     scores.Frame: lambda: call(THERE.points, THERE.identity, THERE.points, THERE.identity),
     scores.score: lambda: call([FRAME, FRAME], 0.5),
     scores.gospa: lambda: call(THERE.points, np.ones((3, 2)), 1.0),
     behaviours.State: lambda: call("busy", 0, 1.0, 0.5),
     behaviours.Rules: lambda: call(3.0, 1.5, 1.0, 3.0, 20.0, 1.0, 0.8, 1.0, 1.0),
+    behaviours.roles: lambda: call(THERE, np.array([True, False]), BUSY, 0.4, 1.2),
     behaviours.guide: lambda: call(BUSY, THERE, behaviours.Rules()),
     behaviours.follow: lambda: call(BUSY, THERE, behaviours.Rules()),
     behaviours.survey: lambda: call(BUSY, THERE, False, behaviours.Rules()),

@@ -1,11 +1,12 @@
 """People, by committee: the whole system of Schaffernicht et al., from signals to behaviour."""
 
 STUDIES = (
-    "modalities",
+    "members",
     "survival",
     "sequential",
     "scaling",
     "forgetting",
     "rates",
+    "another",
     "behaviours",
 )

@@ -3,8 +3,8 @@
 What the paper names, and we use: the sonars compare their readings with the walls and cabinets of
 the map, and hypotheses that never move are discarded unless the robot is busy with them. What we
 add: a hypothesis whose distance is unknown, from the camera alone, is nobody to deal with. The
-robot is taken to know where it is on the map, for its route and its sonars; hypotheses are moved by
-what the wheels report.
+robot is told where on the map it starts; from then on it knows what its wheels report, for its
+route, its sonars and its hypotheses.
 """
 
 from collections.abc import Sequence
@@ -17,21 +17,21 @@ from jaxtyping import Bool, Float, Int
 
 from data_synth.people import make_people_office, make_person
 from data_synth.people.signals import FisheyeImage, LaserScan, Sensing, SonarScan
-from data_synth.people.world import STEP, Moment, Visit, World, between, walk
+from data_synth.people.world import STEP, Moment, Visit, World, walk
 from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
-from robot_perception.chapters.people_fusion.modalities import PAPER
 from robot_perception.chapters.people_fusion.rates import scaled
-from robot_perception.chapters.people_fusion.sessions import RIG, SENSORS, Senses, rig
+from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Senses, rig
+from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import behaviours as acts
-from robot_perception.people.aggregation import Hypotheses, step
-from robot_perception.people.behaviours import PHASES, STOP, Command, Rules, State
+from robot_perception.people.behaviours import MOVES, PHASES, STOP, Command, Rules, State
 from robot_perception.people.detections import Detections
-from robot_perception.people.trajectories import StaticRules, Stays, watch
+from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.people.trajectories import StaticRules
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
 from robot_perception.teaching.studies import Change, Study
@@ -41,13 +41,12 @@ from robot_perception.walls.scores import distance_to_segments
 Kind = Literal["guide", "follow", "survey"]
 RULES = Rules(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
 """Of the behaviours. A visitor of the world stands up to 1.6 m away; ours, chosen on ``CHOOSE``."""
-BELIEVES = scaled(committee.RULES, patience=0.4)
-"""Of the committee, but who is no longer seen is forgotten sooner: a robot that asks back within
-seconds cannot remember for eight. Chosen on ``CHOOSE``."""
+BELIEVES = TrackerRules(scaled(committee.RULES, patience=0.4), StaticRules(longest=3.0))
+"""The rules of the committee, but who is no longer seen is forgotten sooner: a robot that asks back
+within seconds cannot remember for eight. Chosen on ``CHOOSE``. Who stays in one place for 3 s, and
+is not the one it is about, is furniture; ours."""
 LEADS = 0.4
 """How fast a guide drives, so that who follows it stays in reach of the sonars, m/s; ours."""
-STATIC = StaticRules(longest=3.0)
-"""Who stays in one place for that long, and is not the one it is about, is furniture; ours."""
 STRAYS = 9.0  # when the visitor of a guide or a survey goes away, s; ours
 DURATION = {"guide": 24.0, "follow": 20.0, "survey": 15.0}  # of a story, s; ours
 PROMPT = 5.0  # a robot that asks back within that time has noticed, s; ours
@@ -58,8 +57,6 @@ ARRIVED = 0.3  # a guide so near to the end of its route stops, m; ours
 LOOK = 5  # every so many steps the hypotheses are written down
 CHOOSE = tuple(range(5001, 5011))  # seeds of the stories that the rules were chosen on
 SEEDS = tuple(range(6001, 6021))  # seeds of the stories that are scored
-NOBODY, FURNITURE, MOVES, PARTNER = range(4)
-"""What a hypothesis is taken for: too weak, one that stays, a person, the one it is about."""
 BACK_TO_ROBOT = 1.2  # where the one who is followed starts, m
 SAID = ("", "come back", "welcome back", "take part", "first question", "thank you")
 """What the robot may say; mostly nothing."""
@@ -87,8 +84,7 @@ class Story:
     Of each step there are its time (s), where the robot was and where its wheels said it was (m and
     rad), where the person was (m), the phase of the behaviour in the order of ``PHASES``, which of
     ``SAID`` was said, the robot's speed (m/s), and whether what stood before it had stopped it. The
-    hypotheses, so many a look, are about the robot; each is ``NOBODY``, ``FURNITURE``, ``MOVES`` or
-    ``PARTNER``.
+    hypotheses, so many a look, are about the robot; each has one of the roles of `acts`.
     """
 
     times: Float[np.ndarray, " k"]
@@ -132,10 +128,10 @@ def told(
     for k in range(round(DURATION[kind] / STEP)):
         before = now
         if kind == "follow" and command.speed > 0 and k % LOOK == 0:
-            route = world.way(now.robot[:2], robot.place(now.robot))
-        elif kind == "guide" and np.hypot(*(route[-1] - now.robot[:2])) < ARRIVED:
+            route = world.way(robot.pose[:2], robot.place())
+        elif kind == "guide" and np.hypot(*(route[-1] - robot.pose[:2])) < ARRIVED:
             command = STOP
-        now = world.advance(STEP, _velocity(world, command, route))
+        now = world.advance(STEP, _velocity(robot.pose, command, route))
         rolled = roll(np.stack([before.robot, now.robot]), SMALL, rng=wheels).increments[0]
         command = robot.live(before, now, rolled)
         if command.say == "come back":
@@ -143,8 +139,8 @@ def told(
         did = (PHASES.index(robot.state.phase), SAID.index(command.say), command.speed)
         rows.append((now.time, now.robot, robot.pose, now.positions[0], *did, world.bumped))
         if k % LOOK == 0:
-            found = robot.hypotheses
-            looks.append((k, len(found), found.mean, found.cov, found.weight, robot.status()))
+            found = robot.tracked.hypotheses
+            looks.append((k, len(found), found.mean, found.cov, found.weight, robot.roles()))
     at, counts, *found = zip(*looks, strict=True)
     return Story(
         *(np.array(column) for column in zip(*rows, strict=True)),
@@ -154,20 +150,20 @@ def told(
 
 
 class _Robot:
-    """What the robot knows: where people may be, who of them never moves, what it is about."""
+    """A robot's detectors, tracker and behaviour, fed with what its sensors and wheels report."""
 
     def __init__(
         self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Rules, world: World
     ) -> None:
-        self.kind, self.rules = kind, BELIEVES
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
+        never = partial(acts.survey, finished=False)
+        self.act = never if kind == "survey" else getattr(acts, kind)
         self.senses = Senses(np.random.default_rng([seed, 1]), RING)
         noise = np.random.default_rng([seed, 3])
         self.sensing = Sensing(world.office, world.people, rig(sensors, RING), rng=noise)
         self.map, _ = world.office.section(RIG.ring_height)
-        self.pose = self.last = world.now.robot
-        self.hypotheses, self.stays, self.state = Hypotheses.none(), Stays.none(), State()
-        self.still = np.zeros(0, dtype=bool)
+        self.pose, self.state = world.now.robot, State()
+        self.tracked, self.still = TrackerState.at(self.pose), np.zeros(0, dtype=bool)
 
     def live(self, before: Moment, now: Moment, rolled: Float[np.ndarray, "3"]) -> Command:
         """Take in what the sensors report between two moments, and return what to do."""
@@ -175,40 +171,32 @@ class _Robot:
         for reading in self.sensing.due(before, now):
             share = (reading.time - before.time) / (now.time - before.time)
             self.pose = se2.compose(start, share * rolled)
-            found = self._found(reading, between(before, now, reading.time).robot)
-            motion = se2.between(self.last, self.pose)
-            self.hypotheses, _ = step(self.hypotheses, found, motion, self.rules)
-            self.stays, self.still = watch(self.stays, self.hypotheses, self.pose, STATIC)
-            self.last = self.pose
+            found = self.found(reading)
+            self.tracked, info = step(self.tracked, found, self.pose, BELIEVES)
+            self.still = info.static
         self.pose = se2.compose(start, rolled)
-        persons = self.hypotheses.select(self.status() >= MOVES)
+        persons = self.tracked.hypotheses.select(self.roles() >= MOVES)
         if persons.time == -np.inf:
             return STOP
-        if self.kind == "survey":
-            self.state, command = acts.survey(self.state, persons, False, self.behaves)
-        else:
-            act = getattr(acts, self.kind)
-            self.state, command = act(self.state, persons, self.behaves)
+        self.state, command = self.act(self.state, persons, rules=self.behaves)
         return command
 
-    def place(self, pose: np.ndarray) -> Float[np.ndarray, "2"]:
-        """Return where in the building the one is whom it is about, from a pose on the map."""
-        found = self.hypotheses
-        return se2.act(pose, found.points[found.identity == self.state.person])[0]
+    def place(self) -> Float[np.ndarray, "2"]:
+        """Return where on the map the one is whom it is about."""
+        found = self.tracked.hypotheses
+        return se2.act(self.pose, found.points[found.identity == self.state.person])[0]
 
-    def status(self) -> Int[np.ndarray, " n"]:
-        """Return what each hypothesis is taken for; whom it is about may stand still."""
-        found = self.hypotheses
-        theirs = (found.identity == self.state.person) & (self.state.phase != "waiting")
-        status = np.where(theirs, PARTNER, np.where(self.still, FURNITURE, MOVES))
-        known = np.sqrt(found.cov[:, 0, 0]) <= committee.KNOWN
-        return np.where(known & (found.weight > self.rules.person), status, NOBODY)
+    def roles(self) -> Int[np.ndarray, " n"]:
+        """Return what each hypothesis is taken for."""
+        found, person = self.tracked.hypotheses, BELIEVES.aggregation.person
+        return acts.roles(found, self.still, self.state, person, committee.KNOWN)
 
-    def _found(self, reading: LaserScan | SonarScan | FisheyeImage, pose: np.ndarray) -> Detections:
+    def found(self, reading: LaserScan | SonarScan | FisheyeImage) -> Detections:
         """Return what a detector makes of a reading; the sonars know the walls from the map."""
 
         def walled(points: np.ndarray) -> np.ndarray:
-            return distance_to_segments(se2.act(pose, points), self.map).min(axis=-1) < WALLED
+            on_map = se2.act(self.pose, points)
+            return distance_to_segments(on_map, self.map).min(axis=-1) < WALLED
 
         return self.senses.detect(reading, float(self.pose[2]), walled)
 
@@ -254,9 +242,11 @@ def _even(way: np.ndarray) -> Float[np.ndarray, "n 2"]:
     return np.stack([np.interp(at, along, column) for column in way.T], axis=-1)
 
 
-def _velocity(world: World, command: Command, way: np.ndarray) -> tuple[float, float]:
+def _velocity(
+    pose: Float[np.ndarray, "3"], command: Command, way: np.ndarray
+) -> tuple[float, float]:
     """Return how the robot moves: towards a point ahead on its way, slower while it turns."""
-    x, y, heading = world.now.robot
+    x, y, heading = pose
     if not len(way) or command.speed == 0:
         return command.speed, command.turn_rate
     nearest = int(np.hypot(*(way - [x, y]).T).argmin())

@@ -1,16 +1,19 @@
 """How the rules of the committee were chosen: on sessions of their own, in the order of section 3.
 
 ``python -m robot_perception.chapters.people_fusion.choosing`` draws rules, races them and prints
-the best, as `committee.RULES` has them.
+the best, as `committee.RULES` has them; and of those of microphones beside these, as
+`hearing.TRUSTED`.
 """
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 
 import numpy as np
 
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import Rates, System
-from robot_perception.chapters.people_fusion.sessions import CHOOSE, Config
+from robot_perception.chapters.people_sensors.hearing import ARRAYS, Ears, with_microphones
+from robot_perception.chapters.people_sensors.sessions import CHOOSE, Config
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 
@@ -43,28 +46,40 @@ def drawn(rng: np.random.Generator) -> AggregationRules:
     )
 
 
+def heard(kind: str) -> Iterator[System]:
+    """Yield the committee with microphones of a kind that are trusted more or less.
+
+    Either their silence says nothing, and then no patience counts, or it says that somebody is
+    gone.
+    """
+    silences = [(patience, True) for patience in PATIENCES] + [(PATIENCES[0], False)]
+    for alpha, (patience, silence) in product(ALPHAS, silences):
+        trusted = SensorRules(alpha, patience, silence=silence)
+        yield System(with_microphones(committee.RULES, trusted), ears=Ears(kind))
+
+
 def race(
-    every: Sequence[AggregationRules],
+    every: Sequence[System],
     sessions: Sequence[Config],
     rounds: Sequence[tuple[int, int]],
     *,
     rng: np.random.Generator,
-) -> Iterator[tuple[AggregationRules, float]]:
-    """Yield the rules that are left after all rounds and their scores, the best first."""
-    sums, done = {rules: np.zeros(5) for rules in every}, 0
+) -> Iterator[tuple[System, float]]:
+    """Yield the systems that are left after all rounds and their scores, the best first."""
+    sums, done = {system: np.zeros(5) for system in every}, 0
     for count, left in rounds:
-        jobs = [(rules, session) for rules in sums for session in sessions[done:count]]
-        found = sweep(_judged, jobs, rng=rng, desc=f"{len(sums)} rules")
-        for (rules, _), row in zip(jobs, found, strict=True):
-            sums[rules] += row
-        best = sorted(sums, key=lambda rules: _worth(sums[rules]), reverse=True)
-        sums, done = {rules: sums[rules] for rules in best[:left]}, count
-    yield from ((rules, _worth(row)) for rules, row in sums.items())
+        jobs = [(system, session) for system in sums for session in sessions[done:count]]
+        found = sweep(_judged, jobs, rng=rng, desc=f"{len(sums)} systems")
+        for (system, _), row in zip(jobs, found, strict=True):
+            sums[system] += row
+        best = sorted(sums, key=lambda system: _worth(sums[system]), reverse=True)
+        sums, done = {system: sums[system] for system in best[:left]}, count
+    yield from ((system, _worth(row)) for system, row in sums.items())
 
 
-def _judged(job: tuple[AggregationRules, Config], *, rng: np.random.Generator) -> np.ndarray:
-    rules, session = job
-    return np.array(committee.sums(committee.tracked(session, System(rules)), committee.ALL))
+def _judged(job: tuple[System, Config], *, rng: np.random.Generator) -> np.ndarray:
+    system, session = job
+    return np.array(committee.sums(committee.tracked(session, system), committee.ALL))
 
 
 def _worth(sums: np.ndarray) -> float:
@@ -73,6 +88,7 @@ def _worth(sums: np.ndarray) -> float:
 
 if __name__ == "__main__":
     source = np.random.default_rng(0)
-    some = [drawn(source) for _ in range(DRAWS)]
-    for best, score in race(some, SESSIONS, RACE, rng=source):
-        print(f"F₂ = {score:.4f}: {best}")
+    some = [System(drawn(source)) for _ in range(DRAWS)]
+    for systems in (some, *([*heard(kind)] for kind in ARRAYS)):
+        for best, score in race(systems, SESSIONS, RACE, rng=source):
+            print(f"F₂ = {score:.4f}: {best.rules}")

@@ -8,14 +8,16 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.chapters.people_fusion import sessions
-from robot_perception.chapters.people_fusion.sessions import SENSORS, Config, Recording
+from robot_perception.chapters.people_sensors import hearing, sessions
+from robot_perception.chapters.people_sensors.hearing import Ears
+from robot_perception.chapters.people_sensors.sessions import SENSORS, Config, Recording, points
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import se2, wrap_angle
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
+from robot_perception.geometry import wrap_angle
+from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules
 from robot_perception.people.scores import Frame, gospa, score
-from robot_perception.people.trajectories import StaticRules, Stays, watch
+from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.people.trajectories import StaticRules
 from robot_perception.teaching.studies import Study
 from robot_perception.teaching.tables import Table
 
@@ -48,11 +50,15 @@ DARK_AT = 1.0  # when the lamps go out, if they do: from then on there is only d
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """The whole system, as chosen or changed: the rules, who takes part, the lamps out or not."""
+    """The whole system, as chosen or changed: the rules, who takes part, the lamps out or not.
+
+    And the microphones that it has beside the paper's sensors, or none.
+    """
 
     rules: AggregationRules = RULES
     sensors: tuple[str, ...] = SENSORS
     dark: bool = False
+    ears: Ears | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,15 +130,14 @@ def tracked(config: Config, system: System = System()) -> Tracked:
     recording = sessions.record(replace(config, lights_out=DARK_AT) if system.dark else config)
     row_of = {int(k): row for row, k in enumerate(recording.judged)}
     taken = [SENSORS.index(sensor) for sensor in system.sensors]
-    hypotheses, stays, last = Hypotheses.none(), Stays.none(), recording.reckoned[0]
+    own = np.flatnonzero(np.isin(recording.sensors, taken)).tolist()
+    more = hearing.heard(config, system.ears) if system.ears else ()
+    rules, state = TrackerRules(system.rules, STATIC), TrackerState.at(recording.reckoned[0])
     judged = []
-    for k in np.flatnonzero(np.isin(recording.sensors, taken)).tolist():
-        pose = recording.reckoned[k]
-        hypotheses, _ = step(hypotheses, recording.found(k), se2.between(last, pose), system.rules)
-        stays, static = watch(stays, hypotheses, pose, STATIC)
-        last = pose
+    for k, found, pose in hearing.joined(recording, own, more):
+        state, info = step(state, found, pose, rules)
         if k in row_of:
-            judged.append((row_of[k], hypotheses, static))
+            judged.append((row_of[k], state.hypotheses, info.static))
     rows, *found = zip(*judged, strict=True)
     return Tracked(recording, np.array(rows), *found, system.rules.person)
 
@@ -172,12 +177,6 @@ def frame(recording: Recording, row: int, found: Hypotheses, view: View) -> Fram
 def _side(polar: np.ndarray, where: str) -> Bool[np.ndarray, " n"]:
     ahead = np.abs(polar[:, 1]) <= np.pi / 2
     return {"everywhere": np.ones_like(ahead), "ahead": ahead, "behind": ~ahead}[where]
-
-
-def points(polar: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-    """Return places of distances and directions (m, rad), ahead and to the left, m."""
-    r, phi = polar.T
-    return r[:, None] * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

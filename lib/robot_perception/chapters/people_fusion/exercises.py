@@ -8,7 +8,6 @@ from robot_perception.teaching.exercises import Exercise, Sheet
 
 _ALPHA, _THETA, _MATCHES = 0.1, 0.3, 10
 _WEIGHT, _PATIENCE = 0.9, 3.0
-_GAP, _DISTANCE, _LEG = np.deg2rad(1.0), 3.0, 0.12
 _CASES = [
     (weight, matched, elapsed)
     for weight in (0.3, 0.31, 0.5, 0.9, 1.0)
@@ -69,11 +68,6 @@ _FORGOTTEN = {
     _PATIENCE * _WEIGHT / (1 - _THETA): "it is deleted at θ, not at 0.",
     _PATIENCE * (_WEIGHT - _THETA): "in t_v the weight falls by 1 − θ, not by 1.",
 }
-_BEAMS = {
-    _LEG / _GAP: "so far away one beam is certain, and a second one is luck.",
-    _DISTANCE * _GAP: "that is the gap at 3 m; where is the leg as wide as two gaps?",
-    _LEG / 2: "use the gap in radians.",
-}
 _UPDATE = {
     _agrees(_never_deletes): "who falls below θ is deleted: return 0 then.",
     _agrees(_adds_alpha): "eq. 5 adds a share α of what is missing to 1, not α itself.",
@@ -91,13 +85,6 @@ EXERCISES = Sheet(
             _PATIENCE * (_WEIGHT - _THETA) / (1 - _THETA),
             mistakes=tuple(_FORGOTTEN.items()),
             hint="The weight falls evenly: by 1 − θ in the time t_v.",
-            rtol=5e-3,
-        ),
-        "people-beams": Exercise(
-            _LEG / (2 * _GAP),
-            mistakes=tuple(_BEAMS.items()),
-            hint="Beams that are g apart meet a leg at least twice, wherever they fall, if it is "
-            "2 g wide. What is g at the distance r?",
             rtol=5e-3,
         ),
         "people-update": Exercise(

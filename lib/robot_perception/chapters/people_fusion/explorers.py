@@ -4,6 +4,7 @@ from functools import partial
 
 from robot_perception.chapters.people_fusion import committee, rates, scene
 from robot_perception.chapters.people_fusion import figures as draw
+from robot_perception.chapters.people_sensors.scene import MOMENTS, SHOWN
 from robot_perception.teaching.controls import choice, slider, timeline
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
@@ -14,7 +15,7 @@ SCENE = Exploration(
     lambda state: state.words,
     {
         "who": choice("Sensors", tuple(scene.WHO), "all three"),
-        "at": timeline("Time", scene.MOMENTS, scene.SHOWN, "s", fps=1),
+        "at": timeline("Time", MOMENTS, SHOWN, "s", fps=1),
     },
     name="people-scene",
     caption="Half a minute in the room. Dotted discs: the people, with a question mark those who "

@@ -8,17 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import (
-    MOVES,
-    PARTNER,
-    SAID,
-    WITHOUT_CAMERA,
-    Kind,
-    Story,
-)
-from robot_perception.chapters.people_fusion.sessions import SENSORS
+from robot_perception.chapters.people_fusion.behaviours import SAID, WITHOUT_CAMERA, Kind, Story
+from robot_perception.chapters.people_sensors.figures import CIRCLE, bent
+from robot_perception.chapters.people_sensors.sessions import SENSORS
 from robot_perception.geometry import se2
-from robot_perception.people.behaviours import PHASES
+from robot_perception.people.behaviours import MOVES, PARTNER, PHASES
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
@@ -119,11 +113,8 @@ def frame(
 
 def _hypothesis(ax: Axes, story: Story, row: int, pose: np.ndarray) -> None:
     """Draw where a hypothesis reaches with 2σ; the line is as wide as its weight."""
-    turn = np.linspace(0, 2 * np.pi, 49)
-    half = np.linalg.cholesky(story.cov[row])
-    r, phi = story.mean[row, :, None] + 2 * half @ np.stack([np.cos(turn), np.sin(turn)])
-    rim = np.maximum(r, 0) * np.stack([np.cos(phi), np.sin(phi)])
-    points, status = se2.act(pose, rim.T), story.status[row]
+    (rim,) = bent(story.mean[[row]], story.cov[[row]])
+    points, status = se2.act(pose, rim), story.status[row]
     colour = MEANING["estimate"] if status >= MOVES else MEANING["expected"]
     width = 0.4 + 2.0 * float(story.weight[row])
     ax.plot(*points.T, color=colour, linewidth=width, zorder=6)
@@ -132,9 +123,7 @@ def _hypothesis(ax: Axes, story: Story, row: int, pose: np.ndarray) -> None:
 
 
 def _disc(ax: Axes, place: np.ndarray, colour: str) -> None:
-    turn = np.linspace(0, 2 * np.pi, 33)
-    ring = place + BODY * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    ax.fill(*ring.T, color=colour, linewidth=0, zorder=5)
+    ax.fill(*(place + BODY * CIRCLE).T, color=colour, linewidth=0, zorder=5)
 
 
 def _widen(ax: Axes) -> None:

@@ -8,17 +8,17 @@ from jaxtyping import Bool, Float
 
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import System, Tracked, View
-from robot_perception.chapters.people_fusion.modalities import BODY, PAPER
-from robot_perception.chapters.people_fusion.sessions import (
+from robot_perception.chapters.people_sensors.sessions import (
     SENSORS,
     TURNED,
     Config,
     Recording,
     own,
 )
+from robot_perception.chapters.people_sensors.witnesses import BODY, PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.geometry import wrap_angle
+from robot_perception.people.verification import step as verify
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
@@ -79,17 +79,15 @@ def kind_of(recording: Recording, kind: str) -> Bool[np.ndarray, "j p"]:
 
 def verified(run: Tracked) -> Tracked:
     """Return hypotheses of a laser in whose direction the camera has once seen a face."""
-    recording, known = run.recording, set()
+    recording, known = run.recording, frozenset()
     camera = np.flatnonzero(recording.sensors == SENSORS.index("camera"))
     times, last, found, static = recording.judged_at[run.rows], -np.inf, [], []
     for time, some, stays in zip(times, run.hypotheses, run.static, strict=True):
         since = camera[(recording.times[camera] > last) & (recording.times[camera] <= time)]
         seen = [recording.found(k).positions.mean[:, 1] for k in since.tolist()]
-        turned = np.abs(wrap_angle(some.mean[:, 1, None] - np.concatenate([*seen, []])))
-        known.update(some.identity[(turned <= committee.TURN).any(axis=1)].tolist())
-        kept = np.isin(some.identity, list(known))
-        found.append(some.select(kept))
-        static.append(stays[kept])
+        known, chosen = verify(known, some, np.concatenate([*seen, []]), committee.TURN)
+        found.append(some.select(chosen))
+        static.append(stays[chosen])
         last = time
     return replace(run, hypotheses=tuple(found), static=tuple(static))
 

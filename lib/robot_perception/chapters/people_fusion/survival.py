@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from robot_perception.chapters.people_fusion import committee, sessions
-from robot_perception.chapters.people_fusion.modalities import PAPER
-from robot_perception.chapters.people_fusion.sessions import (
+from robot_perception.chapters.people_fusion import committee
+from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors.sessions import (
     QUICK,
     SENSORS,
     TEST,
@@ -16,6 +16,7 @@ from robot_perception.chapters.people_fusion.sessions import (
     Recording,
     own,
 )
+from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle

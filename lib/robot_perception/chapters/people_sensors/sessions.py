@@ -118,8 +118,7 @@ class Recording:
     @property
     def places(self) -> Float[np.ndarray, "j p 2"]:
         """Where the people were in the frame of the robot: ahead and to the left, m."""
-        r, phi = np.moveaxis(self.polar, -1, 0)
-        return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1)
+        return points(self.polar)
 
     @property
     def judged_at(self) -> Float[np.ndarray, "j"]:
@@ -136,6 +135,12 @@ def rig(sensors: tuple[str, ...], ring: SonarRing = RIG.ring) -> Rig:
     silent, (never, rarely) = [name not in sensors for name in SENSORS], _NEVER
     delays, rates = np.where(silent, never, RIG.delays), np.where(silent, rarely, RIG.rates)
     return replace(RIG, ring=ring, delays=tuple(delays), rates=tuple(rates))
+
+
+def points(polar: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
+    """Return places of distances and directions (m, rad), ahead and to the left, m."""
+    r, phi = np.moveaxis(polar, -1, 0)
+    return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1)
 
 
 def own(apart: Float[np.ndarray, "n m"], reach: float) -> tuple[Int[np.ndarray, " k"], ...]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from robot_perception.chapters.people_fusion import committee, sessions
-from robot_perception.chapters.people_fusion.modalities import PAPER_REACH
+from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors.witnesses import PAPER_REACH
 from robot_perception.datasets import LegScans, read_leg_scans, read_video
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, proportion
 from robot_perception.people import legs
@@ -127,9 +127,8 @@ def _legs(scans: LegScans, k: int, every: int) -> Float[np.ndarray, "m 2"]:
 
 
 def _persons_in(scans: LegScans, k: int, every: int) -> Float[np.ndarray, "m 2"]:
-    return committee.points(
-        legs.detect(scans.ranges[k, ::every], scans.angles[::every], RULES).mean
-    )
+    found = legs.detect(scans.ranges[k, ::every], scans.angles[::every], RULES)
+    return sessions.points(found.mean)
 
 
 def _persons(empty: Iterable[LegScans], every: int) -> Float[np.ndarray, " scans"]:

@@ -1,0 +1,354 @@
+"""Drawings of the chapter: the room from above, and what each sensor says of it."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+
+from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from robot_perception.beliefs import Gaussian
+from robot_perception.chapters.people_sensors import recordings, scene
+from robot_perception.chapters.people_sensors.recordings import Legs, Pedestrians
+from robot_perception.chapters.people_sensors.scene import Look
+from robot_perception.chapters.people_sensors.sessions import RIG, points
+from robot_perception.chapters.people_sensors.witnesses import GATES
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.people import legs
+from robot_perception.teaching.figures import drawn, image_axes
+from robot_perception.teaching.figures.maps import dots, lines
+from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.ledger import Ledger
+
+REACH = 3.4  # the drawings show so much around the robot, m
+DEVIATIONS = 2.0  # all ellipses and wedges reach so far, standard deviations
+NAMES = "ABCDEFGH"  # of the people
+BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
+_TURN = np.linspace(0, 2 * np.pi, 65)
+CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
+WITNESSES: dict[str, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
+"""The claim about each sensor."""
+OUT = 0.36  # from the middle of a person to the letter, m
+
+
+# The room ----------------------------------------------------------------------------------------
+
+
+def from_above(points: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
+    """Return places ahead and to the left as they are drawn: ahead is up, left is left."""
+    ahead, left = np.moveaxis(points, -1, 0)
+    return np.stack([-left, ahead], axis=-1)
+
+
+def polar(r: np.ndarray | float, phi: np.ndarray | float) -> Float[np.ndarray, "... 2"]:
+    """Return places of distances and directions (m, rad) as they are drawn."""
+    return from_above(points(np.stack(np.broadcast_arrays(r, phi), axis=-1)))
+
+
+def floor(ax: Axes, furniture: float) -> None:
+    """Draw walls, furniture and the robot, and frame them."""
+    room, grey = scene.signals(), MEANING["world"]
+    for faces, strength in ((room.tops, 0.35), (room.faces, 0.9)):
+        lines(ax, from_above(faces), grey, 1.0, alpha=strength * furniture)
+    for place, radius in zip(from_above(room.posts[:, :2]), room.posts[:, 2], strict=True):
+        if np.abs(place).max() < REACH:
+            ax.plot(*(place + radius * CIRCLE[::4]).T, color=grey, linewidth=1.0, alpha=furniture)
+    _robot(ax, REACH, [-2, 0, 2])
+    ax.grid(visible=False)
+
+
+def _robot(ax: Axes, behind: float, ticks: Sequence[float]) -> None:
+    """Draw the robot, and show so much around it and behind it."""
+    ax.plot(*ROBOT * CIRCLE.T, color=MEANING["robot"], linewidth=1.6)
+    ax.plot([0, 0], [0, ROBOT], color=MEANING["robot"], linewidth=1.6)
+    ax.set(xlim=(-REACH, REACH), ylim=(-behind, REACH))
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xticks([-2, 0, 2], ["2", "0", "2"])
+    ax.set_yticks(ticks)
+    ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
+
+
+def people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
+    """Draw where people were, each with the direction of the body and a letter."""
+    truth = MEANING["truth"]
+    headings = scene.signals().headings[scene.MOMENTS.index(at)]
+    for word, place, heading in zip(words, scene.people(at), headings, strict=False):
+        middle = from_above(place)
+        if not ax.viewLim.contains(*middle):
+            continue
+        rim = middle + BODY * CIRCLE
+        if strong:
+            ax.fill(*rim.T, color=truth, alpha=0.2, linewidth=0)
+        ax.plot(*rim.T, color=truth, linewidth=1.2, linestyle="-" if strong else ":")
+        nose = np.array([middle, middle + BODY * polar(1.0, heading)])
+        ax.plot(*nose.T, color=truth, linewidth=1.2)
+        label(ax, *(1 + OUT / np.hypot(*middle)) * middle, word, truth, ha="center")
+
+
+# What the sensors say ----------------------------------------------------------------------------
+
+
+def bent(
+    mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
+) -> Float[np.ndarray, "n corners 2"]:
+    """Return the outlines of distributions of distance and direction (m, rad), about the robot, m.
+
+    An ellipse of distance and direction is bent in the plane.
+    """
+    r, phi = np.moveaxis(mean[:, :, None] + DEVIATIONS * np.linalg.cholesky(cov) @ CIRCLE.T, 1, 0)
+    return points(np.stack([np.maximum(r, 0.0), phi], axis=-1))
+
+
+def rims(
+    mean: Float[np.ndarray, "n 2"], cov: Float[np.ndarray, "n 2 2"]
+) -> Float[np.ndarray, "n corners 2"]:
+    """Return the outlines of `bent` ellipses as they are drawn."""
+    return from_above(bent(mean, cov))
+
+
+def _wedges(mean: np.ndarray, cov: np.ndarray) -> Float[np.ndarray, "n corners 2"]:
+    """Return sectors of directions, for beliefs that say nothing of the distance."""
+    wide = DEVIATIONS * np.sqrt(cov[:, 1, 1])
+    phi = mean[:, 1, None] + wide[:, None] * np.linspace(-1, 1, 9)
+    ends = np.zeros((len(mean), 1, 2))
+    return np.concatenate([ends, polar(np.full(phi.shape, 2 * REACH), phi), ends], axis=1)
+
+
+def said(ax: Axes, sensor: str, detections: Gaussian) -> None:
+    """Draw what a sensor takes for people: bent 2σ ellipses, of the camera wedges."""
+    shapes = (_wedges if sensor == "camera" else rims)(detections.mean, detections.cov)
+    for shape in shapes:
+        ax.fill(*shape.T, color=MEANING[sensor], alpha=0.2, linewidth=0)
+        ax.plot(*shape.T, color=MEANING[sensor], linewidth=1.6)
+
+
+@drawn(
+    name="people-hero",
+    alt="Three plans of a room with three people around a robot. The camera has three directions, "
+    "the laser two people, the sonars one of these two.",
+    caption="One moment, from above; the robot looks up the page. A, B and C are the people. What "
+    "one reading of each sensor takes for people, 2σ: the camera knows directions only, the laser "
+    "misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
+    cols=3,  # they fill the row: their margins have room for ticks, the caption says what is up
+    width=8.2,
+    height=3.1,
+    gridspec_kw={"left": 0.42 / 8.2, "right": 1 - 0.11 / 8.2, "wspace": 0.54 / 2.2},
+)
+def hero(axes: np.ndarray, at: float) -> np.ndarray:
+    """Draw the middle of Fig. 7 again on three axes: what each sensor says of the scene."""
+    for ax, sensor in zip(axes, ("camera", "laser", "sonar"), strict=True):
+        ax.clear()
+        floor(ax, 0.4)
+        ax.set_ylabel("")
+        people(ax, at, strong=False)
+        said(ax, sensor, scene.found(at, sensor).positions)
+        ax.set_title(f"{sensor} alone")
+    return axes
+
+
+def overlay(ax: Axes, at: float) -> Axes:
+    """Draw what all three say of a moment, and where the people are, on axes cleared first."""
+    ax.clear()
+    floor(ax, 0.5)
+    for sensor in ("camera", "sonar", "laser"):
+        said(ax, sensor, scene.found(at, sensor).positions)
+    people(ax, at, words=("", "", ""))
+    return ax
+
+
+def bare(ax: Axes) -> Axes:
+    """Let a drawing of the room fill its card."""
+    ax.set(xlim=(-REACH, REACH), ylim=(-2.5, 1.9))
+    ax.set_position((0.0, 0.0, 1.0, 1.0))
+    ax.set_axis_off()
+    ax.set_title("")
+    return ax
+
+
+@drawn(
+    name="people-scan",
+    alt="Readings of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
+    "legs are joined by a bar.",
+    caption="One scan at the same moment. Points: where the beams ended. Joined dots: two legs "
+    "taken for a person; somebody is there (dotted discs). Grey squares: look like a leg and have "
+    "no second.",
+    height=4.2,
+)
+def scan(ax: Axes, at: float) -> Axes:
+    """Draw one scan of the laser: what is taken for legs, and for pairs of them."""
+    ax.clear()
+    ranges = scene.signals().scans[scene.MOMENTS.index(at)]
+    back, rules = ranges > 0, legs.LegRules()
+    seen = legs.profiles(np.where(back, ranges, np.inf), LASER_ANGLES, rules)
+    middles = seen.middles[legs.are_legs(seen, rules)]
+    paired = legs.pairs(middles, rules)
+    dots(ax, polar(ranges[back], LASER_ANGLES[back]), MEANING["laser"], 2.2)
+    _robot(ax, 0.6, [0, 1, 2, 3])
+    people(ax, at, strong=False)
+    for pair in paired:
+        middle = middles[pair].mean(axis=0)
+        near = np.hypot(*(scene.people(at) - middle).T).min() < GATES["laser"]
+        colour = MEANING["right" if near else "wrong"]
+        ax.plot(*from_above(middles[pair]).T, "o-", color=colour, markersize=6, linewidth=2.4)
+    single = from_above(middles[np.setdiff1d(np.arange(len(middles)), paired.ravel())])
+    ax.plot(*single.T, "s", color=MEANING["expected"], markersize=5, fillstyle="none")
+    return ax
+
+
+@drawn(
+    name="people-ring",
+    alt="Arcs around a robot, one for each sonar: one at a person, and all others at the limit of "
+    "two metres.",
+    caption="One round of the sonars. Thick arc: an echo; thin dotted arcs: nothing within 2 m. "
+    "An arc is as wide as a cone. Dotted discs: the people.",
+    width=5.0,
+    height=5.0,
+)
+def ring(ax: Axes, at: float) -> Axes:
+    """Draw one round of the sonars: an arc across each cone, and where the people are."""
+    ax.clear()
+    floor(ax, 0.5)
+    people(ax, at, strong=False)
+    echoes = scene.signals().echoes[scene.MOMENTS.index(at)]
+    half = RIG.ring.cone / 2 * np.linspace(-1, 1, 9)
+    for echo, angle in zip(echoes, SONAR_ANGLES, strict=True):
+        near = 0 < echo < RIG.ring.cut
+        r = RIG.ring.radius + (echo if near else RIG.ring.cut)
+        arc = polar(np.full(half.shape, r), angle + half)
+        width, line = (3.0, "-") if near else (1.2, ":")
+        ax.plot(*arc.T, color=MEANING["sonar"], linewidth=width, linestyle=line)
+    return ax
+
+
+@drawn(
+    name="people-fisheye",
+    alt="A round fisheye picture of a room: lamps on the ceiling in the middle, walls, people, "
+    "wooden doors and notice boards along the rim. Three green lines point at faces.",
+    caption="The picture of the camera, ahead at the bottom. Green: directions in which it takes "
+    "something for a face; they do not tell how far away. Rings: where the heads are.",
+    axes=lambda at: image_axes(scene.picture(at)),
+)
+def fisheye(ax: Axes, at: float) -> Axes:
+    """Draw over a picture the directions of the clouds, and where the heads are."""
+    ax.clear()
+    camera = RIG.camera
+    centre, rim = np.array(camera.centre_px), camera.size / 2
+    for phi in scene.found(at, "camera").positions.mean[:, 1]:
+        out = np.array([-np.sin(phi), np.cos(phi)])
+        ends = centre + np.outer([0.28 * rim, 0.97 * rim], out)
+        ax.plot(*ends.T, color=MEANING["camera"], linewidth=2.4)
+    heads = np.column_stack([scene.people(at), scene.signals().heads])
+    for name, pixel in zip(NAMES, camera.project(heads), strict=False):
+        ax.plot(*pixel, "o", color=MEANING["truth"], markersize=15, fillstyle="none")
+        inwards = pixel + 24 * (centre - pixel) / np.hypot(*(centre - pixel))
+        label(ax, *inwards.tolist(), name, MEANING["truth"], ha="center")
+    label(ax, centre[0], 0.985 * camera.size, "ahead", MEANING["robot"], ha="center", va="bottom")
+    return ax
+
+
+# Numbers -----------------------------------------------------------------------------------------
+
+
+@drawn(
+    name="people-distance",
+    alt="Share of people found against distance: the camera falls slowly up to four metres, the "
+    "laser from two metres on, the sonars from the start.",
+    caption="Share found by a single reading, by distance: of people met by the laser in trousers "
+    "and not sideways, met by a sonar, and facing the camera. Bars: 95 % over ten sessions.",
+    height=3.2,
+)
+def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
+    """Draw the share of people found against their distance, with intervals."""
+    beside = {"camera": (5, "left", "bottom"), "laser": (4, "right", "top")}
+    for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
+        curve = shares(ax, sensor, ledger[claim].evidence, shift)
+        at, ha, va = beside.get(sensor, (-1, "left", "center"))  # there the curves are apart
+        r = curve[at, 0] + (0.1 if ha == "left" else -0.1)
+        label(ax, r, curve[at, 1], sensor, MEANING[sensor], ha=ha, va=va)
+    ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
+    return ax
+
+
+def shares(
+    ax: Axes, sensor: str, evidence: Mapping[str, Interval], shift: float
+) -> Float[np.ndarray, "n 2"]:
+    """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little.
+
+    Its points are returned.
+    """
+    named = {
+        re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()
+    }
+    found = {np.mean([*map(float, m.groups())]) + shift: s for m, s in named.items() if m}
+    colour = MEANING[sensor]
+    for r, share in found.items():
+        ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+    places = np.array([(r, share.estimate) for r, share in found.items()])
+    ax.plot(*places.T, "o-", color=colour, linewidth=1.4)
+    return places
+
+
+# Real scans --------------------------------------------------------------------------------------
+
+
+@drawn(
+    name="people-real",
+    alt="A real scan of a room from above: walls, and small arcs of legs, some circled.",
+    caption="A real scan. Rings: marked legs, bright ones found with every third beam, dark ones "
+    "missed; squares: reported where nobody marked a leg.",
+    height=4.4,
+)
+def real_scan(ax: Axes, result: Legs) -> Axes:
+    """Draw a real scan: legs that somebody marked, found and missed, and what else is reported."""
+    angles, there = result.angles, result.ranges < recordings.FAR
+    dots(ax, polar(result.ranges[there], angles[there]), MEANING["laser"], 1.6)
+    apart = np.hypot(*(result.marked[:, None] - result.found).transpose(2, 0, 1))
+    near = apart <= recordings.NEAR
+    for places, name, mark in (
+        (result.marked[near.any(axis=1)], "right", "o"),
+        (result.marked[~near.any(axis=1)], "missed", "o"),
+        (result.found[~near.any(axis=0)], "wrong", "s"),
+    ):
+        pen = {"markersize": 9, "fillstyle": "none", "markeredgewidth": 1.8}
+        ax.plot(*from_above(places).T, mark, color=MEANING[name], **pen)
+    ax.plot(0, 0, marker=(3, 0, 0), color=MEANING["robot"], markersize=9)
+    ax.set(xlim=(-6, 6), ylim=(-2.6, 5.4), xlabel="left, right (m)", ylabel="ahead (m)")
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xticks([-4, -2, 0, 2, 4], ["4", "2", "0", "2", "4"])
+    return ax
+
+
+@drawn(
+    name="people-street",
+    alt="A street with pedestrians, a brick building and a lawn. Red covers most of the bricks, "
+    "patches of gravel, and few pixels of the pedestrians.",
+    caption="One frame. Red: what the model of skin, learnt in rendered offices, takes for skin.",
+    axes=lambda result: image_axes(result.frame[..., ::-1]),
+)
+def taken_for_skin(ax: Axes, result: Pedestrians) -> Axes:
+    """Mark on a frame what is taken for skin."""
+    over = np.zeros((*result.skin.shape, 4))
+    over[result.skin] = to_rgba(MEANING["wrong"], 0.9)
+    ax.imshow(over, interpolation="nearest")
+    return ax
+
+
+# Explorer ----------------------------------------------------------------------------------------
+
+
+def look(ax: Axes, now: Look) -> Axes:
+    """Draw what one sensor takes for people at a moment, on axes cleared first.
+
+    A detection that is nobody's has a cross in the middle.
+    """
+    ax.clear()
+    floor(ax, 0.5)
+    words = [name if found else f"{name}?" for name, found in zip(NAMES, now.found, strict=False)]
+    people(ax, now.at, strong=False, words=words)
+    said(ax, now.sensor, now.detections.positions)
+    wrong = now.detections.positions.mean[now.nobody]
+    ax.plot(*polar(*wrong.T).T, "x", color=MEANING["wrong"], markersize=10, markeredgewidth=2.4)
+    ax.set_title(f"{now.sensor}: {now.found.sum()} of {len(now.found)} found")
+    return ax

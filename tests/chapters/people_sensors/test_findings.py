@@ -1,0 +1,119 @@
+"""What the chapter tells a reader to find, in every state of its explorer."""
+
+import numpy as np
+import pytest
+
+from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from robot_perception.chapters.people_sensors import figures as draw
+from robot_perception.chapters.people_sensors import scene, sessions, witnesses
+from robot_perception.chapters.people_sensors.explorers import LOOK
+from robot_perception.chapters.people_sensors.scene import SHOWN
+from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.people import legs, sonar
+from robot_perception.teaching.figures import figure, image_axes
+from tests.chapters.findings import ExplorerTests
+from tests.unchecked import unchecked
+
+
+@pytest.fixture(autouse=True, scope="module")
+def computed():
+    """All states, computed once, without the checks of shapes."""
+    with unchecked():
+        scene.signals()
+        LOOK.found()
+
+
+class TestExplorers(ExplorerTests):
+    explorers = (LOOK,)
+
+
+# The session of the page
+
+
+def test_the_session_is_none_of_those_that_are_used_elsewhere():
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *witnesses.WALLED}
+    assert scene.CONFIG.seed not in used
+
+
+def test_everybody_is_there_and_in_view_at_all_moments_ahead_and_behind():
+    known = scene.recording()
+    assert known.present.all()
+    assert known.clear.all()
+    assert (known.polar[..., 0] < draw.REACH).all()
+    assert not known.skirt.any()
+    ahead = np.abs(known.polar[..., 1]) < np.pi / 2
+    assert (ahead.any(axis=1) & ~ahead.all(axis=1)).mean() > 0.5
+
+
+def test_signals_are_those_that_the_detectors_had():
+    seen = scene.signals()
+    for k, at in enumerate(scene.MOMENTS):
+        ranges, echoes = (np.where(r > 0, r, np.inf) for r in (seen.scans[k], seen.echoes[k]))
+        found = legs.detect(ranges, LASER_ANGLES)
+        np.testing.assert_allclose(found.mean, scene.found(at, "laser").positions.mean)
+        found = sonar.detect(echoes, SONAR_ANGLES, RIG.ring.radius)
+        np.testing.assert_allclose(found.mean, scene.found(at, "sonar").positions.mean)
+        times = scene.recording().times[seen.readings[k]]
+        assert (times <= at).all()
+        assert (times > at - 0.06).all()
+
+
+# The explorer
+
+
+def test_the_laser_never_finds_all_the_sonars_find_all_or_none_and_the_camera_makes_somebody_up():
+    found = {s: np.array(LOOK.found(sensor=s)) for s in SENSORS}  # found, and nobody's
+    assert found["laser"][:, 0].max() == 2
+    assert (found["sonar"][:, 0].min(), found["sonar"][:, 0].max()) == (0, 3)
+    assert {s for s in SENSORS if found[s][:, 1].any()} == {"camera"}
+    assert all((found[s][:, 0] < 3).any() for s in SENSORS)
+
+
+def test_presets_show_what_their_names_say():
+    found = [LOOK.found(**LOOK.default | values)[0] for values in LOOK.presets.values()]
+    assert found == [(1, 0), (3, 0), (2, 2)]
+
+
+def test_a_person_has_a_detection_of_their_own_and_the_rest_is_nobodys():
+    for sensor in SENSORS:
+        for at in scene.MOMENTS:
+            look = scene.look(sensor, at)
+            assert look.found.sum() + look.nobody.sum() == len(look.detections)
+
+
+# Drawings
+
+
+def test_bent_ellipses_lie_two_deviations_away():
+    found = scene.found(SHOWN, "sonar").positions
+    for rim, mean, cov in zip(draw.rims(found.mean, found.cov), found.mean, found.cov, strict=True):
+        r, phi = np.hypot(*rim.T), np.arctan2(-rim[:, 0], rim[:, 1])
+        off = np.stack([r, phi], axis=-1) - mean
+        away = np.einsum("ki,ij,kj->k", off, np.linalg.inv(cov), off)
+        np.testing.assert_allclose(away, draw.DEVIATIONS**2)
+
+
+def test_each_drawing_is_drawn_twice_alike():
+    fig, axes = draw.hero._axes()
+    once = draw.hero.on(axes, SHOWN)[2].get_children()
+    fig.draw_without_rendering()  # plans keep their aspect
+    assert sum(ax.get_position().width for ax in axes) > 0.75, "the row is empty"
+    assert len(draw.hero.on(axes, SHOWN)[2].get_children()) == len(once)
+    for drawing in (draw.scan.on, draw.ring.on, draw.overlay):
+        _, ax = figure()
+        counts = [len(drawing(ax, SHOWN).get_children()) for _ in range(2)]
+        assert counts[0] == counts[1]
+    _, ax = image_axes(scene.picture(SHOWN))
+    assert len(draw.fisheye.on(ax, SHOWN).lines) == 3 + 3
+
+
+def test_shares_are_drawn_where_they_are():
+    shares = [Interval(v, v - 0.1, v + 0.1) for v in (0.9, 0.5)]
+    evidence = dict(zip(("found, 1 to 1.5 m", "found, 1.5 to 2 m"), shares, strict=True))
+    _, ax = figure()
+    draw.shares(ax, "laser", evidence | {"detections in a reading": shares[0]}, -0.03)
+    bars, line = ax.lines[:2], ax.lines[2]
+    np.testing.assert_allclose(line.get_xdata(), [1.22, 1.72])
+    np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
+    np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])
