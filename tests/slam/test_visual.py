@@ -48,7 +48,7 @@ class Frame:
 
 
 def unlike(asked):
-    return cdist(asked.descriptors, asked.landmarks)
+    return cdist(asked.descriptors, asked.looks.means)
 
 
 def world(rng, *, laps=2, slip=1.0):
@@ -158,7 +158,7 @@ def look(points, *, tracks=None, variance=1e-4):
 def go(state, seen, options, *, costs=None, motion=None, descriptors=None, seed=0):
     """Take a step with equal descriptors, where landmarks cost nothing unless said."""
     descriptors = np.zeros((len(seen), 1)) if descriptors is None else np.array(descriptors, float)
-    free = lambda asked: np.zeros((len(asked.rows), len(asked.landmarks)))  # noqa: E731
+    free = lambda asked: np.zeros((len(asked.rows), len(asked.looks)))  # noqa: E731
     rng = np.random.default_rng(seed)
     return step(
         state, motion, seen, descriptors, MOUNT, costs=costs or free, options=options, rng=rng
@@ -236,9 +236,9 @@ def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable)
         for new in asked:
             np.testing.assert_array_equal(new.rows, np.flatnonzero(info.first))
             np.testing.assert_allclose(new.descriptors, means[info.first], rtol=1e-14)
-            np.testing.assert_array_equal(new.landmarks, before.descriptors)
+            np.testing.assert_array_equal(new.looks.means, before.looks.means)
         known += frame.truth[info.new].tolist()
-        np.testing.assert_allclose(state.descriptors[len(before.descriptors) :], means[info.new])
+        np.testing.assert_allclose(state.looks.means[len(before.looks) :], means[info.new])
         np.testing.assert_allclose(state.tracks.means, means)
     assert known
 
@@ -257,7 +257,7 @@ def test_accounts_agree_with_the_maps(told):
         assert not (info.first & (info.names < 0)).any()
         count += info.new.sum()
         assert state.maps.ids.tolist() == list(range(count))
-        assert len(state.descriptors) == count
+        assert len(state.looks) == count
         held = dict(zip(state.tracks.ids.tolist(), state.tracks.names.tolist(), strict=True))
         for track, name in zip(frame.seen.ids.tolist(), info.names.tolist(), strict=True):
             assert name in (-1, held[track])
@@ -367,7 +367,7 @@ def test_a_track_that_a_frame_misses_has_ended():
     assert (info.names.tolist(), info.first.tolist()) == ([-1], [False])
     state, info = go(state, seen, options)
     assert (info.names.tolist(), info.first.tolist()) == ([0], [True])
-    assert len(state.descriptors) == 1
+    assert len(state.looks) == 1
 
 
 @pytest.mark.parametrize(

@@ -193,11 +193,6 @@ class VisualMaps:
     looks: Looks
     tracks: Ongoing
 
-    @property
-    def descriptors(self) -> Float[np.ndarray, "N d"]:
-        """Mean descriptor of each landmark."""
-        return self.looks.means
-
     @classmethod
     def start(
         cls, pose: Float[np.ndarray, "3"], options: Options = Options(), *, length: int = 128
@@ -244,11 +239,6 @@ class Newcomers:
     rows: Int[np.ndarray, "m"]
     descriptors: Float[np.ndarray, "m d"]
     looks: Looks
-
-    @property
-    def landmarks(self) -> Float[np.ndarray, "N d"]:
-        """Mean descriptor of each landmark."""
-        return self.looks.means
 
 
 Costs = Callable[[Newcomers], Float[np.ndarray, "m N"]]  # infinite where it cannot be
@@ -383,7 +373,7 @@ def _checked(
     options: Options,
 ) -> np.ndarray:
     """Check what a step is given; return the descriptors as numbers."""
-    length = checks.instance("state", state, VisualMaps).descriptors.shape[1]
+    length = checks.instance("state", state, VisualMaps).looks.means.shape[1]
     count = len(checked_seen(observations, mount))
     if (observations.ids < 0).any():
         raise ValueError("observations must have the numbers of their tracks, got -1")

@@ -124,7 +124,7 @@ def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
 
 def test_costs_are_asked_of_the_metric(seen):
     """By default distances to the mean descriptors; a metric that likes nothing recognises none."""
-    report, begin = drives.roll(seen.poses[:40], rng=RNG(2)), frontend.seen(40)
+    report, begin = drives.roll(seen.poses[:120], rng=RNG(2)), frontend.seen(120)
     asked = []
 
     def watching(question):
@@ -139,7 +139,7 @@ def test_costs_are_asked_of_the_metric(seen):
     assert (one.names == other.names).all()
     assert one.matched > none.matched == 0
     for question in asked:
-        expected = cdist(question.descriptors, question.landmarks)
+        expected = cdist(question.descriptors, question.looks.means)
         assert euclidean_mean(question) == pytest.approx(expected, abs=1e-4)
 
 

@@ -29,15 +29,13 @@ class Drive:
 
     At each time there are the path by the wheels alone, ``odometry``, the poses of the particles,
     from which particle before it each comes, the effective number before they are drawn anew,
-    whether they were, and the observations that went into the filter. At the end there are the
-    maps; the points, ``rows`` of what was seen, that went in, and ``names``, the landmarks that
-    they were taken for; the points that the landmarks were made of, ``founders``; the tracks that
-    were recognised and how many of these as something else; the landmarks that were in the map
-    already.
+    whether they were, and how many observations went into the filter. At the end there are the
+    maps; ``rows``, the points that went in, and ``names``, the landmarks that they were taken for;
+    ``founders``, the points that landmarks were made of; how many tracks were recognised, how many
+    of these as something else, and how many landmarks were in the map already.
 
     Where each particle names by its own map, points, landmarks and what was observed are those of
-    the particle with the largest weight at the end, and of the particles that it comes from: its
-    names are the ones that its map and its path stand on.
+    the particle with the largest weight at the end, and of those that it comes from.
     """
 
     options: Options

@@ -178,20 +178,10 @@ class Filter(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Filters that run over the same drives; Fig. 4 of the paper shows one drive.
+    """Filters that run over the same drives; Fig. 4 of the paper shows one drive, all else is ours.
 
-    Parameters
-    ----------
-    filters
-        Those that are compared.
-    draws
-        Of the wheels' noise in each building, for which the pictures are the same; ours.
-    buildings
-        Their numbers.
-    frames
-        Of the beginning of the drive.
-    lasting
-        Points whose tracks do not last for more than so many frames are left out beforehand.
+    In each building wheels' noise is drawn ``draws`` times; the pictures are the same. The drives
+    end after ``frames``. Tracks of no more than ``lasting`` frames are left out beforehand.
     """
 
     filters: tuple[Filter, ...]
