@@ -63,7 +63,8 @@ def meanings(name: str, known: dict[str, ast.FunctionDef], seen: set[str]) -> It
     """Yield the meanings that a function names, or a function of its module that it calls."""
     seen.add(name)
     nodes = [node for statement in known[name].body for node in ast.walk(statement)]
-    placed = [n.value for n in nodes if isinstance(n, ast.keyword) and n.arg in ("ha", "side")]
+    given = [n.value for n in nodes if isinstance(n, ast.keyword) and n.arg in ("ha", "side")]
+    placed = [node for value in given for node in ast.walk(value)]
     for node in nodes:
         if isinstance(node, ast.Constant) and node.value in MEANING and node not in placed:
             yield node.value

@@ -261,12 +261,13 @@ def fisheye(ax: Axes, at: float) -> Axes:
 )
 def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
     """Draw the share of people found against their distance, with intervals."""
-    beside = {"camera": (5, "left", "bottom"), "laser": (4, "right", "top")}
+    beside = {"camera": (5, 0.1, "bottom"), "laser": (4, -0.1, "top")}
     for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
         curve = shares(ax, sensor, ledger[claim].evidence, shift)
-        at, ha, va = beside.get(sensor, (-1, "left", "center"))  # there the curves are apart
-        r = curve[at, 0] + (0.1 if ha == "left" else -0.1)
-        label(ax, r, curve[at, 1], sensor, MEANING[sensor], ha=ha, va=va)
+        at, gap, va = beside.get(sensor, (-1, 0.1, "center"))  # there the curves are apart
+        r, share = curve[at] + (gap, 0.0)
+        colour = MEANING[sensor]
+        label(ax, r, share, sensor, colour, ha="left" if gap > 0 else "right", va=va)
     ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
