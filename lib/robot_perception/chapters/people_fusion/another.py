@@ -11,19 +11,13 @@ from types import ModuleType
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import ALL, Comparison, Rates, System
 from robot_perception.chapters.people_sensors import hearing, sessions
-from robot_perception.chapters.people_sensors.hearing import (
-    FOUR,
-    PAIR,
-    TRUSTED,
-    Ears,
-    with_microphones,
-)
+from robot_perception.chapters.people_sensors.hearing import PAIR, Ears, with_microphones
 from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio, exact
 from robot_perception.people import sound
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
-from robot_perception.teaching.verdicts import Accepted, Condition
+from robot_perception.teaching.verdicts import Accepted
 
 SILENT = {
     getattr(tokenize, name)
@@ -31,18 +25,16 @@ SILENT = {
 }
 """Tokens that make a line no line of code."""
 JOINING = with_microphones, hearing.heard.__wrapped__, hearing.joined
-WITHOUT, WITH, TWO = "three sensors", "and four microphones", "and a pair of them"
-AROUND = "the microphones tell ahead from behind, as a pair does not"
-BETTER = Accepted(1.0, float("inf"), "better with them than without", "theory")
+WITHOUT, FOUR, TWO = "three sensors", "and four microphones", "and a pair of them"
 
 
 def rows(elsewhere: bool = False) -> tuple[committee.Row, ...]:
     """Return the committee without and with microphones."""
-    four, two = (with_microphones(committee.RULES, TRUSTED[kind]) for kind in (FOUR, PAIR))
+    hears = with_microphones(committee.RULES)
     systems = {
         WITHOUT: System(),
-        WITH: System(four, ears=Ears(elsewhere=elsewhere)),
-        TWO: System(two, ears=Ears(PAIR)),
+        FOUR: System(hears, ears=Ears(elsewhere=elsewhere)),
+        TWO: System(hears, ears=Ears(PAIR)),
     }
     return tuple((name, system, ALL) for name, system in systems.items())
 
@@ -65,7 +57,7 @@ def _code(source: str) -> set[int]:
     return code.difference(*texts)
 
 
-def gained(found: Mapping[str, Rates], name: str = WITH) -> Interval:
+def gained(found: Mapping[str, Rates], name: str = FOUR) -> Interval:
     """Return how right the committee is with microphones, over that without, by session."""
     return bootstrap_ratio(found[name].worth(), found[WITHOUT].worth(), "F₂ with over without")
 
@@ -90,17 +82,17 @@ JOINED = Study(
     method="Rendered voices and echoes at four microphones, a direction of whoever speaks four "
     "times a second, joined to laser, sonars and camera by one more entry in the rules: F₂ with "
     "them over F₂ without, over the same sessions.",
-    accepted=BETTER,
+    accepted=Accepted(1.0, float("inf"), "better with them than without", "theory"),
     sabotage=Change("microphones that hear people of another office", rows=rows(elsewhere=True)),
     value=gained,
 )
 def another_sensor(found: Mapping[str, Rates], value: Interval) -> Finding:
     """Compare the committee with and without microphones, and count what they took."""
-    with_, without, pair = found[WITH], found[WITHOUT], gained(found, TWO)
+    with_, without = found[FOUR], found[WITHOUT]
     return Finding(
         value,
         {
-            "with a pair": pair,
+            "with a pair": gained(found, TWO),
             "people tracked, with over without": bootstrap_ratio(with_.matched, without.matched),
             "false hypotheses, with over without": bootstrap_ratio(
                 with_.hypotheses - with_.matched, without.hypotheses - without.matched
@@ -109,5 +101,4 @@ def another_sensor(found: Mapping[str, Rates], value: Interval) -> Finding:
             "lines of code of their detector": exact(lines(sound)),
         },
         {"members": committee.table(found, "mean and 95 % bootstrap interval", "sensors")},
-        conditions=(Condition.judged(AROUND, BETTER, inside=value, outside=pair),),
     )

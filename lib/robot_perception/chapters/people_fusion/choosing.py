@@ -12,7 +12,7 @@ import numpy as np
 
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import Rates, System
-from robot_perception.chapters.people_sensors.hearing import ARRAYS, Ears, with_microphones
+from robot_perception.chapters.people_sensors.hearing import Ears, with_microphones
 from robot_perception.chapters.people_sensors.sessions import CHOOSE, Config
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.people.aggregation import AggregationRules, SensorRules
@@ -46,8 +46,8 @@ def drawn(rng: np.random.Generator) -> AggregationRules:
     )
 
 
-def heard(kind: str) -> Iterator[System]:
-    """Yield the committee with microphones of a kind that are trusted more or less.
+def heard() -> Iterator[System]:
+    """Yield the committee with microphones that are trusted more or less.
 
     Either their silence says nothing, and then no patience counts, or it says that somebody is
     gone.
@@ -55,7 +55,7 @@ def heard(kind: str) -> Iterator[System]:
     silences = [(patience, True) for patience in PATIENCES] + [(PATIENCES[0], False)]
     for alpha, (patience, silence) in product(ALPHAS, silences):
         trusted = SensorRules(alpha, patience, silence=silence)
-        yield System(with_microphones(committee.RULES, trusted), ears=Ears(kind))
+        yield System(with_microphones(committee.RULES, trusted), ears=Ears())
 
 
 def race(
@@ -89,6 +89,6 @@ def _worth(sums: np.ndarray) -> float:
 if __name__ == "__main__":
     source = np.random.default_rng(0)
     some = [System(drawn(source)) for _ in range(DRAWS)]
-    for systems in (some, *([*heard(kind)] for kind in ARRAYS)):
+    for systems in (some, list(heard())):
         for best, score in race(systems, SESSIONS, RACE, rng=source):
             print(f"F₂ = {score:.4f}: {best.rules}")
