@@ -56,8 +56,7 @@ training for a law, and drives the samples off the colours of another film."""
 
 TRACKERS = ("colour, fixed", "colour, adapted", "shape", "fused", "CamShift", "mean shift")
 SHIFTING = 0.2
-"""a of the mean shift, whose window is rigid and whose colours adapt; chosen, as that its colours
-count by contrast, on every second film of 2001 to 2040, which had been scored before."""
+"""a of the rigid mean shift; chosen, as its contrast, on every second film of 2001 to 2040."""
 NEVER = 10.0
 """Of `worst`: no ρ is that great. With the printed sign a perfect match has a ρ of 0.4, so the
 threshold that goes with the right sign would give up most right segmentations."""
