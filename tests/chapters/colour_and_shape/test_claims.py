@@ -52,7 +52,12 @@ def test_on_circles_and_snails_edges_alone_do_as_well():
 
 
 def test_colours_of_the_first_frame_lose_no_beetle():
-    assert recorded()["colour-alone"].evidence["beetle"].high == 0
+    found = recorded()["colour-alone"].evidence
+    assert found["colours of the first frame, beetle"].high == 0
+
+
+def test_a_rigid_window_that_adapts_falls_behind_by_overlap():
+    assert recorded()["colour-alone"].evidence["overlap, all kinds"].low > 0.05
 
 
 def test_where_no_outline_is_given_up_the_printed_sign_holds_fewer_films():

@@ -298,8 +298,7 @@ snails = Study(compare, full=Config(films=tuple(range(6001, 6031))), quick=FEW, 
 def affine_snake_claim(result: Stiffnesses) -> Finding:
     """Compare both snakes, loose and stiff, and the best of each."""
     found, stiff = result.loose, result.stiff
-    best = {"affine": found.snakes["affine"], "free": stiff.snakes["free"]}
-    each = replace(found, snakes=best)
+    each = replace(found, snakes=found.snakes | {"free": stiff.snakes["free"]})
     serious = each.gap()
     return Finding(
         found.gap(),

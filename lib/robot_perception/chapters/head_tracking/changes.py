@@ -71,7 +71,7 @@ def run(scenes: Scenes, *, rng: np.random.Generator) -> Found:
 
 def whole(scene: Config) -> Config:
     """Return a scene in which every a and threshold is tried, too, with and without giving up."""
-    return replace(scene, variants=tuple(dict.fromkeys((*scene.variants, *GRID))))
+    return replace(scene, more=tuple(name for name in GRID if name not in scene.variants))
 
 
 def few(light: Config = LIGHT, turns: Config = TURNS, crowd: Config = CROWD) -> Scenes:

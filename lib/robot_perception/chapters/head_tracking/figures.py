@@ -186,6 +186,7 @@ def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
     ax.set_yscale("log")
     ax.set_xticks(list(half_widths), [str(w) for w in half_widths])
     ax.set(xlabel="half width of the ellipse (px)", ylabel="numbers added in a search")
+    ax.set_ylim(5e3, 5e7)
     ax.minorticks_off()
     ax.legend(loc="upper left")
     return ax
@@ -267,5 +268,5 @@ def girl_overlap(ax: Axes, result: Girl) -> Axes:
         ax.plot(pictures, iou, line, color=MEANING[meaning], label=name, linewidth=width)
     ax.set(xlabel="picture", ylabel="overlap with the marked head", ylim=(0, 1))
     ax.set_xlim(1, pictures[-1])
-    ax.legend(loc="upper right", ncols=4)
+    ax.legend(loc="upper right", ncols=2)
     return ax

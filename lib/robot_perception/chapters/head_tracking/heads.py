@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -144,6 +144,8 @@ class Config:
         Of the distance that stands for the stereo module's, a share of it; ours.
     variants
         Names in ``VARIANTS``, and "CamShift" for OpenCV's.
+    more
+        The same, of those that only the full size has.
     """
 
     scene: HeadScene = FIG9
@@ -151,6 +153,7 @@ class Config:
     frames: int = 150
     depth_sigma: float = 0.02
     variants: tuple[str, ...] = ("adapted", "fixed")
+    more: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -297,6 +300,7 @@ def overlaps(track: Track, truth: Bool[np.ndarray, "n height width"]) -> Float[n
     return found
 
 
+@lru_cache(maxsize=2)
 def film(scene: HeadScene, seed: int, frames: int = 150) -> HeadSequence:
     """Return the sequence of a seed."""
     return head(rng=np.random.default_rng(seed), frames=frames, scene=scene)
@@ -326,7 +330,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Return the overlap of all variants on all sequences."""
     found = sweep(partial(_with_errors, config), config.seeds, rng=rng, desc="heads")
     iou, visible = (np.array(part) for part in zip(*found, strict=True))
-    return Result(config.variants, np.moveaxis(iou, 1, 0), visible)
+    return Result(config.variants + config.more, np.moveaxis(iou, 1, 0), visible)
 
 
 def _with_errors(
@@ -334,7 +338,11 @@ def _with_errors(
 ) -> tuple[Float[np.ndarray, "variants n"], Float[np.ndarray, " n"]]:
     """Draw errors of the distances: all that is left to chance once there is a film."""
     errors = config.depth_sigma * rng.normal(size=config.frames)
-    return _followed(config.scene, seed, config.variants, tuple(errors.tolist()))
+    iou, visible = _followed(config.scene, seed, config.variants, tuple(errors.tolist()))
+    if config.more:
+        further, _ = _followed(config.scene, seed, config.more, tuple(errors.tolist()))
+        iou = np.concatenate([iou, further])
+    return iou, visible
 
 
 @kept
