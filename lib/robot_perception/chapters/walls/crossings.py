@@ -161,9 +161,10 @@ def dp_simple_chain(found: Counted) -> Finding:
     (crossing, wrong, alarm), rates = found
     evidence = {
         "wrong vertices on chains that pass the check": exact(
-            (wrong & ~crossing).sum(), about=f"of {(~crossing).sum()} curves without a crossing"
+            float((wrong & ~crossing).sum()),
+            about=f"of {(~crossing).sum()} curves without a crossing",
         ),
-        "false alarms": exact(alarm.sum(), about=f"of {alarm.size} simple chains"),
+        "false alarms": exact(float(alarm.sum()), about=f"of {alarm.size} simple chains"),
         "single scans that cross themselves": proportion(rates["still"], rates["scans"]),
         "scans of 3 s on the move that cross themselves": proportion(rates["slow"], rates["scans"]),
         "two scans in one chain that cross themselves": proportion(rates["joined"], rates["scans"]),
