@@ -74,8 +74,8 @@ CELLS = {
 }
 """Cells of the opponent space and of RGB: of those of the one, colours of bytes reach 818, 2160 and
 4176, and all 810, 2197 and 4096 of the other."""
-MANY = (40, 40, 40)
-"""Cells of RGB, many more than of the opponent space."""
+EIGHT = (2, 2, 2)
+"""Cells of RGB, far fewer than of the opponent space."""
 
 
 def pair(rate: float, gate: float, floor: float = 0.0) -> str:
@@ -108,7 +108,7 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
         "mass of one, one view": replace(FIXED, mass=1.0, views=False),
         "size searched": Variant(SEARCHING, depth=False),
         "searched by highest score": Variant(replace(SEARCHING, size="score"), depth=False),
-        "RGB, many": replace(FIXED, space="RGB", bins=MANY),
+        "RGB, eight": replace(FIXED, space="RGB", bins=EIGHT),
     }
     | {
         f"{space}, {cells}{more}": Variant(replace(RULES, **rules), space, bins[space == "RGB"])
