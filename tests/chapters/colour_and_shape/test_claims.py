@@ -24,13 +24,17 @@ class TestLedger(LedgerTests):
 
 def test_verdicts():
     assert {e.id: e.verdict for e in recorded().chapter("colour_and_shape").entries} == {
-        "affine-snake": "reproduced",
+        "affine-snake": "conditional",
         "erratum-phi-area": "refuted",
         "four-experiments": "reproduced",
         "colour-condensation": "reproduced",
         "colour-alone": "conditional",
         "shape-alone": "conditional",
     }
+
+
+def test_a_stiff_free_snake_holds_no_more_of_the_neck_than_the_best_affine_one():
+    assert recorded()["affine-snake"].evidence["neck, each with its best rigidity"].high < 0
 
 
 def test_adapted_colours_lose_every_animal():
