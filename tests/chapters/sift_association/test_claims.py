@@ -20,6 +20,7 @@ class TestLedger(LedgerTests):
         # gains are differences of a point or two between shares: there, the verdict is all
         | dict.fromkeys(("table1", "mahalanobis-needs"), 1.0)
     )
+    open_when_quick = frozenset({"table1"})
 
 
 @pytest.mark.parametrize(
@@ -95,3 +96,10 @@ def test_as_printed_nothing_is_new_and_as_meant_most_of_it():
     found = recorded()["erratum-new-landmark"]
     assert found.value.high == 0
     assert found.evidence["called new if all exceed the threshold"].low > 0.7
+
+
+def test_shrunk_variances_break_even_and_with_the_log_determinant_gain_less_than_two_points():
+    gains, row = recorded()["mahalanobis-needs"].tables[TO_MEANS], table1.TESTS["again"]
+    even = gains[f"shrunk, {row}", "p = 30"]
+    assert even.low < 0 < even.high
+    assert 0 < gains[f"shrunk{table1.WITH}, {row}", "p = 30"].low < 2

@@ -12,8 +12,6 @@ from robot_perception.chapters.sift_association.viewpoint import View
 from robot_perception.teaching.figures.style import MEANING
 from tests.chapters.findings import ExplorerTests, limits
 
-TRACKS = ("", table1.STRAIGHT)
-
 
 class TestExplorers(ExplorerTests):
     explorers = (VIEW, PLANT, TABLE)
@@ -123,7 +121,7 @@ def test_raw_variances_win_on_their_own_frames_and_lose_on_all_others():
 
 
 def test_raw_variances_lose_the_more_the_fewer_frames_they_come_from():
-    for where, track in product(("again", "aside"), TRACKS):
+    for where, track in product(("again", "aside"), table1.TRACKS):
         gains = TABLE.found(model=table1.RAW, where=where, track=track)
         assert all(a < b for a, b in pairwise(gains)), (where, track)
 
