@@ -40,6 +40,8 @@ UP = ", gives up"
 BOTH = ("adapted", "fixed", "adapted" + UP, "fixed" + UP)
 SPACES = tuple(f"{space}, {cells}" for cells in CELLS for space in ("opponent", "RGB"))
 COARSE, _, FINE = CELLS
+ALIKE = (5035, 5045)
+"""Films of a quick run."""
 CLAIMED = {
     "the light changes": Config(
         ALONE,
@@ -75,9 +77,13 @@ def whole(scene: Config) -> Config:
 
 
 def few(light: Config = LIGHT, turns: Config = TURNS, crowd: Config = CROWD) -> Scenes:
-    """Return the scenes with two films each: what they leave open, the sixty of a scene decide."""
+    """Return the scenes, with two films each where all sixty were meant.
+
+    No comparison comes out the other way on these two; what they leave open, the sixty decide.
+    """
     light, turns, crowd = (
-        replace(scene, seeds=heads.SCORED[:2]) for scene in (light, turns, crowd)
+        replace(scene, seeds=ALIKE) if scene.seeds == heads.SCORED else scene
+        for scene in (light, turns, crowd)
     )
     return light, turns, crowd
 
@@ -236,7 +242,7 @@ def threshold(found: Found) -> Finding:
     accepted=FURTHER,
     sabotage=Change(
         "a face that stays in sight, in steady light",
-        config=few(turns=replace(TURNS, scene=STEADY)),
+        config=few(turns=replace(TURNS, scene=STEADY, seeds=heads.SCORED[:6])),
     ),
 )
 def bimodal(found: Found) -> Finding:
