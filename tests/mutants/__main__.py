@@ -82,7 +82,8 @@ class Copy:
             failed = found.get("failed", [])
             first = [*failed, *(test for test in first if test not in failed)]
             said = verdict(found["code"], found.get("imports", True))
-            yield mutant, said, found["time"], failed[0] if failed else found["output"][-300:]
+            why = found["output"][-300:] if said != "escaped" else ""
+            yield mutant, said, found["time"], failed[0] if failed else why
 
     @contextmanager
     def _planted(self, mutant: Mutant) -> Iterator[None]:
