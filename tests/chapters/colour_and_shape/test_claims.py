@@ -77,17 +77,16 @@ def test_fifty_samples_are_the_tracker_in_the_opponent_space():
         assert tables["by samples"]["50", world] == tables["by space"]["opponent", world]
 
 
-def test_camshift_loses_circles_and_some_snails():
+def test_camshift_loses_circles_and_some_snails_and_cards_and_no_beetle():
     lost = recorded()["four-experiments"].tables["lost"]
     assert lost["CamShift", "circles"] > 0.5 > 0.2 > lost["CamShift", "snail"] > 0.1
-    assert max(lost["CamShift", world] for world in ("rectangle", "beetle")) < 0.05
+    assert lost["CamShift", "rectangle"] > 0 == lost["CamShift", "beetle"]
 
 
-def test_judged_by_half_the_overlap_the_claim_is_open():
-    strict = recorded()["four-experiments"].evidence["overlap of 0.5 or more"]
-    assert strict.low < 0.9 < strict.high
+def test_judged_by_half_the_overlap_the_claim_holds_too():
+    assert recorded()["four-experiments"].evidence["overlap of 0.5 or more"].low > 0.9
 
 
-def test_one_sample_loses_the_beetle():
+def test_one_sample_often_loses_the_beetle():
     by_samples = recorded()["colour-condensation"].tables["by samples"]
-    assert by_samples["1", "beetle"].high < by_samples["50", "beetle"].low
+    assert by_samples["1", "beetle"].estimate < by_samples["50", "beetle"].low

@@ -207,8 +207,7 @@ def four(result: tuple[Overlaps, ...]) -> Finding:
         held(losses(found)),
         {f"overlap of {STRICT:g} or more": held(losses(found, least=STRICT)), **by_kind},
         tables=tables | ({"by sign": signs_table(others[1])} if others else {}),
-        note="A circle is lost where another one lies in front of it in the first frames, the "
-        "others where something of their colours touches them.",
+        note="The circles that are lost have another one in front of them in the first frames.",
     )
 
 
