@@ -72,7 +72,7 @@ CELLS = {
     "some 2000": ((24, 24, 10), (13, 13, 13)),
     "some 4000": ((32, 32, 12), (16, 16, 16)),
 }
-"""Cells of the opponent space and of RGB: of those of the one, colours of bytes reach 818, 2160 and
+"""Cells of the opponent space and of RGB: of those of the one, colours of bytes reach 818, 2186 and
 4176, and all 810, 2197 and 4096 of the other."""
 EIGHT = (2, 2, 2)
 """Cells of RGB, far fewer than of the opponent space."""
