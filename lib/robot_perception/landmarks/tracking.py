@@ -272,6 +272,7 @@ def sight(
     ValueError
         If a picture is not grey or not of the rig's size, or ``T_now_before`` no rigid motion.
     """
+    checks.instance("track_rules", track_rules, TrackRules)
     points = observe(left, right, rig, rules=rules)
     if before is None:
         return Sighting(points, Tracks.start(points.features))

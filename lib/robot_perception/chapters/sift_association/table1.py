@@ -213,8 +213,7 @@ ENOUGH = Accepted(
     "paper",
 )
 FIRST = "Euclid's distance is to the descriptor with which a landmark was first seen"
-"""A condition of both claims. Eq. (8) is of two descriptors; which one of a landmark's, the paper
-does not tell."""
+"""A condition of both claims: eq. (8) is of two descriptors, and does not tell which."""
 
 
 @TABLE1.claim(
@@ -294,8 +293,8 @@ def mahalanobis_needs(results: Results, value: Interval) -> Finding:
     tracked, models = swung.config.tracked, swung.config.models
     p, means = tracked[-1], gain(swung, RAW, "again", over=EUCLID)
     three, aside = gain(swung, RAW, "again", p=3), gain(swung, RAW, "aside")
-    shrunk = [m for m in ("shrunk", "shrunk" + WITH) if m in models]
-    at_means = {name: gain(swung, name, "again", over=EUCLID) for name in shrunk}
+    shrunk = {"shrunk", "shrunk" + WITH} & set(models)
+    at_means = {name: gain(swung, name, "again", over=EUCLID) for name in sorted(shrunk)}
     return Finding(
         value,
         {

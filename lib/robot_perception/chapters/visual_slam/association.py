@@ -170,10 +170,7 @@ def mahalanobis_map(found: Mapping[str, Account]) -> Finding:
     return Finding(
         ratio(raw.path, euclid.path, "ATE"),
         others | {"landmarks' error, raw over Euclid": ratio(raw.places, euclid.places)},
-        {
-            "distances": table(found, SHOWN, "distance"),
-            "buildings": maps.building_table(found, right=False),
-        },
+        {"distances": table(found, SHOWN, "distance")},
         conditions(found, lambda a: a.path),
         note=f"The path is {raw.path.mean():.2f} m off with the paper's distance, "
         f"{euclid.path.mean():.2f} m with Euclid's.",

@@ -280,17 +280,14 @@ def error_table(found: Mapping[str, Account]) -> Table:
     return replace(whole, rows={"wheels alone": alone} | dict(whole.rows))
 
 
-def building_table(found: Mapping[str, Account], right: bool = True) -> Table:
-    """Return errors, and right maps if asked for, by building."""
-    heads = {"ATE (m)": "path", "right": "right"} if right else {"ATE (m)": "path"}
+def building_table(found: Mapping[str, Account]) -> Table:
+    """Return errors and right maps by building."""
     cells = {
-        f"{name}, {head}": getattr(a, values).mean(axis=1)
+        f"{name}, {head}": values.mean(axis=1)
         for name, a in found.items()
-        for head, values in heads.items()
+        for head, values in (("ATE (m)", a.path), ("right", a.right))
     }
-    rows = dict(
-        zip(map(str, frontend.SCORED), np.transpose([*cells.values()]).tolist(), strict=False)
-    )
+    rows = {f"{k + 1}": row.tolist() for k, row in enumerate(np.transpose([*cells.values()]))}
     about = f"means of {next(iter(found.values())).path.shape[1]} drives"
     return Table(rows, dict.fromkeys(cells, "mean"), about, "building")
 
