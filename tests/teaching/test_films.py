@@ -115,6 +115,21 @@ def test_a_generator_may_draw_on_one_figure():
     assert corner.min() > 245, "figures stand on light ground"
 
 
+@pytest.mark.parametrize("photograph", [False, True])
+def test_a_film_of_drawings_turns_dark_with_the_page_and_photographs_stay(photograph):
+    def drawn():
+        fig, ax = figure(width=2, height=2)
+        for k in range(3):
+            ax.clear()
+            if photograph and k == 2:
+                ax.imshow(frames()[k])
+            ax.plot([0, k], [0, 1])
+            yield fig
+
+    assert ('class="rp-canvas rp-drawing"' in markup(drawn())) != photograph
+    assert "rp-drawing" not in markup(frames()).split("</style>")[-1]
+
+
 def test_a_generator_may_draw_into_one_array():
     image = np.zeros((48, 64), np.uint8)
 

@@ -47,7 +47,8 @@ def film(
 
     The frames are one animated WebP, in which a frame stores what has changed. A script takes it
     apart, so that the film can be stepped in both directions. Under reduced motion it advances by
-    one frame a second; on paper stands a strip of key frames; without scripts the first of them.
+    one frame a second; on paper stands a strip of key frames; without scripts the first of them. A
+    film of drawings without photographs has dark ground on a dark page.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def film(
     check_name(name, caption)
     if not 0 < fps <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
-    images = _images(frames)
+    images, drawing = _images(frames)
     duration = round(1000 / fps)
     data = to_animated_webp(images, duration_ms=duration)
     if len(data) > MOST_BYTES:
@@ -86,21 +87,26 @@ def film(
             f" than {MOST_BYTES / 1e6:.1f} MB: show fewer or smaller ones"
         )
     return Shown(
-        {"text/html": _markup(images, data, duration, text, caption, name), "text/plain": text}
+        {
+            "text/html": _markup(images, data, duration, text, caption, name, drawing),
+            "text/plain": text,
+        }
     )
 
 
-def _images(frames: Iterable[np.ndarray | Figure]) -> list[np.ndarray]:
-    images = []
+def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bool]:
+    """Return the frames as images, and whether they are drawings in which there is no picture."""
+    images, drawing = [], True
     for place, frame in enumerate(frames):
         pixels = _pixels(frame) if isinstance(frame, Figure) else frame
+        drawing &= isinstance(frame, Figure) and not any(ax.images for ax in frame.axes)
         images.append(check_image(pixels, channels=(3,), name="frames").copy())
         if pixels.shape != images[0].shape:
             sizes = f"{_size(pixels)}, the first has {_size(images[0])}"
             raise ValueError(f"frame {place} has {sizes}: the frames must be of one size")
     if len(images) < 2:
         raise ValueError(f"a film needs two frames or more, got {len(images)}")
-    return images
+    return images, drawing
 
 
 def _pixels(fig: Figure) -> np.ndarray:
@@ -123,6 +129,7 @@ def _markup(
     alt: str,
     caption: str | None,
     name: str | None,
+    drawing: bool,
 ) -> str:
     count = len(images)
     places = np.unique(np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)).tolist()
@@ -132,13 +139,14 @@ def _markup(
     spec = json.dumps(
         {"count": count, "duration": duration, "width": width, "height": height, "alt": alt}
     ).replace("</", "<\\/")
+    canvas = "rp-canvas rp-drawing" if drawing else "rp-canvas"
     key = sha256(data + alt.encode()).hexdigest()[:12]
     states = base64.b64encode(data).decode()
     script = "" if on_page() else f"<script>{front_end('film.js')}</script>"
     return (
         f"{style_element('figure.css', 'explorer.css', 'film.css')}"
         f'<div class="rp-film" id="film-{key}">{opening("rp-figure", name)}'
-        f'<div class="rp-canvas" style="--rp-columns: {columns}">{keys}</div>'
+        f'<div class="{canvas}" style="--rp-columns: {columns}">{keys}</div>'
         f"{figcaption(caption)}</figure>"
         f'<script type="application/json" class="rp-spec">{spec}</script>'
         f'<script type="application/json" class="rp-states">"{states}"</script>'
