@@ -72,9 +72,21 @@ def _robot(ax: Axes, behind: float, ticks: Sequence[float]) -> None:
 
 def people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
     """Draw where people were, each with the direction of the body and a letter."""
-    truth = MEANING["truth"]
     headings = scene.signals().headings[scene.MOMENTS.index(at)]
-    for word, place, heading in zip(words, scene.people(at), headings, strict=False):
+    bodies(ax, scene.people(at), headings, strong=strong, words=words)
+
+
+def bodies(
+    ax: Axes,
+    places: Float[np.ndarray, "p 2"],
+    headings: Float[np.ndarray, "p"],
+    *,
+    strong: bool = True,
+    words: Sequence[str] = NAMES,
+) -> None:
+    """Draw people who stand ahead and to the left (m) and look somewhere (rad), with letters."""
+    truth = MEANING["truth"]
+    for word, place, heading in zip(words, places, headings, strict=False):
         middle = from_above(place)
         if not ax.viewLim.contains(*middle):
             continue
@@ -211,7 +223,12 @@ def ring(ax: Axes, at: float) -> Axes:
     ax.clear()
     floor(ax, 0.5)
     people(ax, at, strong=False)
-    echoes = scene.signals().echoes[scene.MOMENTS.index(at)]
+    arcs(ax, scene.signals().echoes[scene.MOMENTS.index(at)])
+    return ax
+
+
+def arcs(ax: Axes, echoes: Float[np.ndarray, "sonars"]) -> None:
+    """Draw a round of the sonars: thick where an echo came back."""
     half = RIG.ring.cone / 2 * np.linspace(-1, 1, 9)
     for echo, angle in zip(echoes, SONAR_ANGLES, strict=True):
         near = 0 < echo < RIG.ring.cut
@@ -219,7 +236,6 @@ def ring(ax: Axes, at: float) -> Axes:
         arc = polar(np.full(half.shape, r), angle + half)
         width, line = (3.0, "-") if near else (1.2, ":")
         ax.plot(*arc.T, color=MEANING["sonar"], linewidth=width, linestyle=line)
-    return ax
 
 
 @drawn(
@@ -233,19 +249,29 @@ def ring(ax: Axes, at: float) -> Axes:
 def fisheye(ax: Axes, at: float) -> Axes:
     """Draw over a picture the directions of the clouds, and where the heads are."""
     ax.clear()
-    camera = RIG.camera
-    centre, rim = np.array(camera.centre_px), camera.size / 2
-    for phi in scene.found(at, "camera").positions.mean[:, 1]:
+    directions(ax, scene.found(at, "camera").positions.mean[:, 1])
+    heads(ax, np.column_stack([scene.people(at), scene.signals().heads]))
+    middle, below = RIG.camera.centre_px[0], 0.985 * RIG.camera.size
+    label(ax, middle, below, "ahead", MEANING["robot"], ha="center", va="bottom")
+    return ax
+
+
+def directions(ax: Axes, phis: Float[np.ndarray, "n"]) -> None:
+    """Draw over a picture directions (rad) in which something is taken for a face."""
+    centre, rim = np.array(RIG.camera.centre_px), RIG.camera.size / 2
+    for phi in phis:
         out = np.array([-np.sin(phi), np.cos(phi)])
         ends = centre + np.outer([0.28 * rim, 0.97 * rim], out)
         ax.plot(*ends.T, color=MEANING["camera"], linewidth=2.4)
-    heads = np.column_stack([scene.people(at), scene.signals().heads])
-    for name, pixel in zip(NAMES, camera.project(heads), strict=False):
+
+
+def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
+    """Draw over a picture a ring and a letter where heads are: ahead, to the left and up, m."""
+    centre = np.array(RIG.camera.centre_px)
+    for name, pixel in zip(NAMES, RIG.camera.project(places), strict=False):
         ax.plot(*pixel, "o", color=MEANING["truth"], markersize=15, fillstyle="none")
         inwards = pixel + 24 * (centre - pixel) / np.hypot(*(centre - pixel))
         label(ax, *inwards.tolist(), name, MEANING["truth"], ha="center")
-    label(ax, centre[0], 0.985 * camera.size, "ahead", MEANING["robot"], ha="center", va="bottom")
-    return ax
 
 
 # Numbers -----------------------------------------------------------------------------------------

@@ -1,0 +1,150 @@
+"""The film of the page: picture, scan, echoes and what the committee knows, by one clock."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from data_synth.people import LASER_ANGLES, FisheyeImage, LaserScan, SonarScan, readings
+from robot_perception.chapters.people_fusion import committee
+from robot_perception.chapters.people_fusion.figures import aggregated
+from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors.figures import (
+    arcs,
+    bodies,
+    directions,
+    floor,
+    heads,
+    polar,
+)
+from robot_perception.chapters.people_sensors.scene import CONFIG, recording
+from robot_perception.chapters.people_sensors.sessions import RIG
+from robot_perception.geometry import se2, wrap_angle
+from robot_perception.people.aggregation import Hypotheses
+from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.teaching.figures.films import film
+from robot_perception.teaching.figures.style import MEANING, figure
+from robot_perception.teaching.media import Shown
+from robot_perception.teaching.results import kept
+
+FPS = 5
+TIMES = np.arange(0.4, 10.4, 1 / FPS).round(2)
+"""Of the frames, s: ten seconds of the session, as fast as they went by."""
+WIDTH, HEIGHT = 6.4, 3.3
+PLACES = (0.0, 0.04, 0.46, 0.86), (0.55, 0.15, 0.44, 0.78)
+"""Of picture and plan in the frame of the film: left, bottom, width, height."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Instant:
+    """What the sensors reported last before a time (s), and what the committee then knows.
+
+    The picture is red, green and blue; ranges are m, 0 where nothing came back. Where the people
+    are (ahead, to the left, and up to the head, m), and where their bodies are turned (rad).
+    """
+
+    time: float
+    picture: UInt8[np.ndarray, "height width 3"]
+    scan: Float[np.ndarray, "beams"]
+    echoes: Float[np.ndarray, "sonars"]
+    faces: Float[np.ndarray, "n"]
+    hypotheses: Hypotheses
+    people: Float[np.ndarray, "p 3"]
+    headings: Float[np.ndarray, "p"]
+
+
+@kept
+def instants() -> list[Instant]:
+    """Return what the film shows: the signals again, and the committee after each reading."""
+    session, rng = sessions.staged(CONFIG)
+    known, last, found = recording(), {}, []
+    ends = np.searchsorted(known.times, TIMES, side="right")
+    rules = TrackerRules(committee.RULES, committee.STATIC)
+    state, room = TrackerState.at(known.reckoned[0]), se2.inverse(session.robot[0])
+    for k, reading in zip(range(ends[-1]), readings(session, RIG, rng=rng), strict=False):
+        last[type(reading)] = reading, known.found(k).positions
+        state, _ = step(state, known.found(k), known.reckoned[k], rules)
+        for time in TIMES[ends == k + 1]:
+            now = session.at(float(time))
+            places = se2.act(room, now.positions)
+            scan, echoes = (last[kind][0].ranges for kind in (LaserScan, SonarScan))
+            image, faces = last[FisheyeImage]
+            found.append(
+                Instant(
+                    float(time),
+                    image.image[..., ::-1],
+                    *(np.where(np.isfinite(ranges), ranges, 0.0) for ranges in (scan, echoes)),
+                    faces.mean[:, 1],
+                    state.hypotheses,
+                    np.column_stack([places, [person.head for person in session.people]]),
+                    now.headings - session.robot[0, 2],
+                )
+            )
+    return found
+
+
+def spread(person: int, time: float) -> float:
+    """Return how well the committee knew at a time how far away somebody is (1σ, m).
+
+    That is of the hypothesis, among those that count as persons, that is nearest in direction.
+    """
+    instant = instants()[int(np.abs(TIMES - time).argmin())]
+    ahead, left, _ = instant.people[person]
+    known = instant.hypotheses.persons(committee.RULES)
+    off = np.abs(wrap_angle(known.mean[:, 1] - np.arctan2(left, ahead)))
+    return float(np.sqrt(known.cov[off.argmin(), 0, 0]))
+
+
+def show() -> Shown:
+    """Show ten seconds: what the sensors see, and whom the committee knows."""
+    return film(
+        frames(),
+        fps=FPS,
+        name="people-clock",
+        alt="Left the round picture of a fisheye camera, in which three heads move along the rim "
+        "and green lines follow faces; right the plan, in which dots of a laser, arcs of sonars "
+        "and red ellipses move with three people. One walks round to the back: a long wedge "
+        "becomes a small ellipse when a sonar hears the person, and grows again.",
+        caption="Ten seconds, as fast as they went by. Left: the picture, directions of faces "
+        "(green) and the true heads (rings). Right: the last scan (orange), echoes (thick blue "
+        "arcs), the people (dark discs), and the hypotheses after each reading (red, 2σ; filled: "
+        "persons; dotted: too light to count).",
+    )
+
+
+def frames() -> Iterator[Figure]:
+    """Yield the frames of the film, all drawn on one figure."""
+    fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
+    for ax, place in zip(axes, PLACES, strict=True):
+        ax.set_position(place)
+    for instant in instants():
+        look(axes[0], instant)
+        plan(axes[1], instant)
+        yield fig
+
+
+def look(ax: Axes, instant: Instant) -> Axes:
+    """Draw picture, faces and heads, on axes cleared first."""
+    ax.clear()
+    ax.imshow(instant.picture)
+    directions(ax, instant.faces)
+    heads(ax, instant.people)
+    ax.set_axis_off()
+    return ax
+
+
+def plan(ax: Axes, instant: Instant) -> Axes:
+    """Draw scan, echoes, hypotheses and people from above, on axes cleared first."""
+    ax.clear()
+    floor(ax, 0.3)
+    back = instant.scan > 0
+    beams = polar(instant.scan[back], LASER_ANGLES[back])
+    ax.plot(*beams.T, "o", color=MEANING["laser"], markersize=1.8)
+    arcs(ax, instant.echoes)
+    bodies(ax, instant.people[:, :2], instant.headings)
+    aggregated(ax, instant.hypotheses)
+    ax.set_title(f"{instant.time:.1f} s")
+    return ax

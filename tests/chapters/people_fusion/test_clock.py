@@ -1,0 +1,42 @@
+"""The film of the page: its readings are those of the session, and it shows what the text tells."""
+
+import numpy as np
+import pytest
+
+from robot_perception.chapters.people_fusion import clock, committee, scene
+from robot_perception.chapters.people_sensors.scene import MOMENTS, SHOWN, recording, signals
+
+
+@pytest.fixture(scope="module")
+def instants():
+    return clock.instants()
+
+
+def test_it_runs_as_fast_as_the_session_went_by(instants):
+    assert [one.time for one in instants] == clock.TIMES.tolist()
+    np.testing.assert_allclose(np.diff(clock.TIMES), 1 / clock.FPS)
+
+
+def test_signals_and_people_are_those_of_the_other_drawings(instants):
+    """The sonars' round at a moment of the explorer is the last one at the next frame, too."""
+    shown = min(instants, key=lambda one: abs(one.time - SHOWN))
+    after = next(one for one in instants if one.time > SHOWN)
+    np.testing.assert_array_equal(after.echoes, signals().echoes[MOMENTS.index(SHOWN)])
+    place = recording().places[scene.row(SHOWN)]
+    assert np.abs(shown.people[:, :2] - place).max() < 0.15  # of an eighth of a second
+
+
+def test_the_committee_is_that_of_the_page(instants):
+    run = scene.history()
+    for one in instants:
+        theirs = run.at(one.time)
+        later = one.hypotheses  # a reading or two later than the last that was judged
+        assert abs(len(later) - len(theirs)) <= 2
+
+
+def test_a_sonar_makes_a_place_of_a_direction():
+    assert clock.spread(0, 2.0) > 1.9
+    assert clock.spread(0, 4.8) < 0.35
+    breathing = [clock.spread(0, t) for t in np.arange(7.6, 10.3, 0.2)]
+    assert min(breathing) < 0.6
+    assert max(breathing) > committee.KNOWN
