@@ -8,7 +8,11 @@ from tests.chapters.ledger import LedgerTests, recorded
 
 class TestLedger(LedgerTests):
     stem = "head_tracking"
-    pictures = MappingProxyType({})
+    pictures = MappingProxyType(
+        dict.fromkeys(
+            ("histogram-head", "histogram-threshold", "histogram-bimodal", "histogram-space"), 0.01
+        )
+    )
     open_when_quick = frozenset({"histogram-head"})
 
 

@@ -20,13 +20,14 @@ _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
 
 
-def _ring(ax: Axes, ellipse: Float[np.ndarray, " 4"], colour: str, **kwargs: object) -> None:
+def ring(ax: Axes, ellipse: Float[np.ndarray, " 4"], colour: str, **kwargs: object) -> None:
     """Draw an ellipse of centre, half width and half height."""
     u, v, a, b = ellipse
     ax.plot(u + a * np.cos(_TURN), v + b * np.sin(_TURN), color=colour, **kwargs)
 
 
-def _picture(ax: Axes, image: np.ndarray) -> None:
+def picture(ax: Axes, image: np.ndarray) -> None:
+    """Show a picture on axes without scales."""
     ax.imshow(image, interpolation="nearest")
     ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
     ax.set_xticks([])
@@ -56,7 +57,7 @@ def hero(axes: np.ndarray) -> None:
     """Draw some pictures of a film with the ellipses of the fixed and of the adapted model."""
     film, at = scene.filmed(scene.LIGHT), scene.SHOWN
     for ax, k in zip(axes, at, strict=True):
-        _picture(ax, film.frames[k])
+        picture(ax, film.frames[k])
         _near(ax, film.ellipses[k])
         card(ax, k, linewidth=2.4)
         ax.set_title(f"picture {k}")
@@ -65,8 +66,8 @@ def hero(axes: np.ndarray) -> None:
 def card(ax: Axes, at: int, linewidth: float = 3.0) -> Axes:
     """Draw the ellipses of the fixed and of the adapted model on the axes of a picture."""
     for rate, name, line in ((0.0, "fixed model", "--"), (RULES.rate, "adapted model", "-")):
-        ring = scene.ellipses(scene.LIGHT, rate)[at]
-        _ring(ax, ring, MEANING[name], linewidth=linewidth, linestyle=line)
+        ellipse = scene.ellipses(scene.LIGHT, rate)[at]
+        ring(ax, ellipse, MEANING[name], linewidth=linewidth, linestyle=line)
     return ax
 
 
@@ -104,7 +105,7 @@ def looked(axes: np.ndarray, state: Look) -> None:
     """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
     left, right = axes
     left.clear()
-    _picture(left, state.image)
+    picture(left, state.image)
     right.clear()
     for points, name, size in ((state.first, "fixed model", 7), (state.now, "adapted model", 7)):
         words = "picture 0" if name == "fixed model" else "this picture"
@@ -235,14 +236,14 @@ def girl(axes: np.ndarray, read: Read[Girl], shown: Sequence[int]) -> None:
     result = read.result
     for ax, k in zip(axes, shown, strict=True):
         at = int(result.shown[k])
-        _picture(ax, result.frames[k])
-        _ring(ax, result.marked[at], MEANING["truth"], linewidth=1.6)
+        picture(ax, result.frames[k])
+        ring(ax, result.marked[at], MEANING["truth"], linewidth=1.6)
         for name, meaning, line in (
             ("fixed", "fixed model", "--"),
             ("adapted fast", "adapted model", "-"),
         ):
-            ring = result.ellipses[result.variants.index(name), at]
-            _ring(ax, ring, MEANING[meaning], linewidth=2.0, linestyle=line)
+            ellipse = result.ellipses[result.variants.index(name), at]
+            ring(ax, ellipse, MEANING[meaning], linewidth=2.0, linestyle=line)
         ax.set_title(f"picture {at + 1}")
 
 
