@@ -222,7 +222,8 @@ GIVEN: Mapping[str, Case] = {
 class Built:
     """One drive and the map that a filter made of it; faces of the true plan in m.
 
-    The readings of the scanner, m, are put where the filter believed the robot to be.
+    The readings of the scanner, m, are put where the filter believed the robot to be at the steps
+    of which they are.
     """
 
     given: str
@@ -231,6 +232,7 @@ class Built:
     drive: Drive
     history: History
     readings: Float[np.ndarray, "points 2"]
+    steps: Int[np.ndarray, "points"]
 
     @property
     def off(self) -> float:
@@ -258,7 +260,8 @@ def built(
     local = to_points(np.where(valid, ranges, 0.0), config.scanner.angles[::beams])
     history = loops.filter_drive(case, one)
     readings = act(history.poses[::every], local)[valid]
-    return Built(given, case, config.world[0].faces, one, history, readings)
+    steps = every * np.nonzero(valid)[0]
+    return Built(given, case, config.world[0].faces, one, history, readings, steps)
 
 
 @cache

@@ -1,0 +1,79 @@
+"""The film of the chapter: the same drive with names unknown and known, as the maps grow."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.loop_closing import building
+from robot_perception.chapters.loop_closing.building import Built
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.films import film
+from robot_perception.teaching.figures.maps import lines, plan
+from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.media import Shown
+
+GIVEN = {"nothing": "names unknown", "the names": "names known"}
+"""What the filter is given, and how that is called above the map."""
+FPS = 8
+EVERY = 8
+"""Steps of 20 cm from one frame to the next."""
+WIDTH, HEIGHT = 7.0, 2.4
+PLACES = (0.01, 0.01, 0.485, 0.88), (0.505, 0.01, 0.485, 0.88)
+"""Of both maps in the frame of the film: left, bottom, width, height."""
+
+
+def show() -> Shown:
+    """Show how both maps grow."""
+    return film(
+        frames(),
+        fps=FPS,
+        name="loop-film",
+        alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
+        "robot comes back to the first corridor, the right path jumps home; the left one draws the "
+        "corridor a second time beside the first.",
+        caption="The same drive, the same readings (blue) and the same wheels; left names unknown, "
+        "right told which landmark is which. Broad grey: the true floor. Red: the path as it was "
+        "believed on the way; dashed: the true one; magenta: the error now.",
+    )
+
+
+def jump() -> float:
+    """Return how far the position with names known moves at the step that closes the loop, m."""
+    built = building.built("the names")
+    moved = np.diff(built.history.poses[:, :2] - built.drive.poses[:, :2], axis=0)
+    return float(np.linalg.norm(moved, axis=1).max())
+
+
+def frames() -> Iterator[Figure]:
+    """Yield the frames of the film, all drawn on one figure."""
+    fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
+    for ax, place in zip(axes, PLACES, strict=True):
+        ax.set_position(place)
+    both = {title: building.built(given) for given, title in GIVEN.items()}
+    last = len(next(iter(both.values())).drive.poses) - 1
+    for step in [*range(0, last, EVERY), last]:
+        for ax, (title, built) in zip(axes, both.items(), strict=True):
+            grown(ax, built, step, title)
+        yield fig
+
+
+def grown(ax: Axes, built: Built, step: int, title: str) -> Axes:
+    """Draw path, readings and error of the position until a step, on axes cleared first."""
+    ax.clear()
+    truth, path = built.drive.poses[: step + 1, :2], built.history.poses[: step + 1, :2]
+    lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
+    readings = built.readings[built.steps <= step]
+    ax.plot(*readings.T, "o", color=MEANING["readings"], markersize=0.9)
+    ax.plot(*truth.T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
+    ax.plot(*path.T, color=MEANING["robot"], linewidth=1.6)
+    ends = np.stack([truth[-1], path[-1]])
+    ax.plot(*ends.T, color=MEANING["error"], linewidth=2.2)
+    ax.plot(*ends[1], "o", color=MEANING["error"], markersize=5)
+    plan(ax, built.faces.reshape(-1, 2), margin=4.0)
+    ax.set_axis_off()
+    off = float(np.hypot(*(ends[1] - ends[0])))
+    middle = float(np.mean(ax.get_xlim()))
+    label(ax, middle, ax.get_ylim()[1], f"{title}: {off:.1f} m off", MEANING["truth"], ha="center")
+    return ax
