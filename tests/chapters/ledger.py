@@ -14,11 +14,10 @@ All tests that need a claim's finding stand in that one file, so that it is comp
 What runs for long runs as a reader's would, without the checks of shapes: of a drive of the filter
 they take six sevenths of the time, and the tests of the rooms have them.
 
-Numbers of pictures are those of OpenCV. It rounds otherwise on a processor without AVX2: of a
-hundred descriptors two have an entry that differs by one, of a thousand matches one is another, and
-a drive of the filter goes another way. A class tells in ``pictures`` how far numbers of which claim
-may be from the recorded ones there; verdicts are compared everywhere. ``fused_rtol`` is for a class
-whose pictures differ between processors with AVX2, too.
+Films are rendered and looked at with OpenCV and NumPy, which round otherwise on a processor without
+AVX2: of a million bytes of a film three differ by one, and an estimate is another pixel. A class
+tells in ``pictures`` how far numbers of which claim may be from the recorded ones there; verdicts
+are compared everywhere. SIFT features are the same to the last bit.
 
 Some shares, and differences of shares, need more cases than a quick run has. A class names such
 claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
@@ -82,13 +81,11 @@ class LedgerTests:
 
     stem: str
     pictures: Mapping[str, float] = MappingProxyType({})
-    fused_rtol: float = RTOL
     open_when_quick: frozenset[str] = frozenset()
 
     def rtol(self, claim: Claim) -> float:
         """Return how far numbers may be from the recorded ones, of the larger."""
-        far = self.pictures.get(claim.id, RTOL)
-        return min(far, self.fused_rtol) if opencv_fuses() else far
+        return RTOL if opencv_fuses() else self.pictures.get(claim.id, RTOL)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make one test a claim."""

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from robot_perception.landmarks import Features, Sift, detect
+from robot_perception.landmarks.features import same_code
 from tests.landmarks.worlds import COLUMNS, blob, features, shifted, texture
 from tests.unchecked import unchecked
 
@@ -47,9 +48,47 @@ def test_parameters_reach_the_detector():
     assert len(detect(image, Sift(edge=2.0))) < len(every)
     assert len(detect(image, Sift(sigma=3.0))) < len(every)
     assert len(detect(image, Sift(layers=6))) != len(every)
-    theirs = cv2.SIFT_create(enable_precise_upscale=True).detectAndCompute(image, None)
+    with same_code():
+        theirs = cv2.SIFT_create(enable_precise_upscale=True).detectAndCompute(image, None)
     np.testing.assert_array_equal(every.descriptors, theirs[1])
     np.testing.assert_array_equal(every.pixels, [point.pt for point in theirs[0]])
+
+
+def switches() -> tuple[bool, bool, int]:
+    """Return the switches of OpenCV that say which code runs, and in how many threads."""
+    return cv2.useOptimized(), cv2.ipp.useIPP(), cv2.getNumThreads()
+
+
+def test_features_are_those_of_the_code_that_every_processor_has(monkeypatch):
+    """In one thread; and where it fails, all switches are as before."""
+    seen, before = [], switches()
+
+    class Broken:
+        def detectAndCompute(self, image, mask):
+            seen.append(switches())
+            raise cv2.error("no memory")
+
+    monkeypatch.setattr(cv2, "SIFT_create", lambda *args, **options: Broken())
+    with pytest.raises(cv2.error):
+        detect(texture(4))
+    assert seen == [(False, False, 1)]
+    assert switches() == before
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_features_are_the_same_whatever_units_opencv_may_use(held):
+    image, before = texture(4), switches()
+    here = detect(image)
+    cv2.setUseOptimized(not held)
+    cv2.setNumThreads(4)
+    try:
+        again = detect(image)
+        assert switches()[0] != held
+    finally:
+        cv2.setUseOptimized(before[0])
+        cv2.setNumThreads(before[2])
+    for name in ("pixels", "descriptors", "scales", "angles"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(here, name))
 
 
 def test_light_changes_little():

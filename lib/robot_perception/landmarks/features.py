@@ -1,5 +1,7 @@
 """SIFT features of one picture: where they are, and what their neighbourhood looks like."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import cv2
@@ -102,7 +104,8 @@ def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = SIFT) -> Featu
     """Find the SIFT features of a grey picture with OpenCV.
 
     A feature with two main directions is there twice. The first doubling of the picture is the one
-    that leaves its pixels in place; OpenCV's default moves every feature by a quarter of a pixel.
+    that leaves its pixels in place; OpenCV's default moves every feature by a quarter of a pixel. A
+    picture has the same features each time, and on every processor of a kind: `same_code`.
 
     Parameters
     ----------
@@ -133,7 +136,8 @@ def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = SIFT) -> Featu
     finder = cv2.SIFT_create(
         sift.most, sift.layers, sift.contrast, sift.edge, sift.sigma, enable_precise_upscale=True
     )
-    found, descriptors = finder.detectAndCompute(image, None)
+    with same_code():
+        found, descriptors = finder.detectAndCompute(image, None)
     if not found:
         return Features(
             np.empty((0, 2)), np.empty((0, LENGTH), np.float32), np.empty(0), np.empty(0)
@@ -144,6 +148,25 @@ def detect(image: UInt8[np.ndarray, "height width"], sift: Sift = SIFT) -> Featu
         np.array([point.size / 2 for point in found]),  # OpenCV's size is a diameter of 2σ
         np.deg2rad([point.angle for point in found]),
     )
+
+
+@contextmanager
+def same_code() -> Iterator[None]:
+    """Let OpenCV run the code that all processors of a kind have, in one thread, for a while.
+
+    By itself it takes the widest units that it finds, and they round otherwise: two descriptors in
+    a hundred have an entry that differs by one. In several threads SIFT does not repeat itself: now
+    and then it finds one feature more. The switches are OpenCV's own and hold for the process.
+    """
+    before = cv2.useOptimized(), cv2.ipp.useIPP(), cv2.getNumThreads()
+    cv2.setUseOptimized(False)
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setUseOptimized(before[0])
+        cv2.ipp.setUseIPP(before[1])
+        cv2.setNumThreads(before[2])
 
 
 def check_grey(name: str, image: np.ndarray) -> UInt8[np.ndarray, "height width"]:

@@ -277,7 +277,6 @@ def sight(
     if before is None:
         return Sighting(points, Tracks.start(points.features))
     then = checks.instance("before", before, Sighting).points
-    checks.instance("track_rules", track_rules, TrackRules)
     predicted = predict_pixels(then.points.mean, T_now_before, rig.camera)
     tracks = extend(before.tracks, then.features, points.features, track_rules, predicted=predicted)
     return Sighting(points, tracks)

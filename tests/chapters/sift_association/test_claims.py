@@ -1,37 +1,14 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
-from types import MappingProxyType
-
-import pytest
-
-from robot_perception import chapters
 from robot_perception.chapters.sift_association import table1
-from tests.chapters import ledger
-from tests.chapters.ledger import RTOL, LedgerTests, quick, recorded
+from tests.chapters.ledger import LedgerTests, quick, recorded
 
 TO_MEANS = "gain over Euclid to the means"
 
 
 class TestLedger(LedgerTests):
     stem = "sift_association"
-    fused_rtol = 1e-3  # a second processor: 4e-4 of the lower end of an interval of a share
-    pictures = MappingProxyType(
-        dict.fromkeys(("stereo-sift", "viewpoint", "erratum-new-landmark"), 0.05)
-        # gains are differences of a point or two between shares: there, the verdict is all
-        | dict.fromkeys(("table1", "mahalanobis-needs"), 1.0)
-    )
     open_when_quick = frozenset({"table1"})
-
-
-@pytest.mark.parametrize(
-    ("line", "fuses"),
-    [("SSE *AVX2 *AVX512-SKX?", True), ("SSE *AVX2? *AVX512-SKX", False), ("NEON", False)],
-)
-def test_numbers_of_pictures_may_differ_where_opencv_rounds_otherwise(monkeypatch, line, fuses):
-    monkeypatch.setattr(ledger.cv2, "getCPUFeaturesLine", lambda: line)
-    (stereo, *_), other = chapters.claims(["sift_association"]), chapters.claims(["walls"])[0]
-    assert TestLedger().rtol(stereo) == (1e-3 if fuses else 0.05)
-    assert TestLedger().rtol(other) == RTOL
 
 
 def test_right_matches_are_fewer_without_either_rule():

@@ -1,24 +1,10 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
-from types import MappingProxyType
-
 from tests.chapters.ledger import LedgerTests, quick, recorded
 
 
 class TestLedger(LedgerTests):
     stem = "visual_slam"
-    pictures = MappingProxyType(
-        {
-            "map-10": 0.1,
-            "map-50": 0.1,
-            "factorisation": 0.01,
-            "neff-resampling": 0.25,
-            "stable-landmarks": 0.05,
-            "mahalanobis-matches": 0.25,
-            "mahalanobis-map": 0.25,
-            "per-particle-association": 0.25,
-        }
-    )
 
 
 def test_verdicts():

@@ -97,7 +97,7 @@ class Config:
     frames: int = 40
 
 
-Overlaps = dict[str, Float[np.ndarray, "films frames"]]
+Overlaps = dict[str, Float[np.ndarray, "_films _frames"]]
 """Intersection over union of outlines with the truth, by "film, tracker"."""
 
 
