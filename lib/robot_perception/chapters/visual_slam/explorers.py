@@ -4,8 +4,12 @@ All states show one drive, with the same wheels, so that they compare.
 """
 
 from functools import cache, partial
+from itertools import islice
+from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from data_synth.wheels import Odometry
 from robot_perception.chapters.visual_slam import drives, frontend
@@ -43,6 +47,47 @@ def draws(count: int, rule: str = "below M/2") -> tuple[Odometry, np.random.Gene
     """Return what the wheels of the drive that is shown report, and the draws of its particles."""
     own = np.random.default_rng(SEED).spawn(len(STATES))[STATES.index((count, rule))]
     return drives.roll(frontend.seen().poses, rng=np.random.default_rng(SEED)), own
+
+
+class Glimpse(NamedTuple):
+    """M particles before a frame, and what wheels and eyes then say: n landmarks of their maps.
+
+    Places are m, of robots with the heading in rad; the points are in the frame of the camera.
+    """
+
+    poses: Float[np.ndarray, "M 3"]
+    increment: Float[np.ndarray, "3"]
+    increment_cov: Float[np.ndarray, "3 3"]
+    mount: Float[np.ndarray, "4 4"]
+    points: Float[np.ndarray, "n 3"]
+    noise: Float[np.ndarray, "n 3 3"]
+    means: Float[np.ndarray, "n M 3"]
+    covs: Float[np.ndarray, "n M 3 3"]
+
+
+def glimpse(frame: int, count: int = 5, points: int = 1) -> Glimpse:
+    """Return some particles just before a frame of the drive, and the first known points in it."""
+    seen, rng = frontend.seen(), np.random.default_rng(SEED)
+    report = drives.roll(seen.poses, rng=rng)
+    run = drives.steps(seen, Options(count), report, rng=rng)
+    before, (_, info, _) = list(islice(run, frame + 1))[-2:]
+    known = np.flatnonzero(info.known)[:points]
+    rows, maps = np.flatnonzero(seen.frames == frame)[known], before[0].maps
+    found = [maps.landmarks(m) for m in range(count)]
+    own = [np.searchsorted(ids, info.names[known]) for ids, _ in found]
+    motion = drives.motions(report)[frame - 1]
+    return Glimpse(
+        maps.poses,
+        motion.increment,
+        motion.increment_cov,
+        frontend.RIG.T_robot_camera,
+        seen.points[rows],
+        seen.covs[rows],
+        *(
+            np.stack([part(g)[k] for k, (_, g) in zip(own, found, strict=True)], axis=1)
+            for part in (attrgetter("mean"), attrgetter("cov"))
+        ),
+    )
 
 
 Measured = tuple[Drive, float, Topology]
