@@ -83,7 +83,9 @@ CALLS = {
     landmarks.sight: lambda: call(
         SIGHTED, IMAGE, RIGHT, RIG, np.eye(4), rules=StereoRules(), track_rules=TrackRules()
     ),
+    textbook.describe: lambda: call(textbook.patch(IMAGE, np.array([60.0, 45.0]), 2.0, 0.3)),
     textbook.euclidean: lambda: call(D[0], D[1]),
     textbook.mahalanobis: lambda: call(D[0], D[1], VARIANCES[0]),
     textbook.match_stereo: lambda: call(BEFORE, AFTER, StereoRules()),
+    textbook.patch: lambda: call(IMAGE, np.array([60.0, 45.0]), 2.0, 0.3),
 }

@@ -57,6 +57,51 @@ def hero(ax: ImageAxes, found: Hero) -> None:
             ax.plot(*ends, color=colour, linewidth=0.9)
 
 
+@drawn(
+    name="sift-descriptor",
+    alt="Three panels of one feature: a grey patch of 16 by 16 pixels; the same with an arrow for "
+    "the gradient at each; and 4 by 4 cells, each with a star of eight rays, long where the "
+    "arrows of the cell point.",
+    caption="From a patch to 128 numbers. Left: what lies round one feature of the picture, turned "
+    "upright. Middle: its gradients. Right: of each of 16 cells, how much gradient points in each "
+    "of eight directions: that is the descriptor.",
+    cols=3,
+    width=7.4,
+    height=2.7,
+    gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.9, "wspace": 0.08},
+)
+def descriptor(axes: np.ndarray, patch: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Draw a patch (18, 18), its gradients, and its descriptor (128,) as stars."""
+    inner, turn = patch[1:-1, 1:-1], 2 * np.pi * np.arange(8) / 8
+    u, v = (patch[1:-1, 2:] - patch[1:-1, :-2]), (patch[2:, 1:-1] - patch[:-2, 1:-1])
+    longest, places = np.hypot(u, v).max(), np.arange(16)
+    for ax, title in zip(axes, ("the patch", "its gradients", "128 numbers"), strict=True):
+        ax.set(xlim=(-0.5, 15.5), ylim=(15.5, -0.5), aspect="equal", xticks=[], yticks=[])
+        ax.grid(visible=False)
+        ax.set_title(title)
+    for ax, strength in zip(axes, (1.0, 0.35, 0.0), strict=True):
+        if strength:
+            ax.imshow(inner, cmap="gray", alpha=strength, interpolation="nearest")
+    columns, rows = np.meshgrid(places, places)
+    _rays(axes[1], columns, rows, 1.4 * u / longest, 1.4 * v / longest)
+    cells = numbers.reshape(4, 4, 8) / numbers.max()
+    for r, c in np.ndindex(4, 4):
+        long = 2.1 * cells[r, c]
+        _rays(axes[2], 4 * c + 1.5, 4 * r + 1.5, long * np.cos(turn), -long * np.sin(turn))
+    for edge in (3.5, 7.5, 11.5):
+        axes[2].axvline(edge, color=MEANING["expected"], linewidth=0.8)
+        axes[2].axhline(edge, color=MEANING["expected"], linewidth=0.8)
+    return axes
+
+
+def _rays(ax: Axes, x: Any, y: Any, along: np.ndarray, down: np.ndarray) -> None:
+    """Draw lines from places by so much, as one path."""
+    ends = np.full((3, 2, along.size), np.nan)
+    ends[0] = np.ravel(x + 0 * along), np.ravel(y + 0 * down)
+    ends[1] = np.ravel(x + along), np.ravel(y + down)
+    ax.plot(*np.moveaxis(ends, 0, -1).reshape(2, -1), color=MEANING["kept"], linewidth=1.2)
+
+
 def view(found: View) -> Figure:
     """Draw the features that are found again, the larger the farther their descriptors moved."""
     fig, ax = image_axes(found.image)
