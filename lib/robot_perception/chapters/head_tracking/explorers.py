@@ -38,11 +38,12 @@ look = Exploration(
     draw.looked,
     scene.look,
     scene.Look.words,
-    controls={"at": slider("Picture", tuple(range(0, 150, 10)), 0)},
+    controls={"at": slider("Picture", tuple(range(0, 150, 10)), 60)},
     name="head-look",
-    caption="Left: the head. Right: the colours of its pixels, in picture 0 (blue) and in this one "
-    "(red): brightness across, the difference of green and red upwards.",
-    presets={"dark": {"at": 110}, "bright": {"at": 20}, "another colour": {"at": 60}},
-    axes=partial(figure, 1, 2, width=7.4, height=3.2),
+    caption="Left: the head. Middle: colours of its pixels, in picture 0 (blue) and in this one "
+    "(red): brightness across, the difference of green and red upwards. Right: what the head's "
+    "histogram has in common with that of picture 0, by the cells that colours are counted in.",
+    presets={"dark": {"at": 110}, "bright": {"at": 20}, "the first": {"at": 0}},
+    axes=partial(figure, 1, 3, width=8.6, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],
 )

@@ -102,8 +102,11 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
 
 
 def looked(axes: np.ndarray, state: Look) -> None:
-    """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
-    left, right = axes
+    """Draw the picture, the colours of the head in it and in the first, and what they share.
+
+    The axes are cleared first.
+    """
+    left, right, bars = axes
     left.clear()
     picture(left, state.image)
     right.clear()
@@ -111,8 +114,16 @@ def looked(axes: np.ndarray, state: Look) -> None:
         words = "picture 0" if name == "fixed model" else "this picture"
         right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
     right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
-    right.set_title(f"in common: {state.common['opponent']:.0%}")
     right.legend(loc="upper left")
+    bars.clear()
+    rows = np.arange(len(state.common))
+    named = [(name, name.startswith("opponent")) for name in state.common]
+    colours = [MEANING["paper" if ours else "expected"] for _, ours in named]
+    bars.barh(rows, [*state.common.values()], color=colours, height=0.36)
+    for row, (name, share) in enumerate(state.common.items()):
+        words = f"{name.removesuffix(' cells')}: {share:.0%}"
+        label(bars, 0.01, row - 0.4, words, MEANING["truth"], fontsize=9)
+    bars.set(xlim=(0, 1), ylim=(len(rows) - 0.6, -0.8), yticks=[], xlabel="in common")
 
 
 @drawn(
