@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -76,7 +77,7 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
         for number, at in zip(numbers.tolist(), pixels(places), strict=True):
             trails[number] = [*trails.get(number, []), at][-round(TRAIL * RATE) :]
             cv2.polylines(picture, [np.array(trails[number])], False, (0, 90, 200), 1)
-            cv2.putText(picture, str(number), at + [6, -6], 0, 0.5, (0, 90, 200))
+            cv2.putText(picture, str(number), (at[0] + 6, at[1] - 6), 0, 0.5, (0, 90, 200))
             cv2.circle(picture, at, 5, (0, 90, 200), -1)
         robot = pixels(se2.act(pose, np.array([[0.3, 0], [-0.2, 0.2], [-0.2, -0.2]])))
         cv2.polylines(picture, [robot], True, (0, 0, 0), 2)
@@ -85,6 +86,8 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def main(kind: str, file: str, out: str, way: str = "") -> None:
+    if not Path(out).parent.is_dir():
+        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
     readings, poses = from_laser(file) if kind == "legs" else (from_table(file), None)
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times

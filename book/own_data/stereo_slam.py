@@ -20,7 +20,7 @@ CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, c
 TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are nanoseconds
 GAPS = False  # whether numbers may be missing
 MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
-WHEELS = np.array([0.05, 0.02]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
+WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
 COMMANDS = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
 NO_WHEELS = "stereo"  # the motion without them: by the pictures, or at "constant" velocity
 SIGMAS = {"stereo": [0.03, 0.03, 0.003], "constant": [0.1, 0.05, 0.02]}  # of it, m, m, rad
@@ -67,11 +67,15 @@ def film(lefts, looks, path, places):
 
 
 def main(folder: str, out: str, wheels: str = "") -> None:
+    if NO_WHEELS not in SIGMAS:
+        raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
+    if not Path(out).parent.is_dir():
+        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
     root, told, rng = Path(folder), CALIBRATION, np.random.default_rng(1)
     told = datasets.read_calibration(root / told) if isinstance(told, str) else told
     sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
     pairs = datasets.StereoSequence(*sides)
-    rig, times = told.rig(pairs.size), np.array(pairs.numbers) * TICK
+    rig, times = told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
     moved = [None, *(by_wheels(wheels, times) if wheels else [None] * (len(pairs) - 1))]
     state, found = visual.VisualMaps.start(np.zeros(3), FILTER), None

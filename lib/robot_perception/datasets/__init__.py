@@ -63,7 +63,6 @@ from robot_perception.datasets.victoria import (
 )
 from robot_perception.datasets.video import read_video, write_video
 from robot_perception.datasets.writing import (
-    whole_file,
     write_columns,
     write_kitti,
     write_mot,
@@ -130,7 +129,6 @@ __all__ = [
     "read_video",
     "registry",
     "status",
-    "whole_file",
     "write_columns",
     "write_kitti",
     "write_mot",
