@@ -56,7 +56,8 @@ def read_columns(
     lines = Lines(path)
     rows = _cells(lines)
     header = [name.decode("utf-8-sig") for name in next(rows, [])]
-    missing = [name for name in (*limits, *texts) if name not in header and name not in optional]
+    missing = [name for name in limits if name not in header and name not in optional]
+    missing += [f"of texts {name}" for name in texts if name not in header and name not in optional]
     if missing:
         found = ", ".join(header) or "nothing"
         raise lines.error(f"no column {' and no column '.join(missing)}; there is {found}")

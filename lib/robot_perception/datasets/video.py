@@ -14,6 +14,9 @@ from robot_perception.datasets.writing import whole_file
 CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 """By the ending of a film's name, what OpenCV writes without more being installed."""
 
+SMALLEST = 16
+"""Least height and width of a film that is written, px: some encoders fail below 8."""
+
 
 def read_video(path: str | Path) -> Iterator[UInt8[np.ndarray, "height width 3"]]:
     """Yield the frames of a film.
@@ -76,7 +79,8 @@ def write_video(
     TypeError
         If a frame does not hold bytes.
     ValueError
-        If the name has another ending, there is no frame, or one has another shape.
+        If the name has another ending, there is no frame, one has another shape, or a side of less
+        than 16 px.
     OSError
         If OpenCV cannot write such a film, or there is no such folder.
     """
@@ -95,6 +99,8 @@ def write_video(
                 checks.shaped("frames", frame, shape)
                 if film is None:
                     shape = frame.shape
+                    if min(shape[:2]) < SMALLEST:
+                        raise ValueError(f"frames must have sides of {SMALLEST} px, got {shape}")
                     size = tuple(side + side % 2 for side in shape[1::-1])
                     kind = cv2.VideoWriter_fourcc(*CODECS[codec])
                     film = cv2.VideoWriter(str(beside), kind, rate, size)

@@ -231,9 +231,12 @@ def _poses(poses: np.ndarray) -> np.ndarray:
 
 
 def _cells(name: str, values: Sequence | np.ndarray) -> list[str]:
-    if len(values) and all(isinstance(value, str) for value in values):
-        return [_cell(f"columns[{name!r}]", value) for value in values]
-    numbers = checks.array(f"columns[{name!r}]", values, ("rows",))
+    what = f"columns[{name!r}]"
+    if isinstance(values, list | tuple) and all(isinstance(value, str) for value in values):
+        return [_cell(what, value) for value in values]
+    if isinstance(values, np.ndarray) and values.dtype.kind == "U":
+        return [_cell(what, value) for value in values.ravel().tolist()]
+    numbers = checks.array(what, values, ("rows",))
     return [f"{value:.15g}" for value in numbers.tolist()]
 
 
