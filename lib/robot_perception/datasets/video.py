@@ -10,6 +10,7 @@ from robot_perception import checks
 from robot_perception.datasets.images import CorruptImage
 from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.writing import whole_file
+from robot_perception.extras import needing
 
 CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 """By the ending of a film's name, what OpenCV writes without more being installed."""
@@ -38,7 +39,8 @@ def read_video(path: str | Path) -> Iterator[UInt8[np.ndarray, "height width 3"]
     FileNotFoundError
         If there is no such file.
     """
-    import cv2
+    with needing():
+        import cv2
 
     path = as_path(path)
     if not path.is_file():
@@ -84,7 +86,8 @@ def write_video(
     OSError
         If OpenCV cannot write such a film, or there is no such folder.
     """
-    import cv2
+    with needing():
+        import cv2
 
     path, rate = as_path(path), checks.positive("rate", rate)
     codec = checks.one_of("the ending of path", path.suffix.lower(), CODECS)

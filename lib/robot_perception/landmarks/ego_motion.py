@@ -2,13 +2,16 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole
+from robot_perception.extras import needing
 from robot_perception.landmarks.tracking import Sighting
+
+with needing():
+    import cv2
 
 LEAST = 6
 """Points without which there is no motion to be told from chance."""
