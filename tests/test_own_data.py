@@ -498,6 +498,18 @@ def test_people_by_their_legs(visit):
     assert len(gaps) > 30
     assert np.median(gaps) < 0.1
     assert np.mean(gaps < 0.3) > 0.8
+    lines = [  # the same as a CARMEN log, which knows the poses itself
+        writing.flaser(
+            np.where(np.isfinite(scan.ranges), scan.ranges, 81.91), pose, pose, scan.time
+        )
+        for scan in scans
+        for pose in [session.at(scan.time).robot]
+    ]
+    writing.write(folder / "scans.log", lines)
+    run(folder, "people.py", "legs", "scans.log", "log")
+    gaps = followed(folder / "log.csv", session, 3.0, 1.3)
+    assert np.median(gaps) < 0.1
+    assert np.mean(gaps < 0.3) > 0.8
 
 
 def test_people_in_a_real_hall(tmp_path):
