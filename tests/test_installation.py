@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from robot_perception import __main__
+from robot_perception import extras
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -111,9 +111,78 @@ def test_command_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
     run = python(IMPORT + "from robot_perception.__main__ import main\nmain()", [], None)
     assert run.returncode == 1
     assert re.fullmatch(r"This needs \w+: pip install 'robot-perception\[\w+\]'\n", run.stderr)
+
+
+def test_extras_are_read_from_what_the_project_says(monkeypatch: pytest.MonkeyPatch):
     lines = [f"click>=8; extra == '{extra}'" for extra in ("book", "data")]
-    monkeypatch.setattr(__main__, "requires", lambda name: [*lines, "clickable"])
-    assert [__main__._extra(name) for name in ("click", "PIL")] == ["data", "book"]
+    lines += ["clickable", "opencv-python-headless<5,>=4; extra == 'vision'"]
+    monkeypatch.setattr(extras, "requires", lambda name: lines)
+    names = "click", "cv2", "PIL"
+    assert [extras.extra_of(name) for name in names] == ["data", "vision", "book"]
+
+    def absent(name: str) -> None:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(extras, "requires", absent)  # not installed, run from its folder
+    assert extras.extra_of("click") == "book"
+
+
+NEEDY = {
+    "robot_perception.landmarks": ("cv2", "vision"),
+    "robot_perception.landmarks.ego_motion": ("cv2", "vision"),
+    "robot_perception.cameras": ("cv2", "vision"),
+    "robot_perception.appearance.segmentation": ("cv2", "vision"),
+    "robot_perception.appearance.affine_snake": ("cv2", "vision"),
+    "robot_perception.appearance.single_cues": ("cv2", "vision"),
+    "robot_perception.appearance.colour_shape": ("cv2", "vision"),
+    "robot_perception.people.skin": ("cv2", "vision"),
+    "robot_perception.evaluation.sweep": ("joblib", "book"),
+    "robot_perception.slam.observability.symbolic": ("sympy", "symbolic"),
+}
+CALLS = {
+    "datasets.read_image('a.png')": ("PIL", "vision"),
+    "datasets.read_video('a.avi')": ("cv2", "vision"),
+    "datasets.write_video('a.avi', [], rate=1.0)": ("cv2", "vision"),
+    "datasets.dataset('kitti_stereo_turn')": ("pooch", "data"),
+}
+MISSING = """
+for name in names:
+    try:
+        importlib.import_module(name) if name.startswith("robot_perception") else eval(
+            name, {"datasets": importlib.import_module("robot_perception.datasets")}
+        )
+    except ModuleNotFoundError as error:
+        print(error.name, error)
+"""
+
+
+def test_modules_say_what_to_install():
+    """Where the base alone is installed, in one sentence for each module and function."""
+    code = IMPORT[: IMPORT.rindex("for name in names")] + MISSING
+    run = python(code, [*NEEDY, *CALLS], None)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.splitlines() == [
+        f"{package} This needs {package}: pip install 'robot-perception[{extra}]'"
+        for package, extra in (NEEDY | CALLS).values()
+    ]
+
+
+def test_an_error_of_our_own_is_none_of_a_missing_package():
+    ours = r"No module named 'robot_perception\.none'"
+    with pytest.raises(ModuleNotFoundError, match=ours), extras.needing():
+        import robot_perception.none  # noqa: F401
+    with pytest.raises(ImportError, match="cannot import name 'nothing'"), extras.needing():
+        from numpy import nothing  # noqa: F401
+
+
+def test_every_module_of_an_extra_names_it():
+    """No module of the library, chapters and teaching apart, imports such a package bare."""
+    optional = {"cv2", "PIL", "pooch", "tqdm", "sympy", "joblib", "requests", "urllib3"}
+    bare = re.compile(rf"^(?:import|from) ({'|'.join(optional)})\b", re.MULTILINE)
+    outside = {"chapters", "teaching", "cli"}
+    for file in (ROOT / "lib" / "robot_perception").rglob("*.py"):
+        if not outside & set(file.relative_to(ROOT / "lib").parts):
+            assert not bare.findall(file.read_text("utf-8")), file.name
 
 
 def test_the_base_is_small():

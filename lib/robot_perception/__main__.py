@@ -1,7 +1,6 @@
 """The command line, or what to install for it."""
 
-import re
-from importlib.metadata import requires
+from robot_perception.extras import advice
 
 
 def main() -> None:
@@ -11,18 +10,10 @@ def main() -> None:
 
         command_line()
     except ModuleNotFoundError as error:
-        name = str(error.name).partition(".")[0]
-        if name in ("robot_perception", "data_synth"):
+        text = advice(error.name)
+        if text is None:
             raise
-        raise SystemExit(
-            f"This needs {name}: pip install 'robot-perception[{_extra(name)}]'"
-        ) from error
-
-
-def _extra(name: str) -> str:
-    """Return the extra that brings a package; the book's holds the others and what is in none."""
-    found = (re.match(rf"{name}\W.*extra == .(\w+)", line) for line in requires("robot-perception"))
-    return min({match[1] for match in found if match} - {"book"}, default="book")
+        raise SystemExit(text) from error
 
 
 if __name__ == "__main__":

@@ -6,12 +6,15 @@ rows, and its centre has whole numbers, as in OpenCV. Distances are in the unit 
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 COEFFICIENTS = (0, 4, 5, 8, 12, 14)
 """How many coefficients of distortion OpenCV takes; none is no distortion."""

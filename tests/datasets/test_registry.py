@@ -116,4 +116,4 @@ def test_readers_need_numpy_alone_and_the_registry_says_what_it_needs(tmp_path):
     command = [sys.executable, "-c", ALONE, str(tmp_path / "a.relations")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stdout == "1\n"
-    assert done.stderr.strip().endswith('pip install "robot-perception[data]"')
+    assert done.stderr.strip().endswith("This needs pooch: pip install 'robot-perception[data]'")

@@ -20,13 +20,16 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 from numba import njit
 
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 __all__ = [
     "Affine",

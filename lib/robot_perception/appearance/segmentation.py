@@ -7,13 +7,16 @@ mask is cleaned, and how wide its boundary is, the paper leaves open: these are 
 from dataclasses import dataclass
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Integer, Real
 from numba import njit
 
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 __all__ = ["Blob", "blob", "boundary", "clean", "dilate", "euler_number", "filled", "segment"]
 

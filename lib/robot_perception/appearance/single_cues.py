@@ -7,7 +7,6 @@ are counted. The third is the everyday one by colour: a window that OpenCV's mea
 
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
@@ -18,6 +17,10 @@ from robot_perception.appearance.colour_histograms import adapt, histogram, shar
 from robot_perception.appearance.colour_shape import SMALLEST, ColourShapeRules, inner, sound
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 __all__ = ["ColourTracker", "CueState", "EdgeTracker", "WindowTracker"]
 

@@ -1,7 +1,7 @@
 """Real recordings: where they are, where they come from, and how they are read.
 
 `find` never downloads, `fetch` does; the readers return arrays and an account of every line, and
-stop at the first that cannot be read.
+stop at the first that cannot be read. What is written appears whole or not at all.
 """
 
 from robot_perception.datasets.boxes import Boxes, read_boxes
@@ -38,6 +38,7 @@ from robot_perception.datasets.stereo import (
     Calibration,
     StereoDrive,
     StereoFeatures,
+    read_calibration,
     read_kitti,
     read_stereo_features,
 )
@@ -60,7 +61,14 @@ from robot_perception.datasets.victoria import (
     read_landmark_graph,
     read_vehicle,
 )
-from robot_perception.datasets.video import read_video
+from robot_perception.datasets.video import read_video, write_video
+from robot_perception.datasets.writing import (
+    write_columns,
+    write_kitti,
+    write_mot,
+    write_ply,
+    write_tum,
+)
 
 __all__ = [
     "Boxes",
@@ -100,6 +108,7 @@ __all__ = [
     "find",
     "path",
     "read_boxes",
+    "read_calibration",
     "read_carmen_log",
     "read_columns",
     "read_depth_pair",
@@ -120,4 +129,10 @@ __all__ = [
     "read_video",
     "registry",
     "status",
+    "write_columns",
+    "write_kitti",
+    "write_mot",
+    "write_ply",
+    "write_tum",
+    "write_video",
 ]

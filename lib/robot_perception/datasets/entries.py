@@ -15,6 +15,7 @@ from typing import Any, final
 from urllib.parse import quote
 
 from robot_perception.checks import instance
+from robot_perception.extras import needing
 
 DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
 SETS, REGISTRY = "sets.toml", "registry.txt"
@@ -106,11 +107,8 @@ def some(names: list[str], most: int = 20) -> str:
 
 def load_pooch() -> ModuleType:
     """Return pooch; the readers do without it."""
-    try:
+    with needing():
         import pooch
-    except ModuleNotFoundError as error:
-        wanted = 'the registry of recordings needs pooch: pip install "robot-perception[data]"'
-        raise ModuleNotFoundError(wanted) from error
     return pooch
 
 

@@ -14,6 +14,7 @@ from jaxtyping import UInt8
 
 from robot_perception.checks import flag, instance, whole
 from robot_perception.datasets.logs import as_path
+from robot_perception.extras import needing
 
 NUMBER = re.compile(r"(?<!\d)(\d{1,19})\D*\Z")  # nanoseconds since 1970 have 19 digits
 ADDRESS = re.compile(r" ?<_io\.BytesIO[^>]*>")  # of the copy in memory, as Pillow names it
@@ -65,11 +66,8 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
 
 def load_pillow() -> ModuleType:
     """Return Pillow's module of pictures; the other readers do without it."""
-    try:
+    with needing():
         from PIL import Image
-    except ModuleNotFoundError as error:
-        wanted = 'pictures need pillow: pip install "robot-perception[vision]"'
-        raise ModuleNotFoundError(wanted) from error
     return Image
 
 

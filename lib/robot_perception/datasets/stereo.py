@@ -134,7 +134,7 @@ def read_kitti(folder: str | Path, *, allow_gaps: bool = False) -> StereoDrive:
     """
     folder = as_path(folder, "folder")
     allow_gaps = checks.flag("allow_gaps", allow_gaps)
-    calibration = _projections(folder / "calib.txt")
+    calibration = read_calibration(folder / "calib.txt")
     poses = _poses(folder / "poses.txt")
     sides = next((pair for pair in SIDES if (folder / pair[0]).is_dir()), SIDES[0])
     frames = StereoSequence(*(read_images(folder / side, allow_gaps=allow_gaps) for side in sides))
@@ -146,8 +146,23 @@ def read_kitti(folder: str | Path, *, allow_gaps: bool = False) -> StereoDrive:
     return StereoDrive(frames, calibration, np.array([poses[number] for number in frames.numbers]))
 
 
-def _projections(path: Path) -> Calibration:
-    """Return the calibration that two projection matrices tell."""
+def read_calibration(path: str | Path) -> Calibration:
+    """Read the projection matrices of a rectified pair, as `read_kitti` does.
+
+    Parameters
+    ----------
+    path
+        The file: the matrices of the left and the right camera, 3 × 4 by rows, in its first two
+        lines, with or without a label such as ``P0:``.
+
+    Raises
+    ------
+    CorruptLog
+        If the file is empty or damaged, or the matrices are not those of a rectified pair.
+    FileNotFoundError
+        If there is no such file.
+    """
+    path = as_path(path)
     lines, matrices = Lines(path), []
     for words in lines.words():
         if len(matrices) < 2:

@@ -26,6 +26,7 @@ from robot_perception.datasets.entries import (
     registry,
     some,
 )
+from robot_perception.extras import needing
 
 CACHE_VARIABLE = "ROBOT_PERCEPTION_CACHE"
 
@@ -186,7 +187,8 @@ def fetch(
     UnknownDataset
         If the registry does not know the name.
     """
-    from tqdm.auto import tqdm
+    with needing():
+        from tqdm.auto import tqdm
 
     flag("progress", progress)
     positive("timeout", timeout)

@@ -16,6 +16,7 @@ def read_columns(
     *,
     optional: Collection[str] = (),
     integers: Collection[str] = (),
+    texts: Collection[str] = (),
 ) -> dict[str, np.ndarray]:
     """Read columns of a CSV file, plain or gzip, by the names in its first line.
 
@@ -31,11 +32,13 @@ def read_columns(
         Which of them the file may lack.
     integers
         Which of them hold whole numbers.
+    texts
+        Further columns to read, which hold words.
 
     Returns
     -------
     dict
-        By name, those of the columns that the file has, each (rows,).
+        By name, those of the columns that the file has, each (rows,); those of words last.
 
     Raises
     ------
@@ -49,21 +52,24 @@ def read_columns(
     for name, limit in instance("limits", limits, Mapping).items():
         number(f"limits[{name!r}]", limit, finite=False)
     optional, integers = instances("optional", optional, str), instances("integers", integers, str)
+    texts = instances("texts", texts, str)
     lines = Lines(path)
     rows = _cells(lines)
     header = [name.decode("utf-8-sig") for name in next(rows, [])]
     missing = [name for name in limits if name not in header and name not in optional]
+    missing += [f"of texts {name}" for name in texts if name not in header and name not in optional]
     if missing:
         found = ", ".join(header) or "nothing"
         raise lines.error(f"no column {' and no column '.join(missing)}; there is {found}")
     wanted = [name for name in limits if name in header]
-    twice = [name for name in wanted if header.count(name) > 1]
+    words = [name for name in texts if name in header]
+    twice = [name for name in (*wanted, *words) if header.count(name) > 1]
     if twice:
         raise lines.error(f"column {twice[0]} is there twice")
     places = [header.index(name) for name in wanted]
     bounds = np.array([limits[name] for name in wanted])
     whole = np.array([name in integers for name in wanted])
-    table = []
+    table, told = [], {name: [] for name in words}
     for row in rows:
         lines.expect(row, len(header))
         values = np.array([_number(row[place]) for place in places])
@@ -73,6 +79,10 @@ def read_columns(
             k = int(np.argmin(good))
             cell = row[places[k]].decode()
             raise lines.error(f"{wanted[k]} is {cell!r}, {_reason(values[k], bounds[k])}")
+        for name in words:
+            told[name].append(row[header.index(name)].decode("utf-8", "replace"))
+            if not told[name][-1]:
+                raise lines.error(f"{name} is empty")
         table.append(values)
     lines.kept["row"] = len(table)
     lines.need("row")
@@ -80,7 +90,7 @@ def read_columns(
     return {
         name: values.astype(np.int64) if name in integers else values
         for name, values in columns.items()
-    }
+    } | {name: np.array(values) for name, values in told.items()}
 
 
 def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "scans beams"]:

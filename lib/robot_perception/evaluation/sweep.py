@@ -5,11 +5,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
-from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
-from tqdm import tqdm
 
 from robot_perception import checks
+from robot_perception.extras import needing
+
+with needing():
+    from joblib import Parallel, delayed
+    from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
+    from tqdm import tqdm
 
 WORKERS = "ROBOT_PERCEPTION_WORKERS"
 """Environment variable: number of processes for a caller that has chosen no backend."""

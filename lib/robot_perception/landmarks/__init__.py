@@ -10,6 +10,7 @@ from robot_perception.landmarks.classes import (
     raw_variances,
     shrunk_variances,
 )
+from robot_perception.landmarks.ego_motion import StereoMotion, stereo_motion
 from robot_perception.landmarks.features import Features, Sift, detect
 from robot_perception.landmarks.stereo import (
     StereoPoints,
@@ -38,6 +39,7 @@ __all__ = [
     "Nearest",
     "Sift",
     "Sighting",
+    "StereoMotion",
     "StereoPoints",
     "StereoRules",
     "TrackRules",
@@ -54,4 +56,5 @@ __all__ = [
     "require_rectified",
     "shrunk_variances",
     "sight",
+    "stereo_motion",
 ]

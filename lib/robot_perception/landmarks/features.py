@@ -4,11 +4,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
 from robot_perception import checks
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 LEAST_SIDE = 16  # px; of smaller pictures nothing is left inside the detector's border
 LENGTH = 128  # of a descriptor

@@ -14,15 +14,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian, ParticleSet
+from robot_perception.extras import needing
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
 from robot_perception.people._bearings import DISTANCE, RANGE_SIGMA, bearings
+
+with needing():
+    import cv2
 
 
 @dataclass(frozen=True, eq=False, slots=True)

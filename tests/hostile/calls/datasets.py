@@ -120,7 +120,7 @@ CALLS = {
     datasets.read_plane_pair: lambda: call(PAIRS),
     datasets.read_stereo_features: lambda: call(FEATURES),
     datasets.read_columns: lambda: call(
-        COLUMNS, {"time_s": 1e9, "x_m": 1e9}, optional=["x_m"], integers=["time_s"]
+        COLUMNS, {"time_s": 1e9, "x_m": 1e9}, optional=["x_m"], integers=["time_s"], texts=["wrong"]
     ),
     datasets.read_fixes: lambda: call(FOLDER / "fix.mat"),
     datasets.read_graph_log: lambda: call(GRAPH, max_range=80.0, timed=True),
@@ -131,4 +131,22 @@ CALLS = {
     datasets.read_relations: lambda: call(RELATIONS),
     datasets.read_track: lambda: call(TABLE),
     datasets.read_vehicle: lambda: call(FOLDER / "car.mat"),
+    datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
+    datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}),
+    datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None]),
+    datasets.write_mot: lambda: call(
+        FOLDER / "out.txt",
+        np.array([1, 2]),
+        np.array([1, 1]),
+        boxes=np.ones((2, 4)),
+        points=np.ones((2, 3)),
+        confidences=np.ones(2),
+    ),
+    datasets.write_ply: lambda: call(
+        FOLDER / "out.ply", np.ones((2, 3)), np.ones((2, 3), np.uint8)
+    ),
+    datasets.write_tum: lambda: call(FOLDER / "out.tum", TIMES, np.array([np.eye(4)] * 3)),
+    datasets.write_video: lambda: call(
+        FOLDER / "out.avi", [np.zeros((16, 16, 3), np.uint8)], rate=10.0
+    ),
 }

@@ -38,6 +38,7 @@ NEAREST = Euclidean(D).two_nearest(D)
 ROWS = np.array([0, 1, 1])
 PLACES = np.array([[0.0, 0.0, 1.0], [0.5, 0.1, 2.0]])
 SIGHTED = landmarks.sight(None, IMAGE, RIGHT, RIG, np.eye(4))  # compiled before the clock runs
+NEXT = landmarks.sight(SIGHTED, IMAGE, RIGHT, RIG, np.eye(4))
 Mahalanobis(D, VARIANCES).two_nearest(D)
 
 CALLS = {
@@ -83,6 +84,7 @@ CALLS = {
     landmarks.sight: lambda: call(
         SIGHTED, IMAGE, RIGHT, RIG, np.eye(4), rules=StereoRules(), track_rules=TrackRules()
     ),
+    landmarks.stereo_motion: lambda: call(SIGHTED, NEXT, RIG.camera, reach_px=2.0),
     textbook.describe: lambda: call(textbook.patch(IMAGE, np.array([60.0, 45.0]), 2.0, 0.3)),
     textbook.euclidean: lambda: call(D[0], D[1]),
     textbook.mahalanobis: lambda: call(D[0], D[1], VARIANCES[0]),

@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
-import sympy
-from sympy.polys.matrices import DomainMatrix
-
 from robot_perception import checks
+from robot_perception.extras import needing
 from robot_perception.slam.observability.gauge import SHIFT_X, SHIFT_Y
 from robot_perception.slam.observability.sensors import Anchor, Heading, Landmarks, Position, Sensor
 from robot_perception.slam.planar.sensors import RangeBearing
+
+with needing():
+    import sympy
+    from sympy.polys.matrices import DomainMatrix
 
 J = sympy.Matrix([[0, -1], [1, 0]])
 DISPLACEMENT = sympy.symbols("d_x d_y", real=True)

@@ -1,0 +1,127 @@
+"""People round a robot: python people.py detections|legs FILE OUT [POSES]"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tqdm import tqdm
+
+from robot_perception import datasets
+from robot_perception.geometry import se2
+from robot_perception.people import legs, tracker
+from robot_perception.people.aggregation import AggregationRules, SensorRules
+from robot_perception.people.detections import Detections, polar
+from robot_perception.people.trajectories import StaticRules
+
+SENSORS = {  # any name may join: how much it is believed, and when its silence ends a belief, s
+    "laser": SensorRules(alpha=0.3, patience=3.0, reach=6.0),
+    "sonar": SensorRules(alpha=0.1, patience=5.0, reach=4.0),
+    "camera": SensorRules(alpha=0.15, patience=4.0, alpha_behind=0.3),
+    "microphone": SensorRules(alpha=0.3, patience=4.0, silence=False),
+}
+PEOPLE = AggregationRules(sensors=SENSORS, walk=0.5, person=0.5)  # m in a second; least weight
+STATIC = StaticRules(spread=0.4, longest=20.0)  # who stays within 0.4 m for 20 s may be furniture
+LEGS = legs.LegRules()  # their widths and distances in a scan
+GAP = 0.5  # longest gap of the robot's poses that is bridged, s
+DISTANCE = {"distance_m": 200, "distance_sigma_m": 20}  # largest number; -1: it saw nobody
+DIRECTION = {"direction_rad": 7, "direction_sigma_rad": 7}
+RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a second, px, m, s
+
+Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
+
+
+def from_table(file: str) -> list[Reading]:
+    """Readings of any sensors in the order of their times."""
+    limits = {"time_s": np.inf} | DISTANCE | DIRECTION
+    times, *numbers, names = datasets.read_columns(file, limits, texts=["sensor"]).values()
+    if unknown := sorted({*names} - {*SENSORS}):
+        raise ValueError(f"{file}: SENSORS has no rules for {', '.join(unknown)}")
+    found = []
+    for time, name in sorted({*zip(times.tolist(), names.tolist(), strict=True)}):
+        rows = (times == time) & (names == name) & (numbers[0] >= 0)
+        r, r_sigma, phi, phi_sigma = (column[rows] for column in numbers)
+        found.append((Detections(time, name, polar(r, phi, r_sigma, phi_sigma)), np.zeros((0, 2))))
+    return found
+
+
+def from_laser(file: str) -> tuple[list[Reading], np.ndarray]:
+    """Scans at the height of legs, and the poses that their log knows."""
+    archive = file.endswith(".npz")
+    log = (datasets.read_leg_scans if archive else datasets.read_carmen_log)(file)
+    found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
+    for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
+        there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
+        found.append((Detections(time, "laser", seen), ranges[there, None] * ahead[there]))
+    return found, np.zeros((len(found), 3)) if archive else log.poses
+
+
+def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
+    """From above, x to the right: scans grey, detections orange, people with their trails."""
+    middle = np.mean([pose[:2] for pose, *_ in shown], axis=0)
+    trails, before = {}, 0
+
+    def pixels(points: np.ndarray) -> np.ndarray:
+        return (SIDE / 2 * (1 + (points - middle) * [1, -1] / REACH)).round().astype(np.int32)
+
+    for time in np.arange(times[0], times[-1] + 1 / RATE, 1 / RATE):
+        picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
+        now = int(np.searchsorted(times, time, side="right"))
+        for pose, scan, seen, *_ in shown[min(before, now - 1) : now]:
+            for at in pixels(se2.act(pose, scan)).tolist():
+                cv2.circle(picture, at, 1, (150, 150, 150), -1)
+            for at in pixels(se2.act(pose, seen)).tolist():
+                cv2.circle(picture, at, 5, (230, 120, 0), 1)
+        pose, _, _, numbers, places, _ = shown[now - 1]
+        for number, at in zip(numbers.tolist(), pixels(places), strict=True):
+            trails[number] = [*trails.get(number, []), at][-round(TRAIL * RATE) :]
+            cv2.polylines(picture, [np.array(trails[number])], False, (0, 90, 200), 1)
+            cv2.putText(picture, str(number), (at[0] + 6, at[1] - 6), 0, 0.5, (0, 90, 200))
+            cv2.circle(picture, at, 5, (0, 90, 200), -1)
+        robot = pixels(se2.act(pose, np.array([[0.3, 0], [-0.2, 0.2], [-0.2, -0.2]])))
+        cv2.polylines(picture, [robot], True, (0, 0, 0), 2)
+        before = now
+        yield picture
+
+
+def main(kind: str, file: str, out: str, way: str = "") -> None:
+    if not Path(out).parent.is_dir():
+        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
+    readings, poses = from_laser(file) if kind == "legs" else (from_table(file), None)
+    times = np.array([seen.time for seen, _ in readings])
+    poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
+    if way:
+        poses, covered = datasets.read_track(way).at(times, longest_gap=GAP)
+    if not covered.any():
+        raise ValueError(f"{way}: no pose at the time of a reading")
+    rules, shown = tracker.TrackerRules(PEOPLE, STATIC), []
+    state, used = tracker.TrackerState.at(poses[covered][0]), np.flatnonzero(covered)
+    for k in tqdm(used, "readings"):
+        seen, scan = readings[k]
+        state, info = tracker.step(state, seen, poses[k], rules)
+        sure = state.hypotheses.weight > PEOPLE.person
+        people, (r, phi) = state.hypotheses.select(sure), seen.positions.mean.T
+        points = np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1)
+        marks = np.stack([people.weight, info.static[sure]], axis=-1)
+        places = se2.act(poses[k], people.points)
+        shown.append((poses[k], scan, points, people.identity + 1, places, marks))
+    numbers, places, marks = map(np.concatenate, list(zip(*shown, strict=True))[3:])
+    rows = np.repeat(used, [len(one[3]) for one in shown])
+    (x, y), (weight, static) = places.T, marks.T
+    columns = {"time_s": times[rows], "person": numbers, "x_m": x, "y_m": y}
+    datasets.write_columns(f"{out}.csv", columns | {"weight": weight, "static": static})
+    flat = np.stack([x, y, 0 * x], axis=-1)
+    datasets.write_mot(f"{out}_mot.txt", rows + 1, numbers, points=flat, confidences=weight)
+    datasets.write_video(f"{out}.mp4", tqdm(film(shown, times[used]), "film"), rate=RATE)
+    print(f"readings: {len(times)}, without a pose: {len(times) - len(used)}")
+    print(f"detections: {sum(len(seen) for seen, _ in readings)}, people: {len({*numbers})}")
+    print(f"at once: {max(len(one[3]) for one in shown)}, static: {len({*numbers[static > 0]})}")
+
+
+if __name__ == "__main__":
+    try:
+        right = len(sys.argv) in (4, 5) and sys.argv[1] in ("detections", "legs")
+        sys.exit(main(*sys.argv[1:]) if right else __doc__)
+    except (OSError, ValueError) as error:
+        sys.exit(str(error))

@@ -1,0 +1,124 @@
+"""SLAM with a stereo camera: python stereo_slam.py FOLDER OUT [WHEELS]"""
+
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tqdm import tqdm
+
+from robot_perception import datasets, landmarks
+from robot_perception.cameras import level_mount
+from robot_perception.geometry import se2, se3
+from robot_perception.landmarks.metrics import euclidean_mean
+from robot_perception.observations import Observations
+from robot_perception.slam import planar, rao_blackwellised, visual
+from robot_perception.streams import hold
+
+LEFT, RIGHT = ("image_l", "*.png"), ("image_r", "*.png")  # folder, and which files of it
+CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, cy), baseline)
+TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are nanoseconds
+GAPS = False  # whether numbers may be missing
+MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
+WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
+COMMANDS = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
+NO_WHEELS = "stereo"  # the motion without them: by the pictures, or at "constant" velocity
+SIGMAS = {"stereo": [0.03, 0.03, 0.003], "constant": [0.1, 0.05, 0.02]}  # of it, m, m, rad
+PAIRS = landmarks.StereoRules(disparities=(8.0, np.inf))  # nearer than focal · baseline / 8 px
+TRACKS = landmarks.TrackRules(window=40.0)  # how far a feature may be from where it should be, px
+PITCH = 0.01  # by how much the camera nods, rad
+FILTER = visual.Options(particles=100, stable=2)  # landmarks are seen in more than two pictures
+RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
+
+
+def by_wheels(file: str, times: np.ndarray) -> list[planar.Odometry]:
+    when, *speeds = datasets.read_columns(file, COMMANDS).values()
+    held = hold(when, np.column_stack(speeds), times)
+    return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
+
+
+def by_pictures(before, found, camera, last: np.ndarray) -> tuple[planar.Odometry, bool]:
+    """The robot's motion, and whether it had to be guessed as the last one."""
+    seen = landmarks.stereo_motion(before, found, camera) if NO_WHEELS == "stereo" else None
+    if seen is None:
+        return planar.Odometry(last, np.diag(SIGMAS["constant"]) ** 2), True
+    T = MOUNT @ se3.inverse(seen.T_now_before) @ se3.inverse(MOUNT)
+    increment = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
+    return planar.Odometry(increment, np.diag(SIGMAS["stereo"]) ** 2), False
+
+
+def film(lefts, looks, path, places):
+    """Each picture with its features, those of known landmarks green, beside the map so far."""
+    most = np.vstack([path, np.percentile(places, [5, 95], axis=0)])  # farther ones are cut off
+    low, high = most.min(axis=0) - 1, most.max(axis=0) + 1
+    scale = HIGH / (high - low).max()
+    for k, (left, (pixels, known, count)) in enumerate(zip(lefts, looks, strict=True)):
+        picture, plan = np.dstack([left] * 3), np.full((HIGH, HIGH, 3), 255, np.uint8)
+        for at, old in zip(pixels.round().astype(int).tolist(), known, strict=True):
+            cv2.circle(picture, at, 3, (0, 200, 0) if old else (230, 120, 0), 1)
+        points, way = (  # ahead is up
+            (HIGH / 2 + scale * ((low + high) / 2 - some)[:, ::-1]).astype(np.int32)
+            for some in (places[:count], path[: k + 1])
+        )
+        for at in points.tolist():
+            cv2.circle(plan, at, 1, (120, 120, 120), -1)
+        cv2.polylines(plan, [way], False, (0, 90, 200), 2)
+        yield np.hstack([cv2.resize(picture, (HIGH * left.shape[1] // left.shape[0], HIGH)), plan])
+
+
+def main(folder: str, out: str, wheels: str = "") -> None:
+    if NO_WHEELS not in SIGMAS:
+        raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
+    if not Path(out).parent.is_dir():
+        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
+    root, told, rng = Path(folder), CALIBRATION, np.random.default_rng(1)
+    told = datasets.read_calibration(root / told) if isinstance(told, str) else told
+    sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
+    pairs = datasets.StereoSequence(*sides)
+    rig, times = told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
+    landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
+    moved = [None, *(by_wheels(wheels, times) if wheels else [None] * (len(pairs) - 1))]
+    state, found = visual.VisualMaps.start(np.zeros(3), FILTER), None
+    last, guessed, looks, steps, greys = np.zeros(3), 0, [], [], []
+    for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
+        before, ahead = found, se3.from_se2(motion.increment if motion else last)
+        T = se3.between(ahead @ MOUNT, MOUNT)
+        found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
+        if before is not None and motion is None:
+            motion, blind = by_pictures(before, found, rig.camera, last)
+            guessed += blind
+        features, points, pose = found.points.features, found.points.points, state.maps.pose
+        covs = points.cov.copy()
+        covs[:, 1, 1] += (PITCH * points.mean[:, 2]) ** 2  # of heights
+        seen = Observations(found.tracks.ids, points.mean, covs)
+        how = {"costs": euclidean_mean, "options": FILTER, "rng": rng}
+        state, info = visual.step(state, motion, seen, features.descriptors * 1.0, MOUNT, **how)
+        last = se2.between(pose, state.maps.pose)
+        columns, rows = features.pixels[info.made].round().astype(int).T
+        greys.extend(pair[0][rows, columns])
+        looks.append((features.pixels, np.atleast_2d(info.known).any(axis=0), len(greys)))
+        steps.append((state.maps.poses, info.resampling.ancestors))
+    poses, ancestors = map(list, zip(*steps, strict=True))
+    best, (names, places) = state.maps.best, state.maps.landmarks(state.maps.best)
+    if not len(names):
+        raise ValueError(f"{root}: no feature is in more than {FILTER.stable} pictures in a row")
+    own = rao_blackwellised.lineage(ancestors)[:, best]
+    path = np.array(poses)[np.arange(len(own)), own]
+    robot, shades = se3.from_se2(path), np.array(greys, dtype=np.uint8)[names]
+    datasets.write_tum(f"{out}.tum", times, robot)
+    datasets.write_kitti(f"{out}_kitti.txt", se3.between(robot[:1] @ MOUNT, robot @ MOUNT))
+    datasets.write_ply(f"{out}.ply", places.mean, np.stack([shades] * 3, axis=1))
+    frames = film(pairs.left, looks, path[:, :2], places.mean[:, :2])
+    datasets.write_video(f"{out}.mp4", tqdm(frames, "film", len(pairs)), rate=RATE)
+    used = sum(known.sum() for _, known, _ in looks)
+    way = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum()
+    print(f"pairs: {len(pairs)}, motion: {'wheels' if wheels else NO_WHEELS}, guessed: {guessed}")
+    print(f"points: {sum(len(pixels) for pixels, *_ in looks)}, of known landmarks: {used}")
+    print(f"driven: {way:.1f} m, landmarks: {len(names)}")
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(*sys.argv[1:]) if len(sys.argv) in (3, 4) else __doc__)
+    except (OSError, ValueError) as error:
+        sys.exit(str(error))

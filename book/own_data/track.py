@@ -1,0 +1,136 @@
+"""Follow a thing in a film: python track.py ellipse|camshift|shape FILM BOX OUT"""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tqdm import tqdm
+
+from robot_perception import datasets
+from robot_perception.appearance.affine_snake import SnakeRules
+from robot_perception.appearance.colour_distribution import Dynamics
+from robot_perception.appearance.colour_histograms import histogram, two_views
+from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
+from robot_perception.appearance.colour_spaces import Binning
+from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadState, HeadTracker
+from robot_perception.appearance.single_cues import WindowTracker
+
+PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
+RATE = 10.0  # of the film that is written: pictures in a second
+HEAD = HeadTracker(Binning("opponent"), HeadRules(gate=0.4, gives_up=0.45))  # when it is lost
+HAIR = 0.6  # above that share of the half height there is hair, which shows from behind; 1: none
+CAMSHIFT = WindowTracker(Binning("HSI", (30, 16, 1)))  # hues and saturations
+SHAPE = ColourShapeRules(
+    binning=Binning("opponent", (32, 32, 4)), opening=3, snake=SnakeRules(reach=(20.0, 3.0))
+)
+DRIFT = [0.01] * 3 + [0.005] * 3 + [0.03] * 2  # of the colours: mean, spread, turn (rad) a picture
+COLUMNS = {"u_px": 1e5, "v_px": 1e5}  # of a file with an outline
+TURN = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+RING = np.stack([np.cos(TURN), np.sin(TURN)], axis=-1)
+
+Outline = np.ndarray  # (n, 2), columns and rows, px
+Step = Callable[[np.ndarray], tuple[Outline, bool]]  # from a picture to an outline, whether lost
+
+
+def first_outline(box: str) -> Outline:
+    """The ellipse in a box u,v,width,height, or the outline in a file."""
+    if Path(box).is_file():
+        return np.column_stack(list(datasets.read_columns(box, COLUMNS).values()))
+    try:
+        u, v, width, height = map(float, box.split(","))
+    except ValueError:
+        raise ValueError(f"BOX must be u,v,width,height or a file, got {box!r}") from None
+    if not min(width, height) > 0:
+        raise ValueError(f"BOX must have an area, got {box!r}")
+    return [u + (width - 1) / 2, v + (height - 1) / 2] + RING * [width / 2, height / 2]
+
+
+def by_ellipse(image: np.ndarray, outline: Outline) -> Step:
+    (u, v), (width, height) = (outline.max(axis=0) + outline.min(axis=0)) / 2, np.ptp(outline, 0)
+    ellipse = Ellipse(round(u), round(v), round(np.sqrt(width * height / 4.8)))  # of equal area
+    model, (high, wide) = HEAD.colours(image, ellipse), image.shape[:2]
+    top = np.arange(high)[:, None] < ellipse.v - HAIR * ellipse.half_height
+    if (top & (inside := ellipse.mask((wide, high)))).any():
+        hair = histogram(HEAD.binning.index(image), HEAD.binning.count, top & inside)
+        model = two_views(model, hair * (model.sum() / hair.sum()))
+    state = HeadState(ellipse, model)
+
+    def step(image: np.ndarray) -> tuple[Outline, bool]:
+        nonlocal state
+        state, info = HEAD.step(state, image)
+        found = state.ellipse
+        return [found.u, found.v] + RING * [found.half_width, found.half_height], info.lost
+
+    return step
+
+
+def by_camshift(image: np.ndarray, outline: Outline) -> Step:
+    state = CAMSHIFT.start(image, outline)
+
+    def step(image: np.ndarray) -> tuple[Outline, bool]:
+        nonlocal state
+        state = CAMSHIFT.step(state, image)
+        return state.outline, state.lost > 0
+
+    return step
+
+
+def by_shape(image: np.ndarray, outline: Outline) -> Step:
+    rng, stays = np.random.default_rng(1), np.diag([1.0] * 6 + [0.0] * 2)
+    tracker = ColourShapeTracker(Dynamics(stays, np.zeros(8), np.diag(DRIFT)), SHAPE)
+    state = tracker.start(image, outline, rng=rng)
+
+    def step(image: np.ndarray) -> tuple[Outline, bool]:
+        nonlocal state
+        state, info = tracker.step(state, image, rng=rng)
+        return state.outline, info.lost
+
+    return step
+
+
+TRACKERS = {"ellipse": by_ellipse, "camshift": by_camshift, "shape": by_shape}
+
+
+def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.ndarray]:
+    """Each picture with the outline in it, red where lost; the outlines are put into rows."""
+    step, lost = None, False
+    for image in pictures:
+        if step is None:
+            step = TRACKERS[kind](image, outline)
+        else:
+            outline, lost = step(image)
+        rows.append((outline, lost))
+        drawn = image.copy()
+        line = outline.round().astype(np.int32)
+        cv2.polylines(drawn, [line], True, (230, 30, 30) if lost else (0, 220, 0), 2)
+        yield drawn
+
+
+def main(kind: str, film: str, box: str, out: str) -> None:
+    outline, rows = first_outline(box), []
+    if Path(film).is_dir():
+        pictures = datasets.read_images(film, PATTERN, colour=True)
+    else:
+        pictures = datasets.read_video(film)
+    frames = follow(kind, tqdm(pictures, "pictures"), outline, rows)
+    count = datasets.write_video(f"{out}.mp4", frames, rate=RATE)
+    numbers = np.array(getattr(pictures, "numbers", range(1, count + 1)))
+    outlines, lost = zip(*rows, strict=True)
+    low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
+    corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
+    told = dict(zip("xywh", np.hstack([corner, size]).T, strict=True))  # x and y count from 1
+    datasets.write_columns(f"{out}.csv", {"frame": numbers, **told, "lost": np.array(lost) * 1})
+    u, v = np.vstack(outlines).T
+    whose = np.repeat(numbers, [len(line) for line in outlines])
+    datasets.write_columns(f"{out}_outlines.csv", {"frame": whose, "u_px": u, "v_px": v})
+    print(f"pictures: {count}, of which lost: {sum(lost)}")
+    print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 5 and sys.argv[1] in TRACKERS else __doc__)
+    except (OSError, ValueError) as error:
+        sys.exit(str(error))

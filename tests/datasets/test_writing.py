@@ -1,0 +1,188 @@
+"""What is written can be read again, by our readers or by hand; a file is whole or not there."""
+
+import numpy as np
+import pytest
+
+from robot_perception import datasets
+from robot_perception.datasets.writing import whole_file
+from robot_perception.geometry import se2, se3
+from tests.unchecked import unchecked
+
+RNG = np.random.default_rng(1)
+PLANAR = np.column_stack([RNG.normal(0, 9, (20, 2)), RNG.uniform(-3, 3, 20)])
+POSES = se3.from_se2(PLANAR)
+TIMES = np.cumsum(RNG.uniform(0.01, 0.2, 20)) + 1.4e9
+POINTS = RNG.normal(0, 5, (4, 3))
+
+
+def test_tum_is_read_as_it_was(tmp_path):
+    datasets.write_tum(tmp_path / "way.tum", TIMES, POSES)
+    track = datasets.read_track(tmp_path / "way.tum")
+    np.testing.assert_allclose(track.times, TIMES, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(track.poses, PLANAR, atol=1e-8)
+
+
+def test_tum_holds_the_turn_in_space(tmp_path):
+    """Quaternion by hand: a half angle about the axis, the scalar last."""
+    roll = se3.exp(np.array([[1.0, 2, 3, 0.6, 0, 0], [1, 2, 3, 0, 0, 0]]))
+    datasets.write_tum(tmp_path / "way.tum", np.array([0.0, 1.0]), roll)
+    first, second = np.loadtxt(tmp_path / "way.tum")
+    np.testing.assert_allclose(first[4:], [np.sin(0.3), 0, 0, np.cos(0.3)], atol=1e-8)
+    np.testing.assert_allclose(second, [1, 1, 2, 3, 0, 0, 0, 1], atol=1e-8)
+
+
+def test_kitti_is_three_rows_of_four(tmp_path):
+    datasets.write_kitti(tmp_path / "poses.txt", POSES)
+    rows = np.loadtxt(tmp_path / "poses.txt")
+    np.testing.assert_allclose(rows.reshape(-1, 3, 4), POSES[:, :3], atol=1e-8)
+
+
+def test_kitti_goes_through_the_reader_of_the_benchmark(tmp_path):
+    from PIL import Image
+
+    for side in ("image_0", "image_1"):
+        (tmp_path / side).mkdir()
+        for k in range(len(POSES)):
+            Image.new("L", (4, 3), k).save(tmp_path / side / f"{k:06}.png")
+    (tmp_path / "calib.txt").write_text(
+        "P0: 9 0 8 0 0 9 7 0 0 0 1 0\nP1: 9 0 8 -4.5 0 9 7 0 0 0 1 0"
+    )
+    datasets.write_kitti(tmp_path / "poses.txt", POSES)
+    drive = datasets.read_kitti(tmp_path)
+    np.testing.assert_allclose(drive.poses, POSES, atol=1e-8)
+    for told in (drive.calibration, datasets.read_calibration(tmp_path / "calib.txt")):
+        assert (told.focal, told.centre, told.baseline) == ((9.0, 9.0), (8.0, 7.0), 0.5)
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_ply_has_a_header_that_counts(tmp_path, coloured):
+    colours = np.array([[0, 1, 2], [255, 254, 253], [9, 9, 9], [7, 8, 9]], dtype=np.uint8)
+    datasets.write_ply(tmp_path / "map.ply", POINTS, colours if coloured else None)
+    head, _, body = (tmp_path / "map.ply").read_text().partition("end_header\n")
+    assert head.startswith("ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\n")
+    assert head.count("property") == (6 if coloured else 3)
+    rows = np.loadtxt(body.splitlines())
+    np.testing.assert_allclose(rows[:, :3], POINTS, atol=1e-6)
+    if coloured:
+        np.testing.assert_array_equal(rows[:, 3:], colours)
+
+
+def test_mot_counts_pixels_from_one_and_sorts_by_frame(tmp_path):
+    frames, identities = np.array([2, 1, 2]), np.array([7, 7, 3])
+    boxes = np.array([[0.0, 4, 10, 20], [5, 6, 7, 8], [1, 2, 3, 4]])
+    datasets.write_mot(tmp_path / "a.txt", frames, identities, boxes=boxes)
+    text = "1,7,6,7,7,8,1,-1,-1,-1\n2,3,2,3,3,4,1,-1,-1,-1\n2,7,1,5,10,20,1,-1,-1,-1\n"
+    assert (tmp_path / "a.txt").read_text() == text
+    sure = np.array([0.5, 0.25, 1.0])
+    datasets.write_mot(tmp_path / "b.txt", frames, identities, points=POINTS[:3], confidences=sure)
+    rows = np.loadtxt(tmp_path / "b.txt", delimiter=",")
+    np.testing.assert_array_equal(rows[:, 2:6], -1)
+    np.testing.assert_allclose(rows[:, 6], [0.25, 1.0, 0.5])
+    np.testing.assert_allclose(rows[:, 7:], POINTS[[1, 2, 0]], rtol=1e-5)
+
+
+def test_columns_are_read_as_they_were(tmp_path):
+    said = {"time_s": TIMES, "count": np.arange(20), "sensor": ["Auge", "ear"] * 10}
+    datasets.write_columns(tmp_path / "a.csv", said)
+    limits = {"time_s": np.inf, "count": 99}
+    found = datasets.read_columns(tmp_path / "a.csv", limits, integers=["count"], texts=["sensor"])
+    np.testing.assert_allclose(found["time_s"], TIMES, rtol=1e-14)
+    assert found["count"].tolist() == list(range(20))
+    assert found["sensor"].tolist() == said["sensor"]
+    assert list(found) == ["time_s", "count", "sensor"]
+
+
+def test_words_are_asked_for_by_name(tmp_path):
+    (tmp_path / "a.csv").write_text("x,sensor\n1,eye\n2,\n")
+    with pytest.raises(datasets.CorruptLog, match="line 3: sensor is empty"):
+        datasets.read_columns(tmp_path / "a.csv", {"x": 9}, texts=["sensor"])
+    with pytest.raises(datasets.CorruptLog, match="no column of texts kind"):
+        datasets.read_columns(tmp_path / "a.csv", {"x": 9}, texts=["kind"])
+    (tmp_path / "a.csv").write_text("x,sensor,sensor\n1,eye,ear\n")
+    with pytest.raises(datasets.CorruptLog, match="column sensor is there twice"):
+        datasets.read_columns(tmp_path / "a.csv", {"x": 9}, texts=["sensor"])
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film.avi"])
+@pytest.mark.parametrize("shape", [(48, 64), (47, 63)])
+def test_a_film_is_read_as_it_was(tmp_path, name, shape):
+    """Nearly, as films are compressed; an odd side is made even by repeating its last line."""
+    ramp = np.add.outer(np.arange(shape[0]), np.arange(shape[1]))[..., None]
+    frames = [np.add(ramp, [k, 40, 90]).astype(np.uint8) for k in range(5)]
+    assert datasets.write_video(tmp_path / name, iter(frames), rate=10) == 5
+    found = list(datasets.read_video(tmp_path / name))
+    assert [frame.shape for frame in found] == [(48, 64, 3)] * 5
+    for frame, again in zip(frames, found, strict=True):
+        difference = again[: shape[0], : shape[1]].astype(float) - frame
+        assert np.abs(difference).mean() < 4
+
+
+def test_an_interrupted_film_leaves_what_was_there(tmp_path):
+    (tmp_path / "film.avi").write_text("old")
+
+    def frames():
+        yield np.zeros((16, 16, 3), np.uint8)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        datasets.write_video(tmp_path / "film.avi", frames(), rate=5)
+    assert [path.name for path in tmp_path.iterdir()] == ["film.avi"]
+    assert (tmp_path / "film.avi").read_text() == "old"
+
+
+def test_a_file_appears_when_all_of_it_is_written(tmp_path):
+    with whole_file(tmp_path / "a.txt") as beside:
+        beside.write_text("new")
+        assert beside.suffix == ".txt"
+        assert not (tmp_path / "a.txt").exists()
+    assert (tmp_path / "a.txt").read_text() == "new"
+    with pytest.raises(FileNotFoundError, match=r"none is no folder: cannot write a\.txt there"):
+        datasets.write_ply(tmp_path / "none" / "a.txt", POINTS)
+
+
+FRAME = np.zeros((16, 16, 3), np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("write", "message"),
+    [
+        (lambda to: datasets.write_tum(to, TIMES[::-1], POSES), "times must rise"),
+        (lambda to: datasets.write_tum(to, TIMES[:3], POSES), "poses must be .3, 4, 4. for times"),
+        (lambda to: datasets.write_tum(to, TIMES, 2 * POSES), "poses must have the last row"),
+        (lambda to: datasets.write_kitti(to, POSES[:, :3]), "poses must be .k, 4, 4., got"),
+        (lambda to: datasets.write_ply(to, POINTS * np.nan), "points must be finite"),
+        (lambda to: datasets.write_ply(to, POINTS, POINTS), "colours must be an array of bytes"),
+        (
+            lambda to: datasets.write_mot(to, np.array([1, 1]), np.array([4, 4])),
+            "identities must be once in a frame, got 4 twice in 1",
+        ),
+        (
+            lambda to: datasets.write_mot(to, np.array([0]), np.array([4])),
+            "frames must be at least",
+        ),
+        (lambda to: datasets.write_columns(to, {}), "columns must be one at least"),
+        (lambda to: datasets.write_columns(to, {"a": [1.0], "b": []}), "columns must be of one le"),
+        (lambda to: datasets.write_columns(to, {"a": ["x,y"]}), "without comma .* got 'x,y'"),
+        (lambda to: datasets.write_columns(to, {"a": [np.nan]}), "columns.*must be finite"),
+        (lambda to: datasets.write_video(to, [FRAME], rate=9), "ending of path must be one of"),
+        (lambda to: datasets.write_video(f"{to}.avi", [], rate=9), "frames must be one at least"),
+        (lambda to: datasets.write_video(f"{to}.avi", [FRAME], rate=0), "rate must be positive"),
+        (
+            lambda to: datasets.write_video(f"{to}.avi", [FRAME, FRAME[1:]], rate=9),
+            r"frames must be \(16, 16, 3\), got \(15, 16, 3\)",
+        ),
+        (lambda to: datasets.write_video(f"{to}.avi", [FRAME * 1.0], rate=9), "arrays of bytes"),
+        (lambda to: datasets.write_video(f"{to}.avi", [FRAME[:4]], rate=9), "sides of 16 px, got"),
+    ],
+)
+def test_wrong_arguments_leave_no_file(tmp_path, write, message):
+    with unchecked(), pytest.raises((ValueError, TypeError), match=message):
+        write(str(tmp_path / "file"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_pose_in_the_plane_keeps_its_frame(tmp_path):
+    """Written from its first pose on, a trajectory begins at the origin."""
+    datasets.write_tum(tmp_path / "a.tum", TIMES, se3.between(POSES[:1], POSES))
+    found = datasets.read_track(tmp_path / "a.tum").poses
+    np.testing.assert_allclose(found[:, :2], se2.between(PLANAR[:1], PLANAR)[:, :2], atol=1e-8)
