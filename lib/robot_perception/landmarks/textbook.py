@@ -4,13 +4,16 @@
 pairs give the same as here; OpenCV's descriptors are, in the median, within 75 of a length of 512.
 """
 
-import cv2
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from robot_perception import checks
+from robot_perception.extras import needing
 from robot_perception.landmarks.features import Features, check_grey
 from robot_perception.landmarks.stereo import StereoRules, check_both
+
+with needing():
+    import cv2
 
 SIDE = 16
 """Gradients along each side of the patch of a descriptor: 4 × 4 cells of 4 × 4 of them."""
