@@ -413,7 +413,7 @@ def _comb(weights, total, offsets, drawn):  # pragma: no cover - compiled
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]
-        teeth = reached * density
+        teeth = min(float(count), reached * density)
         below = int(teeth)
         below = below + (offsets[below] < teeth - below) if below < count else count
         drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i
