@@ -372,7 +372,10 @@ def _around(x, y, heading, walls, boxes, directions, deep):
             continue
         low = np.arctan2(py, px) - heading
         high = low + np.arctan2(area, px * qx + py * qy)
-        for i in range(int(np.ceil(low / step - 0.5)), int(np.floor(high / step - 0.5)) + 1):
+        begin, end = np.ceil(low / step - 0.5), np.floor(high / step - 0.5)
+        if not begin <= end:  # or NaN, which a loop would not end at
+            continue
+        for i in range(int(begin), int(end) + 1):
             j = i % directions
             away = area / (cos[j] * (qy - py) - sin[j] * (qx - px))
             if 0 < away < wall[j]:
@@ -391,11 +394,13 @@ def _around(x, y, heading, walls, boxes, directions, deep):
             inside = inside and px * qy - py * qx > 0
             off = np.arctan2(py * mx - px * my, px * mx + py * my)
             low, high = min(low, off), max(high, off)
-        first = int(np.ceil((middle + low - heading) / step - 0.5))
-        last = int(np.floor((middle + high - heading) / step - 0.5))
+        begin = np.ceil((middle + low - heading) / step - 0.5)
+        end = np.floor((middle + high - heading) / step - 0.5)
         if inside:
-            first, last = 0, directions - 1
-        for i in range(first, last + 1):
+            begin, end = 0.0, directions - 1.0
+        if not begin <= end:
+            continue
+        for i in range(int(begin), int(end) + 1):
             j = i % directions
             enter, leave, side = 0.0, np.inf, 0
             for c in range(4):

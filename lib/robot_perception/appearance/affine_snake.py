@@ -422,7 +422,8 @@ def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
     centre, mean = start.mean(axis=0), outline.mean(axis=0)
     spread = start - centre
     # of centred points the shift is that of the mean, and the matrix a problem of its own
-    matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
+    with checks.computable("start"):
+        matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
     return Affine(matrix, mean - centre, centre), spread @ matrix.T + mean
 
 

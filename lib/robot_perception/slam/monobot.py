@@ -21,6 +21,7 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.kalman import Motion, Sensor, predict, update
 
 VarianceLike = float | np.ndarray
+MOST_LANDMARKS = 10_000
 SINGULAR = (
     "innovation covariance is singular: measurement_variance is 0, or nothing beside"
     " motion_variance"
@@ -420,8 +421,9 @@ def settled(
         If there is no landmark or a variance is out of range.
     """
     n, P0 = _counted(landmarks), checks.not_negative("start_variance", start_variance)
-    V = checks.positive("motion_variance", motion_variance)
+    V = checks.moderate("motion_variance", checks.positive("motion_variance", motion_variance))
     W = checks.positive("measurement_variance", measurement_variance)
+    W = checks.moderate("measurement_variance", W)
     a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
     landmark = P0 + W / n * a / (a + W)
     return Settled(
@@ -514,7 +516,7 @@ def _counted(landmarks: int, name: str = "landmarks") -> int:
     """Return the number of landmarks, or raise ``ValueError`` if there is none."""
     if checks.whole(name, landmarks) < 1:
         raise ValueError(f"{name}: a monobot needs at least 1 landmark, got {landmarks}")
-    return landmarks
+    return checks.whole(name, landmarks, 1, MOST_LANDMARKS)  # matrices have their square of entries
 
 
 def _check_start(start: Gaussian) -> None:
