@@ -280,10 +280,7 @@ def expose(
         Source of the noise.
     """
     instance("camera", camera, Fisheye)
-    light = array("light", light, (camera.size, camera.size, 3))
-    if (most := np.abs(light).max()) > _BRIGHTEST:
-        raise ValueError(f"light must be at most {_BRIGHTEST:g}, got {most:g}")
-    light = light.astype(np.float32)
+    light = array("light", light, (camera.size, camera.size, 3), _BRIGHTEST).astype(np.float32)
     number("gain", gain, 0.0, 1e6)
     noise = generator(rng).standard_normal(light.shape, dtype=np.float32)
     fall = _fall_off(camera)
