@@ -6,7 +6,6 @@ from collections.abc import Callable
 import cv2
 import numba
 import numpy as np
-from tqdm import tqdm
 
 from data_synth._checks import generator, instance, whole
 from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera
@@ -32,7 +31,7 @@ def film(
     """
     offsets = camera.blur * ((np.arange(camera.parts) + 0.5) / camera.parts - 0.5)
     images = np.empty((count, HEIGHT, WIDTH, 3), dtype=np.uint8)
-    for k in tqdm(range(count), desc="frames", disable=None, leave=False, delay=1):
+    for k in range(count):
         light = np.zeros((HEIGHT, WIDTH, 3), dtype=np.float32)
         for i, offset in enumerate(offsets):
             light += paint(float(k + offset), i)
