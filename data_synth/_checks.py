@@ -8,6 +8,9 @@ import numpy as np
 
 __all__: tuple[str, ...] = ()  # for the worlds alone
 
+LARGEST = 1e15
+"""No world is larger, m; what is computed from it in floating point stays a number."""
+
 
 def instance(name: str, value: Any, kind: type) -> Any:
     """Return a value of a type."""
@@ -59,8 +62,10 @@ def reals(name: str, value: Any) -> np.ndarray:
     return found.astype(float)
 
 
-def array(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return finite numbers as an array; ``None`` in its shape is any length."""
+def array(
+    name: str, value: Any, shape: tuple[int | None, ...], most: float = LARGEST
+) -> np.ndarray:
+    """Return numbers within ``most`` as an array; ``None`` in its shape is any length."""
     found = reals(name, value)
     if found.ndim != len(shape) or any(
         wanted not in (None, size) for size, wanted in zip(found.shape, shape, strict=True)
@@ -69,6 +74,8 @@ def array(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
         raise ValueError(f"{name} must be ({words}), got {found.shape}")
     if not np.isfinite(found).all():
         raise ValueError(f"{name} must be finite, {(~np.isfinite(found)).sum()} entries are not")
+    if (farthest := np.abs(found).max(initial=0.0)) > most:
+        raise ValueError(f"{name} must be within {most:g}, got {farthest:g}")
     return found
 
 

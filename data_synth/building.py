@@ -21,6 +21,7 @@ _PILASTER, _JUT = 0.6, 0.35  # width and depth of pilasters, m
 _BETWEEN = 0.5  # at least, from anything to the end of its stretch of wall, m
 _COLUMN_GAP = 0.3  # from the wall to the middle of a column, m
 _COLUMN_SIDES = 16
+_MOST_STEPS = 10_000_000
 _START = 6.0  # of the drive, from the corner of the loop, m
 
 
@@ -138,6 +139,8 @@ def drive(
     bends = np.array([0, 1, 0, 1, 0, 1, 0, 1, 0, 0]) / radius
     ends = np.cumsum(lengths)
     once = ends[8]
+    if not once / step <= _MOST_STEPS:
+        raise ValueError(f"step must make at most {_MOST_STEPS} of {once:g} m, got {step:g} m")
     steps = int(np.ceil(once / step))
     grid = np.arange(0, steps + int(beyond * steps / once) + 1) * once / steps
     cuts = np.union1d(grid, ends[ends < grid[-1]])

@@ -24,6 +24,7 @@ _DEEP = 24  # boxes met in a direction, at most
 _PANEL, _LAMP, _JOINT = 0.72, 4.0, 0.5  # how bright the parts of the ceiling are in their light
 _RIM_LEFT = 0.65  # of the light at the rim
 _GAMMA = 1 / 2.2
+_BRIGHTEST = 1e30  # light, shares of full light: no pixel of 32 bits overflows
 _CLOSE = 0.02  # a body does not come nearer to the lens, m
 
 
@@ -279,7 +280,7 @@ def expose(
         Source of the noise.
     """
     instance("camera", camera, Fisheye)
-    light = array("light", light, (camera.size, camera.size, 3)).astype(np.float32)
+    light = array("light", light, (camera.size, camera.size, 3), _BRIGHTEST).astype(np.float32)
     number("gain", gain, 0.0, 1e6)
     noise = generator(rng).standard_normal(light.shape, dtype=np.float32)
     fall = _fall_off(camera)
@@ -368,7 +369,10 @@ def _around(x, y, heading, walls, boxes, directions, deep):
             continue
         low = np.arctan2(py, px) - heading
         high = low + np.arctan2(area, px * qx + py * qy)
-        for i in range(int(np.ceil(low / step - 0.5)), int(np.floor(high / step - 0.5)) + 1):
+        begin, end = np.ceil(low / step - 0.5), np.floor(high / step - 0.5)
+        if not begin <= end:  # or NaN, which a loop would not end at
+            continue
+        for i in range(int(begin), int(end) + 1):
             j = i % directions
             away = area / (cos[j] * (qy - py) - sin[j] * (qx - px))
             if 0 < away < wall[j]:
@@ -387,11 +391,13 @@ def _around(x, y, heading, walls, boxes, directions, deep):
             inside = inside and px * qy - py * qx > 0
             off = np.arctan2(py * mx - px * my, px * mx + py * my)
             low, high = min(low, off), max(high, off)
-        first = int(np.ceil((middle + low - heading) / step - 0.5))
-        last = int(np.floor((middle + high - heading) / step - 0.5))
+        begin = np.ceil((middle + low - heading) / step - 0.5)
+        end = np.floor((middle + high - heading) / step - 0.5)
         if inside:
-            first, last = 0, directions - 1
-        for i in range(first, last + 1):
+            begin, end = 0.0, directions - 1.0
+        if not begin <= end:
+            continue
+        for i in range(int(begin), int(end) + 1):
             j = i % directions
             enter, leave, side = 0.0, np.inf, 0
             for c in range(4):
@@ -512,9 +518,8 @@ def _background(
                         down = (spans[b, 1] - up) / (spans[b, 1] - spans[b, 0])
                         _look_up(pictures, box_picture[b], across, down, paint)
             else:
-                i = int(np.floor((y + first * north - corner[1]) / cell))
-                k = int(np.floor((x + first * east - corner[0]) / cell))
-                i, k = min(max(i, 0), plan.shape[0] - 1), min(max(k, 0), plan.shape[1] - 1)
+                i = int(min(plan.shape[0] - 1.0, max(0.0, (y + first * north - corner[1]) / cell)))
+                k = int(min(plan.shape[1] - 1.0, max(0.0, (x + first * east - corner[0]) / cell)))
                 which = plan[i, k]
                 if kind == 2:
                     paint[:] = 0.22
@@ -529,7 +534,7 @@ def _background(
 def _look_up(pictures, which, across, down, paint):
     """Write the texel of a picture."""
     n = pictures.shape[1]
-    i, j = min(max(int(down * n), 0), n - 1), min(max(int(across * n), 0), n - 1)
+    i, j = int(min(n - 1.0, max(0.0, down * n))), int(min(n - 1.0, max(0.0, across * n)))
     for channel in range(3):
         paint[channel] = pictures[which, i, j, channel]
 
@@ -563,8 +568,9 @@ def _bodies(
         most = min(off + spread, np.pi)
         radius = reach * spread * max(1.0, most / max(np.sin(min(most, 1.9)), 1e-3)) + 2
         u, v = middle - reach * off * left / away, middle + reach * off * ahead / away
-        top, bottom = max(0, int(v - radius)), min(size - 1, int(v + radius) + 1)
-        west, east = max(0, int(u - radius)), min(size - 1, int(u + radius) + 1)
+        top, west = int(min(size, max(0.0, v - radius))), int(min(size, max(0.0, u - radius)))
+        bottom = min(size - 1, int(min(size, max(-2.0, v + radius))) + 1)
+        east = min(size - 1, int(min(size, max(-2.0, u + radius))) + 1)
         for row in range(top, bottom + 1):
             for column in range(west, east + 1):
                 level, rise = rays[row, column, 2], rays[row, column, 3]
@@ -659,5 +665,5 @@ def _develop(light, fall, gain, read, photon, noise, table, image):
                 value += noise[row, column, channel] * np.sqrt(
                     read * read + photon * max(value, 0.0)
                 )
-                value = min(max(value * gain, 0.0), 1.0)
+                value = min(1.0, max(0.0, value * gain))  # in this order NaN is dark
                 image[row, column, channel] = table[int(value * last + 0.5)]

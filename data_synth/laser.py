@@ -197,7 +197,7 @@ def scan_moving(
     instance("scanner", scanner, Scanner)
     faces, pose = array("faces", faces, (None, 2, 2)), array("pose", pose, (3,))
     velocity = array("velocity", velocity, (2,))
-    duration = number("duration", duration, 0.0)
+    duration = number("duration", duration, 0.0, 1e6)
     time = np.linspace(0.0, duration, scanner.beams)
     heading = pose[2] + velocity[1] * time
     step = velocity[0] * duration / (scanner.beams - 1)

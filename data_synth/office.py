@@ -8,11 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from data_synth._checks import generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, whole
 
 _THICKNESS = 0.12  # of the walls, m
 _CLEAR = 0.75  # what the robot needs free on each side of its way, m
 _WIDEST = 1.6  # piece of furniture, m
+_LARGEST = 1e6  # side of a floor, m
+_LEAST, _MOST_STEPS = 1e-9, 10_000_000  # of a drive: length or turn between poses, m and rad
 _SLACK = 1e-9  # rounding decides neither the number of poses nor which way to turn round
 
 
@@ -71,9 +73,9 @@ def make_office(
     generator(rng)
     whole("rooms", rooms, 1, 1000)
     whole("furniture", furniture, 0, 1000)
-    number("length", length, above=0.0)
-    number("corridor", corridor, above=0.0)
-    number("depth", depth, 1.5)
+    number("length", length, high=_LARGEST, above=0.0)
+    number("corridor", corridor, high=_LARGEST, above=0.0)
+    number("depth", depth, 1.5, _LARGEST)
     number("door", door, above=0.0)
     corners, kinds, pieces, visits = [(0.0, 0.0)], [], [], []
 
@@ -134,8 +136,11 @@ def drive(office: Office, *, step: float = 0.25, turn: float = np.deg2rad(20.0))
         Largest distance and turn between poses, m and rad.
     """
     instance("office", office, Office)
-    number("step", step, above=0.0)
-    number("turn", turn, above=0.0)
+    number("step", step, _LEAST)
+    number("turn", turn, _LEAST)
+    way = array("waypoints of office", office.waypoints, (None, 2))
+    if not np.hypot(*np.diff(way, axis=0).T).sum() / step <= _MOST_STEPS:
+        raise ValueError(f"step must make at most {_MOST_STEPS} of the office, got {step:g} m")
     poses = []
     heading = None
     for start, end in pairwise(office.waypoints):

@@ -539,8 +539,9 @@ def _grey(warps, s, u, v, tiles, texels, starts, sizes, picture):
     longer, shorter = np.sqrt(au * au + bu * bu), np.sqrt(av * av + bv * bv)
     if longer < shorter:
         longer, shorter, au, bu = shorter, longer, av, bv
-    probes = min(_PROBES, max(1, int(np.ceil(longer / max(shorter, 1.0)))))
-    level = min(np.log2(max(longer / probes, shorter, 1.0)), starts.shape[1] - 1.0)
+    # what has no footprint, NaN, has one probe of the finest copy: so stand the arguments
+    probes = int(min(float(_PROBES), max(1.0, np.ceil(longer / max(1.0, shorter)))))
+    level = min(starts.shape[1] - 1.0, np.log2(max(1.0, longer / probes, shorter)))
     total = 0.0
     for at in range(int(level), min(int(level) + 2, starts.shape[1])):
         share = 1.0 - abs(level - at)

@@ -56,9 +56,9 @@ def _fill(outline, left, top, lines, cover):
             winding += turns[k]
             if winding == 0:
                 continue
-            begin = max(xs[k] - left + 0.5, 0.0)
-            end = min(xs[k + 1] - left + 0.5, float(cover.shape[1]))
-            for column in range(int(begin), min(int(np.ceil(end)), cover.shape[1])):
+            begin = min(float(cover.shape[1]), max(0.0, xs[k] - left + 0.5))
+            end = min(float(cover.shape[1]), max(0.0, xs[k + 1] - left + 0.5))
+            for column in range(int(begin), int(np.ceil(end))):
                 share = min(end, column + 1.0) - max(begin, float(column))
                 if share > 0:
                     cover[line // lines, column] += share / lines
@@ -101,12 +101,14 @@ def _draw(points, widths, left, top, cover):
         long = max(dx * dx + dy * dy, 1e-12)
         reach = max(widths[k], widths[k + 1]) / 2 + 1
         for row in range(
-            max(0, int(min(y, y + dy) - reach)),
-            min(cover.shape[0], int(max(y, y + dy) + reach) + 2),
+            int(min(cover.shape[0], max(0.0, min(y, y + dy) - reach))),
+            min(cover.shape[0], int(min(cover.shape[0], max(-2.0, max(y, y + dy) + reach))) + 2),
         ):
             for column in range(
-                max(0, int(min(x, x + dx) - reach)),
-                min(cover.shape[1], int(max(x, x + dx) + reach) + 2),
+                int(min(cover.shape[1], max(0.0, min(x, x + dx) - reach))),
+                min(
+                    cover.shape[1], int(min(cover.shape[1], max(-2.0, max(x, x + dx) + reach))) + 2
+                ),
             ):
                 along = min(max(((column - x) * dx + (row - y) * dy) / long, 0.0), 1.0)
                 away = np.hypot(column - x - along * dx, row - y - along * dy)

@@ -58,7 +58,7 @@ def _expose(light, noise, read, photon, table):
                 value += noise[row, column, channel] * np.sqrt(
                     read * read + photon * max(value, 0.0)
                 )
-                image[row, column, channel] = table[int(min(max(value, 0.0), 1.0) * last + 0.5)]
+                image[row, column, channel] = table[int(min(1.0, max(0.0, value)) * last + 0.5)]
     return image
 
 

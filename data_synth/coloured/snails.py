@@ -208,8 +208,8 @@ def _shell(picture, place, inverse, linear, sun, sky, light):
             right, down = column - place[0], row - place[1]
             x = inverse[0, 0] * right + inverse[0, 1] * down
             y = inverse[1, 0] * right + inverse[1, 1] * down
-            j = min(max(100 * x + 127.5, 0.0), 254.99)
-            i = min(max(100 * y + 127.5, 0.0), 254.99)
+            j = min(254.99, max(0.0, 100 * x + 127.5))
+            i = min(254.99, max(0.0, 100 * y + 127.5))
             k, m = int(i), int(j)
             a, b = i - k, j - m
             for channel in range(3):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_synth._checks import generator, instance, number, reals, whole
+from data_synth._checks import array, generator, instance, number, reals, whole
 from data_synth._grid import direction, on_grid
 from data_synth.people.bodies import Person, make_person
 from data_synth.people.office import PeopleOffice
@@ -106,6 +106,7 @@ def make_session(
         If a number is out of range, or the robot does neither.
     """
     instance("office", office, PeopleOffice)
+    array("rooms of office", office.rooms, (None, 4))
     generator(rng)
     number("duration", duration, 2 * STEP, 3600.0)
     if isinstance(people, Sequence) and not isinstance(people, str):

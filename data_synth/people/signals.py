@@ -219,6 +219,7 @@ def truth(office: PeopleOffice, people: Sequence[Person], moment: Moment, rig: R
         The sensors.
     """
     instance("office", office, PeopleOffice)
+    array("rooms of office", office.rooms, (None, 4))
     people = _people(people)
     instance("rig", rig, Rig)
     if len(instance("moment", moment, Moment).present) != len(people):

@@ -9,8 +9,8 @@ length) and, in front, of ``...`` for any leading axes: ``(..., "n", 2)``.
 """
 
 import reprlib
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import is_dataclass
 from numbers import Integral, Real
 from typing import Any
@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 
 COUNTED = 2**53
+LARGEST = 1e100
+"""Within it the products of three numbers are finite."""
 SHORT = reprlib.Repr()
 SHORT.maxother = SHORT.maxstring = 60
 
@@ -162,6 +164,24 @@ def array(
     if finite:
         check_finite(name, result)
     return result
+
+
+def moderate(name: str, value: Any, most: float = LARGEST) -> Any:
+    """Return a number or an array with no entry beyond a bound, so that squares stay finite."""
+    farthest = np.abs(value).max(initial=0.0)
+    if farthest > most:
+        raise ValueError(f"{name} must be within {most:g}, got {farthest:g}")
+    return value
+
+
+@contextmanager
+def computable(what: str, *more: type[Exception]) -> Iterator[None]:
+    """Raise ``ValueError`` where arithmetic gives up: numbers too large, small or far apart."""
+    try:
+        yield
+    except (np.linalg.LinAlgError, ArithmeticError, *more) as error:
+        reason = f"numbers too large, too small or too far apart to compute with ({error})"
+        raise ValueError(f"{what} must not have {reason}") from error
 
 
 def vector(name: str, value: Any, size: int) -> np.ndarray:

@@ -315,7 +315,9 @@ def _best_weights(a: Gaussian, b: Gaussian, power: int) -> Weights:
     batch = np.broadcast_shapes(a.cov.shape[:-2], b.cov.shape[:-2])
     omega = np.empty(batch)
     flat = (_flat(belief.cov, batch, (n, n)) for belief in (a, b))
-    if not _search(*flat, power, omega.reshape(-1)):
+    with checks.computable("covariances of a and b"):
+        found = _search(*flat, power, omega.reshape(-1))
+    if not found:
         raise ValueError("covariances of a and b must be positive definite, got a singular one")
     return omega[()]
 

@@ -22,6 +22,9 @@ from robot_perception.beliefs import ParticleSet, normalise
 
 States = Float[np.ndarray, "m n"]
 Logarithms = Float[np.ndarray, "m"]
+MOST_DRAWS = 10**8
+"""More are no question of particles but of memory."""
+
 Move = Callable[[States, np.random.Generator], States]
 LogLikelihood = Callable[[States], Logarithms]
 
@@ -120,7 +123,8 @@ def systematic(
     Raises
     ------
     ValueError
-        If a weight is negative or NaN, their sum is 0 or infinite, or the count is below 1.
+        If a weight is negative or NaN, their sum is 0 or infinite, or the count is below 1 or above
+        a hundred million.
 
     References
     ----------
@@ -384,7 +388,8 @@ def _checked(
         weights = weights / total
         total = weights.sum()
     checks.generator("rng", rng)
-    return weights, total, checks.whole("count", count, 1)
+    count = checks.whole("count", count, 1)
+    return weights, total, checks.whole("count", count, 1, MOST_DRAWS)
 
 
 def _ordered_uniform(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -413,7 +418,7 @@ def _comb(weights, total, offsets, drawn):  # pragma: no cover - compiled
     k, reached = 0, 0.0
     for i in range(weights.size):
         reached += weights[i]
-        teeth = reached * density
+        teeth = min(float(count), reached * density)
         below = int(teeth)
         below = below + (offsets[below] < teeth - below) if below < count else count
         drawn[k], drawn[k + 1], drawn[k + 2], drawn[k + 3] = i, i, i, i

@@ -2,6 +2,7 @@
 
 import errno
 import os
+from pathlib import Path
 
 import pooch
 import pytest
@@ -106,6 +107,27 @@ def test_archive_with_a_file_lost_is_unpacked_again_without_asking(room, server)
     files[7].unlink()
     assert find("album") is None
     assert fetch("album") == files
+    assert len(server.asked) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "class_", "archive"),
+    [("album", "zipfile.ZipFile", "zip"), ("slides", "tarfile.TarFile", "tar.gz")],
+)
+def test_unpacking_that_is_interrupted_leaves_no_half_of_a_file(
+    room, server, monkeypatch, name, class_, archive
+):
+    def interrupted(packed, folder, **options) -> None:
+        put(Path(folder), "img/0000.png", b"half")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(f"{class_}.extractall", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            fetch(name)
+    assert leftovers(room) == [f"pictures.{archive}"]
+    assert find(name) is None
+    assert len(fetch(name)) == 300
     assert len(server.asked) == 1
 
 

@@ -83,7 +83,7 @@ def test_half_a_registry_is_named(mine, lost):
         registry()
     (mine / "registry.txt").touch()
     (mine / "sets.toml").write_text("[mine")
-    with pytest.raises(ValueError, match="cannot be read: Expected ']'"):
+    with pytest.raises(ValueError, match=r"sets.toml: cannot be read \(Expected ']'"):
         registry()
 
 

@@ -27,7 +27,7 @@ import numpy as np
 import pytest
 
 from tests.hostile.surface import made, modules, public, room_of
-from tests.hostile.sweep import call, sweep
+from tests.hostile.sweep import call, sweep, sweep_huge
 from tests.unchecked import unchecked
 
 ROOMS = sorted(p.stem for p in Path(__file__).with_name("calls").glob("[!_]*.py"))
@@ -55,6 +55,19 @@ def test_wrong_arguments_are_named(room, tmp_path, monkeypatch):
     swept = {thing: name for thing, name in names.items() if thing in table.CALLS}
     with unchecked():
         failures = sweep(table.CALLS, swept)
+    assert not failures, f"{len(failures)} failures\n" + "\n".join(failures)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_the_ends_of_floating_point_end_in_no_foreign_error(room, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
+    for variable, value in getattr(table, "ENVIRONMENT", {}).items():
+        monkeypatch.setenv(variable, value)
+    swept = {thing: name for thing, name in names.items() if thing in table.CALLS}
+    with unchecked():
+        failures = sweep_huge(table.CALLS, swept)
     assert not failures, f"{len(failures)} failures\n" + "\n".join(failures)
 
 

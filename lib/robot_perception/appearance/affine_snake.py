@@ -425,7 +425,8 @@ def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
     centre, mean = start.mean(axis=0), outline.mean(axis=0)
     spread = start - centre
     # of centred points the shift is that of the mean, and the matrix a problem of its own
-    matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
+    with checks.computable("start"):
+        matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
     return Affine(matrix, mean - centre, centre), spread @ matrix.T + mean
 
 
@@ -501,8 +502,8 @@ def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cov
     for k in range(reaches.size):
         r, new = iterates[k], iterates[k + 1]
         for i in range(n):
-            u = min(max(r[0, i], 0.0), width - 1.0)
-            v = min(max(r[1, i], 0.0), height - 1.0)
+            u = min(width - 1.0, max(0.0, r[0, i]))  # in this order NaN is the first pixel
+            v = min(height - 1.0, max(0.0, r[1, i]))
             column, row = min(int(u), width - 2), min(int(v), height - 2)
             x, y = u - column, v - row
             corner, right = float(distance[row, column]), float(distance[row, column + 1])

@@ -294,15 +294,15 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
     Raises
     ------
     ValueError
-        If there are fewer than ``order + 2`` states, a number is not finite, or an argument is out
-        of its range.
+        If there are fewer than ``order + 2`` states, a number is not finite or beyond 1e100, or an
+        argument is out of its range.
 
     References
     ----------
     Andrade-Cetto, "Perception issues in mobile robotics", section 3.3: "The parameters A and B are
     estimated a priori from a training sequence."
     """
-    states = checks.array("states", states, ("n", SIZE))
+    states = checks.moderate("states", checks.array("states", states, ("n", SIZE)))
     order = checks.whole("order", order, 1, 2)
     ridge = checks.positive("ridge", ridge)
     if len(states) < order + 2:

@@ -340,8 +340,9 @@ def _fill(points, found):  # pragma: no cover - compiled
         if v0 > v1:
             u0, v0, u1, v1 = u1, v1, u0, v0
         # half open, so that a corner counts once and a level side not at all
-        for v in range(max(int(np.ceil(v0)), 0), min(int(np.ceil(v1)), height)):
-            u = int(np.ceil(min(max(u0 + (v - v0) / (v1 - v0) * (u1 - u0), 0.0), float(width))))
+        first, end = max(0.0, np.ceil(v0)), min(float(height), max(0.0, np.ceil(v1)))
+        for v in range(int(min(float(height), first)), int(end)):
+            u = int(np.ceil(min(float(width), max(0.0, u0 + (v - v0) / (v1 - v0) * (u1 - u0)))))
             if u < width:
                 found[v, u] = not found[v, u]
     for v in range(height):

@@ -16,6 +16,7 @@ from urllib.parse import quote
 
 from robot_perception.checks import instance
 from robot_perception.extras import needing
+from robot_perception.files import DamagedFile, reading, written
 
 DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
 SETS, REGISTRY = "sets.toml", "registry.txt"
@@ -239,7 +240,8 @@ def add_dataset(
 
 def _append(file: Path, lines: list[str]) -> None:
     before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if file.exists() else ""
-    file.write_text(before + "\n".join(lines) + "\n", encoding="utf-8")
+    with written(file) as beside:
+        beside.write_text(before + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _load(directory: Path) -> Mapping[str, Dataset]:
@@ -249,26 +251,29 @@ def _load(directory: Path) -> Mapping[str, Dataset]:
         return {}
     try:
         return _parse(directory, *((f.stat().st_mtime_ns, f.stat().st_size) for f in files))
-    except (OSError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"the registry in {directory} cannot be read: {error}") from error
+    except OSError as error:
+        raise DamagedFile(f"{directory}: the registry cannot be read: {error}") from error
 
 
 @lru_cache(maxsize=8)
 def _parse(directory: Path, *_stamps: tuple[int, int]) -> Mapping[str, Dataset]:
     shelf = load_pooch().create(path=directory, base_url="")
-    shelf.load_registry(directory / REGISTRY)
+    with reading(directory / REGISTRY, "cannot be read"):
+        shelf.load_registry(directory / REGISTRY)
     files: dict[str, list[DataFile]] = {}
     for place, sha256 in shelf.registry.items():
         folder, _, name = place.partition("/")
         inside = name and ".." not in PurePosixPath(place).parts
         if not inside or not re.fullmatch(r"[0-9a-f]{64}", sha256):
-            raise ValueError(f"{directory / REGISTRY}: {place} is not FOLDER/FILE with its sha256")
+            raise DamagedFile(f"{directory / REGISTRY}: {place} is not FOLDER/FILE with its sha256")
         files.setdefault(folder, []).append(DataFile(name, sha256, shelf.urls.get(place)))
-    sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8"))
+    with reading(directory / SETS, "cannot be read"):
+        sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8"))
     if sets.keys() != files.keys():
         apart = ", ".join(sorted(sets.keys() ^ files.keys()))
-        raise ValueError(f"{directory}: {apart} must stand in both {SETS} and {REGISTRY}")
-    return {name: _dataset(directory, name, sets[name], tuple(files[name])) for name in sets}
+        raise DamagedFile(f"{directory}: {apart} must stand in both {SETS} and {REGISTRY}")
+    with reading(directory / SETS, "cannot be read"):
+        return {name: _dataset(directory, name, sets[name], tuple(files[name])) for name in sets}
 
 
 def _dataset(
@@ -277,11 +282,11 @@ def _dataset(
     where = f"{directory / SETS}: {name}"
     for word in NEEDED:
         if not str(table.get(word, "")).strip():
-            raise ValueError(f"{where} has no {word}")
+            raise DamagedFile(f"{where} has no {word}")
     try:
         found = Dataset(name=name, files=files, **table)
     except TypeError as error:
-        raise ValueError(f"{where}: {error}") from error
+        raise DamagedFile(f"{where}: {error}") from error
     if found.members and (len(files) != 1 or not files[0].name.endswith(ARCHIVES)):
-        raise ValueError(f"{where} has members, so it must be one archive ({', '.join(ARCHIVES)})")
+        raise DamagedFile(f"{where} has members, so it must be one archive ({', '.join(ARCHIVES)})")
     return found

@@ -15,13 +15,21 @@ from jaxtyping import UInt8
 from robot_perception.checks import flag, instance, whole
 from robot_perception.datasets.logs import as_path
 from robot_perception.extras import needing
+from robot_perception.files import DamagedFile, reading
 
 NUMBER = re.compile(r"(?<!\d)(\d{1,19})\D*\Z")  # nanoseconds since 1970 have 19 digits
-ADDRESS = re.compile(r" ?<_io\.BytesIO[^>]*>")  # of the copy in memory, as Pillow names it
+FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF", "GIF", "WEBP")  # none starts another program
 BYTES = ("1", "L", "LA", "P", "RGB", "RGBA")  # kinds of pictures that eight bits can show
 
 
-class CorruptImage(ValueError):  # noqa: N818 - it names the thing, not the failure
+class Content(io.BytesIO):
+    """The copy of a file in memory, as errors of Pillow name it."""
+
+    def __repr__(self) -> str:
+        return ""
+
+
+class CorruptImage(DamagedFile):
     """A picture, or a sequence of them, that cannot be used; the message names the file."""
 
 
@@ -31,7 +39,7 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     Parameters
     ----------
     path
-        The file, of any format that Pillow reads.
+        The file: PNG, JPEG, PPM or PGM, BMP, TIFF, GIF or WebP.
     colour
         Whether to keep its colours.
 
@@ -52,15 +60,12 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     content = path.read_bytes()
     if not content:
         raise CorruptImage(f"{path}: the file is empty")
-    try:
-        with pillow.open(io.BytesIO(content)) as picture:
+    with reading(path, "no picture, or a damaged one", CorruptImage):
+        with pillow.open(Content(content), formats=FORMATS) as picture:
             picture.verify()  # checksums, of formats that have them; then it must be opened anew
-        with pillow.open(io.BytesIO(content)) as picture:
+        with pillow.open(Content(content), formats=FORMATS) as picture:
             if picture.mode in BYTES:
                 return np.array(picture.convert("RGB" if colour else "L"))
-    except (OSError, SyntaxError, ValueError, pillow.DecompressionBombError) as error:
-        reason = ADDRESS.sub("", str(error))
-        raise CorruptImage(f"{path}: no picture, or a damaged one ({reason})") from error
     raise CorruptImage(f"{path}: a picture of kind {picture.mode}, not of eight bits")
 
 

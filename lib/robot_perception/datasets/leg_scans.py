@@ -1,7 +1,5 @@
 """Scans at leg height, with the middles of legs where somebody has marked them."""
 
-import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +8,9 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.datasets.logs import CorruptLog, as_path
+from robot_perception.files import reading
 
 NEEDED = ("stamp", "ranges", "angle_min", "angle_increment", "range_min", "range_max")
-DAMAGE = OSError, ValueError, EOFError, TypeError, RuntimeError, zipfile.BadZipFile, zlib.error
 LABELS = ("leg_scan", "leg_xy", "label_sector_deg_m")
 
 
@@ -104,13 +102,11 @@ def read_leg_scans(path: str | Path) -> LegScans:
     2015.
     """
     path = as_path(path)
-    try:
-        with np.load(path, allow_pickle=False) as found:
-            arrays = {name: np.asarray(found[name]) for name in found.files}
-    except FileNotFoundError:
-        raise
-    except DAMAGE as error:
-        raise CorruptLog(f"{path}: no NumPy archive, or a damaged one ({error})") from error
+    with (
+        reading(path, "no NumPy archive, or a damaged one", CorruptLog),
+        np.load(path, allow_pickle=False) as found,
+    ):
+        arrays = {name: np.asarray(found[name]) for name in found.files}
     marked = any(name in arrays for name in LABELS)
     missing = [name for name in NEEDED + LABELS * marked if name not in arrays]
     if missing:

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception.checks import flag, instance, number, reals
+from robot_perception.files import DamagedFile
 
 GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes
@@ -46,7 +47,7 @@ Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
 FINITE: Check = (NOT_FINITE, lambda rows: ~np.isfinite(rows).all(axis=1))
 
 
-class CorruptLog(ValueError):  # noqa: N818 - it names the thing, not the failure
+class CorruptLog(DamagedFile):
     """A recording that cannot be read; the message names the file and the line."""
 
 

@@ -5,14 +5,16 @@ import gzip
 import hashlib
 import logging
 import os
+import tarfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from tarfile import TarError
+from tempfile import TemporaryDirectory
 from typing import Literal, final
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 from robot_perception.checks import flag, instance, positive
 from robot_perception.datasets.entries import (
@@ -203,7 +205,7 @@ def fetch(
         elif item.file.url is None:
             missing.append(item.file)
         else:
-            places.append(_download(known, item.file, item.file.url, timeout))
+            places.append(_download(known, item.file, item.file.url, timeout, progress))
     if missing:
         raise DatasetMissing(_how_to_get(known, missing))
     return tuple(_members(path(name), known)) if known.members else tuple(places)
@@ -316,28 +318,43 @@ def _are(names: list[str]) -> str:
     return f"{some(names)} {'is' if len(names) == 1 else 'are'}"
 
 
-def _download(known: Dataset, file: DataFile, url: str, timeout: float) -> Path:
+def _download(known: Dataset, file: DataFile, url: str, timeout: float, progress: bool) -> Path:
     pooch = load_pooch()
     place = f"{known.name}/{file.name}"
     cache = cache_directory()
     shelf = pooch.create(cache, base_url="", registry={place: file.sha256}, urls={place: url})
     # not compressed on the way, so that a short transfer is noticed as such
-    downloader = pooch.HTTPDownloader(timeout=timeout, headers={"Accept-Encoding": "identity"})
+    downloader = pooch.HTTPDownloader(
+        timeout=timeout, headers={"Accept-Encoding": "identity"}, progressbar=progress
+    )
     failed = f"{place}: download from {url} failed"
-    unpack = pooch.Unzip if file.name.endswith(".zip") else pooch.Untar
     try:
         with _quiet(pooch.get_logger()):
-            shelf.fetch(
-                place,
-                downloader=downloader,
-                processor=unpack(extract_dir=".") if known.members else None,
-            )
+            shelf.fetch(place, downloader=downloader)
+        if known.members:
+            _unpack(cache / place)
     except (OSError, ValueError, BadZipFile, TarError) as error:
         raise DownloadError(f"{failed}: {_cause(error, timeout)}") from error
     if known.members and not _is_complete(cache / known.name, known):
         held = len(_members(cache / known.name, known))
         raise DownloadError(f"{failed}: it holds {held} files, registered are {known.members}")
     return cache / place
+
+
+def _unpack(archive: Path) -> None:
+    """Put the files of an archive beside it, each of them whole."""
+    with TemporaryDirectory(prefix=".", dir=archive.parent) as folder:
+        if archive.suffix == ".zip":
+            with ZipFile(archive) as packed:
+                packed.extractall(folder)
+        else:
+            with tarfile.open(archive) as packed:
+                safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
+                packed.extractall(folder, **safe)
+        for place in filter(Path.is_file, sorted(Path(folder).rglob("*"))):
+            target = archive.parent / place.relative_to(folder)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(place, target)
 
 
 @contextmanager

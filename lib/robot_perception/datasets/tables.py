@@ -7,7 +7,12 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.checks import instance, instances, number
-from robot_perception.datasets.logs import Lines, as_path, to_numbers
+from robot_perception.datasets.logs import CorruptLog, Lines, as_path, to_numbers
+from robot_perception.files import reading
+
+FARTHEST = 1e6
+"""A reading beyond it is no distance, m, unless it is one of those that mean "no return"."""
+NOTHING = (float(np.finfo(np.float32).max), float(np.finfo(float).max))
 
 
 def read_columns(
@@ -123,10 +128,10 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
     if not number("max_range", max_range, finite=False) > 0:
         raise ValueError(f"max_range must be positive, got {max_range}")
     if path.suffix == ".npy":
-        try:
-            ranges = np.asarray(np.load(path, allow_pickle=False), dtype=float)
-        except ValueError as error:
-            raise ValueError(f"{path}: no array of numbers ({error})") from error
+        with reading(path, "no array of numbers", CorruptLog):
+            stored = np.load(path, allow_pickle=False)
+            ranges = np.asarray(stored, dtype=float)
+            _check_readings(stored)
     else:
         lines, rows = Lines(path), []
         for row in _cells(lines):
@@ -143,6 +148,20 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
     if not (ranges < max_range).any():
         raise ValueError(f"{path}: no reading is below {max_range:g} m; are they in metres?")
     return np.where(ranges >= max_range, np.inf, ranges)
+
+
+def _check_readings(stored: np.ndarray) -> None:
+    """Raise unless all numbers are such as a laser gives: distances, infinity, and the one NaN.
+
+    Of a byte that fell over, this is what can be seen.
+    """
+    if stored.dtype.kind != "f":
+        return
+    void = stored[np.isnan(stored)]
+    usual = np.abs(np.full_like(void, np.nan)).tobytes()
+    far = np.abs(stored[np.isfinite(stored) & (np.abs(stored) > FARTHEST)])
+    if np.abs(void).tobytes() != usual or not np.isin(far, NOTHING).all():
+        raise ValueError("a reading is no distance in metres")
 
 
 def _cells(lines: Lines) -> Iterator[list[bytes]]:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport, as_path
+from robot_perception.files import reading
 
 MOTION, SIGHTING = b"ODOMETRY", b"LANDMARK"
 MATLAB_SECONDS = 60.0
@@ -221,7 +222,10 @@ def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
         cause = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         cause = cause or f"the reading process ended with {done.returncode}"
         raise CorruptLog(f"{path}: not a MATLAB file with {', '.join(names)} ({cause})")
-    with np.load(BytesIO(done.stdout)) as found:
+    with (
+        reading(path, f"not a MATLAB file with {', '.join(names)}", CorruptLog),
+        np.load(BytesIO(done.stdout)) as found,
+    ):
         columns = [found[name] for name in names]
     sizes = {column.size for column in columns}
     if len(sizes) != 1 or not columns[0].size:

@@ -197,8 +197,9 @@ def _paths(
             f"estimate and truth must be two paths of {what}, not empty and of one length, "
             f"got {estimate.shape} and {truth.shape}"
         )
-    checks.check_finite("estimate", estimate)
-    checks.check_finite("truth", truth)
+    for name, path in (("estimate", estimate), ("truth", truth)):
+        checks.check_finite(name, path)
+        checks.moderate(name, path)
     if shape == (4, 4):
         return se3.checked("estimate", estimate), se3.checked("truth", truth)
     return estimate, truth

@@ -333,5 +333,6 @@ def _positions(estimate: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.
 def _check_path(estimate: np.ndarray, truth: np.ndarray) -> None:
     if not len(estimate):
         raise ValueError("the paths are empty: there is no error of an estimate to speak of")
-    checks.check_finite("estimate", estimate)
-    checks.check_finite("truth", truth)
+    for name, path in (("estimate", estimate), ("truth", truth)):
+        checks.check_finite(name, path)
+        checks.moderate(name, path)

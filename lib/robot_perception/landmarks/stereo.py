@@ -38,8 +38,8 @@ class StereoRules:
     disparities: tuple[float, float] = (1.0, np.inf)
 
     def __post_init__(self) -> None:
-        checks.positive("rows", self.rows)
-        checks.positive("threshold", self.threshold)
+        for name in ("rows", "threshold"):
+            checks.moderate(name, checks.positive(name, getattr(self, name)))
         ends = checks.array("disparities", self.disparities, (2,), finite=False)
         if not 0 < ends[0] < ends[1]:
             raise ValueError(f"disparities must be positive and rise, got {ends.tolist()}")

@@ -39,8 +39,8 @@ class TrackRules:
     threshold: float = 200.0
 
     def __post_init__(self) -> None:
-        checks.positive("window", self.window)
-        checks.positive("threshold", self.threshold)
+        for name in ("window", "threshold"):
+            checks.moderate(name, checks.positive(name, getattr(self, name)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

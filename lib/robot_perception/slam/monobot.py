@@ -21,6 +21,7 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.kalman import Motion, Sensor, predict, update
 
 VarianceLike = float | np.ndarray
+MOST_LANDMARKS = 10_000
 SINGULAR = (
     "innovation covariance is singular: measurement_variance is 0, or nothing beside"
     " motion_variance"
@@ -419,9 +420,11 @@ def settled(
     ValueError
         If there is no landmark or a variance is out of range.
     """
-    n, P0 = _counted(landmarks), checks.not_negative("start_variance", start_variance)
-    V = checks.positive("motion_variance", motion_variance)
+    n = _counted(landmarks, most=None)
+    P0 = checks.not_negative("start_variance", start_variance)
+    V = checks.moderate("motion_variance", checks.positive("motion_variance", motion_variance))
     W = checks.positive("measurement_variance", measurement_variance)
+    W = checks.moderate("measurement_variance", W)
     a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
     landmark = P0 + W / n * a / (a + W)
     return Settled(
@@ -510,11 +513,11 @@ def one_landmark_term(
     return np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.asarray(s)[..., None, None]  # eq. (17)
 
 
-def _counted(landmarks: int, name: str = "landmarks") -> int:
+def _counted(landmarks: int, name: str = "landmarks", most: int | None = MOST_LANDMARKS) -> int:
     """Return the number of landmarks, or raise ``ValueError`` if there is none."""
     if checks.whole(name, landmarks) < 1:
         raise ValueError(f"{name}: a monobot needs at least 1 landmark, got {landmarks}")
-    return landmarks
+    return checks.whole(name, landmarks, 1, most)  # matrices have their square of entries
 
 
 def _check_start(start: Gaussian) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import date
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
+from robot_perception.files import reading, written
 from robot_perception.teaching.claims import Claim, Finding, Size
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
@@ -238,20 +238,27 @@ class Ledger:
         """
         try:
             return cls(tuple(Entry.from_plain(row) for row in json.loads(text)["claims"]))
-        except (KeyError, TypeError, AttributeError, ValueError) as error:
+        except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
             raise ValueError(f"the text is not a claim ledger: {error}") from error
 
     @classmethod
     def read(cls, path: Path | str) -> "Ledger":
-        """Return the ledger stored in a file, or raise ``OSError`` if it cannot be read."""
-        return cls.from_json(Path(path).read_text(encoding="utf-8"))
+        """Return the ledger stored in a file.
+
+        Raises
+        ------
+        DamagedFile
+            If the file is no ledger.
+        OSError
+            If it cannot be read.
+        """
+        with reading(path, "no claim ledger"):
+            return cls.from_json(Path(path).read_text(encoding="utf-8"))
 
     def write(self, path: Path | str) -> None:
         """Store the ledger in a file, at once or not at all; ``OSError`` if it cannot be."""
-        path = Path(path)
-        beside = path.with_suffix(".new")
-        beside.write_text(self.to_json(), encoding="utf-8")
-        os.replace(beside, path)
+        with written(path) as beside:
+            beside.write_text(self.to_json(), encoding="utf-8")
 
 
 def different(

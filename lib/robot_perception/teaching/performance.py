@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.checks import one_of
+from robot_perception.files import reading
 from robot_perception.teaching.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
 from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.records import records
@@ -105,7 +106,12 @@ class Record:
     @classmethod
     def read(cls) -> "Record":
         """Return what `make bench` has recorded."""
-        plain = json.loads((records() / "performance.json").read_text(encoding="utf-8"))
+        file = records() / "performance.json"
+        with reading(file, "no record of benchmarks"):
+            return cls._of(json.loads(file.read_text(encoding="utf-8")))
+
+    @classmethod
+    def _of(cls, plain: dict[str, Any]) -> "Record":
         rows = [{k: v for k, v in row.items() if k != "ratio"} for row in plain["rows"]]
         matched = [(row, MOVES.fullmatch(row["work"])) for row in rows]
         return cls(

@@ -10,7 +10,7 @@ what is stored.
 import hashlib
 import inspect
 import json
-import zipfile
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
@@ -20,11 +20,14 @@ from tempfile import TemporaryDirectory
 from typing import Any, Generic, TypeVar
 
 from robot_perception import datasets
+from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import storage
 from robot_perception.teaching.dependencies import code_digest
 from robot_perception.teaching.records import records
 
 Result = TypeVar("Result")
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,12 +78,13 @@ class Recording(Generic[Result]):
         folder = datasets.find(self.dataset)
         if folder is None:
             return self.stored()
-        if self.is_current():
-            note = (
-                f"Computed from the recording `{self.dataset}` on {self._summary()['date']}, by "
-                "this code."
-            )
-            return Read(self._load(), False, note)
+        try:
+            if self.is_current():
+                result, day = self._load(), self._summary()["date"]
+                note = f"Computed from the recording `{self.dataset}` on {day}, by this code."
+                return Read(result, False, note)
+        except DamagedFile as error:
+            log.warning("%s; it is computed anew", error)
         note = f"Computed on this machine from the recording `{self.dataset}`."
         return Read(self.compute(folder), True, note)
 
@@ -98,7 +102,7 @@ class Recording(Generic[Result]):
 
         Raises
         ------
-        ValueError
+        DamagedFile
             If what is stored is not a result of this type.
         """
         note = (
@@ -179,20 +183,22 @@ class Recording(Generic[Result]):
             for name, value in parts.items()
         )
         text = f'{{{head},\n "result": {{\n{lines}\n}}}}\n'
-        self._file().with_suffix(".json").write_text(text, encoding="utf-8")
+        with written(self._file().with_suffix(".json")) as beside:
+            beside.write_text(text, encoding="utf-8")
 
     def _summary(self) -> dict[str, Any]:
-        return json.loads(self._file().with_suffix(".json").read_text(encoding="utf-8"))
+        file = self._file().with_suffix(".json")
+        with reading(file, "no summary of a result"):
+            stored = json.loads(file.read_text(encoding="utf-8"))
+            return {"date": str(stored["date"]), **stored}
 
     def _load(self) -> Result:
         file = self._file()
         try:
             return storage.load(file, self.result)
-        except (ValueError, KeyError, zipfile.BadZipFile) as error:
-            raise ValueError(
-                f"{file.name} holds no {self.result.__name__} ({error}); store it anew with "
-                f"`robot-perception store --only {self.store}`"
-            ) from error
+        except DamagedFile as error:
+            anew = f"store it anew with `robot-perception store --only {self.store}`"
+            raise DamagedFile(f"{error}; {anew}") from error
 
     def _file(self) -> Path:
         return records() / f"{self.store}.npz"

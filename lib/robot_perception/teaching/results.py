@@ -10,8 +10,6 @@ import hashlib
 import inspect
 import io
 import logging
-import os
-import tempfile
 import time
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
@@ -27,6 +25,7 @@ from filelock import FileLock
 
 from robot_perception.checks import shown
 from robot_perception.datasets.store import cache_directory
+from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching.dependencies import PACKAGES, code_digest
 
 P = ParamSpec("P")
@@ -141,14 +140,17 @@ def _read(file: Path) -> tuple[Any] | None:
     if hashlib.sha256(body).digest() != stored[:32]:
         log.warning("%s is damaged and computed anew", file.name)
         return None
-    return (joblib.load(io.BytesIO(body)),)
+    try:
+        with reading(file, "no result that is kept"):
+            return (joblib.load(io.BytesIO(body)),)
+    except DamagedFile as error:  # whole, but of other versions of what it is made of
+        log.warning("%s: computed anew", error)
+        return None
 
 
 def _write(file: Path, result: Any) -> None:
     """Store a result behind its hash, at once or not at all."""
     body = io.BytesIO()
     joblib.dump(result, body, compress=1)
-    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        beside = Path(folder) / file.name
+    with written(file) as beside:
         beside.write_bytes(hashlib.sha256(body.getvalue()).digest() + body.getvalue())
-        os.replace(beside, file)

@@ -30,6 +30,7 @@ from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 
 from robot_perception.evaluation.sweep import WORKERS
+from robot_perception.files import written
 from robot_perception.teaching import source_pages
 from robot_perception.teaching.dependencies import ROOT, Dependencies
 from robot_perception.teaching.execution import execute
@@ -359,9 +360,11 @@ def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any
     if isinstance(states, list):
         for number, state in enumerate(states):
             data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
-            (folder / state[0]).write_bytes(data)
+            with written(folder / state[0]) as beside:
+                beside.write_bytes(data)
     script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
-    (folder / f"{name}.js").write_text(script, "utf-8")
+    with written(folder / f"{name}.js") as beside:
+        beside.write_text(script, "utf-8")
 
 
 def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
@@ -369,7 +372,8 @@ def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
     script = folder / f"{context['sourcename']}.js"
     script.parent.mkdir(parents=True, exist_ok=True)
     name, text = json.dumps(source.name), json.dumps(source.read_text("utf-8"))
-    script.write_text(f"robotPerceptionSave({name}, {text});\n", "utf-8")
+    with written(script) as beside:
+        beside.write_text(f"robotPerceptionSave({name}, {text});\n", "utf-8")
 
 
 def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:

@@ -16,13 +16,15 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 from PIL import Image
 
+from robot_perception.files import reading, written
+
 Result = TypeVar("Result")
 _ENDING = re.compile(r"(\.npy|(\.grey)?\.webp)$")
 _STAMP = (1980, 1, 1, 0, 0, 0)  # the least that zip can say: files must not differ by their hour
 
 
 def save(path: Path | str, result: Any) -> dict[str, str]:
-    """Store a dataclass and return a summary of each stored part, in words.
+    """Store a dataclass, whole or not at all; return a summary of each stored part, in words.
 
     Raises
     ------
@@ -36,7 +38,10 @@ def save(path: Path | str, result: Any) -> dict[str, str]:
     if not is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"a result is a dataclass, got {type(result).__name__}")
     parts = dict(_flat(result, ""))
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    with (
+        written(path) as beside,
+        zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive,
+    ):
         for name, (value, webp) in parts.items():
             picture = "grey.webp" if value.ndim == 2 else "webp"  # WebP itself has colours only
             ending = "npy" if webp is None else picture
@@ -51,15 +56,16 @@ def load(path: Path | str, kind: type[Result]) -> Result:
 
     Raises
     ------
-    ValueError
-        If a part is missing or there is one that the type does not have.
+    DamagedFile
+        If it holds no result, a part is missing or there is one that the type does not have.
     OSError
         If the file cannot be read.
     """
     parts = _parts(path)
-    result = _built(kind, parts, "")
-    if parts:
-        raise ValueError(f"{path} has parts that no field takes: {', '.join(sorted(parts))}")
+    with reading(path, f"holds no {kind.__name__}"):
+        result = _built(kind, parts, "")
+        if parts:
+            raise ValueError(f"parts that no field takes: {', '.join(sorted(parts))}")
     return result
 
 
@@ -68,7 +74,7 @@ def same(one: Path | str, other: Path | str) -> bool:
 
     Raises
     ------
-    ValueError
+    DamagedFile
         If one holds no result.
     OSError
         If one cannot be read.
@@ -86,12 +92,9 @@ def _alike(ours: np.ndarray, theirs: np.ndarray) -> bool:
 
 
 def _parts(path: Path | str) -> dict[str, np.ndarray]:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            content = {name: archive.read(name) for name in archive.namelist()}
-    except zipfile.BadZipFile as error:
-        raise ValueError(f"{path} holds no result: {error}") from error
-    return {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
+    with reading(path, "holds no result"), zipfile.ZipFile(path) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+        return {_ENDING.sub("", name): _array(data, name) for name, data in content.items()}
 
 
 def _flat(value: Any, name: str, webp: int | None = None) -> Iterator[tuple[str, tuple]]:
@@ -125,7 +128,7 @@ def _bytes(array: np.ndarray, webp: int | None) -> bytes:
 
 def _array(data: bytes, name: str) -> np.ndarray:
     if name.endswith(".webp"):
-        picture = Image.open(io.BytesIO(data))
+        picture = Image.open(io.BytesIO(data), formats=("WEBP",))
         return np.asarray(picture.convert("L") if name.endswith(".grey.webp") else picture)
     return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
 

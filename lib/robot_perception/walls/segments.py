@@ -16,6 +16,7 @@ from robot_perception.checks import (
     array,
     check_batches,
     instance,
+    moderate,
     not_negative,
     number,
     positive,
@@ -42,7 +43,7 @@ class RangeNoise:
     bearing_sigma: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("range_sigma", self.range_sigma)
+        moderate("range_sigma", positive("range_sigma", self.range_sigma))
         not_negative("bearing_sigma", self.bearing_sigma)
 
 

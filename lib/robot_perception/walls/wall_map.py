@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception.checks import (
     array,
+    computable,
     covariance,
     instance,
     level,
@@ -217,7 +218,8 @@ def search(
     error = lines - line
     error[:, 1] = wrap_angle(error[:, 1])
     S = covs + cov + np.diag([gate.roughness**2, gate.roughness_angle**2])
-    squared = (error * np.linalg.solve(S, error[..., None])[..., 0]).sum(axis=-1)
+    with computable("covs of walls and segments"):
+        squared = (error * np.linalg.solve(S, error[..., None])[..., 0]).sum(axis=-1)
     along = np.array([-np.sin(line[0, 1]), np.cos(line[0, 1])])
     mine = np.sort((segments.ends[index] - middle) @ along)
     theirs = np.sort((walls.ends - middle) @ along, axis=-1)
@@ -331,8 +333,9 @@ def _fuse(lines: np.ndarray, covs: np.ndarray, point: np.ndarray) -> tuple[np.nd
     lines, covs = seen_from(lines, covs, point)
     theta = lines[-1, 1] + wrap_angle(lines[:, 1] - lines[-1, 1])
     values = np.stack([lines[:, 0], theta], axis=-1)
-    information = np.linalg.inv(covs)
-    cov = np.linalg.inv(information.sum(axis=0))
+    with computable("covs of walls, segments and pose_cov"):
+        information = np.linalg.inv(covs)
+        cov = np.linalg.inv(information.sum(axis=0))
     mean = cov @ (information @ values[..., None]).sum(axis=0)[:, 0]
     mean[1] = wrap_angle(mean[1])
     line, cov = seen_from(mean[None], cov[None], -point)

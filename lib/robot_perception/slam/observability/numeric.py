@@ -10,6 +10,8 @@ from robot_perception import checks
 from robot_perception.geometry import rotation
 from robot_perception.slam.observability.sensors import Sensor, see
 
+MOST_STEPS = 10_000
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Analysis:
@@ -108,7 +110,8 @@ def fixed_point_matrix(
     Raises
     ------
     ValueError
-        If something is of the wrong shape or not finite, or there is no step.
+        If something is of the wrong shape or not finite, or there is no step or more than ten
+        thousand.
 
     References
     ----------
@@ -116,7 +119,7 @@ def fixed_point_matrix(
     """
     _, H = see(sensors, state)
     increment = checks.vector("increment", increment, 3)
-    steps = H.shape[1] if steps is None else checks.whole("steps", steps, 1)
+    steps = H.shape[1] if steps is None else checks.whole("steps", steps, 1, MOST_STEPS)
     F = _transition(H.shape[1], rotation(state[2]) @ increment[:2])
     return np.vstack([H @ np.linalg.matrix_power(F, k) for k in range(steps)])
 

@@ -21,6 +21,7 @@ from robot_perception.slam.planar.sensors import RangeBearing
 with needing():
     import sympy
     from sympy.polys.matrices import DomainMatrix
+    from sympy.polys.polyerrors import ExactQuotientFailed
 
 J = sympy.Matrix([[0, -1], [1, 0]])
 DISPLACEMENT = sympy.symbols("d_x d_y", real=True)
@@ -68,6 +69,8 @@ class Reading:
         return self.rank + len(self.unseen) == self.dimension
 
 
+MOST_LANDMARKS = 100
+
 Pose = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 
@@ -84,9 +87,10 @@ def state(landmarks: int, at: Pose | None = None) -> sympy.MatrixBase:
     Raises
     ------
     ValueError
-        If the number of landmarks is negative or the pose has no three entries.
+        If the number of landmarks is negative or above a hundred, which no algebra of symbols
+        would end with, or the pose has no three entries.
     """
-    checks.whole("landmarks", landmarks, 0)
+    checks.whole("landmarks", checks.whole("landmarks", landmarks, 0), 0, MOST_LANDMARKS)
     at = pose() if at is None else _expressions("at", at, 3)
     names = " ".join(f"p_{i}x p_{i}y" for i in range(1, landmarks + 1))
     points = sympy.symbols(names, real=True) if landmarks else ()
@@ -186,7 +190,8 @@ def fixed_point_minors(
     minors = []
     for row in range(rows, 2 * rows):
         square = sympy.Matrix.vstack(matrix[:rows, :], matrix[row, :])
-        minor = _determinant(square, state(landmarks)[2])
+        with checks.computable("sensors", ExactQuotientFailed):
+            minor = _determinant(square, state(landmarks)[2])
         if minor != 0 and minor not in minors and sympy.expand(-minor) not in minors:
             minors.append(minor)
     return tuple(minors)

@@ -121,6 +121,7 @@ def calibrate(
     """
     times = checks.array("times", times, ("commands",))
     velocities = checks.array("velocities", velocities, (times.size, 2), f"times {times.shape}")
+    checks.moderate("velocities", velocities)
     delays = checks.array("delays", delays, ("delays",))
     if not delays.size:
         raise ValueError("delays must hold one at least, got none")
@@ -300,7 +301,7 @@ def _wheels(
     """Return delay, scale and drag of the wheels, and the variance of the rest per second."""
     span = checks.instance("truth", truth, GroundTruth).times
     first, last = max(times[0], span[0]), min(times[-1], span[-1] - delay)
-    cuts = np.arange(first, last, WINDOW) if last - first < 1e9 else np.empty(0)
+    cuts = np.arange(first, last, WINDOW) if abs(last - first) < 1e9 else np.empty(0)
     if cuts.size < 3:
         least = f"{2 * WINDOW:g} s of the truth after each of delays"
         raise ValueError(f"times must share {least}, got {last - first:g} s")

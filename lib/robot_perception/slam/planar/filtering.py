@@ -144,10 +144,11 @@ def update(
         return work.release(), Innovation(np.empty(0), np.empty((0, 0)), 0.0)
     point = None if at is None else checks.vector("at", at, belief.mean.size)
     slots, points = work.targets(ids, anchors)
-    innovation, by_pose, by_point = work.linearise(
-        slots, points, observations.values, sensor, point
-    )
-    S, squared = work.revise(by_pose, by_point, slots, innovation, noises)
+    with checks.computable("belief and observations"):
+        innovation, by_pose, by_point = work.linearise(
+            slots, points, observations.values, sensor, point
+        )
+        S, squared = work.revise(by_pose, by_point, slots, innovation, noises)
     return work.release(), Innovation(innovation.ravel(), S, squared)
 
 

@@ -176,7 +176,7 @@ def range_bearing(pose, points, bias):  # pragma: no cover - compiled
         dx, dy = points[i, 0] - pose[0], points[i, 1] - pose[1]
         r = np.hypot(dx, dy)
         h[i, 0], h[i, 1] = r + bias, wrapped(np.arctan2(dy, dx) - pose[2])
-        if r == 0.0:  # the bearing of a landmark under the robot has no derivative
+        if r**2 == 0.0:  # the bearing of a landmark under the robot has no derivative
             regular = False
             continue
         Hp[i, 0, 0], Hp[i, 0, 1] = dx / r, dy / r

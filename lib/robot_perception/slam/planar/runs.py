@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
+from robot_perception.files import written
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
@@ -255,7 +256,8 @@ class History:
         none = np.zeros(len(x))
         quaternion = none, none, np.sin(heading / 2), np.cos(heading / 2)
         columns = np.column_stack([self._known_times(), x, y, none, *quaternion])
-        np.savetxt(_in_a_folder(path), columns, fmt="%.9f")
+        with written(_in_a_folder(path)) as beside:
+            np.savetxt(beside, columns, fmt="%.9f")
 
     def to_csv(self, path: str | Path) -> None:
         """Write the trajectory with its covariances as CSV, a line for each step.
@@ -267,8 +269,8 @@ class History:
         columns = np.column_stack([self._known_times(), self.poses, self.pose_covs[:, rows, cols]])
         names = "time_s,x_m,y_m,heading_rad,cov_xx,cov_xy,cov_xh,cov_yy,cov_yh,cov_hh"
         formats = ["%.9f"] * 4 + ["%.12g"] * 6
-        file = _in_a_folder(path)
-        np.savetxt(file, columns, fmt=formats, delimiter=",", header=names, comments="")
+        with written(_in_a_folder(path)) as beside:
+            np.savetxt(beside, columns, fmt=formats, delimiter=",", header=names, comments="")
 
     def _known_times(self) -> np.ndarray:
         without = np.flatnonzero(np.isnan(self.times))

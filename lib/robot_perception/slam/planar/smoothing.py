@@ -86,7 +86,8 @@ def smooth(steps: Iterable[Step], guess: History, sensor: LandmarkSensor) -> Opt
     squares, matrix, slope = problem.linearise(state)
     for _ in range(MOST):
         scale = sparse.diags(damping * matrix.diagonal())
-        step = splu((matrix + scale).tocsc(), permc_spec="MMD_AT_PLUS_A").solve(slope)
+        with checks.computable("steps and guess", RuntimeError):
+            step = splu((matrix + scale).tocsc(), permc_spec="MMD_AT_PLUS_A").solve(slope)
         still = np.abs(step).max() <= STILL * (1 + np.abs(state).max())
         found = problem.linearise(state - step)
         if found[0] <= squares:

@@ -5,11 +5,13 @@ import io
 import json
 from collections.abc import Iterable
 from hashlib import sha256
+from operator import length_hint
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
+from tqdm import tqdm
 
 from robot_perception.teaching.figures.output import (
     check_alt,
@@ -97,7 +99,8 @@ def film(
 def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bool]:
     """Return the frames as images, and whether they are drawings in which there is no picture."""
     images, drawing = [], True
-    for place, frame in enumerate(frames):
+    bar = tqdm(frames, desc="film", total=length_hint(frames) or None, disable=None, leave=False)
+    for place, frame in enumerate(bar):
         pixels = _pixels(frame) if isinstance(frame, Figure) else frame
         drawing &= isinstance(frame, Figure) and not any(ax.images for ax in frame.axes)
         images.append(check_image(pixels, channels=(3,), name="frames").copy())
