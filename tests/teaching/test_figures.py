@@ -128,6 +128,15 @@ def test_rounding_moves_no_point_by_more_than_a_tenth():
     assert nearest.max() < 0.1
 
 
+def test_a_figure_is_left_as_it_was():
+    fig = drawn()
+    fig.set_dpi(130)
+    to_svg(fig)
+    to_html(fig)
+    assert fig.dpi == 130
+    assert fig.patch.get_visible()
+
+
 def test_clearing_the_axes_keeps_the_style():
     fig, ax = figure()
     fresh = to_svg(fig)
@@ -312,6 +321,18 @@ def test_powers_of_ten_are_text():
     texts = set(LETTERS.findall(to_html(fig)))
     assert {"10⁻⁴", "1", "100", "0.01", "0.3"} <= texts
     assert "DejaVu" not in to_html(fig)  # outlines of letters
+
+
+@pytest.mark.parametrize(("limits", "between"), [((0.2, 0.9), True), ((0.02, 90.0), False)])
+def test_values_between_powers_of_ten_are_labelled_where_there_is_room(limits, between):
+    fig, ax = figure()
+    ax.semilogy([0, 1], limits)
+    ax.set_ylim(limits)
+    ax.set_xticks([])
+    labels = {text for text in LETTERS.findall(to_svg(fig)) if text[0].isdigit()}
+    powers = {f"{10.0**k:g}" for k in range(-3, 4)}
+    assert bool(labels - powers) == between
+    assert bool(labels & powers) != between
 
 
 # ---- images in figures ----
