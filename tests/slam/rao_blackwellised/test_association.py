@@ -205,9 +205,13 @@ def test_each_particles_answer_is_that_of_brute_force(seed, described):
 
 
 def partly_known(rng):
-    """Return three particles, each with some of nine landmarks, six sights of these, and costs."""
+    """Return three particles, each with some of nine landmarks, six sights of these, and costs.
+
+    The landmarks lie so near to each other that several can be the one that is seen.
+    """
     maps = maps_of(rng, 3, 1)
-    values = seen_from(maps.poses[0], rng.uniform(-5, 5, (9, 3)))
+    places = rng.uniform(-5, 5, 3) + 0.05 * rng.standard_normal((9, 3))
+    values = seen_from(maps.poses[0], places)
     marks = Observations(np.arange(100, 109), values, noises(values, rng))
     maps = add_landmarks(maps, marks, MOUNT, rng.random((3, 9)) < 0.5)
     some = rng.permutation(9)[:6]
