@@ -197,7 +197,8 @@ def test_an_outline_and_the_mask_of_its_inside_give_one_blob():
 
 def test_without_an_outline_or_overlap_the_blob_is_the_largest_piece():
     mask = disc((80, 60), 12) | disc((230, 120), 40)
-    for near in (None, np.add(pear() * 0.2, 20), np.add(pear(), [-300, 20])):
+    beside = pear() * 0.2 + [150, 130]  # between the pieces
+    for near in (None, np.add(pear() * 0.2, 20), np.add(pear(), [-300, 20]), beside):
         found = segmentation.blob(mask, near)
         np.testing.assert_array_equal(found.mask, disc((230, 120), 40))
         assert found.overlap == 0

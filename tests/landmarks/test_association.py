@@ -159,5 +159,9 @@ def test_wrong_classes_and_descriptors_are_named():
             Euclidean(means).two_nearest(1e30 * found)
         with pytest.raises(ValueError, match="descriptors and means must fit single precision"):
             Mahalanobis(means, 1e-44 * variances).two_nearest(found)
+        with pytest.raises(ValueError, match="means must be finite, got"):
+            Euclidean(np.where(means == means[6], np.nan, means))
+        with pytest.raises(ValueError, match="descriptors must be finite, got"):
+            Euclidean(means).two_nearest(np.where(found == found[4], np.inf, found))
         with pytest.raises(TypeError, match="log_determinant must be True or False"):
             Mahalanobis(means, variances, log_determinant=1)

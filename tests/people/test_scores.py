@@ -139,6 +139,31 @@ def test_two_pairs_in_reach_are_better_than_a_near_one():
     assert (found.matched, found.distance) == (2, pytest.approx(0.95 + 0.9))
 
 
+@given(seeds, st.integers(2, 4), st.sampled_from([0.6, 1.0]))
+@settings(max_examples=60)
+def test_a_frame_after_another_has_most_pairs_then_keeps_most_then_is_nearest(seed, n, reach):
+    """By brute force over all matchings; those who change their hypothesis are the switches."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(0, 1.5, (2, n, 2))
+    apart = np.linalg.norm(x[:, None] - y, axis=-1)
+    near = [pairs for pairs in matchings(n, n) if all(apart[q] <= reach for q in pairs)]
+    count, kept, least = min(
+        (-len(pairs), -sum(i == j for i, j in pairs), sum(apart[q] for q in pairs))
+        for pairs in near
+    )
+    both = score([frame(3 * x, 3 * x), frame(x, y)], reach)
+    assert both.matched == n - count
+    assert both.switches == kept - count
+    assert both.distance == pytest.approx(least, abs=1e-12)
+
+
+def test_a_pair_more_is_worth_more_than_one_that_is_kept():
+    before = frame([(0, 0)], [(0, 0)], names=[7], ids=[0])
+    after = frame([(0, 0), (0.9, 0)], [(0, 0), (-0.9, 0)], names=[7, 8], ids=[0, 1])
+    found = score([before, after], 1.0)
+    assert (found.matched, found.switches) == (3, 1)
+
+
 def test_nobody_and_nothing():
     empty = score([], 1.0)
     assert (empty.tracked, empty.false, empty.mota, empty.motp) == (1.0, 0.0, 1.0, 0.0)

@@ -137,6 +137,14 @@ def test_in_silence_nobody_is_heard(level):
     assert len(detect(np.zeros((4, SIZE)), SQUARE, RATE, 0 * known).mean) == 0
 
 
+@pytest.mark.parametrize("level", [1e-2, 1.0])
+def test_noise_that_comes_from_nowhere_is_nobody_however_loud(level):
+    """Each microphone has its own: no direction agrees, and the best of them is not good."""
+    rng = np.random.default_rng(15)
+    for _ in range(5):
+        assert len(detect(level * rng.standard_normal((4, SIZE)), SQUARE, RATE, FLAT).mean) == 0
+
+
 def test_the_background_is_the_mean_power_of_what_is_heard():
     rng = np.random.default_rng(4)
     noise = rng.standard_normal((300, 2, 64))

@@ -128,6 +128,25 @@ def test_rounding_moves_no_point_by_more_than_a_tenth():
     assert nearest.max() < 0.1
 
 
+def test_rounding_moves_no_mark_by_more_than_a_tenth():
+    fig, ax = figure()
+    points = np.random.default_rng(1).random((30, 2))
+    ax.plot(*points.T, "o", color=BLUE)
+    ax.set(xlim=(0, 1), ylim=(0, 1), xticks=[], yticks=[])
+    exact = ax.transData.transform(points) * 72 / fig.dpi * [1, -1] + [0, 72 * fig.get_figheight()]
+    marks = re.findall(r'<use [^>]* x="([\d.]+)" y="([\d.]+)"', to_svg(fig))
+    assert np.linalg.norm(np.array(marks, dtype=float) - exact, axis=1).max() < 0.1
+
+
+def test_a_figure_is_left_as_it_was():
+    fig = drawn()
+    fig.set_dpi(130)
+    to_svg(fig)
+    to_html(fig)
+    assert fig.dpi == 130
+    assert fig.patch.get_visible()
+
+
 def test_clearing_the_axes_keeps_the_style():
     fig, ax = figure()
     fresh = to_svg(fig)
@@ -196,6 +215,8 @@ def test_rasterised_points_lie_where_the_axes_have_them():
 
 OPENING = re.compile(r"<svg[^>]*>")
 LETTERS = re.compile(r">([^<>]+)</text>")
+ON_THE_LEFT = re.compile(r'<text [^>]*text-anchor: end[^>]* x="([\d.]+)"[^>]*>([^<>]+)<')
+"""Texts that end at a place: where, and what they say."""
 
 
 def grid(**options: object) -> Figure:
@@ -301,8 +322,10 @@ def test_heavy_columns_are_rasterised_and_left_as_they_were():
 def test_columns_with_a_shared_axis_keep_their_numbers():
     fig, axes = figure(1, 2, sharey=True)
     axes[0].set_ylim(0, 30)
-    for drawing in re.split(OPENING, to_html(fig))[1:]:
-        assert {"0", "10", "20", "30"} <= set(LETTERS.findall(drawing))
+    for ax, drawing in zip(axes, re.split(OPENING, to_html(fig))[1:], strict=True):
+        places = {text: float(x) for x, text in ON_THE_LEFT.findall(drawing)}
+        assert {"0", "10", "20", "30"} <= places.keys()
+        assert max(places.values()) < 72 * fig.get_figwidth() * ax.get_position().x0
 
 
 def test_powers_of_ten_are_text():
@@ -312,6 +335,18 @@ def test_powers_of_ten_are_text():
     texts = set(LETTERS.findall(to_html(fig)))
     assert {"10⁻⁴", "1", "100", "0.01", "0.3"} <= texts
     assert "DejaVu" not in to_html(fig)  # outlines of letters
+
+
+@pytest.mark.parametrize(("limits", "between"), [((0.2, 0.9), True), ((0.02, 90.0), False)])
+def test_values_between_powers_of_ten_are_labelled_where_there_is_room(limits, between):
+    fig, ax = figure()
+    ax.semilogy([0, 1], limits)
+    ax.set_ylim(limits)
+    ax.set_xticks([])
+    labels = {text for text in LETTERS.findall(to_svg(fig)) if text[0].isdigit()}
+    powers = {f"{10.0**k:g}" for k in range(-3, 4)}
+    assert bool(labels - powers) == between
+    assert bool(labels & powers) != between
 
 
 # ---- images in figures ----

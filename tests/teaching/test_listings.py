@@ -197,15 +197,47 @@ def test_what_converts_a_number_into_an_array_stays():
     )
 
 
-def own(positive, x):
-    """Return what a variable that is named like a check gives."""
-    positive("x", x)
-    return positive("x", x)
+def own(checked_sensor, x):
+    """Return what a variable gives that is named like a check which its module has."""
+    checked_sensor("x", x)
+    return checked_sensor("x", x)
 
 
 def test_a_variable_is_no_check():
     assert not validates(own)
-    assert reduced(own).splitlines()[1:] == ['    positive("x", x)', '    return positive("x", x)']
+    line = 'checked_sensor("x", x)'
+    assert reduced(own).splitlines()[1:] == [f"    {line}", f"    return {line}"]
+
+
+def nested(gain: float, scale: float) -> float:
+    """Return a product of what was checked twice, and in one of two cases."""
+    twice = checks.number("gain", checks.positive("gain", gain))
+    once = checks.positive("scale", scale) if scale > 1 else scale
+    return twice * once
+
+
+def test_checks_of_a_check_and_in_a_choice_go_as_a_whole():
+    assert reduced(nested).splitlines()[1:] == [
+        "    twice = gain",
+        "    once = scale",
+        "    return twice * once",
+    ]
+    assert from_listing(nested)(2.0, 3.0) == nested(2.0, 3.0)
+
+
+def tallied(values: list[float]) -> list[float]:
+    """Count what a check has read, and what it has not."""
+    count = 0
+    if len(values) < count:
+        raise ValueError("values must not be empty")
+    for _ in values:
+        count += 1
+    return values
+
+
+def test_a_name_that_is_only_counted_up_stays_bound():
+    assert validates(tallied)
+    assert from_listing(tallied)([1.0, 2.0]) == [1.0, 2.0]
 
 
 def test_a_function_that_only_checks_is_shown_whole():

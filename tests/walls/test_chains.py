@@ -164,6 +164,18 @@ def test_path_hull_settles_ties_of_rounding_like_the_plain_algorithm():
         np.testing.assert_array_equal(simplify_path_hull(chain, 0.7), simplify(chain, 0.7))
 
 
+def test_path_hull_finds_what_lies_before_a_vertex_that_only_rounding_makes_the_farthest():
+    """Three in one line, the middle one last: where it is the farthest, it was never a corner."""
+    along = np.stack([np.linspace(0, 25, 8), np.linspace(0, 1.6, 8)], axis=-1)
+    pocket = [[26, 2], [28, -1], [34, 2], [32, 1.5], [30, 2], [29, 0]]
+    x, y = np.vstack([along, pocket]).T
+    for rng in np.random.default_rng(0).spawn(300):
+        turned = (x + 1j * y) * np.exp(1j * rng.uniform(-3, 3)) * rng.uniform(0.5, 2)
+        chain = np.stack([turned.real, turned.imag], axis=-1)
+        found = simplify_path_hull(chain, 0.3, assume_simple=True)
+        np.testing.assert_array_equal(found, simplify(chain, 0.3))
+
+
 @given(
     st.lists(st.integers(0, 7), min_size=1, max_size=40),
     st.sampled_from([0.0, 0.3, np.pi / 4, 1.0]),

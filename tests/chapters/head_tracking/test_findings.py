@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.head_tracking import explorers, scene
+from robot_perception.chapters.head_tracking import explorers, heads, scene
 from robot_perception.teaching.explore import MOST_STATES
 from tests.chapters.findings import limits, presets_that_show_the_default
 from tests.unchecked import unchecked
@@ -49,6 +49,15 @@ def test_in_as_many_cells_no_space_is_ahead_throughout_and_coarser_cells_do_more
     common = [scene.look(at).common for at in range(10, 150, 10)]
     coarser = [one["opponent"] - one["opponent, finer cells"] for one in common]
     assert min(coarser) > 0.065
+
+
+def test_a_head_is_missed_only_where_it_can_be_seen():
+    """Of four pictures two show it, and in one of these the ellipse is elsewhere."""
+    visible = np.array([1.0, heads.SEEN, heads.SEEN - 0.01, 0.0])
+    iou = np.array([1.0, 0.0, 0.0, 0.0])
+    state = scene.Followed(scene.CROWD, 0.0, 0.0, 0.0, iou, np.ones(4), np.ones(4), visible)
+    assert state.missed(state.iou) == 0.5
+    assert state.missed(state.fixed) == 0
 
 
 def test_descriptions_say_what_is_shown():

@@ -5,7 +5,7 @@ import numpy as np
 from robot_perception.chapters.people_fusion import another, choosing, committee
 from robot_perception.chapters.people_sensors import hearing, sessions
 from robot_perception.chapters.people_sensors.hearing import NAME, Ears
-from robot_perception.chapters.people_sensors.sessions import Config
+from robot_perception.chapters.people_sensors.sessions import SENSORS, Config
 from robot_perception.people.aggregation import SensorRules
 from robot_perception.people.detections import Detections, polar
 from tests.chapters.people_fusion.test_keeping import session
@@ -41,6 +41,15 @@ def test_joined_readings_are_heard_by_the_committee(monkeypatch):
     assert len(with_.hypotheses[-1].persons(rules)) == 1
     assert len(without.hypotheses[-1]) == 0
     assert (with_.rows == without.rows).all()
+
+
+def test_hypotheses_are_kept_after_each_judged_reading_of_a_sensor_that_takes_part(monkeypatch):
+    whole = session([(2.0, 0.3)], 2.0)
+    monkeypatch.setattr(sessions, "record", lambda config: whole)
+    run = committee.tracked.__wrapped__(Config(1), committee.System(sensors=("laser",)))
+    own = [row for row, k in enumerate(whole.judged) if SENSORS[whole.sensors[k]] == "laser"]
+    assert run.rows.tolist() == own
+    assert len(run.hypotheses) == len(run.static) == len(own) > 5
 
 
 def test_one_of_the_rules_that_were_tried_is_used():

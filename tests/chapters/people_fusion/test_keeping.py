@@ -147,7 +147,11 @@ def test_more_is_the_difference_of_the_shares_of_those_who_are_there():
     assert some.more(2.0, some.of("behind", 5.0)).estimate == pytest.approx(1 / 3)
 
 
-def test_who_was_seen_once_in_a_direction_stays_verified():
+def glimpsed(since=0.0):
+    """Return what is verified of two people, after a face at 0.55 rad in one image, and when.
+
+    They are hypotheses after each scan, 3 at 0.5 rad from some time on and 4 at -0.5 rad.
+    """
     ahead = [(2.0, 0.5), (2.0, -0.5)]
     laser = session(ahead, 2.0, ("laser",))
     row = int(np.flatnonzero(laser.sensors == SENSORS.index("camera"))[3])
@@ -158,18 +162,27 @@ def test_who_was_seen_once_in_a_direction_stays_verified():
         covs=np.insert(laser.covs, laser.counts[:row].sum(), np.eye(2), axis=0),
     )
     lasers = np.flatnonzero(laser.sensors == 0)
-    found = Hypotheses(
+    both = Hypotheses(
         np.array(ahead), np.tile(0.01 * np.eye(2), (2, 1, 1)), np.ones(2), np.array([3, 4]),
         *[np.zeros(2)] * 3, {}, 5,
     )  # fmt: skip
-    scene = run(glimpse, found)
-    scene = replace(
-        scene, rows=lasers, hypotheses=(found,) * len(lasers), static=scene.static * len(lasers)
-    )
-    seen = sequential.verified(scene)
-    for row_, some, static in zip(lasers, seen.hypotheses, seen.static, strict=True):
-        assert some.identity.tolist() == ([3] if laser.times[row_] >= laser.times[row] else [])
+    found = tuple(both.select(np.array([t >= since, True])) for t in laser.times[lasers])
+    static = tuple(np.zeros(len(some), dtype=bool) for some in found)
+    scene = replace(run(glimpse, both), rows=lasers, hypotheses=found, static=static)
+    return sequential.verified(scene), laser.times[lasers], laser.times[row]
+
+
+def test_who_was_seen_once_in_a_direction_stays_verified():
+    seen, times, then = glimpsed()
+    for time, some, static in zip(times, seen.hypotheses, seen.static, strict=True):
+        assert some.identity.tolist() == ([3] if time >= then else [])
         assert len(static) == len(some)
+
+
+def test_a_face_verifies_nobody_who_comes_there_later():
+    seen, times, then = glimpsed(since=1.5)
+    assert times[-1] > 1.5 > then + 0.5
+    assert [len(some) for some in seen.hypotheses] == [0] * len(times)
 
 
 def test_sessions_with_skirts_are_no_others():

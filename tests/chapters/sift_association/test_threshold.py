@@ -61,6 +61,15 @@ def test_where_landmarks_look_different_new_ones_are_all_found(monkeypatch, asid
         assert found.recall[found.best] > 0.95  # a threshold is one of the distances
 
 
+def test_what_is_in_the_map_is_not_new(monkeypatch):
+    """At the least threshold all but one are called new: so many of them are as were left out."""
+    seen = clear_views(40, RNG(1))
+    for share in (0.25, 0.75):
+        monkeypatch.setattr(threshold, "LEFT_OUT", share)
+        for found in clear(monkeypatch, seen).curves.values():
+            assert found.precision[0] == pytest.approx(share, abs=0.15)
+
+
 def test_as_printed_nothing_is_new_and_as_meant_nearly_all(monkeypatch):
     """§4 calls new what exceeds the threshold for none of the landmarks; some are always far."""
     seen = clear_views(40, RNG(1))

@@ -22,6 +22,8 @@ from robot_perception.chapters.visual_slam import (
 from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
 from robot_perception.landmarks.metrics import METRICS, euclidean_mean
+from robot_perception.particles import StepInfo
+from robot_perception.slam.visual import FrameInfo
 from tests.chapters.ledger import recorded
 from tests.unchecked import unchecked
 
@@ -175,6 +177,23 @@ def test_where_each_names_by_its_own_map_points_are_used_and_each_is_looked_up(e
     assert (len(gaps), np.count_nonzero(gaps > drives.SAME)) == (each.matched, each.wrong)
 
 
+@pytest.mark.parametrize("best", range(4))
+def test_of_each_frame_counts_what_the_ancestor_of_the_best_made(best):
+    """Names that tell frame and particle, and ancestors that no two particles share."""
+    rng = RNG(5)
+    ancestors = [rng.permutation(4) for _ in range(6)]
+    tags = np.arange(24).reshape(6, 4, 1)
+    infos = [
+        FrameInfo(tag, np.ones(1, dtype=bool), tag % 2 == 0, StepInfo(4.0, True, before, 0.0))
+        for tag, before in zip(tags, ancestors, strict=True)
+    ]
+    found, m = drives._of_best(infos, best), best
+    for frame in range(5, -1, -1):
+        assert found[frame].names == tags[frame, m]
+        assert found[frame].new == (tags[frame, m] % 2 == 0)
+        m = ancestors[frame][m]
+
+
 def test_the_same_place_lies_on_the_same_surface(seen):
     rows = np.flatnonzero(seen.tracks == np.argmax(np.bincount(seen.tracks)))[:3]
     assert (drives.apart(seen, rows, rows) < drives.AGAIN).all()
@@ -222,6 +241,13 @@ def test_told_the_names_nothing_is_wrong(seen):
     assert drive.matched > 100
     assert drive.wrong == 0
     assert recognised(drive)[2].max() < drives.AGAIN
+
+
+def test_a_map_is_right_where_rooms_order_and_visits_all_are():
+    whole = maps.Topology(inside=1.0, ordered=True, apart=0.0)
+    assert whole.right
+    for wrong in ({"inside": 0.9}, {"ordered": False}, {"apart": 0.6}):
+        assert not replace(whole, **wrong).right
 
 
 def test_a_right_map_is_right_and_a_torn_one_is_not():

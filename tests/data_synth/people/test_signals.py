@@ -208,6 +208,15 @@ def test_sonars_hear_who_stands_before_them():
     assert heard[10] == pytest.approx(1.0 - 0.22 - 0.06, abs=0.1)
 
 
+def test_the_truth_has_no_cone_of_a_sonar_beyond_its_cut():
+    bearing = SONAR_ANGLES[10]
+    now = moment([1.2 * np.array([np.cos(bearing), np.sin(bearing)])])
+    legs = 1.2 - SonarRing().radius
+    for cut, met in ((legs - 0.2, False), (legs + 0.2, True)):
+        found = truth(OFFICE, [Person()], now, Rig(ring=SonarRing(cut=cut)))
+        assert (found.cones > 0).tolist() == [met]
+
+
 @pytest.mark.parametrize("session", [STANDS, DRIVES], ids=["stands", "drives"])
 def test_a_session_is_kept_on_its_grid(session):
     np.testing.assert_allclose(np.diff(session.times), STEP)

@@ -98,6 +98,17 @@ def test_who_does_not_interrupt_waits_until_the_others_are_silent():
     assert at_once[1.0] > 0.3
 
 
+def test_who_waits_may_begin_as_soon_as_the_speaker_is_gone():
+    """Both ask in each of the steps; the first comes late, and the other leaves."""
+    times, manners = np.arange(20) * 0.5, Manners((0.1, 0.1), (1000.0, 1000.0), 0.0)
+    present = np.stack([times > 2.9, times < 5.9], axis=-1)
+    few = replace(SESSION, people=SESSION.people[:2], times=times, present=present)
+    talk = converse(few, rng=np.random.default_rng(0), manners=manners)
+    assert talk.who.tolist() == [0, 1]
+    np.testing.assert_allclose(talk.ends, [9.5, 6.0])
+    np.testing.assert_allclose(talk.starts, [6.0, 0.5])
+
+
 def test_how_much_of_a_time_somebody_speaks():
     talk = Conversation(
         np.ones(2), np.array([0, 0, 1]), np.array([1.0, 3, 2]), np.array([2.0, 4, 9]), np.zeros(3)
@@ -239,6 +250,14 @@ def test_a_voice_gets_softer_with_distance_and_to_its_back():
     np.testing.assert_allclose(
         signals(stands([1, 1]), one, loud), np.sqrt(10) * signals(stands([1, 1]), one, DRY)
     )
+
+
+@pytest.mark.parametrize("bearing", [np.pi / 4, np.pi / 2, 2.5])
+def test_who_faces_the_robot_is_as_loud_from_every_side(bearing):
+    one = MicrophoneArray(np.zeros((1, 2)))
+    place = 1.1 * np.array([np.cos(bearing), np.sin(bearing)])
+    ahead, aside = (signals(stands(p), one, DRY)[:, 24000:] for p in ([1.1, 0.0], place))
+    assert level(aside) == pytest.approx(level(ahead), abs=0.1)
 
 
 def test_windows_join():

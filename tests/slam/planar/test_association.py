@@ -177,12 +177,13 @@ def test_a_patient_gate_gives_in_after_so_many_rejections_in_a_row_of_one_landma
         seen((0, far), (1, far)),
         seen((1, near)),
         seen((1, far)),
-        seen((0, far)),
+        seen((0, far), (1, far)),
+        seen((1, far)),
     ]
     for patience, used in (
-        (None, [[-1], [-1, -1], [1], [-1], [-1]]),
-        (2, [[-1], [-1, -1], [1], [-1], [0]]),  # of landmark 1 the row was broken
-        (3, [[-1], [-1, -1], [1], [-1], [-1]]),
+        (None, [[-1], [-1, -1], [1], [-1], [-1, -1], [-1]]),
+        (2, [[-1], [-1, -1], [1], [-1], [0, -1], [1]]),  # of landmark 1 the row was broken
+        (3, [[-1], [-1, -1], [1], [-1], [-1, -1], [-1]]),
     ):
         association = Association("known", 0.99, patience=patience)
         run = run_filter(two_posts(), steps, Settings(CART, association=association))

@@ -204,6 +204,51 @@ def test_each_particles_answer_is_that_of_brute_force(seed, described):
     assert ours.tolist() == expected.tolist()
 
 
+def partly_known(rng):
+    """Return three particles, each with some of nine landmarks, six sights of these, and costs.
+
+    The landmarks lie so near to each other that several can be the one that is seen.
+    """
+    maps = maps_of(rng, 3, 1)
+    places = rng.uniform(-5, 5, 3) + 0.05 * rng.standard_normal((9, 3))
+    values = seen_from(maps.poses[0], places)
+    marks = Observations(np.arange(100, 109), values, noises(values, rng))
+    maps = add_landmarks(maps, marks, MOUNT, rng.random((3, 9)) < 0.5)
+    some = rng.permutation(9)[:6]
+    return maps, unnamed(values[some], marks.covs[some]), rng.random((6, maps.ids.size))
+
+
+@given(seed=seeds, described=st.booleans())
+@settings(max_examples=30)
+def test_the_order_of_the_observations_does_not_matter(seed, described):
+    rng = np.random.default_rng(seed)
+    maps, seen, costs = partly_known(rng)
+    costs = costs if described else None
+    order = rng.permutation(6)
+    sorted_costs = None if costs is None else costs[order]
+    before = associate_each(maps, seen, MOUNT, costs=costs)
+    after = associate_each(maps, seen[order], MOUNT, costs=sorted_costs)
+    assert after.tolist() == before[:, order].tolist()
+    for by in ("best", "mean"):
+        before = associate_shared(maps, seen, MOUNT, costs=costs, by=by)
+        after = associate_shared(maps, seen[order], MOUNT, costs=sorted_costs, by=by)
+        assert after.tolist() == before[order].tolist()
+
+
+@given(seeds)
+@settings(max_examples=30)
+def test_what_has_a_name_only_takes_its_landmark_away(seed):
+    """The others find what they find without it where no cost allows that landmark."""
+    rng = np.random.default_rng(seed)
+    maps, seen, costs = partly_known(rng)
+    told = rng.random(6) < 0.5
+    names = np.where(told, rng.permutation(maps.ids)[:6], -1)
+    rest = np.where(np.isin(maps.ids, names), np.inf, costs)[~told]
+    found = associate_each(maps, seen.named(names), MOUNT, costs=costs)
+    assert (found[:, told] == names[told]).all()
+    assert (found[:, ~told] == associate_each(maps, seen[~told], MOUNT, costs=rest)).all()
+
+
 @given(seeds)
 @settings(max_examples=20)
 def test_of_one_particle_the_mixture_is_the_particle(seed):
