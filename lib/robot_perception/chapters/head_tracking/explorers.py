@@ -20,12 +20,12 @@ rates = Exploration(
         "floor": choice("Gives up", {"never": 0.0, f"below {GIVES_UP:g}": GIVES_UP}, 0.0),
     },
     name="head-rates",
-    caption="Ten seconds of film. Above: how far the ellipse overlaps with the head; below 0.2 it "
-    "misses it. Dashed: a = 0, with the same rule of giving up. Below: the light on the head, and "
-    "how much of the head is visible.",
+    caption="Ten seconds of film. Above: the overlap (IoU) of ellipse and head; below 0.2 the "
+    "ellipse misses the head. Dashed: a = 0, with the same rule for giving up. Below: the light "
+    "on the head, and how much of the head is visible.",
     presets={
-        "the first picture for ever": {"rate": 0.0},
-        "half of it new in every picture": {"rate": 0.5},
+        "the first frame for ever": {"rate": 0.0},
+        "half of it new in every frame": {"rate": 0.5},
         "others pass, a higher threshold": {"film": scene.CROWD, "gate": 0.8},
         "others pass, five times as fast": {"film": scene.CROWD, "rate": 0.1},
         "both give up": {"floor": GIVES_UP},
@@ -38,10 +38,10 @@ look = Exploration(
     draw.looked,
     scene.look,
     scene.Look.words,
-    controls={"at": slider("Picture", tuple(range(0, 150, 10)), 0)},
+    controls={"at": slider("Frame", tuple(range(0, 150, 10)), 0)},
     name="head-look",
-    caption="Left: the head. Right: the colours of its pixels, in picture 0 (blue) and in this one "
-    "(red): brightness across, the difference of green and red upwards.",
+    caption="Left: the head. Right: the colours of its pixels, in frame 0 (blue) and in this one "
+    "(red): brightness to the right, the difference of green and red upwards.",
     presets={"dark": {"at": 110}, "bright": {"at": 20}, "another colour": {"at": 60}},
     axes=partial(figure, 1, 2, width=7.4, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],
