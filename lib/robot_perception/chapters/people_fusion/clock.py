@@ -104,8 +104,8 @@ def show() -> Shown:
         frames(),
         fps=FPS,
         name="people-clock",
-        alt="Left the round picture of a fisheye camera, in which three heads move along the rim "
-        "and green lines follow faces; right the floor plan, in which dots of a laser, arcs of "
+        alt="Left a round frame of a fisheye camera, in which three heads move along the rim and "
+        "green lines follow faces; right the floor plan, in which dots of a laser, arcs of "
         "sonars and red ellipses move with three people. One walks round to the back: a long "
         "wedge becomes a small ellipse when a sonar hears the person, and grows again.",
         caption="Ten seconds, as fast as they went by. Left: the camera's frame, directions of "

@@ -2,7 +2,7 @@
 
 GUESSES = {
     "question": (
-        "One guess makes a map. Now take ten guesses in place of one, with the same pictures and "
+        "One guess makes a map. Now take ten guesses in place of one, with the same frames and "
         "the same wheels. What happens to the error of the path?"
     ),
     "replies": {
@@ -11,7 +11,7 @@ GUESSES = {
         "it falls to a third or less": "Ten guesses are enough: in each frame one fits better "
         "than the others, and the better one goes on.",
         "it stays the same: ten guesses err like one": "They would if nothing chose among them. "
-        "The pictures do: a guess that has gone astray expects its landmarks elsewhere.",
+        "The frames do: a guess that has gone astray expects its landmarks elsewhere.",
     },
     "right": "it falls to a third or less",
 }
