@@ -10,7 +10,7 @@ WRONG = {
         "rounding. No filter can tell the two worlds apart.",
         "the algebra": "It computed the rank of the matrix that it was given, and computed it "
         "right. Ask which robot that matrix belongs to.",
-        "the paper's conclusion": "Yes. The algebra is right about its matrix and the picture is "
+        "the paper's conclusion": "The algebra is right about its matrix and the picture is "
         "right about the robot. Three ways to ask the same question, below, will show where the "
         "two part.",
     },
@@ -26,7 +26,7 @@ LEFT = {
     "replies": {
         "half": "Each measurement of the anchor ties the robot to the floor once more, and they "
         "average. A hundred of them do better.",
-        "between a twentieth and a tenth": "Yes. The error is an average of a hundred fresh "
+        "between a twentieth and a tenth": "The error is an average of a hundred fresh "
         "measurements now, and averages shrink like $1/\\sqrt{k}$.",
         "nothing at all": "It comes closer and closer to nothing, like $1/\\sqrt{k}$, and never "
         "gets there.",
@@ -41,7 +41,7 @@ HEADING = {
         "the turn. This one takes its Jacobians from a mixture of points.",
         "more than ±10°, for the wheels slip": "The landmarks hold the heading against slip. The "
         "start heading itself is what nothing measures.",
-        "less than ±5°": "Yes: it claims to have learnt what nothing told it.",
+        "less than ±5°": "It claims to have learnt what nothing told it.",
     },
     "right": "less than ±5°",
 }

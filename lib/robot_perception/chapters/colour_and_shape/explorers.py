@@ -46,9 +46,9 @@ steps = Exploration(
         "step": choice("Up to step", {f"({k}) {words}": k for k, words in STEPS.items()}, "e"),
     },
     name="shape-iteration",
-    caption="One iteration, from (a) to (e). A disc is a sample of the brightness, in (a) and (e) "
-    "as large as its weight. At the bottom: how well each brightness fits the frame; the second "
-    "hump is another object.",
+    caption="One iteration, from (a) to (e). A disc is a sample of the brightness; in (a) and "
+    "(e) its size is its weight. At the bottom: how well each brightness fits the frame; the "
+    "second hump is another object.",
     presets={
         "before the frame": {"step": "a"},
         "five samples": {"samples": 5},
@@ -117,8 +117,8 @@ many = Exploration(
         "noise": slider("Noise, times B", NOISES, 1.0),
     },
     name="shape-many",
-    caption="Overlap with a circle that changes its colour, over 25 frames; its mean above. "
-    "Thick: your choice. Thin: all the others. Below the line the circle is lost.",
+    caption="Overlap (IoU) with a circle that changes its colour, over 25 frames; its mean "
+    "above. Thick: your choice. Thin: all other choices. Below the line the circle is lost.",
     presets={
         "no noise": {"noise": 0.0},
         "five samples": {"samples": 5},
@@ -185,9 +185,9 @@ snake = Exploration(
         "reach": slider("Reach at first", (3.0, 8.0, 20.0), 20.0, "px"),
     },
     name="shape-snake",
-    caption="A piece of the picture that holds shell and neck (tinted). Dashed: the outline of the "
-    "frame before. Solid: the snake on its way and at its end, with its overlap with the shell and "
-    "the share of the neck in it. As the paper's Fig. 12.",
+    caption="A piece of the frame that holds shell and neck (tinted). Dashed: the outline of the "
+    "frame before. Solid: the snake on its way and at its end, with its overlap (IoU) with the "
+    "shell and the share of the neck in it. As in the paper's Fig. 12.",
     presets={
         "free": {"snake": "free"},
         "free and stiff": {"snake": "free", "rigidity": 100.0},

@@ -46,13 +46,13 @@ _PHOTOS = {
 
 @drawn(
     name="shape-four",
-    alt="A frame of each of four films: a circle, a rectangle under a lamp, a beetle, a snail. The "
-    "red outline lies on the true one in all; the purple one has slid off all but the circle; the "
-    "olive one runs round the whole picture, or lies on another card.",
+    alt="A frame of each of four films: a circle, a rectangle under a lamp, a beetle, a snail. "
+    "The red outline lies on the true one in all; the purple one has slid off all but the "
+    "circle; the olive one runs round the whole frame, or lies on another card.",
     caption="Frame 50 of four films. Dotted: the truth. Red: colour and shape fused. Purple, "
-    "dashed: edges alone. Olive, dash-dotted: colours adapted without a check, which take the "
-    "whole picture in three. Films picked to show what one cue does not hold. The subject of the "
-    "paper's Fig. 13.",
+    "dashed: edges alone. Olive, dash-dotted: colours adapted without a check, which take in the "
+    "whole frame in three. The films were picked to show where one cue fails. The subject is "
+    "that of the paper's Fig. 13.",
     rows=2,
     cols=2,
     width=7.0,
@@ -74,8 +74,9 @@ def hero(axes: np.ndarray, at: int = 50) -> None:
     name="shape-overlap",
     alt="Overlap by frame in each film: the fused tracker stays above 0.75; edges alone fall in "
     "three films, adapted colours in all four.",
-    caption="Overlap with the true outline by frame, in the same films. Below the line the "
-    "outline counts as lost. On the circle the fused tracker hides edges alone.",
+    caption="Overlap (IoU) with the true outline by frame, in the same films. Below the line the "
+    "outline counts as lost. On the circle the line of the fused tracker hides that of edges "
+    "alone.",
     rows=2,
     cols=2,
     width=7.4,
@@ -137,9 +138,9 @@ def many(axes: np.ndarray, found: Table) -> None:
     name="shape-path",
     alt="Two cut-outs of a reddish card, light and dark; and its mean colour, blue against red: a "
     "narrow path between dark and bright red, travelled to and fro.",
-    caption="A card goes round a lamp. Last: its mean colour in each frame, blue against red, from "
-    "0 to 255, each point in the colour itself; rings mark the frames shown. It is the subject of "
-    "the paper's Fig. 8.",
+    caption="A card goes round a lamp. Last panel: its mean colour in each frame, blue against "
+    "red, from 0 to 255, each point in the colour itself; rings mark the frames shown. It is the "
+    "subject of the paper's Fig. 8.",
     cols=3,
     width=7.4,
     height=2.6,
@@ -164,12 +165,12 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
 
 @drawn(
     name="shape-samples",
-    alt="Three clouds of dark reddish colours, ever wider, and below what has such colours: the "
-    "beetle with a leaf, the same with its legs, and the beetle with stones and shadow. The third "
-    "weighs 0.",
+    alt="Three clouds of dark reddish colours, ever wider, and below what has these colours: the "
+    "beetle with a leaf, the same with its legs, and the beetle with stones and shadow. The "
+    "third weighs 0.",
     caption="Three samples of one frame: the best, a middling one, the worst. Above: their "
-    "colours. Below: the piece that has such colours, the affine snake on it, all else faded. "
-    "Weights are shares of the greatest. As the paper's Fig. 11.",
+    "colours. Below: the piece that has these colours, with the affine snake on it and all else "
+    "faded. Weights are relative to the greatest. As in the paper's Fig. 11.",
     rows=2,
     cols=3,
     width=7.4,

@@ -31,7 +31,7 @@ WIDTH = 4.2
 """Of a frame, inches."""
 SEED = CHOOSING[2]
 """Of the films that are shown, of those on which numbers were chosen; picked since all of them show
-what a cue alone does not hold."""
+where a cue alone fails."""
 CROSSED = 2012
 """Seed of a film of circles that is lost, a scored one: those of `CHOOSING` are held."""
 NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, adapted"}

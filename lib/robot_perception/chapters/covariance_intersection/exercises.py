@@ -50,7 +50,7 @@ EXERCISES = Sheet(
                 (4.0, "four matches leave 0.6⁴ = 0.13 missing: the weight is still below 0.9."),
                 (0.9 / 0.4, "each match adds a share of what is missing, not of 1."),
             ),
-            hint="What is missing to 1 is multiplied by 1 − α at each match.",
+            hint="The gap to 1 is multiplied by 1 − α at each match.",
             rtol=1e-6,
         ),
     }

@@ -19,10 +19,10 @@ EXERCISES = Sheet(
         "head-forget": Exercise(
             7,
             mistakes=(
-                (5, "0.9⁵ = 0.59: more than half of the first picture is still there."),
-                (10, "a = 0.1 does not mean that ten pictures replace the model."),
+                (5, "0.9⁵ = 0.59: more than half of the first frame is still there."),
+                (10, "a = 0.1 does not mean that ten frames replace the model."),
             ),
-            hint="After k pictures (1 − a)ᵏ of the first one is left.",
+            hint="After k frames (1 − a)ᵏ of the first one is left.",
         ),
         "head-saving": Exercise(
             _FULL / _CARRIED,

@@ -20,12 +20,12 @@ rates = Exploration(
         "floor": choice("Gives up", {"never": 0.0, f"below {GIVES_UP:g}": GIVES_UP}, 0.0),
     },
     name="head-rates",
-    caption="Ten seconds of film. Above: how far the ellipse overlaps with the head; below 0.2 it "
-    "misses it. Dashed: a = 0, with the same rule of giving up. Below: the light on the head, and "
-    "how much of the head is visible.",
+    caption="Ten seconds of film. Above: the overlap (IoU) of ellipse and head; below 0.2 the "
+    "ellipse misses the head. Dashed: a = 0, with the same rule for giving up. Below: the light "
+    "on the head, and how much of the head is visible.",
     presets={
-        "the first picture for ever": {"rate": 0.0},
-        "half of it new in every picture": {"rate": 0.5},
+        "the first frame for ever": {"rate": 0.0},
+        "half of it new in every frame": {"rate": 0.5},
         "others pass, a higher threshold": {"film": scene.CROWD, "gate": 0.8},
         "others pass, five times as fast": {"film": scene.CROWD, "rate": 0.1},
         "both give up": {"floor": GIVES_UP},
@@ -38,11 +38,11 @@ look = Exploration(
     draw.looked,
     scene.look,
     scene.Look.words,
-    controls={"at": slider("Picture", tuple(range(0, 150, 10)), 60)},
+    controls={"at": slider("Frame", tuple(range(0, 150, 10)), 60)},
     name="head-look",
-    caption="Left: the head. Middle: colours of its pixels, in picture 0 (blue) and in this one "
+    caption="Left: the head. Middle: colours of its pixels, in frame 0 (blue) and in this one "
     "(red): brightness across, the difference of green and red upwards. Right: what the head's "
-    "histogram has in common with that of picture 0, by the cells that colours are counted in.",
+    "histogram has in common with that of frame 0, by the cells that colours are counted in.",
     presets={"dark": {"at": 110}, "bright": {"at": 20}, "the first": {"at": 0}},
     axes=partial(figure, 1, 3, width=8.6, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],

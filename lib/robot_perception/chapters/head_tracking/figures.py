@@ -45,9 +45,9 @@ def _near(ax: Axes, ellipse: Float[np.ndarray, " 4"]) -> None:
 @drawn(
     name="head-hero",
     alt="Three cut-outs of a rendered film with a man's head. At first two ellipses lie on the "
-    "head. In pictures 100 and 140 the light is another, and the dashed blue one has slid off.",
-    caption="A rendered head in light that changes, at the start and after seven and nine seconds. "
-    "Dashed: the tracker that keeps the colours of the first picture. Solid: the one that adapts.",
+    "head. In frames 100 and 140 the light has changed, and the dashed blue one has slid off.",
+    caption="A rendered head in changing light, at the start and after seven and nine seconds. "
+    "Dashed: the tracker that keeps the colours of the first frame. Solid: the one that adapts.",
     cols=3,
     width=7.4,
     height=2.2,
@@ -60,7 +60,7 @@ def hero(axes: np.ndarray) -> None:
         picture(ax, film.frames[k])
         _near(ax, film.ellipses[k])
         card(ax, k, linewidth=2.4)
-        ax.set_title(f"picture {k}")
+        ax.set_title(f"frame {k}")
 
 
 def card(ax: Axes, at: int, linewidth: float = 3.0) -> Axes:
@@ -89,7 +89,7 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
         ha="right",
         va="top",
     )
-    top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="picture", ylabel="overlap with the head")
+    top.set(xlim=(0, pictures[-1]), ylim=(0, 1), xlabel="frame", ylabel="overlap with the head")
     top.set_title(
         f"missed: fixed {state.missed(state.fixed):.0%}, adapted {state.missed(state.iou):.0%}"
     )
@@ -97,7 +97,7 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
     bottom.clear()
     bottom.plot(pictures, state.light, color=MEANING["light"], label="light")
     bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible")
-    bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="picture", ylabel="share")
+    bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="frame", ylabel="share")
     bottom.legend(loc="upper right", ncols=2)
 
 
@@ -111,7 +111,7 @@ def looked(axes: np.ndarray, state: Look) -> None:
     picture(left, state.image)
     right.clear()
     for points, name, size in ((state.first, "fixed model", 7), (state.now, "adapted model", 7)):
-        words = "picture 0" if name == "fixed model" else "this picture"
+        words = "frame 0" if name == "fixed model" else "this frame"
         right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
     right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
     right.legend(loc="upper left")
@@ -128,10 +128,11 @@ def looked(axes: np.ndarray, state: Look) -> None:
 
 @drawn(
     name="head-size",
-    alt="Score against size: printed, it is 1 for all ellipses smaller than the head and falls "
-    "beyond; of shares it has its peak at the head's size.",
-    caption="Score of ellipses round the middle of the head, by size. As printed, whatever lies "
-    "inside the head is perfect. Compared as shares, the peak is at the head.",
+    alt="Score against size: as printed, it is 1 for all ellipses smaller than the head and "
+    "falls beyond; with shares it peaks at the head's size.",
+    caption="Score of ellipses round the middle of the head, by size. As printed, every ellipse "
+    "inside the head gets full marks. If shares are compared, the peak is at the size of the "
+    "head.",
     height=3.0,
 )
 def by_size(ax: Axes, found: Sizes) -> Axes:
@@ -151,8 +152,8 @@ def by_size(ax: Axes, found: Sizes) -> Axes:
 
 @drawn(
     name="head-step",
-    alt="An ellipse of pixels and the same one pixel further right: the left rim is subtracted, "
-    "the right rim added, the rest shared.",
+    alt="An ellipse of pixels and the same ellipse one pixel further right: the left rim is "
+    "subtracted, the right rim is added, and the rest is shared.",
     caption="Two adjacent ellipses. Left rim: subtracted. Right rim: added. The rest is shared.",
     width=4.2,
     height=4.4,
@@ -182,9 +183,9 @@ def step_aside(ax: Axes, half_width: int = 10) -> Axes:
     alt="Numbers added up in a search against size, both axes logarithmic: counted anew the line "
     "rises twice as steeply as the incremental one. With all cells summed at every candidate both "
     "lie higher, and the incremental one is nearly level.",
-    caption="Numbers added up in a search of ± 8 pixels. Counted anew they grow as the area, "
-    "incrementally as the circumference. Dotted: if the sum of eq. 28 goes over all cells each "
-    "time, it outweighs the pixels.",
+    caption="Numbers added up in a search of ± 8 pixels. Counted anew they grow with the area, "
+    "incrementally with the circumference. Dotted: if eq. 28 is summed over all cells each time, "
+    "that sum outweighs the pixels.",
     height=3.0,
 )
 def work(ax: Axes, half_widths: Sequence[int]) -> Axes:
@@ -230,9 +231,9 @@ def grid(axes: np.ndarray, table: Table) -> None:
 
 @drawn(
     name="head-girl",
-    alt="Four pictures of a girl: three times her face, at last the back of her head. The ellipse "
-    "of the fixed model stays on or near the marked head; that of the one adapted fast has left it "
-    "in the last two.",
+    alt="Four frames of a girl: three times her face, at last the back of her head. The ellipse "
+    "of the fixed model stays on or near the marked head; that of the one adapted fast has left "
+    "it in the last two.",
     caption=lambda read, shown: (
         "Thin: the marked head. Dashed: the fixed model. Solid: the "
         "one adapted fast. " + read.note.replace("`", "")
@@ -255,15 +256,15 @@ def girl(axes: np.ndarray, read: Read[Girl], shown: Sequence[int]) -> None:
         ):
             ellipse = result.ellipses[result.variants.index(name), at]
             ring(ax, ellipse, MEANING[meaning], linewidth=2.0, linestyle=line)
-        ax.set_title(f"picture {at + 1}")
+        ax.set_title(f"frame {at + 1}")
 
 
 @drawn(
     name="head-girl-overlap",
-    alt="Overlap by picture of four trackers: the model adapted fast falls to zero before picture "
+    alt="Overlap by frame of four trackers: the model adapted fast falls to zero before frame "
     "100 and stays there; CamShift loses the head again and again; the fixed and the slowly "
     "adapted model go up and down and seldom fall below 0.2.",
-    caption="Overlap with the marked head in each picture of the recording, from the first on. "
+    caption="Overlap with the marked head in each frame of the recording, started on the first. "
     "Thin: adapted slowly.",
     height=3.0,
 )
@@ -278,7 +279,7 @@ def girl_overlap(ax: Axes, result: Girl) -> Axes:
     ):
         iou = result.iou[result.variants.index(name)]
         ax.plot(pictures, iou, line, color=MEANING[meaning], label=name, linewidth=width)
-    ax.set(xlabel="picture", ylabel="overlap with the marked head", ylim=(0, 1))
+    ax.set(xlabel="frame", ylabel="overlap with the marked head", ylim=(0, 1))
     ax.set_xlim(1, pictures[-1])
     ax.legend(loc="upper right", ncols=2)
     return ax

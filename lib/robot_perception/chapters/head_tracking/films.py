@@ -39,8 +39,9 @@ def light() -> Shown:
         alt="A man's head moves through a rendered room whose light grows dim, bright and "
         "coloured. A solid ellipse stays on or near the head; a dashed one slides off after "
         "seven seconds and ends on the door. Below, its overlap falls to zero.",
-        caption="The first film of the explorer. Dotted: the head. Dashed: the model of the first "
-        "picture. Solid: the adapted one. Below: how far each overlaps with the head.",
+        caption="The first film of the explorer. Dotted: the head. Dashed: the model of the "
+        "first frame. Solid: the adapted one. Below: the overlap (IoU) of each with the head: "
+        "the area that both cover over the area that either covers.",
     )
 
 
@@ -69,7 +70,7 @@ def girl(result: Girl) -> Shown:
         name="head-girl-film",
         alt="A girl turns round on a chair. A dashed ellipse stays on or near her head, face and "
         "hair; a solid one slides to her side within seconds and stays in the background.",
-        caption="Every fourth picture of the recording. Dotted: the marked head. Dashed: the fixed "
+        caption="Every fourth frame of the recording. Dotted: the marked head. Dashed: the fixed "
         "model. Solid: the one adapted fast. Below: their overlap with the marked head.",
     )
 
@@ -93,5 +94,5 @@ def frames(
         below.clear()
         for name, iou in overlaps.items():
             below.plot(iou[: k + 1], LINES[name], color=MEANING[name], linewidth=1.6)
-        below.set(xlim=(0, len(pictures) - 1), ylim=(0, 1), xlabel="picture", ylabel="overlap")
+        below.set(xlim=(0, len(pictures) - 1), ylim=(0, 1), xlabel="frame", ylabel="overlap")
         yield fig

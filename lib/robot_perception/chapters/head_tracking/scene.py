@@ -121,9 +121,9 @@ class Followed:
     def words(self) -> str:
         """Return what the state shows."""
         return (
-            f"Overlap of ellipse and head in each picture of the film in which {self.film}, with "
-            f"a = {self.rate:g} above a threshold of {self.gate:g}, {self.rule}: it is missed in "
-            f"{self.missed(self.iou):.0%} of the pictures, by the fixed model in "
+            f"Overlap of ellipse and head in each frame of the film in which {self.film}, with a "
+            f"= {self.rate:g} above a threshold of {self.gate:g}, {self.rule}: the head is "
+            f"missed in {self.missed(self.iou):.0%} of the frames, by the fixed model in "
             f"{self.missed(self.fixed):.0%}."
         )
 
@@ -166,10 +166,7 @@ class Look:
     def words(self) -> str:
         """Return what the state shows."""
         parts = ", ".join(f"{share:.0%} in {cells}" for cells, share in self.common.items())
-        return (
-            f"Picture {self.at}: the head's colours have in common with those of picture 0: "
-            f"{parts}."
-        )
+        return f"Frame {self.at}: how much of the head's colours matches those of frame 0: {parts}."
 
 
 COMPARED = {space: Binning(space) for space in ("RGB", "normalised rgb", "HSI", "opponent")} | {

@@ -11,8 +11,8 @@ GIVEN = {
         "anchor.",
         "a joint test of all matches in a scan": "It rejects matches that are unlikely together. "
         "With an error of metres the right ones are unlikely, too.",
-        "the name of every landmark that it sees": "Yes. The loop closes when the robot "
-        "recognises one thing that it has seen before.",
+        "the name of every landmark that it sees": "The loop closes when the robot recognises "
+        "one thing that it has seen before.",
     },
     "right": "the name of every landmark that it sees",
 }
@@ -25,7 +25,7 @@ PLACE = {
     "replies": {
         "at the start": "There the robot knows its position anyway, and it meets the post again "
         "only when the loop closes.",
-        "a third of the way round": "Yes. There the robot has had time to err; what it learns "
+        "a third of the way round": "There the robot has had time to err; what it learns "
         "corrects the path behind it and lets the path ahead start afresh.",
         "just before the end": "There the loop is about to close, and closing it corrects the same "
         "errors once more.",
@@ -41,11 +41,11 @@ REMOVED = {
     "replies": {
         "the error explodes": "It grows, but not by much: after fifty revisions most landmarks "
         "stand about where they should, relative to the robot.",
-        "the error hardly grows, the filter is far too sure": "Yes. A frozen landmark keeps its "
-        "error and loses its uncertainty.",
+        "the error hardly grows, the filter is far too sure": "A frozen landmark keeps its error "
+        "and loses its uncertainty.",
         "nothing: fifty measurements are enough": "Fifty measurements make a landmark sharp "
-        "relative to the robot. The error of the robot's pose they share, and no number of them "
-        "averages it away.",
+        "relative to the robot. They all share the error of the robot's pose, and no number of "
+        "them averages it away.",
     },
     "right": "the error hardly grows, the filter is far too sure",
 }

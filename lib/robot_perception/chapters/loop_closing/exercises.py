@@ -20,7 +20,7 @@ EXERCISES = Sheet(
                 ),
             ),
             hint="Each metre driven adds its own error of the heading, and it moves all that "
-            "follows: add up σ² (L − s)² over the way s.",
+            "follows: add up σ² (L − s)² over the path s.",
             rtol=0.02,
         ),
         "loop-frozen": Exercise(
@@ -38,7 +38,7 @@ EXERCISES = Sheet(
             mistakes=(
                 (
                     np.sqrt(_PLACE**2 + _SIGMA**2) / _SIGMA,
-                    "the heading: 3° at 4 m move a landmark aside, too.",
+                    "the heading: 3° at 4 m move a landmark sideways, too.",
                 ),
                 (
                     (_PLACE + _AHEAD * _TURN + _SIGMA) / _SIGMA,
@@ -49,8 +49,8 @@ EXERCISES = Sheet(
                     "degrees: the heading must be in radians.",
                 ),
             ),
-            hint="Three independent errors move the landmark aside from an uncertain start; one is "
-            "left from an exact one.",
+            hint="Three independent errors move the landmark sideways from an uncertain start; "
+            "one is left from an exact one.",
             rtol=0.02,
         ),
     }

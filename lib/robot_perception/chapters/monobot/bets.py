@@ -12,21 +12,21 @@ CURES: dict[str, Any] = {
         "stays as uncertain.",
         "An exactly known start": "Not alone. Each move adds new uncertainty about where the robot "
         "is, and the landmark takes its share of it.",
-        "Ten landmarks": "No. All ten inherit the one error of the robot that saw them first.",
-        "None of them alone": "Right. Two of them together do it; the controls below show which.",
+        "Ten landmarks": "All ten inherit the one error of the robot that saw them first.",
+        "None of them alone": "Two of them together do it; the controls below show which.",
     },
     "right": "None of them alone",
 }
 
 FIFTY: dict[str, Any] = {
-    "question": "Which slope do fifty landmarks give, beside that of one?",
+    "question": "Which slope do fifty landmarks give, compared with that of one?",
     "replies": {
-        "Fifty times as much": "Not in this case. Fifty independent measurements would, but what "
-        "the robot moved since the last step is unknown to all fifty alike.",
-        r"About seven times ($\sqrt{50}$)": "No. The root holds for the error of a mean of "
+        "Fifty times as much": "Fifty independent measurements would give that, but how far the "
+        "robot moved in the last step is unknown to all fifty alike.",
+        r"About seven times ($\sqrt{50}$)": "The root holds for the error of a mean of "
         "independent measurements. Their information would grow fifty times, and these are not "
         "independent.",
-        "Less than three times": "Right. One unknown move is common to all fifty.",
+        "Less than three times": "One unknown move is common to all fifty.",
     },
     "right": "Less than three times",
 }
@@ -35,13 +35,14 @@ SAME: dict[str, Any] = {
     "question": "Which of the four gives the same estimates, to the last digit, as the right "
     "filter?",
     "replies": {
-        r"State a $P_0$ that is a hundredth of the truth": r"Right. The gains do not contain "
-        r"$P_0$. Only what the filter says about its errors changes, and is no longer true.",
-        "Use each measurement before the move that led to it": "No. Each measurement is compared "
+        r"State a $P_0$ that is a hundredth of the truth": r"The gains do not contain $P_0$. "
+        r"Only what the filter says about its errors changes, and is no longer true.",
+        "Use each measurement before the move that led to it": "Each measurement is compared "
         "with a place that the robot has left.",
-        "Forget the cross-covariance when a landmark enters the map": "No. The filter takes one "
+        "Forget the cross-covariance when a landmark enters the map": "The filter takes one "
         "error for two independent ones, and that changes the gains.",
-        "Give one landmark a known place": "No, and that is its merit: the estimates get better.",
+        "Give one landmark a known place": "It changes them, and that is its merit: the "
+        "estimates get better.",
     },
     "right": r"State a $P_0$ that is a hundredth of the truth",
 }

@@ -104,14 +104,14 @@ def show() -> Shown:
         frames(),
         fps=FPS,
         name="people-clock",
-        alt="Left the round picture of a fisheye camera, in which three heads move along the rim "
-        "and green lines follow faces; right the plan, in which dots of a laser, arcs of sonars "
-        "and red ellipses move with three people. One walks round to the back: a long wedge "
-        "becomes a small ellipse when a sonar hears the person, and grows again.",
-        caption="Ten seconds, as fast as they went by. Left: the picture, directions of faces "
-        "(green) and the true heads (rings). Right: the last scan (orange), echoes (thick blue "
-        "arcs), the people (dark discs), and the hypotheses after each reading (red, 2σ; filled: "
-        "persons; dotted: too light to count).",
+        alt="Left a round frame of a fisheye camera, in which three heads move along the rim and "
+        "green lines follow faces; right the floor plan, in which dots of a laser, arcs of "
+        "sonars and red ellipses move with three people. One walks round to the back: a long "
+        "wedge becomes a small ellipse when a sonar hears the person, and grows again.",
+        caption="Ten seconds, as fast as they went by. Left: the camera's frame, directions of "
+        "faces (green) and the true heads (rings). Right: the last scan (orange), echoes (thick "
+        "blue arcs), the people (dark discs), and the hypotheses after each reading (red, 2σ; "
+        "filled: persons; dotted: too light to count).",
     )
 
 

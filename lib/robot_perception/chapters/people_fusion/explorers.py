@@ -19,9 +19,9 @@ SCENE = Exploration(
     },
     name="people-scene",
     caption="Half a minute in the room. Dotted discs: the people, with a question mark those who "
-    "are not found. Red: the hypotheses, 2σ, bent as distance and direction bend them, long "
-    "where no distance is known, the heavier the stronger; filled ones count as persons, and a "
-    "cross marks those that are nobody.",
+    "are not found. Red: the hypotheses, 2σ, curved, being Gaussian in distance and direction, "
+    "and long where no distance is known; the greater the weight, the stronger the line. Filled "
+    "ones count as persons, and a cross marks those that are false.",
     presets={
         "the camera alone": {"who": "the camera alone"},
         "no camera": {"who": "without the camera"},

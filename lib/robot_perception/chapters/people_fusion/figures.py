@@ -45,10 +45,10 @@ def aggregated(
 
 @drawn(
     name="people-together",
-    alt="A plan of a room with three people around a robot: wedges of a camera, ellipses of laser "
-    "and sonars, and over each person one red ellipse on which they agree.",
+    alt="A floor plan of a room with three people around a robot: wedges of a camera, ellipses "
+    "of laser and sonars, and over each person one red ellipse on which they agree.",
     caption="The same moment again. Green, orange and blue: what camera, laser and sonars say. "
-    "Red: the persons whom the committee knows by then, 2σ. Dark discs: the people.",
+    "Red: the persons that the committee knows of by then, 2σ. Dark discs: the people.",
     width=5.0,
     height=5.0,
 )
@@ -117,12 +117,12 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
 
 @drawn(
     name="people-rooms",
-    alt="Seven rows, each with two dots: the share of hypotheses that are nobody, left, and of "
+    alt="Seven rows, each with two dots: the share of hypotheses that are false, left, and of "
     "people tracked, right. The left dot moves to the paper's line only without table legs, wood "
     "and cork; the right one if people who stop look at the robot, or walk half as fast.",
-    caption="What the paper's two numbers would need: the same system in rooms and among people in "
-    "which one thing is changed, and at last all of them. Left: hypotheses that are nobody; right: "
-    "people who are tracked. Bars: 95 % over ten sessions; dotted: the paper.",
+    caption="What the paper's two numbers would take: the same system, with one thing about the "
+    "rooms or the people changed at a time, and at last all of them. Left: false hypotheses; "
+    "right: people who are tracked. Bars: 95 % over ten sessions; dotted: the paper.",
     height=5.0,
 )
 def rooms(ax: Axes, table: Table) -> Axes:

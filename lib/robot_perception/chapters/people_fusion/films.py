@@ -37,8 +37,8 @@ _TOLD: dict[Kind, tuple[int, tuple[str, ...], str, str]] = {
         "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
         "robot stops and says: Please come back! The visitor returns and the tour goes on.",
         "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
-        "Ellipses (2σ): whom it takes for persons, filled the one it deals with; grey ones do not "
-        "count. A line is as wide as the weight.",
+        "Ellipses (2σ): what it takes for persons, with the one it deals with filled; grey ones "
+        "do not count. The greater the weight, the wider the line.",
     ),
     "follow": (
         6003,

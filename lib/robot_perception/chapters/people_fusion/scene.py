@@ -66,9 +66,9 @@ class State:
         count, (missed, nobody) = len(self.missed), self.errors
         who = self.who if self.who.startswith("without") else f"with {self.who}"
         return (
-            f"The room from above after {self.at:.0f} s, {who}: {count - missed} of "
-            f"{count} people have a person's ellipse, of {self.known} the distance is known; "
-            f"{nobody} such ellipses are nobody's, {len(self.persons) - self.persons.sum()} more "
+            f"The room from above after {self.at:.0f} s, {who}: {count - missed} of {count} "
+            f"people have a person's ellipse, and for {self.known} the distance is known; "
+            f"{nobody} such ellipses are false, {len(self.persons) - self.persons.sum()} more "
             "are too light to count."
         )
 
@@ -103,8 +103,9 @@ class Choice:
         false, tracked = rates.OF_THE_PAPER
         return (
             f"With θ = {self.theta:g} and {self.alpha:g} times our α {self.tracked:.0%} of the "
-            f"people are tracked and {self.false:.0%} of the hypotheses are nobody, in one session "
-            f"of {CONFIG.duration:.0f} s; the paper has {tracked:.0%} and about {false:.0%}."
+            f"people are tracked and {self.false:.0%} of the hypotheses are false, in one "
+            f"session of {CONFIG.duration:.0f} s; the paper has {tracked:.0%} and about "
+            f"{false:.0%}."
         )
 
 

@@ -20,7 +20,7 @@ LOOK = Exploration(
     name="people-look",
     caption="Half a minute in the room, one sensor at a time. Dotted discs: the people, with a "
     "question mark those whom it does not find. Coloured, 2σ: what it takes for people; a cross "
-    "marks what is nobody. The camera's are wedges, since it knows no distance.",
+    "marks what is false. The camera's detections are wedges, since it knows no distance.",
     presets={
         "the laser misses two": {"at": scene.MOMENTS[8]},
         "the sonars hear all three": {"sensor": "sonar", "at": scene.MOMENTS[9]},

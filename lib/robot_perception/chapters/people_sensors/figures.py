@@ -138,8 +138,8 @@ def said(ax: Axes, sensor: str, detections: Gaussian) -> None:
 
 @drawn(
     name="people-hero",
-    alt="Three plans of a room with three people around a robot. The camera has three directions, "
-    "the laser two people, the sonars one of these two.",
+    alt="Three floor plans of a room with three people around a robot. The camera has three "
+    "directions, the laser two people, the sonars one of these two.",
     caption="One moment, from above; the robot looks up the page. A, B and C are the people. What "
     "one reading of each sensor takes for people, 2σ: the camera knows directions only, the laser "
     "misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
@@ -184,8 +184,8 @@ def bare(ax: Axes) -> Axes:
     alt="Readings of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
     "legs are joined by a bar.",
     caption="One scan at the same moment. Points: where the beams ended. Joined dots: two legs "
-    "taken for a person; somebody is there (dotted discs). Grey squares: look like a leg and have "
-    "no second.",
+    "taken for a person, where there is one (dotted discs). Grey squares: what looks like a leg "
+    "but has no second.",
     height=4.2,
 )
 def scan(ax: Axes, at: float) -> Axes:
@@ -242,8 +242,8 @@ def arcs(ax: Axes, echoes: Float[np.ndarray, "sonars"]) -> None:
     name="people-fisheye",
     alt="A round fisheye picture of a room: lamps on the ceiling in the middle, walls, people, "
     "wooden doors and notice boards along the rim. Three green lines point at faces.",
-    caption="The picture of the camera, ahead at the bottom. Green: directions in which it takes "
-    "something for a face; they do not tell how far away. Rings: where the heads are.",
+    caption="A frame of the camera, ahead at the bottom. Green: directions in which it takes "
+    "something for a face; they say nothing about distance. Rings: where the heads are.",
     axes=lambda at: image_axes(scene.picture(at)),
 )
 def fisheye(ax: Axes, at: float) -> Axes:
@@ -281,8 +281,9 @@ def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
     name="people-distance",
     alt="Share of people found against distance: the camera falls slowly up to four metres, the "
     "laser from two metres on, the sonars from the start.",
-    caption="Share found by a single reading, by distance: of people met by the laser in trousers "
-    "and not sideways, met by a sonar, and facing the camera. Bars: 95 % over ten sessions.",
+    caption="Share of people found by a single reading, by distance. Laser: of those whom its "
+    "beams meet, in trousers and not sideways; sonars: of those in a cone; camera: of those who "
+    "face it. Bars: 95 % over ten sessions.",
     height=3.2,
 )
 def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
@@ -324,7 +325,7 @@ def shares(
     name="people-real",
     alt="A real scan of a room from above: walls, and small arcs of legs, some circled.",
     caption="A real scan. Rings: marked legs, bright ones found with every third beam, dark ones "
-    "missed; squares: reported where nobody marked a leg.",
+    "missed; squares: legs reported where none was marked.",
     height=4.4,
 )
 def real_scan(ax: Axes, result: Legs) -> Axes:

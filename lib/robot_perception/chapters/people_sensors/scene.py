@@ -117,7 +117,7 @@ class Look:
         return (
             f"The room from above after {self.at:.0f} s: the {self.sensor} takes "
             f"{len(self.nobody)} for people and finds {self.found.sum()} of {len(self.found)}; "
-            f"{count or 'none'} of its detections {'is' if count == 1 else 'are'} nobody's."
+            f"{count or 'none'} of its detections {'is' if count == 1 else 'are'} false."
         )
 
 

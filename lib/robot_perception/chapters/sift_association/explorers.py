@@ -41,8 +41,9 @@ def describe_view(state: tuple[str, float, View]) -> str:
     middle = f"{np.median(seen.distances):.0f}" if found else "nothing"
     (name,) = (text for text, kind in PICTURES.items() if kind == subject)
     return (
-        f"{name.capitalize()} seen from {angle:g}° aside: {found} of {found + seen.lost} features "
-        f"are found again; their descriptors have moved by {middle} of 512 in the median."
+        f"{name.capitalize()} seen from {angle:g}° to the side: {found} of {found + seen.lost} "
+        f"features are found again; their descriptors have moved by {middle} of 512 in the "
+        "median."
     )
 
 
@@ -104,8 +105,9 @@ PLANT = Exploration(
         ),
     },
     name="sift-aloe",
-    caption="Left picture of the aloe. Each line leads from a feature to the place of its match in "
-    "the right picture: green right within 2 px, magenta wrong; grey dots: features without match.",
+    caption="Left picture of the aloe. Each line leads from a feature to the place of its match "
+    "in the right picture: green right within 2 px, magenta wrong; grey dots: features without a "
+    "match.",
     presets={
         "threshold alone": {"rows": ANY},
         "ratio alone": {"rows": ANY, "threshold": ANY, "ratio": 0.8},
@@ -161,9 +163,10 @@ TABLE = Exploration(
         "track": choice("Track", {"to either side": "", "straight on": table1.STRAIGHT}, ""),
     },
     name="sift-table",
-    caption="Above: descriptors assigned to the wrong landmark, by the first view of each, by the "
-    "mean of its p descriptors, and by their variances as chosen. Below: the share of correct "
-    "assignments over tracked frames; dashed: first views; thin: choices not made.",
+    caption="Above: descriptors assigned to the wrong landmark, when compared with the first "
+    "view of each, with the mean of its p descriptors, and with their variances as chosen. "
+    "Below: the share of correct assignments over tracked frames; dashed: first views; thin: the "
+    "other choices.",
     presets={
         "its own frames": {"where": "trained", "p": 30},
         "three frames": {"p": 3},

@@ -137,8 +137,8 @@ def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> None:
     name="sift-angle",
     alt="Distance between the descriptors of one point against the viewpoint: it rises from the "
     "level of look-alikes at 0 degrees to that of other landmarks near 60 degrees.",
-    caption="Mean distance between the descriptors of one point, seen from straight ahead and from "
-    "aside; a descriptor has length 512. Band: 95 % interval over sets of pictures.",
+    caption="Mean distance between the descriptors of one point, seen from straight ahead and "
+    "from the side; a descriptor has length 512. Band: 95 % interval over sets of pictures.",
     height=3.8,
 )
 def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> None:
@@ -182,7 +182,8 @@ def right_by_rules(ax: Axes, table: Table) -> None:
 @drawn(
     name="sift-gains",
     alt="Points gained over the Euclidean distance to the means by tracked frames: raw variances "
-    "rise from far below zero to near it, right they stay below; shrunk and pooled stay near zero.",
+    "rise from far below zero to near it, in the right panel they stay below; shrunk and pooled "
+    "stay near zero.",
     caption="What the Mahalanobis distance gains over the Euclidean distance to the same means, on "
     "frames that made no class; bands: 95 % intervals over ten buildings.",
     cols=2,
@@ -205,8 +206,8 @@ def gains(axes: np.ndarray, table: Table) -> None:
     name="sift-law",
     alt="Mean Mahalanobis distance of a descriptor to its own class against tracked frames, "
     "logarithmic: the measured one lies far above the law and falls with the number of frames.",
-    caption="Mean distance L of a descriptor to its own class, logarithmic. Dotted: 128, were mean "
-    "and variance known.",
+    caption="Mean distance L of a descriptor to its own class, logarithmic. Dotted: 128, its "
+    "value if mean and variance were known.",
     height=3.6,
 )
 def own_distance(ax: Axes, table: Table) -> None:
@@ -254,8 +255,9 @@ def table_state(axes: np.ndarray, p: int, model: str, right: Table, alike: Table
 @drawn(
     name="sift-new",
     alt="Precision against recall of new landmarks for four distances.",
-    caption="Descriptors called new: which share of them is, and which share of the new ones is "
-    "called so, as the threshold moves. Dots: largest harmonic mean.",
+    caption="Precision, the share of the descriptors called new that are new, against recall, "
+    "the share of the new ones that are called new, as the threshold moves. Dots: largest "
+    "harmonic mean of the two.",
     height=3.8,
 )
 def new_landmarks(ax: Axes, curves: Mapping[str, Curve]) -> None:

@@ -115,9 +115,9 @@ MAP = Exploration(
     describe_map,
     {"count": slider("Particles", COUNTS, 1)},
     name="slam-map",
-    caption="The map by one particle and by more, as in Fig. 4 of the paper: that of the heaviest "
-    "particle at the end. Grey: the true walls; thin solid: the true path; dashed red: the "
-    "estimated one; green: landmarks, points of the walls and of what stands before them.",
+    caption="The map with one particle and with more, as in Fig. 4 of the paper: that of the "
+    "heaviest particle at the end. Grey: the true walls; thin solid: the true path; dashed red: "
+    "the estimated one; green: landmarks, points of the walls and of what stands before them.",
     presets={"ten": {"count": 10}, "a hundred": {"count": 100}},
     axes=partial(figure, width=6.4, height=4.4),
     finding=lambda state: state[1:],
@@ -189,8 +189,8 @@ SPACE = Exploration(
         "turn": timeline("Turn", range(0, 360, 15), 30, "°", fps=6),
     },
     name="slam-space",
-    caption="The map in space, from a height, after the best rigid motion of its path. Grey: "
-    "walls on the floor; red: path; green: landmarks.",
+    caption="The map in space, seen from a height; the best rigid motion has laid its path on "
+    "the true one. Grey: walls on the floor; red: path; green: landmarks.",
     presets={"from the side": {"turn": 0}, "one particle": {"count": 1}},
     axes=partial(figure, width=6.4, height=4.2),
     finding=gaps,

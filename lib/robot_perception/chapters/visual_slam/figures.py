@@ -32,10 +32,10 @@ def ride() -> Shown:
         frontend.film(),
         fps=6,
         name="slam-film",
-        alt="Pictures of the left camera along the drive: a corridor with doors and posters, rooms "
+        alt="Frames of the left camera along the drive: a corridor with doors and posters, rooms "
         "with shelves, bare walls.",
-        caption="The drive through the left eye, every tenth picture. Doors, posters and shelves "
-        "are made of a few pictures each, so that some places look alike.",
+        caption="The drive through the left eye, every tenth frame. Doors, posters and shelves "
+        "are each made of a few pictures only, so that some places look alike.",
     )
 
 
@@ -44,7 +44,7 @@ def ride() -> Shown:
     alt="A book shelf seen by the left camera. Green trails run from the right to the left where "
     "features were followed for some frames; many orange dots have no trail.",
     caption="Frame 120, while the robot turns. Orange: points that both eyes see. Green, with "
-    "their trails: those that were followed for more than five frames, and count.",
+    "their trails: those that were followed for more than five frames, and so count.",
     axes=lambda seen, frame: image_axes(frontend.film()[frame // frontend.EVERY]),
 )
 def tracks_on(ax: Axes, seen: Seen, frame: int) -> Axes:
@@ -82,8 +82,8 @@ def built(ax: Axes, drive: Drive) -> Axes:
 
 @drawn(
     name="slam-wheels",
-    alt="Plan of the building with two paths: that by the wheels follows the true one and drifts "
-    "off by up to a metre.",
+    alt="Floor plan of the building with two paths: the one by the wheels follows the true one "
+    "and drifts off by up to a metre.",
     caption="The path by the wheels alone (dashed) and the true one (solid). Grey: the walls.",
     width=6.4,
     height=4.2,
