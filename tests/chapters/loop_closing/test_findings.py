@@ -122,6 +122,8 @@ def test_the_quietest_filter_is_not_better_and_less_honest():
     for length in states.LENGTHS:
         first, other = states.growth(quiet, length), states.growth(next_to_it, length)
         assert first["plain"].nees.mean() > 1.5 * other["plain"].nees.mean()
+        louder = (states.growth(noise, length)["plain"] for noise in states.NOISES[2:])
+        assert all(first["plain"].nees.mean() > 1.1 * one.nees.mean() for one in louder)
         assert first["plain"].rms.max() > other["plain"].rms.max()
         assert first["first estimates"].nees.mean() < 0.6 * first["plain"].nees.mean()
 

@@ -80,6 +80,9 @@ def test_up_to_a_threshold_of_200_two_rows_are_better_than_any_row():
 
 
 def test_without_a_threshold_a_ratio_is_better_without_rows():
+    alone = [PLANT.state(rows=2.0, threshold=ANY), PLANT.state(rows=ANY, threshold=200.0)]
+    both = PLANT.state(rows=2.0, threshold=200.0).share
+    assert max(one.share for one in alone) < both - 0.3  # each rule needs the other
     two, free = (PLANT.found(rows=rows, threshold=ANY) for rows in (2.0, ANY))
     for ratio, a, b in zip(PLANT.controls["ratio"].values, two, free, strict=True):
         assert (a < b) == (ratio < 1), ratio
