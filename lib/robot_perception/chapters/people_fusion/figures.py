@@ -117,16 +117,18 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
 
 @drawn(
     name="people-rooms",
-    alt="Seven rows, each with two dots: the share of hypotheses that are false, left, and of "
-    "people tracked, right. The left dot moves to the paper's line only without table legs, wood "
-    "and cork; the right one if people who stop look at the robot, or walk half as fast.",
-    caption="What the paper's two numbers would take: the same system, with one thing about the "
-    "rooms or the people changed at a time, and at last all of them. Left: false hypotheses; "
-    "right: people who are tracked. Bars: 95 % over ten sessions; dotted: the paper.",
-    height=5.0,
+    alt="Nine rows, each with two dots: the share of hypotheses that are false, left, and of "
+    "people tracked, right. The left dot moves to the paper's line with the lamps out, where half "
+    "of the people are lost, and beyond it without table legs, wood and cork; the right one if "
+    "people who stop look at the robot, or walk half as fast.",
+    caption="What the paper's two numbers would take: the same system, with one thing about light, "
+    "range, rooms or people changed at a time, and at last five of them. Left: false hypotheses; "
+    "right: people who are tracked. Bars: 95 % over ten sessions, of the range over forty; dotted: "
+    "the paper.",
+    height=6.0,
 )
 def rooms(ax: Axes, table: Table) -> Axes:
-    """Draw what each property of room and people does to both shares, a row for each."""
+    """Draw what each row of `rates.one_at_a_time` does to both shares."""
     for x, column in zip(rates.OF_THE_PAPER, ("false", "tracked"), strict=True):
         ax.axvline(x, color=MEANING["paper"], linewidth=1.4, linestyle=":")
         label(ax, x - 0.01, -0.8, f"{column}: {x:.0%}", MEANING["paper"], ha="right")

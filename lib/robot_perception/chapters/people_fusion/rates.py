@@ -204,6 +204,24 @@ def false_25(found: Mapping[str, Rates], value: Interval) -> Finding:
     return Finding(value, {f"false {name}": found[name].false for name in OTHERS})
 
 
+def one_at_a_time(tables: Mapping[str, Table]) -> Table:
+    """Return what light, range, and each property of room and people do to both shares.
+
+    What is changed of rooms and people is changed at once in the last row; range is judged on all
+    sessions.
+    """
+    rooms = tables["rooms"]
+    first, *each, last = rooms.rows
+    rows = {
+        first: rooms.rows[first],
+        "lamps out": tables["ablations"].rows["lights out"],
+        "only people within 3 m count": tables["sides"].rows["within 3 m of the robot"],
+        **{name: rooms.rows[name] for name in each},
+        "the five above at once": rooms.rows[last],
+    }
+    return replace(rooms, rows=rows)
+
+
 # What does not move ------------------------------------------------------------------------------
 
 DISCARDED = {
