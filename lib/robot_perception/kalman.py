@@ -279,6 +279,7 @@ def start_information(
     return np.stack(history)
 
 
+@checks.computable("start, motions and sensors")
 def state_information(
     motions: Sequence[Motion],
     sensors: Sequence[Sensor],
@@ -333,9 +334,8 @@ def state_information(
         _log_determinant("noise of a sensor", R)
         if np.linalg.matrix_rank(F) < n:
             raise ValueError("motions: a transition is singular, it forgets a direction for good")
-        with checks.computable("start, motions and sensors"):
-            M = np.linalg.solve(F.T, np.linalg.solve(F.T, Y).T)
-            Y = np.linalg.solve(np.eye(n) + M @ Q, M)  # a motion
+        M = np.linalg.solve(F.T, np.linalg.solve(F.T, Y).T)
+        Y = np.linalg.solve(np.eye(n) + M @ Q, M)  # a motion
         Y = _symmetric(Y + H.T @ np.linalg.solve(R, H))  # a measurement
         history.append(Y)
     return np.stack(history)

@@ -463,7 +463,7 @@ def test_information_of_a_singular_covariance_is_refused():
         (lambda s: fixed_point_matrix([Position()], s[0], np.zeros(2)), r"\(2,\)"),
         (
             lambda s: fixed_point_matrix([Position()], s[0], np.zeros(3), 0),
-            "steps must be at least 1",
+            "steps must be from 1 to 10000",
         ),
         (lambda s: fixed_point_matrix([Position()], s[0], np.full(3, np.nan)), "increment"),
         (lambda s: trajectory_matrix([Position()], s[:0]), r"\(0, 9\)"),

@@ -58,7 +58,8 @@ def patch(
         raise ValueError(f"pixel must lie in {image.shape[::-1]} px, got {pixel.tolist()}")
     if not 0.5 <= checks.number("scale", scale) <= 100:
         raise ValueError(f"scale must be from 0.5 to 100 px, got {scale}")
-    cos, sin = np.cos(checks.number("angle", angle)), np.sin(angle)
+    angle = checks.number("angle", angle)
+    cos, sin = np.cos(angle), np.sin(angle)
     turned = 0.75 * scale * np.array([[cos, -sin], [sin, cos]])
     middle = (SIDE + 1) / 2
     to_image = np.column_stack([turned, pixel - turned @ [middle, middle]])

@@ -2,7 +2,7 @@
 
 The source is cut, never rewritten: layout and comments stay. What goes is
 
-* the docstring, annotations, and decorators that serve type checks alone;
+* the docstring, annotations, and decorators that serve checks alone;
 * a statement that only calls a check: a function of :mod:`robot_perception.checks`, one of the
   library of which the same cuts leave nothing or an argument, or one that is told the ``name`` of
   what it judges;
@@ -25,8 +25,8 @@ from robot_perception import checks
 
 LIBRARY = "robot_perception."
 WIDEST = 100
-TYPED = frozenset({"no_type_check", "jaxtyped", "typechecked"})
-"""Decorators that serve type checks alone."""
+TYPED = frozenset({"no_type_check", "jaxtyped", "typechecked", checks.computable.__name__})
+"""Decorators that serve checks alone."""
 
 ARRAYS = frozenset({"array", "covariance", "integers", "reals", "vector"})
 """Checks that make an array of what is none; they are left out where it is one already."""
