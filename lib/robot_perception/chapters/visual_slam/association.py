@@ -93,7 +93,7 @@ LESS = Accepted(
 METRIC = Study(
     maps.run,
     full=Config((*by(*METRICS), *by(EUCLID, RAW, wide=True), Filter(TOLD, metric=TOLD)), 3),
-    quick=Config(by(EUCLID, FIRST, RAW), 1, frontend.FEW),
+    quick=Config(by(EUCLID, FIRST, RAW), 2, frontend.FEW),
     seed=46,
 )
 SHOWN = "recognised", "wrong share", "ATE (m)", "places (m)", "right"
