@@ -100,13 +100,14 @@ def describe(patch: Float[np.ndarray, "18 18"]) -> Float[np.ndarray, "128"]:
     along_u = (patch[1:-1, 2:] - patch[1:-1, :-2]) / 2
     along_v = (patch[2:, 1:-1] - patch[:-2, 1:-1]) / 2
     away = np.arange(SIDE) - (SIDE - 1) / 2
-    size = np.hypot(along_u, along_v) * np.exp(-(away[:, None] ** 2 + away**2) / (2 * 8.0**2))
-    turn = np.arctan2(-along_v, along_u) / (2 * np.pi) * 8  # eighths, counter-clockwise
+    size = np.hypot(along_u, along_v)
+    size = size * np.exp(-(away[:, None] ** 2 + away**2) / (2 * 8.0**2))
+    turn = np.arctan2(-along_v, along_u) / (2 * np.pi) * 8  # in eighths
     cell = away / 4 + 1.5  # 0 is the middle of the first
     h = np.empty((4, 4, 8))
     for r, c, b in np.ndindex(4, 4, 8):
-        near = _tent(cell[:, None] - r) * _tent(cell - c) * _tent((turn - b + 4) % 8 - 4)
-        h[r, c, b] = (size * near).sum()
+        place = _tent(cell[:, None] - r) * _tent(cell - c)
+        h[r, c, b] = (size * place * _tent((turn - b + 4) % 8 - 4)).sum()
     d = h.ravel() / np.linalg.norm(h)
     d = np.minimum(d, 0.2)  # one strong edge must not outshine all else
     return np.rint(512 * d / np.linalg.norm(d))
