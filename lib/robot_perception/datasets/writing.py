@@ -174,7 +174,7 @@ def write_mot(
     points: Float[np.ndarray, "n 3"] | None = None,
     confidences: Float[np.ndarray, " n"] | None = None,
 ) -> None:
-    """Write tracks as the MOT challenge does, ``frame,id,left,top,width,height,conf,x,y,z``.
+    """Write tracks as the MOT challenge does, ``frame,id,left,top,`` ``width,height,conf,x,y,z``.
 
     The file counts columns and rows of pixels from 1. What is not given is -1, a confidence 1.
 

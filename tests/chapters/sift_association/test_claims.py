@@ -1,5 +1,7 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
+import pytest
+
 from robot_perception.chapters.sift_association import table1
 from tests.chapters.ledger import LedgerTests, quick, recorded
 

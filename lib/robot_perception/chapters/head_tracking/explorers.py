@@ -40,10 +40,11 @@ look = Exploration(
     scene.Look.words,
     controls={"at": slider("Frame", tuple(range(0, 150, 10)), 60)},
     name="head-look",
-    caption="Left: the head. Middle: colours of its pixels, in frame 0 (blue) and in this one "
-    "(red): brightness across, the difference of green and red upwards. Right: what the head's "
-    "histogram has in common with that of frame 0, by the cells that colours are counted in.",
+    caption="Left: the head. Right: colours of its pixels, in frame 0 (blue) and this one (red): "
+    "brightness to the right, the difference of green and red upwards. Above it: what the head's "
+    "histogram has in common with that of frame 0, counted in cells of RGB, in as many of the "
+    "paper's space (finer), and in the tracker's own (coarse).",
     presets={"dark": {"at": 110}, "bright": {"at": 20}, "the first": {"at": 0}},
-    axes=partial(figure, 1, 3, width=8.6, height=3.2),
+    axes=partial(figure, 1, 2, width=7.4, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],
 )

@@ -102,11 +102,8 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
 
 
 def looked(axes: np.ndarray, state: Look) -> None:
-    """Draw the picture, the colours of the head in it and in the first, and what they share.
-
-    The axes are cleared first.
-    """
-    left, right, bars = axes
+    """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
+    left, right = axes
     left.clear()
     picture(left, state.image)
     right.clear()
@@ -115,15 +112,9 @@ def looked(axes: np.ndarray, state: Look) -> None:
         right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
     right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
     right.legend(loc="upper left")
-    bars.clear()
-    rows = np.arange(len(state.common))
-    named = [(name, name.startswith("opponent")) for name in state.common]
-    colours = [MEANING["paper" if ours else "expected"] for _, ours in named]
-    bars.barh(rows, [*state.common.values()], color=colours, height=0.36)
-    for row, (name, share) in enumerate(state.common.items()):
-        words = f"{name.removesuffix(' cells')}: {share:.0%}"
-        label(bars, 0.01, row - 0.4, words, MEANING["truth"], fontsize=9)
-    bars.set(xlim=(0, 1), ylim=(len(rows) - 0.6, -0.8), yticks=[], xlabel="in common")
+    names = {"RGB": "RGB", "opponent, finer cells": "finer", "opponent": "coarse"}
+    shared = (f"{words} {state.common[name]:.0%}" for name, words in names.items())
+    right.set_title(", ".join(shared))
 
 
 @drawn(
