@@ -41,9 +41,9 @@ look = Exploration(
     controls={"at": slider("Frame", tuple(range(0, 150, 10)), 60)},
     name="head-look",
     caption="Left: the head. Right: colours of its pixels, in frame 0 (blue) and this one (red): "
-    "brightness to the right, the difference of green and red upwards. Above it: what the head's "
-    "histogram has in common with that of frame 0, counted in cells of RGB, in as many of the "
-    "paper's space (finer), and in the tracker's own (coarse).",
+    "brightness to the right, the difference of green and red upwards. Above: what the head's "
+    "histogram has in common with that of frame 0, in the tracker's cells of the paper's space "
+    "(coarse), in as many as RGB has (finer), and in RGB.",
     presets={"dark": {"at": 110}, "bright": {"at": 20}, "the first": {"at": 0}},
     axes=partial(figure, 1, 2, width=7.4, height=3.2),
     finding=lambda state: state.common["opponent, finer cells"] - state.common["RGB"],

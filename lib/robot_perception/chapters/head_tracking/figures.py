@@ -112,9 +112,9 @@ def looked(axes: np.ndarray, state: Look) -> None:
         right.scatter(*points.T, s=size, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
     right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
     right.legend(loc="upper left")
-    names = {"RGB": "RGB", "opponent, finer cells": "finer", "opponent": "coarse"}
-    shared = (f"{words} {state.common[name]:.0%}" for name, words in names.items())
-    right.set_title(", ".join(shared))
+    coarse, finer, rgb = (state.common[k] for k in ("opponent", "opponent, finer cells", "RGB"))
+    left.set_title(f"coarse {coarse:.0%}")
+    right.set_title(f"finer {finer:.0%}, RGB {rgb:.0%}")
 
 
 @drawn(
