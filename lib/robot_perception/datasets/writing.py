@@ -1,6 +1,5 @@
 """Results in the formats that other tools read, each file whole or not there at all."""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +9,7 @@ from jaxtyping import Float, Int, UInt8
 
 from robot_perception import checks
 from robot_perception.datasets.logs import as_path
+from robot_perception.files import written
 
 
 @contextmanager
@@ -26,7 +26,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        A name beside it with the same ending.
+        The same name, in a folder of its own.
 
     Raises
     ------
@@ -36,12 +36,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     path = as_path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
-    beside = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
-    try:
+    with written(path) as beside:
         yield beside
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def write_columns(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]) -> None:
