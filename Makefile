@@ -68,7 +68,7 @@ reproduce: .venv/.book ## recompute every claim in full, and the stored results;
 	$(BIN)/robot-perception store --workers $(JOBS)
 	$(BIN)/python -m pytest -m slow -k 'not full_numbers' tests
 
-bench: .venv/.bench ## ratios against other libraries; writes book/_data/performance.json
+bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
 
 clean: ## remove what was built; keeps .venv
