@@ -16,6 +16,7 @@ from traitlets import TraitError
 
 from robot_perception.teaching.explore import (
     MOST_STATES,
+    Drag,
     choice,
     explore,
     explorers_in,
@@ -469,3 +470,82 @@ def test_explorers_are_found_in_a_namespace_and_among_outputs():
         named,
         displayed,
     ]
+
+
+# ---- a hand on the picture ----
+
+
+def dot(x, y):
+    """Draw a dot at a place."""
+    AX.clear()
+    AX.plot([x], [y], "o")
+    AX.set(xlim=(0, 10), ylim=(0, 10))
+    return FIG
+
+
+def dragged(**changes):
+    """Return an explorer of a dot that can be dragged."""
+    axes = {"x": slider("Ahead", [2, 5, 8], 2), "y": slider("Aside", [1, 9], 1)}
+    return explore(
+        dot, **({"alt": "A dot at the place that is chosen.", "drag": ("x", "y")} | axes | changes)
+    )
+
+
+def places(explorer, **parameters):
+    """Return the places that a drawing holds, in its units, and the middle of its dot."""
+    svg = explorer.frame(**parameters).data.decode()
+    words = re.search(r'<metadata class="rp-places">(.*?)</metadata>', svg)[1].split()
+    *_, dot = re.findall(r'<use [^>]*x="([\d.]+)" y="([\d.]+)"', svg)  # ticks stand before
+    return [None if w == "-" else tuple(map(float, w.split(","))) for w in words], dot
+
+
+@pytest.mark.parametrize(("place", "state"), list(enumerate(dragged().grid())))
+def test_a_drawing_says_where_its_point_would_be_in_every_state(place, state):
+    where, dot = places(dragged(), **state)
+    assert len(where) == 6
+    assert where[place] == pytest.approx(tuple(map(float, dot)), abs=0.1)
+
+
+def test_a_point_may_be_anywhere_and_nowhere():
+    def at(x, y):
+        return None if x == 5 else (x / 2, y)
+
+    elsewhere, _ = places(dragged(drag=Drag(("x", "y"), "the dot", at)))
+    plain, _ = places(dragged())
+    assert elsewhere[2:4] == [None, None]
+    assert elsewhere[4][1] == plain[4][1]
+    assert elsewhere[4][0] < plain[4][0]
+
+
+def test_a_point_stands_in_the_panel_that_is_told():
+    fig, (left, right) = figure(1, 2)
+
+    def draw(x, y):
+        for ax in (left, right):
+            ax.clear()
+            ax.plot([x], [y], "o")
+            ax.set(xlim=(0, 10), ylim=(0, 10))
+        return fig
+
+    for panel in (0, 1):
+        explorer = explore(
+            draw,
+            alt="Two dots at the same place.",
+            drag=Drag(("x", "y"), panel=panel),
+            x=slider("Ahead", [2, 5, 8], 2),
+            y=slider("Aside", [1, 9], 1),
+        )
+        parts = explorer.frame().data.decode().split("</svg>")
+        assert ["rp-places" in part for part in parts[:2]] == [panel == 0, panel == 1]
+
+
+@pytest.mark.parametrize("drag", [("x",), ("x", "z"), ("x", "y", "x"), ()])
+def test_what_cannot_be_dragged_is_refused(drag):
+    with pytest.raises(ValueError, match="drag must name two of the controls x, y"):
+        dragged(drag=drag)
+
+
+def test_an_image_has_no_point_to_drag():
+    explorer_of = {"alt": "A square of some size.", "size": slider("Size", [10, 20], 10)}
+    with pytest.raises(TypeError, match="an image has no axes"):
+        explore(square, drag=Drag(("size",), place=lambda size: (size, size)), **explorer_of)

@@ -1,6 +1,6 @@
 """The controls of an explorer: finite lists of values with a label and a default."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -63,6 +63,39 @@ class Control:
             f"{self.label!r} has no value {value!r}; it has {', '.join(self.shown)}"
             " (the default is one of the options)"
         )
+
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Drag:
+    """A point of a drawing that one or two controls move: by mouse, finger or arrow keys.
+
+    Parameters
+    ----------
+    controls
+        Names of one control or two.
+    label
+        What is moved.
+    place
+        ``place(**parameters)``: where the point stands in the coordinates of the axes; ``None``
+        where there is none. By default the values of the two controls are the coordinates.
+    panel
+        The axes, by their number in the figure.
+    """
+
+    controls: tuple[str, ...]
+    label: str = "the point"
+    place: Callable[..., Point | None] | None = None
+    panel: int = 0
+
+    def at(self, parameters: Mapping[str, Any]) -> Point | None:
+        """Return where the point stands in a state of the explorer."""
+        if self.place is not None:
+            return self.place(**parameters)
+        x, y = (parameters[name] for name in self.controls)
+        return x, y
 
 
 def slider(label: str, values: Iterable[float], default: float, unit: str = "") -> Control:

@@ -12,13 +12,13 @@
 The cell of a notebook is ``rumour.show()``; the test of a finding goes through ``rumour.found()``.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from typing import Any, Generic, TypeVar
 
-from robot_perception.teaching.controls import Control
+from robot_perception.teaching.controls import Control, Drag
 from robot_perception.teaching.explore import Explorer, explore
 from robot_perception.teaching.figures import figure
 
@@ -48,7 +48,7 @@ class Exploration(Generic[State]):
         Makes figure and axes.
     finding
         The quantity that our finding speaks of, as a function of the state.
-    pixelated, lossless
+    pixelated, lossless, drag
         As for `explore`.
     """
 
@@ -63,6 +63,7 @@ class Exploration(Generic[State]):
     finding: Callable[[State], Any] | None = None
     pixelated: bool = False
     lossless: bool = False
+    drag: Drag | Sequence[str] | None = None
 
     def show(self) -> Explorer:
         """Return the explorer; on the built page it holds all states."""
@@ -74,6 +75,7 @@ class Exploration(Generic[State]):
             presets=self.presets,
             pixelated=self.pixelated,
             lossless=self.lossless,
+            drag=self.drag,
             **self.controls,
         )
 

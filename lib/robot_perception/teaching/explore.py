@@ -10,7 +10,7 @@ import inspect
 import json
 import math
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
 from itertools import product
@@ -22,7 +22,7 @@ import traitlets
 from IPython.display import display
 
 from robot_perception.checks import shown
-from robot_perception.teaching.controls import Control, choice, slider, timeline, toggle
+from robot_perception.teaching.controls import Control, Drag, choice, slider, timeline, toggle
 from robot_perception.teaching.figures.output import (
     check_alt,
     check_name,
@@ -31,9 +31,10 @@ from robot_perception.teaching.figures.output import (
     on_page,
     opening,
 )
+from robot_perception.teaching.figures.svg import Marks
 from robot_perception.teaching.states import WEBP, Frame, pack, render
 
-__all__ = ["Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
+__all__ = ["Drag", "Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
 
 MOST_STATES = 120
 """Most states of one explorer; each of them is drawn and stored when the book is built."""
@@ -56,6 +57,7 @@ def explore(
     presets: Mapping[str, Mapping[str, Any]] | None = None,
     pixelated: bool = False,
     lossless: bool = False,
+    drag: Drag | Sequence[str] | None = None,
     **controls: Control,
 ) -> "Explorer":
     """Let the reader move the parameters of a drawing.
@@ -76,17 +78,20 @@ def explore(
         Enlarge images without smoothing, for masks and label images.
     lossless
         Keep every value of the images.
+    drag
+        Names of two controls whose values are a point of the figure's first axes, or a `Drag`: the
+        point can be dragged in the picture, and moved by arrow keys, to the nearest state.
     **controls
         The controls by the name of the parameter they set.
 
     Raises
     ------
     ValueError
-        If the controls do not fit the drawing, a preset does not fit the controls, the grid has too
-        many states, or the alternative text does not serve.
+        If the controls do not fit the drawing, a preset or `drag` does not fit the controls, the
+        grid has too many states, or the alternative text does not serve.
     TypeError
         If a control is no control, `draw` returns something else than a picture, or a figure
-        where `pixelated` or `lossless` ask for an image.
+        where `pixelated` or `lossless` ask for an image, or an image where `drag` asks for axes.
 
     Examples
     --------
@@ -102,9 +107,8 @@ def explore(
     >>> explorer.gain
     1.0
     """
-    return Explorer(
-        draw, alt, caption, name, {} if presets is None else presets, controls, pixelated, lossless
-    )
+    presets = {} if presets is None else presets
+    return Explorer(draw, alt, caption, name, presets, controls, pixelated, lossless, drag)
 
 
 class Explorer(anywidget.AnyWidget):
@@ -133,6 +137,7 @@ class Explorer(anywidget.AnyWidget):
         controls: Mapping[str, Control],
         pixelated: bool,
         lossless: bool,
+        drag: Drag | Sequence[str] | None = None,
     ) -> None:
         _check(draw, controls)
         if not callable(alt):
@@ -146,6 +151,7 @@ class Explorer(anywidget.AnyWidget):
         self._controls = dict(controls)
         self._caption = caption
         self._name = name
+        self._drag = _handle(drag, controls)
         self._watched = False
         self._moving = False
         self._presets = {name: self._complete(values, name) for name, values in presets.items()}
@@ -175,19 +181,30 @@ class Explorer(anywidget.AnyWidget):
 
     def frame(self, *, effort: int = 4, **parameters: Any) -> Frame:
         """Draw a state by some controls, the others at their defaults."""
-        return self._rendered(*self._drawn(parameters), effort=effort)
+        values = self._complete(parameters, "frame")
+        return self._rendered(*self._drawn(values), marks=self._marks(values), effort=effort)
 
     def _drawn(self, parameters: Mapping[str, Any]) -> tuple[object, str]:
-        """Return what `draw` makes of some parameters, and its alternative text."""
-        values = self._complete(parameters, "frame")
-        alt = self._alt(**values) if callable(self._alt) else self._alt
-        return self._draw(**values), check_alt(alt)
+        """Return what `draw` makes of a state, and its alternative text."""
+        alt = self._alt(**parameters) if callable(self._alt) else self._alt
+        return self._draw(**parameters), check_alt(alt)
 
     def _rendered(self, drawing: object, alt: str, **options: Any) -> Frame:
         frame = render(drawing, alt, lossless=self._lossless, **options)
         if (self._pixelated or self._lossless) and frame.mime != WEBP:
             raise TypeError("pixelated and lossless are for a draw that returns uint8 arrays")
+        if self._drag and frame.mime == WEBP:
+            raise TypeError("drag is for a draw that returns a figure: an image has no axes")
         return frame
+
+    def _marks(self, values: Mapping[str, Any]) -> Marks | None:
+        """Return where the point that can be dragged is for each state of its own controls."""
+        if self._drag is None:
+            return None
+        names = self._drag.controls
+        grid = product(*(self._controls[name].values for name in names))
+        own = (dict(zip(names, moved, strict=True)) for moved in grid)
+        return self._drag.panel, [self._drag.at({**values, **moved}) for moved in own]
 
     def grid(self) -> Iterator[dict[str, Any]]:
         """Yield the parameters of every state, the last control fastest."""
@@ -257,11 +274,14 @@ class Explorer(anywidget.AnyWidget):
             "spoken": callable(self._alt),
             "figure": "rp-figure rp-pixelated" if self._pixelated else "rp-figure",
             "name": f"fig-{self._name}" if self._name else "",
+            "drag": self._drag
+            and {"controls": list(self._drag.controls), "label": self._drag.label},
         }
 
     def _still(self) -> str:
-        drawing, alt = self._drawn({})
-        self._default = self._rendered(drawing, alt)
+        values = self.defaults
+        drawing, alt = self._drawn(values)
+        self._default = self._rendered(drawing, alt, marks=self._marks(values))
         self.picture = _described(self._default) | {"data": self._default.data}
         self.still = f"explorer-{self.model_id}"
         picture = self._rendered(drawing, alt, together=True).element(inline=False)
@@ -382,6 +402,20 @@ def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
         inspect.signature(draw).bind(**dict.fromkeys(controls))
     except TypeError as error:
         raise ValueError(f"draw does not take {', '.join(controls)}: {error}") from error
+
+
+def _handle(drag: Drag | Sequence[str] | None, controls: Mapping[str, Control]) -> Drag | None:
+    """Return what can be dragged, or raise ``ValueError`` if its controls are not there."""
+    if drag is None:
+        return None
+    handle = drag if isinstance(drag, Drag) else Drag(tuple(drag))
+    least = 1 if handle.place else 2
+    if not least <= len(handle.controls) <= 2 or not set(handle.controls) <= controls.keys():
+        raise ValueError(
+            f"drag must name two of the controls {', '.join(controls)}, or one and the place of"
+            f" the point, got {', '.join(handle.controls)}"
+        )
+    return handle
 
 
 def _described(frame: Frame) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.teaching.figures.output import image_element
-from robot_perception.teaching.figures.svg import to_html, to_svg
+from robot_perception.teaching.figures.svg import Marks, to_html, to_svg
 from robot_perception.teaching.figures.webp import to_webp
 
 SVG = "image/svg+xml"
@@ -40,15 +40,23 @@ class Frame:
 
 
 def render(
-    drawing: object, alt: str, *, effort: int = 4, lossless: bool = False, together: bool = False
+    drawing: object,
+    alt: str,
+    *,
+    effort: int = 4,
+    lossless: bool = False,
+    together: bool = False,
+    marks: Marks | None = None,
 ) -> Frame:
     """Encode the figure or the 8-bit image that an explorer's `draw` has returned.
 
-    The columns of a figure are kept `together` in one drawing where an `<img>` is to show it.
+    The columns of a figure are kept `together` in one drawing where an `<img>` is to show it; the
+    `marks` of a point that can be dragged are for the others.
     """
     if isinstance(drawing, Figure):
-        write = to_svg if together else to_html
-        return Frame(SVG, write(drawing, alt=alt, prefix="x", effort=effort).encode(), alt)
+        options = {"alt": alt, "prefix": "x", "effort": effort}
+        text = to_svg(drawing, **options) if together else to_html(drawing, marks=marks, **options)
+        return Frame(SVG, text.encode(), alt)
     if isinstance(drawing, np.ndarray):
         data = to_webp(drawing, effort=effort, lossless=lossless)
         return Frame(WEBP, data, alt, drawing.shape[1::-1])

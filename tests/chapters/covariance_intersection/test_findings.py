@@ -28,10 +28,10 @@ def test_no_preset_shows_the_default_and_there_are_not_too_many_states(shown):
 def test_axes_stay_and_hold_what_is_drawn(shown):
     seen = set()
     for state in shown.parameters():
-        ax = shown.drawn(**state)
-        seen.add(limits(ax))
-        left, right, low, high = limits(ax)
-        for line in ax.lines:
+        axes = np.ravel(shown.drawn(**state))
+        seen.add(tuple(limits(ax) for ax in axes))
+        for ax, line in ((ax, line) for ax in axes for line in ax.lines):
+            left, right, low, high = limits(ax)
             x, y = (np.asarray(values, dtype=float) for values in line.get_data())
             assert np.nanmax(y) <= high, state
             assert np.nanmin(y) >= low, state

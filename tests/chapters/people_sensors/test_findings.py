@@ -5,8 +5,8 @@ import pytest
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.chapters.people_sensors import figures as draw
-from robot_perception.chapters.people_sensors import scene, sessions, witnesses
-from robot_perception.chapters.people_sensors.explorers import LOOK
+from robot_perception.chapters.people_sensors import scene, sessions, standing, witnesses
+from robot_perception.chapters.people_sensors.explorers import LOOK, STAND, found, place
 from robot_perception.chapters.people_sensors.scene import SHOWN
 from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
 from robot_perception.evaluation.intervals import Interval
@@ -22,10 +22,49 @@ def computed():
     with unchecked():
         scene.signals()
         LOOK.found()
+        STAND.found()
 
 
 class TestExplorers(ExplorerTests):
-    explorers = (LOOK,)
+    explorers = (LOOK, STAND)
+
+
+# Somebody who stands somewhere
+
+
+def test_the_person_stands_free_in_a_room_that_nothing_else_uses():
+    office, _, robot = standing._office()
+    polar = [[r, np.deg2rad(phi)] for r in standing.DISTANCES for phi in standing.DIRECTIONS]
+    assert (office.free(robot[:2] + sessions.points(np.array(polar))) > 0.2).all()
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *witnesses.WALLED}
+    assert standing.OFFICE not in used
+
+
+@pytest.mark.parametrize("how", standing.HOW)
+def test_the_laser_sees_nobody_behind_and_nobody_who_is_sideways(how):
+    assert found(how, ahead=False)["laser"] == (0, 12)
+    seen, places = found(how, ahead=True)["laser"]
+    assert places == 15
+    assert seen <= 1 if how in ("sideways", "in a long skirt") else seen >= 13
+
+
+def test_the_camera_needs_a_face():
+    assert found("facing the robot")["camera"] == (27, 27)
+    assert found("turned away")["camera"] == (0, 27)
+
+
+def test_sonars_hear_some_and_not_all_however_they_stand():
+    for how in standing.HOW:
+        heard, places = found(how)["sonar"]
+        assert places // 3 < heard < places
+
+
+def test_the_grip_is_on_the_person():
+    for setting in STAND.parameters():
+        now = STAND.state(**setting)
+        np.testing.assert_allclose(
+            place(**setting), draw.from_above(sessions.points(now.polar))[0], atol=1e-12
+        )
 
 
 # The session of the page

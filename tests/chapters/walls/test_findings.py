@@ -12,7 +12,7 @@ from tests.chapters.findings import limits, presets_that_show_the_default
 from tests.unchecked import unchecked
 
 CHAIN = splitting.one_scan().points
-EXPLORERS = ("knob", "band", "replay", "growing")
+EXPLORERS = ("knob", "stand", "band", "replay", "growing")
 
 
 def shown(name):
@@ -225,3 +225,32 @@ def test_the_gate_without_roughness_has_many_more_walls():
     assert study.precision[study.roughness <= 0.02].min() > 0.95
     assert study.precision[widest] < 0.3
     assert bets.GATE["right"] == "many more walls"
+
+
+# Where the scanner stands ------------------------------------------------------------------------
+
+
+def test_the_scanner_stands_free_wherever_it_is_dragged():
+    starts, ends = np.moveaxis(splitting.one_scan().truth, 1, 0)
+    along = ends - starts
+    for place in explorers.stand.parameters():
+        spot = np.array([place["x"], place["y"]])
+        share = ((spot - starts) * along).sum(axis=1) / (along**2).sum(axis=1)
+        nearest = starts + share.clip(0, 1)[:, None] * along
+        assert np.hypot(*(nearest - spot).T).min() > 0.3
+
+
+def test_a_scan_from_elsewhere_shows_the_same_room():
+    moved = splitting.one_scan(sigma=0.0, at=(1.0, -0.5))
+    shifted = moved.truth + np.array([1.0, -0.5])
+    np.testing.assert_allclose(shifted, splitting.one_scan().truth, atol=1e-12)
+    starts, ends = np.moveaxis(moved.truth, 1, 0)
+    along = (ends - starts) / np.linalg.norm(ends - starts, axis=1, keepdims=True)
+    off = moved.points[:, None] - starts
+    away = np.abs(off[..., 0] * along[:, 1] - off[..., 1] * along[:, 0]).min(axis=1)
+    assert np.quantile(away, 0.9) < 0.01
+
+
+def test_walls_found_depend_on_the_place_and_are_few_beside_furniture():
+    counts = explorers.stand.found()
+    assert counts[-1] == min(counts) < max(counts)

@@ -10,7 +10,7 @@ from robot_perception.chapters.anchored_slam import figures as draw
 from robot_perception.chapters.anchored_slam import gauge, rails
 from robot_perception.chapters.anchored_slam.mrclam import UTIAS, Robots
 from robot_perception.chapters.monobot import rail
-from robot_perception.teaching.controls import choice, slider
+from robot_perception.teaching.controls import Drag, choice, slider
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
 
@@ -28,15 +28,27 @@ def describe(world: gauge.MovedWorld) -> str:
     )
 
 
+def turned(degrees: float) -> gauge.MovedWorld:
+    """Return the world turned about the anchor."""
+    return gauge.move_world("one anchor", gauge.TURN, degrees / 15)
+
+
+def last_pose(degrees: float) -> tuple[float, float]:
+    """Return where the robot of the turned world is last."""
+    x, y, _ = turned(degrees).moved_poses[-1]
+    return float(x), float(y)
+
+
 TURNED = Exploration(
     draw.moved_world,
-    lambda degrees: gauge.move_world("one anchor", gauge.TURN, degrees / 15),
+    turned,
     describe,
-    {"degrees": slider("Turn by", (-30, -15, 0, 15, 30), 30, "°")},
+    {"degrees": slider("Turn by", (-30, -20, -10, 0, 10, 20, 30), 30, "°")},
     name="turned-world",
     caption="Grey: one world. Blue: the same, turned about the anchor (square), all measurements "
-    "taken again; triangles: the robot. Turn it. In which of the two is the robot?",
+    "taken again; triangles: the robot. Drag its last pose. In which of the two is the robot?",
     axes=partial(figure, width=5.4, height=4.9),
+    drag=Drag(("degrees",), "the robot", last_pose),
     finding=lambda world: world.residual,
 )
 

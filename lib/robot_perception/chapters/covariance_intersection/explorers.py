@@ -5,7 +5,7 @@ from functools import cache, partial
 import numpy as np
 
 from robot_perception.chapters.covariance_intersection import consistency, figures, rumour, weights
-from robot_perception.teaching.controls import choice, slider
+from robot_perception.teaching.controls import Drag, choice, slider
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
 
@@ -88,31 +88,39 @@ intersect = Exploration(
 def describe_pair(state: weights.Weighed) -> str:
     """Return the weights and the areas that they lead to, in words."""
     return (
-        f"Area of the fused ellipse against the weight of the camera. Eq. 4 takes "
+        f"Ellipses of sonar and camera and of both fused; below, the area of the fused ellipse "
+        f"against the weight of the camera. Eq. 4 takes "
         f"{state.printed:.2f}, the least area is at {state.least:.2f}; the areas are "
         f"{state.area(state.printed):.2f} and {state.area(state.least):.2f} of the sonar's."
     )
 
 
+def on_ellipse(bearing: float, depth: float) -> tuple[float, float]:
+    """Return the point half way round from the end in distance to that in direction, m and °."""
+    return depth / np.sqrt(2), bearing / np.sqrt(2)
+
+
 weigh = Exploration(
-    figures.areas,
+    figures.weighed,
     weights.weighed,
     describe_pair,
     name="ci-weight",
-    caption="A sonar fused with a camera whose standard deviations you choose: area of the fused "
-    "ellipse over the area of the sonar's, logarithmic, against the weight of the camera. Large "
-    "dot: eq. 4; small dot: the least area.",
+    caption="A sonar fused with a camera whose ellipse (1σ) you drag. Above: both, and thick what "
+    "eq. 4 and the best weight make of them. Below: area of the fused ellipse over that of the "
+    "sonar's, logarithmic, against the weight of the camera. Large dot: eq. 4; small: the least "
+    "area.",
     controls={
         "bearing": slider(
-            "Camera, direction", (1.0, weights.BEARING, 5.0, 10.0), weights.BEARING, "°"
+            "Camera, direction", (1.0, 2.0, weights.BEARING, 4.0, 6.0, 10.0), weights.BEARING, "°"
         ),
-        "depth": slider("Camera, distance", (0.2, 0.5, 1.0, 2.0), 2.0, "m"),
+        "depth": slider("Camera, distance", (0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0), 2.0, "m"),
     },
     presets={
         "a sharp camera": {"bearing": 1.0},
         "a camera that knows no more": {"bearing": 10.0},
         "a camera with depth": {"depth": 0.2},
     },
-    axes=partial(figure, height=3.8),
+    axes=partial(figure, 2, 1, height=6.2),
+    drag=Drag(("depth", "bearing"), "the ellipse of the camera", on_ellipse),
     finding=lambda state: (state.area(state.printed), state.area(state.least), state.areas.min()),
 )

@@ -7,6 +7,8 @@ from robot_perception.chapters.covariance_intersection import rumour
 from robot_perception.chapters.covariance_intersection.consistency import Fused
 from robot_perception.chapters.covariance_intersection.rumour import Result
 from robot_perception.chapters.covariance_intersection.weights import Weighed
+from robot_perception.chapters.monobot.figures import AxesRow
+from robot_perception.fusion import covariance_intersection
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
 
@@ -79,6 +81,39 @@ def two_opinions(ax: Axes, state: Fused) -> Axes:
     ax.set_yticks(range(-2, 3))
     ax.legend(loc="upper right", handlelength=1.2)
     return ax
+
+
+def weighed(axes: AxesRow, state: Weighed) -> AxesRow:
+    """Draw the two beliefs and what two weights make of them, and the areas by weight."""
+    plane, below = axes
+    plane.clear()
+    fused = [
+        covariance_intersection(state.sonar, state.camera, w) for w in (state.printed, state.least)
+    ]
+    beliefs = {
+        "first opinion": state.sonar,
+        "second opinion": state.camera,
+        "equation 4": fused[0],
+        "intersection": fused[1],
+    }
+    for name, belief in beliefs.items():
+        cov = np.diag([1, np.rad2deg(1)]) @ belief.cov @ np.diag([1, np.rad2deg(1)])
+        width = 2.6 if belief in fused else 1.4
+        ellipses(
+            plane,
+            np.zeros((1, 2)),
+            cov[None],
+            MEANING[name],
+            deviations=1.0,
+            width=width,
+            corners=48,
+        )
+    plane.set(xlim=(-2.3, 2.3), ylim=(-13, 13))
+    plane.set(xlabel="error of the distance (m)", ylabel="of the direction (°)")
+    label(plane, 0.25, 11, "sonar", MEANING["first opinion"])
+    label(plane, -1.9, 4.5, "camera", MEANING["second opinion"])
+    areas(below, state)
+    return axes
 
 
 def areas(ax: Axes, state: Weighed) -> Axes:

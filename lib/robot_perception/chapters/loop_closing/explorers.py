@@ -7,7 +7,7 @@ import numpy as np
 from robot_perception.chapters.loop_closing import building, posts, states
 from robot_perception.chapters.loop_closing import figures as draw
 from robot_perception.chapters.loop_closing.states import Nailed, Played
-from robot_perception.teaching.controls import choice, slider, timeline
+from robot_perception.teaching.controls import Drag, choice, slider, timeline
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
 
@@ -82,6 +82,15 @@ def describe_nailed(state: Nailed) -> str:
     )
 
 
+def first_anchor(count: int, place: float) -> tuple[float, float] | None:
+    """Return where the first anchor is, if there is one."""
+    if not count:
+        return None
+    state = states.nailed(count, place)
+    x, y = state.config.world[0][state.anchors[0]]
+    return float(x), float(y)
+
+
 ANCHORS = Exploration(
     draw.nailed,
     states.nailed,
@@ -92,9 +101,10 @@ ANCHORS = Exploration(
     },
     name="loop-anchors",
     caption="Anchors on the loop, first estimates, start uncertain. Above: 2σ of the position "
-    "along one run; cross: anchor. Below: errors over eight runs, root mean square.",
+    "along one run; cross: anchor (drag it). Below: errors over eight runs, root mean square.",
     presets={"none": {"count": 0}, "a third round": {"place": 30}, "two": {"count": 2}},
     axes=partial(figure, 2, 1, width=6.4, height=7.0),
+    drag=Drag(("place",), "the first anchor", first_anchor),
     finding=lambda state: float(np.sqrt(np.mean(state.runs.rms**2))),
 )
 

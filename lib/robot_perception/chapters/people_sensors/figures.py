@@ -10,10 +10,11 @@ from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.people_sensors import recordings, scene
+from robot_perception.chapters.people_sensors import recordings, scene, standing
 from robot_perception.chapters.people_sensors.recordings import Legs, Pedestrians
 from robot_perception.chapters.people_sensors.scene import Look
 from robot_perception.chapters.people_sensors.sessions import RIG, points
+from robot_perception.chapters.people_sensors.standing import Stood
 from robot_perception.chapters.people_sensors.witnesses import GATES
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs
@@ -227,11 +228,13 @@ def ring(ax: Axes, at: float) -> Axes:
     return ax
 
 
-def arcs(ax: Axes, echoes: Float[np.ndarray, "sonars"]) -> None:
-    """Draw a round of the sonars: thick where an echo came back."""
+def arcs(ax: Axes, echoes: Float[np.ndarray, "sonars"], *, beyond: bool = True) -> None:
+    """Draw a round of the sonars: thick where an echo came back, thin at the limit where none."""
     half = RIG.ring.cone / 2 * np.linspace(-1, 1, 9)
     for echo, angle in zip(echoes, SONAR_ANGLES, strict=True):
         near = 0 < echo < RIG.ring.cut
+        if not near and not beyond:
+            continue
         r = RIG.ring.radius + (echo if near else RIG.ring.cut)
         arc = polar(np.full(half.shape, r), angle + half)
         width, line = (3.0, "-") if near else (1.2, ":")
@@ -379,4 +382,20 @@ def look(ax: Axes, now: Look) -> Axes:
     wrong = now.detections.positions.mean[now.nobody]
     ax.plot(*polar(*wrong.T).T, "x", color=MEANING["wrong"], markersize=10, markeredgewidth=2.4)
     ax.set_title(f"{now.sensor}: {now.found.sum()} of {len(now.found)} found")
+    return ax
+
+
+def stood(ax: Axes, now: Stood) -> Axes:
+    """Draw somebody who stands somewhere, the signals, and what each sensor takes for people."""
+    ax.clear()
+    lines(ax, from_above(standing.room()), MEANING["world"], 1.0, alpha=0.45)
+    back = np.isfinite(now.scan)
+    dots(ax, polar(now.scan[back], LASER_ANGLES[back]), MEANING["laser"], 1.8)
+    arcs(ax, now.echoes, beyond=False)
+    for sensor in ("camera", "sonar", "laser"):
+        said(ax, sensor, now.found[sensor].positions)
+    _robot(ax, standing.REACH, [-2, 0, 2])
+    ax.set(xlim=(-standing.REACH, standing.REACH), ylim=(-standing.REACH, standing.REACH))
+    bodies(ax, points(now.polar), [now.heading], words=("",))
+    ax.set_title(now.words)
     return ax

@@ -1,5 +1,6 @@
-"""The explorers of the chapter: the tolerance, the recursion, the search range, the map."""
+"""The explorers of the chapter: tolerance, view point, recursion, search range, map."""
 
+from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from robot_perception.chapters.walls import figures, office, splitting
 from robot_perception.chapters.walls.office import Growing, SearchRange
 from robot_perception.chapters.walls.splitting import OneScan, Step
-from robot_perception.teaching.controls import choice, slider, timeline, toggle
+from robot_perception.teaching.controls import Drag, choice, slider, timeline, toggle
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.results import kept
@@ -69,6 +70,51 @@ def plateau() -> dict[str, float]:
         "most": max(len(state.segments) for state in inside[: last + 1]),
         "beyond": max(len(state.segments) for state in states if state.tolerance == largest),
     }
+
+
+# One room from many places -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Viewed:
+    """A scan from a place, ahead and to the left of the chapter's, m."""
+
+    place: tuple[float, float]
+    scan: OneScan
+
+
+def viewed(x: float, y: float) -> Viewed:
+    """Return the scan from a place."""
+    return Viewed((x, y), splitting.one_scan(at=(x, y)))
+
+
+def describe_view(view: Viewed) -> str:
+    """Return where the scanner is and what the scan gives, in words."""
+    x, y = view.place
+    return (
+        f"The room from above with the scanner {x:g} m ahead and {y:g} m to the left of where it "
+        f"was: its readings in blue, and {len(view.scan.segments)} green walls."
+    )
+
+
+stand = Exploration(
+    lambda ax, view: figures.viewed(ax, view.scan, view.place, splitting.one_scan().truth),
+    viewed,
+    describe_view,
+    caption="Drag the scanner (red), which looks to the right. Grey: the true faces. Blue: "
+    "readings. Green: the walls made of them; the title counts them.",
+    controls={
+        "x": slider("Ahead", splitting.PLACES[0], 0.0, "m"),
+        "y": slider("Left", splitting.PLACES[1], 0.0, "m"),
+    },
+    presets={
+        "into the gap": {"x": 0.0, "y": 1.5},
+        "close to furniture": {"x": 2.5, "y": 1.5},
+    },
+    axes=partial(figure, width=4.2, height=4.8),
+    drag=Drag(("x", "y"), "the scanner"),
+    finding=lambda view: len(view.scan.segments),
+)
 
 
 # The recursion, call by call ---------------------------------------------------------------------

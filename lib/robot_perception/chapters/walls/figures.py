@@ -15,6 +15,8 @@ from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, band, label
 
+Room = Float[np.ndarray, "faces 2 2"]
+
 
 @drawn(
     alt="Left: range against direction, a curve with arcs, steps and a few lone dots. Right: the "
@@ -52,6 +54,17 @@ def scan_state(ax: Axes, scan: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axe
     scan_chain(ax, scan, scan.kept)
     ax.set_title(f"{len(scan.kept)} vertices, {len(scan.segments)} walls")
     return plan(ax, np.vstack([extent, [[0, 0]]]))
+
+
+def viewed(ax: Axes, scan: OneScan, place: tuple[float, float], room: Room) -> Axes:
+    """Draw a scan from somewhere in the room, and the walls it gives, on axes cleared first."""
+    ax.clear()
+    lines(ax, room, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
+    dots(ax, scan.points + place, size=1.8)
+    lines(ax, scan.segments.ends + np.asarray(place), MEANING["walls"], 3.0)
+    ax.plot(*place, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
+    ax.set_title(f"{len(scan.segments)} walls")
+    return plan(ax, np.array([[-0.5, -2.9], [5.0, 4.2]]), margin=0.0)
 
 
 def _readings(ax: Axes, scan: OneScan) -> None:

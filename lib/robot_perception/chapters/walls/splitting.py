@@ -11,7 +11,7 @@ from data_synth.laser import Scanner, scan
 from data_synth.office import Office, drive, make_office
 from robot_perception import walls
 from robot_perception.evaluation.intervals import exact
-from robot_perception.geometry import act, inverse
+from robot_perception.geometry import act, compose, inverse
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
@@ -24,6 +24,8 @@ TOLERANCE = 0.08
 """The chapter's tolerance ε, m."""
 TOLERANCES = (0.02, 0.03, 0.04, 0.05, 0.08, 0.2, 0.4, 0.8)
 """Tolerances ε of the explorer, m."""
+PLACES = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5), (-1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
+"""Where the explorer may put the scanner, m ahead and to the left of the chapter's place."""
 ROUNDING = 0.01 / np.sqrt(12)
 """Standard deviation of rounding a reading to 1 cm, m."""
 
@@ -47,9 +49,15 @@ class OneScan:
         return self.tolerance / float(np.hypot(self.sigma, ROUNDING))
 
 
-def one_scan(tolerance: float = TOLERANCE, sigma: float = 0.015) -> OneScan:
-    """Take one scan of the chapter's office and extract its walls; tolerance ε and noise σ in m."""
+def one_scan(
+    tolerance: float = TOLERANCE, sigma: float = 0.015, at: tuple[float, float] = (0.0, 0.0)
+) -> OneScan:
+    """Take one scan of the chapter's office and extract its walls; tolerance ε and noise σ in m.
+
+    It is taken so far ahead and to the left of the chapter's place, m.
+    """
     office, pose = _place()
+    pose = compose(pose, np.array([*at, 0.0]))
     scanner = Scanner(range_sigma=sigma)
     ranges = scan(office.faces, pose[None], scanner, rng=np.random.default_rng(7)).ranges[0]
     points = to_chain(ranges, scanner)

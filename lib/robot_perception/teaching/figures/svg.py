@@ -107,24 +107,54 @@ def to_svg(
     return _rewrite(raw, window, prefix, _named(alt))
 
 
+Marks = tuple[int, Sequence[tuple[float, float] | None]]
+"""Axes by their number in the figure, and points there, in the coordinates of these axes."""
+
+
 def to_html(
-    fig: Figure, *, alt: str | None = None, prefix: str | None = None, effort: int = 4
+    fig: Figure,
+    *,
+    alt: str | None = None,
+    prefix: str | None = None,
+    effort: int = 4,
+    marks: Marks | None = None,
 ) -> str:
     """Render a figure as `to_svg` does; several columns as a row of drawings that a page wraps.
 
     The row, a `<div>`, is one image with one alternative text. A figure whose axes do not stand in
-    columns, or that has something of its own beside them, is one drawing.
+    columns, or that has something of its own beside them, is one drawing. Points to be marked are
+    written into their drawing, in its units, for a script to read: ``x,y`` or ``-`` for none.
     """
     columns = _columns(fig)
-    if len(columns) == 1:
-        return to_svg(fig, alt=alt, prefix=prefix, effort=effort)
     raws, windows = _saved(fig, columns, effort, prefix is not None)
+    if len(columns) == 1:
+        return _marked(_rewrite(raws[0], windows[0], prefix, _named(alt)), fig, marks)
     prefix = prefix or _hashed("".join(raws))
-    panels = "\n".join(
+    panels = [
         _rewrite(raw, window, f"{prefix}{place}", ' aria-hidden="true"')
         for place, (raw, window) in enumerate(zip(raws, windows, strict=True))
-    )
-    return f'<div class="rp-row"{_named(alt)}>{panels}</div>'
+    ]
+    if marks:
+        there = [fig.axes[marks[0]] in axes for axes, *_ in columns].index(True)
+        panels[there] = _marked(panels[there], fig, marks)
+    return f'<div class="rp-row"{_named(alt)}>{chr(10).join(panels)}</div>'
+
+
+def _marked(drawing: str, fig: Figure, marks: Marks | None) -> str:
+    """Write points into a drawing, before its end."""
+    if marks is None:
+        return drawing
+    panel, points = marks
+    scale, height = 72 / fig.dpi, 72 * fig.get_figheight()
+    words = []
+    for point in points:
+        if point is None:
+            words.append("-")
+            continue
+        x, y = scale * fig.axes[panel].transData.transform(point)
+        words.append(f"{x:.1f},{height - y:.1f}")
+    start, end = drawing.rsplit("</svg>", 1)
+    return f'{start}\n<metadata class="rp-places">{" ".join(words)}</metadata>\n</svg>{end}'
 
 
 def _named(alt: str | None) -> str:

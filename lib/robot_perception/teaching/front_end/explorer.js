@@ -141,6 +141,77 @@ globalThis.robotPerception ??= (() => {
     if (!old) canvas.replaceChildren(image);
   }
 
+  /* A grip on the point that one or two controls move. The drawing holds the point's place for each of their states, the
+   * last control fastest; the grip goes to the nearest one under a pointer, or to the neighbour in an arrow's direction. */
+  function makeGrip(spec, canvas, moved, held) {
+    const { controls: names, label } = spec.drag;
+    const sizes = names.map((name) => spec.controls.find((control) => control.name === name).shown.length);
+    const grip = button("", {
+      class: "rp-grip", "aria-label": `Move ${label}: drag it, or use the arrow keys`, title: "Drag me", hidden: true,
+    });
+    let here = {};
+
+    function states() { // where each state of the controls would put the point, in pixels of the window
+      const note = canvas.querySelector("metadata.rp-places");
+      const matrix = note?.closest("svg").getScreenCTM();
+      if (!matrix) return [];
+      return note.textContent.split(" ").flatMap((word, place) => {
+        if (word === "-") return [];
+        const at = new DOMPoint(...word.split(",").map(Number)).matrixTransform(matrix);
+        const last = sizes.at(-1);
+        const indices = names.length === 1 ? [place] : [Math.floor(place / last), place % last];
+        return [{ x: at.x, y: at.y, indices }];
+      });
+    }
+    const same = (state) => names.every((name, which) => here[name] === state.indices[which]);
+    const go = (state) => moved(Object.fromEntries(names.map((name, which) => [name, state.indices[which]])));
+
+    function put() {
+      const state = states().find(same);
+      grip.hidden = !state;
+      if (!state) return;
+      const frame = grip.offsetParent?.getBoundingClientRect();
+      if (!frame) return;
+      grip.style.left = `${state.x - frame.left}px`;
+      grip.style.top = `${state.y - frame.top}px`;
+    }
+
+    function nearest({ clientX, clientY }) {
+      const away = (state) => Math.hypot(state.x - clientX, state.y - clientY);
+      return states().reduce((best, state) => (best && away(best) <= away(state) ? best : state), null);
+    }
+    grip.addEventListener("pointerdown", (event) => {
+      grip.setPointerCapture(event.pointerId);
+      event.preventDefault(); // no selection of text, no scrolling
+      grip.focus();
+      held();
+    });
+    grip.addEventListener("pointermove", (event) => {
+      const state = grip.hasPointerCapture(event.pointerId) && nearest(event);
+      if (state && !same(state)) go(state);
+    });
+
+    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    grip.addEventListener("keydown", (event) => {
+      const [right, down] = arrows[event.key] ?? [0, 0];
+      if (!right && !down) return;
+      event.preventDefault();
+      const all = states();
+      const now = all.find(same);
+      const along = (state) => (state.x - now.x) * right + (state.y - now.y) * down;
+      const steps = (state) => state.indices.reduce((sum, index, which) => sum + Math.abs(index - here[names[which]]), 0);
+      const best = now && all.filter((state) => steps(state) === 1 && along(state) > 0.5)
+        .sort((a, b) => along(b) - along(a))[0];
+      if (best) {
+        held();
+        go(best);
+      }
+    });
+
+    new ResizeObserver(put).observe(canvas);
+    return { grip, put, set(indices) { here = indices; put(); } };
+  }
+
   /* Put controls under a canvas that shows the default state. Returns { go, follow }: go to a setting; follow a picture
    * that was not asked for, or comes after the source has given up. */
   function mount(root, spec, canvas, before, source) {
@@ -163,7 +234,10 @@ globalThis.robotPerception ??= (() => {
     function take(answer) { // a picture, an error, or null if there is none yet
       if (!answer) return;
       const failed = answer instanceof Error;
-      if (!failed) paint(canvas, answer);
+      if (!failed) {
+        paint(canvas, answer);
+        grip?.put();
+      }
       say(complaint, failed ? answer.message : "");
       say(notice, "");
     }
@@ -198,6 +272,7 @@ globalThis.robotPerception ??= (() => {
     function set(change) {
       indices = { ...indices, ...change };
       for (const [name, control] of Object.entries(controls)) control.set(indices[name]);
+      grip?.set(indices);
       for (const [preset, node] of presets) {
         const here = Object.entries(preset.indices).every(([name, index]) => indices[name] === index);
         node.setAttribute("aria-pressed", here);
@@ -210,10 +285,12 @@ globalThis.robotPerception ??= (() => {
     }
 
     function jump(target) {
-      Object.values(controls).forEach((control) => control.stop?.());
+      halt();
       return go(target);
     }
 
+    const halt = () => Object.values(controls).forEach((control) => control.stop?.());
+    const grip = spec.drag && makeGrip(spec, canvas, go, halt);
     const controls = Object.fromEntries(spec.controls.map((control) => {
       const moved = (index) => go({ [control.name]: index });
       return [control.name, makeControl(control, `${id}-${control.name}`, moved)];
@@ -237,6 +314,7 @@ globalThis.robotPerception ??= (() => {
     buttons.append(reset);
     const box = element("div", { class: "rp-controls" }, ...rows, buttons, complaint, notice, status);
     before(box);
+    if (grip) canvas.after(grip.grip);
     new ResizeObserver(() => { // the picture leaves room for them in the window
       root.style.setProperty("--rp-below", `${Math.ceil(box.getBoundingClientRect().height)}px`);
     }).observe(box);
