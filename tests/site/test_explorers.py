@@ -1,9 +1,11 @@
 """Every explorer: each control to both ends, presets, reset, keys, paper, no script."""
 
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import ElementHandle
 
 from tests.site.conftest import Reading, Visit
 from tests.site.contents import NOTEBOOKS
@@ -47,6 +49,64 @@ def test_explorers(
     count("console errors and page errors", len(visitor.errors))
     assert not visitor.errors
     assert not visitor.strangers
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_points_are_dragged_and_moved_by_arrow_keys(
+    width: int, visit: Callable[..., Visit], address: str, site: Path
+) -> None:
+    """The mouse takes a point to the nearest state, an arrow to the next one in its direction."""
+    page = visit(viewport={"width": width, "height": 900}).page
+    told = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, -1), "ArrowDown": (0, 1)}
+    moved = 0
+    for name in NOTEBOOKS:
+        if '"drag": {' not in (site / f"{name}.html").read_text("utf-8"):
+            continue
+        page.goto(f"{address}{name}.html")
+        for driver in drivers(page):
+            if not (grip := driver.root.query_selector(".rp-grip")):
+                continue
+            moved += 1
+            driver.reset()
+            grip.scroll_into_view_if_needed()
+            start, before = driver.settings(), driver.look()
+            x, y = _middle(grip)
+            page.mouse.move(x, y)
+            page.mouse.down()
+            for far, right, down in product((60, 120, 180), (1, 0, -1), (1, 0, -1)):
+                page.mouse.move(x + far * right, y + far * down, steps=2)
+                driver.look()
+                if driver.settings() != start:
+                    break
+            page.mouse.up()
+            assert driver.settings() != start, f"{name}: nothing is dragged"
+            assert driver.look() != before
+            turned = 0
+            for key, (right, down) in told.items():
+                was, old = _middle(grip), driver.settings()
+                grip.focus()
+                page.keyboard.press(key)
+                driver.look()
+                if driver.settings() == old:
+                    continue
+                now, turned = _middle(grip), turned + 1
+                assert right * (now[0] - was[0]) + down * (now[1] - was[1]) > 0
+            assert turned, f"{name}: no arrow moves the point"
+            assert "arrow keys" in grip.get_attribute("aria-label")
+            driver.reset()
+            grip.scroll_into_view_if_needed()
+            assert _middle(grip) == pytest.approx((x, y), abs=1), "reset leaves the grip behind"
+    assert moved >= 5
+
+
+def _middle(node: ElementHandle) -> tuple[float, float]:
+    """Return where the middle of an element is, pixels of the page."""
+    return tuple(
+        node.evaluate(
+            """node => { const { x, y, width, height } = node.getBoundingClientRect();
+                return [x + width / 2, y + height / 2]; }"""
+        )
+    )
 
 
 @pytest.mark.parametrize("reading", NOTEBOOKS, indirect=True)

@@ -30,7 +30,7 @@ def test_axes_stay_and_hold_what_is_drawn(shown):
     for state in shown.parameters():
         axes = np.ravel(shown.drawn(**state))
         seen.add(tuple(limits(ax) for ax in axes))
-        for ax, line in ((ax, line) for ax in axes for line in ax.lines):
+        for ax, line in ((one, line) for one in axes for line in one.lines):
             left, right, low, high = limits(ax)
             x, y = (np.asarray(values, dtype=float) for values in line.get_data())
             assert np.nanmax(y) <= high, state
