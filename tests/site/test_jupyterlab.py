@@ -108,6 +108,15 @@ def test_explorers_survive_run_all_cells(
     for driver in found:
         assert len(driver.pictures) == 1
         driver.drive(driver.controls[0])
+        if grip := driver.root.query_selector(".rp-grip:not([hidden])"):
+            moved = driver.settings()
+            for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"):
+                grip.focus()
+                visit.page.keyboard.press(key)
+                driver.look()
+                if driver.settings() != moved:
+                    break
+            assert driver.settings() != moved, "no arrow key moves the point"
     count("explorers alive after Run All Cells", len(found))
     count("requests to other hosts", len(visit.strangers))
     assert not visit.strangers
