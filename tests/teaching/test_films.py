@@ -163,7 +163,8 @@ def test_texts_cannot_leave_their_place():
     assert text.count("</script>") == 3
     assert keys(text)[0][1] == alt
     spec = json.loads(re.search(r'class="rp-spec">(.*?)</script>', text, re.S)[1])
-    assert spec == {"count": 12, "duration": 100, "width": 64, "height": 48, "alt": alt}
+    size = {"count": 12, "width": 64, "height": 48, "poster": 0}
+    assert spec == size | {"duration": 100, "alt": alt}
     assert r'With <span class="math">\(x &lt; 1\)</span></figcaption>' in text
 
 
@@ -203,3 +204,15 @@ def test_a_film_too_large_for_a_page_is_refused(monkeypatch):
     monkeypatch.setattr(films, "MOST_BYTES", 500)
     with pytest.raises(ValueError, match=r"12 frames of 64 × 48 pixels take .* MB, more than"):
         markup(frames())
+
+
+def test_a_poster_stands_until_the_film_is_played():
+    text = markup(frames(12), poster=5)
+    found = keys(text)
+    assert re.findall(r"<small hidden>(\d+) of 12</small>", text) == ["1", "4", "6", "9", "12"]
+    assert [hidden for *_, hidden in found] == [True, True, False, True, True]
+    assert [alt == ALT for _, alt, _ in found] == [False, False, True, False, False]
+    assert '"poster": 5' in text
+    for wrong in (-1, 12):
+        with pytest.raises(ValueError, match=f"one of 12 frames, got {wrong}"):
+            markup(frames(12), poster=wrong)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
 from data_synth.coloured import Sequence as Film
+from robot_perception.appearance.affine_snake import area
 from robot_perception.chapters.colour_and_shape import area_sign, films
 from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, shown_colours
 from robot_perception.chapters.colour_and_shape.films import outline, picture
@@ -68,6 +69,10 @@ def hero(axes: np.ndarray, at: int = 50) -> None:
             outline(ax, films.track(world, name)[at - 1], name)
         outline(ax, film.outlines[at], "truth", linewidth=1.4)
         ax.set_title(world)
+        height, width = film.frames[at].shape[:2]
+        if area(films.track(world, "colours adapted")[at - 1]) > 0.9 * height * width:
+            colour = MEANING["colours adapted"]
+            label(ax, 0.03 * width, 0.94 * height, "colours: the whole frame", colour)
 
 
 @drawn(
@@ -143,7 +148,8 @@ def many(axes: np.ndarray, found: Table) -> None:
     "subject of the paper's Fig. 8.",
     cols=3,
     width=7.4,
-    height=2.6,
+    height=2.7,
+    gridspec_kw={"left": 0.02, "right": 0.98, "wspace": 0.36},
 )
 def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     """Draw some frames of a film, and in the last axes the way of the target's mean colour."""

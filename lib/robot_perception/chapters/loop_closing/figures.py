@@ -114,8 +114,11 @@ def _places(steps: int) -> np.ndarray:
     height=3.8,
     gridspec_kw={"right": 0.68},
 )
-def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
-    """Draw the average NEES of the pose along the path, up to ``most`` at least, and its 95 %."""
+def nees_along(ax: Axes, result: Result, most: float = 0.0, least: float = 1.5) -> Axes:
+    """Draw the average NEES of the pose along the path and its 95 %, on axes from ``least``.
+
+    They reach up to ``most`` or to the largest value.
+    """
     # logarithms on a plain axis: a logarithmic one takes twice as long to draw
     low, high = average_bounds(3, result.config.runs)
     nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
@@ -125,8 +128,8 @@ def nees_along(ax: Axes, result: Result, most: float = 0.0) -> Axes:
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name), linestyle=_line(name))
     top = max(most, max(v.max() for v in nees.values()), 2 * high)
-    ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if t < 1.4 * top]
-    ax.set(xlim=(0, along[-1]), ylim=(np.log10(0.5), np.log10(1.4 * top)))
+    ticks = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000) if least < t < 1.4 * top]
+    ax.set(xlim=(0, along[-1]), ylim=(np.log10(least), np.log10(1.4 * top)))
     ax.set(xlabel="path (m)", ylabel="average NEES")
     ax.set_yticks(np.log10(ticks), [str(t) for t in ticks])
     ax.locator_params(axis="x", nbins=4)
@@ -176,7 +179,7 @@ def growth(
     axes[0].set(xlim=(0, far), ylim=(0, top))
     axes[0].set(xlabel="path (m)", ylabel="position error (m)")
     axes[0].locator_params(nbins=4)
-    nees_along.on(axes[1], result, reach[2])
+    nees_along.on(axes[1], result, reach[2], 0.5)
     axes[1].set_xlim(0, far)
     return axes
 

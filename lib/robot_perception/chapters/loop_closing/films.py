@@ -30,6 +30,7 @@ def show() -> Shown:
         frames(),
         fps=FPS,
         name="loop-film",
+        poster=3 * len(steps()) // 4,
         alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
         "robot comes back to the first corridor, the right path jumps home; the left one draws the "
         "corridor a second time beside the first.",
@@ -46,14 +47,19 @@ def jump() -> float:
     return float(np.linalg.norm(moved, axis=1).max())
 
 
+def steps() -> list[int]:
+    """Return the steps of the drive that are shown."""
+    last = len(building.built(next(iter(GIVEN))).drive.poses) - 1
+    return [*range(0, last, EVERY), last]
+
+
 def frames() -> Iterator[Figure]:
     """Yield the frames of the film, all drawn on one figure."""
     fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
     both = {title: building.built(given) for given, title in GIVEN.items()}
-    last = len(next(iter(both.values())).drive.poses) - 1
-    for step in [*range(0, last, EVERY), last]:
+    for step in steps():
         for ax, (title, built) in zip(axes, both.items(), strict=True):
             grown(ax, built, step, title)
         yield fig

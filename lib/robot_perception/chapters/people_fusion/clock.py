@@ -104,6 +104,7 @@ def show() -> Shown:
         frames(),
         fps=FPS,
         name="people-clock",
+        poster=len(TIMES) // 2,
         alt="Left a round frame of a fisheye camera, in which three heads move along the rim and "
         "green lines follow faces; right the floor plan, in which dots of a laser, arcs of "
         "sonars and red ellipses move with three people. One walks round to the back: a long "

@@ -84,7 +84,8 @@ def built(ax: Axes, drive: Drive) -> Axes:
     name="slam-wheels",
     alt="Floor plan of the building with two paths: the one by the wheels follows the true one "
     "and drifts off by up to a metre.",
-    caption="The path by the wheels alone (dashed) and the true one (solid). Grey: the walls.",
+    caption="The path by the wheels alone (dashed) and the true one (solid) from the same start. "
+    "Grey: the walls.",
     width=6.4,
     height=4.2,
 )
@@ -92,6 +93,9 @@ def wheels_alone(ax: Axes, drive: Drive) -> Axes:
     """Draw Fig. 4d again: the true path and that by the wheels."""
     ground(ax, drive.seen.poses, FLOOR)
     ax.plot(*drive.odometry[:, :2].T, color=MEANING["odometry"], linewidth=1.4, linestyle="--")
+    start = drive.seen.poses[0, :2]
+    ax.plot(*start, "o", color=MEANING["truth"], markersize=7)
+    label(ax, start[0], start[1] + 0.55, "start", MEANING["truth"], ha="center")
     return ax
 
 

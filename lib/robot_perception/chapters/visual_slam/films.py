@@ -65,6 +65,7 @@ def show(name: str | None = "slam-clock") -> Shown:
         frames(),
         fps=FPS,
         name=name,
+        poster=len(SHOWN) // 2,
         alt="Above left a frame of the left camera with points on doors, shelves and posters; "
         "above right the floor plan, in which landmarks and a dashed path grow along a corridor "
         "and through rooms; below, the error of the wheels climbs, that of the filter stays low.",

@@ -44,12 +44,13 @@ def film(
     alt: str,
     caption: str | None = None,
     name: str | None = None,
+    poster: int = 0,
 ) -> Shown:
     """Show a film that the reader starts; nothing moves before.
 
     The frames are one animated WebP, in which a frame stores what has changed. A script takes it
     apart, so that the film can be stepped in both directions. Under reduced motion it advances by
-    one frame a second; on paper stands a strip of key frames; without scripts the first of them. A
+    one frame a second; on paper stands a strip of key frames; without scripts its poster. A
     film of drawings without photographs has dark ground on a dark page.
 
     Parameters
@@ -63,12 +64,15 @@ def film(
         What a reader who cannot see the film has to know: what is shown, and what happens.
     caption, name
         As for `show`.
+    poster
+        The frame that stands until the reader plays the film, which then begins at its beginning.
 
     Raises
     ------
     ValueError
         If there are fewer than two frames, a frame is no 8-bit image or of another size than the
-        first, `fps` is out of range, the film is too large, or the alternative text does not serve.
+        first, there is no such `poster`, `fps` is out of range, the film is too large, or the
+        alternative text does not serve.
 
     Examples
     --------
@@ -81,6 +85,8 @@ def film(
     if not 0 < fps <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
     images, drawing = _images(frames)
+    if not 0 <= poster < len(images):
+        raise ValueError(f"poster must be one of {len(images)} frames, got {poster}")
     duration = round(1000 / fps)
     data = to_animated_webp(images, duration_ms=duration)
     if len(data) > MOST_BYTES:
@@ -90,7 +96,7 @@ def film(
         )
     return Shown(
         {
-            "text/html": _markup(images, data, duration, text, caption, name, drawing),
+            "text/html": _markup(images, data, duration, text, caption, name, drawing, poster),
             "text/plain": text,
         }
     )
@@ -133,15 +139,19 @@ def _markup(
     caption: str | None,
     name: str | None,
     drawing: bool,
+    poster: int,
 ) -> str:
     count = len(images)
-    places = np.unique(np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)).tolist()
-    keys = "".join(_key(images[place], place, count, alt) for place in places)
+    spread = np.linspace(0, count - 1, KEY_FRAMES).round().astype(int)
+    spread[np.abs(spread - poster).argmin()] = poster
+    keys = "".join(
+        _key(images[place], place, count, alt, small=place != poster)
+        for place in np.unique(spread).tolist()
+    )
     height, width = images[0].shape[:2]
     columns = KEY_FRAMES if width < 1.6 * height else 3  # on paper
-    spec = json.dumps(
-        {"count": count, "duration": duration, "width": width, "height": height, "alt": alt}
-    ).replace("</", "<\\/")
+    numbers = {"count": count, "duration": duration, "width": width, "height": height}
+    spec = json.dumps(numbers | {"alt": alt, "poster": poster}).replace("</", "<\\/")
     canvas = "rp-canvas rp-drawing" if drawing else "rp-canvas"
     key = sha256(data + alt.encode()).hexdigest()[:12]
     states = base64.b64encode(data).decode()
@@ -157,12 +167,12 @@ def _markup(
     )
 
 
-def _key(image: np.ndarray, place: int, count: int, alt: str) -> str:
-    small = Image.fromarray(image)
-    if place:  # only the first is seen on screens
-        small.thumbnail((KEY_WIDTH, KEY_WIDTH))
+def _key(image: np.ndarray, place: int, count: int, alt: str, *, small: bool) -> str:
+    picture = Image.fromarray(image)
+    if small:  # only the poster is seen on screens
+        picture.thumbnail((KEY_WIDTH, KEY_WIDTH))
         alt = f"Frame {place + 1} of {count} of the same film."
-    element = image_element(to_webp(np.asarray(small)), "image/webp", small.size, alt)
-    hidden = " hidden" if place else ""
+    element = image_element(to_webp(np.asarray(picture)), "image/webp", picture.size, alt)
+    hidden = " hidden" if small else ""
     number = f"<small hidden>{place + 1} of {count}</small>"
     return f'<span class="rp-key"{hidden}>{element}{number}</span>'

@@ -78,7 +78,8 @@ globalThis.robotPerceptionFilms ??= (() => {
     const states = root.querySelector(".rp-states");
     const canvas = element("canvas", { width: spec.width, height: spec.height, role: "img", "aria-label": spec.alt });
     const last = spec.count - 1;
-    let frame = 0;
+    let frame = spec.poster;
+    let untouched = true;
     let timer = null;
     let ready = null;
 
@@ -103,6 +104,7 @@ globalThis.robotPerceptionFilms ??= (() => {
 
     async function go(target) {
       frame = Math.max(0, Math.min(last, target));
+      untouched = false;
       show();
       try {
         (await load())(frame); // the newest wins
@@ -136,7 +138,7 @@ globalThis.robotPerceptionFilms ??= (() => {
     function toggle() {
       if (timer !== null) return stop();
       play.textContent = "Pause";
-      if (frame >= last) go(0);
+      if (untouched || frame >= last) go(0);
       schedule();
     }
 
