@@ -182,3 +182,20 @@ def test_explorers_from_a_folder(
     count("requests to other hosts", len(visitor.strangers))
     assert not visitor.errors
     assert not visitor.strangers
+
+
+def test_films_of_drawings_are_dark_on_a_dark_page_before_they_play(
+    visit: Callable[..., Visit], address: str, site: Path
+) -> None:
+    """Their posters, too; photographs keep their colours."""
+    page = visit(color_scheme="dark").page
+    drawn = 0
+    for name in NOTEBOOKS:
+        if 'class="rp-film"' not in (site / f"{name}.html").read_text("utf-8"):
+            continue
+        page.goto(f"{address}{name}.html")
+        for poster in page.query_selector_all(".rp-film .rp-key:not([hidden]) img"):
+            dark = poster.evaluate("img => getComputedStyle(img).filter.includes('invert')")
+            assert dark == poster.evaluate("img => !!img.closest('.rp-drawing')")
+            drawn += dark
+    assert drawn
