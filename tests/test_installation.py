@@ -1,6 +1,7 @@
 """Each module imports with the packages of its extra alone; the base is enough for algorithms."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -183,6 +184,83 @@ def test_every_module_of_an_extra_names_it():
     for file in (ROOT / "lib" / "robot_perception").rglob("*.py"):
         if not outside & set(file.relative_to(ROOT / "lib").parts):
             assert not bare.findall(file.read_text("utf-8")), file.name
+
+
+# Real environments -------------------------------------------------------------------------------
+
+OWN = ROOT / "book" / "own_data"
+FILM = """
+import numpy as np
+from robot_perception import datasets
+card, film = np.zeros((60, 80, 3), np.uint8), []
+card[:] = np.random.default_rng(1).integers(60, 90, (60, 80, 1))
+for k in range(12):
+    frame = card.copy()
+    frame[20:40, 20 + k : 36 + k] = 200, 60, 40
+    film.append(frame)
+datasets.write_video("film.avi", film, rate=10.0)
+"""
+RUNS = {
+    "": [],
+    "data": [[str(OWN / "judge.py")]],
+    "symbolic": [],
+    "vision": [],
+    "data,symbolic": [[str(OWN / "rank.py"), "landmarks", "anchor"]],
+    "data,vision": [
+        ["-c", FILM],
+        [str(OWN / "track.py"), "camshift", "film.avi", "20,20,16,20", "run"],
+    ],
+    "book": [["-m", "robot_perception", "--help"]],
+}
+"""What is run where the base and these extras are installed; a word of usage counts as a run."""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library as it is installed."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "-w",
+        str(folder),
+        str(ROOT),
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("extra", RUNS)
+def test_an_environment_of_its_own_has_all_that_its_extra_promises(
+    extra: str, wheel: Path, tmp_path: Path
+):
+    """The modules import, and the scripts for own data run, from a wheel in a bare environment."""
+    subprocess.run([sys.executable, "-m", "venv", str(tmp_path / "env")], check=True)
+    here = str(tmp_path / "env" / ("Scripts" if sys.platform == "win32" else "bin") / "python")
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PYTEST"))}
+
+    def run(*words: str, text: str | None = None) -> subprocess.CompletedProcess:
+        command, options = [here, *words], {"capture_output": True, "text": True}
+        return subprocess.run(command, cwd=tmp_path, env=clean, input=text, **options)
+
+    what = f"{wheel}[{extra}]" if extra else str(wheel)
+    installed = run("-m", "pip", "install", "-q", "-c", str(ROOT / "constraints.txt"), what)
+    if "connection" in installed.stderr.lower():
+        pytest.skip("no package index can be reached")
+    assert installed.returncode == 0, installed.stderr
+    assert run("-m", "pip", "check").returncode == 0
+    names = [name for one in (None, *extra.split(",")) if one != "" for name in modules(one)]
+    found = run("-c", IMPORT, text=json.dumps([names, []]))
+    assert found.returncode == 0, found.stderr
+    for words in RUNS[extra]:
+        done = run(*words)
+        assert "Traceback" not in done.stderr, done.stderr
+        assert done.returncode == 0 or len(words) == 1, done.stderr
 
 
 def test_the_base_is_small():
