@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from robot_perception import checks
+from robot_perception.evaluation.progress import progress
 from robot_perception.extras import needing
 
 with needing():
     from joblib import Parallel, delayed
     from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
-    from tqdm import tqdm
 
 WORKERS = "ROBOT_PERCEPTION_WORKERS"
 """Environment variable: number of processes for a caller that has chosen no backend."""
@@ -39,7 +39,7 @@ def sweep(
     rng
         Source of the items' generators.
     desc
-        What is shown beside the progress on a terminal.
+        What is shown beside the progress.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def sweep(
     checks.instance("desc", desc, str)
     work = zip(items, rng.spawn(len(items)), strict=True)
     # the bar counts items that are handed out: not every backend can report those that are done
-    bar = tqdm(work, desc=desc, total=len(items), disable=None, leave=False)
+    bar = progress(work, desc, len(items))
     return Parallel(n_jobs=_workers())(delayed(task)(item, rng=own) for item, own in bar)
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from data_synth.people import readings
 from robot_perception.chapters.people_sensors import sessions, witnesses
 from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Config, Recording
+from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2
 from robot_perception.people.detections import Detections
 from robot_perception.teaching.results import kept
@@ -47,7 +48,8 @@ def signals() -> Signals:
     known = recording()
     last = [[(known.times <= at) & (known.sensors == kind) for kind in range(3)] for at in MOMENTS]
     numbers = np.array(last).shape[-1] - 1 - np.array(last)[..., ::-1].argmax(axis=-1)
-    taken = {k: one for k, one in enumerate(readings(session, RIG, rng=rng)) if k in numbers}
+    every = progress(readings(session, RIG, rng=rng), "signals", len(known.times))
+    taken = {k: one for k, one in enumerate(every) if k in numbers}
     scans, echoes = (np.array([taken[k].ranges for k in numbers[:, kind]]) for kind in (0, 1))
     room = se2.inverse(session.robot[0])
     faces, posts = session.office.section(RIG.scan_height)

@@ -31,6 +31,7 @@ from data_synth.people import (
 from data_synth.people.world import Moment, Wander
 from data_synth.sonar import SonarRing
 from robot_perception.beliefs import Gaussian
+from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import legs, sonar
 from robot_perception.people.detections import Detections
@@ -222,7 +223,8 @@ def record(config: Config) -> Recording:
     senses, wheels = Senses(np.random.default_rng([config.seed, 1])), _reckoned(session)
     found, reckoned, judged = [], [], []
     seen = [0] * len(SENSORS)
-    for k, reading in enumerate(readings(session, rig(config.sensors), rng=rng)):
+    every = readings(session, rig(config.sensors), rng=rng)
+    for k, reading in enumerate(progress(every, "detections", _count(config))):
         reckoned.append([np.interp(reading.time, session.times, column) for column in wheels.T])
         found.append(senses.detect(reading, reckoned[-1][2]))
         sensor = SENSORS.index(found[-1].sensor)
@@ -241,6 +243,15 @@ def record(config: Config) -> Recording:
         judged=np.array(judged),
         **_truths(session, [session.at(found[k].time) for k in judged]),
         skirt=np.array([person.skirt for person in session.people], dtype=bool),
+    )
+
+
+def _count(config: Config) -> int:
+    """Return how many readings there are in a session."""
+    used = rig(config.sensors)
+    times = [config.duration - delay for delay in used.delays]
+    return sum(
+        int(time * rate) + 1 for time, rate in zip(times, used.rates, strict=True) if time > 0
     )
 
 

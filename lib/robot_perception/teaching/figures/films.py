@@ -11,8 +11,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
-from tqdm import tqdm
 
+from robot_perception.evaluation.progress import progress
 from robot_perception.teaching.figures.output import (
     check_alt,
     check_name,
@@ -105,8 +105,7 @@ def film(
 def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bool]:
     """Return the frames as images, and whether they are drawings in which there is no picture."""
     images, drawing = [], True
-    bar = tqdm(frames, desc="film", total=length_hint(frames) or None, disable=None, leave=False)
-    for place, frame in enumerate(bar):
+    for place, frame in enumerate(progress(frames, "film", length_hint(frames) or None)):
         pixels = _pixels(frame) if isinstance(frame, Figure) else frame
         drawing &= isinstance(frame, Figure) and not any(ax.images for ax in frame.axes)
         images.append(check_image(pixels, channels=(3,), name="frames").copy())

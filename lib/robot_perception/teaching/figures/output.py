@@ -11,11 +11,9 @@ from importlib.resources import files
 
 from matplotlib.figure import Figure
 
+from robot_perception.evaluation.progress import PAGE_VARIABLE
 from robot_perception.teaching.figures.svg import to_html
 from robot_perception.teaching.media import Shown, with_mathematics
-
-PAGE_VARIABLE = "ROBOT_PERCEPTION_PAGE"
-"""Environment variable that is 1 while the book is built: no kernel stands behind the output."""
 
 _SHORTEST_ALT = 20
 _FILE_NAME = re.compile(r"\S+\.[A-Za-z0-9]{2,5}")
