@@ -26,6 +26,12 @@ if TYPE_CHECKING:
     from robot_perception.chapters.colour_and_shape.explorers import Slid, Tried
 
 
+PLATE = "#d3d7dc"
+"""Ground, in either theme, for colours that stand for themselves."""
+ON_PLATE = "#1c1e22"
+"""Ink on it."""
+
+
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
     """Show of a picture what lies round some points."""
     u, v = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -161,10 +167,12 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     colours = shown_colours(film)
     red, _, blue = colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
+    ax.set_facecolor(PLATE)
     ax.scatter(red, blue, s=34, c=colours / 255, linewidths=0, zorder=3)
     for k in at:
-        ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=MEANING["truth"])
-        ax.annotate(str(k), (red[k], blue[k]), (8, -10), textcoords="offset points", fontsize=10)
+        ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=ON_PLATE)
+        where = {"xytext": (8, -10), "textcoords": "offset points"}
+        ax.annotate(str(k), (red[k], blue[k]), color=ON_PLATE, fontsize=10, **where)
     ax.set(xlim=_room(red, 0.15), ylim=_room(blue, 0.15), xlabel="red", ylabel="blue")
     ax.set_title("mean colour")
 
@@ -193,8 +201,8 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
     ):
         colours = _rgb(cloud)
         x, y = colours.sum(axis=1), colours[:, 1] - colours[:, 0]
-        edges = {"edgecolors": MEANING["expected"], "linewidths": 0.3}
-        above.scatter(x, y, s=16, c=np.clip(colours, 0, 255) / 255, **edges)
+        above.set_facecolor(PLATE)
+        above.scatter(x, y, s=16, c=np.clip(colours, 0, 255) / 255, linewidths=0)
         above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
         above.set_title(f"weight {weight:.2f}")
         faded = 110 + found.image.astype(float) * 0.2

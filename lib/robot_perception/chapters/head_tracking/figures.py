@@ -272,5 +272,5 @@ def girl_overlap(ax: Axes, result: Girl) -> Axes:
         ax.plot(pictures, iou, line, color=MEANING[meaning], label=name, linewidth=width)
     ax.set(xlabel="frame", ylabel="overlap with the marked head", ylim=(0, 1))
     ax.set_xlim(1, pictures[-1])
-    ax.legend(loc="upper right", ncols=2)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=4, columnspacing=1.2)
     return ax

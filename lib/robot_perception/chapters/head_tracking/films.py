@@ -36,6 +36,7 @@ def light() -> Shown:
         frames(seen.frames, rings, overlaps, 2, WIDE),
         fps=FPS,
         name="head-film",
+        poster=len(seen.frames) // 3,
         alt="A man's head moves through a rendered room whose light grows dim, bright and "
         "coloured. A solid ellipse stays on or near the head; a dashed one slides off after "
         "seven seconds and ends on the door. Below, its overlap falls to zero.",
@@ -68,6 +69,7 @@ def girl(result: Girl) -> Shown:
         ),
         fps=FPS,
         name="head-girl-film",
+        poster=len(result.marked) // 12,
         alt="A girl turns round on a chair. A dashed ellipse stays on or near her head, face and "
         "hair; a solid one slides to her side within seconds and stays in the background.",
         caption="Every fourth frame of the recording. Dotted: the marked head. Dashed: the fixed "
