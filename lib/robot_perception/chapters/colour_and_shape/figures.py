@@ -32,6 +32,11 @@ ON_PLATE = "#1c1e22"
 """Ink on it."""
 
 
+def _on_plate(ax: Axes) -> None:
+    ax.set_facecolor(PLATE)
+    ax.grid(visible=False)
+
+
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
     """Show of a picture what lies round some points."""
     u, v = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -167,7 +172,7 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     colours = shown_colours(film)
     red, _, blue = colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
-    ax.set_facecolor(PLATE)
+    _on_plate(ax)
     ax.scatter(red, blue, s=34, c=colours / 255, linewidths=0, zorder=3)
     for k in at:
         ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=ON_PLATE)
@@ -189,7 +194,7 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     cols=3,
     width=7.4,
     height=4.6,
-    gridspec_kw=_PHOTOS | {"left": 0.09, "wspace": 0.34, "hspace": 0.34},
+    gridspec_kw=_PHOTOS | {"left": 0.09, "wspace": 0.52, "hspace": 0.34},
 )
 def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
     """Draw colours of samples in the opponent space, one a column; below, what has such colours."""
@@ -201,7 +206,7 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
     ):
         colours = _rgb(cloud)
         x, y = colours.sum(axis=1), colours[:, 1] - colours[:, 0]
-        above.set_facecolor(PLATE)
+        _on_plate(above)
         above.scatter(x, y, s=16, c=np.clip(colours, 0, 255) / 255, linewidths=0)
         above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
         above.set_title(f"weight {weight:.2f}")

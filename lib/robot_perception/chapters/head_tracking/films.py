@@ -69,7 +69,7 @@ def girl(result: Girl) -> Shown:
         ),
         fps=FPS,
         name="head-girl-film",
-        poster=len(result.marked) // 12,
+        poster=len(result.marked) // 8,
         alt="A girl turns round on a chair. A dashed ellipse stays on or near her head, face and "
         "hair; a solid one slides to her side within seconds and stays in the background.",
         caption="Every fourth frame of the recording. Dotted: the marked head. Dashed: the fixed "
