@@ -24,6 +24,7 @@ EXTRAS = {
     "data_synth.coloured": "vision",
     "data_synth.people": "vision",
     "robot_perception.chapters": "book",
+    "robot_perception.evaluation.progress": "data",
     "robot_perception.evaluation.sweep": "book",
     "robot_perception.teaching": "book",
     "robot_perception.cli": "data",
@@ -139,6 +140,8 @@ NEEDY = {
     "robot_perception.people.skin": ("cv2", "vision"),
     "robot_perception.evaluation.sweep": ("joblib", "book"),
     "robot_perception.slam.observability.symbolic": ("sympy", "symbolic"),
+    "robot_perception.teaching.figures": ("matplotlib", "book"),
+    "robot_perception.chapters.walls": ("matplotlib", "book"),
 }
 CALLS = {
     "datasets.read_image('a.png')": ("PIL", "vision"),

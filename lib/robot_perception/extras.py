@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, requires
+from importlib.util import find_spec
 
 NAMES = {"cv2": "opencv-python-headless", "PIL": "pillow"}
 """What is installed, where it is not called as what is imported."""
@@ -26,6 +27,16 @@ def advice(missing: str | None) -> str | None:
     if package in ("robot_perception", "data_synth"):
         return None
     return f"This needs {package}: pip install 'robot-perception[{extra_of(package)}]'"
+
+
+def need(*packages: str) -> None:
+    """Raise ``ModuleNotFoundError``, naming the extra, unless all packages are there.
+
+    It looks for them without importing them, which would take long.
+    """
+    for package in packages:
+        if find_spec(package) is None:
+            raise ModuleNotFoundError(advice(package), name=package)
 
 
 @contextmanager

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from robot_perception import checks
-from robot_perception.evaluation.progress import progress
 from robot_perception.extras import needing
 
 with needing():
     from joblib import Parallel, delayed
     from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
+
+    from robot_perception.evaluation.progress import progress
 
 WORKERS = "ROBOT_PERCEPTION_WORKERS"
 """Environment variable: number of processes for a caller that has chosen no backend."""
