@@ -87,7 +87,7 @@ class Score:
 
     @property
     def false(self) -> float:
-        """Share of the hypotheses that are nobody; 0 if there was none."""
+        """Share of the hypotheses that are false; 0 if there was none."""
         return 1 - self.matched / self.hypotheses if self.hypotheses else 0.0
 
     @property
@@ -158,7 +158,7 @@ class Gospa:
     missed
         People without a hypothesis.
     false
-        Hypotheses that are nobody.
+        False hypotheses.
     """
 
     total: float

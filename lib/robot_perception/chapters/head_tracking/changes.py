@@ -29,7 +29,7 @@ from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition, Origin
 
 PAPER = "perception-issues"
-OFTEN = Accepted(0.02, 1.0, "two pictures in a hundred; the paper names no number", Origin.CHOICE)
+OFTEN = Accepted(0.02, 1.0, "two frames in a hundred; the paper names no number", Origin.CHOICE)
 FURTHER = Accepted(0.02, 1.0, "two hundredths of overlap; the paper names no number", Origin.CHOICE)
 
 ALONE = HeadScene(others=0, turns=False)
@@ -109,7 +109,7 @@ def missed(found: Result, better: str, worse: str) -> Interval:
     return bootstrap_mean(found.off(worse) - found.off(better))
 
 
-MISSED = "share of the pictures in which a visible head is missed"
+MISSED = "share of the frames in which a visible head is missed"
 
 
 def table(found: Found) -> Table:

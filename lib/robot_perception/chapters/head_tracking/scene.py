@@ -110,7 +110,7 @@ class Followed:
     visible: Float[np.ndarray, " n"]
 
     def missed(self, iou: Float[np.ndarray, " n"]) -> float:
-        """Return the share of the pictures in which a visible head is missed."""
+        """Return the share of the frames in which a visible head is missed."""
         return float((iou[self.visible >= heads.SEEN] < heads.OFF).mean())
 
     @property

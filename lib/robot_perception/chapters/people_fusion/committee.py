@@ -65,7 +65,7 @@ class System:
 class View:
     """What of a session is judged, and how.
 
-    Which people count, and which hypotheses that are nobody; what is compared; and whether static
+    Which people count, and which hypotheses that are false; what is compared; and whether static
     hypotheses are left out. Compared ``by="place"`` a hypothesis is somebody's within ``reach``
     (m), by ``"direction"`` within ``TURN``, and by ``"covariance"`` in the way that its own
     covariance allows: by direction if its distance is not `KNOWN`, by place if it is. Who is
@@ -199,7 +199,7 @@ class Rates:
 
     @property
     def false(self) -> Interval:
-        """Share of the hypotheses that are nobody."""
+        """Share of the hypotheses that are false."""
         nobody = self.hypotheses - self.matched
         return bootstrap_ratio(nobody, self.hypotheses, "of the hypotheses, by session")
 
@@ -220,7 +220,7 @@ class Rates:
 
 COLUMNS = {
     "tracked": "share of the people in view within 5 m who have a hypothesis within 0.6 m",
-    "false": "share of the hypotheses that are nobody",
+    "false": "share of the hypotheses that are false",
     "MOTA": "1 − (misses + false + switches of identity) / people",
     "GOSPA (m)": "mean distance of the two sets of points, with a cutoff of 1 m",
 }

@@ -30,7 +30,7 @@ from robot_perception.teaching.verdicts import Accepted
 FACTORS = (0.25, 0.5, 1.0, 2.0, 3.0)  # by which α and the patience t_v are multiplied in the sweeps
 THRESHOLDS = (0.05, 0.1, 0.2, 0.3, 0.4)  # θ in the sweep
 OF_THE_PAPER = 0.25, 0.93
-"""Share of the hypotheses that are nobody, and of the people who are tracked."""
+"""Share of the hypotheses that are false, and of the people who are tracked."""
 SIDES = {where: View(where) for where in ("everywhere", "ahead", "behind")}
 CHOICES = {
     "by place alone": View(by="place"),
@@ -192,7 +192,7 @@ def rate_93(found: Mapping[str, Rates], value: Interval) -> Finding:
     statement="About every fourth hypothesis is a misdetection.",
     paper_value="“about every fourth hypothesis”",
     method="The same sessions: share of the hypotheses above the threshold for a person that are "
-    "nobody's, judged in the same way.",
+    "false, judged in the same way.",
     accepted=Accepted(
         0.2, 0.3, "“about a fourth”: nearer to 1/4 than to 1/3 or to 1/6, rounded", "our choice"
     ),
@@ -200,7 +200,7 @@ def rate_93(found: Mapping[str, Rates], value: Interval) -> Finding:
     value=lambda found: found["everywhere"].false,
 )
 def false_25(found: Mapping[str, Rates], value: Interval) -> Finding:
-    """Count the hypotheses that are nobody, everywhere, ahead and behind."""
+    """Count the hypotheses that are false, everywhere, ahead and behind."""
     return Finding(value, {f"false {name}": found[name].false for name in OTHERS})
 
 

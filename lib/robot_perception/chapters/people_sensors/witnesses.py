@@ -54,7 +54,7 @@ class Looks:
 
     A look is a row: the session, where the person was (m and rad), whether a detection was theirs,
     who wears a skirt, and ``COLUMNS``. Of each session there are the readings, the detections in
-    them, and those that were nobody's.
+    them, and those that were false.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class Looks:
 
     @property
     def wrong(self) -> Interval:
-        """Share of the detections that were nobody's."""
+        """Share of the detections that were false."""
         return bootstrap_ratio(self.false, self.found, "by session")
 
     def at(self, kind: str) -> Bool[np.ndarray, " n"]:
@@ -206,7 +206,7 @@ def legs_found(seen: Looks) -> Finding:
         seen.rate(seen.near(seen.kind)),
         seen.by_distance()
         | seen.rates({f"{name}, within 3 m": some for name, some in others.items()})
-        | {"detections that are nobody's": seen.wrong},
+        | {"false detections": seen.wrong},
     )
 
 
@@ -253,12 +253,12 @@ MOST = Accepted(0.5, 1.0, "more often wrong than right", "our choice")
     value=lambda places: places[0].wrong,
 )
 def sonar_unreliable(places: tuple[Looks, Looks], value: Interval) -> Finding:
-    """Count the sonar's hypotheses that are nobody, between walls and in a room."""
+    """Count the sonar's hypotheses that are false, between walls and in a room."""
     _, room = places
     beside = "walls stand beside the robot, as in the paper's Fig. 3"
     return Finding(
         value,
-        room.by_distance() | {"nobody, in the middle of a room": room.wrong} | _often(room),
+        room.by_distance() | {"false, in the middle of a room": room.wrong} | _often(room),
         conditions=(Condition.judged(beside, MOST, inside=value, outside=room.wrong),),
     )
 
