@@ -19,22 +19,11 @@ from robot_perception.chapters.colour_and_shape.iteration import STEPS, Iteratio
 from robot_perception.chapters.colour_and_shape.samples import Samples
 from robot_perception.chapters.colour_and_shape.snakes import Case
 from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.figures.style import MEANING, label, on_plate
 from robot_perception.teaching.tables import Table
 
 if TYPE_CHECKING:
     from robot_perception.chapters.colour_and_shape.explorers import Slid, Tried
-
-
-PLATE = "#d3d7dc"
-"""Ground, in either theme, for colours that stand for themselves."""
-ON_PLATE = "#1c1e22"
-"""Ink on it."""
-
-
-def _on_plate(ax: Axes) -> None:
-    ax.set_facecolor(PLATE)
-    ax.grid(visible=False)
 
 
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
@@ -172,12 +161,12 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     colours = shown_colours(film)
     red, _, blue = colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
-    _on_plate(ax)
+    ink = on_plate(ax)
     ax.scatter(red, blue, s=34, c=colours / 255, linewidths=0, zorder=3)
     for k in at:
-        ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=ON_PLATE)
+        ax.plot(red[k], blue[k], "o", markersize=10, fillstyle="none", color=ink)
         where = {"xytext": (8, -10), "textcoords": "offset points"}
-        ax.annotate(str(k), (red[k], blue[k]), color=ON_PLATE, fontsize=10, **where)
+        ax.annotate(str(k), (red[k], blue[k]), color=ink, fontsize=10, **where)
     ax.set(xlim=_room(red, 0.15), ylim=_room(blue, 0.15), xlabel="red", ylabel="blue")
     ax.set_title("mean colour")
 
@@ -206,7 +195,7 @@ def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
     ):
         colours = _rgb(cloud)
         x, y = colours.sum(axis=1), colours[:, 1] - colours[:, 0]
-        _on_plate(above)
+        on_plate(above)
         above.scatter(x, y, s=16, c=np.clip(colours, 0, 255) / 255, linewidths=0)
         above.set(xlim=(left, right), ylim=(low, high), xlabel="R + G + B", ylabel="G − R")
         above.set_title(f"weight {weight:.2f}")

@@ -110,8 +110,8 @@ def weighed(axes: AxesRow, state: Weighed) -> AxesRow:
         )
     plane.set(xlim=(-2.3, 2.3), ylim=(-13, 13))
     plane.set(xlabel="error of the distance (m)", ylabel="of the direction (°)")
-    label(plane, 0.25, 11, "sonar", MEANING["first opinion"])
-    label(plane, -1.9, 4.5, "camera", MEANING["second opinion"])
+    label(plane, 0.25, 11, "the sonar", MEANING["first opinion"])
+    label(plane, -1.9, 4.5, "the camera", MEANING["second opinion"])
     areas(below, state)
     return axes
 

@@ -60,8 +60,7 @@ STAND = Exploration(
     name="people-stand",
     caption="Drag the person (disc) round the robot. Dots: where the beams of the laser ended; "
     "arcs: echoes of the sonars. What each sensor takes for people is orange (laser), blue "
-    "(sonars) and green (camera), 2σ; the title says who is right. The wall to the left echoes "
-    "too.",
+    "(sonars) and green (camera), 2σ; the title says who is right.",
     presets={
         "behind the robot": {"direction": 160},
         "sideways": {"how": "sideways"},

@@ -396,6 +396,6 @@ def stood(ax: Axes, now: Stood) -> Axes:
         said(ax, sensor, now.found[sensor].positions)
     _robot(ax, standing.REACH, [-2, 0, 2])
     ax.set(xlim=(-standing.REACH, standing.REACH), ylim=(-standing.REACH, standing.REACH))
-    bodies(ax, points(now.polar), [now.heading], words=("",))
+    bodies(ax, points(now.polar), np.array([now.heading]), words=("",))
     ax.set_title(now.words)
     return ax

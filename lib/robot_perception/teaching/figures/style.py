@@ -427,6 +427,16 @@ def band(
     return ax.fill_between(x, low, high, color=colour, **options)
 
 
+def on_plate(ax: Axes) -> str:
+    """Give axes a ground, the same in both themes, for colours that stand for themselves.
+
+    Returns the colour of ink on it.
+    """
+    ax.set_facecolor("#d3d7dc")
+    ax.grid(visible=False)
+    return "#1b1d20"
+
+
 def ellipses(
     ax: Axes,
     means: np.ndarray,
