@@ -108,7 +108,7 @@ def test_explorers_survive_run_all_cells(
     for driver in found:
         assert len(driver.pictures) == 1
         driver.drive(driver.controls[0])
-        if grip := driver.root.query_selector(".rp-grip:not([hidden])"):
+        if grip := driver.root.query_selector(".rp-grip"):
             moved = driver.settings()
             for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"):
                 grip.focus()
