@@ -57,6 +57,7 @@ def test_sonars_hear_some_and_not_all_however_they_stand():
     for how in standing.HOW:
         heard, places = found(how)["sonar"]
         assert places // 3 < heard < places
+    assert found("sideways")["sonar"] < found("turned away")["sonar"]
 
 
 def test_the_grip_is_on_the_person():

@@ -12,13 +12,13 @@ from robot_perception.chapters.anchored_slam.intel import Building
 from robot_perception.chapters.anchored_slam.mrclam import ANCHORS, Robots
 from robot_perception.chapters.anchored_slam.victoria import Park
 from robot_perception.chapters.monobot import figures
-from robot_perception.chapters.monobot.figures import MEASUREMENTS, AxesRow
+from robot_perception.chapters.monobot.figures import MEASUREMENTS
 from robot_perception.chapters.monobot.rail import Result
 from robot_perception.gating import chi_squared_quantile
 from robot_perception.geometry import act
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots
-from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
+from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 
 def _note(ax: Axes, x: float, y: float, text: str, colour: str, **style: float | str) -> None:

@@ -7,10 +7,9 @@ from robot_perception.chapters.covariance_intersection import rumour
 from robot_perception.chapters.covariance_intersection.consistency import Fused
 from robot_perception.chapters.covariance_intersection.rumour import Result
 from robot_perception.chapters.covariance_intersection.weights import Weighed
-from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.fusion import covariance_intersection
 from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
+from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 REACH = 2.3
 """Half the width of the explorer of two Gaussians, standard deviations of one unit."""

@@ -10,11 +10,10 @@ from robot_perception.chapters.loop_closing.building import Built
 from robot_perception.chapters.loop_closing.loops import VARIANTS, first_observed
 from robot_perception.chapters.loop_closing.posts import Result
 from robot_perception.chapters.loop_closing.states import Nailed, Played
-from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
+from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.teaching.tables import Table
 
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from robot_perception.chapters.monobot import figures as draw
 from robot_perception.chapters.monobot import information, rail, steady
-from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.chapters.monobot.information import Plane
 from robot_perception.chapters.monobot.rail import FIG4, Result
 from robot_perception.teaching.controls import choice, slider, timeline, toggle
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.style import AxesRow
 
 # One run ---------------------------------------------------------------------------------------
 

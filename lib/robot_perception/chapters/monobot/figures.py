@@ -15,9 +15,7 @@ from robot_perception.chapters.monobot.steady import Ends
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
 from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, band, ellipses, label
-
-AxesRow = Sequence[Axes] | np.ndarray
+from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 MEASUREMENTS = "measurements after the first"
 

@@ -24,6 +24,7 @@ from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.ledger import Ledger
 
 REACH = 3.4  # the drawings show so much around the robot, m
+NEAR = 2.9  # and that of somebody who stands there so much
 DEVIATIONS = 2.0  # all ellipses and wedges reach so far, standard deviations
 NAMES = "ABCDEFGH"  # of the people
 BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
@@ -394,8 +395,8 @@ def stood(ax: Axes, now: Stood) -> Axes:
     arcs(ax, now.echoes, beyond=False)
     for sensor in ("camera", "sonar", "laser"):
         said(ax, sensor, now.found[sensor].positions)
-    _robot(ax, standing.REACH, [-2, 0, 2])
-    ax.set(xlim=(-standing.REACH, standing.REACH), ylim=(-standing.REACH, standing.REACH))
+    _robot(ax, NEAR, [-2, 0, 2])
+    ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR))
     bodies(ax, points(now.polar), np.array([now.heading]), words=("",))
     ax.set_title(now.words)
     return ax

@@ -24,8 +24,6 @@ how far from the middle of the room the robot stands, m."""
 DISTANCES = 0.8, 1.4, 2.0
 DIRECTIONS = tuple(range(-160, 161, 40))
 """Where the person may stand, seen from the robot: m, and degrees from ahead to the left."""
-REACH = 2.9
-"""The drawing shows so much around the robot, m."""
 HOW = {"facing the robot": 180, "sideways": 90, "turned away": 0, "in a long skirt": 180}
 """How: direction of body and face, degrees from that in which the robot sees the person.
 

@@ -4,7 +4,6 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.monobot.figures import AxesRow
 from robot_perception.chapters.visual_slam import frontend
 from robot_perception.chapters.visual_slam.drives import Drive, Options
 from robot_perception.chapters.visual_slam.frontend import Seen
@@ -13,7 +12,7 @@ from robot_perception.evaluation.trajectories import align
 from robot_perception.geometry import act
 from robot_perception.teaching.figures import drawn, film, image_axes
 from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.figures.style import MEANING, AxesRow, label
 from robot_perception.teaching.media import Shown
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])

@@ -6,7 +6,7 @@ saved as SVG carries the theme's CSS variables in their place (`teaching.figures
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any
 
@@ -425,6 +425,10 @@ def band(
     """
     options: dict[str, Any] = {"alpha": 0.18, "linewidth": 0} | kwargs
     return ax.fill_between(x, low, high, color=colour, **options)
+
+
+AxesRow = Sequence[Axes] | np.ndarray
+"""Several axes, as `figure` returns them."""
 
 
 def on_plate(ax: Axes) -> str:
