@@ -1,0 +1,376 @@
+r"""Contours of a picture: edge chains, approximated by straight segments and arcs.
+
+The first level of a pattern's structure in section 3.2 of Ait Aider, Chateau and Lapresté, "Indoor
+autonomous navigation using visual memory and pattern tracking". Points are (u, v), px; pixel
+centres lie at whole numbers.
+"""
+
+from dataclasses import dataclass
+from typing import no_type_check
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Int32, UInt8
+from numba import njit
+
+from robot_perception import checks
+
+__all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges", "picture"]
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A straight piece of a contour.
+
+    Parameters
+    ----------
+    start, end : (2,)
+        Its ends, px.
+
+    Raises
+    ------
+    ValueError
+        If the ends are one point, or a number is not finite.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("start", "end"):
+            point = checks.array(name, getattr(self, name), (2,))
+            object.__setattr__(self, name, tuple(point.tolist()))
+        if self.start == self.end:
+            raise ValueError(f"end must differ from start, got {self.start} twice")
+
+    @property
+    def length(self) -> float:
+        """From end to end, px."""
+        return float(np.hypot(*np.subtract(self.end, self.start)))
+
+    def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
+        """Return points along it, at most ``spacing`` px apart, its ends among them."""
+        steps = np.linspace(0, 1, 2 + int(self.length / checks.positive("spacing", spacing)))
+        return self.start + steps[:, None] * np.subtract(self.end, self.start)
+
+
+@dataclass(frozen=True, slots=True)
+class Arc:
+    r"""A piece of a circle.
+
+    Parameters
+    ----------
+    centre : (2,)
+        Of the circle, px.
+    radius
+        px.
+    start
+        Direction of its first point from the centre, rad.
+    sweep
+        By how much the direction turns up to its last point, rad, from u to v where it is positive;
+        from -2π to 2π.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive or the sweep is 0 or more than a turn.
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    start: float
+    sweep: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "centre", tuple(checks.array("centre", self.centre, (2,)).tolist())
+        )
+        object.__setattr__(self, "radius", checks.positive("radius", self.radius))
+        for name in ("start", "sweep"):
+            object.__setattr__(self, name, checks.number(name, getattr(self, name)))
+        if not 0 < abs(self.sweep) <= 2 * np.pi:
+            raise ValueError(f"sweep must be a turn at most and not 0, got {self.sweep:g}")
+
+    @property
+    def length(self) -> float:
+        """Along the circle, px."""
+        return abs(self.sweep) * self.radius
+
+    def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
+        """Return points along it, at most ``spacing`` px apart, its ends among them."""
+        steps = np.linspace(0, 1, 2 + int(self.length / checks.positive("spacing", spacing)))
+        angle = self.start + steps * self.sweep
+        return self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
+class ContourRules:
+    """How contours are found; the paper names no number, all are ours.
+
+    Parameters
+    ----------
+    smoothing
+        Of the picture before its gradient is taken, standard deviation, px.
+    low, high
+        Thresholds of Canny's detector: gradient in grey values a pixel along which an edge is
+        continued, and from which one begins.
+    shortest
+        Chains of fewer pixels are dropped.
+    tolerance
+        By how much a chain may leave its segments, px.
+    roundness
+        By how much it may leave an arc, px.
+    largest
+        The largest radius of an arc, px: what is flatter is straight.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or ``high`` is below ``low``.
+    """
+
+    smoothing: float = 1.0
+    low: float = 4.0
+    high: float = 10.0
+    shortest: int = 12
+    tolerance: float = 1.5
+    roundness: float = 0.8
+    largest: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name in ("smoothing", "low", "high", "tolerance", "roundness", "largest"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        object.__setattr__(self, "shortest", checks.whole("shortest", self.shortest, 3, 10**6))
+        if self.high < self.low:
+            raise ValueError(f"high must not be below low, got {self.high:g} below {self.low:g}")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Edges:
+    """Edges of a picture and the gradient there.
+
+    Parameters
+    ----------
+    mask : (height, width)
+        Which pixels lie on an edge.
+    gradient : (height, width, 2)
+        Of the smoothed picture along u and v, grey values a pixel.
+    """
+
+    mask: Bool[np.ndarray, "height width"]
+    gradient: Float[np.ndarray, "height width 2"]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mask, np.ndarray) or self.mask.dtype != bool:
+            raise TypeError(f"mask must be an array of booleans, got {checks.shown(self.mask)}")
+        checks.shaped("mask", self.mask, ("height", "width"))
+        shape = (*self.mask.shape, 2)
+        object.__setattr__(self, "gradient", checks.array("gradient", self.gradient, shape))
+
+    def directions(self, points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
+        """Return the direction of the gradient at the pixel nearest to each point, rad.
+
+        Parameters
+        ----------
+        points : (n, 2)
+            px; those outside take the nearest pixel of the border.
+
+        Raises
+        ------
+        ValueError
+            If the points are not (n, 2) and finite.
+        """
+        points = checks.array("points", points, ("n", 2))
+        height, width = self.mask.shape
+        u, v = np.clip(np.rint(points), 0, [width - 1, height - 1]).astype(int).T
+        along_u, along_v = self.gradient[v, u].T
+        return np.arctan2(along_v, along_u)
+
+
+def picture(
+    name: str, image: UInt8[np.ndarray, "height width"]
+) -> UInt8[np.ndarray, "height width"]:
+    """Return a grey picture of bytes.
+
+    Raises
+    ------
+    TypeError
+        If it does not hold bytes.
+    ValueError
+        If it is not (height, width) or has no pixel.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        raise TypeError(f"{name} must be an array of bytes, got {checks.shown(image)}")
+    checks.shaped(name, image, ("height", "width"))
+    if not image.size:
+        raise ValueError(f"{name} must have a pixel, got {image.shape}")
+    return image
+
+
+def find_edges(
+    image: UInt8[np.ndarray, "height width"], rules: ContourRules | None = None
+) -> Edges:
+    """Return the edges of a picture by Canny's detector.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    rules
+        Smoothing and thresholds; those of `ContourRules` if not given.
+
+    Raises
+    ------
+    TypeError
+        If the image does not hold bytes or the rules are none.
+    ValueError
+        If the image is not (height, width).
+
+    References
+    ----------
+    Canny, "A computational approach to edge detection", IEEE Transactions on Pattern Analysis and
+    Machine Intelligence 8(6), 1986.
+    """
+    image = picture("image", image)
+    rules = _rules(rules)
+    smooth = cv2.GaussianBlur(image, (0, 0), rules.smoothing, borderType=cv2.BORDER_REPLICATE)
+    along_u, along_v = (
+        cv2.Sobel(smooth, cv2.CV_16S, *axes, borderType=cv2.BORDER_REPLICATE)
+        for axes in ((1, 0), (0, 1))
+    )
+    # Sobel's weights add up to 8 for a slope of one grey value a pixel
+    mask = cv2.Canny(along_u, along_v, 8 * rules.low, 8 * rules.high, L2gradient=True) > 0
+    return Edges(mask, np.stack([along_u, along_v], axis=-1) / 8.0)
+
+
+def find_contours(edges: Edges, rules: ContourRules | None = None) -> tuple[Segment | Arc, ...]:
+    """Return the contours of a picture as straight segments and arcs.
+
+    Edge pixels are linked to chains. Of a chain the longest piece that fits a circle becomes an arc
+    where it needs three segments or more; what is left is approximated by segments.
+
+    Parameters
+    ----------
+    edges
+        Of the picture.
+    rules
+        Tolerances; those of `ContourRules` if not given.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+
+    References
+    ----------
+    Section 3.2: "contours polygonally approximated by straight line segments and arcs".
+    """
+    rules = _rules(rules)
+    labels, order = _link(checks.instance("edges", edges, Edges).mask.astype(np.uint8))
+    found: list[Segment | Arc] = []
+    starts = np.flatnonzero(np.diff(labels, prepend=-1))
+    for chain in np.split(order, starts[1:]) if len(order) else ():
+        if len(chain) >= rules.shortest:
+            found += _approximated(chain, rules)
+    return tuple(found)
+
+
+def _rules(rules: ContourRules | None) -> ContourRules:
+    return ContourRules() if rules is None else checks.instance("rules", rules, ContourRules)
+
+
+def _approximated(chain: Int32[np.ndarray, "n 2"], rules: ContourRules) -> list[Segment | Arc]:
+    """Return segments and arcs along a chain of pixels."""
+    corners = _corners(chain, rules.tolerance)
+    found: list[Segment | Arc] = []
+    first = 0
+    while first < len(corners) - 1:
+        last, arc = first + 1, None
+        # an arc needs three segments, and grows as long as all its pixels fit
+        for end in range(first + 3, len(corners)):
+            fitted = _arc(chain[corners[first] : corners[end] + 1], rules)
+            if fitted is None:
+                break
+            last, arc = end, fitted
+        a, b = chain[corners[first]], chain[corners[last]]
+        if arc is not None:
+            found.append(arc)
+        elif np.hypot(*(b - a)) >= rules.shortest / 2:
+            found.append(Segment(a, b))
+        first = last
+    return found
+
+
+def _corners(chain: Int32[np.ndarray, "n 2"], tolerance: float) -> list[int]:
+    """Return where a chain is cut into segments, its ends included."""
+    kept = cv2.approxPolyDP(chain.reshape(-1, 1, 2), tolerance, closed=False)[:, 0]
+    corners, at = [], 0
+    for point in kept:
+        at += int(np.flatnonzero((chain[at:] == point).all(axis=1))[0])
+        corners.append(at)
+    return corners
+
+
+def _arc(points: Int32[np.ndarray, "n 2"], rules: ContourRules) -> Arc | None:
+    """Return the circle's piece that fits points, if one does: least squares after Kåsa."""
+    middle = points.mean(axis=0)
+    u, v = (points - middle).T
+    A = np.stack([u, v, np.ones_like(u)], axis=-1)
+    (a, b, c), _, rank, _ = np.linalg.lstsq(A, u**2 + v**2, rcond=None)
+    if rank < 3:
+        return None
+    centre = np.array([a, b]) / 2
+    radius = np.sqrt(c + centre @ centre)
+    away = np.stack([u, v], axis=-1) - centre
+    if radius > rules.largest or np.abs(np.hypot(*away.T) - radius).max() > rules.roundness:
+        return None
+    angle = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
+    sweep = float(np.clip(angle[-1] - angle[0], -2 * np.pi, 2 * np.pi))
+    return Arc(centre + middle, radius, angle[0], sweep) if sweep else None
+
+
+@no_type_check
+@njit(cache=True)
+def _link(mask):
+    """Walk along edge pixels; return the number of the chain of each, and the pixels in order.
+
+    Chains begin at ends, then (closed ones) anywhere; a walk goes on to a neighbour by an edge of
+    the pixel before one by a corner, and stops where there is none left.
+    """
+    height, width = mask.shape
+    left = mask.copy()
+    total = 0
+    for v in range(height):
+        for u in range(width):
+            total += mask[v, u]
+    labels = np.empty(total, np.int32)
+    order = np.empty((total, 2), np.int32)
+    steps = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
+    count, chain = 0, 0
+    for closed in (False, True):
+        for v0 in range(height):
+            for u0 in range(width):
+                if not left[v0, u0]:
+                    continue
+                if not closed:
+                    around = 0
+                    for du, dv in steps:
+                        u, v = u0 + du, v0 + dv
+                        if 0 <= u < width and 0 <= v < height and left[v, u]:
+                            around += 1
+                    if around != 1:
+                        continue
+                u, v = u0, v0
+                walking = True
+                while walking:
+                    left[v, u] = 0
+                    labels[count], order[count, 0], order[count, 1] = chain, u, v
+                    count += 1
+                    walking = False
+                    for du, dv in steps:
+                        if 0 <= u + du < width and 0 <= v + dv < height and left[v + dv, u + du]:
+                            u, v = u + du, v + dv
+                            walking = True
+                            break
+                chain += 1
+    return labels[:count], order[:count]

@@ -1,0 +1,912 @@
+r"""Patterns: interest windows of a picture, and the grey vectors across their contours.
+
+Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomous navigation using
+visual memory and pattern tracking"; sections 3.2 and 3.3.
+
+A pattern's place in a picture is (x, y, θ, s): centre, px, angle, rad, and scale. A point p of the
+pattern, px from its centre in the picture that it was taken from, is seen at
+
+.. math:: \begin{bmatrix} x \\ y \end{bmatrix} + s\, R(\theta)\, p .
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import no_type_check
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, Int, UInt8
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.ceiling.contours import (
+    Arc,
+    ContourRules,
+    Edges,
+    Segment,
+    find_contours,
+    find_edges,
+    picture,
+)
+
+__all__ = [
+    "Decay",
+    "Pattern",
+    "PatternRules",
+    "Window",
+    "WindowRules",
+    "autocorrelation",
+    "correlations",
+    "decay_in_picture",
+    "deviations",
+    "fit_decay",
+    "grey_vectors",
+    "interest_windows",
+    "make_pattern",
+]
+
+MOST = 1000
+"""A pattern has no more points."""
+
+
+@dataclass(frozen=True, slots=True)
+class PatternRules:
+    r"""How the second level of a pattern is built: points, vectors and what is known of each.
+
+    Parameters
+    ----------
+    samples
+        :math:`N_s`, grey values of a vector; odd, so that the middle one lies on the contour. Ours.
+    step
+        :math:`\delta`, px between them; ours.
+    spacing
+        px between points along a contour; ours.
+    most
+        Of all points so many are kept; ours.
+    picked
+        Which: ``"slope"``, those whose autocorrelation falls fastest, the criterion that section
+        3.3 hints at; or ``"random"``.
+    fall
+        Of which function the parameters are fitted. ``"padded"``: the autocorrelation as printed
+        below eq. (4), with zeros beyond the vector. ``"picture"``: the vector's correlation with
+        those beside it in the picture, along its own direction, which is what a tracker will meet;
+        our choice for comparison.
+    curve
+        Its approximation :math:`1 - a \lambda^b`. ``"line"``: the paper's simplest, b = 1;
+        ``"parabola"``, b = 2; ``"power"``: b is fitted, too.
+    own
+        Whether each point has its own parameters, or all have their mean.
+    centred
+        Whether means are removed before vectors are compared. As printed they are not.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, or a word is none of these.
+    """
+
+    samples: int = 11
+    step: float = 1.0
+    spacing: float = 3.0
+    most: int = 120
+    picked: str = "slope"
+    fall: str = "picture"
+    curve: str = "line"
+    own: bool = True
+    centred: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", checks.whole("samples", self.samples, 3, 101))
+        if self.samples % 2 == 0:
+            raise ValueError(f"samples must be odd, got {self.samples}")
+        object.__setattr__(self, "most", checks.whole("most", self.most, 1, MOST))
+        for name in ("step", "spacing"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        checks.one_of("picked", self.picked, ("slope", "random"))
+        checks.one_of("fall", self.fall, ("padded", "picture"))
+        checks.one_of("curve", self.curve, ("line", "parabola", "power"))
+        for name in ("own", "centred"):
+            checks.flag(name, getattr(self, name))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Decay:
+    r"""Parameters :math:`W` of eq. (4): how the correlation falls with a deviation.
+
+    .. math:: \tilde C(\lambda) = 1 - a\, \lambda^b
+
+    Parameters
+    ----------
+    rate : (n,)
+        a of each point, above 0; :math:`\lambda` counts samples.
+    power : (n,)
+        b of each point, above 0.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, or a number is not positive.
+    """
+
+    rate: Float[np.ndarray, " n"]
+    power: Float[np.ndarray, " n"]
+
+    def __post_init__(self) -> None:
+        rate = checks.array("rate", self.rate, ("n",))
+        power = checks.array("power", self.power, rate.shape, beside="these rates")
+        for name, value in (("rate", rate), ("power", power)):
+            if not (value > 0).all():
+                raise ValueError(f"{name} must be positive, got {value.min():g}")
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pattern:
+    r"""A pattern, eq. (4): :math:`M = \{(U^{(j)}, V^{(j)}, W^{(j)})\}`.
+
+    Parameters
+    ----------
+    places : (n, 3)
+        U: coordinates in the window, as shares of its width and height from its centre, and the
+        direction of the gradient, rad.
+    vectors : (n, samples)
+        V: grey values along that direction.
+    decay
+        W: how the correlation of each falls with a deviation.
+    size : (2,)
+        Width and height of the window, px.
+    step
+        px between the samples.
+    centred
+        Whether means are removed before vectors are compared.
+    contours
+        The first level: segments and arcs in the window, px from its centre.
+
+    Raises
+    ------
+    ValueError
+        If there is no point, shapes do not fit, or a number is out of its range.
+    """
+
+    places: Float[np.ndarray, "n 3"]
+    vectors: Float[np.ndarray, "n samples"]
+    decay: Decay
+    size: tuple[float, float]
+    step: float = 1.0
+    centred: bool = True
+    contours: tuple[Segment | Arc, ...] = ()
+
+    def __post_init__(self) -> None:
+        places = checks.array("places", self.places, ("n", 3))
+        if not 1 <= len(places) <= MOST:
+            raise ValueError(f"places must be of 1 to {MOST} points, got {len(places)}")
+        vectors = checks.array("vectors", self.vectors, (len(places), "samples"))
+        if vectors.shape[1] < 3 or vectors.shape[1] % 2 == 0:
+            raise ValueError(f"vectors must have an odd number of samples, got {vectors.shape}")
+        checks.instance("decay", self.decay, Decay)
+        checks.shaped("decay.rate", self.decay.rate, (len(places),), beside="these places")
+        size = tuple(checks.array("size", self.size, (2,)).tolist())
+        if min(size) <= 0:
+            raise ValueError(f"size must be positive, got {size}")
+        checks.flag("centred", self.centred)
+        named = {"places": places, "vectors": vectors, "size": size}
+        named["step"] = checks.positive("step", self.step)
+        named["contours"] = checks.instances("contours", self.contours, Segment, Arc)
+        for name, value in named.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def points(self) -> Float[np.ndarray, "n 2"]:
+        """Its points, px from the centre of the window."""
+        return self.places[:, :2] * self.size
+
+    def seen(self, pose: Float[np.ndarray, "... 4"]) -> Float[np.ndarray, "... n 2"]:
+        """Return where its points are seen, px.
+
+        Parameters
+        ----------
+        pose : (…, 4)
+            Place in the picture.
+
+        Raises
+        ------
+        ValueError
+            If the pose is not (…, 4) and finite.
+        """
+        return placed(self.points, pose)
+
+
+def placed(
+    points: Float[np.ndarray, "n 2"], pose: Float[np.ndarray, "... 4"]
+) -> Float[np.ndarray, "... n 2"]:
+    r"""Return where points of a pattern are seen.
+
+    .. math:: \begin{bmatrix} x \\ y \end{bmatrix} + s\, R(\theta)\, p
+
+    Parameters
+    ----------
+    points : (n, 2)
+        px from its centre.
+    pose : (…, 4)
+        Place in the picture.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit or a number is not finite.
+    """
+    points, pose = checks.array("points", points, ("n", 2)), checks.array("pose", pose, (..., 4))
+    cos, sin = (pose[..., 3, None] * f(pose[..., 2, None]) for f in (np.cos, np.sin))
+    u, v = points.T
+    turned = np.stack([cos * u - sin * v, sin * u + cos * v], axis=-1)
+    return turned + pose[..., None, :2]
+
+
+# Grey vectors ------------------------------------------------------------------------------------
+
+
+def grey_vectors(
+    image: UInt8[np.ndarray, "height width"],
+    points: Float[np.ndarray, "n 2"],
+    directions: Float[np.ndarray, " n"],
+    *,
+    samples: int = 11,
+    step: float = 1.0,
+) -> Float32[np.ndarray, "n samples"]:
+    r"""Return grey values along lines across points, each interpolated between four pixels.
+
+    .. math:: g_l = I\big(m + (l - \tfrac{N_s - 1}{2})\, \delta\, (\cos\varphi, \sin\varphi)\big)
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    points : (n, 2)
+        m, px.
+    directions : (n,)
+        φ, rad.
+    samples
+        :math:`N_s`, odd.
+    step
+        δ, px.
+
+    Returns
+    -------
+    (n, samples)
+        NaN throughout where a line leaves the picture.
+
+    Raises
+    ------
+    TypeError
+        If the image does not hold bytes.
+    ValueError
+        If shapes do not fit or a number is out of its range.
+    """
+    image = picture("image", image)
+    points = checks.array("points", points, ("n", 2))
+    directions = checks.array("directions", directions, (len(points),), beside="these points")
+    samples, step = checks.whole("samples", samples, 3, 101), checks.positive("step", step)
+    if samples % 2 == 0:
+        raise ValueError(f"samples must be odd, got {samples}")
+    steps = step * np.stack([np.cos(directions), np.sin(directions)], axis=-1)
+    return _sample(image.astype(np.float32), points, steps, samples)
+
+
+def autocorrelation(
+    vectors: Float[np.ndarray, "n samples"], *, centred: bool = False
+) -> Float[np.ndarray, "n lags"]:
+    r"""Return the autocorrelation of vectors as printed: beyond its ends a vector is 0.
+
+    .. math:: C(\lambda) = \frac{1}{\lVert V \rVert^2} \sum_l G(l)\, G(l - \lambda)
+
+    A vector of equal greys has :math:`1 - \lambda / N_s`: it falls by its ends alone, though an
+    edge that is shifted along itself looks the same.
+
+    Parameters
+    ----------
+    vectors : (n, samples)
+        Grey values.
+    centred
+        Whether the mean of each is removed first; then 0 beyond the ends is their mean.
+
+    Returns
+    -------
+    (n, lags)
+        For λ = 0, 1, … up to half the samples; 1 throughout where a vector is 0.
+
+    Raises
+    ------
+    ValueError
+        If the vectors are not (n, samples) and finite.
+    """
+    V = checks.array("vectors", vectors, ("n", "samples"))
+    if checks.flag("centred", centred):
+        V = V - V.mean(axis=1, keepdims=True)
+    count = V.shape[1]
+    norm = (V * V).sum(axis=1)
+    found = [(V[:, lag:] * V[:, : count - lag]).sum(axis=1) for lag in range(count // 2 + 1)]
+    return np.where(norm > _flat(count), np.array(found) / np.maximum(norm, 1e-30), 1.0).T
+
+
+def decay_in_picture(
+    image: UInt8[np.ndarray, "height width"],
+    points: Float[np.ndarray, "n 2"],
+    directions: Float[np.ndarray, " n"],
+    *,
+    samples: int = 11,
+    step: float = 1.0,
+    centred: bool = True,
+) -> Float[np.ndarray, "n lags"]:
+    r"""Return how vectors correlate with those beside them, along their own direction.
+
+    .. math::
+        C(\lambda) = \tfrac12 \sum_{\pm} \frac{V \cdot V_{\pm\lambda}}
+        {\lVert V \rVert \lVert V_{\pm\lambda} \rVert}
+
+    where :math:`V_{\lambda}` is taken λ samples further on. The autocorrelation asks the same of a
+    vector that ends in zeros; this asks the picture.
+
+    Parameters, errors and lags are those of `grey_vectors` and `autocorrelation`; a side that
+    leaves the picture is left out, and where both do the last value stands.
+    """
+    checks.flag("centred", centred)
+    V = grey_vectors(image, points, directions, samples=samples, step=step)
+    steps = step * np.stack([np.cos(directions), np.sin(directions)], axis=-1)
+    found = [np.ones(len(V))]
+    for lag in range(1, samples // 2 + 1):
+        beside = [
+            _compared(V, grey_vectors(image, points + side * lag * steps, directions,
+                                      samples=samples, step=step), centred)
+            for side in (1, -1)
+        ]  # fmt: skip
+        inside = ~np.isnan(beside)
+        mean = np.where(inside, beside, 0.0).sum(axis=0) / np.maximum(inside.sum(axis=0), 1)
+        found.append(np.where(inside.any(axis=0), mean, found[-1]))
+    return np.array(found).T
+
+
+def fit_decay(
+    falls: Float[np.ndarray, "n lags"], curve: str = "line", *, own: bool = True
+) -> Decay:
+    r"""Return the parameters of :math:`1 - a \lambda^b` nearest to functions that start at 1.
+
+    .. math::
+        a = \frac{\sum_\lambda \lambda^b (1 - C(\lambda))}{\sum_\lambda \lambda^{2b}}
+
+    For ``"power"`` the logarithms are fitted by a line.
+
+    Parameters
+    ----------
+    falls : (n, lags)
+        :math:`C(\lambda)` for λ = 0, 1, …
+    curve
+        ``"line"``, ``"parabola"`` or ``"power"``; see `PatternRules`.
+    own
+        Whether each has its own parameters, or all have their mean.
+
+    Returns
+    -------
+    Decay
+        A rate is at least a thousandth: a function that does not fall says nothing of a deviation.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than three lags, a number is not finite, or the curve is unknown.
+    """
+    C = checks.array("falls", falls, ("n", "lags"))
+    if C.shape[1] < 3:
+        raise ValueError(f"falls must have three lags or more, got {C.shape[1]}")
+    checks.one_of("curve", curve, ("line", "parabola", "power"))
+    lags = np.arange(1, C.shape[1])
+    lost = np.maximum(1 - C[:, 1:], LEAST)
+    if curve == "power":
+        logs = np.log(lags) - np.log(lags).mean()
+        power = np.clip(np.log(lost) @ logs / (logs @ logs), 0.5, 2.0)
+        rate = np.exp((np.log(lost) - power[:, None] * np.log(lags)).mean(axis=1))
+    else:
+        power = np.full(len(C), 1.0 if curve == "line" else 2.0)
+        basis = lags ** power[0]
+        rate = (1 - C[:, 1:]) @ basis / (basis @ basis)
+    rate = np.maximum(rate, LEAST)
+    if not checks.flag("own", own):
+        rate, power = (np.full(len(C), value.mean()) for value in (rate, power))
+    return Decay(rate, power)
+
+
+LEAST = 1e-3
+
+
+def deviations(correlation: Float[np.ndarray, "... n"], decay: Decay) -> Float[np.ndarray, "... n"]:
+    r"""Return the deviation that a correlation stands for.
+
+    .. math:: \lambda = \tilde C^{-1}(C) = \left(\frac{1 - C}{a}\right)^{1/b}
+
+    Parameters
+    ----------
+    correlation : (…, n)
+        From -1 to 1; NaN where a vector was not seen.
+    decay
+        Of the n points.
+
+    Returns
+    -------
+    (…, n)
+        Samples, not negative; infinite where a vector was not seen.
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not n.
+
+    References
+    ----------
+    Section 3.3, below eq. (5).
+    """
+    C = checks.array(
+        "correlation", correlation, (..., len(decay.rate)), beside="this decay", finite=False
+    )
+    lost = np.maximum(1 - C, 0) / decay.rate
+    if (decay.power != 1).any():
+        lost **= 1 / decay.power
+    return np.where(np.isnan(lost), np.inf, lost)
+
+
+def correlations(
+    layers: Float32[np.ndarray, "layers height width"],
+    pattern: Pattern,
+    poses: Float[np.ndarray, "m 4"],
+    chosen: Int[np.ndarray, " m"] | None = None,
+) -> Float32[np.ndarray, "m n"]:
+    r"""Return the normalised correlation of each vector with what each pose predicts there.
+
+    .. math:: C = \frac{V \cdot V_k}{\lVert V \rVert \lVert V_k \rVert}
+
+    with the means of both removed first where the pattern says so.
+
+    Parameters
+    ----------
+    layers : (layers, height, width)
+        The picture, each layer smoothed otherwise.
+    pattern
+        Points and vectors.
+    poses : (m, 4)
+        (x, y, θ, s), for instance of particles.
+    chosen : (m,)
+        Layer of each pose; the first if not given.
+
+    Returns
+    -------
+    (m, n)
+        NaN where a vector leaves the picture; 0 where one of both has no contrast.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a shape does not fit, a scale is not positive, or there is no such layer.
+    """
+    if not isinstance(layers, np.ndarray) or layers.dtype != np.float32:
+        raise TypeError(f"layers must be float32, got {checks.shown(layers)}")
+    checks.shaped("layers", layers, ("layers", "height", "width"))
+    checks.instance("pattern", pattern, Pattern)
+    poses = checks.array("poses", poses, ("m", 4))
+    if not (poses[:, 3] > 0).all():
+        raise ValueError(f"poses must have a positive scale, got {poses[:, 3].min():g}")
+    if chosen is None:
+        chosen = np.zeros(len(poses), dtype=np.int64)
+    chosen = checks.integers("chosen", chosen, (len(poses),), 0, beside="these poses")
+    if chosen.size and chosen.max() >= len(layers):
+        raise ValueError(f"chosen must be of {len(layers)} layers, got {chosen.max()}")
+    return _correlate(layers, chosen, poses, *compiled(pattern))
+
+
+def compiled(
+    pattern: Pattern,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Return what the compiled kernel needs of a pattern: points, steps, vectors of length 1."""
+    phi = pattern.places[:, 2]
+    steps = pattern.step * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+    V = pattern.vectors - (pattern.vectors.mean(axis=1, keepdims=True) if pattern.centred else 0)
+    norm = np.linalg.norm(V, axis=1, keepdims=True)
+    flat = norm**2 <= _flat(V.shape[1])
+    unit = np.where(flat, 0.0, V / np.where(flat, 1.0, norm)).astype(np.float32)
+    return pattern.points, steps, unit, pattern.centred
+
+
+def _flat(samples: int) -> float:
+    """Return the squared length below which a vector counts as one without contrast."""
+    return 1e-3 * samples
+
+
+def _compared(one: np.ndarray, other: np.ndarray, centred: bool) -> np.ndarray:
+    """Return the normalised correlation of vectors in pairs; NaN where one is not there."""
+    if centred:
+        one, other = (v - v.mean(axis=1, keepdims=True) for v in (one, other))
+    norms = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    product = (one * other).sum(axis=1)
+    return np.where(norms > _flat(one.shape[1]), product / np.maximum(norms, 1e-30), 0 * product)
+
+
+@no_type_check
+@njit(cache=True)
+def _sample(image, points, steps, samples):
+    """Return grey values along lines; NaN where one leaves the picture."""
+    height, width = image.shape
+    half = samples // 2
+    found = np.empty((len(points), samples), np.float32)
+    for j in range(len(points)):
+        du, dv = steps[j]
+        u, v = points[j, 0] - half * du, points[j, 1] - half * dv
+        if _leaves(u, v, du, dv, samples, width, height):
+            found[j] = np.nan
+            continue
+        for k in range(samples):
+            found[j, k] = _between(image, u + k * du, v + k * dv)
+    return found
+
+
+@no_type_check
+@njit(cache=True, fastmath=True)
+def _correlate(layers, chosen, poses, points, steps, vectors, centred):
+    """Return the correlation of each vector at each pose."""
+    height, width = layers.shape[1:]
+    samples = vectors.shape[1]
+    half, flat = samples // 2, np.float32(1e-3 * samples)
+    found = np.empty((len(poses), len(points)), np.float32)
+    for i in range(len(poses)):
+        image = layers[chosen[i]]
+        x, y, theta, scale = poses[i]
+        cos, sin = scale * np.cos(theta), scale * np.sin(theta)
+        for j in range(len(points)):
+            a, b = points[j]
+            p, q = steps[j]
+            du, dv = cos * p - sin * q, sin * p + cos * q
+            u = x + cos * a - sin * b - half * du
+            v = y + sin * a + cos * b - half * dv
+            if _leaves(u, v, du, dv, samples, width, height):
+                found[i, j] = np.nan
+                continue
+            product = total = squares = np.float32(0)
+            for k in range(samples):
+                grey = _between(image, u, v)
+                product += grey * vectors[j, k]
+                total += grey
+                squares += grey * grey
+                u += du
+                v += dv
+            if centred:
+                squares -= total * total / samples
+            found[i, j] = product / np.sqrt(squares) if squares > flat else np.float32(0)
+    return found
+
+
+@no_type_check
+@njit(cache=True, inline="always")
+def _leaves(u, v, du, dv, samples, width, height):
+    """Tell whether a line of samples leaves the pixels; its ends decide."""
+    end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
+    return not (
+        min(u, end_u) >= 0
+        and max(u, end_u) <= width - 1.001
+        and min(v, end_v) >= 0
+        and max(v, end_v) <= height - 1.001
+    )
+
+
+@no_type_check
+@njit(cache=True, fastmath=True, inline="always")
+def _between(image, u, v):
+    """Return the grey value between four pixels."""
+    column, row = int(u), int(v)
+    right, down = np.float32(u - column), np.float32(v - row)
+    above = image[row, column] + right * (image[row, column + 1] - image[row, column])
+    below = image[row + 1, column] + right * (image[row + 1, column + 1] - image[row + 1, column])
+    return above + down * (below - above)
+
+
+# Building a pattern ------------------------------------------------------------------------------
+
+
+def make_pattern(
+    image: UInt8[np.ndarray, "height width"],
+    centre: Sequence[float],
+    size: Sequence[float] = (64, 64),
+    rules: PatternRules | None = None,
+    *,
+    contours: ContourRules | None = None,
+    rng: np.random.Generator | None = None,
+) -> Pattern:
+    """Return the pattern of a window of a picture, eq. (4).
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    centre : (2,)
+        Of the window, px.
+    size : (2,)
+        Its width and height, px.
+    rules
+        Of points and vectors; those of `PatternRules` if not given.
+    contours
+        How contours are found; those of `ContourRules` if not given.
+    rng
+        Source of randomness; needed where points are picked at random.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If the window does not lie in the picture, no contour with contrast is in it, or points are
+        to be picked at random without a generator.
+    """
+    image = picture("image", image)
+    edges = find_edges(image, contours)
+    return pattern_from(image, edges, find_contours(edges, contours), centre, size, rules, rng=rng)
+
+
+def pattern_from(
+    image: UInt8[np.ndarray, "height width"],
+    edges: Edges,
+    contours: Sequence[Segment | Arc],
+    centre: Sequence[float],
+    size: Sequence[float] = (64, 64),
+    rules: PatternRules | None = None,
+    *,
+    rng: np.random.Generator | None = None,
+) -> Pattern:
+    """Return the pattern of a window of a picture whose contours are known.
+
+    Parameters and errors are those of `make_pattern`, with the edges and contours of the whole
+    picture.
+    """
+    rules = PatternRules() if rules is None else checks.instance("rules", rules, PatternRules)
+    middle = checks.array("centre", centre, (2,))
+    wide = checks.array("size", size, (2,))
+    height, width = picture("image", image).shape
+    low, high = middle - wide / 2, middle + wide / 2
+    if not (wide > 0).all() or (low < 0).any() or (high > [width - 1, height - 1]).any():
+        raise ValueError(
+            f"centre and size must be of a window in {width} × {height} px, "
+            f"got {middle.tolist()} and {wide.tolist()}"
+        )
+    inside, points = [], []
+    for piece in checks.instances("contours", contours, Segment, Arc):
+        along = piece.points(rules.spacing)
+        within = ((along >= low) & (along <= high)).all(axis=1)
+        if within.any():
+            points.append(along[within])
+            inside.append(_clipped(piece, along, within, middle, rules.spacing))
+    if not points:
+        raise ValueError(f"window must hold a contour, got none round {middle.tolist()}")
+    at = np.concatenate(points)
+    phi = edges.directions(at)
+    taken = {"samples": rules.samples, "step": rules.step}
+    V = grey_vectors(image, at, phi, **taken)
+    good = np.flatnonzero(V.var(axis=1) > _flat(1))  # NaN, beyond the picture, is not
+    if not len(good):
+        raise ValueError(f"window must hold a contour with contrast, got none round {middle}")
+    at, phi, V = at[good], phi[good], V[good].astype(float)
+    falls = (
+        autocorrelation(V, centred=rules.centred)
+        if rules.fall == "padded"
+        else decay_in_picture(image, at, phi, centred=rules.centred, **taken)
+    )
+    kept = _picked(fit_decay(falls, "line").rate, rules, rng)
+    places = np.column_stack([(at - middle) / wide, phi])[kept]
+    decay = fit_decay(falls[kept], rules.curve, own=rules.own)
+    whole = tuple(piece for piece in inside if piece is not None)
+    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, whole)
+
+
+def _picked(
+    rates: Float[np.ndarray, " n"], rules: PatternRules, rng: np.random.Generator | None
+) -> Int[np.ndarray, " m"]:
+    """Return which points are kept, in the order along the contours."""
+    if rules.picked == "random":
+        if rng is None:
+            raise ValueError("rng must be given where points are picked at random, got None")
+        order = checks.generator("rng", rng).permutation(len(rates))
+    else:
+        order = np.argsort(-rates, kind="stable")
+    return np.sort(order[: rules.most])
+
+
+def _clipped(piece, along, within, middle, spacing) -> Segment | Arc | None:
+    """Return the part of a contour inside a window, px from its middle; None if hardly any is."""
+    first, last = np.flatnonzero(within)[[0, -1]]
+    share = (last - first) / (len(along) - 1)
+    if share * piece.length < 2 * spacing:
+        return None
+    if isinstance(piece, Segment):
+        return Segment(along[first] - middle, along[last] - middle)
+    start = piece.start + piece.sweep * first / (len(along) - 1)
+    return Arc(piece.centre - middle, piece.radius, start, piece.sweep * share)
+
+
+# Interest windows --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class WindowRules:
+    """Which windows of a picture become patterns; the paper names no rule, all are ours.
+
+    Parameters
+    ----------
+    size
+        Width and height of a window, px.
+    most
+        So many are chosen at most.
+    margin
+        px between a window and the border of the picture.
+    spacing
+        px between the places that are tried, and between the points of contours that are counted.
+    strength
+        So many points, of gradients in the direction that has fewer of them, a window needs.
+    rival
+        A window that correlates more with another place of the picture counts as repeated.
+    apart
+        px between the centres of chosen windows, and to those that are there already.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+
+    size: tuple[int, int] = (64, 64)
+    most: int = 4
+    margin: int = 8
+    spacing: int = 4
+    strength: float = 10.0
+    rival: float = 0.75
+    apart: float = 48.0
+
+    def __post_init__(self) -> None:
+        size = tuple(checks.integers("size", self.size, (2,), 8).tolist())
+        object.__setattr__(self, "size", size)
+        for name, least in (("most", 1), ("margin", 0), ("spacing", 1)):
+            object.__setattr__(self, name, checks.whole(name, getattr(self, name), least, 10**4))
+        for name in ("strength", "apart"):
+            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+        object.__setattr__(self, "rival", checks.share("rival", self.rival))
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A window that may become a pattern.
+
+    Parameters
+    ----------
+    centre : (2,)
+        px.
+    size : (2,)
+        Width and height, px.
+    strength
+        Points of contours whose gradients point in the direction that has fewer of them.
+    rival
+        Correlation with the most similar other place of the picture.
+    """
+
+    centre: tuple[float, float]
+    size: tuple[int, int]
+    strength: float
+    rival: float
+
+
+def interest_windows(
+    image: UInt8[np.ndarray, "height width"],
+    edges: Edges,
+    contours: Sequence[Segment | Arc],
+    rules: WindowRules | None = None,
+    *,
+    taken: Float[np.ndarray, "m 2"] | None = None,
+) -> tuple[Window, ...]:
+    r"""Return windows that are distinctive and not repeated in the picture, the strongest first.
+
+    .. math::
+        \text{strength} = \lambda_{\min} \sum_j \begin{bmatrix} \cos\varphi_j \\ \sin\varphi_j
+        \end{bmatrix} \begin{bmatrix} \cos\varphi_j & \sin\varphi_j \end{bmatrix}
+
+    over the contour points of the window: one that holds lines of one direction alone has none,
+    since it may be shifted along them. A window that may be turned about a point, as one that holds
+    a circle alone, is weak, too: its strength is no more than
+    :math:`\min_c \sum_j (\varphi_j \times (p_j - c))^2 / r^2` with r a quarter of its side.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    edges, contours
+        Of the picture.
+    rules
+        Size, number and thresholds; those of `WindowRules` if not given.
+    taken : (m, 2)
+        Centres of windows that are there already, px.
+
+    Returns
+    -------
+    tuple of Window
+        Empty where nothing is distinctive, as on a blank ceiling.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a shape does not fit.
+    """
+    image = picture("image", image)
+    rules = WindowRules() if rules is None else checks.instance("rules", rules, WindowRules)
+    near = np.empty((0, 2)) if taken is None else checks.array("taken", taken, ("m", 2))
+    at, normals = _contour_points(checks.instance("edges", edges, Edges), contours, rules.spacing)
+    (wide, high), (height, width) = rules.size, image.shape
+    us = np.arange(rules.margin, width - wide - rules.margin + 1, rules.spacing)
+    vs = np.arange(rules.margin, height - high - rules.margin + 1, rules.spacing)
+    if not (len(us) and len(vs)):
+        return ()
+    sums = cv2.integral(_tensor_image(at, normals, image.shape))
+    v, u = (grid.ravel() for grid in np.meshgrid(vs, us, indexing="ij"))
+    uu, vv, uv = (sums[v + high, u + wide] - sums[v, u + wide] - sums[v + high, u] + sums[v, u]).T
+    strength = (uu + vv) / 2 - np.hypot((uu - vv) / 2, uv)
+    chosen: list[Window] = []
+    for k in np.argsort(-strength, kind="stable"):
+        if strength[k] < rules.strength or len(chosen) == rules.most:
+            break
+        corner = np.array([u[k], v[k]])
+        centre = corner + (np.array(rules.size) - 1) / 2
+        if len(near) and np.hypot(*(near - centre).T).min() < rules.apart:
+            continue
+        within = ((at >= corner) & (at < corner + rules.size)).all(axis=1)
+        turning = _turning(at[within] - centre, normals[within], min(rules.size) / 4)
+        rival = _rival(image, int(u[k]), int(v[k]), wide, high)
+        near = np.vstack([near, centre])
+        if turning >= rules.strength and rival <= rules.rival:
+            held = min(float(strength[k]), turning)
+            chosen.append(Window(tuple(centre.tolist()), rules.size, held, rival))
+    return tuple(chosen)
+
+
+def _contour_points(
+    edges: Edges, contours: Sequence[Segment | Arc], spacing: float
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2"]]:
+    """Return points of contours inside the picture, and the direction of the gradient at each."""
+    pieces = [piece.points(spacing) for piece in contours]
+    at = np.rint(np.concatenate(pieces)) if pieces else np.empty((0, 2))
+    high, wide = edges.mask.shape
+    at = at[((at >= 0) & (at <= [wide - 1, high - 1])).all(axis=1)]
+    phi = edges.directions(at)
+    return at, np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+
+
+def _turning(
+    points: Float[np.ndarray, "n 2"], normals: Float[np.ndarray, "n 2"], radius: float
+) -> float:
+    """Return how well contour points hold a turn about the point that suits it best."""
+    arm = points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]
+    left = arm - normals @ np.linalg.lstsq(normals, arm, rcond=None)[0]
+    return float(left @ left) / radius**2
+
+
+def _tensor_image(
+    at: Float[np.ndarray, "n 2"], normals: Float[np.ndarray, "n 2"], shape: tuple[int, int]
+) -> Float[np.ndarray, "height width 3"]:
+    """Return, at each pixel with contour points, the sum of products of their directions."""
+    tensors = np.zeros((*shape, 3))
+    u, v = at.astype(int).T
+    cos, sin = normals.T
+    np.add.at(tensors, (v, u), np.stack([cos * cos, sin * sin, cos * sin], axis=-1))
+    return tensors
+
+
+def _rival(image: np.ndarray, u: int, v: int, wide: int, high: int) -> float:
+    """Return the highest correlation of a window with one that is elsewhere in the picture."""
+    window = image[v : v + high, u : u + wide]
+    found = cv2.matchTemplate(image, window, cv2.TM_CCOEFF_NORMED)
+    reach_u, reach_v = wide // 3, high // 3
+    found[max(v - reach_v, 0) : v + reach_v + 1, max(u - reach_u, 0) : u + reach_u + 1] = -1
+    best = float(found.max())
+    return best if np.isfinite(best) else 1.0

@@ -1,0 +1,425 @@
+r"""A pattern followed by the condensation algorithm: section 3.3 of the paper.
+
+The state is the pattern's place (x, y, θ, s) in the picture, eq. (5). It moves by a random walk. A
+particle's likelihood comes from each grey vector by three steps: its correlation with what the
+picture shows there, the deviation that such a correlation stands for, and a Gaussian of it,
+
+.. math::
+    p(Z \mid S) = \prod_{j=1}^{N_m} \Omega_\sigma\big(\tilde C_j^{-1}(C_j)\big)  \tag{6}
+
+The paper prints the product up to :math:`N_p`, the number of particles; it runs over the model's
+points, of which there are :math:`N_m`.
+
+Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomous navigation using
+visual memory and pattern tracking".
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, UInt8
+
+from robot_perception import checks
+from robot_perception.beliefs import ParticleSet
+from robot_perception.ceiling.contours import picture
+from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
+from robot_perception.particles import condensation
+
+__all__ = [
+    "Layers",
+    "PatternInfo",
+    "PatternState",
+    "PatternTracker",
+    "TrackerRules",
+    "log_likelihoods",
+    "smoothing",
+    "step_all",
+]
+
+Name = TypeVar("Name", bound=Hashable)
+SMALLEST = 0.05
+"""No particle is smaller, as a share of the model."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerRules:
+    r"""How a pattern is followed.
+
+    Parameters
+    ----------
+    particles
+        :math:`N_p`; the paper's 200.
+    sigmas
+        Of the random walk along x and y, px, of θ, rad, and of s; the paper's 5, 5, 3° and 0.1.
+    deviation
+        σ of eq. (6), samples; ours.
+    worst
+        A vector whose deviation is larger is a bad one, samples; ours.
+    tolerated
+        Share of the vectors that may be bad; ours.
+    bad
+        What a bad vector within the tolerance counts for. ``"left out"``: the paper's rule, it is
+        not part of the product, which is as good as a perfect one. ``"at worst"``: as much as one
+        at the threshold, our choice: else a particle is the likelier the more it leaves out.
+    smoothing
+        Of the picture for a particle of scale s. ``"none"``; ``"scale"``: the paper's, σ = s where
+        s > 1; ``"difference"``: :math:`\sqrt{s^2 - 1}`, which takes the model's own blur of a pixel
+        to s pixels and is 0 at s = 1.
+    passes
+        Further looks at the same picture, each with a random walk of a third of the last one's
+        deviations; 0 in the paper.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, or a word is none of these.
+    """
+
+    particles: int = 200
+    sigmas: tuple[float, float, float, float] = (5.0, 5.0, np.deg2rad(3.0), 0.1)
+    deviation: float = 4.0
+    worst: float = 4.0
+    tolerated: float = 0.3
+    bad: str = "at worst"
+    smoothing: str = "difference"
+    passes: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1, 10**6))
+        sigmas = checks.array("sigmas", self.sigmas, (4,))
+        if (sigmas < 0).any():
+            raise ValueError(f"sigmas must not be negative, got {sigmas.tolist()}")
+        object.__setattr__(self, "sigmas", tuple(sigmas.tolist()))
+        for name in ("deviation", "worst"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        object.__setattr__(self, "tolerated", checks.share("tolerated", self.tolerated))
+        object.__setattr__(self, "passes", checks.whole("passes", self.passes, 0, 10))
+        checks.one_of("bad", self.bad, ("left out", "at worst"))
+        checks.one_of("smoothing", self.smoothing, ("none", "scale", "difference"))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PatternState:
+    """What is known of a pattern after a picture.
+
+    Parameters
+    ----------
+    particles
+        Samples of (x, y, θ, s), px, px, rad and 1.
+    pose : (4,)
+        Their mean; that of the angles is taken around the circle.
+    lost
+        In how many pictures in a row it was not seen.
+
+    Raises
+    ------
+    ValueError
+        If the particles are not one set of four numbers each, a scale is not positive, or the count
+        is negative.
+    """
+
+    particles: ParticleSet
+    pose: Float[np.ndarray, " 4"] = field(init=False)
+    lost: int = 0
+
+    def __post_init__(self) -> None:
+        states = checks.instance("particles", self.particles, ParticleSet).states
+        checks.shaped("particles.states", states, ("m", 4))
+        if not (states[:, 3] > 0).all():
+            raise ValueError(f"particles must have a positive scale, got {states[:, 3].min():g}")
+        object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
+        object.__setattr__(self, "pose", _mean(self.particles))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PatternInfo:
+    """What a step saw.
+
+    Parameters
+    ----------
+    pose : (4,)
+        Estimate of (x, y, θ, s).
+    cov : (4, 4)
+        Covariance of the particles.
+    correlation : (n,)
+        Of each vector at the estimate; NaN beyond the picture.
+    deviation : (n,)
+        Of each vector there, samples.
+    good : (n,)
+        Which vectors are not bad.
+    lost
+        Whether more vectors are bad than the rules tolerate: the pattern is not where it is said to
+        be, or hardly to be seen.
+    effective
+        Number of particles.
+    """
+
+    pose: Float[np.ndarray, " 4"]
+    cov: Float[np.ndarray, "4 4"]
+    correlation: Float[np.ndarray, " n"]
+    deviation: Float[np.ndarray, " n"]
+    good: Bool[np.ndarray, " n"]
+    lost: bool
+    effective: float
+
+
+def smoothing(scale: Float[np.ndarray, "..."], kind: str) -> Float[np.ndarray, "..."]:
+    r"""Return how much a picture is smoothed for a scale: standard deviation, px.
+
+    Parameters
+    ----------
+    scale
+        s.
+    kind
+        ``"none"``; ``"scale"``: s where s > 1, else 0, as printed; ``"difference"``:
+        :math:`\sqrt{s^2 - 1}` where s > 1, else 0.
+
+    Raises
+    ------
+    ValueError
+        If a scale is not finite or the kind is unknown.
+
+    References
+    ----------
+    Section 3.3, "Handling occlusion and scale changing effects".
+    """
+    scale = checks.array("scale", scale)
+    checks.one_of("kind", kind, ("none", "scale", "difference"))
+    if kind == "none":
+        return np.zeros_like(scale)
+    above = np.maximum(scale, 1.0)
+    return np.where(scale > 1, scale if kind == "scale" else np.sqrt(above**2 - 1), 0.0)
+
+
+class Layers:
+    """A picture, and copies of it that are smoothed more and more, made when they are asked for.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+
+    Raises
+    ------
+    TypeError
+        If it does not hold bytes.
+    ValueError
+        If it is not (height, width).
+    """
+
+    STEP = 0.2
+    """Standard deviations are rounded to multiples of it, px."""
+
+    def __init__(self, image: UInt8[np.ndarray, "height width"]) -> None:
+        self._sharp = picture("image", image).astype(np.float32)
+        self._copies: dict[int, Float32[np.ndarray, "height width"]] = {0: self._sharp}
+
+    def correlations(
+        self, pattern: Pattern, poses: Float[np.ndarray, "m 4"], kind: str
+    ) -> Float32[np.ndarray, "m n"]:
+        """Return what `.patterns.correlations` does, each pose in the copy that suits its scale."""
+        wanted = np.rint(smoothing(poses[:, 3], kind) / self.STEP).astype(int)
+        levels, chosen = np.unique(wanted, return_inverse=True)
+        if len(levels) == 1:
+            return correlations(self._copy(levels[0])[None], pattern, poses)
+        found = np.empty((len(poses), len(pattern.places)), np.float32)
+        for k, level in enumerate(levels):
+            these = np.flatnonzero(chosen == k)
+            found[these] = correlations(self._copy(level)[None], pattern, poses[these])
+        return found
+
+    def _copy(self, level: int) -> Float32[np.ndarray, "height width"]:
+        if level not in self._copies:
+            sigma = float(level * self.STEP)
+            self._copies[level] = cv2.GaussianBlur(self._sharp, (0, 0), sigma)
+        return self._copies[level]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PatternTracker:
+    """Follows a pattern from picture to picture.
+
+    Parameters
+    ----------
+    pattern
+        What is followed.
+    rules
+        How.
+
+    References
+    ----------
+    Section 3.3, eqs (5) and (6); Isard and Blake, "Condensation - conditional density propagation
+    for visual tracking", International Journal of Computer Vision 29(1), 1998.
+    """
+
+    pattern: Pattern
+    rules: TrackerRules = field(default_factory=TrackerRules)
+
+    def __post_init__(self) -> None:
+        checks.instance("pattern", self.pattern, Pattern)
+        checks.instance("rules", self.rules, TrackerRules)
+
+    def start(self, pose: Float[np.ndarray, " 4"]) -> PatternState:
+        """Return the state of a pattern whose place is known.
+
+        Parameters
+        ----------
+        pose : (4,)
+            (x, y, θ, s), px, px, rad and 1.
+
+        Raises
+        ------
+        ValueError
+            If the pose is not four finite numbers with a positive scale.
+        """
+        pose = checks.array("pose", pose, (4,))
+        return PatternState(ParticleSet.uniform(np.tile(pose, (self.rules.particles, 1))))
+
+    def step(
+        self,
+        state: PatternState,
+        image: UInt8[np.ndarray, "height width"] | Layers,
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[PatternState, PatternInfo]:
+        """Return the state after a picture: draw, move, weigh.
+
+        Parameters
+        ----------
+        state
+            Before the picture.
+        image : (height, width)
+            Grey values; or `Layers` of them, which several trackers can share.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If the image is not (height, width).
+        """
+        checks.instance("state", state, PatternState)
+        layers = image if isinstance(image, Layers) else Layers(image)
+        rules, particles = self.rules, state.particles
+        for again in range(rules.passes + 1):
+            spread = np.array(rules.sigmas) / 3**again
+
+            def move(states: np.ndarray, rng: np.random.Generator, spread=spread) -> np.ndarray:
+                moved = states + spread * rng.standard_normal(states.shape)
+                moved[:, 3] = np.maximum(moved[:, 3], SMALLEST)
+                return moved
+
+            def weigh(states: np.ndarray) -> np.ndarray:
+                return log_likelihoods(
+                    layers.correlations(self.pattern, states, rules.smoothing),
+                    self.pattern.decay,
+                    rules,
+                )
+
+            particles, taken = condensation(particles, move, weigh, rng=rng)
+        after = PatternState(particles)
+        C = layers.correlations(self.pattern, after.pose[None], rules.smoothing)[0]
+        away = deviations(C, self.pattern.decay)
+        good = away <= rules.worst
+        lost = bool(good.sum() < (1 - rules.tolerated) * len(good))
+        if lost:
+            after = PatternState(particles, state.lost + 1)
+        info = PatternInfo(after.pose, particles.cov, C, away, good, lost, taken.effective)
+        return after, info
+
+
+def step_all(
+    trackers: Mapping[Name, PatternTracker],
+    states: Mapping[Name, PatternState],
+    image: UInt8[np.ndarray, "height width"],
+    *,
+    rng: np.random.Generator,
+) -> tuple[dict[Name, PatternState], dict[Name, PatternInfo]]:
+    """Return the states of several patterns after a picture, each by its own tracker.
+
+    Parameters
+    ----------
+    trackers
+        By name.
+    states
+        Before the picture, by name; those of trackers that are not named here rest.
+    image : (height, width)
+        Grey values.
+    rng
+        Source of randomness.
+
+    Raises
+    ------
+    ValueError
+        If a state has no tracker.
+    """
+    checks.instance("trackers", trackers, Mapping)
+    checks.instance("states", states, Mapping)
+    unknown = [name for name in states if name not in trackers]
+    if unknown:
+        raise ValueError(f"states must have trackers, got none for {checks.shown(unknown)}")
+    layers = Layers(image)
+    found = {name: trackers[name].step(state, layers, rng=rng) for name, state in states.items()}
+    after = {name: state for name, (state, _) in found.items()}
+    return after, {name: info for name, (_, info) in found.items()}
+
+
+def log_likelihoods(
+    correlation: Float[np.ndarray, "m n"], decay: Decay, rules: TrackerRules
+) -> Float[np.ndarray, " m"]:
+    r"""Return the logarithm of eq. (6) for each particle, but for a constant.
+
+    .. math:: -\frac{1}{2\sigma^2} \sum_{j=1}^{N_m} \lambda_j^2
+
+    Of the bad vectors, :math:`\lambda_j > \lambda_{\max}`, the worst up to the tolerated share are
+    left out or count as :math:`\lambda_{\max}`; those beyond it count in full, and one that leaves
+    the picture like one of correlation -1.
+
+    Parameters
+    ----------
+    correlation : (m, n)
+        Of each vector for each particle; NaN where it leaves the picture.
+    decay
+        How each falls.
+    rules
+        σ, threshold and tolerance.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If the correlations are not of (m, n) for n points.
+
+    References
+    ----------
+    Section 3.3, eq. (6), where the product is printed up to the number of particles.
+    """
+    checks.instance("decay", decay, Decay)
+    checks.instance("rules", rules, TrackerRules)
+    n = len(decay.rate)
+    C = checks.array("correlation", correlation, ("m", n), beside="this decay", finite=False)
+    squares = deviations(np.where(np.isnan(C), -1.0, C), decay) ** 2
+    most, limit = int(rules.tolerated * n), rules.worst**2
+    total = squares.sum(axis=1)
+    if most:
+        # the worst come last; of these, as many as are bad and may be
+        worst = np.partition(squares, n - most, axis=1)[:, n - most :]
+        bad = worst > limit
+        total -= np.where(bad, worst, 0.0).sum(axis=1)
+        if rules.bad == "at worst":
+            total += limit * bad.sum(axis=1)
+    return -total / (2 * rules.deviation**2)
+
+
+def _mean(particles: ParticleSet) -> Float[np.ndarray, " 4"]:
+    """Return the mean of places, with that of the angles taken around the circle."""
+    weights, states = particles.weights, particles.states
+    mean = weights @ states
+    mean[2] = np.arctan2(weights @ np.sin(states[:, 2]), weights @ np.cos(states[:, 2]))
+    return mean
