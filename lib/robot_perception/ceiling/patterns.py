@@ -747,7 +747,8 @@ class WindowRules:
     strength
         So many points, of gradients in the direction that has fewer of them, a window needs.
     rival
-        A window that correlates more with another place of the picture counts as repeated.
+        A window whose contours correlate more with those elsewhere in the picture counts as
+        repeated.
     apart
         px between the centres of chosen windows, and to those that are there already.
 
@@ -788,7 +789,7 @@ class Window:
     strength
         Points of contours whose gradients point in the direction that has fewer of them.
     rival
-        Correlation with the most similar other place of the picture.
+        Correlation of its contours with those of the most similar other place of the picture.
     """
 
     centre: tuple[float, float]
@@ -798,7 +799,6 @@ class Window:
 
 
 def interest_windows(
-    image: UInt8[np.ndarray, "height width"],
     edges: Edges,
     contours: Sequence[Segment | Arc],
     rules: WindowRules | None = None,
@@ -818,8 +818,6 @@ def interest_windows(
 
     Parameters
     ----------
-    image : (height, width)
-        Grey values.
     edges, contours
         Of the picture.
     rules
@@ -839,19 +837,19 @@ def interest_windows(
     ValueError
         If a shape does not fit.
     """
-    image = picture("image", image)
     rules = WindowRules() if rules is None else checks.instance("rules", rules, WindowRules)
     near = np.empty((0, 2)) if taken is None else checks.array("taken", taken, ("m", 2))
     at, normals = _contour_points(checks.instance("edges", edges, Edges), contours, rules.spacing)
-    (wide, high), (height, width) = rules.size, image.shape
+    (wide, high), (height, width) = rules.size, edges.mask.shape
     us = np.arange(rules.margin, width - wide - rules.margin + 1, rules.spacing)
     vs = np.arange(rules.margin, height - high - rules.margin + 1, rules.spacing)
     if not (len(us) and len(vs)):
         return ()
-    sums = cv2.integral(_tensor_image(at, normals, image.shape))
+    sums = cv2.integral(_tensor_image(at, normals, edges.mask.shape))
     v, u = (grid.ravel() for grid in np.meshgrid(vs, us, indexing="ij"))
     uu, vv, uv = (sums[v + high, u + wide] - sums[v, u + wide] - sums[v + high, u] + sums[v, u]).T
     strength = (uu + vv) / 2 - np.hypot((uu - vv) / 2, uv)
+    drawn = cv2.GaussianBlur(edges.mask.astype(np.float32), (0, 0), 1.5)
     chosen: list[Window] = []
     for k in np.argsort(-strength, kind="stable"):
         if strength[k] < rules.strength or len(chosen) == rules.most:
@@ -862,7 +860,7 @@ def interest_windows(
             continue
         within = ((at >= corner) & (at < corner + rules.size)).all(axis=1)
         turning = _turning(at[within] - centre, normals[within], min(rules.size) / 4)
-        rival = _rival(image, int(u[k]), int(v[k]), wide, high)
+        rival = _rival(drawn, int(u[k]), int(v[k]), wide, high)
         near = np.vstack([near, centre])
         if turning >= rules.strength and rival <= rules.rival:
             held = min(float(strength[k]), turning)
@@ -902,11 +900,11 @@ def _tensor_image(
     return tensors
 
 
-def _rival(image: np.ndarray, u: int, v: int, wide: int, high: int) -> float:
-    """Return the highest correlation of a window with one that is elsewhere in the picture."""
-    window = image[v : v + high, u : u + wide]
-    found = cv2.matchTemplate(image, window, cv2.TM_CCOEFF_NORMED)
-    reach_u, reach_v = wide // 3, high // 3
+def _rival(contours: np.ndarray, u: int, v: int, wide: int, high: int) -> float:
+    """Return how much a window's contours correlate with those elsewhere in the picture."""
+    window = contours[v : v + high, u : u + wide]
+    found = cv2.matchTemplate(contours, window, cv2.TM_CCOEFF_NORMED)
+    reach_u, reach_v = wide // 4, high // 4
     found[max(v - reach_v, 0) : v + reach_v + 1, max(u - reach_u, 0) : u + reach_u + 1] = -1
     best = float(found.max())
     return best if np.isfinite(best) else 1.0

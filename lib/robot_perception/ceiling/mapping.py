@@ -1,0 +1,467 @@
+r"""A mosaic of patterns built while the robot drives: section 2.3 of the paper.
+
+A picture is used in five steps: track the patterns in view; locate the robot by those that the
+mosaic knows (eq. 2); look for known patterns that should be in view, by their contours; make new
+patterns where too few are left, and put them into the mosaic (eq. 3).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.ceiling.contours import (
+    Arc,
+    ContourRules,
+    Edges,
+    Segment,
+    find_contours,
+    find_edges,
+    picture,
+)
+from robot_perception.ceiling.mosaic import Links, Mosaic, in_camera
+from robot_perception.ceiling.patterns import (
+    Pattern,
+    PatternRules,
+    WindowRules,
+    interest_windows,
+    pattern_from,
+)
+from robot_perception.ceiling.recognition import EdgeField, RecognitionRules, recognise
+from robot_perception.ceiling.tracker import (
+    Layers,
+    PatternInfo,
+    PatternState,
+    PatternTracker,
+    TrackerRules,
+)
+from robot_perception.geometry.angles import wrap_angle
+from robot_perception.geometry.se2 import between, compose
+
+__all__ = ["MapInfo", "MapRules", "MapState", "Mapper", "Sought", "follow", "look_for"]
+
+
+STEADY = TrackerRules(sigmas=(3.0, 3.0, np.deg2rad(2.0), 0.01), passes=1)
+"""Of a robot on a level floor, whose distance from the ceiling stays the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapRules:
+    """How a mosaic is built; all numbers are ours.
+
+    Parameters
+    ----------
+    tracker, patterns, windows, contours, recognition
+        Rules of what it stands on. A robot on a level floor keeps its distance from the ceiling, so
+        the scale hardly wanders; between two pictures it moves by a few px.
+    enough
+        New patterns are made where fewer are tracked.
+    border
+        A pattern whose centre comes closer to the border is let go, px.
+    search
+        A known pattern is looked for that far from where it is expected, px.
+    turn
+        And turned by as much, rad.
+    every
+        It is looked for in every so many pictures, since contours take longer than tracking.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+
+    tracker: TrackerRules = field(default_factory=lambda: STEADY)
+    patterns: PatternRules = field(default_factory=PatternRules)
+    windows: WindowRules = field(default_factory=WindowRules)
+    contours: ContourRules = field(default_factory=ContourRules)
+    recognition: RecognitionRules = field(default_factory=RecognitionRules)
+    enough: int = 3
+    border: float = 30.0
+    search: float = 40.0
+    turn: float = np.deg2rad(15.0)
+    every: int = 5
+
+    def __post_init__(self) -> None:
+        kinds = (TrackerRules, PatternRules, WindowRules, ContourRules, RecognitionRules)
+        names = ("tracker", "patterns", "windows", "contours", "recognition")
+        for name, kind in zip(names, kinds, strict=True):
+            checks.instance(name, getattr(self, name), kind)
+        for name in ("enough", "every"):
+            object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1, 10**4))
+        for name in ("border", "search", "turn"):
+            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapState:
+    """What is known after a picture.
+
+    Parameters
+    ----------
+    mosaic
+        Patterns' poses.
+    patterns
+        What they look like, by name.
+    tracked
+        Where those in view are.
+    pose : (3,)
+        Of the camera in the mosaic, m (px times the mosaic's scale) and rad.
+    motion : (3,)
+        Of the last step, in the camera's frame: where nothing known is seen, it is assumed to go
+        on.
+    links
+        Poses of patterns relative to each other, over all pictures.
+    count
+        Pictures used.
+    """
+
+    mosaic: Mosaic
+    patterns: Mapping[str, Pattern]
+    tracked: Mapping[str, PatternState]
+    pose: Float[np.ndarray, " 3"]
+    motion: Float[np.ndarray, " 3"]
+    links: Links
+    count: int = 1
+
+    def __post_init__(self) -> None:
+        checks.instance("mosaic", self.mosaic, Mosaic)
+        checks.entries("patterns", self.patterns, Pattern)
+        checks.entries("tracked", self.tracked, PatternState)
+        for name in ("pose", "motion"):
+            object.__setattr__(self, name, checks.array(name, getattr(self, name), (3,)))
+        checks.instance("links", self.links, Links)
+        object.__setattr__(self, "count", checks.whole("count", self.count, 1))
+        for name in ("patterns", "tracked"):
+            own = MappingProxyType(dict(getattr(self, name)))
+            object.__setattr__(self, name, own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapInfo:
+    """What a picture showed.
+
+    Parameters
+    ----------
+    sightings
+        Place (x, y, θ, s) of each pattern that was tracked, by name.
+    tracking
+        What each tracker says.
+    located
+        Whether a known pattern was seen; if not, the pose is a guess.
+    new
+        Names of the patterns that were made.
+    lost
+        Of those that were given up, unseen or near the border.
+    found
+        Of known ones that were found again.
+    """
+
+    sightings: Mapping[str, Float[np.ndarray, " 4"]]
+    tracking: Mapping[str, PatternInfo]
+    located: bool
+    new: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+    found: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mapper:
+    r"""Builds a mosaic and localises the robot in it.
+
+    Parameters
+    ----------
+    scale
+        Z/f, m for a px. 1 where it is not known: then all positions are px.
+    centre : (2,)
+        Where the optical axis meets the picture, px.
+    rules
+        How.
+
+    Raises
+    ------
+    ValueError
+        If the scale is not positive or the centre is not a point.
+
+    References
+    ----------
+    Section 2.3.
+    """
+
+    scale: float
+    centre: tuple[float, float]
+    rules: MapRules = field(default_factory=MapRules)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
+        centre = checks.array("centre", self.centre, (2,))
+        object.__setattr__(self, "centre", tuple(centre.tolist()))
+        checks.instance("rules", self.rules, MapRules)
+
+    def start(
+        self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
+    ) -> tuple[MapState, MapInfo]:
+        """Return the state after the first picture, whose first pattern is the mosaic's frame.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values, corrected (`.correction`).
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If no distinctive window is in the picture, as on a blank ceiling.
+        """
+        image = picture("image", image)
+        empty = Mosaic({}, self.scale, self.centre)
+        nowhere = np.zeros(3)
+        state = MapState(empty, {}, {}, nowhere, nowhere, Links())
+        state, sightings, new = self._make(state, image, None, {}, rng)
+        if not new:
+            raise ValueError(
+                "image must have a distinctive window, got none, as of a blank ceiling"
+            )
+        links = state.links.add(sightings, centre=self.centre, scale=self.scale)
+        return replace(state, links=links), MapInfo(sightings, {}, True, new)
+
+    def step(
+        self,
+        state: MapState,
+        image: UInt8[np.ndarray, "height width"],
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[MapState, MapInfo]:
+        """Return the state after a picture.
+
+        Parameters
+        ----------
+        state
+            Before it.
+        image : (height, width)
+            Grey values, corrected.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If the image is not (height, width).
+        """
+        checks.instance("state", state, MapState)
+        rules, image = self.rules, picture("image", image)
+        tracked, infos, lost = follow(
+            state.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
+        )
+        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
+        guess = compose(state.pose, state.motion)
+        located = bool(sightings)
+        pose = state.mosaic.locate(sightings)[0] if located else guess
+        sought = None
+        found: tuple[str, ...] = ()
+        if state.count % rules.every == 0 or not located or len(sightings) < rules.enough:
+            sought = Sought.of(image, rules.contours)
+            again = look_for(
+                self._expected(state.mosaic, pose, image.shape, tracked),
+                state.patterns,
+                sought,
+                rules,
+                rng=rng,
+            )
+            found = tuple(again)
+            tracked |= again
+            sightings |= {name: one.pose for name, one in again.items()}
+            if again:
+                pose, located = state.mosaic.locate(sightings)[0], True
+        motion = between(state.pose, pose) if located else state.motion
+        state = replace(state, tracked=tracked, pose=pose, motion=motion, count=state.count + 1)
+        new: tuple[str, ...] = ()
+        if len(sightings) < rules.enough:
+            state, sightings, new = self._make(state, image, sought, sightings, rng)
+        links = state.links.add(sightings, centre=self.centre, scale=self.scale)
+        return replace(state, links=links), MapInfo(sightings, infos, located, new, lost, found)
+
+    def _make(
+        self,
+        state: MapState,
+        image: np.ndarray,
+        sought: "Sought | None",
+        sightings: Mapping[str, np.ndarray],
+        rng: np.random.Generator,
+    ) -> tuple[MapState, dict[str, np.ndarray], tuple[str, ...]]:
+        """Return the state with new patterns, where the picture has distinctive windows left."""
+        rules, scene = self.rules, sought or Sought.of(image, self.rules.contours)
+        taken = np.array([one.pose[:2] for one in state.tracked.values()]).reshape(-1, 2)
+        windows = interest_windows(scene.edges, scene.contours, rules.windows, taken=taken)
+        patterns, tracked, mosaic = dict(state.patterns), dict(state.tracked), state.mosaic
+        seen, new = dict(sightings), []
+        for window in windows:
+            name = str(len(patterns))
+            pattern = pattern_from(
+                image, scene.edges, scene.contours, window.centre, window.size, rules.patterns,
+                rng=rng,
+            )  # fmt: skip
+            place = np.array([*window.centre, 0.0, 1.0])
+            if not mosaic.poses:  # the first pattern is the frame of the mosaic
+                mosaic = mosaic.with_pattern(name, np.zeros(3))
+                state = replace(state, pose=mosaic.locate({name: place})[0])
+            else:
+                there = in_camera(place, centre=self.centre, scale=self.scale)
+                mosaic = mosaic.with_pattern(name, compose(state.pose, there))  # eq. (3)
+            patterns[name], seen[name] = pattern, place
+            tracked[name] = PatternTracker(pattern, rules.tracker).start(place)
+            new.append(name)
+        state = replace(state, mosaic=mosaic, patterns=patterns, tracked=tracked)
+        return state, seen, tuple(new)
+
+    def _expected(
+        self,
+        mosaic: Mosaic,
+        pose: Float[np.ndarray, " 3"],
+        shape: tuple[int, ...],
+        tracked: Mapping[str, PatternState],
+    ) -> dict[str, Float[np.ndarray, " 4"]]:
+        """Return where known patterns that are not tracked should be in view."""
+        places = {n: mosaic.expected(pose, n) for n in mosaic.poses if n not in tracked}
+        border = self.rules.border
+        return {name: at for name, at in places.items() if inside(at, shape, border)}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sought:
+    """A picture as recognition needs it.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    edges, contours
+        Of it.
+    field
+        Distances to the edges.
+    """
+
+    image: UInt8[np.ndarray, "height width"]
+    edges: Edges
+    contours: tuple[Segment | Arc, ...]
+    field: EdgeField
+
+    @classmethod
+    def of(
+        cls, image: UInt8[np.ndarray, "height width"], rules: ContourRules | None = None
+    ) -> "Sought":
+        """Return a picture with its edges and contours.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values.
+        rules
+            How contours are found.
+        """
+        edges = find_edges(image, rules)
+        return cls(image, edges, find_contours(edges, rules), EdgeField(edges))
+
+
+def follow(
+    patterns: Mapping[str, Pattern],
+    tracked: Mapping[str, PatternState],
+    image: UInt8[np.ndarray, "height width"],
+    rules: TrackerRules,
+    border: float,
+    *,
+    patience: int = 3,
+    rng: np.random.Generator,
+) -> tuple[dict[str, PatternState], dict[str, PatternInfo], tuple[str, ...]]:
+    """Return the states of patterns after a picture, what was seen, and which were let go.
+
+    Parameters
+    ----------
+    patterns
+        By name.
+    tracked
+        States before, by name.
+    image : (height, width)
+        Grey values.
+    rules
+        Of the trackers.
+    border
+        One whose centre comes closer to the border is let go, px.
+    patience
+        So is one that is not seen in that many pictures in a row.
+    rng
+        Source of randomness.
+
+    Raises
+    ------
+    ValueError
+        If a state has no pattern.
+    """
+    unknown = [name for name in tracked if name not in patterns]
+    if unknown:
+        raise ValueError(f"tracked must have patterns, got none for {checks.shown(unknown)}")
+    layers = Layers(image)
+    after: dict[str, PatternState] = {}
+    infos: dict[str, PatternInfo] = {}
+    for name, state in tracked.items():
+        tracker = PatternTracker(patterns[name], rules)
+        after[name], infos[name] = tracker.step(state, layers, rng=rng)
+    lost = tuple(
+        name
+        for name, state in after.items()
+        if state.lost >= patience or not inside(state.pose, image.shape, border)
+    )
+    return {name: s for name, s in after.items() if name not in lost}, infos, lost
+
+
+def look_for(
+    expected: Mapping[str, Float[np.ndarray, " 4"]],
+    patterns: Mapping[str, Pattern],
+    sought: Sought,
+    rules: MapRules,
+    *,
+    rng: np.random.Generator,
+) -> dict[str, PatternState]:
+    """Return those of known patterns that are found near the places where they are expected.
+
+    Contours say where a pattern may be; a few steps of its tracker at the best such place decide.
+
+    Parameters
+    ----------
+    expected
+        Places (x, y, θ, s), by name.
+    patterns
+        By name.
+    sought
+        The picture.
+    rules
+        Of recognition and tracking.
+    rng
+        Source of randomness.
+    """
+    layers, found = Layers(sought.image), {}
+    for name, at in expected.items():
+        tracker = PatternTracker(patterns[name], rules.tracker)
+        for one in recognise(patterns[name], sought.field, sought.contours, rules.recognition):
+            away = np.hypot(*(one.pose - at)[:2])
+            if away <= rules.search and abs(wrap_angle(one.pose[2] - at[2])) <= rules.turn:
+                state, info = tracker.step(tracker.start(one.pose), layers, rng=rng)
+                if not info.lost and inside(state.pose, sought.image.shape, rules.border):
+                    found[name] = state
+                break
+    return found
+
+
+def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float) -> bool:
+    """Tell whether a place keeps off the border of a picture by so many px."""
+    x, y = place[:2]
+    return bool(border <= x <= shape[1] - 1 - border and border <= y <= shape[0] - 1 - border)

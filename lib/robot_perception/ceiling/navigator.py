@@ -1,0 +1,264 @@
+r"""A learned path driven again: from key image to key image by visual servoing, section 2.4.
+
+The robot compares the patterns that it tracks with the places they had in the next key image. From
+this it knows, up to the scale Z/f, where it stood then, and steers there. Nothing else is used: no
+map in metres, no wheels.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.ceiling.contours import picture
+from robot_perception.ceiling.mapping import MapRules, Sought, follow, inside, look_for
+from robot_perception.ceiling.mosaic import Mosaic
+from robot_perception.ceiling.patterns import Pattern
+from robot_perception.ceiling.tracker import PatternState
+from robot_perception.ceiling.visual_memory import (
+    KeyImage,
+    NoCommonPattern,
+    ServoRules,
+    passed,
+    relative_pose,
+    servo,
+)
+
+__all__ = ["Navigator", "ReplayInfo", "ReplayState"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReplayState:
+    """How far a path has been driven.
+
+    Parameters
+    ----------
+    tracked
+        Where patterns in view are, by name.
+    pose : (3,)
+        Of the camera in the mosaic when it last saw a pattern, in the mosaic's units.
+    key
+        Number of the key image that the robot steers for; that of all once the last is reached.
+    blind
+        In how many pictures in a row no pattern of that key image was seen.
+    count
+        Pictures used.
+    """
+
+    tracked: Mapping[str, PatternState]
+    pose: Float[np.ndarray, " 3"]
+    key: int = 0
+    blind: int = 0
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        checks.entries("tracked", self.tracked, PatternState)
+        object.__setattr__(self, "tracked", MappingProxyType(dict(self.tracked)))
+        object.__setattr__(self, "pose", checks.array("pose", self.pose, (3,)))
+        for name in ("key", "blind", "count"):
+            object.__setattr__(self, name, checks.whole(name, getattr(self, name), 0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReplayInfo:
+    """What a picture led to.
+
+    Parameters
+    ----------
+    command : (2,)
+        Speed, m/s, and turn rate, rad/s.
+    target : (3,) or None
+        Pose of the key image as seen from the camera, px times the assumed scale, and rad.
+    sightings
+        Places of the patterns that were seen, by name.
+    status
+        ``"driving"``, ``"arrived"``, or ``"lost"``: no pattern in common with the key image, so the
+        robot stands.
+    """
+
+    command: tuple[float, float]
+    target: Float[np.ndarray, " 3"] | None
+    sightings: Mapping[str, Float[np.ndarray, " 4"]]
+    status: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Navigator:
+    r"""Drives a learned path again.
+
+    Parameters
+    ----------
+    route
+        Key images, in order.
+    patterns
+        What their patterns look like, by name.
+    mosaic
+        Where they are relative to each other: says where in the picture a known one is expected.
+        Its scale cancels.
+    centre : (2,)
+        Where the optical axis meets the picture, px.
+    scale
+        Z/f as the robot believes it, m for a px: how far away a key image is said to be.
+    servo
+        Of the control law.
+    rules
+        Of trackers and recognition.
+    patience
+        The robot waits for so many pictures without a common pattern before it says that it is
+        lost. Ours.
+
+    Raises
+    ------
+    ValueError
+        If there is no key image, one has a pattern that is not known, or a number is out of its
+        range.
+
+    References
+    ----------
+    Section 2.4.
+    """
+
+    route: Sequence[KeyImage]
+    patterns: Mapping[str, Pattern]
+    mosaic: Mosaic
+    centre: tuple[float, float]
+    scale: float = 1.0
+    servo: ServoRules = field(default_factory=ServoRules)
+    rules: MapRules = field(default_factory=MapRules)
+    patience: int = 5
+
+    def __post_init__(self) -> None:
+        route = checks.instances("route", self.route, KeyImage)
+        if not route:
+            raise ValueError("route must have a key image, got none")
+        checks.entries("patterns", self.patterns, Pattern)
+        checks.instance("mosaic", self.mosaic, Mosaic)
+        for k, key in enumerate(route):
+            unknown = [
+                n for n in key.sightings if n not in self.patterns or n not in self.mosaic.poses
+            ]
+            if unknown:
+                raise ValueError(
+                    f"route[{k}] must show known patterns, got {checks.shown(unknown)}"
+                )
+        object.__setattr__(self, "route", route)
+        centre = checks.array("centre", self.centre, (2,))
+        object.__setattr__(self, "centre", tuple(centre.tolist()))
+        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
+        checks.instance("servo", self.servo, ServoRules)
+        checks.instance("rules", self.rules, MapRules)
+        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
+
+    def start(
+        self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
+    ) -> ReplayState:
+        """Return the state at the start: patterns of the first key image are looked for.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values, corrected.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        NoCommonPattern
+            If none of them is found: the robot does not stand where the path begins.
+        """
+        image = picture("image", image)
+        first = self.route[0].sightings
+        anywhere = replace(self.rules, search=2.0 * max(image.shape), turn=np.pi)
+        sought = Sought.of(image, self.rules.contours)
+        tracked = look_for(first, self.patterns, sought, anywhere, rng=rng)
+        if not tracked:
+            raise NoCommonPattern(
+                f"image must show a pattern of the first key image, got none of {tuple(first)}"
+            )
+        sightings = {name: one.pose for name, one in tracked.items()}
+        return ReplayState(tracked, self.mosaic.locate(sightings)[0])
+
+    def step(
+        self,
+        state: ReplayState,
+        image: UInt8[np.ndarray, "height width"],
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[ReplayState, ReplayInfo]:
+        """Return the state after a picture, and what the robot should do.
+
+        Parameters
+        ----------
+        state
+            Before it.
+        image : (height, width)
+            Grey values, corrected.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        """
+        checks.instance("state", state, ReplayState)
+        image, rules = picture("image", image), self.rules
+        tracked, infos, _ = follow(
+            self.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
+        )
+        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
+        pose = self.mosaic.locate(sightings)[0] if sightings else state.pose
+        if state.count % rules.every == 0 or len(sightings) < rules.enough:
+            again = look_for(
+                self._expected(pose, state.key, image.shape, tracked),
+                self.patterns,
+                Sought.of(image, rules.contours),
+                rules,
+                rng=rng,
+            )
+            tracked |= again
+            sightings |= {name: one.pose for name, one in again.items()}
+        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
+        return self._towards(state, sightings)
+
+    def _towards(
+        self, state: ReplayState, sightings: Mapping[str, np.ndarray]
+    ) -> tuple[ReplayState, ReplayInfo]:
+        """Return which key image comes next, and the command that leads there."""
+        key, target = state.key, None
+        while key < len(self.route):
+            try:
+                target = relative_pose(
+                    sightings, self.route[key].sightings, centre=self.centre, scale=self.scale
+                )
+            except NoCommonPattern:
+                blind = state.blind + 1
+                status = "driving" if blind <= self.patience else "lost"
+                info = ReplayInfo((0.0, 0.0), None, sightings, status)
+                return replace(state, key=key, blind=blind), info
+            if not passed(target, self.servo):
+                command = servo(target, self.servo)
+                return (
+                    replace(state, key=key, blind=0),
+                    ReplayInfo(command, target, sightings, "driving"),
+                )
+            key += 1
+        return replace(state, key=key, blind=0), ReplayInfo(
+            (0.0, 0.0), target, sightings, "arrived"
+        )
+
+    def _expected(
+        self,
+        pose: Float[np.ndarray, " 3"],
+        key: int,
+        shape: tuple[int, ...],
+        tracked: Mapping[str, PatternState],
+    ) -> dict[str, Float[np.ndarray, " 4"]]:
+        """Return where patterns of the next three key images should be in view."""
+        coming = self.route[key : key + 3]
+        names = {name: None for key in coming for name in key.sightings if name not in tracked}
+        places = {name: self.mosaic.expected(pose, name) for name in names}
+        return {n: at for n, at in places.items() if inside(at, shape, self.rules.border)}
