@@ -86,7 +86,7 @@ class PatternRules:
     """
 
     samples: int = 11
-    step: float = 1.0
+    step: float = 2.0
     spacing: float = 3.0
     most: int = 120
     picked: str = "slope"
@@ -760,7 +760,7 @@ class WindowRules:
 
     size: tuple[int, int] = (64, 64)
     most: int = 4
-    margin: int = 8
+    margin: int = 12
     spacing: int = 4
     strength: float = 10.0
     rival: float = 0.75

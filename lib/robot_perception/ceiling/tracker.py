@@ -81,7 +81,7 @@ class TrackerRules:
     particles: int = 200
     sigmas: tuple[float, float, float, float] = (5.0, 5.0, np.deg2rad(3.0), 0.1)
     deviation: float = 4.0
-    worst: float = 4.0
+    worst: float = 3.0
     tolerated: float = 0.3
     bad: str = "at worst"
     smoothing: str = "difference"
