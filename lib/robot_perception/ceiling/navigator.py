@@ -232,7 +232,7 @@ class Navigator:
         while key < len(self.route):
             try:
                 target = relative_pose(
-                    sightings, self.route[key].sightings, centre=self.centre, scale=self.scale
+                    sightings, self.route[key], centre=self.centre, scale=self.scale
                 )
             except NoCommonPattern:
                 blind = state.blind + 1

@@ -763,7 +763,7 @@ class WindowRules:
     margin: int = 12
     spacing: int = 4
     strength: float = 10.0
-    rival: float = 0.75
+    rival: float = 0.85
     apart: float = 48.0
 
     def __post_init__(self) -> None:
@@ -851,21 +851,29 @@ def interest_windows(
     strength = (uu + vv) / 2 - np.hypot((uu - vv) / 2, uv)
     drawn = cv2.GaussianBlur(edges.mask.astype(np.float32), (0, 0), 1.5)
     chosen: list[Window] = []
+    refused = np.empty((0, 2))
     for k in np.argsort(-strength, kind="stable"):
         if strength[k] < rules.strength or len(chosen) == rules.most:
             break
         corner = np.array([u[k], v[k]])
         centre = corner + (np.array(rules.size) - 1) / 2
-        if len(near) and np.hypot(*(near - centre).T).min() < rules.apart:
+        if _near(near, centre, rules.apart) or _near(refused, centre, rules.apart / 3):
             continue
         within = ((at >= corner) & (at < corner + rules.size)).all(axis=1)
         turning = _turning(at[within] - centre, normals[within], min(rules.size) / 4)
         rival = _rival(drawn, int(u[k]), int(v[k]), wide, high)
-        near = np.vstack([near, centre])
         if turning >= rules.strength and rival <= rules.rival:
+            near = np.vstack([near, centre])
             held = min(float(strength[k]), turning)
             chosen.append(Window(tuple(centre.tolist()), rules.size, held, rival))
+        else:
+            refused = np.vstack([refused, centre])
     return tuple(chosen)
+
+
+def _near(others: Float[np.ndarray, "n 2"], point: Float[np.ndarray, "2"], apart: float) -> bool:
+    """Tell whether one of some points is closer to a point."""
+    return bool((np.hypot(*(others - point).T) < apart).any())
 
 
 def _contour_points(
@@ -904,6 +912,9 @@ def _rival(contours: np.ndarray, u: int, v: int, wide: int, high: int) -> float:
     """Return how much a window's contours correlate with those elsewhere in the picture."""
     window = contours[v : v + high, u : u + wide]
     found = cv2.matchTemplate(contours, window, cv2.TM_CCOEFF_NORMED)
+    sums = cv2.integral(contours)
+    held = sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
+    found[held < 0.1 * held[v, u]] = 0  # hardly a contour is there: nothing to compare
     reach_u, reach_v = wide // 4, high // 4
     found[max(v - reach_v, 0) : v + reach_v + 1, max(u - reach_u, 0) : u + reach_u + 1] = -1
     best = float(found.max())
