@@ -22,7 +22,7 @@ from robot_perception.ceiling.contours import (
     find_edges,
     picture,
 )
-from robot_perception.ceiling.mosaic import Links, Mosaic, in_camera
+from robot_perception.ceiling.mosaic import Links, Mosaic, adjust, in_camera
 from robot_perception.ceiling.patterns import (
     Pattern,
     PatternRules,
@@ -41,10 +41,20 @@ from robot_perception.ceiling.tracker import (
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.geometry.se2 import between, compose
 
-__all__ = ["MapInfo", "MapRules", "MapState", "Mapper", "Sought", "follow", "look_for"]
+__all__ = [
+    "MapInfo",
+    "MapRules",
+    "MapState",
+    "Mapper",
+    "Sought",
+    "consistent",
+    "follow",
+    "inside",
+    "look_for",
+]
 
 
-STEADY = TrackerRules(sigmas=(3.0, 3.0, np.deg2rad(2.0), 0.01), passes=1)
+STEADY = TrackerRules(sigmas=(3.0, 3.0, np.deg2rad(2.0), 0.01), tolerated=0.2, passes=1)
 """Of a robot on a level floor, whose distance from the ceiling stays the same."""
 
 
@@ -65,6 +75,14 @@ class MapRules:
         A known pattern is looked for that far from where it is expected, px.
     turn
         And turned by as much, rad.
+    gate
+        A pattern that is seen further from where the others say it is, px, is let go: the mosaic is
+        rigid, so its tracker must have slid.
+    closing
+        What happens where a known pattern is found further than the gate from where it was
+        expected, since errors have added up on the way. ``"chain"``: the mosaic stays as it was
+        chained, as in the paper, and the robot is located by the pattern that it knows longer.
+        ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`).
     every
         It is looked for in every so many pictures, since contours take longer than tracking.
 
@@ -83,16 +101,19 @@ class MapRules:
     border: float = 30.0
     search: float = 40.0
     turn: float = np.deg2rad(15.0)
+    gate: float = 6.0
+    closing: str = "adjust"
     every: int = 5
 
     def __post_init__(self) -> None:
+        checks.one_of("closing", self.closing, ("chain", "adjust"))
         kinds = (TrackerRules, PatternRules, WindowRules, ContourRules, RecognitionRules)
         names = ("tracker", "patterns", "windows", "contours", "recognition")
         for name, kind in zip(names, kinds, strict=True):
             checks.instance(name, getattr(self, name), kind)
         for name in ("enough", "every"):
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1, 10**4))
-        for name in ("border", "search", "turn"):
+        for name in ("border", "search", "turn", "gate"):
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
 
@@ -158,6 +179,8 @@ class MapInfo:
         Of those that were given up, unseen or near the border.
     found
         Of known ones that were found again.
+    closed
+        Whether one of them was further from where it was expected than the gate: a loop is closed.
     """
 
     sightings: Mapping[str, Float[np.ndarray, " 4"]]
@@ -166,6 +189,7 @@ class MapInfo:
     new: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
     found: tuple[str, ...] = ()
+    closed: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -262,33 +286,63 @@ class Mapper:
         tracked, infos, lost = follow(
             state.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
         )
-        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
-        guess = compose(state.pose, state.motion)
+        sightings, slid = consistent(
+            state.mosaic,
+            {name: infos[name].pose for name in tracked if not infos[name].lost},
+            rules.gate,
+        )
+        tracked = {name: one for name, one in tracked.items() if name not in slid}
+        before, guess = state.pose, compose(state.pose, state.motion)
         located = bool(sightings)
         pose = state.mosaic.locate(sightings)[0] if located else guess
-        sought = None
-        found: tuple[str, ...] = ()
-        if state.count % rules.every == 0 or not located or len(sightings) < rules.enough:
+        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
+        sought, found, closed = None, (), False
+        if state.count % rules.every == 0 or not located:
             sought = Sought.of(image, rules.contours)
-            again = look_for(
-                self._expected(state.mosaic, pose, image.shape, tracked),
-                state.patterns,
-                sought,
-                rules,
-                rng=rng,
-            )
-            found = tuple(again)
-            tracked |= again
-            sightings |= {name: one.pose for name, one in again.items()}
+            again, expected = self._again(state, sought, rng)
             if again:
-                pose, located = state.mosaic.locate(sightings)[0], True
-        motion = between(state.pose, pose) if located else state.motion
-        state = replace(state, tracked=tracked, pose=pose, motion=motion, count=state.count + 1)
+                found, located = tuple(again), True
+                state, sightings, closed = self._rejoined(state, sightings, again, expected)
+        motion = between(before, state.pose) if located and not closed else state.motion
+        state = replace(state, motion=motion)
         new: tuple[str, ...] = ()
         if len(sightings) < rules.enough:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
         links = state.links.add(sightings, centre=self.centre, scale=self.scale)
-        return replace(state, links=links), MapInfo(sightings, infos, located, new, lost, found)
+        seen = MapInfo(sightings, infos, located, new, lost + slid, found, closed)
+        return replace(state, links=links), seen
+
+    def _again(
+        self, state: MapState, sought: "Sought", rng: np.random.Generator
+    ) -> tuple[dict[str, PatternState], dict[str, Float[np.ndarray, " 4"]]]:
+        """Return known patterns that are found again, and where those in view were expected."""
+        mosaic, border, shape = state.mosaic, self.rules.border, sought.image.shape
+        places = {n: mosaic.expected(state.pose, n) for n in mosaic.poses if n not in state.tracked}
+        expected = {name: at for name, at in places.items() if inside(at, shape, border)}
+        return look_for(expected, state.patterns, sought, self.rules, rng=rng), expected
+
+    def _rejoined(
+        self,
+        state: MapState,
+        sightings: Mapping[str, Float[np.ndarray, " 4"]],
+        again: Mapping[str, PatternState],
+        expected: Mapping[str, Float[np.ndarray, " 4"]],
+    ) -> tuple[MapState, dict[str, Float[np.ndarray, " 4"]], bool]:
+        """Return the state with patterns that are found again, and whether that closed a loop."""
+        seen = {name: one.pose for name, one in again.items()}
+        off = max(np.hypot(*(seen[name] - expected[name])[:2]) for name in seen)
+        mosaic, tracked, closed = state.mosaic, dict(state.tracked), bool(off > self.rules.gate)
+        both = dict(sightings) | seen
+        links = state.links
+        if closed and self.rules.closing == "adjust":
+            links = links.add(both, centre=self.centre, scale=self.scale)
+            mosaic = adjust(mosaic, links, fixed=next(iter(mosaic.poses)), loss="cauchy")[0]
+        elif closed:  # what was chained since is let go
+            links = links.add(both, centre=self.centre, scale=self.scale)
+            both, tracked = seen, {}
+        pose = mosaic.locate(both)[0]
+        state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose, links=links)
+        return state, both, closed
 
     def _make(
         self,
@@ -322,18 +376,6 @@ class Mapper:
             new.append(name)
         state = replace(state, mosaic=mosaic, patterns=patterns, tracked=tracked)
         return state, seen, tuple(new)
-
-    def _expected(
-        self,
-        mosaic: Mosaic,
-        pose: Float[np.ndarray, " 3"],
-        shape: tuple[int, ...],
-        tracked: Mapping[str, PatternState],
-    ) -> dict[str, Float[np.ndarray, " 4"]]:
-        """Return where known patterns that are not tracked should be in view."""
-        places = {n: mosaic.expected(pose, n) for n in mosaic.poses if n not in tracked}
-        border = self.rules.border
-        return {name: at for name, at in places.items() if inside(at, shape, border)}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -459,6 +501,35 @@ def look_for(
                     found[name] = state
                 break
     return found
+
+
+def consistent(
+    mosaic: Mosaic, sightings: Mapping[str, Float[np.ndarray, " 4"]], gate: float
+) -> tuple[dict[str, Float[np.ndarray, " 4"]], tuple[str, ...]]:
+    """Return the sightings that agree on where the camera is, and the names of the others.
+
+    While three patterns or more are seen, the one that is furthest from where the pose says it is
+    goes, if that is further than the gate. Two that contradict each other both stay.
+
+    Parameters
+    ----------
+    mosaic
+        Where the patterns are.
+    sightings
+        Of patterns of the mosaic, by name.
+    gate
+        px.
+    """
+    kept, slid = dict(sightings), []
+    while len(kept) > 2:
+        _, residuals = mosaic.locate(kept)
+        off = {name: np.hypot(*miss[:2]) / mosaic.scale for name, miss in residuals.items()}
+        worst = max(off, key=lambda name: off[name])
+        if off[worst] <= gate:
+            break
+        del kept[worst]
+        slid.append(worst)
+    return kept, tuple(slid)
 
 
 def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float) -> bool:

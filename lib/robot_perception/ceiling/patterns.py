@@ -763,7 +763,7 @@ class WindowRules:
     margin: int = 12
     spacing: int = 4
     strength: float = 10.0
-    rival: float = 0.85
+    rival: float = 0.8
     apart: float = 48.0
 
     def __post_init__(self) -> None:
