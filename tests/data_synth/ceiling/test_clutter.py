@@ -86,7 +86,7 @@ def test_a_patch_covers_its_area_and_ends_within_a_pixel(angle, scale, x, y):
     white = np.full((41, 30), 250, dtype=np.uint8)
     image = superimpose(DARK, white, np.array([160 + x, 120 + y, angle, scale]))
     share = image / 250
-    assert share.sum() == pytest.approx(41 * 30 * scale**2, rel=0.01)
+    assert share.sum() == pytest.approx(41 * 30 * scale**2, abs=0.06 * 142 * scale)
     rows, columns = np.mgrid[:240, :320]
     east, south = columns - 160 - x, rows - 120 - y
     cos, sin = np.cos(angle), np.sin(angle)

@@ -123,6 +123,47 @@ def test_lamps_shine_where_the_ceiling_says_they_are(seed):
                 assert painted.texture[row - 1 : row + 2, column - 1 : column + 2].min() < 160
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_stands_along_the_grid_fills_whole_tiles(seed):
+    ends = []
+    for f in ceiling("varied", seed, 30.0).fixtures:
+        quarter = f.angle / (np.pi / 2)
+        if f.kind in ("luminaire", "vent", "hatch") and abs(quarter - round(quarter)) < 1e-9:
+            sides = np.array([f.length, f.width])[:: -1 if round(quarter) % 2 else 1]
+            for way, (at, size) in enumerate(zip((f.x, f.y), sides, strict=True)):
+                if abs(size / TILE - round(size / TILE)) < 1e-9:
+                    ends.append((way, (at - size / 2) / TILE))
+    for way in (0, 1):
+        turns = np.array([np.exp(2j * np.pi * end) for w, end in ends if w == way])
+        assert len(turns) > 50
+        assert np.abs(turns - turns[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exceptions_of_a_repeated_ceiling_are_each_elsewhere_and_painted(seed):
+    painted = ceiling("repeated", seed, 30.0)
+    odd = [f for f in painted.fixtures if f.kind not in ("luminaire", "vent")]
+    assert len({(round(f.x, 3), round(f.y, 3)) for f in odd}) == len(odd) == 5
+    for f in odd:
+        column, row = np.rint(painted.texels(np.array([[f.x, f.y]]))[0]).astype(int)
+        texture = painted.texture.astype(int)
+        view = texture[row - 5 : row + 6, column - 5 : column + 6]
+        other = column + (240 if column < 1500 else -240)
+        assert np.abs(view - texture[row - 5 : row + 6, other - 5 : other + 6]).mean() > 8
+
+
+def test_lamps_of_a_repeated_ceiling_lie_between_texels_as_they_should():
+    painted = ceiling("repeated")  # whose lamp is the same from either end
+    lamp = next(f for f in painted.fixtures if f.kind == "luminaire")
+    column, row = painted.texels(np.array([[lamp.x, lamp.y]]))[0] + 0.5
+    part = painted.texture[
+        round(row) - 30 : round(row) + 30, round(column) - 60 : round(column) + 60
+    ]
+    assert part.std() > 30
+    assert np.abs(part.astype(int) - part[:, ::-1]).max() < 8
+    assert np.abs(part.astype(int) - part[::-1]).max() < 8
+
+
 def test_stamps_lie_where_they_are_laid():
     rng = np.random.default_rng(0)
     rows, columns = np.mgrid[:120, :160]
@@ -144,6 +185,11 @@ def test_stamps_cover_what_they_say_and_no_more():
         for angle in (0.0, 0.4):
             ground = np.full((150, 150), 50, dtype=np.float32)
             lay(ground, Stamp(0.6, 0.3, 150), (75.2, 74.6), angle, scale)
+            rows, columns = np.mgrid[:150, :150]
+            middle = [
+                ((ground - 50) * part).sum() / (ground - 50).sum() for part in (columns, rows)
+            ]
+            assert middle == pytest.approx([75.2, 74.6], abs=0.03)
             assert (ground - 50).sum() / 100 == pytest.approx(0.18 * scale**2, rel=0.02)
             assert ground.max() == pytest.approx(150, abs=0.5)
             assert ground.min() == 50
