@@ -213,7 +213,7 @@ class CeilingCamera:
         self.ceiling = instance("ceiling", ceiling, Ceiling)
         self.mount = instance("mount", mount, Mount)
         spread = LENS * mount.height / mount.focal / ceiling.resolution
-        fine = ceiling.texture.astype(np.float32)
+        fine = np.ascontiguousarray(ceiling.texture, dtype=np.float32)
         if spread > 0.2:
             fine = cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE)
         self._greys = np.rint(fine / _STEPS).clip(0, 65535).astype(np.uint16)

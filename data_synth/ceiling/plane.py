@@ -143,7 +143,7 @@ def make_ceiling(kind: Kind, *, rng: np.random.Generator, side: float = 30.0) ->
     ground, fixtures = make(texels, rng)
     np.rint(ground, out=ground)
     np.clip(ground, 0, 255, out=ground)
-    return Ceiling(ground.astype(np.uint8), tuple(fixtures), kind)
+    return Ceiling(np.ascontiguousarray(ground, dtype=np.uint8), tuple(fixtures), kind)
 
 
 def _plain(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixture]]:
@@ -181,7 +181,7 @@ def _tiled(n: int, shift: np.ndarray, rng: np.random.Generator) -> tuple:
     first = [np.floor(part).astype(int) - int(np.floor(part[0])) for part in (across, down)]
     greys = rng.normal(186, 4.0, (first[1][-1] + 1, first[0][-1] + 1)).astype(np.float32)
     width = 0.02 / TILE
-    return greys[first[1]][:, first[0]], _joints(across, width), _joints(down, width)
+    return greys[np.ix_(first[1], first[0])], _joints(across, width), _joints(down, width)
 
 
 def _varied(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixture]]:
@@ -225,13 +225,8 @@ def _placed(
             x = _snapped(x, length, shift[0])
             y = _snapped(y, width, shift[1])
         else:
-            x, y = (
-                shift[k]
-                + np.rint((at - shift[k]) / TILE - 0.5) * TILE
-                + 0.5 * TILE
-                + rng.choice([-0.15, 0, 0.15])
-                for k, at in enumerate((x, y))
-            )
+            x, y = (_snapped(at, TILE, start) for at, start in zip((x, y), shift, strict=True))
+            x, y = np.array([x, y]) + rng.choice([-0.15, 0.0, 0.15], 2)
     else:
         angle = rng.uniform(-np.pi, np.pi)
     return Fixture(kind, float(x), float(y), float(angle), stamp.width, stamp.length)

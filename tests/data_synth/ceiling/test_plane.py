@@ -33,6 +33,7 @@ def test_the_same_seed_paints_the_same_pixels(kind):
     assert again.fixtures == ceiling(kind).fixtures
     assert (ceiling(kind, 2).texture != again.texture).any()
     assert again.texture.shape == (1200, 1200)
+    assert again.texture.flags.c_contiguous
     assert again.side == pytest.approx(12)
 
 
