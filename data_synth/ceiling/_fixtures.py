@@ -13,6 +13,7 @@ __all__: tuple[str, ...] = ()  # for the worlds alone
 
 FINE = 400  # pixels of a stamp, a metre
 _SHIFT = 4  # bits behind the point in OpenCV's coordinates
+_RIM = 0.5  # which OpenCV's soft edge adds to a radius, pixels
 _SPREAD = 0.35  # deviation of the smoothing, pixels of the ground
 
 
@@ -69,8 +70,8 @@ class Stamp:
 
     def disc(self, x: float, y: float, radius: float, grey: float) -> None:
         """Fill a disc, m."""
-        (at,), size = self._pixels(np.array([x, y])), round(radius * FINE * 2**_SHIFT)
-        where = (int(at[0]), int(at[1]))
+        (at,), size = self._pixels(np.array([x, y])), radius * FINE - _RIM
+        where, size = (int(at[0]), int(at[1])), round(max(size, 0.5) * 2**_SHIFT)
         cv2.circle(self.greys, where, size, round(grey), -1, cv2.LINE_AA, _SHIFT)
         cv2.circle(self.cover, where, size, 255, -1, cv2.LINE_AA, _SHIFT)
 

@@ -21,7 +21,8 @@ BEYOND = 96.0
 LENS = 0.5
 """Deviation of what the lens smears, pixels."""
 
-_FARTHEST = 1e4  # of what a pixel sees, m
+_WIDEST = 1e6  # of a lens, focal lengths
+_NOWHERE = 1e9  # slope of a ray that does not go up
 _STEPS = 1 / 256  # in which smoothed greys are kept
 
 
@@ -126,9 +127,10 @@ class Mount:
     def _fold(self) -> float:
         """How far out, in an ideal lens, the image goes on growing: focal lengths."""
         first, second = self.distortion
-        turns = np.roots([5 * second, 3 * first, 1.0])
-        real = turns[np.isreal(turns)].real
-        return float(np.sqrt(min((turn for turn in real if turn > 0), default=_FARTHEST**2)))
+        inner = 9 * first**2 - 20 * second  # where 1 + 3 k₁ r² + 5 k₂ r⁴ is 0
+        if inner < 0 or np.sqrt(inner) <= 3 * first:
+            return _WIDEST
+        return float(min(np.sqrt(2 / (np.sqrt(inner) - 3 * first)), _WIDEST))
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +213,7 @@ class CeilingCamera:
         self.ceiling = instance("ceiling", ceiling, Ceiling)
         self.mount = instance("mount", mount, Mount)
         spread = LENS * mount.height / mount.focal / ceiling.resolution
-        fine = ceiling.texture.astype(np.float32)
+        fine = np.ascontiguousarray(ceiling.texture, dtype=np.float32)
         if spread > 0.2:
             fine = cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE)
         self._greys = np.rint(fine / _STEPS).clip(0, 65535).astype(np.uint16)
@@ -339,7 +341,7 @@ def _rays(mount: Mount) -> tuple[np.ndarray, np.ndarray]:
     down, right = np.mgrid[:rows, :columns].astype(float)
     right, down = (right - u) / mount.focal, (down - v) / mount.focal
     off = np.hypot(right, down)
-    low, high = np.zeros_like(off), np.full_like(off, min(mount._fold, _FARTHEST))
+    low, high = np.zeros_like(off), np.full_like(off, mount._fold)
     for _ in range(70):  # the lens's inverse, by halves: it grows up to the fold
         middle = (low + high) / 2
         less = _seen_at(middle, *mount.distortion) < off
@@ -348,9 +350,9 @@ def _rays(mount: Mount) -> tuple[np.ndarray, np.ndarray]:
     right, down = right * grown, down * grown
     first, second, third = mount.rotation
     ahead, left, up = (right * first[k] + down * second[k] + third[k] for k in range(3))
-    rises = up * _FARTHEST > np.hypot(ahead, left) * mount.height
+    rises = up > np.hypot(ahead, left) / _NOWHERE
     up = np.where(rises, up, 1.0)
-    slopes = np.where(rises, np.stack([ahead, left]) / up, _FARTHEST)
+    slopes = np.where(rises, np.stack([ahead, left]) / up, _NOWHERE)
     radius = np.square(off * mount.focal) / ((columns / 2) ** 2 + (rows / 2) ** 2)
     return slopes, radius.astype(np.float32)
 

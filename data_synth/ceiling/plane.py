@@ -143,21 +143,21 @@ def make_ceiling(kind: Kind, *, rng: np.random.Generator, side: float = 30.0) ->
     ground, fixtures = make(texels, rng)
     np.rint(ground, out=ground)
     np.clip(ground, 0, 255, out=ground)
-    return Ceiling(ground.astype(np.uint8), tuple(fixtures), kind)
+    return Ceiling(np.ascontiguousarray(ground, dtype=np.uint8), tuple(fixtures), kind)
 
 
 def _plain(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixture]]:
-    return 184 + 1.5 * clouds(n, 400.0, rng), []
+    return 184 + 1.5 * _clouds(n, 400.0, rng), []
 
 
-def clouds(n: int, cell: float, rng: np.random.Generator) -> np.ndarray:
+def _clouds(n: int, cell: float, rng: np.random.Generator) -> np.ndarray:
     """Return smooth noise (n, n) of deviation about 1, and of cells in texels."""
     coarse = int(np.ceil(n / cell)) + 4
     grid = cv2.GaussianBlur(rng.standard_normal((coarse, coarse)).astype(np.float32), (0, 0), 0.7)
     return cv2.resize(grid / 0.4, (n, n), interpolation=cv2.INTER_CUBIC)
 
 
-def joints(at: np.ndarray, width: float) -> np.ndarray:
+def _joints(at: np.ndarray, width: float) -> np.ndarray:
     """Return the shares of texels at places ``at`` that lie in joints at the multiples of 1.
 
     Both in tiles; the joint's middle is at the multiple.
@@ -167,28 +167,28 @@ def joints(at: np.ndarray, width: float) -> np.ndarray:
     return np.clip((width / 2 - away) / step + 0.5, 0, 1).astype(np.float32)
 
 
-def speckle(rows: int, columns: int, rng: np.random.Generator) -> np.ndarray:
+def _speckle(rows: int, columns: int, rng: np.random.Generator) -> np.ndarray:
     """Return what mineral fibre adds to the grey of a tile: grain and small dark fissures."""
     grain = rng.standard_normal((rows, columns), dtype=np.float32)
     soft = cv2.GaussianBlur(grain, (0, 0), 0.9)
     return 5.0 * soft - 14.0 * np.clip(soft - 0.75, 0, 1)
 
 
-def _tiled(n: int, shift: tuple[float, float], rng: np.random.Generator) -> tuple:
+def _tiled(n: int, shift: np.ndarray, rng: np.random.Generator) -> tuple:
     """Return tiles' greys (n, n) and the joints' shares (n,) along x and y."""
     places = (np.arange(n) - (n - 1) / 2) * RESOLUTION
     across, down = (places - shift[0]) / TILE, (places - shift[1]) / TILE
     first = [np.floor(part).astype(int) - int(np.floor(part[0])) for part in (across, down)]
     greys = rng.normal(186, 4.0, (first[1][-1] + 1, first[0][-1] + 1)).astype(np.float32)
     width = 0.02 / TILE
-    return greys[first[1]][:, first[0]], joints(across, width), joints(down, width)
+    return greys[np.ix_(first[1], first[0])], _joints(across, width), _joints(down, width)
 
 
 def _varied(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixture]]:
     side = n * RESOLUTION
-    shift = tuple(rng.uniform(0, TILE, 2))
+    shift = rng.uniform(0, TILE, 2)
     ground, across, down = _tiled(n, shift, rng)
-    ground += speckle(n, n, rng)
+    ground += _speckle(n, n, rng)
     lines = 1 - (1 - across) * (1 - down[:, None])
     ground += lines * (108 - ground)
     plan = _Plan(side)
@@ -204,16 +204,16 @@ def _varied(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixture]
         stamp = PAINTERS[names[k]][0](rng)
         for _ in range(12):
             fixture = _placed(names[k], stamp, side, shift, rng)
-            if plan.take(fixture):
+            if max(abs(fixture.x), abs(fixture.y)) < side / 2 and plan.take(fixture):
                 _fix(ground, stamp, fixture)
                 fixtures.append(fixture)
                 break
-    ground += 5.0 * clouds(n, 350.0, rng)
+    ground += 5.0 * _clouds(n, 350.0, rng)
     return ground, fixtures
 
 
 def _placed(
-    kind: str, stamp: Stamp, side: float, shift: tuple[float, float], rng: np.random.Generator
+    kind: str, stamp: Stamp, side: float, shift: np.ndarray, rng: np.random.Generator
 ) -> Fixture:
     x, y = rng.uniform(-side / 2, side / 2, 2)
     if rng.random() < _GRID_TURNS:
@@ -225,13 +225,8 @@ def _placed(
             x = _snapped(x, length, shift[0])
             y = _snapped(y, width, shift[1])
         else:
-            x, y = (
-                shift[k]
-                + np.rint((at - shift[k]) / TILE - 0.5) * TILE
-                + 0.5 * TILE
-                + rng.choice([-0.15, 0, 0.15])
-                for k, at in enumerate((x, y))
-            )
+            x, y = (_snapped(at, TILE, start) for at, start in zip((x, y), shift, strict=True))
+            x, y = np.array([x, y]) + rng.choice([-0.15, 0.0, 0.15], 2)
     else:
         angle = rng.uniform(-np.pi, np.pi)
     return Fixture(kind, float(x), float(y), float(angle), stamp.width, stamp.length)
@@ -277,14 +272,14 @@ class _Plan:
         return True
 
 
-def _plaster(ground: np.ndarray, shift: tuple[float, float], rng: np.random.Generator) -> None:
+def _plaster(ground: np.ndarray, shift: np.ndarray, rng: np.random.Generator) -> None:
     """Replace some tiles by smooth plaster with a trim."""
     n = len(ground)
     tiles = rng.integers(3, 8, 2)
-    origin = np.floor(rng.uniform(0, n * RESOLUTION / TILE, 2) - tiles / 2)
-    low = np.rint(((np.array(shift) + origin * TILE) * _SCALE) % 60 + origin * 60).astype(int)
+    first = np.floor((rng.uniform(-0.5, 0.5, 2) * n * RESOLUTION - shift) / TILE - tiles / 2)
+    low = np.rint((shift + first * TILE) * _SCALE + n / 2).astype(int)  # at joints
     left, top = low.clip(0, n)
-    right, bottom = (low + 60 * tiles).clip((left, top), n)
+    right, bottom = (low + round(TILE * _SCALE) * tiles).clip((left, top), n)
     if right - left < 20 or bottom - top < 20:
         return
     grey = rng.uniform(188, 206)
@@ -323,7 +318,8 @@ def _beam(ground: np.ndarray, plan: _Plan, side: float, rng: np.random.Generator
     cover = np.clip((width / 2 - np.abs(places)) * _SCALE + 0.5, 0, 1).astype(np.float32)
     grey = rng.uniform(140, 170) - 40 * np.clip(1 - (width / 2 - np.abs(places)) / 0.04, 0, 1)
     grey += 12 * np.clip(places / width, -1, 1)
-    some = slice(*np.flatnonzero(cover)[[0, -1]] + [0, 1]) if cover.any() else slice(0)
+    some = np.flatnonzero(cover)
+    some = slice(some[0], some[-1] + 1)
     part = ground[:, some] if upright else ground[some].T
     part += cover[some] * (grey.astype(np.float32)[some] - part)
     lie = (at, 0.0, np.pi / 2) if upright else (0.0, at, 0.0)
@@ -334,10 +330,10 @@ def _repeated(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixtur
     side = n * RESOLUTION
     across, down = (round(part * _SCALE) for part in PERIOD)
     cell = np.full((down, across), 186, dtype=np.float32)
-    tile = speckle(60, 60, rng)
+    tile = _speckle(60, 60, rng)
     cell += np.tile(tile, (down // 60, across // 60))
     width = 0.02 / TILE
-    lines = [joints((np.arange(size) + 0.5) * RESOLUTION / TILE, width) for size in (across, down)]
+    lines = [_joints((np.arange(size) + 0.5) * RESOLUTION / TILE, width) for size in (across, down)]
     cell += (1 - (1 - lines[0]) * (1 - lines[1][:, None])) * (108 - cell)
     lamp, outlet = luminaire(rng), vent(rng)
     while (lamp.length, lamp.width) != (1.2, 0.6):
@@ -363,12 +359,13 @@ def _repeated(n: int, rng: np.random.Generator) -> tuple[np.ndarray, list[Fixtur
         for kind, stamp, at in inside
     ]
     fixtures = [f for f in fixtures if max(f.x, f.y) < side / 2]
-    for _ in range(round(side * side / 180)):  # the exceptions
+    whole = (n // across, n // down)
+    cells = rng.permutation(whole[0] * whole[1])[: round(side * side / 180)]
+    for place in cells:  # the exceptions
         kind = ("detector", "sign", "speaker")[rng.integers(3)]
         stamp = PAINTERS[kind][0](rng)
-        column, row = np.floor(rng.uniform(0, side, 2) / PERIOD)
-        x = start + column * PERIOD[0] + 0.9
-        y = start + row * PERIOD[1] + 1.5
+        x = start + place % whole[0] * PERIOD[0] + 0.9
+        y = start + place // whole[0] * PERIOD[1] + 1.5
         fixture = Fixture(kind, float(x), float(y), 0.0, stamp.width, stamp.length)
         _fix(ground, stamp, fixture)
         fixtures.append(fixture)

@@ -16,6 +16,10 @@ from data_synth import (
     textures,
     wheels,
 )
+from data_synth.ceiling import camera as ceiling_camera
+from data_synth.ceiling import clutter, patch, superimpose
+from data_synth.ceiling import plane as ceiling_plane
+from data_synth.ceiling import robot as ceiling_robot
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, world
 from data_synth.people import office as people_office
@@ -42,6 +46,11 @@ GREYS = np.zeros((16, 16, 3))
 LEGS = np.array([[1.0, 0.0, 0.1, 0.2, 0.3]])
 NOON = np.array([0.0, 1.0])
 SIGMAS = {"start_deviation": 0.1, "motion_deviation": 0.1, "measurement_deviation": 0.1}
+MOUNT = ceiling_camera.Mount(size=(8, 6), focal=5.0)
+PAINTED = ceiling_plane.Ceiling(np.full((9, 9), 120, dtype=np.uint8), (), "plain", 0.5)
+LOOKING = ceiling_camera.CeilingCamera(PAINTED, MOUNT)
+PICTURE = np.full((9, 8), 70, dtype=np.uint8)
+ABOVE = ceiling_camera.Occluder(0.1, 0.2, 0.3, 1.0, 40.0)
 
 
 def rng() -> np.random.Generator:
@@ -73,6 +82,31 @@ def says() -> people_sound.Conversation:
 
 
 CALLS = {
+    ceiling_plane.Fixture: lambda: call("vent", 0.1, 0.2, 0.3, 0.6, 0.6),
+    ceiling_plane.Ceiling: lambda: call(
+        PICTURE[:8], (ceiling_plane.Fixture("vent", 0.1, 0.2, 0.3, 0.6, 0.6),), "plain", 0.01
+    ),
+    ceiling_plane.Ceiling.texels: lambda: call(PAINTED, AT[None]),
+    ceiling_plane.Ceiling.places: lambda: call(PAINTED, AT[None]),
+    ceiling_plane.make_ceiling: lambda: call("varied", rng=rng(), side=2.0),
+    ceiling_camera.Mount: lambda: call(
+        *(2.5, 200.0, (320, 240), (160.0, 118.5), 0.1, 0.2, 0.3, 0.05, 0.1, (-0.1, 0.02))
+    ),
+    ceiling_camera.Exposure: lambda: call(1.1, 4.0, 2.0, 0.3),
+    ceiling_camera.Occluder: lambda: call(0.1, 0.2, 0.3, 1.0, 40.0),
+    ceiling_camera.CeilingCamera: lambda: call(PAINTED, MOUNT),
+    ceiling_camera.CeilingCamera.image: lambda: call(
+        *(LOOKING, POSES[1]),
+        rng=rng(),
+        exposure=ceiling_camera.Exposure(noise=2.0),
+        occluders=[ABOVE],
+    ),
+    ceiling_camera.CeilingCamera.points_seen: lambda: call(LOOKING, POSES[1], AT[None]),
+    ceiling_robot.drive: lambda: call(POSES[1], 0.5, 0.2, 1.0, wheels.SMALL, rng=rng()),
+    ceiling_robot.taught_path: lambda: call("corner", step=0.1, rng=rng()),
+    clutter: lambda: call((16, 12), rng=rng()),
+    patch: lambda: call(rng=rng(), side=16),
+    superimpose: lambda: call(PICTURE, PICTURE, np.array([3.0, 4, 0.2, 1.1]), centre=(3.0, 4.0)),
     sequences.Camera: lambda: call(0.01, 0.001, 0.3, 2, 0.5),
     discs.circles: lambda: call(
         rng=rng(), frames=2, others=1, colour_step=0.1, camera=sequences.Camera(parts=1)

@@ -1,0 +1,1 @@
+"""Worlds of a ceiling and of patches."""
