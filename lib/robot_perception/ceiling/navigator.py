@@ -14,7 +14,14 @@ from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.ceiling.contours import picture
-from robot_perception.ceiling.mapping import MapRules, Sought, follow, inside, look_for
+from robot_perception.ceiling.mapping import (
+    MapRules,
+    Sought,
+    consistent,
+    follow,
+    inside,
+    look_for,
+)
 from robot_perception.ceiling.mosaic import Mosaic
 from robot_perception.ceiling.patterns import Pattern
 from robot_perception.ceiling.tracker import PatternState
@@ -106,6 +113,9 @@ class Navigator:
         Of the control law.
     rules
         Of trackers and recognition.
+    near
+        From how near it turns to the next key image, m, as the pose up to scale; at the last one
+        it comes as near as the servo's tolerance. Ours.
     patience
         The robot waits for so many pictures without a common pattern before it says that it is
         lost. Ours.
@@ -128,6 +138,7 @@ class Navigator:
     scale: float = 1.0
     servo: ServoRules = field(default_factory=ServoRules)
     rules: MapRules = field(default_factory=MapRules)
+    near: float = 0.25
     patience: int = 5
 
     def __post_init__(self) -> None:
@@ -150,6 +161,7 @@ class Navigator:
         object.__setattr__(self, "scale", checks.positive("scale", self.scale))
         checks.instance("servo", self.servo, ServoRules)
         checks.instance("rules", self.rules, MapRules)
+        object.__setattr__(self, "near", checks.positive("near", self.near))
         object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
 
     def start(
@@ -209,7 +221,12 @@ class Navigator:
         tracked, infos, _ = follow(
             self.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
         )
-        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
+        sightings, slid = consistent(
+            self.mosaic,
+            {name: infos[name].pose for name in tracked if not infos[name].lost},
+            rules.gate,
+        )
+        tracked = {name: one for name, one in tracked.items() if name not in slid}
         pose = self.mosaic.locate(sightings)[0] if sightings else state.pose
         if state.count % rules.every == 0 or len(sightings) < rules.enough:
             again = look_for(
@@ -239,7 +256,8 @@ class Navigator:
                 status = "driving" if blind <= self.patience else "lost"
                 info = ReplayInfo((0.0, 0.0), None, sightings, status)
                 return replace(state, key=key, blind=blind), info
-            if not passed(target, self.servo):
+            last = key == len(self.route) - 1
+            if not passed(target, self.servo if last else replace(self.servo, tolerance=self.near)):
                 command = servo(target, self.servo)
                 return (
                     replace(state, key=key, blind=0),
