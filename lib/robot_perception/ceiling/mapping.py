@@ -75,6 +75,8 @@ class MapRules:
         A known pattern is looked for that far from where it is expected, px.
     turn
         And turned by as much, rad.
+    candidates
+        So many places at which its contours fit are tried.
     gate
         A pattern that is seen further from where the others say it is, px, is let go: the mosaic is
         rigid, so its tracker must have slid.
@@ -94,13 +96,14 @@ class MapRules:
 
     tracker: TrackerRules = field(default_factory=lambda: STEADY)
     patterns: PatternRules = field(default_factory=PatternRules)
-    windows: WindowRules = field(default_factory=WindowRules)
+    windows: WindowRules = field(default_factory=lambda: WindowRules(most=6))
     contours: ContourRules = field(default_factory=ContourRules)
     recognition: RecognitionRules = field(default_factory=RecognitionRules)
-    enough: int = 3
+    enough: int = 4
     border: float = 30.0
     search: float = 40.0
     turn: float = np.deg2rad(15.0)
+    candidates: int = 5
     gate: float = 6.0
     closing: str = "adjust"
     every: int = 5
@@ -111,7 +114,7 @@ class MapRules:
         names = ("tracker", "patterns", "windows", "contours", "recognition")
         for name, kind in zip(names, kinds, strict=True):
             checks.instance(name, getattr(self, name), kind)
-        for name in ("enough", "every"):
+        for name in ("enough", "every", "candidates"):
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1, 10**4))
         for name in ("border", "search", "turn", "gate"):
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
@@ -475,7 +478,8 @@ def look_for(
 ) -> dict[str, PatternState]:
     """Return those of known patterns that are found near the places where they are expected.
 
-    Contours say where a pattern may be; a few steps of its tracker at the best such place decide.
+    Contours say where a pattern may be. At the best of these places its tracker takes a step, and
+    the one at which its grey vectors correlate most is taken, unless the pattern is lost there.
 
     Parameters
     ----------
@@ -493,12 +497,17 @@ def look_for(
     layers, found = Layers(sought.image), {}
     for name, at in expected.items():
         tracker = PatternTracker(patterns[name], rules.tracker)
+        best, tried = -np.inf, 0
         for one in recognise(patterns[name], sought.field, sought.contours, rules.recognition):
             away = np.hypot(*(one.pose - at)[:2])
-            if away <= rules.search and abs(wrap_angle(one.pose[2] - at[2])) <= rules.turn:
-                state, info = tracker.step(tracker.start(one.pose), layers, rng=rng)
-                if not info.lost and inside(state.pose, sought.image.shape, rules.border):
-                    found[name] = state
+            if away > rules.search or abs(wrap_angle(one.pose[2] - at[2])) > rules.turn:
+                continue
+            state, info = tracker.step(tracker.start(one.pose), layers, rng=rng)
+            match = float(np.nan_to_num(info.correlation, nan=-1.0).mean())
+            if not info.lost and match > best and inside(state.pose, layers.shape, rules.border):
+                found[name], best = state, match
+            tried += 1
+            if tried == rules.candidates:
                 break
     return found
 

@@ -216,6 +216,7 @@ class Layers:
     def __init__(self, image: UInt8[np.ndarray, "height width"]) -> None:
         self._sharp = picture("image", image).astype(np.float32)
         self._copies: dict[int, Float32[np.ndarray, "height width"]] = {0: self._sharp}
+        self.shape = self._sharp.shape
 
     def correlations(
         self, pattern: Pattern, poses: Float[np.ndarray, "m 4"], kind: str
