@@ -69,6 +69,10 @@ class MapRules:
         the scale hardly wanders; between two pictures it moves by a few px.
     enough
         New patterns are made where fewer are tracked.
+    repeated
+        Where less than two patterns would be in view, windows are taken whose contours correlate
+        that much with others in the picture: they can be tracked, though they may be confused when
+        they are looked for.
     border
         A pattern whose centre comes closer to the border is let go, px.
     search
@@ -100,6 +104,7 @@ class MapRules:
     contours: ContourRules = field(default_factory=ContourRules)
     recognition: RecognitionRules = field(default_factory=RecognitionRules)
     enough: int = 4
+    repeated: float = 0.97
     border: float = 30.0
     search: float = 40.0
     turn: float = np.deg2rad(15.0)
@@ -109,6 +114,7 @@ class MapRules:
     every: int = 5
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "repeated", checks.share("repeated", self.repeated))
         checks.one_of("closing", self.closing, ("chain", "adjust"))
         kinds = (TrackerRules, PatternRules, WindowRules, ContourRules, RecognitionRules)
         names = ("tracker", "patterns", "windows", "contours", "recognition")
@@ -359,6 +365,9 @@ class Mapper:
         rules, scene = self.rules, sought or Sought.of(image, self.rules.contours)
         taken = np.array([one.pose[:2] for one in state.tracked.values()]).reshape(-1, 2)
         windows = interest_windows(scene.edges, scene.contours, rules.windows, taken=taken)
+        if len(sightings) + len(windows) < 2:
+            anything = replace(rules.windows, rival=rules.repeated)
+            windows = interest_windows(scene.edges, scene.contours, anything, taken=taken)
         patterns, tracked, mosaic = dict(state.patterns), dict(state.tracked), state.mosaic
         seen, new = dict(sightings), []
         for window in windows:

@@ -40,6 +40,8 @@ __all__ = [
 ]
 
 Name = TypeVar("Name", bound=Hashable)
+FORBIDDEN = 1e6
+"""Minus the logarithm of the likelihood of what is hardly in the picture; finite, as all may be."""
 SMALLEST = 0.05
 """No particle is smaller, as a share of the model."""
 
@@ -151,8 +153,8 @@ class PatternInfo:
     good : (n,)
         Which vectors are not bad.
     lost
-        Whether more vectors are bad than the rules tolerate: the pattern is not where it is said to
-        be, or hardly to be seen.
+        Whether more of the vectors in the picture are bad than the rules tolerate, or less than
+        half are in it: the pattern is not where it is said to be, or hardly to be seen.
     effective
         Number of particles.
     """
@@ -327,7 +329,8 @@ class PatternTracker:
         C = layers.correlations(self.pattern, after.pose[None], rules.smoothing)[0]
         away = deviations(C, self.pattern.decay)
         good = away <= rules.worst
-        lost = bool(good.sum() < (1 - rules.tolerated) * len(good))
+        seen = max(np.count_nonzero(~np.isnan(C)), (len(C) + 1) // 2)
+        lost = bool(good.sum() < (1 - rules.tolerated) * seen)
         if lost:
             after = PatternState(particles, state.lost + 1)
         info = PatternInfo(after.pose, particles.cov, C, away, good, lost, taken.effective)
@@ -378,8 +381,10 @@ def log_likelihoods(
     .. math:: -\frac{1}{2\sigma^2} \sum_{j=1}^{N_m} \lambda_j^2
 
     Of the bad vectors, :math:`\lambda_j > \lambda_{\max}`, the worst up to the tolerated share are
-    left out or count as :math:`\lambda_{\max}`; those beyond it count in full, and one that leaves
-    the picture like one of correlation -1.
+    left out or count as :math:`\lambda_{\max}`; those beyond it count in full. A vector that leaves
+    the picture says nothing and counts as much as the others do on average, as long as half of all
+    are seen; a particle of which less is seen is impossible. Else the pattern would be held back at
+    the border.
 
     Parameters
     ----------
@@ -405,7 +410,8 @@ def log_likelihoods(
     checks.instance("rules", rules, TrackerRules)
     n = len(decay.rate)
     C = checks.array("correlation", correlation, ("m", n), beside="this decay", finite=False)
-    squares = deviations(np.where(np.isnan(C), -1.0, C), decay) ** 2
+    unseen = np.isnan(C)
+    squares = np.where(unseen, 0.0, deviations(C, decay)) ** 2
     most, limit = int(rules.tolerated * n), rules.worst**2
     total = squares.sum(axis=1)
     if most:
@@ -415,7 +421,9 @@ def log_likelihoods(
         total -= np.where(bad, worst, 0.0).sum(axis=1)
         if rules.bad == "at worst":
             total += limit * bad.sum(axis=1)
-    return -total / (2 * rules.deviation**2)
+    seen = n - unseen.sum(axis=1)
+    logs = -total * (n / np.maximum(seen, 1)) / (2 * rules.deviation**2)
+    return np.where(2 * seen >= n, logs, -FORBIDDEN)
 
 
 def _mean(particles: ParticleSet) -> Float[np.ndarray, " 4"]:
