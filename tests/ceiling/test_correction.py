@@ -233,6 +233,13 @@ def test_a_camera_far_below_is_fine_and_one_just_below_the_ceiling_too():
         assert Correction(K, np.eye(3), t, DOWN, 2.1, SIZE).seen.any()
 
 
+def test_a_tilted_camera_above_the_ceiling_is_refused():
+    R = mount(0, 30, 0)[0]
+    correction(K, R, -R @ [0.8, 0, 2.0], DOWN, 2.1)
+    with pytest.raises(ValueError, match=r"below the ceiling, got it -0\.1 m below"):
+        correction(K, R, -R @ [0.8, 0, 2.2], DOWN, 2.1)
+
+
 def test_wrong_pictures_and_points():
     fixed = Correction(K, R, T, DOWN, 2.1, SIZE, (-0.3, 0.0))
     with pytest.raises(ValueError, match="image must be bytes"), unchecked():

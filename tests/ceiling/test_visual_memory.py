@@ -140,6 +140,9 @@ def test_breaches_are_told_one_by_one():
     assert np.allclose([b.value for b in found], [0.3, 50, 1, 0.3, 0])
     assert isinstance(found[0], Breach)
     assert not breaches(keys[:1])
+    both = {"a": one - [0, 0, 0.3, 0], "b": one - [0, 0, -0.1, 0]}
+    (found,) = breaches([keys[0], KeyImage(both)], KeyRules(turn=0.2))  # the one that turns most
+    assert np.isclose(found.value, 0.3)
     assert not breaches(keys[:2], KeyRules(turn=0.31))
     assert breaches(keys[:2], KeyRules(turn=0.3 - 1e-9))
 
