@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from robot_perception import checks
@@ -632,7 +632,7 @@ def _solved(
     def residuals(free: np.ndarray) -> np.ndarray:
         return _residuals(poses(free), ends, ways, white)
 
-    def jacobian(free: np.ndarray) -> coo_array:
+    def jacobian(free: np.ndarray) -> csr_array:
         return _jacobian(poses(free), ends, white)
 
     free = start[1:].ravel()
@@ -656,7 +656,7 @@ def _residuals(
     return (white @ misses[..., None]).ravel()
 
 
-def _jacobian(poses: np.ndarray, ends: np.ndarray, white: np.ndarray) -> coo_array:
+def _jacobian(poses: np.ndarray, ends: np.ndarray, white: np.ndarray) -> csr_array:
     """Return the derivatives of `_residuals` by all poses but the first."""
     first, second = poses[ends[:, 0]], poses[ends[:, 1]]
     expected = se2.between(first, second)

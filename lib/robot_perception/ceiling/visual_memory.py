@@ -361,10 +361,12 @@ def relative_pose(
 
     for which the scale must be known: an offset in metres is a number of pixels only by Z/f. The
     same is done by eq. (1) for whole pictures. Left out, or done with a wrong scale, the pose is
-    still zero exactly at the place of the key image; between, the robot steers by the camera's
-    path. A tilt of the camera that was the same when the path was learned leaves that zero in
-    place, too, and deforms what lies between; one that has changed by ε since moves the zero, by
-    about Z tan ε.
+    still zero exactly at the place of the key image, but how the robot gets there changes. A camera
+    ahead of the axle is harmless. One that is behind it by a moves to the wrong side when the robot
+    turns: nearer to the target than a the loop is unstable, and the robot arrives turned away.
+
+    A tilt of the camera that was the same when the path was learned leaves that zero in place, too,
+    and deforms what lies between; one that has changed by ε since moves it, by about Z tan ε.
 
     Parameters
     ----------
@@ -450,7 +452,7 @@ class ServoRules:
 
     gain_distance: float = 0.3
     gain_bearing: float = 1.5
-    gain_heading: float = -0.3
+    gain_heading: float = -0.7
     fastest: float = 0.3
     fastest_turn: float = 1.0
     tolerance: float = 0.05
@@ -501,7 +503,9 @@ def servo(target: Float[np.ndarray, "3"], rules: ServoRules | None = None) -> tu
 
     Near zero its eigenvalues are :math:`-k_\rho` and the roots of
     :math:`\lambda^2 + (k_\alpha - k_\rho)\, \lambda - k_\rho k_\beta`: stable if and only if
-    :math:`k_\rho > 0`, :math:`k_\beta < 0`, :math:`k_\alpha > k_\rho`. Far from zero, too: the
+    :math:`k_\rho > 0`, :math:`k_\beta < 0`, :math:`k_\alpha > k_\rho`. As the smaller root
+    :math:`\lambda` is to :math:`-k_\rho`, so the heading falls: with
+    :math:`\rho^{\lambda / -k_\rho}`, for our gains :math:`\rho^{0.71}`. Far from zero, too: the
     target stays ahead once it is there, and in :math:`\alpha, \beta` the divergence
     :math:`k_\rho \cos 2\alpha - k_\alpha` is negative, so that (Bendixson) there is no cycle.
 
