@@ -47,6 +47,8 @@ __all__ = [
 
 MOST = 1000
 """A pattern has no more points."""
+FAST = {"reassoc", "contract", "arcp", "nsz"}
+"""What the compiler may do with sums; it must not take NaN and infinity for impossible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -548,7 +550,7 @@ def _sample(image, points, steps, samples):
 
 
 @no_type_check
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=FAST)
 def _correlate(layers, chosen, poses, points, steps, vectors, centred):
     """Return the correlation of each vector at each pose."""
     height, width = layers.shape[1:]
@@ -569,8 +571,10 @@ def _correlate(layers, chosen, poses, points, steps, vectors, centred):
                 found[i, j] = np.nan
                 continue
             product = total = squares = np.float32(0)
+            # greys are counted from the middle one: else their mean drowns a small contrast
+            base = _between(image, u + half * du, v + half * dv) if centred else np.float32(0)
             for k in range(samples):
-                grey = _between(image, u, v)
+                grey = _between(image, u, v) - base
                 product += grey * vectors[j, k]
                 total += grey
                 squares += grey * grey
@@ -589,17 +593,18 @@ def _leaves(u, v, du, dv, samples, width, height):
     end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
     return not (
         min(u, end_u) >= 0
-        and max(u, end_u) <= width - 1.001
+        and max(u, end_u) <= width - 1
         and min(v, end_v) >= 0
-        and max(v, end_v) <= height - 1.001
+        and max(v, end_v) <= height - 1
     )
 
 
 @no_type_check
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, fastmath=FAST, inline="always")
 def _between(image, u, v):
-    """Return the grey value between four pixels."""
-    column, row = int(u), int(v)
+    """Return the grey value between four pixels; on the last row or column, between the last."""
+    height, width = image.shape
+    column, row = min(int(u), width - 2), min(int(v), height - 2)
     right, down = np.float32(u - column), np.float32(v - row)
     above = image[row, column] + right * (image[row, column + 1] - image[row, column])
     below = image[row + 1, column] + right * (image[row + 1, column + 1] - image[row + 1, column])
