@@ -673,7 +673,8 @@ def pattern_from(
     wide = checks.array("size", size, (2,))
     height, width = picture("image", image).shape
     low, high = middle - wide / 2, middle + wide / 2
-    if not (wide > 0).all() or (low < 0).any() or (high > [width - 1, height - 1]).any():
+    # pixels reach half a pixel beyond their centres
+    if not (wide > 0).all() or (low < -0.5).any() or (high > [width - 0.5, height - 0.5]).any():
         raise ValueError(
             f"centre and size must be of a window in {width} × {height} px, "
             f"got {middle.tolist()} and {wide.tolist()}"
