@@ -685,7 +685,7 @@ def pattern_from(
         within = ((along >= low) & (along <= high)).all(axis=1)
         if within.any():
             points.append(along[within])
-            inside.append(_clipped(piece, along, within, middle, rules.spacing))
+            inside += _clipped(piece, along, within, middle, rules.spacing)
     if not points:
         raise ValueError(f"window must hold a contour, got none round {middle.tolist()}")
     at = np.concatenate(points)
@@ -704,8 +704,7 @@ def pattern_from(
     kept = _picked(fit_decay(falls, "line").rate, rules, rng)
     places = np.column_stack([(at - middle) / wide, phi])[kept]
     decay = fit_decay(falls[kept], rules.curve, own=rules.own)
-    whole = tuple(piece for piece in inside if piece is not None)
-    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, whole)
+    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, tuple(inside))
 
 
 def _picked(
@@ -721,16 +720,21 @@ def _picked(
     return np.sort(order[: rules.most])
 
 
-def _clipped(piece, along, within, middle, spacing) -> Segment | Arc | None:
-    """Return the part of a contour inside a window, px from its middle; None if hardly any is."""
-    first, last = np.flatnonzero(within)[[0, -1]]
-    share = (last - first) / (len(along) - 1)
-    if share * piece.length < 2 * spacing:
-        return None
-    if isinstance(piece, Segment):
-        return Segment(along[first] - middle, along[last] - middle)
-    start = piece.start + piece.sweep * first / (len(along) - 1)
-    return Arc(piece.centre - middle, piece.radius, start, piece.sweep * share)
+def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
+    """Return the parts of a contour inside a window, px from its middle; tiny ones are left out."""
+    found: list[Segment | Arc] = []
+    # a circle may leave the window and come back
+    changes = np.flatnonzero(np.diff(within, prepend=False, append=False))
+    for first, last in changes.reshape(-1, 2) - [0, 1]:
+        share = (last - first) / (len(along) - 1)
+        if share * piece.length < 2 * spacing:
+            continue
+        if isinstance(piece, Segment):
+            found.append(Segment(along[first] - middle, along[last] - middle))
+        else:
+            start = piece.start + piece.sweep * first / (len(along) - 1)
+            found.append(Arc(piece.centre - middle, piece.radius, start, piece.sweep * share))
+    return found
 
 
 # Interest windows --------------------------------------------------------------------------------
