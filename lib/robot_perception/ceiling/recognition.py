@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Float
 from numba import njit
+from scipy.ndimage import distance_transform_edt
 
 from robot_perception import checks
 from robot_perception.ceiling.contours import Arc, Edges, Segment
@@ -113,17 +113,10 @@ class EdgeField:
         self._nearest = np.zeros((*mask.shape, 2), np.int64)
         self.normal = np.zeros(mask.shape)
         if mask.any():
-            free = np.where(mask, 0, 255).astype(np.uint8)
-            distance, labels = cv2.distanceTransformWithLabels(
-                free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE, labelType=cv2.DIST_LABEL_PIXEL
-            )
-            v, u = np.nonzero(mask)
-            owner = np.zeros((labels.max() + 1, 2), np.int64)
-            owner[labels[v, u]] = np.stack([u, v], axis=-1)
-            self.distance = np.minimum(distance, FAR)
-            self._nearest = owner[labels]
-            phi = np.arctan2(edges.gradient[..., 1], edges.gradient[..., 0])
-            self.normal = phi[self._nearest[..., 1], self._nearest[..., 0]]
+            distance, (v, u) = distance_transform_edt(~mask, return_indices=True)
+            self.distance = np.minimum(distance, FAR).astype(np.float32)
+            self._nearest = np.stack([u, v], axis=-1)
+            self.normal = np.arctan2(edges.gradient[..., 1], edges.gradient[..., 0])[v, u]
 
     def look(
         self, points: Float[np.ndarray, "... 2"]
