@@ -326,7 +326,7 @@ class PatternTracker:
         C = layers.correlations(self.pattern, after.pose[None], rules.smoothing)[0]
         away = deviations(C, self.pattern.decay)
         good = away <= rules.worst
-        lost = bool(good.sum() < (1 - rules.tolerated) * len(good))
+        lost = len(good) - int(good.sum()) > _tolerated(rules, len(good))
         if lost:
             after = PatternState(particles, state.lost + 1)
         info = PatternInfo(after.pose, particles.cov, C, away, good, lost, taken.effective)
@@ -405,7 +405,7 @@ def log_likelihoods(
     n = len(decay.rate)
     C = checks.array("correlation", correlation, ("m", n), beside="this decay", finite=False)
     squares = deviations(np.where(np.isnan(C), -1.0, C), decay) ** 2
-    most, limit = int(rules.tolerated * n), rules.worst**2
+    most, limit = _tolerated(rules, n), rules.worst**2
     total = squares.sum(axis=1)
     if most:
         # the worst come last; of these, as many as are bad and may be
@@ -415,6 +415,11 @@ def log_likelihoods(
         if rules.bad == "at worst":
             total += limit * bad.sum(axis=1)
     return -total / (2 * rules.deviation**2)
+
+
+def _tolerated(rules: TrackerRules, count: int) -> int:
+    """Return how many of so many vectors may be bad."""
+    return int(rules.tolerated * count + 1e-9)  # 0.29 of 100 is 28.999999999999996
 
 
 def _mean(particles: ParticleSet) -> Float[np.ndarray, " 4"]:
