@@ -26,6 +26,7 @@ from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.contours import picture
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
+from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
 
 __all__ = [
@@ -329,7 +330,7 @@ class PatternTracker:
         lost = len(good) - int(good.sum()) > _tolerated(rules, len(good))
         if lost:
             after = PatternState(particles, state.lost + 1)
-        info = PatternInfo(after.pose, particles.cov, C, away, good, lost, taken.effective)
+        info = PatternInfo(after.pose, _cov(after), C, away, good, lost, taken.effective)
         return after, info
 
 
@@ -415,6 +416,13 @@ def log_likelihoods(
         if rules.bad == "at worst":
             total += limit * bad.sum(axis=1)
     return -total / (2 * rules.deviation**2)
+
+
+def _cov(state: PatternState) -> Float[np.ndarray, "4 4"]:
+    """Return the covariance of places about their mean, angles taken around the circle."""
+    away = state.particles.states - state.pose
+    away[:, 2] = wrap_angle(away[:, 2])
+    return away.T @ (state.particles.weights[:, None] * away)
 
 
 def _tolerated(rules: TrackerRules, count: int) -> int:
