@@ -15,7 +15,7 @@ from numba import njit
 
 from robot_perception import checks
 
-__all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges", "picture"]
+__all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges"]
 
 
 @dataclass(frozen=True, slots=True)
