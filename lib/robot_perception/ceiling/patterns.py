@@ -135,7 +135,7 @@ class Decay:
 
     def __post_init__(self) -> None:
         rate = checks.array("rate", self.rate, ("n",))
-        power = checks.array("power", self.power, rate.shape, beside="these rates")
+        power = checks.array("power", self.power, rate.shape, beside=f"rate {rate.shape}")
         for name, value in (("rate", rate), ("power", power)):
             if not (value > 0).all():
                 raise ValueError(f"{name} must be positive, got {value.min():g}")
@@ -445,6 +445,7 @@ def deviations(correlation: Float[np.ndarray, "... n"], decay: Decay) -> Float[n
     ----------
     Section 3.3, below eq. (5).
     """
+    checks.instance("decay", decay, Decay)
     C = checks.array(
         "correlation", correlation, (..., len(decay.rate)), beside="this decay", finite=False
     )
@@ -649,6 +650,8 @@ def make_pattern(
         to be picked at random without a generator.
     """
     image = picture("image", image)
+    if contours is not None:
+        checks.instance("contours", contours, ContourRules)
     edges = find_edges(image, contours)
     return pattern_from(image, edges, find_contours(edges, contours), centre, size, rules, rng=rng)
 
@@ -672,6 +675,7 @@ def pattern_from(
     middle = checks.array("centre", centre, (2,))
     wide = checks.array("size", size, (2,))
     height, width = picture("image", image).shape
+    checks.shaped("edges.mask", checks.instance("edges", edges, Edges).mask, image.shape)
     low, high = middle - wide / 2, middle + wide / 2
     # pixels reach half a pixel beyond their centres
     if not (wide > 0).all() or (low < -0.5).any() or (high > [width - 0.5, height - 0.5]).any():
@@ -687,14 +691,14 @@ def pattern_from(
             points.append(along[within])
             inside += _clipped(piece, along, within, middle, rules.spacing)
     if not points:
-        raise ValueError(f"window must hold a contour, got none round {middle.tolist()}")
+        raise ValueError(f"image must show a contour there, got none round {middle.tolist()}")
     at = np.concatenate(points)
     phi = edges.directions(at)
     taken = {"samples": rules.samples, "step": rules.step}
     V = grey_vectors(image, at, phi, **taken)
     good = np.flatnonzero(V.var(axis=1) > _flat(1))  # NaN, beyond the picture, is not
     if not len(good):
-        raise ValueError(f"window must hold a contour with contrast, got none round {middle}")
+        raise ValueError(f"image must show contrast there, got none round {middle.tolist()}")
     at, phi, V = at[good], phi[good], V[good].astype(float)
     falls = (
         autocorrelation(V, centred=rules.centred)
@@ -730,10 +734,11 @@ def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
         if share * piece.length < 2 * spacing:
             continue
         if isinstance(piece, Segment):
-            found.append(Segment(along[first] - middle, along[last] - middle))
+            found.append(Segment(*(tuple(along[k] - middle) for k in (first, last))))
         else:
             start = piece.start + piece.sweep * first / (len(along) - 1)
-            found.append(Arc(piece.centre - middle, piece.radius, start, piece.sweep * share))
+            centre = tuple(piece.centre - middle)
+            found.append(Arc(centre, piece.radius, start, piece.sweep * share))
     return found
 
 
@@ -852,7 +857,9 @@ def interest_windows(
     image = picture("image", image)
     rules = WindowRules() if rules is None else checks.instance("rules", rules, WindowRules)
     near = np.empty((0, 2)) if taken is None else checks.array("taken", taken, ("m", 2))
-    at, normals = _contour_points(checks.instance("edges", edges, Edges), contours, rules.spacing)
+    contours = checks.instances("contours", contours, Segment, Arc)
+    checks.shaped("edges.mask", checks.instance("edges", edges, Edges).mask, image.shape)
+    at, normals = _contour_points(edges, contours, rules.spacing)
     (wide, high), (height, width) = rules.size, image.shape
     us = np.arange(rules.margin, width - wide - rules.margin + 1, rules.spacing)
     vs = np.arange(rules.margin, height - high - rules.margin + 1, rules.spacing)

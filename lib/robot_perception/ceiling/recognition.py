@@ -234,7 +234,8 @@ def contour_log_likelihoods(
     checks.instance("field", field, EdgeField)
     poses = checks.array("poses", poses, ("m", 4))
     distance, _, _ = field.look(checks.instance("pattern", pattern, Pattern).seen(poses))
-    return -(distance**2).sum(axis=1) / (2 * checks.positive("sigma", sigma) ** 2)
+    shares = distance.astype(float) / checks.positive("sigma", sigma)
+    return -0.5 * (shares**2).sum(axis=1)
 
 
 def _along(

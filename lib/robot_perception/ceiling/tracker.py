@@ -222,7 +222,11 @@ class Layers:
         self, pattern: Pattern, poses: Float[np.ndarray, "m 4"], kind: str
     ) -> Float32[np.ndarray, "m n"]:
         """Return what `.patterns.correlations` does, each pose in the copy that suits its scale."""
-        wanted = np.rint(smoothing(poses[:, 3], kind) / self.STEP).astype(int)
+        checks.instance("pattern", pattern, Pattern)
+        poses = checks.array("poses", poses, ("m", 4))
+        # a picture that is smoothed more than it is wide is of one grey
+        sigmas = np.minimum(smoothing(poses[:, 3], kind), max(self._sharp.shape))
+        wanted = np.rint(sigmas / self.STEP).astype(int)
         levels, chosen = np.unique(wanted, return_inverse=True)
         if len(levels) == 1:
             return correlations(self._copy(levels[0])[None], pattern, poses)
@@ -277,6 +281,8 @@ class PatternTracker:
             If the pose is not four finite numbers with a positive scale.
         """
         pose = checks.array("pose", pose, (4,))
+        if not pose[3] > 0:
+            raise ValueError(f"pose must have a positive scale, got {pose[3]:g}")
         return PatternState(ParticleSet.uniform(np.tile(pose, (self.rules.particles, 1))))
 
     def step(
