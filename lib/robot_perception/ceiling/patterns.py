@@ -47,6 +47,8 @@ __all__ = [
 
 MOST = 1000
 """A pattern has no more points."""
+TINY = 1e-9
+"""A line along a border is not beyond it by the rounding of cos 90°, px."""
 FAST = {"reassoc", "contract", "arcp", "nsz"}
 """What the compiler may do with sums; it must not take NaN and infinity for impossible."""
 
@@ -593,10 +595,10 @@ def _leaves(u, v, du, dv, samples, width, height):
     """Tell whether a line of samples leaves the pixels; its ends decide."""
     end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
     return not (
-        min(u, end_u) >= 0
-        and max(u, end_u) <= width - 1
-        and min(v, end_v) >= 0
-        and max(v, end_v) <= height - 1
+        min(u, end_u) >= -TINY
+        and max(u, end_u) <= width - 1 + TINY
+        and min(v, end_v) >= -TINY
+        and max(v, end_v) <= height - 1 + TINY
     )
 
 
@@ -693,6 +695,8 @@ def pattern_from(
     if not points:
         raise ValueError(f"image must show a contour there, got none round {middle.tolist()}")
     at = np.concatenate(points)
+    # pieces that follow each other share an end
+    at = at[np.sort(np.unique(at, axis=0, return_index=True)[1])]
     phi = edges.directions(at)
     taken = {"samples": rules.samples, "step": rules.step}
     V = grey_vectors(image, at, phi, **taken)

@@ -229,9 +229,9 @@ class Layers:
         wanted = np.rint(sigmas / self.STEP).astype(int)
         levels, chosen = np.unique(wanted, return_inverse=True)
         if len(levels) == 1:
-            return correlations(self._copy(levels[0])[None], pattern, poses)
+            return correlations(self._copy(int(levels[0]))[None], pattern, poses)
         found = np.empty((len(poses), len(pattern.places)), np.float32)
-        for k, level in enumerate(levels):
+        for k, level in enumerate(levels.tolist()):
             these = np.flatnonzero(chosen == k)
             found[these] = correlations(self._copy(level)[None], pattern, poses[these])
         return found
