@@ -406,8 +406,12 @@ def test_the_steepest_points_are_kept():
     assert len(some.places) == 30
     rates = np.sort(whole.decay.rate)[::-1]
     np.testing.assert_allclose(np.sort(some.decay.rate)[::-1], rates[:30])
-    order = [np.flatnonzero((whole.places == place).all(axis=1))[0] for place in some.places]
-    assert (np.diff(order) > 0).all()
+    contours = find_contours(find_edges(CLUTTERED))
+    along = np.concatenate([piece.points(PatternRules().spacing) for piece in contours])
+    for pattern in (whole, some):  # in the order along the contours
+        at = pattern.points + np.array(CENTRE)
+        order = [np.hypot(*(along - point).T).argmin() for point in at]
+        assert (np.diff(order) > 0).all()
     # the criterion is the line's, whatever curve is fitted
     power = make_pattern(CLUTTERED, CENTRE, rules=PatternRules(most=30, curve="parabola"))
     np.testing.assert_array_equal(power.places, some.places)
@@ -560,15 +564,23 @@ def test_windows_are_apart_the_strongest_first_and_become_patterns():
     make_pattern(corner, window.centre, window.size)  # the whole picture
 
 
-def test_strength_and_rival_are_those_of_their_formulas():
-    shapes = [("area", arrow(100, 100), 60), ("area", ARROW[:, ::-1] * 0.8 + (230, 140), 110)]
+ARROWS = [("area", arrow(100, 100), 60), ("area", ARROW[:, ::-1] * 0.8 + (230, 140), 110)]
+BARS = [
+    ("area", rectangle(160 + k, 120 + 3 * k, 6, high, 0.4), grey)
+    for k, high, grey in ((-20, 150, 60), (12, 170, 90))
+]
+BARS.append(("area", rectangle(150, 120, 26, 20, 0.4), 130))
+
+
+@pytest.mark.parametrize(("shapes", "held_by"), [(ARROWS, "turn"), (BARS, "shift")])
+def test_strength_and_rival_are_those_of_their_formulas(shapes, held_by):
     image = drawn(shapes)
     edges = find_edges(image)
     contours = find_contours(edges)
     found = interest_windows(image, edges, contours, replace(SEARCH, strength=1.0))
     assert found
     at = np.rint(np.concatenate([piece.points(SEARCH.spacing) for piece in contours]))
-    phi = edges.directions(at)
+    phi, weakest = edges.directions(at), set()
     for window in found:
         corner = np.subtract(window.centre, 31.5).astype(int)
         inside = ((at >= corner) & (at <= corner + 63)).all(axis=1)
@@ -583,6 +595,7 @@ def test_strength_and_rival_are_those_of_their_formulas():
 
         turn = minimize(turning, np.zeros(2), tol=1e-10).fun
         assert window.strength == pytest.approx(min(shift, turn), rel=1e-5)
+        weakest.add("turn" if turn < shift else "shift")
         part = image[corner[1] : corner[1] + 64, corner[0] : corner[0] + 64].astype(float)
         best = -1.0
         for v in range(0, 240 - 63, 4):
@@ -591,6 +604,7 @@ def test_strength_and_rival_are_those_of_their_formulas():
                 if np.abs((u, v) - corner).max() > 21 and other.std() > 0:
                     best = max(best, np.corrcoef(part.ravel(), other.ravel())[0, 1])
         assert best - 1e-4 <= window.rival <= best + 0.25
+    assert held_by in weakest
 
 
 # Bad input ---------------------------------------------------------------------------------------

@@ -351,6 +351,8 @@ def test_nothing_is_found_where_nothing_is():
     ("made", "said"),
     [
         (lambda: RecognitionRules(near=0), "near must be positive"),
+        (lambda: RecognitionRules(near=10), "near must be below 10, got 10"),
+        (lambda: RecognitionRules(aligned=1.6), "aligned must be below 1.571, got 1.6"),
         (lambda: RecognitionRules(scales=()), "scales must be positive"),
         (lambda: RecognitionRules(scales=(1, -1)), "scales must be positive"),
         (lambda: RecognitionRules(refined=0), "refined must be from 1"),

@@ -263,6 +263,17 @@ def test_particles_move_by_the_sigmas_and_keep_a_scale():
     assert state.particles.states[:, 3].min() == 0.05
 
 
+@pytest.mark.parametrize("passes", [0, 1, 2])
+def test_each_pass_walks_a_third_as_far(passes):
+    tracker = PatternTracker(PATTERN, replace(RULES, particles=4000, passes=passes))
+    blank = np.full((240, 320), 128, np.uint8)  # where all particles are as likely
+    state, info = tracker.step(tracker.start(START), blank, rng=rng(6))
+    assert info.effective == pytest.approx(4000, rel=1e-3)
+    expected = SIGMAS * np.sqrt(sum(9.0**-k for k in range(passes + 1)))
+    away = state.particles.states - START
+    np.testing.assert_allclose(away.std(axis=0), expected, rtol=0.035)
+
+
 def test_estimates_are_near_within_a_sigma():
     away = errors(TRACKER, range(12))
     assert np.abs(np.median(np.abs(away), axis=0) <= (1.5, 1.5, np.deg2rad(1.5), 0.04)).all()

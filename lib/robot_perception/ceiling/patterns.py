@@ -768,7 +768,8 @@ class WindowRules:
     rival
         A window that correlates more with another place of the picture counts as repeated.
     apart
-        px between the centres of chosen windows, and to those that are there already.
+        px between the centres of chosen windows, and to those that are there already or that were
+        tried and found weak or repeated.
 
     Raises
     ------

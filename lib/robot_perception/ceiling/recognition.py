@@ -53,7 +53,8 @@ class RecognitionRules:
     Raises
     ------
     ValueError
-        If a number is out of its range.
+        If a number is out of its range: ``near`` below the 10 px at which distances are cut off,
+        ``aligned`` below a right angle.
     """
 
     near: float = 2.0
@@ -68,6 +69,9 @@ class RecognitionRules:
     def __post_init__(self) -> None:
         for name in ("near", "aligned", "opening", "gap", "apart"):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        for name, most in (("near", FAR), ("aligned", np.pi / 2)):
+            if getattr(self, name) >= most:
+                raise ValueError(f"{name} must be below {most:.4g}, got {getattr(self, name):g}")
         scales = checks.array("scales", self.scales, ("n",))
         if not (len(scales) and (scales > 0).all()):
             raise ValueError(f"scales must be positive, one at least, got {scales.tolist()}")
@@ -351,7 +355,7 @@ def _refined(points, normals, pose, field, rules) -> Float[np.ndarray, " 4"]:
     for reach in (3, 3, 2, 2, 1):
         at = placed(points, pose)
         distance, nearest, across = field.look(at)
-        good = distance <= reach * rules.near
+        good = (distance <= reach * rules.near) & (distance < FAR)
         good &= np.abs(np.sin(across - normals - pose[2])) <= np.sin(rules.aligned)
         if good.sum() < 4:
             break
