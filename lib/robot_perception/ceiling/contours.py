@@ -15,7 +15,19 @@ from numba import njit
 
 from robot_perception import checks
 
-__all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges", "picture"]
+__all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges"]
+
+
+MOST = 10**6
+"""No piece is cut into more parts."""
+
+
+def _steps(length: float, spacing: float) -> Float[np.ndarray, " n"]:
+    """Return shares of a length, from 0 to 1, at most a spacing apart."""
+    parts = length / checks.positive("spacing", spacing)
+    if not parts < MOST:
+        raise ValueError(f"spacing must cut {length:g} px into {MOST} parts at most, got {spacing}")
+    return np.linspace(0, 1, 2 + int(parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +62,7 @@ class Segment:
 
     def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
         """Return points along it, at most ``spacing`` px apart, its ends among them."""
-        steps = np.linspace(0, 1, 2 + int(self.length / checks.positive("spacing", spacing)))
+        steps = _steps(self.length, spacing)
         return self.start + steps[:, None] * np.subtract(self.end, self.start)
 
 
@@ -98,7 +110,7 @@ class Arc:
 
     def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
         """Return points along it, at most ``spacing`` px apart, its ends among them."""
-        steps = np.linspace(0, 1, 2 + int(self.length / checks.positive("spacing", spacing)))
+        steps = _steps(self.length, spacing)
         angle = self.start + steps * self.sweep
         return self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
@@ -126,7 +138,7 @@ class ContourRules:
     Raises
     ------
     ValueError
-        If a number is not positive, or ``high`` is below ``low``.
+        If a number is not positive, ``high`` is below ``low``, or the smoothing is above 100 px.
     """
 
     smoothing: float = 1.0
@@ -140,6 +152,8 @@ class ContourRules:
     def __post_init__(self) -> None:
         for name in ("smoothing", "low", "high", "tolerance", "roundness", "largest"):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        if self.smoothing > 100:
+            raise ValueError(f"smoothing must be 100 px at most, got {self.smoothing:g}")
         object.__setattr__(self, "shortest", checks.whole("shortest", self.shortest, 3, 10**6))
         if self.high < self.low:
             raise ValueError(f"high must not be below low, got {self.high:g} below {self.low:g}")
@@ -292,11 +306,11 @@ def _approximated(chain: Int32[np.ndarray, "n 2"], rules: ContourRules) -> list[
             if fitted is None:
                 break
             last, arc = end, fitted
-        a, b = chain[corners[first]], chain[corners[last]]
+        a, b = chain[[corners[first], corners[last]]].astype(float)
         if arc is not None:
             found.append(arc)
         elif np.hypot(*(b - a)) >= rules.shortest / 2:
-            found.append(Segment(a, b))
+            found.append(Segment(tuple(a), tuple(b)))
         first = last
     return found
 
@@ -326,7 +340,7 @@ def _arc(points: Int32[np.ndarray, "n 2"], rules: ContourRules) -> Arc | None:
         return None
     angle = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
     sweep = float(np.clip(angle[-1] - angle[0], -2 * np.pi, 2 * np.pi))
-    return Arc(centre + middle, radius, angle[0], sweep) if sweep else None
+    return Arc(tuple(centre + middle), radius, angle[0], sweep) if sweep else None
 
 
 @no_type_check

@@ -47,6 +47,10 @@ __all__ = [
 
 MOST = 1000
 """A pattern has no more points."""
+TINY = 1e-9
+"""A line along a border is not beyond it by the rounding of cos 90°, px."""
+FAST = {"reassoc", "contract", "arcp", "nsz"}
+"""What the compiler may do with sums; it must not take NaN and infinity for impossible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +137,7 @@ class Decay:
 
     def __post_init__(self) -> None:
         rate = checks.array("rate", self.rate, ("n",))
-        power = checks.array("power", self.power, rate.shape, beside="these rates")
+        power = checks.array("power", self.power, rate.shape, beside=f"rate {rate.shape}")
         for name, value in (("rate", rate), ("power", power)):
             if not (value > 0).all():
                 raise ValueError(f"{name} must be positive, got {value.min():g}")
@@ -443,6 +447,7 @@ def deviations(correlation: Float[np.ndarray, "... n"], decay: Decay) -> Float[n
     ----------
     Section 3.3, below eq. (5).
     """
+    checks.instance("decay", decay, Decay)
     C = checks.array(
         "correlation", correlation, (..., len(decay.rate)), beside="this decay", finite=False
     )
@@ -548,7 +553,7 @@ def _sample(image, points, steps, samples):
 
 
 @no_type_check
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=FAST)
 def _correlate(layers, chosen, poses, points, steps, vectors, centred):
     """Return the correlation of each vector at each pose."""
     height, width = layers.shape[1:]
@@ -569,8 +574,10 @@ def _correlate(layers, chosen, poses, points, steps, vectors, centred):
                 found[i, j] = np.nan
                 continue
             product = total = squares = np.float32(0)
+            # greys are counted from the middle one: else their mean drowns a small contrast
+            base = _between(image, u + half * du, v + half * dv) if centred else np.float32(0)
             for k in range(samples):
-                grey = _between(image, u, v)
+                grey = _between(image, u, v) - base
                 product += grey * vectors[j, k]
                 total += grey
                 squares += grey * grey
@@ -588,18 +595,19 @@ def _leaves(u, v, du, dv, samples, width, height):
     """Tell whether a line of samples leaves the pixels; its ends decide."""
     end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
     return not (
-        min(u, end_u) >= 0
-        and max(u, end_u) <= width - 1.001
-        and min(v, end_v) >= 0
-        and max(v, end_v) <= height - 1.001
+        min(u, end_u) >= -TINY
+        and max(u, end_u) <= width - 1 + TINY
+        and min(v, end_v) >= -TINY
+        and max(v, end_v) <= height - 1 + TINY
     )
 
 
 @no_type_check
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, fastmath=FAST, inline="always")
 def _between(image, u, v):
-    """Return the grey value between four pixels."""
-    column, row = int(u), int(v)
+    """Return the grey value between four pixels; on the last row or column, between the last."""
+    height, width = image.shape
+    column, row = min(int(u), width - 2), min(int(v), height - 2)
     right, down = np.float32(u - column), np.float32(v - row)
     above = image[row, column] + right * (image[row, column + 1] - image[row, column])
     below = image[row + 1, column] + right * (image[row + 1, column + 1] - image[row + 1, column])
@@ -644,6 +652,8 @@ def make_pattern(
         to be picked at random without a generator.
     """
     image = picture("image", image)
+    if contours is not None:
+        checks.instance("contours", contours, ContourRules)
     edges = find_edges(image, contours)
     return pattern_from(image, edges, find_contours(edges, contours), centre, size, rules, rng=rng)
 
@@ -667,8 +677,10 @@ def pattern_from(
     middle = checks.array("centre", centre, (2,))
     wide = checks.array("size", size, (2,))
     height, width = picture("image", image).shape
+    checks.shaped("edges.mask", checks.instance("edges", edges, Edges).mask, image.shape)
     low, high = middle - wide / 2, middle + wide / 2
-    if not (wide > 0).all() or (low < 0).any() or (high > [width - 1, height - 1]).any():
+    # pixels reach half a pixel beyond their centres
+    if not (wide > 0).all() or (low < -0.5).any() or (high > [width - 0.5, height - 0.5]).any():
         raise ValueError(
             f"centre and size must be of a window in {width} × {height} px, "
             f"got {middle.tolist()} and {wide.tolist()}"
@@ -679,16 +691,18 @@ def pattern_from(
         within = ((along >= low) & (along <= high)).all(axis=1)
         if within.any():
             points.append(along[within])
-            inside.append(_clipped(piece, along, within, middle, rules.spacing))
+            inside += _clipped(piece, along, within, middle, rules.spacing)
     if not points:
-        raise ValueError(f"window must hold a contour, got none round {middle.tolist()}")
+        raise ValueError(f"image must show a contour there, got none round {middle.tolist()}")
     at = np.concatenate(points)
+    # pieces that follow each other share an end
+    at = at[np.sort(np.unique(at, axis=0, return_index=True)[1])]
     phi = edges.directions(at)
     taken = {"samples": rules.samples, "step": rules.step}
     V = grey_vectors(image, at, phi, **taken)
     good = np.flatnonzero(V.var(axis=1) > _flat(1))  # NaN, beyond the picture, is not
     if not len(good):
-        raise ValueError(f"window must hold a contour with contrast, got none round {middle}")
+        raise ValueError(f"image must show contrast there, got none round {middle.tolist()}")
     at, phi, V = at[good], phi[good], V[good].astype(float)
     falls = (
         autocorrelation(V, centred=rules.centred)
@@ -698,8 +712,7 @@ def pattern_from(
     kept = _picked(fit_decay(falls, "line").rate, rules, rng)
     places = np.column_stack([(at - middle) / wide, phi])[kept]
     decay = fit_decay(falls[kept], rules.curve, own=rules.own)
-    whole = tuple(piece for piece in inside if piece is not None)
-    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, whole)
+    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, tuple(inside))
 
 
 def _picked(
@@ -715,16 +728,22 @@ def _picked(
     return np.sort(order[: rules.most])
 
 
-def _clipped(piece, along, within, middle, spacing) -> Segment | Arc | None:
-    """Return the part of a contour inside a window, px from its middle; None if hardly any is."""
-    first, last = np.flatnonzero(within)[[0, -1]]
-    share = (last - first) / (len(along) - 1)
-    if share * piece.length < 2 * spacing:
-        return None
-    if isinstance(piece, Segment):
-        return Segment(along[first] - middle, along[last] - middle)
-    start = piece.start + piece.sweep * first / (len(along) - 1)
-    return Arc(piece.centre - middle, piece.radius, start, piece.sweep * share)
+def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
+    """Return the parts of a contour inside a window, px from its middle; tiny ones are left out."""
+    found: list[Segment | Arc] = []
+    # a circle may leave the window and come back
+    changes = np.flatnonzero(np.diff(within, prepend=False, append=False))
+    for first, last in changes.reshape(-1, 2) - [0, 1]:
+        share = (last - first) / (len(along) - 1)
+        if share * piece.length < 2 * spacing:
+            continue
+        if isinstance(piece, Segment):
+            found.append(Segment(*(tuple(along[k] - middle) for k in (first, last))))
+        else:
+            start = piece.start + piece.sweep * first / (len(along) - 1)
+            centre = tuple(piece.centre - middle)
+            found.append(Arc(centre, piece.radius, start, piece.sweep * share))
+    return found
 
 
 # Interest windows --------------------------------------------------------------------------------
@@ -750,7 +769,8 @@ class WindowRules:
         A window whose contours correlate more with those elsewhere in the picture counts as
         repeated.
     apart
-        px between the centres of chosen windows, and to those that are there already.
+        px between the centres of chosen windows, and to those that are there already; a third of it
+        from one that was tried and found weak or repeated.
 
     Raises
     ------
@@ -839,6 +859,7 @@ def interest_windows(
     """
     rules = WindowRules() if rules is None else checks.instance("rules", rules, WindowRules)
     near = np.empty((0, 2)) if taken is None else checks.array("taken", taken, ("m", 2))
+    contours = checks.instances("contours", contours, Segment, Arc)
     at, normals = _contour_points(checks.instance("edges", edges, Edges), contours, rules.spacing)
     (wide, high), (height, width) = rules.size, edges.mask.shape
     us = np.arange(rules.margin, width - wide - rules.margin + 1, rules.spacing)

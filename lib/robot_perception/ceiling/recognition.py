@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Float
 from numba import njit
+from scipy.ndimage import distance_transform_edt
 
 from robot_perception import checks
 from robot_perception.ceiling.contours import Arc, Edges, Segment
@@ -53,7 +53,8 @@ class RecognitionRules:
     Raises
     ------
     ValueError
-        If a number is out of its range.
+        If a number is out of its range: ``near`` below the 10 px at which distances are cut off,
+        ``aligned`` below a right angle.
     """
 
     near: float = 2.0
@@ -68,6 +69,9 @@ class RecognitionRules:
     def __post_init__(self) -> None:
         for name in ("near", "aligned", "opening", "gap", "apart"):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        for name, most in (("near", FAR), ("aligned", np.pi / 2)):
+            if getattr(self, name) >= most:
+                raise ValueError(f"{name} must be below {most:.4g}, got {getattr(self, name):g}")
         scales = checks.array("scales", self.scales, ("n",))
         if not (len(scales) and (scales > 0).all()):
             raise ValueError(f"scales must be positive, one at least, got {scales.tolist()}")
@@ -113,17 +117,10 @@ class EdgeField:
         self._nearest = np.zeros((*mask.shape, 2), np.int64)
         self.normal = np.zeros(mask.shape)
         if mask.any():
-            free = np.where(mask, 0, 255).astype(np.uint8)
-            distance, labels = cv2.distanceTransformWithLabels(
-                free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE, labelType=cv2.DIST_LABEL_PIXEL
-            )
-            v, u = np.nonzero(mask)
-            owner = np.zeros((labels.max() + 1, 2), np.int64)
-            owner[labels[v, u]] = np.stack([u, v], axis=-1)
-            self.distance = np.minimum(distance, FAR)
-            self._nearest = owner[labels]
-            phi = np.arctan2(edges.gradient[..., 1], edges.gradient[..., 0])
-            self.normal = phi[self._nearest[..., 1], self._nearest[..., 0]]
+            distance, (v, u) = distance_transform_edt(~mask, return_indices=True)
+            self.distance = np.minimum(distance, FAR).astype(np.float32)
+            self._nearest = np.stack([u, v], axis=-1)
+            self.normal = np.arctan2(edges.gradient[..., 1], edges.gradient[..., 0])[v, u]
 
     def look(
         self, points: Float[np.ndarray, "... 2"]
@@ -241,7 +238,8 @@ def contour_log_likelihoods(
     checks.instance("field", field, EdgeField)
     poses = checks.array("poses", poses, ("m", 4))
     distance, _, _ = field.look(checks.instance("pattern", pattern, Pattern).seen(poses))
-    return -(distance**2).sum(axis=1) / (2 * checks.positive("sigma", sigma) ** 2)
+    shares = distance.astype(float) / checks.positive("sigma", sigma)
+    return -0.5 * (shares**2).sum(axis=1)
 
 
 def _along(
@@ -357,7 +355,7 @@ def _refined(points, normals, pose, field, rules) -> Float[np.ndarray, " 4"]:
     for reach in (3, 3, 2, 2, 1):
         at = placed(points, pose)
         distance, nearest, across = field.look(at)
-        good = distance <= reach * rules.near
+        good = (distance <= reach * rules.near) & (distance < FAR)
         good &= np.abs(np.sin(across - normals - pose[2])) <= np.sin(rules.aligned)
         if good.sum() < 4:
             break

@@ -26,6 +26,7 @@ from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.contours import picture
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
+from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
 
 __all__ = [
@@ -224,12 +225,16 @@ class Layers:
         self, pattern: Pattern, poses: Float[np.ndarray, "m 4"], kind: str
     ) -> Float32[np.ndarray, "m n"]:
         """Return what `.patterns.correlations` does, each pose in the copy that suits its scale."""
-        wanted = np.rint(smoothing(poses[:, 3], kind) / self.STEP).astype(int)
+        checks.instance("pattern", pattern, Pattern)
+        poses = checks.array("poses", poses, ("m", 4))
+        # a picture that is smoothed more than it is wide is of one grey
+        sigmas = np.minimum(smoothing(poses[:, 3], kind), max(self._sharp.shape))
+        wanted = np.rint(sigmas / self.STEP).astype(int)
         levels, chosen = np.unique(wanted, return_inverse=True)
         if len(levels) == 1:
-            return correlations(self._copy(levels[0])[None], pattern, poses)
+            return correlations(self._copy(int(levels[0]))[None], pattern, poses)
         found = np.empty((len(poses), len(pattern.places)), np.float32)
-        for k, level in enumerate(levels):
+        for k, level in enumerate(levels.tolist()):
             these = np.flatnonzero(chosen == k)
             found[these] = correlations(self._copy(level)[None], pattern, poses[these])
         return found
@@ -279,6 +284,8 @@ class PatternTracker:
             If the pose is not four finite numbers with a positive scale.
         """
         pose = checks.array("pose", pose, (4,))
+        if not pose[3] > 0:
+            raise ValueError(f"pose must have a positive scale, got {pose[3]:g}")
         return PatternState(ParticleSet.uniform(np.tile(pose, (self.rules.particles, 1))))
 
     def step(
@@ -329,11 +336,11 @@ class PatternTracker:
         C = layers.correlations(self.pattern, after.pose[None], rules.smoothing)[0]
         away = deviations(C, self.pattern.decay)
         good = away <= rules.worst
-        seen = max(np.count_nonzero(~np.isnan(C)), (len(C) + 1) // 2)
-        lost = bool(good.sum() < (1 - rules.tolerated) * seen)
+        seen = max(int((~np.isnan(C)).sum()), (len(C) + 1) // 2)
+        lost = seen - int(good.sum()) > _tolerated(rules, seen)
         if lost:
             after = PatternState(particles, state.lost + 1)
-        info = PatternInfo(after.pose, particles.cov, C, away, good, lost, taken.effective)
+        info = PatternInfo(after.pose, _cov(after), C, away, good, lost, taken.effective)
         return after, info
 
 
@@ -412,7 +419,7 @@ def log_likelihoods(
     C = checks.array("correlation", correlation, ("m", n), beside="this decay", finite=False)
     unseen = np.isnan(C)
     squares = np.where(unseen, 0.0, deviations(C, decay)) ** 2
-    most, limit = int(rules.tolerated * n), rules.worst**2
+    most, limit = _tolerated(rules, n), rules.worst**2
     total = squares.sum(axis=1)
     if most:
         # the worst come last; of these, as many as are bad and may be
@@ -424,6 +431,18 @@ def log_likelihoods(
     seen = n - unseen.sum(axis=1)
     logs = -total * (n / np.maximum(seen, 1)) / (2 * rules.deviation**2)
     return np.where(2 * seen >= n, logs, -FORBIDDEN)
+
+
+def _cov(state: PatternState) -> Float[np.ndarray, "4 4"]:
+    """Return the covariance of places about their mean, angles taken around the circle."""
+    away = state.particles.states - state.pose
+    away[:, 2] = wrap_angle(away[:, 2])
+    return away.T @ (state.particles.weights[:, None] * away)
+
+
+def _tolerated(rules: TrackerRules, count: int) -> int:
+    """Return how many of so many vectors may be bad."""
+    return int(rules.tolerated * count + 1e-9)  # 0.29 of 100 is 28.999999999999996
 
 
 def _mean(particles: ParticleSet) -> Float[np.ndarray, " 4"]:
