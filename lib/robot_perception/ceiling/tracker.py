@@ -18,7 +18,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
@@ -26,8 +25,12 @@ from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.contours import picture
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
+from robot_perception.extras import needing
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
+
+with needing():
+    import cv2
 
 __all__ = [
     "Layers",
