@@ -175,7 +175,8 @@ def place(
 
     .. math::
         {}^M T_i = {}^M T_j\, {}^j T_i, \qquad
-        {}^j T_i = \begin{bmatrix} {}^j r_i & \frac{Z}{f}\, {}^j p_i \\ 0 & 1 \end{bmatrix} \qquad \text{(eq. 3)}
+        {}^j T_i = \begin{bmatrix} {}^j r_i & \frac{Z}{f}\, {}^j p_i \\ 0 & 1 \end{bmatrix}
+        \qquad \text{(eq. 3)}
 
     Parameters
     ----------
