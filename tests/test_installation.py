@@ -22,6 +22,7 @@ EXTRAS = {
     "robot_perception.people.skin": "vision",
     "robot_perception.appearance": "vision",
     "robot_perception.ceiling": "vision",
+    "data_synth.ceiling": "vision",
     "data_synth.coloured": "vision",
     "data_synth.people": "vision",
     "robot_perception.chapters": "book",

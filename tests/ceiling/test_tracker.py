@@ -59,10 +59,13 @@ def by_hand(C, decay, rules):
     """Return eq. (6) by a double loop: products of Gaussians, with the rule of bad vectors."""
     found = []
     for row in C:
-        away = []
+        away, unseen = [], 0
         for c, a, b in zip(row, decay.rate, decay.power, strict=True):
-            c = -1.0 if np.isnan(c) else min(c, 1.0)
-            away.append(((1 - c) / a) ** (1 / b))
+            unseen += np.isnan(c)
+            away.append(0.0 if np.isnan(c) else ((1 - min(c, 1.0)) / a) ** (1 / b))
+        if 2 * unseen > len(away):
+            found.append(-1e6)
+            continue
         away.sort(reverse=True)
         may_be_bad, total = int(rules.tolerated * len(away) + 1e-9), 0.0
         for k, lost in enumerate(away):
@@ -71,7 +74,7 @@ def by_hand(C, decay, rules):
                     continue
                 lost = rules.worst
             total -= lost**2 / (2 * rules.deviation**2)
-        found.append(total)
+        found.append(total * len(away) / (len(away) - unseen))
     return np.array(found)
 
 
@@ -96,12 +99,12 @@ def test_likelihoods_are_those_of_a_double_loop(seed, n, tolerated, bad, worst):
     np.testing.assert_array_equal(C, before)
 
 
-def test_what_leaves_the_picture_is_as_bad_as_a_correlation_of_minus_one():
+def test_what_leaves_the_picture_counts_as_the_others_until_less_than_half_is_seen():
     decay, rules = Decay(np.full(4, 0.2), np.ones(4)), replace(RULES, tolerated=0.0)
-    C = np.array([[0.9, 0.8, np.nan, 1.0], [0.9, 0.8, -1.0, 1.0], [0.9, 0.8, 0.0, 1.0]])
-    out, worst, better = log_likelihoods(C, decay, rules)
-    assert out == worst < better
-    assert out == pytest.approx(-(0.5**2 + 1 + 10**2) / 32)
+    C = np.array([[0.9, 0.8, np.nan, np.nan], [0.9, 0.8, 0.9, 0.8], [1.0, *3 * [np.nan]]])
+    half, all_four, less = log_likelihoods(C, decay, rules)
+    assert half == pytest.approx(all_four) == pytest.approx(-2 * (0.5**2 + 1) / 32)
+    assert less == -1e6
 
 
 def test_leaving_out_makes_the_bad_as_good_as_perfect():

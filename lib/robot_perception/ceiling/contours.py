@@ -8,12 +8,15 @@ centres lie at whole numbers.
 from dataclasses import dataclass
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8
 from numba import njit
 
 from robot_perception import checks
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 __all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edges"]
 

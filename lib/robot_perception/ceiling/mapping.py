@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
+from robot_perception.ceiling import _sightings
 from robot_perception.ceiling.contours import (
     Arc,
     ContourRules,
@@ -234,6 +235,10 @@ class Mapper:
         object.__setattr__(self, "centre", tuple(centre.tolist()))
         checks.instance("rules", self.rules, MapRules)
 
+    @property
+    def _middle(self) -> Float[np.ndarray, " 2"]:
+        return np.array(self.centre)
+
     def start(
         self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
     ) -> tuple[MapState, MapInfo]:
@@ -253,8 +258,8 @@ class Mapper:
         ValueError
             If no distinctive window is in the picture, as on a blank ceiling.
         """
-        image = picture("image", image)
-        empty = Mosaic({}, self.scale, self.centre)
+        image, rng = picture("image", image), checks.generator("rng", rng)
+        empty = Mosaic({}, self.scale, self._middle)
         nowhere = np.zeros(3)
         state = MapState(empty, {}, {}, nowhere, nowhere, Links())
         state, sightings, new = self._make(state, image, None, {}, rng)
@@ -262,7 +267,7 @@ class Mapper:
             raise ValueError(
                 "image must have a distinctive window, got none, as of a blank ceiling"
             )
-        links = state.links.add(sightings, centre=self.centre, scale=self.scale)
+        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
         return replace(state, links=links), MapInfo(sightings, {}, True, new)
 
     def step(
@@ -291,6 +296,7 @@ class Mapper:
             If the image is not (height, width).
         """
         checks.instance("state", state, MapState)
+        checks.generator("rng", rng)
         rules, image = self.rules, picture("image", image)
         tracked, infos, lost = follow(
             state.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
@@ -317,7 +323,7 @@ class Mapper:
         new: tuple[str, ...] = ()
         if len(sightings) < rules.enough:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
-        links = state.links.add(sightings, centre=self.centre, scale=self.scale)
+        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
         seen = MapInfo(sightings, infos, located, new, lost + slid, found, closed)
         return replace(state, links=links), seen
 
@@ -344,10 +350,10 @@ class Mapper:
         both = dict(sightings) | seen
         links = state.links
         if closed and self.rules.closing == "adjust":
-            links = links.add(both, centre=self.centre, scale=self.scale)
+            links = links.add(both, centre=self._middle, scale=self.scale)
             mosaic = adjust(mosaic, links, fixed=next(iter(mosaic.poses)), loss="cauchy")[0]
         elif closed:  # what was chained since is let go
-            links = links.add(both, centre=self.centre, scale=self.scale)
+            links = links.add(both, centre=self._middle, scale=self.scale)
             both, tracked = seen, {}
         pose = mosaic.locate(both)[0]
         state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose, links=links)
@@ -381,7 +387,7 @@ class Mapper:
                 mosaic = mosaic.with_pattern(name, np.zeros(3))
                 state = replace(state, pose=mosaic.locate({name: place})[0])
             else:
-                there = in_camera(place, centre=self.centre, scale=self.scale)
+                there = in_camera(place, centre=self._middle, scale=self.scale)
                 mosaic = mosaic.with_pattern(name, compose(state.pose, there))  # eq. (3)
             patterns[name], seen[name] = pattern, place
             tracked[name] = PatternTracker(pattern, rules.tracker).start(place)
@@ -402,12 +408,26 @@ class Sought:
         Of it.
     field
         Distances to the edges.
+
+    Raises
+    ------
+    TypeError
+        If a part is of another type.
+    ValueError
+        If the image is not (height, width).
     """
 
     image: UInt8[np.ndarray, "height width"]
     edges: Edges
     contours: tuple[Segment | Arc, ...]
     field: EdgeField
+
+    def __post_init__(self) -> None:
+        picture("image", self.image)
+        checks.instance("edges", self.edges, Edges)
+        contours = checks.instances("contours", self.contours, Segment, Arc)
+        object.__setattr__(self, "contours", contours)
+        checks.instance("field", self.field, EdgeField)
 
     @classmethod
     def of(
@@ -421,7 +441,15 @@ class Sought:
             Grey values.
         rules
             How contours are found.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If the image is not (height, width).
         """
+        image = picture("image", image)
         edges = find_edges(image, rules)
         return cls(image, edges, find_contours(edges, rules), EdgeField(edges))
 
@@ -457,9 +485,16 @@ def follow(
 
     Raises
     ------
+    TypeError
+        If an argument is of another type.
     ValueError
-        If a state has no pattern.
+        If a state has no pattern, or a number is out of its range.
     """
+    checks.entries("patterns", patterns, Pattern)
+    checks.entries("tracked", tracked, PatternState)
+    checks.instance("rules", rules, TrackerRules)
+    patience, rng = checks.whole("patience", patience, 1), checks.generator("rng", rng)
+    border = checks.not_negative("border", border)
     unknown = [name for name in tracked if name not in patterns]
     if unknown:
         raise ValueError(f"tracked must have patterns, got none for {checks.shown(unknown)}")
@@ -502,7 +537,22 @@ def look_for(
         Of recognition and tracking.
     rng
         Source of randomness.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a place is not four numbers, or there is no pattern of its name.
     """
+    expected = _sightings.sightings("expected", expected)
+    checks.entries("patterns", patterns, Pattern)
+    checks.instance("sought", sought, Sought)
+    checks.instance("rules", rules, MapRules)
+    checks.generator("rng", rng)
+    unknown = [name for name in expected if name not in patterns]
+    if unknown:
+        raise ValueError(f"expected must have patterns, got none for {checks.shown(unknown)}")
     layers, found = Layers(sought.image), {}
     for name, at in expected.items():
         tracker = PatternTracker(patterns[name], rules.tracker)
@@ -537,8 +587,20 @@ def consistent(
         Of patterns of the mosaic, by name.
     gate
         px.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a sighting is not four numbers or of no pattern of the mosaic, or the gate is negative.
     """
-    kept, slid = dict(sightings), []
+    checks.instance("mosaic", mosaic, Mosaic)
+    kept, slid = _sightings.sightings("sightings", sightings), []
+    gate = checks.not_negative("gate", gate)
+    unknown = [name for name in kept if name not in mosaic.poses]
+    if unknown:
+        raise ValueError(f"sightings must be of the mosaic, got {checks.shown(unknown)}")
     while len(kept) > 2:
         _, residuals = mosaic.locate(kept)
         off = {name: np.hypot(*miss[:2]) / mosaic.scale for name, miss in residuals.items()}
@@ -551,6 +613,26 @@ def consistent(
 
 
 def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float) -> bool:
-    """Tell whether a place keeps off the border of a picture by so many px."""
-    x, y = place[:2]
-    return bool(border <= x <= shape[1] - 1 - border and border <= y <= shape[0] - 1 - border)
+    """Tell whether a place keeps off the border of a picture by so many px.
+
+    Parameters
+    ----------
+    place : (4,)
+        (x, y, θ, s), px, px, rad and 1.
+    shape
+        Height and width of the picture.
+    border
+        px.
+
+    Raises
+    ------
+    ValueError
+        If the place is not four numbers, the shape not two whole ones, or the border negative.
+    """
+    x, y = checks.array("place", place, (4,))[:2]
+    sides = tuple(checks.whole("shape", side, 1) for side in checks.iterable("shape", shape))
+    if len(sides) != 2:
+        raise ValueError(f"shape must be height and width, got {checks.shown(sides)}")
+    border = checks.not_negative("border", border)
+    high, wide = sides
+    return bool(border <= x <= wide - 1 - border and border <= y <= high - 1 - border)

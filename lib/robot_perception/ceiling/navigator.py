@@ -164,6 +164,10 @@ class Navigator:
         object.__setattr__(self, "near", checks.positive("near", self.near))
         object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
 
+    @property
+    def _middle(self) -> Float[np.ndarray, " 2"]:
+        return np.array(self.centre)
+
     def start(
         self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
     ) -> ReplayState:
@@ -181,7 +185,7 @@ class Navigator:
         NoCommonPattern
             If none of them is found: the robot does not stand where the path begins.
         """
-        image = picture("image", image)
+        image, rng = picture("image", image), checks.generator("rng", rng)
         first = self.route[0].sightings
         anywhere = replace(self.rules, search=2.0 * max(image.shape), turn=np.pi)
         sought = Sought.of(image, self.rules.contours)
@@ -217,6 +221,7 @@ class Navigator:
             If an argument is of another type.
         """
         checks.instance("state", state, ReplayState)
+        checks.generator("rng", rng)
         image, rules = picture("image", image), self.rules
         tracked, infos, _ = follow(
             self.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
@@ -249,7 +254,7 @@ class Navigator:
         while key < len(self.route):
             try:
                 target = relative_pose(
-                    sightings, self.route[key], centre=self.centre, scale=self.scale
+                    sightings, self.route[key], centre=self._middle, scale=self.scale
                 )
             except NoCommonPattern:
                 blind = state.blind + 1

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import no_type_check
 
-import cv2
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
 from numba import njit
@@ -28,6 +27,10 @@ from robot_perception.ceiling.contours import (
     find_edges,
     picture,
 )
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
 
 __all__ = [
     "Decay",

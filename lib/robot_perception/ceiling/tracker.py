@@ -5,7 +5,8 @@ particle's likelihood comes from each grey vector by three steps: its correlatio
 picture shows there, the deviation that such a correlation stands for, and a Gaussian of it,
 
 .. math::
-    p(Z \mid S) = \prod_{j=1}^{N_m} \Omega_\sigma\big(\tilde C_j^{-1}(C_j)\big)  \tag{6}
+    p(Z \mid S) = \prod_{j=1}^{N_m} \Omega_\sigma\big(\tilde C_j^{-1}(C_j)\big)
+    \qquad \text{(eq. 6)}
 
 The paper prints the product up to :math:`N_p`, the number of particles; it runs over the model's
 points, of which there are :math:`N_m`.
@@ -18,7 +19,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
@@ -26,8 +26,12 @@ from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.contours import picture
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
+from robot_perception.extras import needing
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
+
+with needing():
+    import cv2
 
 __all__ = [
     "Layers",

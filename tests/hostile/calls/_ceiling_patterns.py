@@ -65,7 +65,7 @@ CALLS = {
     ),
     patterns.WindowRules: lambda: call((64, 64), 4, 8, 4, 10.0, 0.75, 48.0),
     patterns.interest_windows: lambda: call(
-        IMAGE, EDGES, CONTOURS, WINDOWS, taken=np.array([[10.0, 10.0]])
+        EDGES, CONTOURS, WINDOWS, taken=np.array([[10.0, 10.0]])
     ),
     tracker.TrackerRules: lambda: call(
         200, (5.0, 5.0, 0.05, 0.1), 4.0, 4.0, 0.3, "at worst", "difference", 0

@@ -3,6 +3,7 @@
 import numpy as np
 
 from robot_perception.ceiling import correction, mosaic, visual_memory
+from tests.hostile.calls import _ceiling_driving, _ceiling_patterns
 from tests.hostile.sweep import call
 
 K = np.array([[30.0, 0, 16], [0, 30, 12], [0, 0, 1]])
@@ -18,7 +19,7 @@ KEY = visual_memory.KeyImage(SIGHTINGS)
 KEYS, RULES = visual_memory.KeyRules(), visual_memory.ServoRules()
 GRAPH = visual_memory.PathGraph().add("A", "B", [KEY])
 
-CALLS = {
+GEOMETRY = {
     correction.correction: lambda: call(K, np.eye(3), SHIFT, DOWN, 2.0, K),
     correction.Correction: lambda: call(K, np.eye(3), SHIFT, DOWN, 2.0, (32, 24), (-0.1, 0.0), K),
     correction.Correction.apply: lambda: call(CORRECTION, np.zeros((24, 32), np.uint8)),
@@ -62,3 +63,4 @@ CALLS = {
     visual_memory.servo: lambda: call(POSE, RULES),
     visual_memory.passed: lambda: call(POSE, RULES),
 }
+CALLS = GEOMETRY | _ceiling_patterns.CALLS | _ceiling_driving.CALLS

@@ -1,0 +1,53 @@
+"""Valid calls of the modules of `ceiling` that drive: mapping and navigator."""
+
+import numpy as np
+
+from robot_perception.ceiling import mapping, navigator, tracker, visual_memory
+from robot_perception.ceiling.contours import ContourRules
+from robot_perception.ceiling.mosaic import Links, Mosaic
+from robot_perception.ceiling.patterns import PatternRules, WindowRules
+from robot_perception.ceiling.recognition import RecognitionRules
+from tests.hostile.calls._ceiling_patterns import IMAGE, PATTERN, POSES, rng
+from tests.hostile.sweep import call
+
+CENTRE = (39.5, 29.5)
+MIDDLE = np.array(CENTRE)
+FEW = tracker.TrackerRules(particles=9)
+PARTS = (FEW, PatternRules(most=20), WindowRules((32, 30), 2, 2, 4), ContourRules())
+RECOGNITION = RecognitionRules(refined=4)
+RULES = mapping.MapRules(*PARTS, RECOGNITION, border=5.0)
+MAPPER = mapping.Mapper(0.01, CENTRE, RULES)
+PATTERNS, PLACES = {"a": PATTERN}, {"a": POSES[0]}
+TRACKED = {"a": tracker.PatternTracker(PATTERN, FEW).start(POSES[0])}
+NOWHERE = np.zeros(3)
+MOSAIC = Mosaic({"a": NOWHERE, "b": np.array([0.1, 0.0, 0.0]), "c": NOWHERE}, 0.01, MIDDLE)
+STATE = mapping.MapState(MOSAIC, PATTERNS | {"b": PATTERN, "c": PATTERN}, TRACKED, NOWHERE,
+                         NOWHERE, Links().add(PLACES, MIDDLE, 0.01))  # fmt: skip
+SOUGHT = mapping.Sought.of(IMAGE)
+THREE = {"a": POSES[0], "b": POSES[0] + [10, 0, 0, 0], "c": POSES[1]}
+SERVO = visual_memory.ServoRules()
+ROUTE = [visual_memory.KeyImage(PLACES)]
+NAVIGATOR = navigator.Navigator(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES)
+REPLAY = navigator.ReplayState(TRACKED, NOWHERE)
+
+CALLS = {
+    mapping.MapRules: lambda: call(
+        *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5
+    ),
+    mapping.MapState: lambda: call(
+        MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1
+    ),
+    mapping.Mapper: lambda: call(0.01, CENTRE, RULES),
+    mapping.Mapper.start: lambda: call(MAPPER, IMAGE, rng=rng()),
+    mapping.Mapper.step: lambda: call(MAPPER, STATE, IMAGE, rng=rng()),
+    mapping.Sought: lambda: call(IMAGE, SOUGHT.edges, SOUGHT.contours, SOUGHT.field),
+    mapping.Sought.of: lambda: call(IMAGE, ContourRules()),
+    mapping.follow: lambda: call(PATTERNS, TRACKED, IMAGE, FEW, 5.0, patience=3, rng=rng()),
+    mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
+    mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
+    mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),
+    navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
+    navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),
+    navigator.Navigator.step: lambda: call(NAVIGATOR, REPLAY, IMAGE, rng=rng()),
+    navigator.ReplayState: lambda: call(TRACKED, NOWHERE, 0, 0, 0),
+}
