@@ -13,4 +13,5 @@ def test_verdicts():
         "pose-from-pattern": "reproduced",
         "erratum-mosaic": "refuted",
         "pose-up-to-scale": "conditional",
+        "mosaic-fig9": "reproduced",
     }

@@ -24,6 +24,7 @@ from robot_perception.ceiling.visual_memory import (
     servo,
 )
 from robot_perception.chapters.ceiling_navigation import runs
+from robot_perception.chapters.ceiling_navigation.replays import apart
 from robot_perception.chapters.ceiling_navigation.upto_scale import SERVO
 from robot_perception.chapters.ceiling_navigation.world import (
     BORDER,
@@ -212,14 +213,6 @@ def replayed(
             return np.array(poses), "arrived"
         poses.append(drive(poses[-1], *servo(target, rules), step, NO_SLIP, rng=rng))
     return np.array(poses), "lost"
-
-
-def apart(
-    one: Float[np.ndarray, "n 3"], other: Float[np.ndarray, "m 3"]
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " m"]]:
-    """Return how far each point of either path is from the other path, m."""
-    gaps = np.hypot(*(one[:, None, :2] - other[None, :, :2]).transpose(2, 0, 1))
-    return gaps.min(axis=1), gaps.min(axis=0)
 
 
 def far(true: Float[np.ndarray, "n 3"], driven: Float[np.ndarray, "m 3"]) -> float:

@@ -119,6 +119,12 @@ MEANING = {
     "fused": RED,
     "colours adapted": OLIVE,
     "edges alone": PURPLE,
+    # a robot that remembers the ceiling
+    "ceiling pattern": GREEN,
+    "taught path": BLUE,
+    "key image": ORANGE,
+    "chained": OLIVE,
+    "adjusted": TEAL,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
