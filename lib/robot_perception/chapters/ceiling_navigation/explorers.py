@@ -42,8 +42,8 @@ dragged = Exploration(
         "turn": slider("Robot, heading", scene.TURNS, 45.0, "°"),
     },
     name="nav-quotient",
-    caption="A robot (red) below two patterns; the thin frame is what its camera sees. Green: the "
-    "reference, and where A⁻¹ B puts the new pattern. Magenta: where B A⁻¹ puts it.",
+    caption="A robot (red) below two patterns; the thin frame is what its camera sees. Purple: the "
+    "reference. Green: where A⁻¹ B puts the new pattern. Magenta: where B A⁻¹ puts it.",
     presets={
         "turned round": {"turn": 180.0},
         "turned to the right": {"turn": -90.0},

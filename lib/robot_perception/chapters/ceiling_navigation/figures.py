@@ -153,8 +153,8 @@ def noise(ax: Axes, found: posing.Result) -> Axes:
     ax.plot(far, law, color=MEANING["expected"], label="one pattern, law")
     for at, errors in ((posing.NEAR, found.near), (posing.FAR, found.far)):
         ax.plot(at, 100 * _rms(errors), "o", color=MEANING["estimate"])
-    ax.axhline(100 * _rms(found.several), color=MEANING["fused"], linestyle="--")
-    label(ax, 0.05, 100 * _rms(found.several) - 0.35, "three together", MEANING["fused"])
+    ax.axhline(100 * _rms(found.several), color=MEANING["pooled"], linestyle="--")
+    label(ax, 0.05, 100 * _rms(found.several) - 0.35, "three together", MEANING["pooled"])
     label(ax, 1.15, 3.4, "one pattern", MEANING["expected"], ha="right")
     ax.set(xlim=(0, 2), ylim=(0, 5), xlabel="distance of the pattern (m)", ylabel="error (cm)")
     return ax
@@ -186,7 +186,7 @@ def conditions(axes: np.ndarray, found: dict) -> None:
         ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.8)
         ax.plot(*keys[:, :2].T, "o", color=MEANING["key image"], markersize=5)
         ax.set_title(words)
-        ax.set(xlim=(-2.0, 2.0), ylim=(2.0, -0.6), aspect="equal")
+        ax.set(xlim=(-1.8, 1.8), ylim=(1.8, -0.5), aspect="equal")
         _bare(ax)
 
 
@@ -197,13 +197,13 @@ def servoed(axes: np.ndarray, state: scene.Driven) -> None:
     top.clear()
     top.plot(*true[:, :2].T, color=MEANING["taught path"], linewidth=4.5, alpha=0.35)
     top.plot(*state.path[:, :2].T, color=MEANING["robot"], linewidth=1.8)
-    top.set(xlim=(-4.2, 4.2), ylim=(1.9, -1.9), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    top.set(xlim=(-4.2, 4.2), ylim=(1.2, -1.2), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     stable = "stable" if state.factor < state.limit else "unstable"
     top.set_title(f"{stable}, {state.status}: {100 * state.off:.0f} cm off the path")
     below.clear()
     seconds = 0.1 * np.arange(len(state.path))
     below.plot(seconds, np.rad2deg(state.path[:, 2]), color=MEANING["heading"], linewidth=1.6)
-    below.set(xlim=(0, 60), ylim=(-120, 120), xlabel="time (s)", ylabel="heading (°)")
+    below.set(xlim=(0, 28), ylim=(-120, 120), xlabel="time (s)", ylabel="heading (°)")
 
 
 def quotients(ax: Axes, state: scene.Placed) -> None:
@@ -212,15 +212,15 @@ def quotients(ax: Axes, state: scene.Placed) -> None:
     view(ax, state.robot, MEANING["expected"], linewidth=1.0)
     triangle(ax, state.robot, MEANING["robot"], linewidth=2.0)
     for pose, meaning, words in (
-        (scene.PAIR[0], "ceiling pattern", "reference"),
+        (scene.PAIR[0], "anchor", "reference"),
         (state.poses[chaining.RIGHT], "right", "new, by A⁻¹ B"),
         (state.poses[chaining.OVER], "wrong", "new, by B A⁻¹"),
     ):
         square = np.array([[0, 0], [1, 0], [1, 1], [-1, 1], [-1, -1], [1, -1], [1, 0]]) * 0.2
         points = se2.compose(pose, np.column_stack([square, np.zeros(len(square))]))
-        ax.plot(*points[:, :2].T, color=MEANING[meaning], linewidth=2.0)
-        label(ax, float(pose[0]), float(pose[1]) - 0.42, words, MEANING[meaning], ha="center")
-    ax.set(xlim=(-4.5, 6.5), ylim=(4.2, -4.2), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+        ax.plot(*points[:, :2].T, color=MEANING[meaning], linewidth=2.0, label=words)
+    ax.set(xlim=(-3.2, 4.0), ylim=(3.4, -2.8), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    ax.legend(loc="lower center", ncols=3, columnspacing=1.0)
     ax.set_title(f"B A⁻¹ is {state.off(chaining.OVER):.1f} m off")
 
 
