@@ -311,19 +311,21 @@ class Mapper:
         located = bool(sightings)
         pose = state.mosaic.locate(sightings)[0] if located else guess
         state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
-        sought, found, closed = None, (), False
+        sought, found, closed, together = None, (), False, sightings
         if state.count % rules.every == 0 or not located:
             sought = Sought.of(image, rules.contours)
             again, expected = self._again(state, sought, rng)
             if again:
                 found, located = tuple(again), True
+                together = sightings | {name: one.pose for name, one in again.items()}
                 state, sightings, closed = self._rejoined(state, sightings, again, expected)
         motion = between(before, state.pose) if located and not closed else state.motion
         state = replace(state, motion=motion)
         new: tuple[str, ...] = ()
         if len(sightings) < rules.enough:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
-        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
+        together = together | sightings
+        links = state.links.add(together, centre=self._middle, scale=self.scale)
         seen = MapInfo(sightings, infos, located, new, lost + slid, found, closed)
         return replace(state, links=links), seen
 
@@ -348,15 +350,13 @@ class Mapper:
         off = max(np.hypot(*(seen[name] - expected[name])[:2]) for name in seen)
         mosaic, tracked, closed = state.mosaic, dict(state.tracked), bool(off > self.rules.gate)
         both = dict(sightings) | seen
-        links = state.links
         if closed and self.rules.closing == "adjust":
-            links = links.add(both, centre=self._middle, scale=self.scale)
+            links = state.links.add(both, centre=self._middle, scale=self.scale)
             mosaic = adjust(mosaic, links, fixed=next(iter(mosaic.poses)), loss="cauchy")[0]
         elif closed:  # what was chained since is let go
-            links = links.add(both, centre=self._middle, scale=self.scale)
             both, tracked = seen, {}
         pose = mosaic.locate(both)[0]
-        state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose, links=links)
+        state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose)
         return state, both, closed
 
     def _make(
