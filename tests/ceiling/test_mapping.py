@@ -73,7 +73,7 @@ def test_the_first_pattern_is_the_frame():
 
 @pytest.mark.parametrize(("turn", "seed"), DRIVES)
 def test_the_map_is_that_of_the_ceiling(turn, seed):
-    """Within two pixels, 25 mm, and 1.5°: the worst of 24 longer drives below others was 20 mm, 1.3°."""
+    """Within two pixels, 25 mm, and 1.5°: the worst of 24 other drives was 20 mm and 1.3°."""
     path, made = driven(14, 0.05, turn), {}
     start = run(turn=turn, seed=seed)[0][0].pose
     for pose, (state, info) in zip(path, run(turn=turn, seed=seed), strict=True):
