@@ -89,7 +89,8 @@ class MapRules:
         What happens where a known pattern is found further than the gate from where it was
         expected, since errors have added up on the way. ``"chain"``: the mosaic stays as it was
         chained, as in the paper, and the robot is located by the pattern that it knows longer.
-        ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`).
+        ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`), but for those
+        that no chain of pictures joins to the pattern.
     every
         It is looked for in every so many pictures, since contours take longer than tracking.
 
@@ -352,7 +353,7 @@ class Mapper:
         both = dict(sightings) | seen
         if closed and self.rules.closing == "adjust":
             links = state.links.add(both, centre=self._middle, scale=self.scale)
-            mosaic = adjust(mosaic, links, fixed=next(iter(mosaic.poses)), loss="cauchy")[0]
+            mosaic = _adjusted(mosaic, links, next(iter(seen)))
         elif closed:  # what was chained since is let go
             both, tracked = seen, {}
         pose = mosaic.locate(both)[0]
@@ -452,6 +453,19 @@ class Sought:
         image = picture("image", image)
         edges = find_edges(image, rules)
         return cls(image, edges, find_contours(edges, rules), EdgeField(edges))
+
+
+def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
+    """Return a mosaic in which what links join to a pattern is adjusted; the first of it stays.
+
+    A robot that was blind for a while has made patterns that nothing joins to those before.
+    """
+    pairs, joined = [{*pair} for pair in links.means()], {name}
+    while more := {one for pair in pairs if pair & joined for one in pair} - joined:
+        joined |= more
+    own = {one: pose for one, pose in mosaic.poses.items() if one in joined}
+    fitted = adjust(replace(mosaic, poses=own), links, fixed=next(iter(own)), loss="cauchy")[0]
+    return replace(mosaic, poses=mosaic.poses | fitted.poses)
 
 
 def follow(
