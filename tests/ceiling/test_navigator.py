@@ -33,7 +33,7 @@ def taught(**changed):
     route = [KeyImage(learned[k][1].sightings) for k in KEYS]
     state = learned[-1][0]
     parts = {"route": route, "patterns": state.patterns, "mosaic": state.mosaic}
-    parts |= {"centre": CENTRE, "scale": SCALE, "servo": ServoRules(tolerance=0.06)}
+    parts |= {"centre": CENTRE, "scale": SCALE, "servo": ServoRules(tolerance=0.06, fastest=0.12)}
     return Navigator(**(parts | changed))
 
 
@@ -86,6 +86,13 @@ def test_below_another_ceiling_nothing_is_found():
             NoCommonPattern, match=r"image must show a pattern .* got none of \('0'"
         ):
             taught().start(picture, rng=gen())
+
+
+def test_the_start_is_that_of_the_first_key_image():
+    """Of its patterns and no others, though all are in view."""
+    first, *others = (KeyImage({name: place}) for name, place in run()[0][1].sightings.items())
+    state = taught(route=(first, *others)).start(film()[0], rng=gen(2))
+    assert [*state.tracked] == [*first.sightings]
 
 
 # The drive ----------------------------------------------------------------------------------------
