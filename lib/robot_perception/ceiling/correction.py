@@ -44,7 +44,7 @@ def correction(
     r"""Return the homography from the ideal picture of the ceiling to that of the camera.
 
     .. math::
-        {}^C H_R = K \left( R - \frac{t\, n^\top}{d} \right) K_{target}^{-1} \tag{1}
+        {}^C H_R = K \left( R - \frac{t\, n^\top}{d} \right) K_{target}^{-1} \qquad \text{(eq. 1)}
 
     A point X of the ceiling in the robot's frame is at :math:`R X + t` in the camera's. The paper
     does not say which way n points, and the sign depends on it: printed with a minus, eq. (1) holds

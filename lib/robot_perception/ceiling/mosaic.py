@@ -92,7 +92,7 @@ def camera_pose(
 ) -> Float[np.ndarray, "... 3"]:
     r"""Return the pose of the camera in the mosaic, from one pattern.
 
-    .. math:: {}^M T_C = {}^M T_i \left( {}^C T_i \right)^{-1} \tag{2}
+    .. math:: {}^M T_C = {}^M T_i \left( {}^C T_i \right)^{-1} \qquad \text{(eq. 2)}
 
     Parameters
     ----------
@@ -183,7 +183,8 @@ def place(
 
     .. math::
         {}^M T_i = {}^M T_j\, {}^j T_i, \qquad
-        {}^j T_i = \begin{bmatrix} {}^j r_i & \frac{Z}{f}\, {}^j p_i \\ 0 & 1 \end{bmatrix} \tag{3}
+        {}^j T_i = \begin{bmatrix} {}^j r_i & \frac{Z}{f}\, {}^j p_i \\ 0 & 1 \end{bmatrix}
+        \qquad \text{(eq. 3)}
 
     Parameters
     ----------

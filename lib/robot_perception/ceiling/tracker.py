@@ -5,7 +5,8 @@ particle's likelihood comes from each grey vector by three steps: its correlatio
 picture shows there, the deviation that such a correlation stands for, and a Gaussian of it,
 
 .. math::
-    p(Z \mid S) = \prod_{j=1}^{N_m} \Omega_\sigma\big(\tilde C_j^{-1}(C_j)\big)  \tag{6}
+    p(Z \mid S) = \prod_{j=1}^{N_m} \Omega_\sigma\big(\tilde C_j^{-1}(C_j)\big)
+    \qquad \text{(eq. 6)}
 
 The paper prints the product up to :math:`N_p`, the number of particles; it runs over the model's
 points, of which there are :math:`N_m`.
