@@ -150,11 +150,12 @@ def test_a_step_changes_nothing_that_it_is_given():
 
 
 def test_links_hold_each_pair_as_often_as_it_was_seen():
+    """Those that were made in a picture, too."""
     counts = {}
-    for _, info in run(turn=-0.02, seed=5):
+    for _, info in busy():
         for pair in combinations(sorted(info.sightings), 2):
             counts[pair] = counts.get(pair, 0) + 1
-    state = run(turn=-0.02, seed=5)[-1][0]
+    state = busy()[-1][0]
     assert {pair: link.count for pair, link in state.links.means().items()} == counts
     for (a, b), link in state.links.means().items():
         error = se2.between(state.mosaic.poses[a], state.mosaic.poses[b]) - link.pose
@@ -232,6 +233,14 @@ def test_new_patterns_are_made_where_fewer_are_seen_than_enough():
     for enough in (4, 5):
         _, after = Mapper(SCALE, CENTRE, MapRules(enough=enough)).step(four, film()[0], rng=gen())
         assert bool(after.new) == (enough > 4)
+
+
+def test_what_is_tracked_but_not_seen_is_not_enough():
+    state, _ = run()[0]
+    after, info = Mapper(SCALE, CENTRE).step(state, camera("varied", 5).image(POSE), rng=gen())
+    assert len(after.tracked) >= 4
+    assert not info.located
+    assert info.new
 
 
 def test_repeated_windows_are_taken_only_where_nothing_better_is_in_view():
