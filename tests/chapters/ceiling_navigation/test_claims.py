@@ -1,10 +1,13 @@
 """The claims of the chapter: the record, and what their findings must say."""
 
+from types import MappingProxyType
+
 from tests.chapters.ledger import LedgerTests, recorded
 
 
 class TestLedger(LedgerTests):
     stem = "ceiling_navigation"
+    pictures = MappingProxyType({"mosaic-fig9": 0.01, "visual-memory": 0.01})
     open_when_quick = frozenset({"key-image-conditions", "visual-memory"})
 
 
