@@ -55,7 +55,7 @@ class Scene:
 
 @lru_cache(maxsize=128)
 def scene(seed: int, detail: int = 1) -> Scene:
-    """Return the patch and the ground of a seed; a patch of more detail shows more when it grows."""
+    """Return the patch and the ground of a seed; more detail shows more when the patch grows."""
     rng = np.random.default_rng(seed)
     side = WINDOW[0] + 2 * MARGIN
     return Scene(patch(rng=rng, side=detail * side), clutter(SIZE, rng=rng), detail)
