@@ -48,9 +48,11 @@ class Scene:
         """Return a picture with the patch at (x, y, θ, s)."""
         return superimpose(self.ground, self.patch, np.divide(state, [1, 1, 1, self.detail]))
 
-    def pattern(self, rules: PatternRules | None = None) -> Pattern:
+    def pattern(
+        self, rules: PatternRules | None = None, rng: np.random.Generator | None = None
+    ) -> Pattern:
         """Return the pattern of the patch where it lies at the start."""
-        return make_pattern(self.picture(START), START[:2], WINDOW, rules)
+        return make_pattern(self.picture(START), START[:2], WINDOW, rules, rng=rng)
 
 
 @lru_cache(maxsize=128)
