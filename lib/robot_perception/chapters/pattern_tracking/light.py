@@ -1,4 +1,4 @@
-"""Light and the normalised correlation, and the product of eq. (6) as it is printed: section 3.3."""
+"""The normalised correlation in other light, and the product of eq. (6) as printed: section 3.3."""
 
 from dataclasses import dataclass
 
