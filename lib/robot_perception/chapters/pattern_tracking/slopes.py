@@ -26,7 +26,7 @@ from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "ceiling-navigation"
 OWN = PatternRules(most=60, picked="random")
-"""Points at random, the same for all kinds but the last: picking them by slope makes slopes alike."""
+"""Points at random, the same for all but the last kind: picked by slope, their slopes are alike."""
 KINDS: Mapping[str, PatternRules] = {
     "one for all": replace(OWN, own=False),
     "each its own": OWN,

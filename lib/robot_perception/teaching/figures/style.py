@@ -119,6 +119,19 @@ MEANING = {
     "fused": RED,
     "colours adapted": OLIVE,
     "edges alone": PURPLE,
+    # tracking a pattern
+    "contours": PURPLE,
+    "grey vectors": RED,
+    "particles": BLUE,
+    "three pictures": TEAL,
+    "many particles": BLUE,
+    "OpenCV": ORANGE,
+    "no tolerance": OLIVE,
+    "left out": ORANGE,
+    "at worst": TEAL,
+    "not smoothed": OLIVE,
+    "smoothed": ORANGE,
+    "smoothed, model too": TEAL,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
