@@ -119,6 +119,9 @@ fig8 = Study(
     quick=Config(SCORED[:8], (2.0, 3.0), ("one picture", "three pictures")),
     seed=8,
 )
+SHOWN = Config(SCORED[:10], methods=("one picture",))
+shown = Study(run, full=SHOWN, quick=SHOWN, seed=9)
+"""What the page draws: ten patches, since all of them take long."""
 ACCURATE = Accepted(
     0.0, 0.5, "half a standard deviation of the random walk; the paper names no number",
     Origin.CHOICE,

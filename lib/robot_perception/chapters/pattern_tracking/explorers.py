@@ -2,8 +2,6 @@
 
 from functools import partial
 
-import numpy as np
-
 from robot_perception.chapters.pattern_tracking import figures as draw
 from robot_perception.chapters.pattern_tracking import views
 from robot_perception.chapters.pattern_tracking.hidden import SHARES, TOLERANCES
@@ -35,7 +33,6 @@ displaced = Exploration(
     "drawn by the random walk about where the pattern was. θ and s are tried, too, with spreads in "
     "the same proportion.",
     presets={
-        "one σ": {},
         "three σ": {"dx": 15},
         "five σ": {"dx": 25},
         "five σ, a wider walk": {"dx": 25, "spread": 10.0},
@@ -93,8 +90,3 @@ hides = Exploration(
     axes=partial(figure, width=5.2, height=4.3, gridspec_kw=_PHOTO),
     finding=lambda state: (float((~state.good).mean()), state.error, state.lost),
 )
-
-
-def reach(spread: float, away: float) -> bool:
-    """Tell whether a displacement is within three σ of a walk."""
-    return bool(np.abs(away) <= 3 * spread)

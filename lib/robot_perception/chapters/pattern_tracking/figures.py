@@ -7,8 +7,10 @@ from matplotlib.axes import Axes
 from robot_perception.chapters.pattern_tracking import hidden, scales, views
 from robot_perception.chapters.pattern_tracking.displacement import Result as Moves
 from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW, scene
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, band, label
+from robot_perception.teaching.tables import Table
 
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
 
@@ -166,36 +168,46 @@ def fig8(axes: np.ndarray, result: Moves) -> None:
     name="pattern-occlusion",
     alt="Error against the share of the window that is covered. Leaving bad vectors out starts "
     "highest and ends low; counting them as the threshold is lowest or equal throughout.",
-    caption="Error by the share of the window that is covered, mean over patches, and what is done "
-    "with bad vectors: nothing, left out (as printed), or counted as much as the threshold.",
+    caption="Error by the share of the window that is covered, mean over patches, and by what is done "
+    "with bad vectors: nothing, left out (as printed), or counted as much as the threshold. Bands: "
+    "95 %.",
     height=3.0,
 )
-def occlusion(ax: Axes, result: hidden.Result) -> Axes:
-    """Draw the error against what is covered, by tolerance."""
-    shares = 100 * np.array(result.config.shares)
-    for name in hidden.TOLERANCES:
-        off = [result.error(name, share).mean() for share in result.config.shares]
+def occlusion(ax: Axes, table: Table) -> Axes:
+    """Draw the recorded error against what is covered, by tolerance."""
+    shares = 100 * np.array(hidden.SHARES)
+    for name, row in table.rows.items():
         colour = MEANING["no tolerance" if name == "none" else name]
-        ax.plot(shares, off, "-o", color=colour, markersize=4, label=name)
+        band(ax, shares, *ends(row), colour)
+        ax.plot(shares, [of.estimate for of in row], "-o", color=colour, markersize=4, label=name)
     ax.set(xlabel="covered (%)", ylabel="error (σ)", xlim=(0, shares[-1]), ylim=(0, None))
     ax.legend(loc="upper left")
     return ax
+
+
+def ends(row: list[Interval]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return the lower and the upper ends of some intervals."""
+    return np.array([of.low for of in row]), np.array([of.high for of in row])
 
 
 @drawn(
     name="pattern-scale",
     alt="Difference of grey vectors from their model against the scale: smoothing by σ = s lies "
     "above no smoothing; with a model smoothed as well it lies far below.",
-    caption="1 − C at the true place while the pattern grows; mean over patches. Below is better.",
+    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. Low is "
+    "good.",
     height=3.0,
 )
-def scale(ax: Axes, result: scales.Result) -> Axes:
-    """Draw how unlike vectors are at their true places, by smoothing."""
-    at = np.array(result.config.scales)
+def scale(ax: Axes, table: Table) -> Axes:
+    """Draw how unlike vectors are at their true places, as recorded, by smoothing."""
+    at = np.array(scales.SCALES)
     lines = {"none": "not smoothed", "σ = s": "smoothed",
              "σ = s, model by 1 px": "smoothed, model too"}  # fmt: skip
     for name, meaning in lines.items():
-        unlike = result.unlike[tuple(scales.SMOOTHINGS).index(name)].mean(axis=0)
+        row = table.rows[name][: len(at)]
+        unlike = np.array([of.estimate for of in row]) / 1000
+        low, high = ends(row)
+        band(ax, at, low / 1000, high / 1000, MEANING[meaning])
         ax.plot(at, unlike, "-o", color=MEANING[meaning], markersize=4)
         label(ax, at[-1] + 0.02, unlike[-1], meaning, MEANING[meaning], va="center")
     ax.set_yscale("log")

@@ -29,6 +29,8 @@ from robot_perception.teaching.verdicts import Accepted, Condition, Origin
 PAPER = "ceiling-navigation"
 DETAIL = 4
 """Pixels of the patch for one of the first picture: what is finer than that one appears later."""
+SCALES = (1.01, 1.25, 1.5, 2.0)
+"""At which patterns are compared with their models."""
 SMOOTHINGS: Mapping[str, tuple[str, bool]] = {
     "none": ("none", False),
     "σ = s": ("scale", False),
@@ -56,7 +58,7 @@ class Config:
     """
 
     seeds: tuple[int, ...] = SCORED
-    scales: tuple[float, ...] = (1.01, 1.25, 1.5, 2.0)
+    scales: tuple[float, ...] = SCALES
     films: tuple[int, ...] = SCORED[:24]
     frames: int = 20
 

@@ -9,6 +9,7 @@ from jaxtyping import Float, UInt8
 from data_synth.ceiling import clutter, patch, superimpose
 from robot_perception.ceiling.patterns import Pattern, PatternRules, make_pattern
 from robot_perception.ceiling.tracker import TrackerRules
+from robot_perception.teaching.tables import Table
 
 SIZE = (320, 240)
 START = np.array([160.0, 120.0, 0.0, 1.0])
@@ -105,3 +106,23 @@ def path(frames: int, rng: np.random.Generator, scale: bool = True) -> Float[np.
     begin = rng.uniform(-np.pi, np.pi, 4)
     angle = 2 * np.pi * when / period
     return START + swing * (np.sin(begin + angle) - np.sin(begin))
+
+
+def setup_table() -> Table:
+    """Return what the paper gives, what is ours, and what matters."""
+    rules = PatternRules()
+    walk = f"{SIGMAS[0]:g} px, {SIGMAS[1]:g} px, {np.rad2deg(SIGMAS[2]):g}°, {SIGMAS[3]:g}"
+    vectors = f"{rules.most} of {rules.samples}, {rules.step:g} px apart"
+    rows = {
+        "particles": ("200", f"{RULES.particles}", "beyond 2σ"),
+        "σ of the random walk": (walk, "the same", "yes"),
+        "vectors and their samples": ("–", vectors, "the spacing"),
+        "σ of eq. 6; a bad vector": (
+            "–",
+            f"{RULES.deviation:g}; {RULES.worst:g} samples",
+            "little",
+        ),
+        "bad vectors tolerated": ("–", f"{RULES.tolerated:.0%}", "where much is covered"),
+        "patches and grounds": ("1", f"{len(SCORED)}", "for intervals"),
+    }
+    return Table(rows, {"paper": "its values", "ours": "", "matters": ""})

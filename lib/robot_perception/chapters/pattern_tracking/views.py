@@ -13,7 +13,7 @@ from robot_perception.ceiling.patterns import (
     fit_decay,
     grey_vectors,
 )
-from robot_perception.ceiling.tracker import Layers, PatternTracker
+from robot_perception.ceiling.tracker import PatternTracker
 from robot_perception.chapters.pattern_tracking import sweeps
 from robot_perception.chapters.pattern_tracking.hidden import TOLERANCES, cover
 from robot_perception.chapters.pattern_tracking.scene import (
@@ -80,7 +80,7 @@ class Sought:
 @lru_cache(maxsize=256)
 def sought(dx: int, dy: int, spread: float, particles: int) -> Sought:
     """Return what one step makes of a pattern that has moved by (dx, dy) px."""
-    one, truth = scene(SHOWN), START + [dx, dy, 0, 0]
+    one, truth = scene(SHOWN), START + np.array([dx, dy, 0, 0])
     sigmas = SIGMAS * spread / SIGMAS[0]
     rules = replace(RULES, sigmas=tuple(sigmas.tolist()), particles=particles)
     tracker = PatternTracker(one.pattern(), rules)
@@ -267,13 +267,3 @@ def film() -> Film:
         clouds.append(state.particles.states[:, :2])
         match.append(np.nanmean(info.correlation))
     return Film(*map(np.array, (images, truth, poses, clouds, match)))
-
-
-def by_hand(pattern: Pattern, image: UInt8[np.ndarray, "rows columns"], pose, rng):
-    """Return the particles after one picture: the loop of the page, for 200 of them."""
-    particles = pose + SIGMAS * rng.standard_normal((200, 4))
-    C = Layers(image).correlations(pattern, particles, "none")
-    deviation = (1 - C) / pattern.decay.rate
-    logs = -(deviation**2).sum(axis=1) / (2 * RULES.deviation**2)
-    weights = np.exp(logs - logs.max())
-    return particles, weights / weights.sum()
