@@ -33,6 +33,7 @@ THEMES = {
     "affine": "Pictures",
     "segmentation": "Pictures",
     "blob": "Pictures",
+    "pattern": "Patterns on a ceiling",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

@@ -20,8 +20,8 @@ COVERED: dict[str, Any] = {
     "question": "Bad vectors are left out of the product, up to 30 % of them. What does this cost "
     "while nothing covers the pattern?",
     "replies": {
-        "nothing": "It would, if vectors were bad only when they are covered. But a particle beside "
-        "the pattern has bad vectors, too, and may leave them out as well.",
+        "nothing": "It would, if vectors were bad only when they are covered. But a particle "
+        "beside the pattern has bad vectors, too, and may leave them out as well.",
         "the error grows": "A particle beside the pattern may leave out the vectors that would "
         "have told against it.",
         "the error shrinks": "It would, if a vector were bad because of noise. Here the noise is "

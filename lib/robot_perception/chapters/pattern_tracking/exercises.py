@@ -42,8 +42,8 @@ EXERCISES = Sheet(
                 (2.0, "that takes a blur of one pixel beyond two: variances add."),
                 (1.0, "deviations do not add, variances do."),
             ),
-            hint="A blur of 1 px in the model is one of s px in a picture s times as large. What is "
-            "missing from 1 px to s px?",
+            hint="A blur of 1 px in the model is one of s px in a picture s times as large. What "
+            "is missing from 1 px to s px?",
             rtol=1e-3,
         ),
     }

@@ -168,9 +168,9 @@ def fig8(axes: np.ndarray, result: Moves) -> None:
     name="pattern-occlusion",
     alt="Error against the share of the window that is covered. Leaving bad vectors out starts "
     "highest and ends low; counting them as the threshold is lowest or equal throughout.",
-    caption="Error by the share of the window that is covered, mean over patches, and by what is done "
-    "with bad vectors: nothing, left out (as printed), or counted as much as the threshold. Bands: "
-    "95 %.",
+    caption="Error by the share of the window that is covered, mean over patches, and by what is "
+    "done with bad vectors: nothing, left out (as printed), or counted as much as the "
+    "threshold. Bands: 95 %.",
     height=3.0,
 )
 def occlusion(ax: Axes, table: Table) -> Axes:
@@ -194,8 +194,8 @@ def ends(row: list[Interval]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray
     name="pattern-scale",
     alt="Difference of grey vectors from their model against the scale: smoothing by σ = s lies "
     "above no smoothing; with a model smoothed as well it lies far below.",
-    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. Low is "
-    "good.",
+    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. Low "
+    "is good.",
     height=3.0,
 )
 def scale(ax: Axes, table: Table) -> Axes:

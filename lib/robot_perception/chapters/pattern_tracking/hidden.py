@@ -53,10 +53,10 @@ class Config:
         Of each patch, by 0.7 σ along all coordinates in the root mean square.
     """
 
-    seeds: tuple[int, ...] = SCORED[:40]
+    seeds: tuple[int, ...] = SCORED
     shares: tuple[float, ...] = SHARES
     particles: int = 3000
-    moves: int = 2
+    moves: int = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)

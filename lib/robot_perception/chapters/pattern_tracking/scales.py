@@ -10,6 +10,7 @@ from jaxtyping import Float
 from robot_perception.ceiling.patterns import Pattern, make_pattern
 from robot_perception.ceiling.tracker import Layers, PatternTracker
 from robot_perception.chapters.pattern_tracking.scene import (
+    MIDDLE,
     RULES,
     SCORED,
     SIGMAS,
@@ -91,7 +92,7 @@ def model(seed: int, smooth: bool) -> Pattern:
     """Return the pattern, made of the first picture or of that picture smoothed by a pixel."""
     first = scene(seed, DETAIL).picture(START)
     image = cv2.GaussianBlur(first, (0, 0), 1.0) if smooth else first
-    return make_pattern(image, START[:2], WINDOW)
+    return make_pattern(image, MIDDLE, WINDOW)
 
 
 def run(config: Config, *, rng: np.random.Generator) -> Result:

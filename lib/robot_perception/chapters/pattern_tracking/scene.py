@@ -12,7 +12,8 @@ from robot_perception.ceiling.tracker import TrackerRules
 from robot_perception.teaching.tables import Table
 
 SIZE = (320, 240)
-START = np.array([160.0, 120.0, 0.0, 1.0])
+MIDDLE = (160.0, 120.0)
+START = np.array([*MIDDLE, 0.0, 1.0])
 """Where the patch lies in the first picture: the middle, as it was learnt."""
 WINDOW = (64, 64)
 """Of the pattern, px; ours. The patch is larger by `MARGIN` on each side."""
@@ -53,7 +54,7 @@ class Scene:
         self, rules: PatternRules | None = None, rng: np.random.Generator | None = None
     ) -> Pattern:
         """Return the pattern of the patch where it lies at the start."""
-        return make_pattern(self.picture(START), START[:2], WINDOW, rules, rng=rng)
+        return make_pattern(self.picture(START), MIDDLE, WINDOW, rules, rng=rng)
 
 
 @lru_cache(maxsize=128)
@@ -113,13 +114,14 @@ def setup_table() -> Table:
     rules = PatternRules()
     walk = f"{SIGMAS[0]:g} px, {SIGMAS[1]:g} px, {np.rad2deg(SIGMAS[2]):g}°, {SIGMAS[3]:g}"
     vectors = f"{rules.most} of {rules.samples}, {rules.step:g} px apart"
+    spread = f"{RULES.deviation:g}; {RULES.worst:g} samples"
     rows = {
         "particles": ("200", f"{RULES.particles}", "beyond 2σ"),
         "σ of the random walk": (walk, "the same", "yes"),
         "vectors and their samples": ("–", vectors, "the spacing"),
         "σ of eq. 6; a bad vector": (
             "–",
-            f"{RULES.deviation:g}; {RULES.worst:g} samples",
+            spread,
             "little",
         ),
         "bad vectors tolerated": ("–", f"{RULES.tolerated:.0%}", "where much is covered"),
