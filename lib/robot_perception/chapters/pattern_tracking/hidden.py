@@ -108,7 +108,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Let each tracker find each pattern, by the same draws."""
 
     def task(seed: int, rng: np.random.Generator) -> np.ndarray:
-        return [move(seed, config, rng) for _ in range(config.moves)]
+        return np.array([move(seed, config, rng) for _ in range(config.moves)])
 
     found = np.array(sweep(task, config.seeds, rng=rng))
     return Result(config, np.moveaxis(found, 2, 0))

@@ -61,7 +61,7 @@ def templates(task: Task, rng: np.random.Generator) -> Float[np.ndarray, " 4"]:
     steps = 0.7 * np.arange(-4, 5)
     best, found = -np.inf, START
     for turn, scale in product(steps * SIGMAS[2], START[3] + steps * SIGMAS[3]):
-        template = warped(task.first, turn, scale)
+        template = warped(task.first, float(turn), float(scale))
         size = np.array(template.shape[::-1])
         corner = np.rint(START[:2] - (size - 1) / 2).astype(int)
         (left, top), (right, bottom) = corner - reach, corner + size + reach
@@ -74,7 +74,7 @@ def templates(task: Task, rng: np.random.Generator) -> Float[np.ndarray, " 4"]:
     return found
 
 
-def warped(image: Image, turn: float, scale: float) -> Image:
+def warped(image: Image, turn: float, scale: float) -> UInt8[np.ndarray, "high wide"]:
     """Return the window at the start, as it looks when it is turned and scaled about its middle.
 
     The corners that a turn brings in are taken from round the window.

@@ -105,7 +105,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
         return film(seed, config, rng)
 
     found = np.array(sweep(compare, config.seeds, rng=rng))
-    off = np.array(sweep(follow, config.films, rng=rng)) if config.films else np.empty((0, 0))
+    off = np.array(sweep(follow, config.films, rng=rng)).reshape(-1, len(SMOOTHINGS))
     return Result(config, np.moveaxis(found, 1, 0), off.T)
 
 
