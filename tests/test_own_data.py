@@ -4,13 +4,14 @@ import re
 import runpy
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from data_synth import coloured, laser, stereo, textured_building
+from data_synth import ceiling, coloured, laser, stereo, textured_building
 from data_synth.building import drive
 from data_synth.people import LASER_ANGLES, make_people_office, make_session, readings
 from data_synth.people.world import Wander
@@ -45,7 +46,7 @@ PAGE = (BOOK / "your_own_data.md").read_text("utf-8")
 EXAMPLES = dict(re.findall(r"```\{code-block\} text\n:caption: (.*)\n\n([^`]*)```", PAGE))
 CONSOLES = re.findall(r"```\{code-block\} console\n([^`]*)```", PAGE)
 NUMBER = re.compile(r"-?\d+\.?\d*")
-LONGER = ("people.py", "stereo_slam.py", "track.py")  # they draw films
+LONGER = ("ceiling.py", "people.py", "stereo_slam.py", "track.py")  # they draw
 RECORDED = {  # what a console of the page runs on: the data set, and its file or folder
     "fr079_graph.log.gz": ("carmen_fr079", "fr079_graph.log.gz"),
     "kitti_stereo_straight": ("kitti_stereo_straight", None),
@@ -577,6 +578,85 @@ def test_track_of_a_real_head(tmp_path):
         assert np.mean(both / (areas - both)) > 0.4
 
 
+# A ceiling ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def below(tmp_path_factory):
+    """A film below a ceiling, dark for three pictures at first and four on the way; the truth."""
+    folder, mount = tmp_path_factory.mktemp("below"), ceiling.Mount()
+    plane = ceiling.make_ceiling("varied", rng=np.random.default_rng(3), side=8.0)
+    camera, step = ceiling.CeilingCamera(plane, mount), np.array([0.05, 0.0, 0.02])
+    poses = [np.zeros(3)]
+    while len(poses) < 36:
+        poses.append(se2.compose(poses[-1], step))
+    film = np.array([camera.image(pose) for pose in poses])
+    film[[0, 1, 2, 20, 21, 22, 23]] = 30
+    write_video(folder / "below.avi", np.repeat(film[..., None], 3, axis=-1), rate=30)
+    return folder, plane, mount, np.array(poses)
+
+
+@pytest.mark.parametrize("unit", ["px", "m"])
+def test_ceiling_is_that_of_the_film(below, unit):
+    """Way, patterns and picture, from the place of the first; two pixels are 25 mm.
+
+    The first picture after the dark is less exact: its patterns were found anew, by contours.
+    """
+    folder, plane, mount, poses = below
+    scale = mount.height / mount.focal
+    if unit == "m":
+        changed(folder, "ceiling.py", **{"HEIGHT, FOCAL": f"{mount.height}, {mount.focal}"})
+    said = run(folder, "ceiling.py", "below.avi", unit)
+    pictures, empty, blind = numbers(said, "pictures:")
+    assert (pictures, empty) == (36, 3)
+    assert blind == 4
+    way = read_track(folder / f"{unit}.tum")
+    rows = np.rint(way.times * 30).astype(int)
+    assert len(rows) == pictures - empty - blind
+    assert {*range(3, 20), *range(24, 36)} <= {*rows}
+    factor = np.array([scale, scale, 1]) if unit == "px" else np.ones(3)
+    found = se2.between(way.poses[0] * factor, way.poses * factor)
+    away = found - se2.between(poses[3], poses[rows])
+    assert (np.hypot(*away[:, :2].T) < np.where(rows == 24, 4, 2) * scale).all()
+    assert np.abs(away[:, 2]).max() < np.deg2rad(1.5)
+    length = np.hypot(*np.diff(way.poses[:, :2], axis=0).T).sum()
+    assert numbers(said, "way:")[0] == pytest.approx(length, abs=0.01)
+    known = read_columns(folder / f"{unit}.csv", {f"x_{unit}": np.inf, f"y_{unit}": np.inf})
+    places = np.stack([*known.values()], axis=-1)
+    assert not places[0].any()
+    assert len(places) == numbers(said, "patterns:")[0]
+    picture = np.asarray(Image.open(folder / f"{unit}.png")).astype(float)
+    shown = (picture != 255).any(axis=-1) & (np.ptp(picture, axis=-1) == 0)  # nothing drawn there
+    assert shown.mean() > 0.4
+    u, v, step = numbers(said, "first pixel:")
+    assert step == pytest.approx(scale if unit == "m" else 1.0, rel=1e-3)
+    corner = np.array([u, v]) / step
+    origin = se2.compose(poses[3], se2.inverse(way.poses[0] * factor))  # the mosaic's, in the world
+    lens = replace(mount, size=picture.shape[1::-1], centre=tuple(-corner))
+    truth = ceiling.CeilingCamera(plane, lens).image(origin)
+    away = np.abs(picture[..., 0] - truth)[shown]
+    assert np.median(away) < 3
+    assert away.mean() < 6
+
+
+def test_a_film_of_a_ceiling_that_is_cut_off_ends_with_one_line(below):
+    """Wherever it is cut; and there is no scale without both numbers."""
+    folder, *_ = below
+    whole = (folder / "below.avi").read_bytes()
+    (folder / "cut.avi").write_bytes(whole[: 2 * len(whole) // 3])
+    for name, numbers_given, said in (
+        ("cut", "None, None", r"cut.avi: the film ends after \d+ of 36 frames\n$"),
+        ("below", "2.5, None", "HEIGHT and FOCAL are needed both, or none\n$"),
+    ):
+        changed(folder, "ceiling.py", **{"HEIGHT, FOCAL": numbers_given})
+        command = [sys.executable, "ceiling.py", f"{name}.avi", "none"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 1
+        assert re.search(said, done.stderr)
+        assert "Traceback" not in done.stderr
+        assert not list(folder.glob("none*"))
+
+
 # Bad input ---------------------------------------------------------------------------------------
 
 SEEN = "time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad"
@@ -656,6 +736,14 @@ FILES = EXAMPLES | {
         ("track.py shape film.avi flat.csv out", "outline"),
         ("track.py ellipse film.avi 900,900,9,9 out", "ellipse must reach into the image"),
         ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write out.mp4"),
+        (
+            "ceiling.py film.avi",
+            "A mosaic of a ceiling from a film of it: python ceiling.py FILM OUT",
+        ),
+        ("ceiling.py none.avi out", "no such film: none.avi"),
+        ("ceiling.py here.csv out", "here.csv: no film, or a damaged one"),
+        ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
+        ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out there"),
     ],
 )
 def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch):

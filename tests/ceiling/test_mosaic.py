@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize
 
+from data_synth.ceiling import CeilingCamera, Mount, make_ceiling
 from robot_perception.ceiling import mosaic as module
 from robot_perception.ceiling.mosaic import (
     Links,
@@ -19,6 +20,7 @@ from robot_perception.ceiling.mosaic import (
     between_patterns,
     camera_pose,
     in_camera,
+    paint,
     place,
 )
 from robot_perception.geometry import se2
@@ -509,3 +511,84 @@ def test_a_mosaic_keeps_copies():
     moved = more.with_pattern("a", np.ones(3))
     np.testing.assert_array_equal(moved.poses["a"], 1)
     np.testing.assert_array_equal(more.poses["a"], 0)
+
+
+# Paintings ----------------------------------------------------------------------------------------
+
+SMALL = np.array([19.5, 14.5])  # the middle of a picture of 40 by 30
+
+
+def noisy(seed=0, shape=(30, 40)):
+    return np.random.default_rng(seed).integers(0, 256, shape, np.uint8)
+
+
+def painted(images, poses, centre=SMALL, scale=0.5):
+    return paint(images, np.array(poses, dtype=float).reshape(-1, 3), centre=centre, scale=scale)
+
+
+def test_one_picture_is_its_own_painting():
+    image = noisy()
+    greys, seen_there, corner = painted([image], [(0, 0, 0)], SMALL + 3.5)
+    np.testing.assert_array_equal(greys, image)
+    assert seen_there.all()
+    np.testing.assert_allclose(corner, -0.5 * (SMALL + 3.5))
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_turned_picture_is_turned(quarters):
+    """By a quarter from x to y: what was to the right is below."""
+    image = noisy()
+    greys, seen_there, corner = painted([image], [(3, -2, quarters * math.pi / 2)])
+    np.testing.assert_array_equal(greys, np.rot90(image, -quarters))
+    assert seen_there.all()
+    half = SMALL if quarters == 2 else SMALL[::-1]
+    np.testing.assert_allclose(corner, [3, -2] - 0.5 * half, atol=1e-9)
+
+
+def test_where_pictures_overlap_is_their_mean_and_where_none_is_nothing():
+    images = [noisy(0), noisy(1), noisy(2)]
+    greys, seen_there, corner = painted(iter(images), [(0, 0, 0), (5, 2, 0), (5, 2, 0)])
+    assert greys.shape == (34, 50)
+    expected, count = np.zeros((2, 34, 50))
+    for image, (u, v) in zip(images, [(0, 0), (10, 4), (10, 4)], strict=True):
+        expected[v : v + 30, u : u + 40] += image
+        count[v : v + 30, u : u + 40] += 1
+    np.testing.assert_array_equal(seen_there, count > 0)
+    np.testing.assert_array_equal(greys[count == 0], 0)
+    away = np.abs(greys - expected / np.maximum(count, 1))
+    assert away.max() <= 0.5 + 1e-4
+    np.testing.assert_allclose(corner, -0.5 * SMALL)
+
+
+def test_the_painting_is_what_a_wider_camera_sees():
+    """Eight pictures, turned and moved, against a single one."""
+    ceiling = make_ceiling("varied", rng=np.random.default_rng(3), side=8.0)
+    rng, poses = np.random.default_rng(0), []
+    camera, scale = CeilingCamera(ceiling, Mount()), 2.5 / 200
+    for k in range(8):
+        poses.append(np.array([0.1 * k, 0.03 * k, 0.1 * k]) + rng.normal(0, 0.02, 3))
+    greys, seen_there, corner = painted(map(camera.image, poses), poses, CENTRE, scale)
+    wide = CeilingCamera(ceiling, Mount(size=greys.shape[::-1], centre=tuple(-corner / scale)))
+    away = np.abs(greys.astype(float) - wide.image(np.zeros(3)))[seen_there]
+    assert away.mean() < 2.0
+    assert np.quantile(away, 0.99) < 12
+    assert 0.5 < seen_there.mean() < 0.8
+    for pose in poses:  # the pixel below each camera is seen
+        u, v = np.rint((pose[:2] - corner) / scale).astype(int)
+        assert seen_there[v, u]
+
+
+@pytest.mark.parametrize(
+    ("images", "poses", "said"),
+    [
+        ([], [], "images must be as many as poses, 0, got 0"),
+        ([noisy()], [], "images must be as many as poses, 0, got more"),
+        ([noisy()], [(0, 0, 0)] * 2, "images must be as many as poses, 2, got 1"),
+        ([noisy()] * 3, [(0, 0, 0)] * 2, "images must be as many as poses, 2, got more"),
+        ([noisy(), noisy(0, (3, 4))], [(0, 0, 0)] * 2, r"of one size, \(30, 40\), got \(3, 4\)"),
+        ([noisy()] * 2, [(0, 0, 0), (9e3, 9e3, 0)], "poses must lie closer, got a painting of 180"),
+    ],
+)
+def test_paintings_that_are_none(images, poses, said):
+    with pytest.raises(ValueError, match=said), unchecked():
+        painted(images, poses)

@@ -89,7 +89,8 @@ class MapRules:
         What happens where a known pattern is found further than the gate from where it was
         expected, since errors have added up on the way. ``"chain"``: the mosaic stays as it was
         chained, as in the paper, and the robot is located by the pattern that it knows longer.
-        ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`).
+        ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`), but for those
+        that no chain of pictures joins to the pattern.
     every
         It is looked for in every so many pictures, since contours take longer than tracking.
 
@@ -311,19 +312,21 @@ class Mapper:
         located = bool(sightings)
         pose = state.mosaic.locate(sightings)[0] if located else guess
         state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
-        sought, found, closed = None, (), False
+        sought, found, closed, together = None, (), False, sightings
         if state.count % rules.every == 0 or not located:
             sought = Sought.of(image, rules.contours)
             again, expected = self._again(state, sought, rng)
             if again:
                 found, located = tuple(again), True
+                together = sightings | {name: one.pose for name, one in again.items()}
                 state, sightings, closed = self._rejoined(state, sightings, again, expected)
         motion = between(before, state.pose) if located and not closed else state.motion
         state = replace(state, motion=motion)
         new: tuple[str, ...] = ()
         if len(sightings) < rules.enough:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
-        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
+        together = together | sightings
+        links = state.links.add(together, centre=self._middle, scale=self.scale)
         seen = MapInfo(sightings, infos, located, new, lost + slid, found, closed)
         return replace(state, links=links), seen
 
@@ -348,15 +351,13 @@ class Mapper:
         off = max(np.hypot(*(seen[name] - expected[name])[:2]) for name in seen)
         mosaic, tracked, closed = state.mosaic, dict(state.tracked), bool(off > self.rules.gate)
         both = dict(sightings) | seen
-        links = state.links
         if closed and self.rules.closing == "adjust":
-            links = links.add(both, centre=self._middle, scale=self.scale)
-            mosaic = adjust(mosaic, links, fixed=next(iter(mosaic.poses)), loss="cauchy")[0]
+            links = state.links.add(both, centre=self._middle, scale=self.scale)
+            mosaic = _adjusted(mosaic, links, next(iter(seen)))
         elif closed:  # what was chained since is let go
-            links = links.add(both, centre=self._middle, scale=self.scale)
             both, tracked = seen, {}
         pose = mosaic.locate(both)[0]
-        state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose, links=links)
+        state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose)
         return state, both, closed
 
     def _make(
@@ -452,6 +453,19 @@ class Sought:
         image = picture("image", image)
         edges = find_edges(image, rules)
         return cls(image, edges, find_contours(edges, rules), EdgeField(edges))
+
+
+def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
+    """Return a mosaic in which what links join to a pattern is adjusted; the first of it stays.
+
+    A robot that was blind for a while has made patterns that nothing joins to those before.
+    """
+    pairs, joined = [{*pair} for pair in links.means()], {name}
+    while more := {one for pair in pairs if pair & joined for one in pair} - joined:
+        joined |= more
+    own = {one: pose for one, pose in mosaic.poses.items() if one in joined}
+    fitted = adjust(replace(mosaic, poses=own), links, fixed=next(iter(own)), loss="cauchy")[0]
+    return replace(mosaic, poses=mosaic.poses | fitted.poses)
 
 
 def follow(

@@ -10,18 +10,23 @@ visual memory and pattern tracking", BMVC 2004.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, UInt8
 from scipy.optimize import least_squares
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from robot_perception import checks
 from robot_perception.ceiling import _sightings
+from robot_perception.ceiling.contours import picture
+from robot_perception.extras import needing
 from robot_perception.geometry import se2, wrap_angle
+
+with needing():
+    import cv2
 
 __all__ = [
     "AdjustInfo",
@@ -34,10 +39,13 @@ __all__ = [
     "between_patterns",
     "camera_pose",
     "in_camera",
+    "paint",
     "place",
 ]
 
 ORDERS = ("inverse first", "inverse last")
+LARGEST_PAINTING = 2**26
+"""So many pixels a painting has at most."""
 
 
 class NoCommonPattern(ValueError):  # noqa: N818 - it names what is missing
@@ -699,3 +707,99 @@ def _connected(ends: np.ndarray, names: list[str]) -> None:
     if lost:
         words = ", ".join(map(repr, lost[:10])) + (" …" if len(lost) > 10 else "")
         raise ValueError(f"links must lead from {names[0]!r} to every pattern, not to {words}")
+
+
+def paint(
+    images: Iterable[UInt8[np.ndarray, "height width"]],
+    poses: Float[np.ndarray, "n 3"],
+    *,
+    centre: Float[np.ndarray, "2"],
+    scale: float,
+) -> tuple[
+    UInt8[np.ndarray, "rows columns"], Bool[np.ndarray, "rows columns"], Float[np.ndarray, "2"]
+]:
+    r"""Return the ceiling as one picture: the mean of pictures, each laid where it was taken.
+
+    A pixel p of a picture from the pose :math:`(t, \theta)` lies at
+    :math:`t + \tfrac{Z}{f} R(\theta)\, (p - c)`. A pixel of the painting is as wide as one of the
+    pictures, its columns run along x and its rows along y: the ceiling as it is seen from below.
+
+    Parameters
+    ----------
+    images : n of (height, width)
+        Grey values, ideal pictures of one size; they are asked for one by one.
+    poses : (n, 3)
+        Of the camera in the mosaic, m and rad; see `Mosaic.locate`.
+    centre : (2,)
+        Principal point c, px.
+    scale
+        Z/f, m per px.
+
+    Returns
+    -------
+    greys : (rows, columns)
+        0 where no picture shows the ceiling.
+    seen : (rows, columns)
+        Where one does.
+    corner : (2,)
+        Where the middle of the first pixel is in the mosaic, m.
+
+    Raises
+    ------
+    TypeError
+        If an image does not hold bytes.
+    ValueError
+        If there is no image, there are not as many as poses, sizes differ, or the painting would
+        have more than 2²⁶ pixels.
+    """
+    poses = _sightings.pose("poses", poses, ("n", 3))
+    centre, scale = _sightings.centre(centre), _sightings.scale(scale)
+    poses = np.column_stack([poses[:, :2] / scale, poses[:, 2]])
+    done, shape = 0, ()
+    for image in checks.iterable("images", images):
+        own = picture("images", image).shape
+        if done == len(poses):
+            raise ValueError(f"images must be as many as poses, {len(poses)}, got more")
+        if not done:
+            shape, (corner, sums) = own, _canvas(poses, centre, own)
+        if own != shape:
+            raise ValueError(f"images must be of one size, {shape}, got {own}")
+        _lay(sums, image, poses[done] - [*corner, 0], centre)
+        done += 1
+    if not done or done < len(poses):
+        raise ValueError(f"images must be as many as poses, {len(poses)}, got {done}")
+    total, share = sums
+    seen = share > 0.5
+    greys = np.where(seen, total / np.maximum(share, 0.5), 0.0)
+    return np.rint(greys).astype(np.uint8), seen, corner * scale
+
+
+def _corners(poses: np.ndarray, centre: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return where the corners of pictures lie, px (…, 4, 2)."""
+    ends = np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * np.subtract(shape[::-1], 1)
+    return se2.act(poses, ends - centre)
+
+
+def _canvas(
+    poses: np.ndarray, centre: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first pixel of a painting, and its sums of greys and shares, empty."""
+    ends = _corners(poses, centre, shape).reshape(-1, 2)
+    low = ends.min(axis=0)
+    columns, rows = np.ceil(ends.max(axis=0) - low - 1e-6) + 1
+    if rows * columns > LARGEST_PAINTING:
+        raise ValueError(f"poses must lie closer, got a painting of {columns:g} × {rows:g} px")
+    return low, np.zeros((2, int(rows), int(columns)), np.float32)
+
+
+def _lay(sums: np.ndarray, image: np.ndarray, pose: np.ndarray, centre: np.ndarray) -> None:
+    """Add a picture to a painting, between the pixels by their shares."""
+    ends = _corners(pose, centre, image.shape)
+    left, top = np.maximum(np.floor(ends.min(axis=0)), 0).astype(int)
+    right, bottom = np.ceil(ends.max(axis=0)).astype(int) + 1
+    part = sums[:, top:bottom, left:right]
+    R = se2.rotation(pose[2])
+    M = np.column_stack([R, pose[:2] - [left, top] - R @ centre])
+    for layer, values in zip(part, (image.astype(np.float32), np.ones(image.shape, np.float32)),
+                             strict=True):  # fmt: skip
+        layer += cv2.warpAffine(values, M, layer.shape[::-1])

@@ -194,7 +194,10 @@ class Navigator:
             raise NoCommonPattern(
                 f"image must show a pattern of the first key image, got none of {tuple(first)}"
             )
-        sightings = {name: one.pose for name, one in tracked.items()}
+        sightings, wrong = consistent(
+            self.mosaic, {name: one.pose for name, one in tracked.items()}, self.rules.gate
+        )
+        tracked = {name: one for name, one in tracked.items() if name not in wrong}
         return ReplayState(tracked, self.mosaic.locate(sightings)[0])
 
     def step(

@@ -43,6 +43,9 @@ GEOMETRY = {
     mosaic.adjust: lambda: call(
         MOSAIC, LINKS, fixed="a", sigma_px=1.0, sigma_heading=0.02, loss="linear"
     ),
+    mosaic.paint: lambda: call(
+        [np.zeros((24, 32), np.uint8)], POSE[None], centre=np.array([15.5, 11.5]), scale=0.01
+    ),
     visual_memory.KeyImage: lambda: call(SIGHTINGS),
     visual_memory.KeyRules: lambda: call(0.2, 1, 100.0),
     visual_memory.choose_key_images: lambda: call([SIGHTINGS, SIGHTINGS], KEYS),

@@ -1,0 +1,50 @@
+"""Films below ceilings that are known, for the tests of those that drive there."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from data_synth.ceiling import CeilingCamera, Mount, make_ceiling
+from robot_perception.ceiling.mapping import MapInfo, Mapper, MapRules, MapState
+from robot_perception.geometry import se2
+
+MOUNT = Mount()
+CENTRE = MOUNT.middle
+SCALE = MOUNT.height / MOUNT.focal
+BLANK = np.full(MOUNT.size[::-1], 128, np.uint8)
+Run = tuple[tuple[MapState, MapInfo], ...]
+
+
+@lru_cache
+def camera(kind: str = "varied", seed: int = 3) -> CeilingCamera:
+    """Return the camera below a ceiling."""
+    return CeilingCamera(make_ceiling(kind, rng=np.random.default_rng(seed), side=8.0), MOUNT)
+
+
+def driven(count: int, ahead: float, turn: float) -> np.ndarray:
+    """Return poses (count, 3) from the origin, each so far ahead of the last and turned."""
+    path = [np.zeros(3)]
+    for _ in range(count - 1):
+        path.append(se2.compose(path[-1], np.array([ahead, 0.0, turn])))
+    return np.array(path)
+
+
+@lru_cache
+def film(count: int = 14, ahead: float = 0.05, turn: float = 0.0, *, seed: int = 3) -> np.ndarray:
+    """Return the pictures (count, rows, columns) of a drive."""
+    return np.array([camera("varied", seed).image(p) for p in driven(count, ahead, turn)])
+
+
+def mapped(pictures: np.ndarray, rules: MapRules | None = None, scale: float = SCALE) -> Run:
+    """Return states and what was seen in each picture, always from the same seed."""
+    mapper, rng = Mapper(scale, CENTRE, rules or MapRules()), np.random.default_rng(1)
+    found = [mapper.start(pictures[0], rng=rng)]
+    for picture in pictures[1:]:
+        found.append(mapper.step(found[-1][0], picture, rng=rng))
+    return tuple(found)
+
+
+@lru_cache
+def run(count: int = 14, ahead: float = 0.05, turn: float = 0.0, *, seed: int = 3) -> Run:
+    """Return what the rules as they are make of a drive."""
+    return mapped(film(count, ahead, turn, seed=seed))
