@@ -25,6 +25,7 @@ CHAPTERS = (
     "head_tracking",
     "colour_and_shape",
     "pattern_tracking",
+    "ceiling_navigation",
 )
 """Stems of the chapters, in the order of the book."""
 

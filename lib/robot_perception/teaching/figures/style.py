@@ -123,15 +123,18 @@ MEANING = {
     "contours": PURPLE,
     "grey vectors": RED,
     "particles": BLUE,
-    "three pictures": TEAL,
-    "many particles": BLUE,
-    "OpenCV": ORANGE,
     "no tolerance": OLIVE,
     "left out": ORANGE,
     "at worst": TEAL,
     "not smoothed": OLIVE,
     "smoothed": ORANGE,
     "smoothed, model too": TEAL,
+    # a robot that remembers the ceiling
+    "ceiling pattern": GREEN,
+    "taught path": BLUE,
+    "key image": ORANGE,
+    "chained": OLIVE,
+    "adjusted": TEAL,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 

@@ -1,0 +1,55 @@
+"""The film of the chapter: a robot comes back along its path, by what it sees of the ceiling."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from data_synth.ceiling import CeilingCamera
+from robot_perception.chapters.ceiling_navigation import figures as draw
+from robot_perception.chapters.ceiling_navigation import runs, scene
+from robot_perception.chapters.ceiling_navigation.replays import Replay
+from robot_perception.chapters.ceiling_navigation.world import MOUNT
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.films import film
+from robot_perception.teaching.media import Shown
+
+FPS = 8.0
+EVERY = 2
+"""Of so many pictures one is a frame: the film runs nearly twice as fast as the robot."""
+PLACES = (0.005, 0.01, 0.49, 0.9), (0.505, 0.01, 0.49, 0.9)
+
+
+def views(found: Replay) -> list[np.ndarray]:
+    """Return what the camera saw at each pose, without its noise."""
+    eye = CeilingCamera(runs.ceiling(scene.SHOWN, side=runs.ROOM), MOUNT)
+    return [eye.image(pose) for pose in found.driven]
+
+
+def frames(found: Replay, every: int = EVERY) -> Iterator[Figure]:
+    """Yield frames: the camera's picture, and the plan beside it, on one clock."""
+    images = views(found)
+    fig, axes = figure(1, 2, width=7.2, height=3.0)
+    for ax, place in zip(axes, PLACES, strict=True):
+        ax.set_position(place)
+    for k in range(0, len(found.driven), every):
+        draw.filmed(axes, found, images, k)
+        yield fig
+
+
+def comeback() -> Shown:
+    """Show the replay of the page."""
+    found = scene.comeback()
+    return film(
+        frames(found),
+        fps=FPS,
+        name="nav-film",
+        poster=len(found.driven) // EVERY // 3,
+        alt="Left, what the camera sees: lamps, vents and joints of a ceiling slide by, squares "
+        "stay on some of them. Right, a plan: a robot that starts beside a taught path joins it "
+        "within two metres and follows it round a corner to its end.",
+        caption="Left: the camera's picture, with the patterns that are tracked. Right, as seen "
+        "looking up: the taught path (blue) with its key images (dots), the robot's true path "
+        "(black) and where it is in its own mosaic (red). It was put down beside the path and "
+        "believes the ceiling to be half as high again as it is.",
+    )

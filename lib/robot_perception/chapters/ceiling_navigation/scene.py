@@ -1,0 +1,278 @@
+"""What the page shows: one ceiling, a loop and a corner below it, and the states of explorers."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from data_synth.ceiling import CeilingCamera
+from robot_perception.ceiling.visual_memory import KeyImage, KeyRules, ServoRules
+from robot_perception.chapters.ceiling_navigation import chaining, key_images, replays, runs
+from robot_perception.chapters.ceiling_navigation.upto_scale import SERVO
+from robot_perception.chapters.ceiling_navigation.world import (
+    BORDER,
+    CENTRE,
+    MOUNT,
+    SCALE,
+    looking,
+    seen,
+)
+from robot_perception.geometry import se2
+from robot_perception.teaching.results import kept
+from robot_perception.teaching.tables import Table
+
+SHOWN = runs.SCORING[0]
+"""Seed of the ceiling of the page."""
+PER_METRE = 40
+"""Pixels of a plan for a metre."""
+
+
+def loop() -> runs.Run:
+    """Return the run of the page: a mosaic on a loop."""
+    return runs.drive(SHOWN)
+
+
+def comeback() -> replays.Replay:
+    """Return the replay of the page: put down beside the path, with a wrong scale."""
+    return replays.replay(replays.Lesson(seed=SHOWN), replays.Trial(factor=1.5), 1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plan:
+    """A picture of a piece of ceiling, and where it is.
+
+    Parameters
+    ----------
+    image : (rows, columns)
+        Grey values; columns run along x, rows along y.
+    extent
+        Left, right, top and bottom of the picture, m, as axes with y downwards ask for it.
+    """
+
+    image: UInt8[np.ndarray, "rows columns"]
+    extent: tuple[float, float, float, float]
+
+
+def around(points: Float[np.ndarray, "n 2"], margin: float) -> tuple[np.ndarray, tuple[int, int]]:
+    """Return the corner of a plan that holds points, and its numbers of columns and rows."""
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    columns, rows = np.ceil((high - low) * PER_METRE).astype(int).tolist()
+    return low, (columns, rows)
+
+
+def _plan(image: np.ndarray, low: np.ndarray) -> Plan:
+    rows, columns = image.shape
+    right, bottom = low + np.array([columns, rows]) / PER_METRE
+    return Plan(image, (float(low[0]), float(right), float(bottom), float(low[1])))
+
+
+@cache
+def true_plan(side: float, margin: float = 2.0) -> Plan:
+    """Return the ceiling above the loop (``SIDE``) or the corner (``ROOM``), as it is."""
+    true = loop().true if side == runs.SIDE else comeback().taught
+    above = runs.ceiling(SHOWN, side=side)
+    low, size = around(true[:, :2], margin)
+    corner = above.texels(low[None])[0]
+    step = 1 / PER_METRE / above.resolution
+    take = np.array([[step, 0.0, corner[0]], [0.0, step, corner[1]]])
+    flags = cv2.INTER_AREA | cv2.WARP_INVERSE_MAP
+    smooth = cv2.GaussianBlur(above.texture, (0, 0), step / 2)
+    return _plan(cv2.warpAffine(smooth, take, size, flags=flags, borderValue=255), low)
+
+
+@kept
+def composed(adjusted: bool = False, every: int = 6) -> Plan:
+    """Return the picture that a mosaic makes of what the camera saw on the loop.
+
+    Each picture is laid where the robot located itself; the later ones lie on top. No truth enters
+    but the place of the first pattern.
+
+    Parameters
+    ----------
+    adjusted
+        By the mosaic that is fitted to all that was seen together, or as it was chained.
+    every
+        Of so many pictures one is laid.
+    """
+    run = loop()
+    poses = run.located(run.adjusted if adjusted else run.mosaic)
+    low, size = around(run.true[:, :2], 2.0)
+    ground = np.full(size[::-1], 255, dtype=np.uint8)
+    eye = CeilingCamera(runs.ceiling(SHOWN), MOUNT)
+    for k in range(0, len(poses), every):
+        x, y, heading = poses[k]
+        cos, sin = np.cos(heading) * SCALE, np.sin(heading) * SCALE
+        turn = np.array([[cos, -sin], [sin, cos]])
+        at = np.array([x, y]) - turn @ np.array(CENTRE) - low
+        lay = np.column_stack([turn, at]) * PER_METRE
+        image = eye.image(run.true[k])
+        laid = cv2.warpAffine(image, lay, size, flags=cv2.INTER_AREA)
+        covered = cv2.warpAffine(np.full_like(image, 255), lay, size, flags=cv2.INTER_NEAREST)
+        ground[covered > 0] = laid[covered > 0]
+    return _plan(ground, low)
+
+
+# Servoing ----------------------------------------------------------------------------------------
+
+FACTORS = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+BEARINGS = (1.8, 2.5, 4.0)
+ASIDES = (0.0, 0.3, 0.6)
+PATH = "slalom"
+THERE = key_images.patterns(1.0, rng=np.random.default_rng(9))
+"""Patterns above the path of the explorer."""
+
+
+@cache
+def route(kind: str = PATH, way: str = key_images.TWO) -> tuple[KeyImage, ...]:
+    """Return the key images of a path below these patterns."""
+    images = [seen(looking(), pose, THERE, BORDER) for pose in key_images.taught(kind)]
+    picked = key_images.chosen(images, way, KeyRules().turn)
+    return tuple(KeyImage(images[k]) for k in picked)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Driven:
+    """How a robot drives a path again by exact sightings: a state of the explorer.
+
+    Parameters
+    ----------
+    factor
+        Assumed over true scale.
+    bearing
+        The gain k_α, 1/s.
+    aside
+        Where the robot starts, to the left of the path, m.
+    path : (n, 3)
+        Driven, m and rad.
+    status
+        ``"arrived"`` or ``"lost"``.
+    """
+
+    factor: float
+    bearing: float
+    aside: float
+    path: Float[np.ndarray, "n 3"]
+    status: str
+
+    @property
+    def limit(self) -> float:
+        """The factor up to which the loop is stable, k_α / k_ρ."""
+        return self.bearing / SERVO.gain_distance
+
+    @property
+    def off(self) -> float:
+        """Mean distance of the taught path from the driven one, m."""
+        return float(replays.apart(key_images.taught(PATH), self.path)[0].mean())
+
+    @property
+    def wagging(self) -> float:
+        """How much the robot turns to and fro, rad for a metre."""
+        turned = np.abs(np.diff(np.unwrap(self.path[:, 2]))).sum()
+        return float(turned / np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+    def words(self) -> str:
+        """Return what the state shows."""
+        loop_ = "stable" if self.factor < self.limit else "unstable"
+        return (
+            f"A slalom driven again from {self.aside:g} m beside it with a scale assumed "
+            f"{self.factor:g} times the true one and k_α = {self.bearing:g}, near a key image "
+            f"{loop_}: the robot has {self.status}, {100 * self.off:.0f} cm off the path on "
+            f"average, and turns by {self.wagging:.1f} rad for a metre."
+        )
+
+
+@kept
+def driven(factor: float, bearing: float, aside: float) -> Driven:
+    """Return a state of the explorer of servoing."""
+    rules = ServoRules(
+        SERVO.gain_distance, bearing, SERVO.gain_heading, fastest=SERVO.fastest,
+        fastest_turn=SERVO.fastest_turn,
+    )  # fmt: skip
+    start = se2.compose(key_images.taught(PATH)[0], np.array([0.0, aside, 0.0]))
+    path, status = key_images.replayed(THERE, route(), start, rules, factor=factor)
+    return Driven(factor, bearing, aside, path, status)
+
+
+# The quotient ------------------------------------------------------------------------------------
+
+PAIR = np.array([[0.0, 0.0, 0.4], [1.2, 0.6, -0.7]])
+"""The reference, and the new pattern, below the ceiling, m and rad."""
+XS, YS = (-0.6, -0.2, 0.2, 0.6, 1.0, 1.4), (-0.4, 0.0, 0.4, 0.8)
+TURNS = (-90.0, 0.0, 45.0, 180.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Where two readings of the quotient put the new pattern: a state of the explorer.
+
+    Parameters
+    ----------
+    robot : (3,)
+        m and rad.
+    poses
+        Of the new pattern by reading, m and rad.
+    """
+
+    robot: Float[np.ndarray, "3"]
+    poses: dict[str, Float[np.ndarray, "3"]]
+
+    def off(self, reading: str) -> float:
+        """Return how far a reading puts the pattern from where it is, m."""
+        return float(np.hypot(*(self.poses[reading] - PAIR[1])[:2]))
+
+    def words(self) -> str:
+        """Return what the state shows."""
+        x, y, turn = self.robot
+        return (
+            f"A robot at ({x:g}, {y:g}) m, turned by {np.rad2deg(turn):.0f}°, sees the reference "
+            f"and a new pattern. A⁻¹ B puts the new one where it is; B A⁻¹ puts it "
+            f"{self.off(chaining.OVER):.2f} m away."
+        )
+
+
+def placed(x: float, y: float, turn: float) -> Placed:
+    """Return a state of the explorer of the quotient."""
+    robot = np.array([x, y, np.deg2rad(turn)])
+    names = (chaining.RIGHT, chaining.OVER)
+    return Placed(robot, {n: chaining.placed(robot, PAIR, n) for n in names})
+
+
+# Key images --------------------------------------------------------------------------------------
+
+
+@kept
+def by_conditions(kind: str = "circle") -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
+    """Return what is driven by key images of each kind: places of these, path, and how it ends."""
+    found = {}
+    true = key_images.taught(kind)
+    images = [seen(looking(), pose, THERE, BORDER) for pose in true]
+    for way in (key_images.TWO, key_images.NO_COMMON, key_images.NO_TURN):
+        picked = key_images.chosen(images, way, KeyRules().turn)
+        route_ = [KeyImage(images[k]) for k in picked]
+        path, status = key_images.replayed(THERE, route_, true[0])
+        found[way] = true[list(picked)], path, status
+    return found
+
+
+def setup_table() -> Table:
+    """Return the paper's values, ours, and which of them matters."""
+    rules = KeyRules()
+    rows = {
+        "camera": (
+            "“low cost”",
+            f"{MOUNT.size[0]} × {MOUNT.size[1]} px, {MOUNT.height:g} m below, 2 grey values noise",
+            "no",
+        ),
+        "patterns": ("made as the robot moves", f"as few as {runs.RULES.enough} tracked", "yes"),
+        "particles": ("200", f"{runs.RULES.tracker.particles}", "a little"),
+        "threshold of turning": ("“a defined threshold”", f"{np.rad2deg(rules.turn):.0f}°", "yes"),
+        "visual servoing": (
+            "named only",
+            f"k = {SERVO.gain_distance:g}, {SERVO.gain_bearing:g}, {SERVO.gain_heading:g} per s",
+            "yes",
+        ),
+        "wheels": ("–", "slip, are not read", "no"),
+    }
+    return Table(rows, {"paper": "in its words", "ours": "", "matters": ""})
