@@ -53,7 +53,7 @@ def hero(axes: np.ndarray) -> None:
     corner = (START[:2] - 92).astype(int)
     image = scene(views.SHOWN).picture(START)
     picture(axes[0], image[corner[1] : corner[1] + 185, corner[0] : corner[0] + 185])
-    frame(axes[0], START - [*corner, 0, 0], MEANING["estimate"], linewidth=2.0)
+    frame(axes[0], START - [*corner, 0, 0], MEANING["grey vectors"], linewidth=2.0)
     axes[0].set_title("the pattern")
     for ax, surface, name in zip(axes[1:], views.surfaces(), ("contours", "grey vectors"),
                                  strict=True):  # fmt: skip
