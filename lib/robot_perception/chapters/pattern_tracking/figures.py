@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 
 from robot_perception.chapters.pattern_tracking import hidden, scales, views
 from robot_perception.chapters.pattern_tracking.displacement import Result as Moves
+from robot_perception.chapters.pattern_tracking.recordings import Real
 from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW, scene
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
@@ -213,3 +214,29 @@ def scale(ax: Axes, table: Table) -> Axes:
     ax.set_yscale("log")
     ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1] + 0.45))
     return ax
+
+
+@drawn(
+    name="pattern-real",
+    alt="Two photographs of a wall of graffiti, the second from the side. Frames of patterns in "
+    "the first stand at the same details in the second.",
+    caption="Patterns chosen in the first photograph of a wall (left), and where the tracker has "
+    "them in the second (right): solid where they are within 5 px of the truth, dashed where not. "
+    "Dotted: the truth, of which only the turn and the area can be followed.",
+    cols=2,
+    width=7.6,
+    height=3.2,
+    gridspec_kw=_PHOTOS,
+)
+def real(axes: np.ndarray, seen: Real) -> None:
+    """Draw both photographs with the patterns."""
+    left, right = axes
+    picture(left, seen.first)
+    picture(right, seen.last)
+    for k, held in enumerate(seen.held):
+        frame(left, np.array([*seen.places[k], 0.0, 1.0]), MEANING["grey vectors"], linewidth=1.6)
+        frame(right, seen.truth[k], MEANING["truth"], linewidth=2.4, linestyle=":")
+        line = "-" if held else "--"
+        frame(right, seen.found[k], MEANING["grey vectors"], linewidth=1.6, linestyle=line)
+    left.set_title("the first picture")
+    right.set_title("the second")
