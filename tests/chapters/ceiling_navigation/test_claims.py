@@ -5,7 +5,7 @@ from tests.chapters.ledger import LedgerTests, recorded
 
 class TestLedger(LedgerTests):
     stem = "ceiling_navigation"
-    open_when_quick = frozenset({"key-image-conditions"})
+    open_when_quick = frozenset({"key-image-conditions", "visual-memory"})
 
 
 def test_verdicts():
@@ -16,4 +16,5 @@ def test_verdicts():
         "pose-up-to-scale": "conditional",
         "mosaic-fig9": "reproduced",
         "key-image-conditions": "reproduced",
+        "visual-memory": "reproduced",
     }

@@ -295,7 +295,7 @@ keys = Study(run, full=Config(), quick=Config(ceilings=4), seed=76)
         Change(
             "a robot that goes by its pose in the mosaic around a corner",
             paths=("corner",),
-            ceilings=3,
+            ceilings=4,
             by_mosaic=True,
         ),
     ],
