@@ -35,6 +35,14 @@ def frame(ax: Axes, pose: Float[np.ndarray, " 4"], colour: str, **kwargs: object
         ax.plot(pose[0] + cos * u - sin * v, pose[1] + sin * u + cos * v, color=colour, **kwargs)
 
 
+def card(ax: Axes, film: views.Film, at: int) -> Axes:
+    """Draw particles, truth and estimate on the axes of a picture of the film."""
+    ax.scatter(*film.particles[at].T, s=14, color=MEANING["particles"], linewidths=0)
+    frame(ax, film.truth[at], MEANING["truth"], linewidth=4.0, linestyle=":")
+    frame(ax, film.poses[at], MEANING["estimate"], linewidth=3.0)
+    return ax
+
+
 @drawn(
     name="pattern-hero",
     alt="Three pictures side by side. A sign in the middle of a picture crowded with stripes, "

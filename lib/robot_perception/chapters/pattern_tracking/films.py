@@ -9,7 +9,7 @@ from robot_perception.chapters.pattern_tracking import figures as draw
 from robot_perception.chapters.pattern_tracking import views
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import MEANING, label
+from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.media import Shown
 
 FPS = 6.0
@@ -40,14 +40,11 @@ def frames(seen: views.Film) -> Iterator[Figure]:
     for k, image in enumerate(seen.images):
         top.clear()
         draw.picture(top, image)
-        top.scatter(*seen.particles[k].T, s=6, color=MEANING["particles"], linewidths=0)
-        draw.frame(top, seen.truth[k], MEANING["truth"], linewidth=3.0, linestyle=":")
-        draw.frame(top, seen.poses[k], MEANING["estimate"], linewidth=2.2)
+        draw.card(top, seen, k)
         below.clear()
         ends = views.COVERED[0], views.COVERED[-1]
         below.axvspan(*ends, color=MEANING["expected"], alpha=0.2, linewidth=0)
         below.axvline(views.JUMP, color=MEANING["expected"], linewidth=1.0)
         below.plot(np.arange(k + 1), off[: k + 1], color=MEANING["error"])
         below.set(xlim=(0, count - 1), ylim=(0, 5), xlabel="picture", ylabel="error (σ)")
-        label(below, 0.5, 4.6, "", MEANING["error"])
         yield fig
