@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robot_perception.chapters.ceiling_navigation.upto_scale import SERVO, heading_exponent
+from robot_perception.chapters.ceiling_navigation.upto_scale import SERVO
 from robot_perception.chapters.ceiling_navigation.world import MOUNT, SCALE
 from robot_perception.geometry import se2
 from robot_perception.teaching.exercises import Exercise, Sheet
@@ -19,7 +19,6 @@ def _placed(way: np.ndarray) -> np.ndarray:
 
 _RIGHT = _placed(se2.between(SEEN_KNOWN, SEEN_NEW))
 _OVER = _placed(se2.compose(SEEN_NEW, se2.inverse(SEEN_KNOWN)))
-_LEFT = 0.05 ** heading_exponent()
 
 EXERCISES = Sheet(
     {
@@ -56,5 +55,3 @@ EXERCISES = Sheet(
     }
 )
 check = EXERCISES.check
-LEFT = _LEFT
-"""Share of a heading error that is left at a twentieth of the distance."""

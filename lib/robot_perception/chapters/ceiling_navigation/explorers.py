@@ -2,8 +2,6 @@
 
 from functools import partial
 
-import numpy as np
-
 from robot_perception.chapters.ceiling_navigation import chaining, scene
 from robot_perception.chapters.ceiling_navigation import figures as draw
 from robot_perception.teaching.controls import Drag, slider
@@ -53,6 +51,3 @@ dragged = Exploration(
     drag=Drag(("x", "y"), "the robot"),
     finding=lambda state: (state.off(chaining.RIGHT), state.off(chaining.OVER)),
 )
-
-ROOM = np.array([[-4.5, -4.2], [6.5, 4.2]])
-"""Of the drawing of the second, m."""

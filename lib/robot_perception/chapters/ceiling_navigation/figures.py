@@ -232,7 +232,7 @@ def filmed(axes: np.ndarray, found, images, k: int) -> None:
     windows(left, found.sightings[k], MEANING["ceiling pattern"])
     left.set_title(f"{0.1 * k:4.1f} s, key image {min(found.key[k] + 1, len(found.keys))}")
     right.clear()
-    ceiling(right, scene.true_plan(runs.ROOM))
+    ceiling(right, scene.plan())
     right.plot(*found.taught[:, :2].T, color=MEANING["taught path"], linewidth=2.4)
     keys = found.taught[list(found.keys)]
     right.plot(*keys[:, :2].T, "o", color=MEANING["key image"], markersize=5)

@@ -77,16 +77,8 @@ class Config:
 class Result:
     """What came of each drive, a row for each of `WAYS`.
 
-    Parameters
-    ----------
-    far : (ways, drives)
-        Greatest distance between taught and driven path, either from the other, m.
-    keys : (ways, drives)
-        How many key images there are.
-    arrived : (ways, drives)
-        Whether the robot came to the last one.
-    paths : (drives,)
-        Which path it was.
+    ``far`` is the greatest distance between taught and driven path, m, ``keys`` the number of key
+    images, ``arrived`` whether the robot came to the last one, and ``paths`` which path it was.
     """
 
     far: Float[np.ndarray, "ways drives"]
@@ -161,42 +153,17 @@ def replayed(
     factor: float = 1.0,
     by_mosaic: bool = False,
     most: int = 600,
-    step: float = 0.1,
-    border: float = BORDER,
-    near: ServoRules = NEAR,
 ) -> tuple[Float[np.ndarray, "n 3"], str]:
     """Return the way of a robot from key image to key image, and ``"arrived"`` or ``"lost"``.
 
-    As `Navigator` does, with exact sightings in place of pictures.
-
-    Parameters
-    ----------
-    there
-        Poses of the patterns, by name.
-    keys
-        Of the path.
-    start : (3,)
-        Where the robot is put, m and rad.
-    rules
-        Of the control law.
-    factor
-        Assumed over true scale.
-    by_mosaic
-        Steer by the pose in the mosaic.
-    most
-        So many steps at most.
-    step
-        Between two pictures, s.
-    border
-        Patterns are seen that far inside the picture, px.
-    near
-        How near a key image must be before the next one counts.
+    As `Navigator` does, with exact sightings in place of pictures. ``factor`` is the assumed over
+    the true scale; ``by_mosaic`` steers by the pose in the mosaic.
     """
     mosaic = Mosaic(there, SCALE, np.array(CENTRE))
     poses, at, rng = [start], 0, np.random.default_rng(0)
     centre = np.array(CENTRE)
     while len(poses) <= most:
-        view = seen(looking(), poses[-1], there, border)
+        view = seen(looking(), poses[-1], there, BORDER)
         while at < len(keys):
             try:
                 if by_mosaic:
@@ -206,12 +173,12 @@ def replayed(
                     target = relative_pose(view, keys[at], centre=centre, scale=factor * SCALE)
             except NoCommonPattern:
                 return np.array(poses), "lost"
-            if not passed(target, rules if at == len(keys) - 1 else near):
+            if not passed(target, rules if at == len(keys) - 1 else NEAR):
                 break
             at += 1
         if at == len(keys):
             return np.array(poses), "arrived"
-        poses.append(drive(poses[-1], *servo(target, rules), step, NO_SLIP, rng=rng))
+        poses.append(drive(poses[-1], *servo(target, rules), 0.1, NO_SLIP, rng=rng))
     return np.array(poses), "lost"
 
 
@@ -250,17 +217,14 @@ def table(found: Result) -> Table:
     rows = {}
     for k, way in enumerate(WAYS):
         fits = found.reproduced(way)
-        shares = [proportion(int(fits[s].sum()), int(s.sum())) for s in by_path(found, paths)]
+        shares = [
+            proportion(int(fits[s].sum()), int(s.sum())) for s in (found.paths == p for p in paths)
+        ]
         rows[way] = (*shares, float(found.keys[k].mean()))
     columns = dict.fromkeys(paths, "share of the drives that end there and stay within 0.3 m")
     about = f"95 % Wilson interval over {len(found.paths) // len(paths)} ceilings a path"
     columns["key images"] = "mean number for a path"
     return Table(rows, columns, about, "key images with")
-
-
-def by_path(found: Result, paths: Sequence[str]) -> list[np.ndarray]:
-    """Return which drives were along each path."""
-    return [found.paths == path for path in paths]
 
 
 def least(found: Result) -> Interval:

@@ -51,14 +51,8 @@ class Config:
 class Result:
     """Errors of the position of the robot, m.
 
-    Parameters
-    ----------
-    exact : (poses,)
-        From one exact sighting.
-    one, several : (poses, 2)
-        From one noisy sighting, and from three by least squares; columns x and y.
-    near, far : (poses, 2)
-        From one noisy sighting at the two distances.
+    Distances from one exact sighting; then x and y from one noisy sighting, from three by least
+    squares, and from one at the two distances.
     """
 
     exact: Float[np.ndarray, " poses"]

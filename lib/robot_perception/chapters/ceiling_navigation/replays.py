@@ -56,24 +56,16 @@ class Lesson:
 class Trial:
     """How a path is driven again; all values are ours.
 
-    Parameters
-    ----------
-    factor
-        Assumed over true scale Z/f.
-    heads
-        So many discs of 15 cm at random places near the path, 1 m above the camera, hide parts of
-        the ceiling.
-    tilt
-        Of the camera since the path was learned, rad.
-    seconds
-        Between two pictures.
-    most
-        So many pictures at most.
+    ``factor`` is the assumed over the true scale; ``heads`` discs of 15 cm, 1 m above the camera,
+    hide parts of the ceiling near the path; ``tilt`` has tilted the camera since the path was
+    learned, rad, and ``plan`` made the ceiling another one. A picture comes every ``seconds``, and
+    ``most`` of them at most.
     """
 
     factor: float = 1.0
     heads: int = 0
     tilt: float = 0.0
+    plan: str = ""
     seconds: float = 0.1
     most: int = 400
 
@@ -138,22 +130,15 @@ def lesson(of: Lesson) -> tuple[runs.Run, tuple[int, ...]]:
 
 @kept
 def replay(of: Lesson, trial: Trial = Trial(), number: int = 0) -> Replay:
-    """Return how a robot drives a learned path again.
+    """Return how a robot drives a learned path again, from a start of a number.
 
-    Parameters
-    ----------
-    of
-        The path and its key images.
-    trial
-        What is different from when it was learned.
-    number
-        Of the start; the first one is where the path begins.
+    The first start, 0, is where the path begins.
     """
     run, chosen = lesson(of)
     rng = np.random.default_rng([of.seed, 3, number])
     start = se2.compose(run.true[0], rng.uniform(-1, 1, 3) * ASIDE * (number > 0))
     below = CeilingCamera(
-        runs.ceiling(of.seed, of.plan, runs.ROOM), replace(MOUNT, pitch=trial.tilt)
+        runs.ceiling(of.seed, trial.plan or of.plan, runs.ROOM), replace(MOUNT, pitch=trial.tilt)
     )
     heads = in_the_way(run.true, trial.heads, rng=rng)
     keys = [KeyImage(run.sightings[k]) for k in chosen]

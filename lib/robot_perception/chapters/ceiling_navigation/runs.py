@@ -36,18 +36,9 @@ def ceiling(seed: int, kind: str = "varied", side: float = SIDE) -> Ceiling:
 
 
 def path(kind: str, step: float, seed: int | None = None, most: float = np.inf):
-    """Return the middle of a taught path below the middle of a ceiling, (n, 3).
+    """Return a taught path below the middle of a ceiling, (n, 3): its middle ``most`` metres.
 
-    Parameters
-    ----------
-    kind
-        As `taught_path` names it.
-    step
-        Between poses, m.
-    seed
-        Of the teacher's hand; a perfect one without.
-    most
-        So much of it at most, from its middle to both sides, m.
+    The seed is that of the teacher's hand; without one it is perfect.
     """
     rng = None if seed is None else np.random.default_rng([seed, 1])
     poses = taught_path(kind, step=step, rng=rng)
@@ -141,21 +132,7 @@ def mapped(
     *,
     rng: np.random.Generator,
 ) -> Run:
-    """Return the run of a robot that builds a mosaic on a path.
-
-    Parameters
-    ----------
-    camera
-        On the robot.
-    true : (n, 3)
-        Where it is, picture by picture, m and rad.
-    scale
-        Z/f as it believes it, m per px.
-    rules
-        How it builds the mosaic.
-    rng
-        Source of the noise of the pictures, and of particles.
-    """
+    """Return the run of a robot that builds a mosaic on a path, with Z/f as it believes it."""
     mapper, state = Mapper(scale, MOUNT.middle, rules), None
     seen, poses, closed, born = [], [], [], {}
     for pose in true:
@@ -188,18 +165,8 @@ def drive(
 ) -> Run:
     """Return the run below a ceiling, along a path that a hand taught.
 
-    Parameters
-    ----------
-    seed
-        Of ceiling, hand and noise.
-    kind, step, most
-        Of the path.
-    pitch
-        Of a camera whose pictures are not corrected, rad.
-    factor
-        Assumed over true scale.
-    plan
-        Kind of the ceiling.
+    The seed is that of ceiling, hand and noise; ``pitch`` tilts a camera whose pictures are not
+    corrected, rad, and ``factor`` is the assumed over the true scale.
     """
     side = SIDE if kind == "loop" else ROOM
     below = CeilingCamera(ceiling(seed, plan, side), replace(MOUNT, pitch=pitch))

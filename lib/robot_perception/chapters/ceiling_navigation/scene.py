@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from data_synth.ceiling import CeilingCamera
+from robot_perception.ceiling.mosaic import paint
 from robot_perception.ceiling.visual_memory import KeyImage, KeyRules, ServoRules
 from robot_perception.chapters.ceiling_navigation import chaining, key_images, replays, runs
 from robot_perception.chapters.ceiling_navigation.upto_scale import SERVO
@@ -26,7 +27,7 @@ from robot_perception.teaching.tables import Table
 SHOWN = runs.SCORING[0]
 """Seed of the ceiling of the page."""
 PER_METRE = 40
-"""Pixels of a plan for a metre."""
+"""Pixels of a plan for a metre, at most."""
 
 
 def loop() -> runs.Run:
@@ -41,77 +42,44 @@ def comeback() -> replays.Replay:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plan:
-    """A picture of a piece of ceiling, and where it is.
+    """A picture of a piece of ceiling, columns along x, and its left, right, lower and upper end.
 
-    Parameters
-    ----------
-    image : (rows, columns)
-        Grey values; columns run along x, rows along y.
-    extent
-        Left, right, top and bottom of the picture, m, as axes with y downwards ask for it.
+    The ends are in metres, as axes ask for them whose y runs downwards.
     """
 
     image: UInt8[np.ndarray, "rows columns"]
     extent: tuple[float, float, float, float]
 
 
-def around(points: Float[np.ndarray, "n 2"], margin: float) -> tuple[np.ndarray, tuple[int, int]]:
-    """Return the corner of a plan that holds points, and its numbers of columns and rows."""
-    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
-    columns, rows = np.ceil((high - low) * PER_METRE).astype(int).tolist()
-    return low, (columns, rows)
-
-
-def _plan(image: np.ndarray, low: np.ndarray) -> Plan:
-    rows, columns = image.shape
-    right, bottom = low + np.array([columns, rows]) / PER_METRE
-    return Plan(image, (float(low[0]), float(right), float(bottom), float(low[1])))
-
-
 @cache
-def true_plan(side: float, margin: float = 2.0) -> Plan:
-    """Return the ceiling above the loop (``SIDE``) or the corner (``ROOM``), as it is."""
-    true = loop().true if side == runs.SIDE else comeback().taught
-    above = runs.ceiling(SHOWN, side=side)
-    low, size = around(true[:, :2], margin)
-    corner = above.texels(low[None])[0]
-    step = 1 / PER_METRE / above.resolution
-    take = np.array([[step, 0.0, corner[0]], [0.0, step, corner[1]]])
-    flags = cv2.INTER_AREA | cv2.WARP_INVERSE_MAP
-    smooth = cv2.GaussianBlur(above.texture, (0, 0), step / 2)
-    return _plan(cv2.warpAffine(smooth, take, size, flags=flags, borderValue=255), low)
+def plan(margin: float = 2.0) -> Plan:
+    """Return the ceiling above the corner of the film, as it is."""
+    above, true = runs.ceiling(SHOWN, side=runs.ROOM), comeback().taught[:, :2]
+    ends = above.texels(np.array([true.min(axis=0) - margin, true.max(axis=0) + margin]))
+    (left, top), (right, bottom) = np.round(ends).astype(int)
+    image = above.texture[top:bottom, left:right]
+    share = PER_METRE * above.resolution
+    small = cv2.resize(image, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    (west, north), (east, south) = above.places(ends.round() - 0.5)
+    return Plan(small, (float(west), float(east), float(south), float(north)))
 
 
 @kept
-def composed(adjusted: bool = False, every: int = 6) -> Plan:
-    """Return the picture that a mosaic makes of what the camera saw on the loop.
+def composed(every: int = 8) -> Plan:
+    """Return the picture that the chained mosaic makes of what the camera saw on the loop.
 
-    Each picture is laid where the robot located itself; the later ones lie on top. No truth enters
-    but the place of the first pattern.
-
-    Parameters
-    ----------
-    adjusted
-        By the mosaic that is fitted to all that was seen together, or as it was chained.
-    every
-        Of so many pictures one is laid.
+    One picture in so many is laid where the robot located itself. No truth enters but the place of
+    the first pattern.
     """
-    run = loop()
-    poses = run.located(run.adjusted if adjusted else run.mosaic)
-    low, size = around(run.true[:, :2], 2.0)
-    ground = np.full(size[::-1], 255, dtype=np.uint8)
-    eye = CeilingCamera(runs.ceiling(SHOWN), MOUNT)
-    for k in range(0, len(poses), every):
-        x, y, heading = poses[k]
-        cos, sin = np.cos(heading) * SCALE, np.sin(heading) * SCALE
-        turn = np.array([[cos, -sin], [sin, cos]])
-        at = np.array([x, y]) - turn @ np.array(CENTRE) - low
-        lay = np.column_stack([turn, at]) * PER_METRE
-        image = eye.image(run.true[k])
-        laid = cv2.warpAffine(image, lay, size, flags=cv2.INTER_AREA)
-        covered = cv2.warpAffine(np.full_like(image, 255), lay, size, flags=cv2.INTER_NEAREST)
-        ground[covered > 0] = laid[covered > 0]
-    return _plan(ground, low)
+    run, eye = loop(), CeilingCamera(runs.ceiling(SHOWN), MOUNT)
+    images = (eye.image(pose) for pose in run.true[::every])
+    poses = run.located(run.mosaic)[::every]
+    greys, shown, corner = paint(images, poses, centre=np.array(CENTRE), scale=SCALE)
+    greys = np.where(shown, greys, 255).astype(np.uint8)
+    west, north = corner - SCALE / 2
+    south, east = np.array(greys.shape) * SCALE + [north, west]
+    image = cv2.resize(greys, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    return Plan(image, (float(west), float(east), float(south), float(north)))
 
 
 # Servoing ----------------------------------------------------------------------------------------
@@ -136,18 +104,8 @@ def route(kind: str = PATH, way: str = key_images.TWO) -> tuple[KeyImage, ...]:
 class Driven:
     """How a robot drives a path again by exact sightings: a state of the explorer.
 
-    Parameters
-    ----------
-    factor
-        Assumed over true scale.
-    bearing
-        The gain k_α, 1/s.
-    aside
-        Where the robot starts, to the left of the path, m.
-    path : (n, 3)
-        Driven, m and rad.
-    status
-        ``"arrived"`` or ``"lost"``.
+    ``factor`` is the assumed over the true scale, ``bearing`` k_α, 1/s; the robot starts ``aside``
+    of the path, m.
     """
 
     factor: float
@@ -205,15 +163,7 @@ TURNS = (-90.0, 0.0, 45.0, 180.0)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Placed:
-    """Where two readings of the quotient put the new pattern: a state of the explorer.
-
-    Parameters
-    ----------
-    robot : (3,)
-        m and rad.
-    poses
-        Of the new pattern by reading, m and rad.
-    """
+    """Where two readings put the new pattern, m and rad: a state of the explorer."""
 
     robot: Float[np.ndarray, "3"]
     poses: dict[str, Float[np.ndarray, "3"]]
