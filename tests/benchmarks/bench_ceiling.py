@@ -128,7 +128,7 @@ def _recognition() -> Row:
         assert np.hypot(*(best.pose - START)[:2]) <= 1.5
 
     return Row(
-        work="a pattern found anew in 320×240: edges, contours, candidates", ours=ours, agree=agree
+        work="pattern found anew in 320×240: edges, contours, candidates", ours=ours, agree=agree
     )
 
 

@@ -22,12 +22,11 @@ from robot_perception.ceiling.mapping import (
     inside,
     look_for,
 )
-from robot_perception.ceiling.mosaic import Mosaic
+from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
 from robot_perception.ceiling.patterns import Pattern
 from robot_perception.ceiling.tracker import PatternState
 from robot_perception.ceiling.visual_memory import (
     KeyImage,
-    NoCommonPattern,
     ServoRules,
     passed,
     relative_pose,

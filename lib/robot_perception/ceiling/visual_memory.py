@@ -27,7 +27,6 @@ __all__ = [
     "Breach",
     "KeyImage",
     "KeyRules",
-    "NoCommonPattern",
     "PathGraph",
     "ServoRules",
     "Trajectory",

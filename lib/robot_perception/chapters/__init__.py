@@ -24,6 +24,7 @@ CHAPTERS = (
     "people_fusion",
     "head_tracking",
     "colour_and_shape",
+    "pattern_tracking",
     "ceiling_navigation",
 )
 """Stems of the chapters, in the order of the book."""

@@ -33,7 +33,8 @@ THEMES = {
     "affine": "Pictures",
     "segmentation": "Pictures",
     "blob": "Pictures",
-    "ceiling": "Pictures",
+    "pattern": "Patterns on a ceiling",
+    "ceiling": "Patterns on a ceiling",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

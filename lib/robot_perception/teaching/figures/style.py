@@ -119,6 +119,16 @@ MEANING = {
     "fused": RED,
     "colours adapted": OLIVE,
     "edges alone": PURPLE,
+    # tracking a pattern
+    "contours": PURPLE,
+    "grey vectors": RED,
+    "particles": BLUE,
+    "no tolerance": OLIVE,
+    "left out": ORANGE,
+    "at worst": TEAL,
+    "not smoothed": OLIVE,
+    "smoothed": ORANGE,
+    "smoothed, model too": TEAL,
     # a robot that remembers the ceiling
     "ceiling pattern": GREEN,
     "taught path": BLUE,

@@ -1,0 +1,3 @@
+"""Tracking a pattern: sections 3 and 4.1 of Ait Aider et al., "Indoor Autonomous Navigation"."""
+
+STUDIES = ("recognising", "sweeps", "slopes", "light", "displacement", "hidden", "scales")
