@@ -12,11 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from data_synth.ceiling import drive
-from robot_perception.ceiling.mosaic import Mosaic
+from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
 from robot_perception.ceiling.visual_memory import (
     KeyImage,
     KeyRules,
-    NoCommonPattern,
     ServoRules,
     choose_key_images,
     passed,

@@ -31,17 +31,12 @@ BY = ("wheels alone", "mosaic as chained", "mosaic adjusted")
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Ceilings and a path; the paper gives no number, all values are ours.
-
-    ``pitch`` tilts a camera whose pictures are not corrected, rad; ``factor`` is the assumed over
-    the true scale.
-    """
+    """Ceilings and a path, all ours; ``factor`` is the assumed over the true scale."""
 
     seeds: tuple[int, ...] = runs.SCORING[:10]
     kind: str = "loop"
     step: float = 0.06
     most: float = np.inf
-    pitch: float = 0.0
     factor: float = 1.0
 
 
@@ -67,7 +62,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     """Build a mosaic below each ceiling, and compare it with the truth."""
 
     def one(seed: int, *, rng: np.random.Generator) -> tuple:
-        found = runs.drive(seed, config.kind, config.step, config.most, config.pitch, config.factor)
+        found = runs.drive(seed, config.kind, config.step, config.most, config.factor)
         mosaics = found.mosaic, found.adjusted
         told = [wheels(found.true, rng=rng), *(found.located(mosaic) for mosaic in mosaics)]
         off = np.array([found.off(poses) for poses in told])

@@ -11,11 +11,11 @@ from jaxtyping import Float
 
 from data_synth.ceiling import CeilingCamera, Occluder, drive
 from data_synth.wheels import SMALL
+from robot_perception.ceiling.mosaic import NoCommonPattern
 from robot_perception.ceiling.navigator import Navigator
 from robot_perception.ceiling.visual_memory import (
     KeyImage,
     KeyRules,
-    NoCommonPattern,
     choose_key_images,
 )
 from robot_perception.chapters.ceiling_navigation import runs

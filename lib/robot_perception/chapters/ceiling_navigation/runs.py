@@ -3,7 +3,7 @@
 The estimator gets pictures only. Where it stood in truth is kept beside it, and compared after.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 
 import numpy as np
@@ -159,16 +159,14 @@ def drive(
     kind: str = "loop",
     step: float = 0.06,
     most: float = np.inf,
-    pitch: float = 0.0,
     factor: float = 1.0,
     plan: str = "varied",
 ) -> Run:
     """Return the run below a ceiling, along a path that a hand taught.
 
-    The seed is that of ceiling, hand and noise; ``pitch`` tilts a camera whose pictures are not
-    corrected, rad, and ``factor`` is the assumed over the true scale.
+    The seed is that of ceiling, hand and noise; ``factor`` is the assumed over the true scale.
     """
     side = SIDE if kind == "loop" else ROOM
-    below = CeilingCamera(ceiling(seed, plan, side), replace(MOUNT, pitch=pitch))
+    below = CeilingCamera(ceiling(seed, plan, side), MOUNT)
     true = path(kind, step, seed, most)
     return mapped(below, true, factor * SCALE, rng=np.random.default_rng([seed, 2]))
