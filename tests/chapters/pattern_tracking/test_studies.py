@@ -52,6 +52,14 @@ def test_everybody_finds_a_patch_that_has_hardly_moved(name):
     assert np.abs(errors(METHODS[name](given, RNG(0)), truth)).mean() < 0.5
 
 
+def test_windows_are_turned_and_scaled_as_the_patch_is():
+    """In steps of 0.7 σ: this one is on the raster."""
+    one, truth = scene(SCORED[2]), START + SIGMAS * [0, 0, 2.1, 1.4]
+    given = Task(one.pattern(), one.picture(START), (one.picture(truth),))
+    off = errors(METHODS["template matching"](given, RNG(0)), truth)
+    np.testing.assert_allclose(off, 0, atol=0.11)  # half a pixel
+
+
 def test_nearest_draw_is_that_of_the_normal_distribution():
     config = displacement.Config(tuple(range(40)), (0.0, 3.0), ("one picture",))
     found = displacement.nearest(config, rng=RNG(0))
@@ -80,7 +88,7 @@ def test_a_turned_pattern_is_covered_along_its_own_side():
 
 def test_modes_are_peaks_above_half_the_height():
     surface = np.zeros((40, 40))
-    for v, u, height in ((5, 5, 1.0), (20, 30, 0.6), (30, 8, 0.4), (31, 9, 0.39)):
+    for v, u, height in ((5, 5, 1.0), (20, 30, 0.6), (20, 31, 0.55), (30, 8, 0.4)):
         surface[v, u] = height
     assert sweeps.modes(surface) == 2
 

@@ -157,6 +157,8 @@ def noise(ax: Axes, found: posing.Result) -> Axes:
     label(ax, 0.05, 100 * _rms(found.several) - 0.35, "three together", MEANING["pooled"])
     label(ax, 1.15, 3.4, "one pattern", MEANING["expected"], ha="right")
     ax.set(xlim=(0, 2), ylim=(0, 5), xlabel="distance of the pattern (m)", ylabel="error (cm)")
+    ax.set_xticks([0, 1, 2])
+    ax.set_yticks([1, 2, 3, 4, 5])
     return ax
 
 

@@ -10,7 +10,7 @@ from robot_perception.chapters.pattern_tracking.recordings import Real
 from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW, scene
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, band, label
+from robot_perception.teaching.figures.style import MEANING, band
 from robot_perception.teaching.tables import Table
 
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
@@ -218,9 +218,10 @@ def scale(ax: Axes, table: Table) -> Axes:
         low, high = ends(row)
         band(ax, at, low / 1000, high / 1000, MEANING[meaning])
         ax.plot(at, unlike, "-o", color=MEANING[meaning], markersize=4)
-        label(ax, at[-1] + 0.02, unlike[-1], meaning, MEANING[meaning], va="center")
+        ax.lines[-1].set_label(meaning)
     ax.set_yscale("log")
-    ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1] + 0.45))
+    ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 1))
+    ax.legend(loc="upper center", ncols=3)
     return ax
 
 
