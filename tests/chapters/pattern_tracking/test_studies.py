@@ -5,9 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_perception.chapters.pattern_tracking import displacement, hidden, scales, slopes, sweeps
+from robot_perception.ceiling.patterns import deviations
+from robot_perception.ceiling.tracker import Layers, log_likelihoods
+from robot_perception.chapters.pattern_tracking import (
+    displacement,
+    hidden,
+    light,
+    scales,
+    slopes,
+    sweeps,
+)
 from robot_perception.chapters.pattern_tracking.rivals import METHODS, Task
 from robot_perception.chapters.pattern_tracking.scene import (
+    RULES,
     SCORED,
     SIGMAS,
     START,
@@ -123,3 +133,19 @@ def test_shared_names_hold_what_is_bare():
     found = hidden.bare(config, rng=RNG(0))
     np.testing.assert_array_equal(found.off[..., 0], found.off[..., 1])
     assert found.off.shape == (3, 2, 1, 2)
+
+
+def test_the_first_vectors_are_those_of_a_product_up_to_there():
+    pattern, rules = scene(SCORED[0]).pattern(), replace(RULES, tolerated=0.0)
+    layers = Layers(scene(SCORED[0]).picture(moved("x", 1.0)))
+    part = light.first(pattern, 60)
+    found = log_likelihoods(layers.correlations(part, START[None], "none"), part.decay, rules)
+    lost = deviations(layers.correlations(pattern, START[None], "none")[0], pattern.decay)
+    assert found[0] == pytest.approx(-(lost[:60] ** 2).sum() / (2 * rules.deviation**2))
+    np.testing.assert_array_equal(light.first(pattern, 10**4).places, pattern.places)
+
+
+def test_where_the_products_are_one_their_errors_are_too():
+    few = len(scene(SCORED[0]).pattern().places)
+    printed, right = light.track(SCORED[0], few, RNG(0))
+    assert printed == right < 0.5
