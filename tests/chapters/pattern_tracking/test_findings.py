@@ -63,8 +63,8 @@ def test_the_film_holds_the_sign_while_it_is_covered_and_loses_it_when_it_jumps(
 def test_the_right_answers_of_the_bets_are_what_is_recorded():
     ledger = recorded()
     assert bets.THREE["right"] == "more than one σ"
-    assert ledger["tracker-fig8"].evidence["at 3σ, one picture"].low > 1
-    assert ledger["tracker-fig8"].evidence["at 3σ, one picture"].high < 3
+    assert ledger["tracker-fig8"].value.low > 1
+    assert ledger["tracker-fig8"].value.high < 3
     assert bets.COVERED["right"] == "the error grows"
     assert ledger["occlusion"].evidence["ratio, nothing covered"].low > 1
     assert bets.SMOOTH["right"] == "no"
@@ -89,6 +89,15 @@ def test_what_the_page_says_of_the_rivals():
     best = min(table.rows, key=lambda name: table[name, "1σ"].estimate)
     assert best == "ECC"
     assert table["ECC", "3σ"].low > table["optical flow", "3σ"].high
+
+
+def test_in_films_the_tracker_hardly_feels_the_smoothing():
+    table = recorded()["scale-smoothing"].tables["likeness"]
+    sharp = table["none", "error"]
+    for name in table.rows:
+        other = table[name, "error"]
+        assert other.low < sharp.high
+        assert sharp.low < other.high
 
 
 def test_a_vector_is_taken_across_its_point():
