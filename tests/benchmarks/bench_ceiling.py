@@ -78,7 +78,7 @@ def _likelihoods() -> list[Row]:
         assert np.median(away) <= 0.1 * bound, np.median(away)
         assert np.quantile(away, 0.999) <= bound, np.quantile(away, 0.999)
 
-    work = f"correlations of {PARTICLES} particles × {VECTORS} vectors × {SAMPLES} samples"
+    work = f"pattern correlations, {PARTICLES} particles × {VECTORS} vectors × {SAMPLES} samples"
     most = PARTICLES * VECTORS * SAMPLES / LEAST_RATE
     return [
         Row(
