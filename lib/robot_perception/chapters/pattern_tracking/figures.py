@@ -220,8 +220,8 @@ def scale(ax: Axes, table: Table) -> Axes:
         ax.plot(at, unlike, "-o", color=MEANING[meaning], markersize=4)
         ax.lines[-1].set_label(meaning)
     ax.set_yscale("log")
-    ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 1))
-    ax.legend(loc="upper center", ncols=3)
+    ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 5))
+    ax.legend(loc="upper left")
     return ax
 
 
