@@ -1,0 +1,1 @@
+"""People before a robot's camera: faces, hands, clothed walkers, and a room behind them."""
