@@ -1,0 +1,1 @@
+"""Faces: found, recognised, followed, and the one kept that began."""

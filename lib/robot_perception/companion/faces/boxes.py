@@ -1,0 +1,117 @@
+"""Boxes in pictures: left, top, width and height in pixels."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = ["check_box", "check_boxes", "crop", "grey_picture", "overlap"]
+
+Box = Float[np.ndarray, " 4"]
+Boxes = Float[np.ndarray, "n 4"]
+Grey = UInt8[np.ndarray, "height width"]
+
+
+def overlap(
+    one: Float[np.ndarray, "n 4"], other: Float[np.ndarray, "m 4"]
+) -> Float[np.ndarray, "n m"]:
+    """Return the area that boxes share over the area that either covers (intersection over union).
+
+    Parameters
+    ----------
+    one, other : (n, 4), (m, 4)
+        Boxes.
+
+    Raises
+    ------
+    ValueError
+        If a box has no area or is not finite.
+    """
+    one, other = check_boxes("one", one), check_boxes("other", other)
+    low = np.maximum(one[:, None, :2], other[None, :, :2])
+    high = np.minimum((one[:, :2] + one[:, 2:])[:, None], (other[:, :2] + other[:, 2:])[None])
+    common = np.prod(np.clip(high - low, 0, None), axis=-1)
+    return common / (one[:, 2:].prod(axis=1)[:, None] + other[:, 2:].prod(axis=1) - common)
+
+
+def crop(
+    image: Grey, box: Box, size: tuple[int, int] = (56, 46), *, equalise: bool = True
+) -> Float[np.ndarray, "rows columns"]:
+    """Return what lies in a box, rescaled to the size that a recogniser asks for.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values.
+    box : (4,)
+        Rounded to whole pixels; where it leaves the picture the border is repeated.
+    size
+        Rows and columns of the result.
+    equalise
+        Whether the grey values are spread evenly (histogram equalisation), so that a dim picture of
+        a face is like a bright one. Ours: the paper does not speak of light.
+
+    Returns
+    -------
+    (rows, columns)
+        From 0 to 1.
+
+    Raises
+    ------
+    TypeError
+        If the image is no grey picture of bytes.
+    ValueError
+        If the box is not of four finite numbers, has no area or lies outside of the picture.
+    """
+    image, box = grey_picture("image", image), check_box("box", box)
+    rows, columns = checks.integers("size", size, (2,), 1).tolist()
+    low = np.rint(box[:2]).astype(int)
+    high = np.maximum(np.rint(box[:2] + box[2:]).astype(int), low + 1)
+    if (low >= image.shape[::-1]).any() or (high <= 0).any():
+        raise ValueError(f"box must reach into the picture of {image.shape[::-1]} px, got {box}")
+    u = np.clip(np.arange(low[0], high[0]), 0, image.shape[1] - 1)
+    v = np.clip(np.arange(low[1], high[1]), 0, image.shape[0] - 1)
+    inside = np.ascontiguousarray(image[np.ix_(v, u)])
+    shrinks = len(u) > columns
+    found = cv2.resize(
+        inside, (columns, rows), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    )
+    return (cv2.equalizeHist(found) if equalise else found) / 255.0
+
+
+def grey_picture(name: str, image: Any) -> Grey:
+    """Return a grey picture of bytes.
+
+    Raises
+    ------
+    TypeError
+        If it is none.
+    ValueError
+        If it is in colour, or empty.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        raise TypeError(f"{name} must be a picture of bytes, got {checks.shown(image)}")
+    if image.ndim != 2 or not image.size:
+        more = "; a picture in colour must be made grey first" if image.ndim == 3 else ""
+        raise ValueError(f"{name} must be (height, width), got {image.shape}{more}")
+    return image
+
+
+def check_box(name: str, box: Any) -> Box:
+    """Return a box with an area, or raise a `ValueError`."""
+    return check_boxes(name, checks.array(name, box, (4,))[None])[0]
+
+
+def check_boxes(name: str, boxes: Any) -> Boxes:
+    """Return boxes with an area, or raise a `ValueError`."""
+    found = checks.array(name, boxes, ("n", 4))
+    checks.moderate(name, found, 1e6)
+    if found.size and not found[:, 2:].min() > 0:
+        raise ValueError(f"{name} must have a width and a height, got {found[:, 2:].min():g}")
+    return found

@@ -1,0 +1,112 @@
+"""Faces found by OpenCV's boosted cascade of Haar-like features."""
+
+from dataclasses import dataclass, field
+from typing import Any, final
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.companion.faces.boxes import check_box, grey_picture
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = ["FaceDetector"]
+
+FRONTAL = "haarcascade_frontalface_default.xml"
+SMALLEST = 24
+"""Side of the cascade's window, px: it finds no smaller face."""
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceDetector:
+    """OpenCV's detector of frontal faces.
+
+    Parameters
+    ----------
+    scale
+        From each size of the window to the next.
+    neighbours
+        How many windows must agree on a face.
+    least, most
+        Sides of the smallest and the largest face that is looked for, px.
+
+    Raises
+    ------
+    ValueError
+        If the scale is not above 1, ``neighbours`` is negative, or the least side is below 24, that
+        of the cascade, or above the largest.
+
+    References
+    ----------
+    Viola and Jones, "Rapid object detection using a boosted cascade of simple features", CVPR 2001,
+    in the implementation of Lienhart and Maydt (2002). Scale and neighbours are OpenCV's usual
+    ones; the paper names none.
+    """
+
+    scale: float = 1.1
+    neighbours: int = 4
+    least: int = SMALLEST
+    most: int = 10_000
+    _cascade: Any = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not checks.number("scale", self.scale) > 1.0 or self.scale > 10:
+            raise ValueError(f"scale must be above 1 and at most 10, got {self.scale}")
+        checks.whole("neighbours", self.neighbours, 0, 1000)
+        checks.whole("most", self.most, SMALLEST, 10**6)
+        checks.whole("least", self.least, SMALLEST, self.most)
+        cascade = cv2.CascadeClassifier(cv2.data.haarcascades + FRONTAL)
+        object.__setattr__(self, "_cascade", cascade)
+
+    def find(
+        self,
+        image: UInt8[np.ndarray, "height width"],
+        window: Float[np.ndarray, " 4"] | None = None,
+    ) -> Float[np.ndarray, "n 4"]:
+        """Return the boxes of the faces, the largest first.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values.
+        window : (4,), optional
+            The part of the picture to look into: left, top, width and height, px. What of it lies
+            outside of the picture is left out.
+
+        Returns
+        -------
+        (n, 4)
+            Left, top, width and height in the picture, px; none if there is no face, or the window
+            is smaller than the smallest face.
+
+        Raises
+        ------
+        TypeError
+            If the image does not hold bytes.
+        ValueError
+            If it is in colour or empty, or the window has no area.
+        """
+        image = grey_picture("image", image)
+        corner = np.zeros(2, dtype=int)
+        if window is not None:
+            box = check_box("window", window)
+            size = np.array(image.shape[::-1])
+            corner = np.clip(np.floor(box[:2]).astype(int), 0, size)
+            end = np.clip(np.ceil(box[:2] + box[2:]).astype(int), 0, size)
+            image = image[corner[1] : end[1], corner[0] : end[0]]
+        if min(image.shape) < self.least:
+            return np.zeros((0, 4))
+        found = self._cascade.detectMultiScale(
+            np.ascontiguousarray(image),
+            scaleFactor=self.scale,
+            minNeighbors=self.neighbours,
+            minSize=(self.least, self.least),
+            maxSize=(self.most, self.most),
+        )
+        boxes = np.asarray(found, dtype=float).reshape(-1, 4)
+        boxes[:, :2] += corner
+        return boxes[np.lexsort((boxes[:, 1], boxes[:, 0], -boxes[:, 2]))]

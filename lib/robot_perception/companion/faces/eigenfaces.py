@@ -1,0 +1,300 @@
+r"""Eigenfaces: faces as points of a space of few dimensions, and who is near.
+
+A face is a vector :math:`\Gamma` of pixels. From the mean :math:`\Psi` of the gallery it differs
+by :math:`\Phi = \Gamma - \Psi`; the eigenimages :math:`u_k` are the directions in which the gallery
+varies most, and :math:`\omega_k = u_k^\top \Phi` describes the face:
+
+.. math::
+    \hat\Phi = \sum_k \omega_k u_k, \qquad
+    \epsilon = \lVert \Phi - \hat\Phi \rVert, \qquad
+    \epsilon_i = \lVert \omega - \omega^{(i)} \rVert
+
+:math:`\epsilon` is the distance from face space, :math:`\epsilon_i` that to a picture of the
+gallery in it. Who is far from face space is no face, who is far from everybody in it is unknown.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from robot_perception import checks
+
+__all__ = ["Eigenfaces", "Recognition", "enrol"]
+
+Faces = Float[np.ndarray, "n rows columns"]
+Face = Float[np.ndarray, "rows columns"]
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Recognition:
+    """Who a face may be.
+
+    Parameters
+    ----------
+    name
+        The person, ``None`` if it is unknown or no face.
+    nearest
+        The nearest person, known or not.
+    distance
+        To the nearest picture in face space, in the measure of `Eigenfaces`.
+    from_space
+        Distance from face space, root mean square of a pixel.
+    descriptor : (k,)
+        Of the face.
+    """
+
+    name: str | None
+    nearest: str
+    distance: float
+    from_space: float
+    descriptor: Float[np.ndarray, " k"]
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Eigenfaces:
+    """A gallery in its face space.
+
+    Parameters
+    ----------
+    mean : (rows, columns)
+        The mean face.
+    images : (k, rows, columns)
+        The eigenimages, orthonormal, by falling variance.
+    deviations : (k,)
+        Standard deviation of the gallery along each.
+    names
+        The person of each picture of the gallery.
+    descriptors : (n, k)
+        Of each picture of the gallery.
+    whiten
+        Whether distances in face space are measured in the deviations of each direction, so that
+        light, which varies most, counts no more than the rest. Turk and Pentland measure without;
+        the choice is ours.
+    most_distance, most_from_space
+        Beyond which a face is unknown, and no face; infinite unless learnt, see `enrol`.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, a value is not finite, or a threshold is negative.
+
+    References
+    ----------
+    Turk and Pentland, "Face recognition using eigenfaces", CVPR 1991; section III of the paper,
+    which asks for 20 eigenimages.
+    """
+
+    mean: Face
+    images: Float[np.ndarray, "k rows columns"]
+    deviations: Float[np.ndarray, " k"]
+    names: tuple[str, ...]
+    descriptors: Float[np.ndarray, "n k"]
+    whiten: bool = True
+    most_distance: float = np.inf
+    most_from_space: float = np.inf
+    _flat: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        mean = checks.array("mean", self.mean, ("rows", "columns"))
+        images = checks.array("images", self.images, ("k", *mean.shape))
+        checks.array("deviations", self.deviations, (len(images),))
+        names = checks.instances("names", self.names, str)
+        checks.array("descriptors", self.descriptors, (len(names), len(images)))
+        if not names or not len(images):
+            raise ValueError("names and images must not be empty")
+        if not (self.deviations > 0).all():
+            raise ValueError(f"deviations must be positive, got {np.min(self.deviations):g}")
+        checks.flag("whiten", self.whiten)
+        for name in ("most_distance", "most_from_space"):
+            if not checks.number(name, getattr(self, name), finite=False) >= 0:
+                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+        object.__setattr__(self, "names", names)
+        object.__setattr__(self, "_flat", images.reshape(len(images), -1))
+
+    @classmethod
+    def learn(
+        cls, faces: Faces, names: Sequence[str], count: int = 20, *, whiten: bool = True
+    ) -> "Eigenfaces":
+        """Return the face space of a gallery, by singular value decomposition.
+
+        Parameters
+        ----------
+        faces : (n, rows, columns)
+            Pictures of one size.
+        names
+            Whose each is.
+        count
+            How many eigenimages, less than n; those without variance are left out.
+        whiten
+            See `Eigenfaces`.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than two pictures, all are the same, the names are not as many, or
+            there are not so many eigenimages.
+        """
+        faces = checks.array("faces", faces, ("n", "rows", "columns"))
+        names = checks.instances("names", tuple(names), str)
+        if len(faces) < 2:
+            raise ValueError(f"faces must be two at least, got {len(faces)}")
+        if len(names) != len(faces):
+            raise ValueError(f"names must be {len(faces)}, as the faces, got {len(names)}")
+        count = checks.whole("count", count, 1, len(faces) - 1)
+        mean = faces.mean(axis=0)
+        centred = (faces - mean).reshape(len(faces), -1)
+        _, singular, directions = np.linalg.svd(centred, full_matrices=False)
+        deviations = singular / np.sqrt(len(faces) - 1)
+        kept = min(count, int((singular > 1e-9 * max(singular[0], 1e-9)).sum()))
+        if not kept:
+            raise ValueError("faces must differ, got the same picture throughout")
+        flat = directions[:kept]
+        flat = flat * np.where(flat.sum(axis=1) < 0, -1.0, 1.0)[:, None]  # one of two signs
+        return cls(
+            mean,
+            flat.reshape(kept, *mean.shape),
+            deviations[:kept],
+            names,
+            centred @ flat.T,
+            whiten,
+        )
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """Everybody in the gallery."""
+        return tuple(dict.fromkeys(self.names))
+
+    def describe(self, face: Face) -> Float[np.ndarray, " k"]:
+        """Return the descriptor of a face.
+
+        Raises
+        ------
+        ValueError
+            If the face is of another size, or not finite.
+        """
+        return self._flat @ self._centred(face)
+
+    def rebuild(self, face: Face, count: int | None = None) -> Face:
+        """Return what the first eigenimages make of a face.
+
+        Parameters
+        ----------
+        face : (rows, columns)
+            Of the gallery's size.
+        count
+            How many are taken, from 0, which gives the mean face, on; all if not given.
+
+        Raises
+        ------
+        ValueError
+            If the face is of another size, or there are not so many eigenimages.
+        """
+        count = len(self.images) if count is None else count
+        count = checks.whole("count", count, 0, len(self.images))
+        flat = self._flat[:count]
+        return self.mean + (self.describe(face)[:count] @ flat).reshape(self.mean.shape)
+
+    def recognise(self, face: Face) -> Recognition:
+        """Return who a face is.
+
+        Raises
+        ------
+        ValueError
+            If the face is of another size, or not finite.
+        """
+        centred = self._centred(face)
+        descriptor = self._flat @ centred
+        left = centred @ centred - descriptor @ descriptor
+        from_space = float(np.sqrt(max(left, 0.0) / centred.size))
+        distances = self.distances(descriptor)
+        nearest = int(distances.argmin())
+        distance, name = float(distances[nearest]), self.names[nearest]
+        known = distance <= self.most_distance and from_space <= self.most_from_space
+        return Recognition(name if known else None, name, distance, from_space, descriptor)
+
+    def distances(self, descriptor: Float[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
+        """Return the distance of a descriptor to each picture of the gallery.
+
+        Raises
+        ------
+        ValueError
+            If it has another length, or is not finite.
+        """
+        descriptor = checks.vector("descriptor", descriptor, len(self.images))
+        unit = self.deviations if self.whiten else 1.0
+        apart = (self.descriptors - descriptor) / unit
+        return np.sqrt((apart**2).mean(axis=1))
+
+    def _centred(self, face: Face) -> np.ndarray:
+        return (checks.array("face", face, self.mean.shape) - self.mean).ravel()
+
+
+def enrol(
+    faces: Faces,
+    names: Sequence[str],
+    count: int = 20,
+    *,
+    accepted: float = 0.95,
+    folds: int = 5,
+    whiten: bool = True,
+) -> Eigenfaces:
+    """Return a gallery that knows beyond which distances it knows nobody.
+
+    The pictures are left out in turn, each fold of them by a face space of the others. How far they
+    then lie from the nearest picture of the same person, and from face space, is how far a new
+    picture of a known person lies; both thresholds accept the same share of these.
+
+    Parameters
+    ----------
+    faces, names, count, whiten
+        As of `Eigenfaces.learn`; two pictures a person at least.
+    accepted
+        Share of the pictures left out that either threshold accepts.
+    folds
+        Into how many parts each person's pictures are dealt.
+
+    Returns
+    -------
+    Eigenfaces
+        Of all pictures.
+
+    Raises
+    ------
+    ValueError
+        As `Eigenfaces.learn`; also if a person has one picture only, by name, or a share or a
+        number of folds is out of range.
+
+    References
+    ----------
+    Turk and Pentland name two thresholds and no rule for them; this one is ours.
+    """
+    accepted, folds = checks.share("accepted", accepted), checks.whole("folds", folds, 2, 1000)
+    model = Eigenfaces.learn(faces, names, count, whiten=whiten)
+    faces, whose = np.asarray(faces, dtype=float), np.array(model.names)
+    alone = [name for name in model.people if (whose == name).sum() < 2]
+    if alone:
+        raise ValueError(f"names must have two pictures a person at least, one only of {alone}")
+    turn = np.empty(len(whose), dtype=int)
+    for name in model.people:
+        mine = np.flatnonzero(whose == name)
+        turn[mine] = np.arange(len(mine)) % min(folds, len(mine))
+    distances, from_space = [], []
+    for fold in range(turn.max() + 1):
+        others = turn != fold
+        part = min(count, int(others.sum()) - 1)
+        space = Eigenfaces.learn(faces[others], list(whose[others]), part, whiten=whiten)
+        for k in np.flatnonzero(~others):
+            found = space.recognise(faces[k])
+            same = np.array(space.names) == whose[k]
+            distances.append(space.distances(found.descriptor)[same].min())
+            from_space.append(found.from_space)
+    return replace(
+        model,
+        most_distance=float(np.quantile(distances, accepted)),
+        most_from_space=float(np.quantile(from_space, accepted)),
+    )

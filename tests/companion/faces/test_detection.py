@@ -1,0 +1,73 @@
+"""The detector on a photograph with a face, in windows of it, and on what it cannot use."""
+
+import cv2
+import numpy as np
+import pytest
+from skimage import data
+
+from robot_perception.companion.faces.boxes import overlap
+from robot_perception.companion.faces.detection import FaceDetector
+from tests.unchecked import unchecked
+
+
+@pytest.fixture(scope="module")
+def portrait():
+    return cv2.cvtColor(data.astronaut(), cv2.COLOR_RGB2GRAY)
+
+
+DETECTOR = FaceDetector()
+FACE = np.array([[170.0, 65, 110, 110]])
+
+
+def test_a_face_is_found_as_opencv_finds_it(portrait):
+    found = DETECTOR.find(portrait)
+    assert overlap(found[:1], FACE)[0, 0] > 0.6
+    theirs = cv2.CascadeClassifier(
+        cv2.data.haarcascades + "haarcascade_frontalface_default.xml"
+    ).detectMultiScale(portrait, 1.1, 4, minSize=(24, 24))
+    assert {tuple(box) for box in found.astype(int).tolist()} == {tuple(b) for b in theirs.tolist()}
+
+
+def test_boxes_stand_by_size(portrait):
+    both = np.hstack([portrait, cv2.resize(portrait, (256, 512))[:, :256]])
+    widths = FaceDetector(neighbours=1).find(both)[:, 2]
+    assert (np.diff(widths) <= 0).all()
+
+
+def test_a_window_gives_places_in_the_whole_picture(portrait):
+    box = DETECTOR.find(portrait)[0]
+    window = np.array([box[0] - 30.5, box[1] - 40.25, box[2] + 60, box[3] + 80])
+    found = DETECTOR.find(portrait, window)
+    assert overlap(found[:1], box[None])[0, 0] > 0.75
+    assert DETECTOR.find(portrait, np.array([0.0, 300, 100, 100])).shape == (0, 4)
+
+
+def test_a_window_is_cut_at_the_border(portrait):
+    window = np.array([-100.0, -100, 500, 400])
+    np.testing.assert_array_equal(
+        DETECTOR.find(portrait, window), DETECTOR.find(portrait[:300, :400])
+    )
+
+
+def test_no_face_is_found_where_there_is_none_or_no_room_for_one(portrait):
+    assert DETECTOR.find(np.zeros((200, 200), np.uint8)).shape == (0, 4)
+    assert DETECTOR.find(portrait[:20, :20]).shape == (0, 4)
+    assert DETECTOR.find(portrait, np.array([600.0, 600, 50, 50])).shape == (0, 4)
+    assert FaceDetector(least=200).find(portrait).shape == (0, 4)
+    assert FaceDetector(most=60).find(portrait).shape[0] <= 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "text"),
+    [
+        (lambda p: FaceDetector(scale=1.0), ValueError, "scale must be above 1"),
+        (lambda p: FaceDetector(least=20), ValueError, "least must be"),
+        (lambda p: FaceDetector(least=90, most=60), ValueError, "least must be"),
+        (lambda p: DETECTOR.find(np.dstack([p] * 3)), ValueError, "made grey first"),
+        (lambda p: DETECTOR.find(p.astype(float)), TypeError, "image must be a picture of bytes"),
+        (lambda p: DETECTOR.find(p, np.array([0.0, 0, 0, 9])), ValueError, "window must have"),
+    ],
+)
+def test_what_is_wrong_is_named(portrait, wrong, error, text):
+    with unchecked(), pytest.raises(error, match=text):
+        wrong(portrait)
