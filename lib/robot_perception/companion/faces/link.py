@@ -1,0 +1,183 @@
+"""The link between a robot and the person who began it, kept by asking again who that is."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from robot_perception import checks
+from robot_perception.companion.faces.boxes import check_box
+
+__all__ = ["Link", "LinkInfo", "LinkRules", "SeenFace", "keep_link", "same_name"]
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class SeenFace:
+    """A face in a picture, and who it is taken for.
+
+    Parameters
+    ----------
+    box : (4,)
+        Left, top, width and height, px.
+    name
+        Whom the recogniser takes it for; ``None`` for a stranger.
+    descriptor : (k,), optional
+        Whatever the recogniser describes it by.
+    """
+
+    box: Float[np.ndarray, " 4"]
+    name: str | None
+    descriptor: Float[np.ndarray, " k"] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "box", check_box("box", self.box))
+        if self.name is not None:
+            checks.instance("name", self.name, str)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Link:
+    """With whom the robot is in touch.
+
+    Parameters
+    ----------
+    name
+        The tutor who began it.
+    face
+        As last seen.
+    missed
+        For how many pictures that face has not been verified.
+    """
+
+    name: str
+    face: SeenFace
+    missed: int = 0
+
+    def __post_init__(self) -> None:
+        checks.instance("name", self.name, str)
+        checks.instance("face", self.face, SeenFace)
+        checks.whole("missed", self.missed, 0)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LinkRules:
+    """When a link goes on, and when it ends.
+
+    Parameters
+    ----------
+    policy
+        ``"verified"``: the face must be verified as that of the tutor who began, the paper's rule.
+        ``"nearest"``: the face that is nearest to the last one is taken, whoever it is, as by a
+        tracker. ``"largest"``: in each picture the largest face of any authorised tutor has the
+        link, which is what the paper wants to avoid.
+    patience
+        Pictures without the face after which the link ends, and another tutor may begin one.
+    reach
+        How far the face may be from its last place, in sides of a face for each picture since then
+        and one more; ours.
+
+    Raises
+    ------
+    ValueError
+        If there is no such policy, or a number is out of range.
+    """
+
+    policy: str = "verified"
+    patience: int = 30
+    reach: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.one_of("policy", self.policy, ("verified", "nearest", "largest"))
+        checks.whole("patience", self.patience, 0, 10**6)
+        checks.positive("reach", self.reach)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LinkInfo:
+    """What a step decided.
+
+    Parameters
+    ----------
+    held
+        Which of the faces has the link in this picture; ``None`` if none is seen or verified.
+    began, ended
+        Whether a link began or ended in this picture.
+    """
+
+    held: int | None
+    began: bool = False
+    ended: bool = False
+
+
+def same_name(link: Link, face: SeenFace) -> bool:
+    """Tell whether a face is recognised as the tutor who began the link."""
+    return face.name == link.name
+
+
+def keep_link(
+    link: Link | None,
+    faces: Sequence[SeenFace],
+    rules: LinkRules | None = None,
+    *,
+    verify: Callable[[Link, SeenFace], bool] = same_name,
+) -> tuple[Link | None, LinkInfo]:
+    """Return the link after a picture.
+
+    Parameters
+    ----------
+    link
+        Before it; ``None`` if there is none.
+    faces
+        All faces in the picture.
+    rules
+        The policy and its numbers.
+    verify
+        Function of the link and a face that tells whether it is still the same person; by default
+        by the name that the recogniser gives.
+
+    Returns
+    -------
+    Link or None
+        The largest face of a tutor begins one.
+    LinkInfo
+
+    References
+    ----------
+    Section III, "Face tracking": the descriptor of the selected user verifies that the link is kept
+    with the user who initiated it.
+    """
+    rules = LinkRules() if rules is None else checks.instance("rules", rules, LinkRules)
+    faces = checks.instances("faces", tuple(faces), SeenFace)
+    sizes = np.array([face.box[2] * face.box[3] for face in faces])
+    tutors = [k for k, face in enumerate(faces) if face.name is not None]
+    largest = max(tutors, key=lambda k: sizes[k]) if tutors else None
+    if link is None:
+        if largest is None:
+            return None, LinkInfo(None)
+        face = faces[largest]
+        return Link(str(face.name), face), LinkInfo(largest, began=True)
+    if rules.policy == "largest":
+        held = largest
+    else:
+        near = [k for k, face in enumerate(faces) if _apart(link, face) <= rules.reach]
+        if rules.policy == "verified":
+            near = [k for k in near if checks.flag("verify(link, face)", verify(link, faces[k]))]
+        held = min(near, key=lambda k: _apart(link, faces[k])) if near else None
+    if held is not None:
+        return Link(link.name, faces[held]), LinkInfo(held)
+    if link.missed >= rules.patience:
+        return None, LinkInfo(None, ended=True)
+    return Link(link.name, link.face, link.missed + 1), LinkInfo(None)
+
+
+def _apart(link: Link, face: SeenFace) -> float:
+    """Return how far a face is from the last one, in sides for each picture since then."""
+    middles = [box[:2] + box[2:] / 2 for box in (link.face.box, face.box)]
+    away = float(np.hypot(*(middles[1] - middles[0])))
+    return away / (float(link.face.box[2]) * (link.missed + 1))

@@ -1,0 +1,280 @@
+r"""A face followed by a Kalman filter, which says where to look for it.
+
+The state is the middle of the face and its side with their velocities, moved by noise in the
+acceleration; time is counted in pictures:
+
+.. math::
+    x = [u, v, s, \dot u, \dot v, \dot s]^\top, \qquad
+    F = \begin{pmatrix} I & I \\ 0 & I \end{pmatrix}, \qquad
+    Q = \begin{pmatrix} \tfrac14 & \tfrac12 \\ \tfrac12 & 1 \end{pmatrix} \otimes
+        \operatorname{diag}(a^2, a^2, b^2)
+
+The detector is asked for the window in which the face should be by the estimate and its covariance.
+A face that is not detected is where the filter predicts it; the longer it is missed, the wider the
+window, until it is the whole picture.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol, final, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.beliefs import Gaussian
+from robot_perception.companion.faces.boxes import check_box, check_boxes
+from robot_perception.companion.faces.detection import FaceDetector
+from robot_perception.extras import needing
+from robot_perception.gating import gate
+
+with needing():
+    from filterpy.common import Q_discrete_white_noise
+    from filterpy.kalman import predict, update
+
+__all__ = ["Detector", "FaceTracker", "RegionInfo", "RegionRules", "RegionState"]
+
+H = np.hstack([np.eye(3), np.zeros((3, 3))])
+
+
+@runtime_checkable
+class Detector(Protocol):
+    """Whatever finds boxes in a picture, or in a window of it."""
+
+    def find(self, image: Any, window: Any = None) -> np.ndarray:  # pragma: no cover - a protocol
+        """Return boxes (n, 4)."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RegionRules:
+    """Noise, and when a face is believed and given up. The paper names no number: all are ours.
+
+    Parameters
+    ----------
+    acceleration, growth
+        Standard deviations a and b of the middle's and the side's acceleration, px a picture².
+    place_sigma, side_sigma
+        Of a detection's middle and side, as shares of its side.
+    sigmas
+        Standard deviations that the window reaches beyond the face.
+    margin
+        By which share of the side the window is wider than the face on each side: what the detector
+        needs to see of its surroundings.
+    level
+        Of the gate: a detection that is less likely than this under the prediction is another's.
+    patience
+        Pictures without the face after which it is given up.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+
+    acceleration: float = 2.0
+    growth: float = 0.5
+    place_sigma: float = 0.05
+    side_sigma: float = 0.08
+    sigmas: float = 3.0
+    margin: float = 0.3
+    level: float = 0.999
+    patience: int = 20
+
+    def __post_init__(self) -> None:
+        for name in ("acceleration", "growth", "place_sigma", "side_sigma", "sigmas"):
+            checks.positive(name, getattr(self, name))
+        checks.not_negative("margin", self.margin)
+        checks.level("level", self.level)
+        checks.whole("patience", self.patience, 0, 10**6)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class RegionState:
+    """What is known of a face.
+
+    Parameters
+    ----------
+    belief
+        Middle, side and their velocities (6,): px, px a picture.
+    missed
+        For how many pictures it has not been seen.
+    """
+
+    belief: Gaussian
+    missed: int = 0
+
+    def __post_init__(self) -> None:
+        checks.vector("belief.mean", checks.instance("belief", self.belief, Gaussian).mean, 6)
+        checks.whole("missed", self.missed, 0)
+
+    @property
+    def box(self) -> Float[np.ndarray, " 4"]:
+        """The estimated box: left, top, width and height, px."""
+        u, v, side = self.belief.mean[:3]
+        side = max(side, 1.0)
+        return np.array([u - side / 2, v - side / 2, side, side])
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class RegionInfo:
+    """What a step saw.
+
+    Parameters
+    ----------
+    window : (4,)
+        Where the detector looked, px.
+    whole
+        Whether that was the whole picture.
+    boxes : (n, 4)
+        What it found.
+    taken
+        Which of them is the face, ``None`` if none is.
+    searched
+        Pixels that it looked through.
+    """
+
+    window: Float[np.ndarray, " 4"]
+    whole: bool
+    boxes: Float[np.ndarray, "n 4"]
+    taken: int | None
+    searched: int
+
+
+def _largest(boxes: Float[np.ndarray, "n 4"]) -> int | None:
+    return int(boxes[:, 2].argmax()) if len(boxes) else None
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceTracker:
+    """Finds a face and follows it.
+
+    Parameters
+    ----------
+    detector
+        Of faces, or of whatever has a box: anything with a method ``find(image, window)``.
+    rules
+        Noise and thresholds.
+
+    References
+    ----------
+    Section III, "Face tracking"; Menezes, Barreto and Dias, "Face tracking based on Haar-like
+    features and eigenfaces", IAV 2004.
+    """
+
+    detector: Detector = field(default_factory=FaceDetector)
+    rules: RegionRules = field(default_factory=RegionRules)
+
+    def __post_init__(self) -> None:
+        checks.instance("detector", self.detector, Detector)
+        checks.instance("rules", self.rules, RegionRules)
+
+    def start(self, box: Float[np.ndarray, " 4"]) -> RegionState:
+        """Return what is known of a face after a first detection: it may move either way."""
+        box = check_box("box", box)
+        measured, noise = self._measured(box)
+        spread = np.diag([4 * self.rules.acceleration**2] * 2 + [4 * self.rules.growth**2])
+        cov = np.block([[noise, np.zeros((3, 3))], [np.zeros((3, 3)), spread]])
+        return RegionState(Gaussian(np.concatenate([measured, np.zeros(3)]), cov))
+
+    def predict(self, state: RegionState) -> RegionState:
+        """Return what is expected of the next picture, before it is looked at."""
+        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        F = np.kron(np.array([[1, 1], [0, 1]]), np.eye(3))
+        scales = np.diag([rules.acceleration**2, rules.acceleration**2, rules.growth**2])
+        Q = np.kron(Q_discrete_white_noise(2, 1.0, 1.0), scales)
+        mean, cov = predict(belief.mean, belief.cov, F, Q)
+        return RegionState(Gaussian(mean, (cov + cov.T) / 2), state.missed)
+
+    def window(self, state: RegionState) -> Float[np.ndarray, " 4"]:
+        """Return the window in which a predicted face is looked for.
+
+        It reaches beyond the estimated face by ``sigmas`` standard deviations of its middle and
+        half its side together, and by the margin.
+        """
+        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        u, v, side = belief.mean[:3]
+        side = max(side, 1.0)
+        spread = np.sqrt(np.diag(belief.cov)[:2] + belief.cov[2, 2] / 4)
+        reach = side * (0.5 + rules.margin) + rules.sigmas * spread
+        return np.array([u - reach[0], v - reach[1], *(2 * reach)])
+
+    def step(
+        self,
+        state: RegionState | None,
+        image: UInt8[np.ndarray, "height width"],
+        *,
+        choose: Callable[[np.ndarray], int | None] = _largest,
+    ) -> tuple[RegionState | None, RegionInfo]:
+        """Return what is known after a picture.
+
+        Parameters
+        ----------
+        state
+            Before it; ``None`` if no face is followed.
+        image : (height, width)
+            Grey values.
+        choose
+            Function of boxes (n, 4) that says which of them to follow, if any, where no face is
+            followed; by default the largest.
+
+        Returns
+        -------
+        state or None
+            ``None`` if there is no face, or the one that was followed is given up.
+        RegionInfo
+
+        Raises
+        ------
+        TypeError, ValueError
+            As the detector; also if the choice is of no box.
+        """
+        height, width = image.shape[:2]
+        everything = np.array([0.0, 0.0, width, height])
+        if state is None:
+            boxes = check_boxes("boxes", self.detector.find(image))
+            taken = choose(boxes)
+            if taken is not None:
+                taken = checks.whole("choose(boxes)", taken, 0, len(boxes) - 1)
+            info = RegionInfo(everything, True, boxes, taken, width * height)
+            return (None if taken is None else self.start(boxes[taken])), info
+        expected = self.predict(state)
+        window = self.window(expected)
+        low = np.clip(np.floor(window[:2]), 0, (width, height))
+        high = np.clip(np.ceil(window[:2] + window[2:]), low, (width, height))
+        searched = int(np.prod(high - low))
+        whole = searched >= width * height
+        look = everything if whole else window
+        boxes = check_boxes("boxes", self.detector.find(image, None if whole else window))
+        taken = self._nearest(expected, boxes)
+        info = RegionInfo(look, whole, boxes, taken, searched)
+        if taken is not None:
+            measured, noise = self._measured(boxes[taken])
+            mean, cov = update(expected.belief.mean, expected.belief.cov, measured, noise, H)
+            return RegionState(Gaussian(mean, (cov + cov.T) / 2)), info
+        if state.missed >= self.rules.patience or searched == 0:
+            return None, info
+        return RegionState(expected.belief, state.missed + 1), info
+
+    def _measured(self, box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return middle and side of a detection, and their covariance."""
+        left, top, side, high = box
+        rules = self.rules
+        noise = side * np.array([rules.place_sigma, rules.place_sigma, rules.side_sigma])
+        return np.array([left + side / 2, top + high / 2, side]), np.diag(noise**2)
+
+    def _nearest(self, expected: RegionState, boxes: np.ndarray) -> int | None:
+        """Return the detection that is nearest to the prediction, by Mahalanobis distance."""
+        if not len(boxes):
+            return None
+        distances = []
+        for box in boxes:
+            measured, noise = self._measured(box)
+            innovation = measured - expected.belief.mean[:3]
+            S = expected.belief.cov[:3, :3] + noise
+            distances.append(innovation @ np.linalg.solve(S, innovation))
+        best = int(np.argmin(distances))
+        return best if distances[best] <= gate(self.rules.level, 3) else None
