@@ -1,0 +1,1 @@
+"""Raised hands: Haar-like features, boosted to a cascade that is trained here."""

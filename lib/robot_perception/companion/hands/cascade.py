@@ -1,0 +1,501 @@
+"""A cascade of boosted stages: most windows are rejected by the first few features."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, final, no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.companion.hands.boosting import Boosted, boost
+from robot_perception.companion.hands.features import (
+    FLAT,
+    SIZE,
+    check_features,
+    check_windows,
+    feature_values,
+    integral,
+)
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = ["Cascade", "Goals", "HandDetector", "Stage", "StageReport", "train"]
+
+FORMAT = "boosted cascade of Haar-like features"
+VERSION = 1
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Stage:
+    """One stage.
+
+    Parameters
+    ----------
+    stumps
+        Of features of the cascade.
+    threshold
+        A window whose votes are fewer is rejected.
+    """
+
+    stumps: Boosted
+    threshold: float
+
+    def __post_init__(self) -> None:
+        if not len(checks.instance("stumps", self.stumps, Boosted).features):
+            raise ValueError("stumps must not be empty")
+        checks.number("threshold", self.threshold)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Cascade:
+    """Features and stages.
+
+    Parameters
+    ----------
+    features : (n, 3, 5)
+        That the stumps ask.
+    stages
+        In the order in which a window passes them.
+
+    Raises
+    ------
+    ValueError
+        If there is no stage, or a stump asks for a feature that is not there.
+    """
+
+    features: Int[np.ndarray, "n 3 5"]
+    stages: tuple[Stage, ...]
+    _tables: tuple = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        features = check_features(self.features)
+        stages = checks.instances("stages", self.stages, Stage)
+        if not stages:
+            raise ValueError("stages must be one at least")
+        for stage in stages:
+            if (highest := stage.stumps.features.max()) >= len(features):
+                raise ValueError(f"stages must ask {len(features)} features, got {highest}")
+        parts = [stage.stumps for stage in stages]
+        ends = np.cumsum([len(part.features) for part in parts])
+        asked = np.concatenate([part.features for part in parts])
+        names = ("thresholds", "polarities", "votes")
+        columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        limits = np.array([stage.threshold for stage in stages])
+        tables = (np.ascontiguousarray(features[asked]), *columns, ends, limits)
+        object.__setattr__(self, "_tables", tables)
+
+    def passed(self, windows: UInt8[np.ndarray, "m 24 24"]) -> Int[np.ndarray, " m"]:
+        """Return how many stages each window passes, before one rejects it.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `feature_values`.
+        """
+        windows = check_windows(windows)
+        values = feature_values(windows, self.features)
+        through = np.ones(len(windows), dtype=bool)
+        through &= windows.reshape(len(windows), -1).std(axis=1) >= FLAT
+        found = np.zeros(len(windows), dtype=np.int64)
+        for stage in self.stages:
+            through &= stage.stumps.scores(values) >= stage.threshold
+            found += through
+        return found
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the cascade in plain types that JSON can hold."""
+        stages = [
+            {
+                "threshold": round(float(stage.threshold), 6),
+                "stumps": [
+                    [int(f), round(float(t), 6), int(p), round(float(v), 6)]
+                    for f, t, p, v in zip(
+                        stage.stumps.features,
+                        stage.stumps.thresholds,
+                        stage.stumps.polarities,
+                        stage.stumps.votes,
+                        strict=True,
+                    )
+                ],
+            }
+            for stage in self.stages
+        ]
+        features = [[r.tolist() for r in f if r[2] > 0] for f in self.features]
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "size": SIZE,
+            "features": features,
+            "stages": stages,
+        }
+
+    @classmethod
+    def from_plain(cls, plain: Any) -> "Cascade":
+        """Return the cascade of :meth:`to_plain`.
+
+        Raises
+        ------
+        ValueError
+            If it is of another format or version, something is missing, or a value is not as it
+            should be; the message says which.
+        """
+        if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+            raise ValueError(f"plain must be a {FORMAT}, got {checks.shown(plain)}")
+        if plain.get("version") != VERSION:
+            raise ValueError(
+                f"plain must be of version {VERSION}, got version {plain.get('version')!r}:"
+                " train the model anew"
+            )
+        if plain.get("size") != SIZE:
+            raise ValueError(f"plain must be of windows of {SIZE} px, got {plain.get('size')!r}")
+        try:
+            features = np.zeros((len(plain["features"]), 3, 5), dtype=np.int64)
+            for k, rectangles in enumerate(plain["features"]):
+                features[k, : len(rectangles)] = rectangles
+            stages = []
+            for stage in plain["stages"]:
+                f, t, p, v = (np.array(part) for part in zip(*stage["stumps"], strict=True))
+                stumps = Boosted(f, t.astype(float), p, v.astype(float))
+                stages.append(Stage(stumps, float(stage["threshold"])))
+        except (KeyError, IndexError, TypeError, ValueError) as error:
+            raise ValueError(f"plain is no whole model: {error!r:.120}") from error
+        return cls(features, tuple(stages))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Goals:
+    """What each stage must reach.
+
+    Parameters
+    ----------
+    detection
+        Least share of the hands that pass.
+    false_alarms
+        Largest share of the others that pass.
+    stages
+        How many there are at most.
+    most
+        Features of a stage at most.
+
+    References
+    ----------
+    Viola and Jones train by such goals; the numbers are ours, the paper names none.
+    """
+
+    detection: float = 0.995
+    false_alarms: float = 0.5
+    stages: int = 14
+    most: int = 60
+
+    def __post_init__(self) -> None:
+        for name in ("detection", "false_alarms"):
+            checks.share(name, getattr(self, name))
+        checks.whole("stages", self.stages, 1, 100)
+        checks.whole("most", self.most, 1, 10_000)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StageReport:
+    """What a stage reached on the samples that it was trained on.
+
+    Parameters
+    ----------
+    features
+        How many it asks.
+    hands, others
+        Samples of either kind.
+    detection, false_alarms
+        Shares of these that pass.
+    """
+
+    features: int
+    hands: int
+    others: int
+    detection: float
+    false_alarms: float
+
+
+def train(
+    hands: UInt8[np.ndarray, "m 24 24"],
+    others: Callable[[Cascade | None, int], UInt8[np.ndarray, "k 24 24"]],
+    features: Int[np.ndarray, "n 3 5"],
+    *,
+    count: int = 6000,
+    goals: Goals | None = None,
+    told: Callable[[StageReport], None] = lambda report: None,
+) -> tuple[Cascade, tuple[StageReport, ...]]:
+    """Return a cascade, trained stage by stage on what the stages before let pass.
+
+    Parameters
+    ----------
+    hands : (m, 24, 24)
+        Windows with hands.
+    others
+        Function of the cascade so far (``None`` before the first stage) and a number that returns
+        so many windows without a hand that pass it, or fewer if it finds no more: the hard ones.
+    features : (n, 3, 5)
+        From which to choose.
+    count
+        Others for each stage; 6000 in the paper, beside 2000 hands.
+    goals
+        Of the stages.
+    told
+        Called with the report of each stage.
+
+    Returns
+    -------
+    Cascade
+        With those features only that it asks.
+    tuple of StageReport
+
+    Raises
+    ------
+    ValueError
+        If there are no hands, or no others for the first stage.
+    """
+    hands, features = check_windows(hands), check_features(features)
+    count = checks.whole("count", count, 1, 10**6)
+    goals = Goals() if goals is None else checks.instance("goals", goals, Goals)
+    if not len(hands):
+        raise ValueError("hands must not be empty")
+    of_hands = feature_values(hands, features)
+    passes = np.ones(len(hands), dtype=bool)
+    stages: list[Stage] = []
+    reports: list[StageReport] = []
+    for k in range(goals.stages):
+        so_far = _compact(features, stages) if stages else None
+        windows = check_windows(others(so_far, count))
+        if len(windows) < max(count // 20, 10):
+            if not k:
+                raise ValueError(
+                    f"others must find windows for the first stage, got {len(windows)}"
+                )
+            break
+        values = np.hstack([of_hands[:, passes], feature_values(windows, features)])
+        labels = np.arange(values.shape[1]) < passes.sum()
+        found: dict[str, tuple[float, float]] = {}
+
+        def enough(stumps: Boosted, values=values, labels=labels, found=found) -> bool:
+            scores = stumps.scores(values)
+            limit = float(np.quantile(scores[labels], 1 - goals.detection, method="lower"))
+            alarms = float((scores[~labels] >= limit - 1e-9).mean())
+            found["at"] = limit - 1e-9, alarms
+            return alarms <= goals.false_alarms
+
+        stumps = boost(values, labels, enough, most=goals.most)
+        enough(stumps)
+        limit, alarms = found["at"]
+        stages.append(Stage(stumps, limit))
+        stay = stumps.scores(of_hands[:, passes]) >= limit
+        report = StageReport(
+            len(stumps.features), int(passes.sum()), len(windows), float(stay.mean()), alarms
+        )
+        passes[passes] = stay
+        reports.append(report)
+        told(report)
+    return _compact(features, stages), tuple(reports)
+
+
+def _compact(features: np.ndarray, stages: list[Stage]) -> Cascade:
+    """Return a cascade of the features that its stages ask."""
+    asked = np.unique(np.concatenate([stage.stumps.features for stage in stages]))
+    renamed = tuple(
+        Stage(
+            Boosted(
+                np.searchsorted(asked, stage.stumps.features),
+                stage.stumps.thresholds,
+                stage.stumps.polarities,
+                stage.stumps.votes,
+            ),
+            stage.threshold,
+        )
+        for stage in stages
+    )
+    return Cascade(features[asked], renamed)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class HandDetector:
+    """Finds hands of all sizes in a picture.
+
+    Parameters
+    ----------
+    cascade
+        A trained one.
+    scale
+        From each size to the next.
+    step
+        From each window to the next, px of the smallest window.
+    neighbours
+        How many windows must agree on a hand.
+    least
+        Side of the smallest hand, px.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+
+    cascade: Cascade
+    scale: float = 1.15
+    step: int = 2
+    neighbours: int = 3
+    least: int = SIZE
+
+    def __post_init__(self) -> None:
+        checks.instance("cascade", self.cascade, Cascade)
+        if not checks.number("scale", self.scale) > 1.01 or self.scale > 10:
+            raise ValueError(f"scale must be above 1.01 and at most 10, got {self.scale}")
+        checks.whole("step", self.step, 1, SIZE)
+        checks.whole("neighbours", self.neighbours, 0, 1000)
+        checks.whole("least", self.least, SIZE, 10**6)
+
+    def find(
+        self,
+        image: UInt8[np.ndarray, "height width"],
+        window: Float[np.ndarray, " 4"] | None = None,
+    ) -> Float[np.ndarray, "n 4"]:
+        """Return the boxes of the hands, those first on which most windows agree.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values.
+        window : (4,), optional
+            The part of the picture to look into: left, top, width and height, px.
+
+        Raises
+        ------
+        TypeError
+            If the image does not hold bytes.
+        ValueError
+            If it is in colour or empty, or the window has no area.
+        """
+        corner = np.zeros(2)
+        if window is not None:
+            left, top, wide, high = checks.vector("window", window, 4)
+            if not (wide > 0 and high > 0):
+                raise ValueError(f"window must have a width and a height, got {wide:g}, {high:g}")
+            integral(image)
+            size = np.array(image.shape[::-1])
+            low = np.clip(np.floor([left, top]), 0, size).astype(int)
+            end = np.clip(np.ceil([left + wide, top + high]), low, size).astype(int)
+            image, corner = image[low[1] : end[1], low[0] : end[0]], low.astype(float)
+            if min(image.shape) < self.least:
+                return np.zeros((0, 4))
+        boxes = self.windows(image)[0]
+        if not len(boxes):
+            return np.zeros((0, 4))
+        if not self.neighbours:
+            return boxes + np.array([*corner, 0, 0])
+        # grouping drops what stands alone; each box goes in twice so that one is enough
+        whole = np.rint(boxes).astype(int).tolist()
+        grouped, weights = cv2.groupRectangles(whole, self.neighbours - 1, 0.25)
+        grouped = np.asarray(grouped, dtype=float).reshape(-1, 4)
+        first = np.argsort(-np.asarray(weights).ravel(), kind="stable")
+        return grouped[first] + np.array([*corner, 0, 0])
+
+    def windows(
+        self, image: UInt8[np.ndarray, "height width"]
+    ) -> tuple[Float[np.ndarray, "n 4"], int]:
+        """Return every window that passes all stages, and how many were looked at.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As :meth:`find`.
+        """
+        integral(image)  # a picture as it must be
+        found: list[np.ndarray] = []
+        looked = 0
+        for factor, small in self._sizes(image):
+            total, squares = integral(small)
+            passed = np.zeros([(n - SIZE) // self.step + 1 for n in small.shape], dtype=np.int32)
+            _scan(total, squares, self.step, *self.cascade._tables, passed)
+            looked += passed.size
+            rows, columns = np.nonzero(passed == len(self.cascade.stages))
+            if len(rows):
+                places = np.stack([columns, rows], axis=1) * self.step * factor
+                found.append(np.hstack([places, np.full((len(rows), 2), SIZE * factor)]))
+        return (np.concatenate(found) if found else np.zeros((0, 4))), looked
+
+    def stages_passed(
+        self, image: UInt8[np.ndarray, "height width"], box: Float[np.ndarray, " 4"]
+    ) -> int:
+        """Return how many stages a square of a picture passes.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As :meth:`find`; also if the box does not lie in the picture.
+        """
+        integral(image)
+        left, top, side, _ = checks.vector("box", box, 4)
+        x, y, n = round(left), round(top), round(side)
+        if n < 1 or x < 0 or y < 0 or x + n > image.shape[1] or y + n > image.shape[0]:
+            raise ValueError(f"box must lie in the picture of {image.shape[::-1]} px, got {box}")
+        inside = np.ascontiguousarray(image[y : y + n, x : x + n])
+        small = cv2.resize(inside, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
+        return int(self.cascade.passed(small[None])[0])
+
+    def _sizes(self, image: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
+        """Yield the picture ever smaller, with the factor by which it is."""
+        factor = self.least / SIZE
+        while min(image.shape) >= SIZE * factor:
+            size = round(image.shape[1] / factor), round(image.shape[0] / factor)
+            if min(size) >= SIZE:
+                small = image
+                if factor > 1:
+                    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+                yield factor, small
+            factor *= self.scale
+
+
+@no_type_check
+@njit(cache=True)
+def _scan(total, squares, step, features, thresholds, polarities, votes, ends, limits, passed):
+    """Count the stages that each window passes."""  # pragma: no cover - compiled
+    count = SIZE * SIZE
+    for row in range(passed.shape[0]):
+        y0 = row * step
+        for column in range(passed.shape[1]):
+            x0 = column * step
+            y1, x1 = y0 + SIZE, x0 + SIZE
+            mean = (total[y1, x1] - total[y0, x1] - total[y1, x0] + total[y0, x0]) / count
+            square = (squares[y1, x1] - squares[y0, x1] - squares[y1, x0] + squares[y0, x0]) / count
+            spread = square - mean * mean
+            if spread < FLAT * FLAT:
+                continue
+            scale = 1 / (np.sqrt(spread) * count)
+            k = 0
+            for stage in range(len(ends)):
+                score = 0.0
+                while k < ends[stage]:
+                    value = 0
+                    for r in range(3):
+                        w = features[k, r, 2]
+                        if w > 0:
+                            a, b = x0 + features[k, r, 0], y0 + features[k, r, 1]
+                            h = features[k, r, 3]
+                            value += features[k, r, 4] * (
+                                total[b + h, a + w]
+                                - total[b, a + w]
+                                - total[b + h, a]
+                                + total[b, a]
+                            )
+                    if polarities[k] * value * scale < polarities[k] * thresholds[k]:
+                        score += votes[k]
+                    k += 1
+                if score < limits[stage]:
+                    break
+                passed[row, column] += 1

@@ -1,0 +1,184 @@
+r"""Haar-like features: differences of the brightness of rectangles, by the integral image.
+
+.. math::
+    I(x, y) = \sum_{x' < x,\, y' < y} i(x', y'), \qquad
+    f = \frac{1}{n \sigma} \sum_r w_r \bigl( I(x_r + w, y_r + h) - I(x_r, y_r + h)
+        - I(x_r + w, y_r) + I(x_r, y_r) \bigr)
+
+with n the pixels of the window and :math:`\sigma` the standard deviation of its grey values, so that
+neither brightness nor contrast matters. The weights of a feature sum to 0 over its pixels.
+"""
+
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = ["SIZE", "feature_pool", "feature_values", "feature_values_textbook", "integral"]
+
+SIZE = 24
+"""Side of the window, px: as small as a hand may be."""
+FLAT = 2.0
+"""Windows whose grey values deviate by less hold nothing; ours."""
+
+Features = Int[np.ndarray, "n 3 5"]
+Windows = UInt8[np.ndarray, "m 24 24"]
+
+
+def integral(image: UInt8[np.ndarray, "height width"]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the integral images (height + 1, width + 1) of grey values and of their squares.
+
+    Raises
+    ------
+    TypeError
+        If the picture does not hold bytes.
+    ValueError
+        If it is in colour or empty.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        raise TypeError(f"image must be a picture of bytes, got {checks.shown(image)}")
+    checks.shaped("image", image, ("height", "width"))
+    if not image.size:
+        raise ValueError("image must not be empty")
+    total, squares = cv2.integral2(image, sdepth=cv2.CV_32S, sqdepth=cv2.CV_64F)
+    return total, squares
+
+
+def feature_pool(rng: np.random.Generator, count: int = 4000) -> Features:
+    """Return different features of all kinds, sizes and places.
+
+    Two rectangles beside or above each other, three in a row or a column, four in a square, and one
+    inside another.
+
+    Parameters
+    ----------
+    rng
+        Source of kinds, sizes and places.
+    count
+        How many, 1 to 20 000.
+
+    Returns
+    -------
+    (count, 3, 5)
+        Of up to three rectangles: column, row, width, height and weight; of no size where there is
+        none.
+
+    References
+    ----------
+    Viola and Jones, CVPR 2001; the surrounded rectangle is of Lienhart and Maydt, ICIP 2002.
+    """
+    checks.generator("rng", rng)
+    count = checks.whole("count", count, 1, 20_000)
+    found: dict[tuple, np.ndarray] = {}
+    while len(found) < count:
+        feature = _drawn(rng)
+        found.setdefault(tuple(feature.ravel().tolist()), feature)
+    return np.array(list(found.values()))
+
+
+def _drawn(rng: np.random.Generator) -> np.ndarray:
+    """Return a feature: the whole with a weight of -1, and parts that make up for it."""
+    kind = int(rng.integers(6))
+    across, down = ((2, 1), (1, 2), (3, 1), (1, 3), (2, 2), (3, 3))[kind]
+    while True:
+        w, h = (int(n) for n in rng.integers(1, SIZE // np.array([across, down]) + 1))
+        if across * down * w * h >= 8:
+            break
+    left = int(rng.integers(0, SIZE - across * w + 1))
+    top = int(rng.integers(0, SIZE - down * h + 1))
+    feature = np.zeros((3, 5), dtype=np.int64)
+    feature[0] = left, top, across * w, down * h, -1
+    if kind < 2:
+        feature[1] = left, top, w, h, 2
+    elif kind < 4:
+        feature[1] = left + w * (across == 3), top + h * (down == 3), w, h, 3
+    elif kind == 4:
+        feature[1] = left, top, w, h, 2
+        feature[2] = left + w, top + h, w, h, 2
+    else:
+        feature[1] = left + w, top + h, w, h, 9
+    return feature
+
+
+def feature_values(windows: Windows, features: Features) -> Float[np.ndarray, "n m"]:
+    """Return the value of each feature on each window.
+
+    Parameters
+    ----------
+    windows : (m, 24, 24)
+        Grey values.
+    features : (n, 3, 5)
+        As of `feature_pool`.
+
+    Returns
+    -------
+    (n, m)
+        All 0 on a window whose grey values deviate by less than 2.
+
+    Raises
+    ------
+    TypeError
+        If the windows do not hold bytes.
+    ValueError
+        If they are of another size, or a rectangle leaves the window.
+    """
+    windows, features = check_windows(windows), check_features(features)
+    found = np.empty((len(features), len(windows)), dtype=np.float32)
+    totals = np.zeros((len(windows), SIZE + 1, SIZE + 1), dtype=np.int32)
+    np.cumsum(windows, axis=1, dtype=np.int32, out=totals[:, 1:, 1:])
+    np.cumsum(totals[:, 1:, 1:], axis=2, out=totals[:, 1:, 1:])
+    spread = windows.reshape(len(windows), -1).std(axis=1)
+    scale = np.where(spread < FLAT, 0.0, 1 / np.maximum(spread, FLAT)) / SIZE**2
+    _evaluate(totals, scale, features, found)
+    return found.astype(float)
+
+
+def feature_values_textbook(windows: Windows, features: Features) -> Float[np.ndarray, "n m"]:
+    """Return the same as `feature_values`, by sums over pixels."""
+    windows, features = check_windows(windows), check_features(features)
+    found = np.zeros((len(features), len(windows)))
+    for j, window in enumerate(windows.astype(float)):
+        spread = window.std()
+        if spread < FLAT:
+            continue
+        for i, feature in enumerate(features):
+            total = sum(w * window[y : y + b, x : x + a].sum() for x, y, a, b, w in feature)
+            found[i, j] = total / (spread * window.size)
+    return found
+
+
+def check_windows(windows: Windows) -> np.ndarray:
+    """Return windows of bytes of the right size, or raise an error."""
+    if not isinstance(windows, np.ndarray) or windows.dtype != np.uint8:
+        raise TypeError(f"windows must be pictures of bytes, got {checks.shown(windows)}")
+    checks.shaped("windows", windows, ("m", SIZE, SIZE))
+    return windows
+
+
+def check_features(features: Features) -> np.ndarray:
+    """Return features whose rectangles lie in the window, or raise an error."""
+    found = checks.integers("features", features, ("n", 3, 5))
+    low, high = found[..., :2], found[..., :2] + found[..., 2:4]
+    if found.size and (low.min() < 0 or high.max() > SIZE or found[..., 2:4].min() < 0):
+        raise ValueError(f"features must lie within {SIZE} x {SIZE} px, got one outside")
+    return found
+
+
+@no_type_check
+@njit(cache=True)
+def _evaluate(totals, scale, features, found):  # pragma: no cover - compiled
+    for i in range(len(features)):
+        for j in range(len(totals)):
+            I, value = totals[j], 0
+            for r in range(3):
+                x, y, w, h, weight = features[i, r]
+                if w > 0:
+                    value += weight * (I[y + h, x + w] - I[y, x + w] - I[y + h, x] + I[y, x])
+            found[i, j] = value * scale[j]
