@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+from data_synth._checks import array
 from data_synth.coloured.canvas import texture
 from data_synth.coloured.filming import linear
 
@@ -10,6 +11,23 @@ __all__: tuple[str, ...] = ()  # for the worlds alone
 
 GAMMA = 2.2
 CHANNELS = 4
+
+
+def tint(name: str, value: object) -> tuple[float, float, float]:
+    """Return how much light comes back, red, green and blue, each from 0 to 1."""
+    found = array(name, value, (3,))
+    if found.min() < 0 or found.max() > 1:
+        raise ValueError(f"{name} must be from 0 to 1, got {found.tolist()}")
+    return tuple(found.tolist())
+
+
+def rows_and_columns(name: str, value: object, least: int, most: int) -> tuple[int, int]:
+    """Return the size of a picture, px."""
+    rows, columns = array(name, value, (2,)).tolist()
+    for size in (rows, columns):
+        if not (size.is_integer() and least <= size <= most):
+            raise ValueError(f"{name} must be whole, {least} to {most}, got {(rows, columns)}")
+    return int(rows), int(columns)
 
 
 def lay(

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from data_synth._checks import generator, instance, number, whole
-from data_synth.coloured.filming import linear, wave
-from data_synth.companion.canvas import lay, photograph, room
+from data_synth._checks import array, generator, instance, number, whole
+from data_synth.coloured.filming import linear, one_of, wave
+from data_synth.companion.canvas import lay, photograph, room, rows_and_columns
 from data_synth.companion.faces import FACE_BOX, FaceIdentity, FaceView, face_sprite, make_identity
 
 __all__ = ["FaceFilm", "FaceScene", "film_faces", "portraits"]
@@ -63,11 +63,11 @@ class FaceScene:
         whole("glance", self.glance, 1, 200)
         for name in ("wander", "pace", "glances", "jumps"):
             number(name, getattr(self, name), 0.0, 50.0)
-        if self.light not in LIGHTS:
-            raise ValueError(f"light must be one of {', '.join(LIGHTS)}, got {self.light!r:.60}")
-        low, high = (number("tall", value, 40.0, 300.0) for value in self.tall)
-        if low > high:
-            raise ValueError(f"tall must rise, got {self.tall}")
+        one_of("light", self.light, LIGHTS)
+        instance("cross", self.cross, bool)
+        low, high = array("tall", self.tall, (2,)).tolist()
+        if not 40 <= low <= high <= 300:
+            raise ValueError(f"tall must rise from 40 to 300 at most, got {(low, high)}")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -197,7 +197,7 @@ def portraits(
     generator(rng)
     instance("identity", identity, FaceIdentity)
     count = whole("count", count, 1, 2000)
-    rows, columns = (whole("size", n, 8, 400) for n in size)
+    rows, columns = rows_and_columns("size", size, 8, 400)
     for name, value in (("lamp", lamp), ("turn", turn), ("jitter", jitter)):
         number(name, value, 0.0, 2.0)
     found = np.empty((count, rows, columns), dtype=np.uint8)

@@ -12,8 +12,9 @@ from functools import lru_cache
 import numba
 import numpy as np
 
-from data_synth._checks import generator, number, whole
-from data_synth.coloured.filming import linear
+from data_synth._checks import array, generator, instance, number, whole
+from data_synth.coloured.filming import linear, one_of
+from data_synth.companion.canvas import tint
 from data_synth.companion.skins import SKINS
 
 __all__ = ["FACE_BOX", "FaceIdentity", "FaceView", "face_sprite", "make_identity"]
@@ -60,15 +61,19 @@ class FaceIdentity:
     tone: int = 0
 
     def __post_init__(self) -> None:
-        if len(self.shape) != len(PARTS):
-            raise ValueError(f"shape must be of {len(PARTS)} parts, got {len(self.shape)}")
-        for value in self.shape:
-            number("shape", value, -4.0, 4.0)
+        shape = array("shape", self.shape, (None,), 4.0)
+        if len(shape) != len(PARTS):
+            raise ValueError(f"shape must be of {len(PARTS)} parts, got {len(shape)}")
+        object.__setattr__(self, "shape", tuple(shape.tolist()))
+        for name in ("skin", "hair"):
+            object.__setattr__(self, name, tint(name, getattr(self, name)))
+        instance("glasses", self.glasses, bool)
         number("beard", self.beard, 0.0, 1.0)
         whole("tone", self.tone, 0, len(SKINS) - 1)
 
     def part(self, name: str) -> float:
         """Return how many deviations a part is from the usual one."""
+        one_of("name", name, PARTS)
         return self.shape[PARTS.index(name)]
 
 
@@ -141,7 +146,7 @@ def make_identity(rng: np.random.Generator, *, tone: int | None = None) -> FaceI
     shape = tuple(rng.standard_normal(len(PARTS)).clip(-2.2, 2.2).tolist())
     drawn = int(rng.integers(len(SKINS)))
     tone = drawn if tone is None else whole("tone", tone, 0, len(SKINS) - 1)
-    skin = SKINS[tone] * rng.uniform(0.88, 1.1) * rng.uniform(0.97, 1.03, 3)
+    skin = np.minimum(SKINS[tone] * rng.uniform(0.88, 1.1) * rng.uniform(0.97, 1.03, 3), 1.0)
     hair = _HAIRS[rng.integers(2 if tone > 3 else len(_HAIRS))] * rng.uniform(0.7, 1.3)
     beard = float(rng.uniform(0.3, 0.9) if rng.uniform() < 0.25 else 0.0)
     glasses = bool(rng.uniform() < 0.2)
@@ -162,7 +167,8 @@ def face_sprite(
     height
         Of the sprite, 24 to 400 pixels.
     """
-    view = FaceView() if view is None else view
+    view = FaceView() if view is None else instance("view", view, FaceView)
+    instance("identity", identity, FaceIdentity)
     height = whole("height", height, 24, 400)
     width = round(height * WIDTH / SPAN)
     points, paint, gloss = _head(identity, view.smile, view.opened, view.closed)

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from data_synth._checks import array, generator, number
+from data_synth._checks import array, generator, instance, number, whole
 from data_synth.coloured.canvas import texture
 from data_synth.coloured.filming import linear
-from data_synth.companion.canvas import room
+from data_synth.companion.canvas import room, rows_and_columns
 
 __all__ = ["Hall", "RobotCamera", "make_hall"]
 
@@ -38,7 +38,7 @@ class RobotCamera:
     def __post_init__(self) -> None:
         number("focal", self.focal, 10.0, 1e5)
         number("height", self.height, 0.1, 3.0)
-        array("size", self.size, (2,), 4096)
+        object.__setattr__(self, "size", rows_and_columns("size", self.size, 2, 4096))
 
     @property
     def middle(self) -> tuple[float, float]:
@@ -54,6 +54,7 @@ class RobotCamera:
             If the point is not before the camera.
         """
         ahead = number("ahead", ahead, above=0.0)
+        left, up = number("left", left), number("up", up)
         u, v = self.middle
         return u - self.focal * left / ahead, v - self.focal * (up - self.height) / ahead
 
@@ -81,6 +82,15 @@ class Hall:
     floor: np.ndarray = field(repr=False)
     tall: float = 3.0
 
+    def __post_init__(self) -> None:
+        for name in ("length", "width", "tall"):
+            number(name, getattr(self, name), 0.5, 1000.0)
+        if len(instance("walls", self.walls, tuple)) != 4:
+            raise ValueError(f"walls must be four, got {len(self.walls)}")
+        for wall in self.walls:
+            array("walls", wall, (None, None, 3))
+        array("floor", self.floor, (None, None, 3))
+
     def view(self, pose: np.ndarray, camera: RobotCamera) -> np.ndarray:
         """Return the light (rows, columns, 3) that reaches the camera.
 
@@ -96,6 +106,7 @@ class Hall:
         ValueError
             If the robot is not inside.
         """
+        instance("camera", camera, RobotCamera)
         x, y, heading = array("pose", pose, (3,))
         if not (0 < x < self.length and 0 < y < self.width):
             raise ValueError(
@@ -150,6 +161,7 @@ def make_hall(
     """
     generator(rng)
     length, width = number("length", length, 4.0, 60.0), number("width", width, 4.0, 60.0)
+    clutter = whole("clutter", clutter, 0, 1000)
     walls = tuple(
         room((round(3.0 * _FINE), round(long * _FINE)), rng=rng, clutter=clutter)
         for long in (length, width, length, width)

@@ -11,8 +11,9 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from data_synth._checks import generator, number, whole
-from data_synth.companion.canvas import lay, photograph, room
+from data_synth._checks import array, generator, instance, number, whole
+from data_synth.coloured.filming import one_of
+from data_synth.companion.canvas import lay, photograph, room, rows_and_columns, tint
 from data_synth.companion.faces import face_sprite, make_identity
 from data_synth.companion.skins import SKINS
 
@@ -75,11 +76,14 @@ class HandPose:
     lamp: float = 0.3
 
     def __post_init__(self) -> None:
-        if self.gesture not in GESTURES:
-            raise ValueError(f"gesture must be one of {', '.join(GESTURES)}, got {self.gesture!r}")
+        one_of("gesture", self.gesture, GESTURES)
         number("spread", self.spread, 0.0, 2.0)
-        for value in self.bends:
-            number("bends", value, 0.0, 1.0)
+        bends = array("bends", self.bends, (4,))
+        if bends.min() < 0 or bends.max() > 1:
+            raise ValueError(f"bends must be from 0 to 1, got {bends.tolist()}")
+        instance("mirrored", self.mirrored, bool)
+        for name in ("skin", "sleeve"):
+            object.__setattr__(self, name, tint(name, getattr(self, name)))
         number("thumb", self.thumb, 0.0, 1.4)
         number("slim", self.slim, 0.6, 1.5)
         number("lamp", self.lamp, -3.2, 3.2)
@@ -100,9 +104,10 @@ def make_hand(
         Which of `SKINS`; any of them if not given.
     """
     generator(rng)
+    one_of("gesture", gesture, GESTURES)
     drawn = int(rng.integers(len(SKINS)))
     tone = drawn if tone is None else whole("tone", tone, 0, len(SKINS) - 1)
-    skin = SKINS[tone] * rng.uniform(0.85, 1.1) * rng.uniform(0.96, 1.04, 3)
+    skin = np.minimum(SKINS[tone] * rng.uniform(0.85, 1.1) * rng.uniform(0.96, 1.04, 3), 1.0)
     return HandPose(
         gesture,
         spread=float(rng.uniform(0.65, 1.35)),
@@ -126,7 +131,7 @@ def hand_sprite(pose: HandPose | None = None, height: int = 96) -> np.ndarray:
     height
         Of the sprite, 24 to 300 pixels.
     """
-    pose = HandPose() if pose is None else pose
+    pose = HandPose() if pose is None else instance("pose", pose, HandPose)
     height = whole("height", height, 24, 300)
     fine = height * _FINE
     scale = fine / SPAN
@@ -244,6 +249,7 @@ def hand_window(
         How far the window is off, as a share of its side, standard deviation.
     """
     generator(rng)
+    instance("pose", pose, HandPose)
     tilt, size = number("tilt", tilt, -4.0, 4.0), whole("size", size, 8, 128)
     jitter = number("jitter", jitter, 0.0, 0.5)
     tall = 2.0 * size / HAND_BOX[2]  # twice as fine, as a camera nearby would see it
@@ -282,7 +288,7 @@ def clutter_picture(
         Share of the pictures that have faces and other hands.
     """
     generator(rng)
-    rows, columns = (whole("size", n, 32, 4096) for n in size)
+    rows, columns = rows_and_columns("size", size, 32, 4096)
     people = number("people", people, 0.0, 1.0)
     canvas = room((rows, columns), rng=rng, clutter=int(rng.integers(6, 30)))
     if rng.uniform() < 0.4:  # many thin things: books, blinds, rails

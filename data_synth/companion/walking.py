@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 from data_synth._checks import generator, instance, number, whole
-from data_synth.coloured.filming import linear
-from data_synth.companion.canvas import lay
+from data_synth.coloured.filming import linear, one_of
+from data_synth.companion.canvas import lay, tint
 from data_synth.companion.faces import SPAN, FaceIdentity, FaceView, face_sprite, make_identity
 
 __all__ = ["HIGH", "TALL", "WIDE", "Arm", "Clothes", "body_sprite", "make_clothes"]
@@ -48,10 +48,8 @@ class Clothes:
 
     def __post_init__(self) -> None:
         for name in ("shirt", "other", "trousers", "shoes"):
-            for value in getattr(self, name):
-                number(name, value, 0.0, 1.0)
-        if self.pattern not in PATTERNS:
-            raise ValueError(f"pattern must be one of {', '.join(PATTERNS)}, got {self.pattern!r}")
+            object.__setattr__(self, name, tint(name, getattr(self, name)))
+        one_of("pattern", self.pattern, PATTERNS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +69,8 @@ class Arm:
     up: float = 1.70
 
     def __post_init__(self) -> None:
-        if self.side not in (-1, 1):
-            raise ValueError(f"side must be 1 or -1, got {self.side}")
+        if whole("side", self.side, -1, 1) == 0:
+            raise ValueError("side must be 1 or -1, got 0")
         number("out", self.out, 0.0, 0.8)
         number("up", self.up, 0.6, 2.2)
 
@@ -127,10 +125,16 @@ def body_sprite(
     """
     instance("clothes", clothes, Clothes)
     who = make_identity(np.random.default_rng(0), tone=1) if identity is None else identity
-    if view not in VIEWS:
-        raise ValueError(f"view must be one of {', '.join(VIEWS)}, got {view!r}")
+    instance("identity", who, FaceIdentity)
+    one_of("view", view, VIEWS)
+    instance("walks", walks, bool)
+    for name, value, kind in (("face", face, FaceView), ("arm", arm, Arm)):
+        if value is not None:
+            instance(name, value, kind)
     height = whole("height", height, 60, 900)
-    step = round(number("phase", phase) / (2 * math.pi) * _STEPS) % _STEPS if walks else 0
+    step = (
+        round(number("phase", phase, -1e9, 1e9) / (2 * math.pi) * _STEPS) % _STEPS if walks else 0
+    )
     return _drawn(clothes, who, step, view, face, arm, height, number("light", light, 0.0, 4.0))
 
 

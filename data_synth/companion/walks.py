@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from data_synth._checks import generator, instance, number, whole
-from data_synth.coloured.filming import wave
+from data_synth.coloured.filming import one_of, wave
 from data_synth.companion.canvas import lay, photograph
 from data_synth.companion.faces import FaceIdentity, make_identity
 from data_synth.companion.hall import RobotCamera, make_hall
@@ -56,10 +56,8 @@ class WalkScene:
     sway: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, words in (("occlusion", OCCLUSIONS), ("light", LIGHTS)):
-            if getattr(self, name) not in words:
-                told = "; ".join(words)
-                raise ValueError(f"{name} must be one of {told}, got {getattr(self, name)!r:.60}")
+        one_of("occlusion", self.occlusion, tuple(OCCLUSIONS))
+        one_of("light", self.light, LIGHTS)
         instance("alike", self.alike, bool)
         whole("others", self.others, 0, 10)
         number("sway", self.sway, 0.0, 5.0)
@@ -92,6 +90,8 @@ class WalkFilm:
 
 def person_box(camera: RobotCamera, ahead: float, left: float) -> np.ndarray:
     """Return the box (4,) of the head and trunk of somebody who stands there."""
+    instance("camera", camera, RobotCamera)
+    left = number("left", left)
     u0, v1 = camera.project(ahead, left - REGION[0], REGION[1])
     u1, v0 = camera.project(ahead, left - REGION[2], REGION[3])
     return np.array([u0, v0, u1 - u0, v1 - v0])

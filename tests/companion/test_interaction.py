@@ -192,7 +192,7 @@ def test_a_table_is_complete_or_refused(arrows):
     [
         (lambda: Transition("a", "", "b"), "event must be a name"),
         (lambda: Transition("a", "x", "a"), "target must be another state"),
-        (lambda: StateTable("a", ()), "lead out of every state, none does of .'a'"),
+        (lambda: StateTable("a", ()), "lead out of start and every state, none does of .'a'"),
         (lambda: table("axb"), r"none does of \['b'\]"),
         (lambda: table("axb", "axc", "bxa", "cxa"), "once, got 'x' of 'a' twice"),
         (lambda: table("axb", "bxa", "cxa"), r"reached from 'a', got \['c'\]"),

@@ -16,6 +16,7 @@ from jaxtyping import Float, UInt8
 from numba import njit
 
 from robot_perception import checks
+from robot_perception.companion.boxes import colour_picture, grey_picture
 from robot_perception.extras import needing
 
 with needing():
@@ -181,12 +182,10 @@ def edge_distances(
     ----------
     Section V, "Shape cues": the distance transform of the edges.
     """
-    if not isinstance(grey, np.ndarray) or grey.dtype != np.uint8:
-        raise TypeError(f"grey must be a picture of bytes, got {checks.shown(grey)}")
-    checks.shaped("grey", grey, ("height", "width"))
-    if not grey.size:
-        raise ValueError("grey must not be empty")
-    low, high = (checks.not_negative("thresholds", value) for value in thresholds)
+    grey = grey_picture("grey", grey)
+    low, high = checks.vector("thresholds", thresholds, 2).tolist()
+    if not 0 <= low <= high:
+        raise ValueError(f"thresholds must rise from 0 or more, got {low:g} and {high:g}")
     most = checks.positive("most", most)
     edges = cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), low, high)
     if not edges.any():
@@ -246,11 +245,7 @@ def _states(states: Any) -> np.ndarray:
 
 
 def _checked(image: Any, states: Any, patches: Any, bins: Any, grid: Any) -> tuple:
-    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
-        raise TypeError(f"image must be a picture of bytes, got {checks.shown(image)}")
-    checks.shaped("image", image, ("height", "width", 3))
-    if not image.size:
-        raise ValueError("image must not be empty")
+    image = colour_picture("image", image)
     patches = checks.array("patches", patches, ("p", 4))
     if not len(patches) or not patches[:, 2:].min() > 0:
         raise ValueError("patches must be one at least, with a width and a height")

@@ -96,7 +96,9 @@ class StateTable:
                 )
             seen.add((arrow.source, arrow.event))
         if stuck := sorted(set(self.states) - {arrow.source for arrow in arrows}):
-            raise ValueError(f"transitions must lead out of every state, none does of {stuck}")
+            raise ValueError(
+                f"transitions must lead out of start and every state, none does of {stuck}"
+            )
         if lost := sorted(set(self.states) - self.reachable(self.start)):
             raise ValueError(f"every state must be reached from {self.start!r}, got {lost}")
 
@@ -113,7 +115,7 @@ class StateTable:
 
     def reachable(self, state: str) -> set[str]:
         """Return the states that some events lead to from this one, itself included."""
-        todo, found = deque([state]), {state}
+        todo, found = deque([_named("state", state)]), {state}
         while todo:
             here = todo.popleft()
             for arrow in self.transitions:
@@ -153,7 +155,8 @@ class StateTable:
         ValueError
             If there is no such state, or an event stands nowhere in the table.
         """
-        true = {checks.one_of("events", event, self.events) for event in events}
+        given = checks.iterable("events", events)
+        true = {checks.one_of("events", event, self.events) for event in given}
         for arrow in self.of(state):
             if arrow.event in true:
                 return arrow.target, arrow.event
@@ -161,6 +164,7 @@ class StateTable:
 
     def extended(self, *transitions: Transition, first: bool = False) -> "StateTable":
         """Return the table with more arrows, after those of the same state or before them."""
+        first = checks.flag("first", first)
         parts = (transitions, self.transitions) if first else (self.transitions, transitions)
         return replace(self, transitions=(*parts[0], *parts[1]))
 
@@ -341,7 +345,7 @@ def paper_table(*, halt: bool = True) -> StateTable:
             Transition("halt", "hand down", "idle"),
             Transition("halt", "tutor gone", "wait"),
         ]
-        if halt
+        if checks.flag("halt", halt)
         else [Transition("follow", "open hand", "idle")]
     )
     return StateTable(

@@ -25,6 +25,7 @@ from jaxtyping import Bool, Float, UInt8
 
 from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
+from robot_perception.companion.boxes import colour_picture
 from robot_perception.companion.cues import (
     bhattacharyya,
     contour_distances,
@@ -281,6 +282,7 @@ class TutorTracker:
             As `patch_histograms`; also if the box has no area or nothing of a patch lies in the
             picture.
         """
+        checks.generator("rng", rng)
         left, top, wide, high = checks.vector("box", box, 4)
         if not (wide > 0 and high > 0):
             raise ValueError(f"box must have a width and a height, got {wide:g} and {high:g}")
@@ -315,6 +317,7 @@ class TutorTracker:
             cue returns something else than a number a particle.
         """
         checks.instance("state", state, TutorState)
+        image = colour_picture("image", image)
         rules = self.rules
         shape = len(self.model.patches), 3, rules.bins
         checks.shaped("state.reference", state.reference, shape, beside="these patches and bins")
@@ -360,7 +363,9 @@ class TutorTracker:
         squared = bhattacharyya(seen, reference) ** 2
         logs = -squared.mean(axis=(1, 2)) / (2 * rules.colour_sigma**2)
         if model.contour is not None:
-            edges = self._edges(image) if edges is None else edges
+            if edges is None:
+                edges = self._edges(image)
+            edges = checks.array("edges", edges, image.shape[:2])
             logs -= contour_distances(edges, states, model.contour) ** 2 / (
                 2 * rules.shape_sigma**2
             )

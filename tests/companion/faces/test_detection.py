@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from skimage import data
 
-from robot_perception.companion.faces.boxes import overlap
+from robot_perception.companion.boxes import overlap
 from robot_perception.companion.faces.detection import FaceDetector
 from tests.unchecked import unchecked
 
@@ -55,6 +55,15 @@ def test_no_face_is_found_where_there_is_none_or_no_room_for_one(portrait):
     assert DETECTOR.find(portrait, np.array([600.0, 600, 50, 50])).shape == (0, 4)
     assert FaceDetector(least=200).find(portrait).shape == (0, 4)
     assert FaceDetector(most=60).find(portrait).shape[0] <= 1
+
+
+def test_only_sides_that_are_asked_for_are_found(portrait):
+    side = float(DETECTOR.find(portrait)[0, 2])
+    near = DETECTOR.find(portrait, sides=(0.8 * side, 1.2 * side))
+    assert abs(near[0, 2] - side) < 0.2 * side
+    assert not len(DETECTOR.find(portrait, sides=(1.6 * side, 3 * side)))
+    with pytest.raises(ValueError, match="sides must rise"):
+        DETECTOR.find(portrait, sides=(90.0, 40.0))
 
 
 @pytest.mark.parametrize(

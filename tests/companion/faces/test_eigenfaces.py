@@ -137,7 +137,7 @@ def test_the_same_picture_twice_gives_no_direction_of_its_own():
         (lambda: enrol(FACES, NAMES, 4, folds=1), "folds must be"),
         (lambda: replace(MODEL, deviations=-MODEL.deviations), "deviations must be positive"),
         (lambda: replace(MODEL, most_distance=-1.0), "most_distance must not be negative"),
-        (lambda: replace(MODEL, names=()), "descriptors must be"),
+        (lambda: replace(MODEL, names=()), "names must be 24"),
     ],
 )
 def test_what_is_wrong_is_named(wrong, text):

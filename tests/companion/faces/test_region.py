@@ -7,7 +7,7 @@ import pytest
 
 from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
-from robot_perception.companion.faces.boxes import overlap
+from robot_perception.companion.boxes import overlap
 from robot_perception.companion.faces.region import FaceTracker, RegionRules, RegionState
 
 SIZE = (240, 320)
@@ -22,7 +22,7 @@ class Told:
     boxes: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
     windows: list = field(default_factory=list)
 
-    def find(self, image, window=None):
+    def find(self, image, window=None, sides=None):
         self.windows.append(window)
         if window is None or not len(self.boxes):
             return self.boxes
@@ -134,6 +134,15 @@ def test_more_standard_deviations_or_margin_make_the_window_wider_by_so_much():
     assert wider[2] - usual[2] == pytest.approx(2 * spread)
     looser = FaceTracker(Told(), replace(RULES, margin=0.5)).window(state)
     assert looser[2] - usual[2] == pytest.approx(2 * 0.2 * 40)
+
+
+def test_sides_are_looked_for_within_what_the_filter_expects():
+    tracker = FaceTracker(Told(), RULES)
+    state = tracker.start(square(160, 120, 40))
+    spread = 3 * np.sqrt(state.belief.cov[2, 2])
+    low, high = tracker.sides(state)
+    assert low == pytest.approx((40 - spread) / 1.3)
+    assert high == pytest.approx((40 + spread) * 1.3)
 
 
 def test_another_face_in_the_window_is_not_taken():

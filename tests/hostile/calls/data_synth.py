@@ -24,6 +24,7 @@ from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
+from tests.hostile.calls import _companion_world
 from tests.hostile.sweep import call
 
 FLOOR = office.make_office(rng=np.random.default_rng(0), rooms=2)
@@ -229,4 +230,4 @@ CALLS = {
     wheels.Slip: lambda: call(0.1, 0.1, 0.1, 0.1),
     wheels.true_increments: lambda: call(POSES),
     wheels.roll: lambda: call(POSES, wheels.SMALL, rng=rng()),
-}
+} | _companion_world.CALLS

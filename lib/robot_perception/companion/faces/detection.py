@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
-from robot_perception.companion.faces.boxes import check_box, grey_picture
+from robot_perception.companion.boxes import grey_picture, known_sides, within
 from robot_perception.extras import needing
 
 with needing():
@@ -66,6 +66,7 @@ class FaceDetector:
         self,
         image: UInt8[np.ndarray, "height width"],
         window: Float[np.ndarray, " 4"] | None = None,
+        sides: tuple[float, float] | None = None,
     ) -> Float[np.ndarray, "n 4"]:
         """Return the boxes of the faces, the largest first.
 
@@ -76,6 +77,9 @@ class FaceDetector:
         window : (4,), optional
             The part of the picture to look into: left, top, width and height, px. What of it lies
             outside of the picture is left out.
+        sides
+            Smallest and largest side of a face, px, where they are known better than ``least`` and
+            ``most``: most of the work goes into the smallest.
 
         Returns
         -------
@@ -88,24 +92,19 @@ class FaceDetector:
         TypeError
             If the image does not hold bytes.
         ValueError
-            If it is in colour or empty, or the window has no area.
+            If it is in colour or empty, the window has no area, or the sides do not rise.
         """
+        least, most = known_sides(sides, self.least, self.most)
         image = grey_picture("image", image)
-        corner = np.zeros(2, dtype=int)
-        if window is not None:
-            box = check_box("window", window)
-            size = np.array(image.shape[::-1])
-            corner = np.clip(np.floor(box[:2]).astype(int), 0, size)
-            end = np.clip(np.ceil(box[:2] + box[2:]).astype(int), 0, size)
-            image = image[corner[1] : end[1], corner[0] : end[0]]
-        if min(image.shape) < self.least:
+        image, corner = within(image, window)
+        if min(image.shape) < least:
             return np.zeros((0, 4))
         found = self._cascade.detectMultiScale(
             np.ascontiguousarray(image),
             scaleFactor=self.scale,
             minNeighbors=self.neighbours,
-            minSize=(self.least, self.least),
-            maxSize=(self.most, self.most),
+            minSize=(least, least),
+            maxSize=(most, most),
         )
         boxes = np.asarray(found, dtype=float).reshape(-1, 4)
         boxes[:, :2] += corner

@@ -101,12 +101,14 @@ class Eigenfaces:
 
     def __post_init__(self) -> None:
         mean = checks.array("mean", self.mean, ("rows", "columns"))
+        if not mean.size:
+            raise ValueError("mean must not be empty")
         images = checks.array("images", self.images, ("k", *mean.shape))
         checks.array("deviations", self.deviations, (len(images),))
         names = checks.instances("names", self.names, str)
-        checks.array("descriptors", self.descriptors, (len(names), len(images)))
-        if not names or not len(images):
-            raise ValueError("names and images must not be empty")
+        rows = checks.array("descriptors", self.descriptors, ("n", len(images)))
+        if not names or len(names) != len(rows):
+            raise ValueError(f"names must be {len(rows)}, as the descriptors, got {len(names)}")
         if not (self.deviations > 0).all():
             raise ValueError(f"deviations must be positive, got {np.min(self.deviations):g}")
         checks.flag("whiten", self.whiten)
@@ -140,7 +142,8 @@ class Eigenfaces:
             there are not so many eigenimages.
         """
         faces = checks.array("faces", faces, ("n", "rows", "columns"))
-        names = checks.instances("names", tuple(names), str)
+        checks.moderate("faces", faces, 1e9)
+        names = checks.instances("names", tuple(checks.iterable("names", names)), str)
         if len(faces) < 2:
             raise ValueError(f"faces must be two at least, got {len(faces)}")
         if len(names) != len(faces):

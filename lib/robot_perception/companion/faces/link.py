@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
-from robot_perception.companion.faces.boxes import check_box
+from robot_perception.companion.boxes import check_box
 
 __all__ = ["Link", "LinkInfo", "LinkRules", "SeenFace", "keep_link", "same_name"]
 
@@ -36,6 +36,8 @@ class SeenFace:
         object.__setattr__(self, "box", check_box("box", self.box))
         if self.name is not None:
             checks.instance("name", self.name, str)
+        if self.descriptor is not None:
+            checks.array("descriptor", self.descriptor, ("k",))
 
 
 @final
@@ -117,7 +119,8 @@ class LinkInfo:
 
 def same_name(link: Link, face: SeenFace) -> bool:
     """Tell whether a face is recognised as the tutor who began the link."""
-    return face.name == link.name
+    checks.instance("link", link, Link)
+    return checks.instance("face", face, SeenFace).name == link.name
 
 
 def keep_link(
@@ -153,10 +156,13 @@ def keep_link(
     with the user who initiated it.
     """
     rules = LinkRules() if rules is None else checks.instance("rules", rules, LinkRules)
-    faces = checks.instances("faces", tuple(faces), SeenFace)
+    faces = checks.instances("faces", tuple(checks.iterable("faces", faces)), SeenFace)
+    checks.instance("verify", verify, Callable)
     sizes = np.array([face.box[2] * face.box[3] for face in faces])
     tutors = [k for k, face in enumerate(faces) if face.name is not None]
     largest = max(tutors, key=lambda k: sizes[k]) if tutors else None
+    if link is not None:
+        checks.instance("link", link, Link)
     if link is None:
         if largest is None:
             return None, LinkInfo(None)

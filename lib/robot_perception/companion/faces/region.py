@@ -23,7 +23,7 @@ from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
-from robot_perception.companion.faces.boxes import check_box, check_boxes
+from robot_perception.companion.boxes import check_box, check_boxes, grey_picture
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
 from robot_perception.gating import gate
@@ -155,7 +155,7 @@ class FaceTracker:
     Parameters
     ----------
     detector
-        Of faces, or of whatever has a box: anything with a method ``find(image, window)``.
+        Of faces, or of whatever has a box: anything with a method ``find(image, window, sides)``.
     rules
         Noise and thresholds.
 
@@ -202,6 +202,18 @@ class FaceTracker:
         reach = side * (0.5 + rules.margin) + rules.sigmas * spread
         return np.array([u - reach[0], v - reach[1], *(2 * reach)])
 
+    def sides(self, state: RegionState) -> tuple[float, float]:
+        """Return the smallest and the largest side that a predicted face may have.
+
+        They are ``sigmas`` standard deviations off the estimate, and by the margin more, as a
+        detection is not exact.
+        """
+        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        side, spread = max(belief.mean[2], 1.0), float(np.sqrt(belief.cov[2, 2]))
+        reach = rules.sigmas * spread
+        low = max(side - reach, 1.0) / (1 + rules.margin)
+        return low, (side + reach) * (1 + rules.margin)
+
     def step(
         self,
         state: RegionState | None,
@@ -232,7 +244,8 @@ class FaceTracker:
         TypeError, ValueError
             As the detector; also if the choice is of no box.
         """
-        height, width = image.shape[:2]
+        height, width = grey_picture("image", image).shape
+        checks.instance("choose", choose, Callable)
         everything = np.array([0.0, 0.0, width, height])
         if state is None:
             boxes = check_boxes("boxes", self.detector.find(image))
@@ -248,7 +261,9 @@ class FaceTracker:
         searched = int(np.prod(high - low))
         whole = searched >= width * height
         look = everything if whole else window
-        boxes = check_boxes("boxes", self.detector.find(image, None if whole else window))
+        sides = None if whole else self.sides(expected)
+        found = self.detector.find(image, None if whole else window, sides)
+        boxes = check_boxes("boxes", found)
         taken = self._nearest(expected, boxes)
         info = RegionInfo(look, whole, boxes, taken, searched)
         if taken is not None:

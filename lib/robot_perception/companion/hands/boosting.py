@@ -47,6 +47,8 @@ class Boosted:
 
     def __post_init__(self) -> None:
         k = len(checks.integers("features", self.features, ("k",), 0))
+        if not k:
+            raise ValueError("features must not be empty")
         for name in ("thresholds", "votes"):
             checks.array(name, getattr(self, name), (k,))
         polarities = checks.integers("polarities", self.polarities, (k,))
@@ -56,7 +58,7 @@ class Boosted:
     def scores(self, values: Float[np.ndarray, "n m"]) -> Float[np.ndarray, " m"]:
         """Return H of samples, given the values (n, m) of all features."""
         values = checks.array("values", values, ("n", "m"))
-        if len(self.features) and self.features.max() >= len(values):
+        if self.features.max() >= len(values):
             raise ValueError(f"values must be of {self.features.max() + 1} features or more")
         chosen = values[self.features] * self.polarities[:, None]
         says = chosen < (self.polarities * self.thresholds)[:, None]
@@ -88,6 +90,8 @@ def best_stump(
         Feature, threshold, polarity and error.
     """
     values = checks.array("values", values, ("n", "m"))
+    if not values.size:
+        raise ValueError("values must not be empty")
     order = checks.integers("order", order, values.shape, 0)
     weights = checks.array("weights", weights, (values.shape[1],))
     if not isinstance(labels, np.ndarray) or labels.dtype != bool:
@@ -95,8 +99,6 @@ def best_stump(
     checks.shaped("labels", labels, (values.shape[1],))
     if order.size and order.max() >= values.shape[1]:
         raise ValueError(f"order must be of {values.shape[1]} samples, got {order.max()}")
-    if not values.size:
-        raise ValueError("values must not be empty")
     return _stump(values, order, labels, weights)
 
 
@@ -131,6 +133,8 @@ def boost(
     table 1.
     """
     values = checks.array("values", values, ("n", "m"))
+    if not values.size:
+        raise ValueError("values must not be empty")
     labels = np.asarray(labels)
     if labels.dtype != bool:
         raise TypeError(f"labels must be an array of booleans, got {checks.shown(labels)}")

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int, UInt8
 from numba import njit
 
 from robot_perception import checks
+from robot_perception.companion.boxes import grey_picture, known_sides, within
 from robot_perception.companion.hands.boosting import Boosted, boost
 from robot_perception.companion.hands.features import (
     FLAT,
@@ -46,8 +47,7 @@ class Stage:
     threshold: float
 
     def __post_init__(self) -> None:
-        if not len(checks.instance("stumps", self.stumps, Boosted).features):
-            raise ValueError("stumps must not be empty")
+        checks.instance("stumps", self.stumps, Boosted)
         checks.number("threshold", self.threshold)
 
 
@@ -261,7 +261,9 @@ def train(
     ValueError
         If there are no hands, or no others for the first stage.
     """
-    hands, features = check_windows(hands), check_features(features)
+    hands, features = check_windows(hands, "hands"), check_features(features)
+    for name, function in (("others", others), ("told", told)):
+        checks.instance(name, function, Callable)
     count = checks.whole("count", count, 1, 10**6)
     goals = Goals() if goals is None else checks.instance("goals", goals, Goals)
     if not len(hands):
@@ -272,7 +274,7 @@ def train(
     reports: list[StageReport] = []
     for k in range(goals.stages):
         so_far = _compact(features, stages) if stages else None
-        windows = check_windows(others(so_far, count))
+        windows = check_windows(others(so_far, count), "others(cascade, count)")
         if len(windows) < max(count // 20, 10):
             if not k:
                 raise ValueError(
@@ -364,6 +366,7 @@ class HandDetector:
         self,
         image: UInt8[np.ndarray, "height width"],
         window: Float[np.ndarray, " 4"] | None = None,
+        sides: tuple[float, float] | None = None,
     ) -> Float[np.ndarray, "n 4"]:
         """Return the boxes of the hands, those first on which most windows agree.
 
@@ -373,27 +376,21 @@ class HandDetector:
             Grey values.
         window : (4,), optional
             The part of the picture to look into: left, top, width and height, px.
+        sides
+            Smallest and largest side of a hand, px, where they are known.
 
         Raises
         ------
         TypeError
             If the image does not hold bytes.
         ValueError
-            If it is in colour or empty, or the window has no area.
+            If it is in colour or empty, the window has no area, or the sides do not rise.
         """
-        corner = np.zeros(2)
-        if window is not None:
-            left, top, wide, high = checks.vector("window", window, 4)
-            if not (wide > 0 and high > 0):
-                raise ValueError(f"window must have a width and a height, got {wide:g}, {high:g}")
-            integral(image)
-            size = np.array(image.shape[::-1])
-            low = np.clip(np.floor([left, top]), 0, size).astype(int)
-            end = np.clip(np.ceil([left + wide, top + high]), low, size).astype(int)
-            image, corner = image[low[1] : end[1], low[0] : end[0]], low.astype(float)
-            if min(image.shape) < self.least:
-                return np.zeros((0, 4))
-        boxes = self.windows(image)[0]
+        least, most = known_sides(sides, self.least, 10**6)
+        image, corner = within(grey_picture("image", image), window)
+        if min(image.shape) < least:
+            return np.zeros((0, 4))
+        boxes = self.windows(image, (least, most))[0]
         if not len(boxes):
             return np.zeros((0, 4))
         if not self.neighbours:
@@ -406,19 +403,26 @@ class HandDetector:
         return grouped[first] + np.array([*corner, 0, 0])
 
     def windows(
-        self, image: UInt8[np.ndarray, "height width"]
+        self,
+        image: UInt8[np.ndarray, "height width"],
+        sides: tuple[float, float] | None = None,
     ) -> tuple[Float[np.ndarray, "n 4"], int]:
         """Return every window that passes all stages, and how many were looked at.
+
+        Parameters
+        ----------
+        image, sides
+            As of :meth:`find`.
 
         Raises
         ------
         TypeError, ValueError
             As :meth:`find`.
         """
-        integral(image)  # a picture as it must be
+        grey_picture("image", image)
         found: list[np.ndarray] = []
         looked = 0
-        for factor, small in self._sizes(image):
+        for factor, small in self._sizes(image, *known_sides(sides, self.least, 10**6)):
             total, squares = integral(small)
             passed = np.zeros([(n - SIZE) // self.step + 1 for n in small.shape], dtype=np.int32)
             _scan(total, squares, self.step, *self.cascade._tables, passed)
@@ -439,7 +443,7 @@ class HandDetector:
         TypeError, ValueError
             As :meth:`find`; also if the box does not lie in the picture.
         """
-        integral(image)
+        grey_picture("image", image)
         left, top, side, _ = checks.vector("box", box, 4)
         x, y, n = round(left), round(top), round(side)
         if n < 1 or x < 0 or y < 0 or x + n > image.shape[1] or y + n > image.shape[0]:
@@ -448,10 +452,12 @@ class HandDetector:
         small = cv2.resize(inside, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
         return int(self.cascade.passed(small[None])[0])
 
-    def _sizes(self, image: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
+    def _sizes(
+        self, image: np.ndarray, least: int, most: int
+    ) -> Iterator[tuple[float, np.ndarray]]:
         """Yield the picture ever smaller, with the factor by which it is."""
-        factor = self.least / SIZE
-        while min(image.shape) >= SIZE * factor:
+        factor = least / SIZE
+        while min(image.shape) >= SIZE * factor and SIZE * factor <= most:
             size = round(image.shape[1] / factor), round(image.shape[0] / factor)
             if min(size) >= SIZE:
                 small = image

@@ -5,8 +5,8 @@ r"""Haar-like features: differences of the brightness of rectangles, by the inte
     f = \frac{1}{n \sigma} \sum_r w_r \bigl( I(x_r + w, y_r + h) - I(x_r, y_r + h)
         - I(x_r + w, y_r) + I(x_r, y_r) \bigr)
 
-with n the pixels of the window and :math:`\sigma` the standard deviation of its grey values, so that
-neither brightness nor contrast matters. The weights of a feature sum to 0 over its pixels.
+with n the pixels of the window and :math:`\sigma` the standard deviation of its grey values, so
+that neither brightness nor contrast matters. The weights of a feature sum to 0 over its pixels.
 """
 
 from typing import no_type_check
@@ -154,11 +154,11 @@ def feature_values_textbook(windows: Windows, features: Features) -> Float[np.nd
     return found
 
 
-def check_windows(windows: Windows) -> np.ndarray:
+def check_windows(windows: Windows, name: str = "windows") -> np.ndarray:
     """Return windows of bytes of the right size, or raise an error."""
     if not isinstance(windows, np.ndarray) or windows.dtype != np.uint8:
-        raise TypeError(f"windows must be pictures of bytes, got {checks.shown(windows)}")
-    checks.shaped("windows", windows, ("m", SIZE, SIZE))
+        raise TypeError(f"{name} must be pictures of bytes, got {checks.shown(windows)}")
+    checks.shaped(name, windows, ("m", SIZE, SIZE))
     return windows
 
 
@@ -176,9 +176,11 @@ def check_features(features: Features) -> np.ndarray:
 def _evaluate(totals, scale, features, found):  # pragma: no cover - compiled
     for i in range(len(features)):
         for j in range(len(totals)):
-            I, value = totals[j], 0
+            total, value = totals[j], 0
             for r in range(3):
                 x, y, w, h, weight = features[i, r]
                 if w > 0:
-                    value += weight * (I[y + h, x + w] - I[y, x + w] - I[y + h, x] + I[y, x])
+                    value += weight * (
+                        total[y + h, x + w] - total[y, x + w] - total[y + h, x] + total[y, x]
+                    )
             found[i, j] = value * scale[j]

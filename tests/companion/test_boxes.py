@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.companion.faces.boxes import crop, overlap
+from robot_perception.companion.boxes import crop, overlap
 
 COORDS = st.floats(-50, 50)
 SIDES = st.floats(0.5, 60)

@@ -1,5 +1,6 @@
 """Boxes in pictures: left, top, width and height in pixels."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from robot_perception.extras import needing
 with needing():
     import cv2
 
-__all__ = ["check_box", "check_boxes", "crop", "grey_picture", "overlap"]
+__all__ = ["crop", "overlap"]
 
 Box = Float[np.ndarray, " 4"]
 Boxes = Float[np.ndarray, "n 4"]
@@ -70,6 +71,7 @@ def crop(
         If the box is not of four finite numbers, has no area or lies outside of the picture.
     """
     image, box = grey_picture("image", image), check_box("box", box)
+    equalise = checks.flag("equalise", equalise)
     rows, columns = checks.integers("size", size, (2,), 1).tolist()
     low = np.rint(box[:2]).astype(int)
     high = np.maximum(np.rint(box[:2] + box[2:]).astype(int), low + 1)
@@ -103,6 +105,24 @@ def grey_picture(name: str, image: Any) -> Grey:
     return image
 
 
+def colour_picture(name: str, image: Any) -> UInt8[np.ndarray, "height width 3"]:
+    """Return a picture of red, green and blue bytes.
+
+    Raises
+    ------
+    TypeError
+        If it is none.
+    ValueError
+        If it is grey, or empty.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        raise TypeError(f"{name} must be a picture of bytes, got {checks.shown(image)}")
+    checks.shaped(name, image, ("height", "width", 3))
+    if not image.size:
+        raise ValueError(f"{name} must not be empty")
+    return image
+
+
 def check_box(name: str, box: Any) -> Box:
     """Return a box with an area, or raise a `ValueError`."""
     return check_boxes(name, checks.array(name, box, (4,))[None])[0]
@@ -115,3 +135,35 @@ def check_boxes(name: str, boxes: Any) -> Boxes:
     if found.size and not found[:, 2:].min() > 0:
         raise ValueError(f"{name} must have a width and a height, got {found[:, 2:].min():g}")
     return found
+
+
+def known_sides(sides: Any, least: int, most: int) -> tuple[int, int]:
+    """Return the smallest and the largest side to look for, within those that a detector has.
+
+    Raises
+    ------
+    ValueError
+        If the sides are not two positive numbers that rise.
+    """
+    if sides is None:
+        return least, most
+    low, high = (checks.positive("sides", side) for side in checks.vector("sides", sides, 2))
+    if low > high:
+        raise ValueError(f"sides must rise, got {low:g} before {high:g}")
+    return max(least, math.floor(low)), max(least, min(most, math.ceil(high)))
+
+
+def within(image: Grey, window: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of a picture that lies in a window, and its first column and row.
+
+    Raises
+    ------
+    ValueError
+        If the window has no area.
+    """
+    if window is None:
+        return image, np.zeros(2)
+    box, size = check_box("window", window), np.array(image.shape[::-1])
+    low = np.clip(np.floor(box[:2]).astype(int), 0, size)
+    end = np.clip(np.ceil(box[:2] + box[2:]).astype(int), low, size)
+    return image[low[1] : end[1], low[0] : end[0]], low.astype(float)

@@ -1,0 +1,81 @@
+"""Haar-like features: the kernel against sums over pixels, the integral image against its law."""
+
+import numpy as np
+import pytest
+
+from robot_perception.companion.hands.features import (
+    SIZE,
+    feature_pool,
+    feature_values,
+    feature_values_textbook,
+    integral,
+)
+from tests.unchecked import unchecked
+
+POOL = feature_pool(np.random.default_rng(0), 300)
+WINDOWS = np.random.default_rng(1).integers(0, 256, (12, SIZE, SIZE), dtype=np.uint8)
+
+
+def test_integral_images_are_sums_of_all_above_and_to_the_left():
+    image = np.random.default_rng(2).integers(0, 256, (17, 23), dtype=np.uint8)
+    total, squares = integral(image)
+    for y, x in ((0, 0), (1, 1), (17, 23), (5, 11), (17, 3)):
+        part = image[:y, :x].astype(int)
+        assert total[y, x] == part.sum()
+        assert squares[y, x] == (part**2).sum()
+
+
+def test_the_kernel_is_the_textbook():
+    theirs = feature_values_textbook(WINDOWS, POOL)
+    np.testing.assert_allclose(feature_values(WINDOWS, POOL), theirs, rtol=1e-5, atol=1e-6)
+
+
+def test_features_see_no_brightness_and_no_contrast():
+    dim = (WINDOWS // 2 + 30).astype(np.uint8)
+    same = feature_values((WINDOWS // 2 * 2).astype(np.uint8), POOL)
+    np.testing.assert_allclose(feature_values(dim, POOL), same, atol=2e-3)
+
+
+def test_flat_windows_hold_nothing():
+    flat = np.full((2, SIZE, SIZE), 90, dtype=np.uint8)
+    flat[1, 0, :12] = 92
+    assert not feature_values(flat, POOL).any()
+    assert not feature_values_textbook(flat, POOL).any()
+
+
+def test_the_pool_has_different_features_of_every_kind_that_see_only_differences():
+    assert len({tuple(f.ravel().tolist()) for f in POOL}) == 300
+    weights = (POOL[..., 2] * POOL[..., 3] * POOL[..., 4]).sum(axis=1)
+    assert not weights.any()
+    kinds = {(int(f[1, 4]), bool(f[2, 2])) for f in POOL}
+    assert kinds == {(2, False), (3, False), (2, True), (9, False)}
+    low, high = POOL[..., :2], POOL[..., :2] + POOL[..., 2:4]
+    assert low.min() >= 0
+    assert high.max() <= SIZE
+    again = feature_pool(np.random.default_rng(0), 300)
+    np.testing.assert_array_equal(again, POOL)
+
+
+def test_an_edge_is_found_by_the_feature_of_an_edge():
+    window = np.full((1, SIZE, SIZE), 50, dtype=np.uint8)
+    window[..., :12] = 150
+    edge = np.zeros((1, 3, 5), dtype=np.int64)
+    edge[0, 0], edge[0, 1] = (0, 0, 24, 24, -1), (0, 0, 12, 24, 2)
+    # 2 · 150 - (150 + 50) over half of the pixels, in deviations of 50
+    assert feature_values(window, edge)[0, 0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "text"),
+    [
+        (lambda: integral(np.zeros((3, 3))), TypeError, "image must be a picture of bytes"),
+        (lambda: integral(np.zeros((0, 3), np.uint8)), ValueError, "image must not be empty"),
+        (lambda: feature_pool(np.random.default_rng(0), 0), ValueError, "count must be"),
+        (lambda: feature_values(WINDOWS.astype(float), POOL), TypeError, "windows must be"),
+        (lambda: feature_values(WINDOWS[:, 1:], POOL), ValueError, "windows must be"),
+        (lambda: feature_values(WINDOWS, POOL + 5), ValueError, "features must lie within 24"),
+    ],
+)
+def test_what_is_wrong_is_named(wrong, error, text):
+    with unchecked(), pytest.raises(error, match=text):
+        wrong()
