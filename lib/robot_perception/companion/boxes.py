@@ -42,7 +42,7 @@ def overlap(
 
 
 def crop(
-    image: Grey, box: Box, size: tuple[int, int] = (56, 46), *, equalise: bool = True
+    image: Grey, box: Box, size: tuple[int, int] = (56, 46), *, equalise: bool = False
 ) -> Float[np.ndarray, "rows columns"]:
     """Return what lies in a box, rescaled to the size that a recogniser asks for.
 

@@ -77,9 +77,9 @@ def test_known_people_are_recognised_in_new_pictures():
 
 
 def test_distances_are_in_the_deviations_of_each_direction_or_in_one():
-    plain = replace(MODEL, whiten=False)
+    plain, white = MODEL, replace(MODEL, whiten=True)
     at = MODEL.descriptors[3] + 2.0 * MODEL.deviations
-    assert MODEL.distances(at)[3] == pytest.approx(2.0)
+    assert white.distances(at)[3] == pytest.approx(2.0)
     root = np.sqrt((4 * MODEL.deviations**2).mean())
     assert plain.distances(at)[3] == pytest.approx(root)
 

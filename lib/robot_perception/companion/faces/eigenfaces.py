@@ -73,8 +73,7 @@ class Eigenfaces:
         Of each picture of the gallery.
     whiten
         Whether distances in face space are measured in the deviations of each direction, so that
-        light, which varies most, counts no more than the rest. Turk and Pentland measure without;
-        the choice is ours.
+        light, which varies most, counts no more than the rest. Turk and Pentland measure without.
     most_distance, most_from_space
         Beyond which a face is unknown, and no face; infinite unless learnt, see `enrol`.
 
@@ -94,7 +93,7 @@ class Eigenfaces:
     deviations: Float[np.ndarray, " k"]
     names: tuple[str, ...]
     descriptors: Float[np.ndarray, "n k"]
-    whiten: bool = True
+    whiten: bool = False
     most_distance: float = np.inf
     most_from_space: float = np.inf
     _flat: np.ndarray = field(init=False, repr=False)
@@ -120,7 +119,7 @@ class Eigenfaces:
 
     @classmethod
     def learn(
-        cls, faces: Faces, names: Sequence[str], count: int = 20, *, whiten: bool = True
+        cls, faces: Faces, names: Sequence[str], count: int = 20, *, whiten: bool = False
     ) -> "Eigenfaces":
         """Return the face space of a gallery, by singular value decomposition.
 
@@ -244,7 +243,7 @@ def enrol(
     *,
     accepted: float = 0.95,
     folds: int = 5,
-    whiten: bool = True,
+    whiten: bool = False,
 ) -> Eigenfaces:
     """Return a gallery that knows beyond which distances it knows nobody.
 
