@@ -9,8 +9,7 @@ from data_synth.coloured.filming import linear
 
 __all__: tuple[str, ...] = ()  # for the worlds alone
 
-GAMMA = 2.2
-CHANNELS = 4
+_GAMMA = 2.2
 
 
 def tint(name: str, value: object) -> tuple[float, float, float]:
@@ -95,7 +94,7 @@ def photograph(
     seen = cv2.GaussianBlur(light, (0, 0), softness) if softness > 0 else light
     spread = np.sqrt(read_noise**2 + photon_noise * np.maximum(seen, 0))
     noisy = seen + spread * rng.standard_normal(seen.shape, dtype=np.float32)
-    return np.rint(255 * noisy.clip(0, 1) ** (1 / GAMMA)).astype(np.uint8)
+    return np.rint(255 * noisy.clip(0, 1) ** (1 / _GAMMA)).astype(np.uint8)
 
 
 def room(size: tuple[int, int], *, rng: np.random.Generator, clutter: int = 14) -> np.ndarray:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.companion.boxes import crop, overlap
+from tests.unchecked import unchecked
 
 COORDS = st.floats(-50, 50)
 SIDES = st.floats(0.5, 60)
@@ -75,7 +76,5 @@ def test_equalised_crops_do_not_depend_on_brightness_and_contrast():
     ],
 )
 def test_what_is_wrong_is_named(image, box, error, text):
-    from tests.unchecked import unchecked
-
     with unchecked(), pytest.raises(error, match=text):
         crop(image, np.array(box, dtype=float), (5, 5))

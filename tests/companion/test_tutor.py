@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -77,8 +78,6 @@ def test_the_likelihood_is_highest_where_the_person_is_and_is_eq_1():
     shape = both.log_likelihood(image, sizes, state.reference) - TRACKER.log_likelihood(
         image, sizes, state.reference
     )
-    import cv2
-
     edges = edge_distances(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
     expected = -(contour_distances(edges, sizes, SILHOUETTE) ** 2) / (2 * 3.0**2)
     np.testing.assert_allclose(shape, expected)
@@ -149,8 +148,6 @@ def test_while_it_sees_nothing_the_particles_spread():
 def test_the_silhouette_tells_the_size_where_colours_do_not():
     """A person of one colour before one of another: the patches alone cannot tell how tall."""
     grey = np.full((240, 320, 3), 60, dtype=np.uint8)
-    import cv2
-
     points = MIDDLE[:2] + 100 * SILHOUETTE
     hull = np.concatenate([points[:11][::-1], points[11:], [[137, 160], [73, 160]]])
     cv2.fillPoly(grey, [np.rint(hull).astype(np.int32)], (200, 90, 60))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robot_perception.companion.boxes import overlap
+from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import (
     Cascade,
     Goals,
@@ -135,6 +136,21 @@ def test_things_of_two_sizes_are_found_at_their_places(trained):
     assert len(alone) > len(found)
 
 
+def test_as_many_windows_as_asked_must_agree(trained):
+    image, _ = picture(np.random.default_rng(4))
+    alone = HandDetector(trained[0], step=1, neighbours=0).find(image)
+    counts = []
+    for neighbours in (1, 2, 4, 8, 1000):
+        found = HandDetector(trained[0], step=1, neighbours=neighbours).find(image)
+        counts.append(len(found))
+        if neighbours == 1:  # grouped all the same: no window of the many is left out of a group
+            assert len(found) < len(alone)
+            assert (overlap(alone, found).max(axis=1) > 0).all()
+    assert (np.diff(counts) <= 0).all()
+    assert counts[0] >= 2
+    assert counts[-1] == 0
+
+
 def test_a_window_gives_places_in_the_whole_picture(trained):
     image, truth = picture(np.random.default_rng(4))
     detector = HandDetector(trained[0], step=1)
@@ -237,8 +253,6 @@ def test_what_is_wrong_is_named(trained, wrong, error, text):
 
 
 def test_the_detector_is_a_detector_of_boxes_for_a_tracker(trained):
-    from robot_perception.companion.faces.region import FaceTracker
-
     image, truth = picture(np.random.default_rng(4))
     detector = replace(HandDetector(trained[0]), step=1)
     tracker = FaceTracker(detector)

@@ -102,10 +102,20 @@ def test_people_stand_in_pictures_as_often_as_they_may():
 
 
 def test_light_falls_from_its_side():
-    left, right = (hand_sprite(HandPose(lamp=lamp), 150) for lamp in (-1.3, 1.3))
-    gap = (right - left)[..., :3].mean(axis=-1)
-    edge = np.where((left[..., 3] > 0.9), gap, 0.0)
-    assert np.abs(edge).max() > 0.05
+    """Each finger is brighter on the side where the lamp stands."""
+    sides = []
+    for lamp in (-1.3, 1.3):
+        sprite = hand_sprite(HandPose("point", lamp=lamp), 200)
+        row = sprite[30:60]
+        cover = row[..., 3] > 0.9
+        columns = np.arange(row.shape[1])
+        middle = (cover * columns).sum(axis=1) / np.maximum(cover.sum(axis=1), 1)
+        bright = row[..., :3].mean(axis=-1)
+        right = cover & (columns > middle[:, None])
+        left = cover & (columns < middle[:, None])
+        sides.append(bright[right].mean() / bright[left].mean())
+    assert sides[0] < 0.97 < 1.03 < sides[1] or sides[1] < 0.97 < 1.03 < sides[0]
+    assert (sides[1] > sides[0]) == (sides[1] > 1)
 
 
 @pytest.mark.parametrize(

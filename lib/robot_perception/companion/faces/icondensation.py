@@ -286,7 +286,9 @@ class FaceFilter:
         """Return f of many states, a density of u, v and log s."""
         rules = self.rules
         low, high = np.log(rules.sides)
+        sides = np.log(states[:, 2])
         inside = ((states[:, :2] >= 0) & (states[:, :2] <= size)).all(axis=1)
+        inside &= (sides >= low) & (sides <= high)
         jump = inside / (size.prod() * (high - low))
         walk = _mixture(states, before.states, before.weights, rules.move, rules.grow)
         return (1 - rules.anywhere) * walk + rules.anywhere * jump

@@ -23,7 +23,7 @@ from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
-from robot_perception.companion.boxes import check_box, check_boxes, grey_picture
+from robot_perception.companion.boxes import check_box, check_boxes, grey_picture, within
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
 from robot_perception.gating import gate
@@ -256,9 +256,7 @@ class FaceTracker:
             return (None if taken is None else self.start(boxes[taken])), info
         expected = self.predict(state)
         window = self.window(expected)
-        low = np.clip(np.floor(window[:2]), 0, (width, height))
-        high = np.clip(np.ceil(window[:2] + window[2:]), low, (width, height))
-        searched = int(np.prod(high - low))
+        searched = within(image, window)[0].size
         whole = searched >= width * height
         look = everything if whole else window
         sides = None if whole else self.sides(expected)

@@ -283,20 +283,20 @@ def train(
             break
         values = np.hstack([of_hands[:, passes], feature_values(windows, features)])
         labels = np.arange(values.shape[1]) < passes.sum()
-        found: dict[str, tuple[float, float]] = {}
 
-        def enough(stumps: Boosted, values=values, labels=labels, found=found) -> bool:
+        def judged(stumps: Boosted, values=values, labels=labels) -> tuple[float, np.ndarray]:
+            """Return the threshold that lets enough hands pass, and what passes it."""
             scores = stumps.scores(values)
-            limit = float(np.quantile(scores[labels], 1 - goals.detection, method="lower"))
-            alarms = float((scores[~labels] >= limit - 1e-9).mean())
-            found["at"] = limit - 1e-9, alarms
-            return alarms <= goals.false_alarms
+            lowest = np.quantile(scores[labels], 1 - goals.detection, method="lower")
+            return float(lowest) - 1e-9, scores >= lowest - 1e-9
+
+        def enough(stumps: Boosted, labels=labels, judged=judged) -> bool:
+            return bool(judged(stumps)[1][~labels].mean() <= goals.false_alarms)
 
         stumps = boost(values, labels, enough, most=goals.most)
-        enough(stumps)
-        limit, alarms = found["at"]
+        limit, through = judged(stumps)
         stages.append(Stage(stumps, limit))
-        stay = stumps.scores(of_hands[:, passes]) >= limit
+        stay, alarms = through[labels], float(through[~labels].mean())
         report = StageReport(
             len(stumps.features), int(passes.sum()), len(windows), float(stay.mean()), alarms
         )
@@ -338,7 +338,7 @@ class HandDetector:
     step
         From each window to the next, px of the smallest window.
     neighbours
-        How many windows must agree on a hand.
+        How many windows must agree on a hand; with 0 every window is returned as it is.
     least
         Side of the smallest hand, px.
 
@@ -395,9 +395,9 @@ class HandDetector:
             return np.zeros((0, 4))
         if not self.neighbours:
             return boxes + np.array([*corner, 0, 0])
-        # grouping drops what stands alone; each box goes in twice so that one is enough
-        whole = np.rint(boxes).astype(int).tolist()
-        grouped, weights = cv2.groupRectangles(whole, self.neighbours - 1, 0.25)
+        # a threshold of 0 would group nothing: each box goes in twice, so that one can be enough
+        twice = np.rint(boxes).astype(int).repeat(2, axis=0).tolist()
+        grouped, weights = cv2.groupRectangles(twice, 2 * self.neighbours - 1, 0.25)
         grouped = np.asarray(grouped, dtype=float).reshape(-1, 4)
         first = np.argsort(-np.asarray(weights).ravel(), kind="stable")
         return grouped[first] + np.array([*corner, 0, 0])

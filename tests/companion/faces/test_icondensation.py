@@ -1,0 +1,149 @@
+"""Particles that detections steer: what they believe, and what they find."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from scipy import integrate
+
+from robot_perception.beliefs import ParticleSet
+from robot_perception.companion.faces.icondensation import (
+    PATCHES,
+    FaceFilter,
+    FaceFilterRules,
+    FaceFilterState,
+)
+from tests.unchecked import unchecked
+
+NONE = np.zeros((0, 4))
+RULES = FaceFilterRules(particles=400)
+
+
+def picture(u=160.0, v=120.0, side=60.0):
+    """Return noise with a head: an ellipse of skin with hair above it."""
+    image = np.random.default_rng(0).integers(90, 130, (240, 320, 3)).astype(np.uint8)
+    middle = round(u), round(v + 0.06 * side)
+    cv2.ellipse(
+        image, middle, (round(0.44 * side), round(0.58 * side)), 0, 0, 360, (60, 40, 30), -1
+    )
+    face = round(u), round(v + 0.12 * side)
+    cv2.ellipse(
+        image, face, (round(0.40 * side), round(0.48 * side)), 0, 0, 360, (210, 160, 130), -1
+    )
+    return image
+
+
+def square(u, v, side):
+    return np.array([u - side / 2, v - side / 2, side, side])
+
+
+def started(rules=RULES):
+    return FaceFilter(rules).start(picture(), square(160, 120, 60), np.random.default_rng(1))
+
+
+def test_detections_say_where_to_look_and_not_what_to_believe():
+    """With many particles the steered and the plain filter have the same mean and spread."""
+    many = replace(RULES, particles=20_000, anywhere=0.05)
+    state, image = started(many), picture(166, 123, 63)
+    told = np.array([square(172, 118, 60), square(60, 60, 40)])
+    found = []
+    for rules in (many, replace(many, steered=0.0)):
+        after, _ = FaceFilter(rules).step(state, image, told, np.random.default_rng(2))
+        found.append((after.particles.mean, np.sqrt(np.diag(after.particles.cov))))
+    (steered, wide), (plain, narrow) = found
+    np.testing.assert_allclose(steered, plain, atol=0.15 * narrow.max())
+    np.testing.assert_allclose(wide, narrow, rtol=0.15)
+
+
+def test_the_weights_of_both_estimate_the_same_evidence():
+    many = replace(RULES, particles=20_000, anywhere=0.05)
+    state, image = started(many), picture(166, 123, 63)
+    logs = [
+        FaceFilter(rules).step(state, image, told, np.random.default_rng(3))[1].log_evidence
+        for rules, told in ((many, square(168, 122, 62)[None]), (many, NONE))
+    ]
+    assert logs[0] == pytest.approx(logs[1], abs=0.1)
+
+
+def test_the_prior_and_the_proposal_are_densities():
+    """Of u, v and the logarithm of the side: they integrate to 1."""
+    faces = FaceFilter(replace(RULES, anywhere=0.3))
+    before = ParticleSet.uniform(np.array([[150.0, 110, 50], [180.0, 130, 60]]))
+    size = np.array([320.0, 240.0])
+    u, v = np.arange(-20.0, 341, 2.0), np.arange(-20.0, 261, 2.0)
+    logs = np.linspace(np.log(24), np.log(160), 60)
+    grid = np.stack(np.meshgrid(u, v, np.exp(logs), indexing="ij"), axis=-1).reshape(-1, 3)
+    boxes = np.array([square(100, 90, 45)])
+    for density in (faces._prior(grid, before, size), faces._proposal(grid, boxes)):
+        table = density.reshape(len(u), len(v), len(logs))
+        total = integrate.simpson(integrate.simpson(integrate.simpson(table, logs), v), u)
+        assert total == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_face_that_is_suddenly_elsewhere_is_found_by_a_detection():
+    image, told = picture(60, 90, 50), square(61, 91, 50)[None]
+    rng = np.random.default_rng(4)
+    state = started()
+    steered, info = FaceFilter(RULES).step(state, image, told, rng)
+    assert info.steered == 200
+    assert np.hypot(*(steered.particles.mean[:2] - (60, 90))) < 8
+    plain, info = FaceFilter(RULES).step(state, image, NONE, rng)
+    assert info.steered == 0
+    assert np.hypot(*(plain.particles.mean[:2] - (60, 90))) > 25  # half a face off
+
+
+def test_false_detections_do_not_draw_the_filter_away():
+    state, rng = started(), np.random.default_rng(5)
+    false = np.array([square(40, 40, 50), square(280, 200, 50)])
+    for k in range(6):
+        state, info = FaceFilter(RULES).step(state, picture(160 + 3 * k), false, rng)
+        assert np.hypot(*(state.particles.mean[:2] - (160 + 3 * k, 120))) < 10
+    assert info.effective > 5
+
+
+def test_without_detections_it_is_condensation():
+    state = started()
+    one, _ = FaceFilter(RULES).step(state, picture(), NONE, np.random.default_rng(6))
+    plain = replace(RULES, steered=0.0)
+    told = square(160, 120, 60)[None]
+    other, _ = FaceFilter(plain).step(state, picture(), told, np.random.default_rng(6))
+    np.testing.assert_array_equal(one.particles.states, other.particles.states)
+    np.testing.assert_array_equal(one.particles.weights, other.particles.weights)
+
+
+def test_the_likelihood_is_highest_at_the_face():
+    state, faces = started(), FaceFilter(RULES)
+    around = np.array([[160.0 + a, 120 + b, 60.0] for a in (-20, 0, 20) for b in (-20, 0, 20)])
+    assert faces.log_likelihood(picture(), around, state.reference).argmax() == 4
+    sizes = np.array([[160.0, 120, s] for s in (40.0, 60.0, 85.0)])
+    assert faces.log_likelihood(picture(), sizes, state.reference).argmax() == 1
+
+
+def test_the_box_is_that_of_the_mean():
+    even = np.full((len(PATCHES), 3, 8), 0.125)
+    states = np.array([[100.0, 80, 40], [110.0, 90, 60]])
+    box = FaceFilterState(ParticleSet.uniform(states), even).box
+    np.testing.assert_allclose(box, [80, 60, 50, 50])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        (lambda: FaceFilterRules(particles=1), "particles must be"),
+        (lambda: FaceFilterRules(steered=1.0), "steered must be below 1"),
+        (lambda: FaceFilterRules(sides=(90.0, 30.0)), "sides must rise"),
+        (lambda: FaceFilterRules(move=0.0), "move must be"),
+        (
+            lambda: FaceFilter().step(started(), picture(), np.zeros((1, 4)), RNG),
+            "boxes must have",
+        ),
+        (lambda: FaceFilter().step(started(), picture()[..., 0], NONE, RNG), "image must be"),
+    ],
+)
+def test_what_is_wrong_is_named(wrong, text):
+    with unchecked(), pytest.raises(ValueError, match=text):
+        wrong()
+
+
+RNG = np.random.default_rng(0)
