@@ -1,5 +1,7 @@
 """The detector on a photograph with a face, in windows of it, and on what it cannot use."""
 
+import pickle
+
 import cv2
 import numpy as np
 import pytest
@@ -80,3 +82,10 @@ def test_only_sides_that_are_asked_for_are_found(portrait):
 def test_what_is_wrong_is_named(portrait, wrong, error, text):
     with unchecked(), pytest.raises(error, match=text):
         wrong(portrait)
+
+
+def test_a_detector_can_be_sent_to_another_process(portrait):
+    own = FaceDetector(scale=1.3, neighbours=2, least=40, most=200)
+    sent = pickle.loads(pickle.dumps(own))
+    np.testing.assert_array_equal(sent.find(portrait), own.find(portrait))
+    assert (sent.scale, sent.neighbours, sent.least, sent.most) == (1.3, 2, 40, 200)

@@ -62,6 +62,10 @@ class FaceDetector:
         cascade = cv2.CascadeClassifier(cv2.data.haarcascades + FRONTAL)
         object.__setattr__(self, "_cascade", cascade)
 
+    def __reduce__(self) -> tuple:
+        """Make it anew in another process: OpenCV's cascade cannot be sent there."""
+        return FaceDetector, (self.scale, self.neighbours, self.least, self.most)
+
     def find(
         self,
         image: UInt8[np.ndarray, "height width"],

@@ -258,7 +258,8 @@ def enrol(
     accepted
         Share of the pictures left out that either threshold accepts.
     folds
-        Into how many parts each person's pictures are dealt.
+        Into how many parts each person's pictures are cut, in their order: pictures of a film that
+        follow each other are alike, and in parts that are dealt each would have its twin.
 
     Returns
     -------
@@ -284,7 +285,7 @@ def enrol(
     turn = np.empty(len(whose), dtype=int)
     for name in model.people:
         mine = np.flatnonzero(whose == name)
-        turn[mine] = np.arange(len(mine)) % min(folds, len(mine))
+        turn[mine] = np.arange(len(mine)) * min(folds, len(mine)) // len(mine)
     distances, from_space = [], []
     for fold in range(turn.max() + 1):
         others = turn != fold
