@@ -26,6 +26,7 @@ CHAPTERS = (
     "colour_and_shape",
     "pattern_tracking",
     "ceiling_navigation",
+    "tutor_face",
 )
 """Stems of the chapters, in the order of the book."""
 

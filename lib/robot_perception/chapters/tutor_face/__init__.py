@@ -1,0 +1,3 @@
+"""Is it you?: faces found, recognised, and followed while they are missed."""
+
+STUDIES = ("detecting", "identifying", "bridging", "steering")

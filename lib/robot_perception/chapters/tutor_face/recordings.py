@@ -1,0 +1,149 @@
+"""Real faces: who is recognised among twenty people, and who is found in which light."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int64
+
+from robot_perception.chapters.tutor_face.scene import DETECTOR
+from robot_perception.companion.faces.eigenfaces import enrol
+from robot_perception.datasets import read_image
+from robot_perception.evaluation.intervals import proportion
+from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
+
+HALF = 5
+"""Pictures of each person at enrolment, the first ones; the others are asked."""
+KNOWN = 15
+"""People in the gallery where the others are strangers."""
+COUNTS = (1, 5, 10, 20, 40)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Gallery:
+    """What eigenfaces make of twenty people.
+
+    Parameters
+    ----------
+    counts : (k,)
+        Of eigenimages.
+    right : (k,)
+        New pictures whose nearest is of the same person, all twenty in the gallery.
+    known, strangers : (k,)
+        With the first 15 in the gallery: new pictures of these that are accepted and rightly
+        named, and pictures of the other five that are accepted.
+    asked : (2,)
+        New pictures of all twenty, and of the 15.
+    others
+        Pictures of the strangers.
+    """
+
+    counts: Int64[np.ndarray, " k"]
+    right: Int64[np.ndarray, " k"]
+    known: Int64[np.ndarray, " k"]
+    strangers: Int64[np.ndarray, " k"]
+    asked: Int64[np.ndarray, " 2"]
+    others: int
+
+    def table(self) -> Table:
+        """Return the rates by the number of eigenimages."""
+        rows = {
+            f"{n}": [
+                proportion(int(self.right[k]), int(self.asked[0])),
+                proportion(int(self.known[k]), int(self.asked[1])),
+                proportion(int(self.strangers[k]), self.others),
+            ]
+            for k, n in enumerate(self.counts)
+        }
+        columns = {
+            "right": "20 people known: new pictures whose nearest is of the same person",
+            "known": "15 people known: new pictures accepted and rightly named",
+            "strangers": "pictures of the five others, accepted",
+        }
+        about = f"{HALF} pictures each at enrolment; 95 % over pictures of one recording"
+        return Table(rows, columns, about, "eigenimages")
+
+
+def gallery(folder: Path) -> Gallery:
+    """Enrol the first five pictures of each person and ask for the others."""
+    people = sorted(path for path in folder.iterdir() if path.is_dir())
+    faces = np.array(
+        [[read_image(folder / one.name / f"{k:02}.png") for k in range(1, 11)] for one in people]
+    )
+    faces = faces / 255.0
+    names = np.repeat([[one.name] for one in people], 10, axis=1)
+    rows = []
+    for count in COUNTS:
+        every, _, _ = _asked(faces, names, len(people), count)
+        _, known, strangers = _asked(faces, names, KNOWN, count)
+        rows.append((every, known, strangers))
+    asked = np.array([len(people) * (10 - HALF), KNOWN * (10 - HALF)])
+    others = (len(people) - KNOWN) * 10
+    return Gallery(np.array(COUNTS), *np.array(rows).T, asked, others)
+
+
+def _asked(faces: np.ndarray, names: np.ndarray, people: int, count: int) -> tuple[int, int, int]:
+    """Return new pictures with the right nearest, those accepted too, and strangers accepted."""
+    learnt, whose = faces[:people, :HALF], names[:people, :HALF]
+    space = enrol(learnt.reshape(-1, *faces.shape[2:]), list(whose.ravel()), count)
+    new = [space.recognise(face) for face in faces[:people, HALF:].reshape(-1, *faces.shape[2:])]
+    true = names[:people, HALF:].ravel()
+    right = sum(one.nearest == name for one, name in zip(new, true, strict=True))
+    known = sum(one.name == name for one, name in zip(new, true, strict=True))
+    others = faces[people:].reshape(-1, *faces.shape[2:])
+    return right, known, sum(space.recognise(face).name is not None for face in others)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Lights:
+    """Faces found by condition: the side of the light, glasses, expressions.
+
+    Parameters
+    ----------
+    conditions
+        Names of the pictures.
+    pictures, found : (n,)
+        How many there are, and in how many exactly one face is found.
+    """
+
+    conditions: tuple[str, ...]
+    pictures: Int64[np.ndarray, " n"]
+    found: Int64[np.ndarray, " n"]
+
+    def table(self) -> Table:
+        """Return what is found by kind of condition."""
+        kinds = {
+            "light from one side": ("leftlight", "rightlight"),
+            "glasses": ("glasses",),
+            "expressions and plain": (),
+        }
+        taken = [name for names in kinds.values() for name in names]
+        rows = {}
+        for kind, names in kinds.items():
+            of = [
+                k for k, name in enumerate(self.conditions)
+                if name in names or (not names and name not in taken)
+            ]  # fmt: skip
+            rows[kind] = [
+                int(self.pictures[of].sum()),
+                proportion(int(self.found[of].sum()), int(self.pictures[of].sum())),
+            ]
+        columns = {"pictures": "of eight people", "found": "exactly one face; 95 %"}
+        return Table(rows, columns, corner="condition")
+
+
+def lights(folder: Path) -> Lights:
+    """Look for the face in each picture."""
+    counts: dict[str, list[int]] = {}
+    for file in sorted(folder.glob("subject*.png")):
+        boxes = DETECTOR.find(read_image(file))
+        counts.setdefault(file.stem.split(".")[1], []).append(int(len(boxes) == 1))
+    values = [np.array(of) for of in counts.values()]
+    return Lights(
+        tuple(counts), np.array([len(v) for v in values]), np.array([v.sum() for v in values])
+    )
+
+
+ORL = Recording("faces_orl", gallery, Gallery, "faces-orl")
+YALE = Recording("faces_yale", lights, Lights, "faces-yale")
