@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import fisher_exact
 
 from robot_perception.chapters.tutor_face import bets, views
 from robot_perception.chapters.tutor_face.explorers import asked
@@ -65,15 +66,21 @@ def test_the_right_answers_of_the_bets_are_what_is_recorded():
 
 def test_only_the_darkest_faces_are_found_less_often():
     table = recorded()["face-detect"].tables["tones"]
+    counts = [table[name, "people"] for name in table.rows]
     rates = [table[name, "found"] for name in table.rows]
     assert all(of.estimate == 1 for of in rates[:-1])
-    assert rates[-1].high <= min(of.low for of in rates[:3]) + 0.01
+    found = round(counts[-1] * rates[-1].estimate)
+    others = int(sum(counts[:-1]))
+    beside = [[found, int(counts[-1]) - found], [others, 0]]
+    assert fisher_exact(beside).pvalue < 0.001
 
 
 def test_many_walking_particles_lose_the_face_more_often_than_few_that_are_steered():
     table = recorded()["icondensation-face"].tables["lost"]
-    steered, _, many = (table[name, "lost"] for name in table.rows)
+    steered, plain, many, alone = (table[name, "lost"] for name in table.rows)
     assert many.low > steered.high
+    assert alone.high < plain.low
+    assert alone.estimate > steered.estimate
 
 
 def test_words_name_who_comes_and_whom_he_is_taken_for():

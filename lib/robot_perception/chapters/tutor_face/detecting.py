@@ -11,7 +11,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition, Origin
+from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "companion-robot"
 TURNS = (0, 15, 30, 45, 60)
@@ -141,12 +141,4 @@ def face_detect(result: Result) -> Finding:
         result.rate(0),
         {"turned by 45°": turned, "false alarms a picture": false},
         tables=tables,
-        conditions=(
-            Condition.judged(
-                "the head is turned by hardly more than 10°",
-                MOST,
-                inside=result.rate(15) if full else None,
-                outside=turned,
-            ),
-        ),
     )

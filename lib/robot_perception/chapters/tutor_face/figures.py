@@ -45,7 +45,7 @@ def card(ax: Axes, met: views.Met) -> Axes:
     alt="Two people before a cluttered wall. A solid square marks one face, a dashed one the "
     "other.",
     caption="Both faces are found. Solid: the robot says that it is its tutor. Dashed: it says "
-    "that it does not know who that is.",
+    "that it does not know who that is. A picture in which it is right.",
     width=5.2,
     height=3.9,
     gridspec_kw=_PHOTO,

@@ -138,6 +138,7 @@ def scored(
     """Enrol some people and return the four ``SHARES``; shuffle their names if told to.
 
     Who was found less than twice at enrolment cannot be enrolled, and is not recognised later.
+    Where faces were missed there are fewer pictures, and so many eigenimages less two at most.
     """
     pictures, whose = known.part(who, range(ENROLLED))
     enough = [whose.count(name) > 1 for name in whose]

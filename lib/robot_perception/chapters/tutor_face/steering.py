@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from data_synth.companion.face_films import FaceScene
+from data_synth.companion.face_films import FaceFilm, FaceScene
 from robot_perception.chapters.tutor_face.scene import DETECTOR, SCORED, film, greys
 from robot_perception.companion.boxes import overlap
 from robot_perception.companion.faces.icondensation import FaceFilter, FaceFilterRules
@@ -23,6 +23,8 @@ FILTERS = {
     "condensation": FaceFilterRules(steered=0.0),
     "condensation, ten times the particles": FaceFilterRules(steered=0.0, particles=1500),
 }
+ALONE = "the detector alone"
+"""The largest of the last detections is where the face is taken to be."""
 OFF = 0.2
 """An overlap below that is a loss; ours."""
 
@@ -40,7 +42,7 @@ class Config:
     jumps
         How often the face is suddenly elsewhere, times a hundred pictures.
     filters
-        Names in ``FILTERS``.
+        Names in ``FILTERS``, and ``ALONE``.
     blind
         Whether the detector finds nothing.
     """
@@ -48,7 +50,7 @@ class Config:
     seeds: tuple[int, ...] = SCORED[:24]
     frames: int = 80
     jumps: float = 4.0
-    filters: tuple[str, ...] = tuple(FILTERS)
+    filters: tuple[str, ...] = (*FILTERS, ALONE)
     blind: bool = False
 
 
@@ -77,7 +79,10 @@ def followed(
     seed: int, frames: int, scene: FaceScene, name: str, blind: bool
 ) -> Float[np.ndarray, "n 4"]:
     """Return the boxes of a filter in each picture of a film, the first of which it is told."""
-    shown, filter_ = film(seed, frames, scene), FaceFilter(FILTERS[name])
+    shown = film(seed, frames, scene)
+    if name == ALONE:
+        return kept_detections(shown)
+    filter_ = FaceFilter(FILTERS[name])
     rng = np.random.default_rng(seed)
     state = filter_.start(shown.frames[0], shown.boxes[0, 0], rng)
     boxes = [state.box]
@@ -86,6 +91,15 @@ def followed(
         detections = DETECTOR.find(grey) if steers else np.zeros((0, 4))
         state, _ = filter_.step(state, frame, detections, rng)
         boxes.append(state.box)
+    return np.array(boxes)
+
+
+def kept_detections(shown: FaceFilm) -> Float[np.ndarray, "n 4"]:
+    """Return the largest of the last detections in each picture, the first of which is told."""
+    boxes = [shown.boxes[0, 0]]
+    for grey in greys(shown)[1:]:
+        found = DETECTOR.find(grey)
+        boxes.append(found[0] if len(found) else boxes[-1])
     return np.array(boxes)
 
 
@@ -121,7 +135,8 @@ LESS = Accepted(
 def table(result: Result) -> Table:
     """Return the losses by filter."""
     rows = {
-        name: [float(FILTERS[name].particles), result.of(name)] for name in result.config.filters
+        name: [float(FILTERS[name].particles) if name in FILTERS else None, result.of(name)]
+        for name in result.config.filters
     }
     columns = {
         "particles": "",
