@@ -76,10 +76,10 @@ def turns(ax: Axes, table: Table) -> Axes:
 
 @drawn(
     name="tutor-space",
-    alt="Six small pictures: a mean face, and five eigenimages that look like ghosts of faces lit "
+    alt="Five small pictures: a mean face, and four eigenimages that look like ghosts of faces lit "
     "from different sides.",
-    caption="The mean face of the gallery, and the five directions in which it varies most.",
-    cols=6,
+    caption="The mean face of the gallery, and the four directions in which it varies most.",
+    cols=5,
     width=7.6,
     height=1.7,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.84, "wspace": 0.06},
