@@ -17,14 +17,15 @@ they take six sevenths of the time, and the tests of the rooms have them.
 Films are rendered and looked at with OpenCV and NumPy, which round otherwise on a processor without
 AVX2: of a million bytes of a film three differ by one, and an estimate is another pixel. A class
 tells in ``pictures`` how far numbers of which claim may be from the recorded ones there; verdicts
-are compared everywhere. SIFT features are the same to the last bit.
+are compared everywhere. SIFT features are the same to the last bit. What is zero but for rounding
+is rounded otherwise on every processor: ``rounding`` tells how large it can be, by claim.
 
 Some shares, and differences of shares, need more cases than a quick run has. A class names such
 claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
 value, and its numbers are compared as all others are.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 
@@ -49,6 +50,7 @@ from tests.unchecked import unchecked
 MEND = "robot-perception claims --run full --claim {} --write book/_data/claims.json"
 """The command that records a claim anew."""
 DECLARED = ("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method")
+Numbers = Mapping[str, Sequence[float]]
 RTOL = 1e-6
 """Processors differ in the eleventh digit; iterated filters make some orders more of it."""
 
@@ -81,7 +83,12 @@ class LedgerTests:
 
     stem: str
     pictures: Mapping[str, float] = MappingProxyType({})
+    rounding: Mapping[str, float] = MappingProxyType({})
     open_when_quick: frozenset[str] = frozenset()
+
+    def unlike(self, claim: Claim, found: Numbers, recorded: Numbers) -> list[str]:
+        """Return what differs from the recorded numbers, by what the class allows the claim."""
+        return different(found, recorded, self.rtol(claim), self.rounding.get(claim.id, 0.0))
 
     def rtol(self, claim: Claim) -> float:
         """Return how far numbers may be from the recorded ones, of the larger."""
@@ -113,7 +120,7 @@ class LedgerTests:
             assert finding.value.overlaps(found.value)
         else:
             assert claim.verdict(finding) == found.verdict, f"{finding.value}: {finding.note}"
-        lines = different(numbers(finding), found.quick, self.rtol(claim))
+        lines = self.unlike(claim, numbers(finding), found.quick)
         assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
 
     def test_sabotage_turns_the_verdict_as_recorded(self, claim: Claim):
@@ -129,7 +136,7 @@ class LedgerTests:
             )
         names = [f.text for f in found.sabotages]
         assert names == [ours.text for ours in made], MEND.format(claim.id)
-        lines = different(values(made), values(found.sabotages), self.rtol(claim))
+        lines = self.unlike(claim, values(made), values(found.sabotages))
         assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])
 
     @pytest.mark.slow
@@ -137,5 +144,5 @@ class LedgerTests:
         found, finding = recorded()[claim.id], claim.find("full")
         assert claim.verdict(finding) == found.verdict
         stored = Finding(found.value, found.evidence, found.tables, (), found.note or "–")
-        lines = different(numbers(finding), numbers(stored), self.rtol(claim))
+        lines = self.unlike(claim, numbers(finding), numbers(stored))
         assert not lines, "\n".join([*lines, f"if this is right: {MEND.format(claim.id)}"])

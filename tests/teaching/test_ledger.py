@@ -111,6 +111,8 @@ def test_differences_are_named_on_the_scale_of_the_number():
     small = {"a": (1e-9, 1e-9, 1e-9)}
     assert len(different(small, {"a": (1e-9, 1e-9, 1.1e-9)}, 1e-6)) == 1
     assert different(old, old, 0.0) == []
+    assert len(different(small, {"a": (1e-9, 1e-9, 1.1e-9)}, 0.0, 0.5e-10)) == 1
+    assert different(small, {"a": (1e-9, 1e-9, 1.1e-9)}, 1e-6, 1e-9) == []
 
 
 def test_merging_replaces_adds_orders_and_drops_what_is_no_longer_declared():

@@ -262,12 +262,15 @@ class Ledger:
 
 
 def different(
-    found: Mapping[str, Sequence[float]], recorded: Mapping[str, Sequence[float]], rtol: float
+    found: Mapping[str, Sequence[float]],
+    recorded: Mapping[str, Sequence[float]],
+    rtol: float,
+    atol: float = 0.0,
 ) -> list[str]:
     """Return what differs between two sets of named numbers, a line each.
 
     Numbers of one triple are compared on the scale of its largest, so that an end of an interval
-    near zero is not asked for digits that it does not have.
+    near zero is not asked for digits that it does not have. What differs by ``atol`` is rounding.
     """
     lines = [f"{name}: no longer computed" for name in recorded.keys() - found.keys()]
     for name, ours in found.items():
@@ -276,7 +279,7 @@ def different(
             continue
         theirs = recorded[name]
         scale = max(map(abs, (*ours, *theirs)))
-        if any(abs(a - b) > rtol * scale for a, b in zip(ours, theirs, strict=True)):
+        if any(abs(a - b) > rtol * scale + atol for a, b in zip(ours, theirs, strict=True)):
             lines.append(f"{name}: {list(ours)} instead of {list(theirs)}")
     return lines
 

@@ -18,6 +18,7 @@ class TestLedger(LedgerTests):
             "scale-smoothing": 0.5,
         }
     )
+    rounding = MappingProxyType({"normalised-light": 2e-6})
     open_when_quick = frozenset({"occlusion", "pattern-model"})
 
 
