@@ -7,10 +7,11 @@ from tests.chapters.ledger import LedgerTests, recorded
 
 class TestLedger(LedgerTests):
     stem = "ceiling_navigation"
-    pictures = MappingProxyType(
-        {"mosaic-fig9": 0.01, "visual-memory": 0.01, "pose-up-to-scale": 0.01}
+    pictures = MappingProxyType({"mosaic-fig9": 0.01, "visual-memory": 0.01})
+    rounding = MappingProxyType(
+        # where the servo stops hangs on single pixels: a tenth of a millimetre
+        {"erratum-mosaic": 1e-13, "pose-from-pattern": 1e-13, "pose-up-to-scale": 1e-4}
     )
-    rounding = MappingProxyType({"erratum-mosaic": 1e-13, "pose-from-pattern": 1e-13})
     open_when_quick = frozenset({"key-image-conditions", "visual-memory"})
 
 
