@@ -22,7 +22,8 @@ OCCLUSIONS = {
     "long, whole": (25, 0.0),
 }
 """For how many pictures the passer-by stops before the person, and how far beside, m."""
-LIGHTS = ("steady", "changing")
+LIGHTS = ("steady", "changing", "darker")
+_DARK = np.array([0.36, 0.30, 0.24])  # what is left of the light at the end of the way
 REGION = (-0.25, 0.93, 0.25, 1.75)
 """What a tracker is told to follow: head and trunk, m to the right of the middle and above the
 ground."""
@@ -40,7 +41,8 @@ class WalkScene:
         long or not, and hides the half or the whole of him. ``"short, half"`` passes below: a
         child's height.
     light
-        ``"steady"`` or ``"changing"``, in brightness and colour.
+        ``"steady"``; ``"changing"``, to and fro in brightness and colour; or ``"darker"``: the way
+        leads out of the light into a part of the hall that has a third of it, in a warmer colour.
     alike
         Whether who passes wears the same clothes.
     others
@@ -140,6 +142,8 @@ def film_walk(
     for t in range(frames):
         if scene.light == "changing":
             light[t] = (1 + bright(t)) * (1 + warm(t) * np.array([1.0, 0.0, -1.0]))
+        elif scene.light == "darker":
+            light[t] = _DARK ** np.clip(1.6 * t / (frames - 1) - 0.3, 0, 1)
         pose = np.array([1.5 + 0.075 * t, 5.0 + 0.4 * side(0.5 * t), turn(t)])
         canvas = hall.view(pose, camera) * light[t].astype(np.float32)
         shake = np.array([0.0, bump(t)])

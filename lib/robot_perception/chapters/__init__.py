@@ -27,6 +27,7 @@ CHAPTERS = (
     "pattern_tracking",
     "ceiling_navigation",
     "tutor_face",
+    "tutor_following",
 )
 """Stems of the chapters, in the order of the book."""
 
