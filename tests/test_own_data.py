@@ -13,6 +13,8 @@ from PIL import Image
 
 from data_synth import ceiling, coloured, laser, stereo, textured_building
 from data_synth.building import drive
+from data_synth.companion.face_films import FaceScene, film_faces
+from data_synth.companion.faces import make_identity
 from data_synth.people import LASER_ANGLES, make_people_office, make_session, readings
 from data_synth.people.world import Wander
 from data_synth.posts import glimpse, make_posts
@@ -20,6 +22,7 @@ from data_synth.wheels import LARGE, roll
 from data_synth.wheels import Odometry as Report
 from robot_perception.appearance.segmentation import filled
 from robot_perception.chapters.people_sensors.sessions import rig as rig_with
+from robot_perception.companion.boxes import overlap
 from robot_perception.datasets import (
     read_boxes,
     read_columns,
@@ -46,7 +49,7 @@ PAGE = (BOOK / "your_own_data.md").read_text("utf-8")
 EXAMPLES = dict(re.findall(r"```\{code-block\} text\n:caption: (.*)\n\n([^`]*)```", PAGE))
 CONSOLES = re.findall(r"```\{code-block\} console\n([^`]*)```", PAGE)
 NUMBER = re.compile(r"-?\d+\.?\d*")
-LONGER = ("ceiling.py", "people.py", "stereo_slam.py", "track.py")  # they draw
+LONGER = ("ceiling.py", "faces.py", "people.py", "stereo_slam.py", "track.py")  # they draw
 RECORDED = {  # what a console of the page runs on: the data set, and its file or folder
     "fr079_graph.log.gz": ("carmen_fr079", "fr079_graph.log.gz"),
     "kitti_stereo_straight": ("kitti_stereo_straight", None),
@@ -657,6 +660,54 @@ def test_a_film_of_a_ceiling_that_is_cut_off_ends_with_one_line(below):
         assert not list(folder.glob("none*"))
 
 
+# Faces -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def visitors(tmp_path_factory):
+    """A gallery of two people, by pictures of many days, and a film of both; the truth of it."""
+    folder = tmp_path_factory.mktemp("visitors")
+    people = [make_identity(np.random.default_rng(40 + k), tone=k) for k in range(2)]
+    for name, who in zip(("ann", "bob"), people, strict=True):
+        (folder / "gallery" / name).mkdir(parents=True)
+        for k in range(14):  # as on other days
+            scene = FaceScene(glances=0.0, light="changing")
+            alone = film_faces(np.random.default_rng(k), 1, scene, (who,))
+            Image.fromarray(alone.frames[0]).save(folder / "gallery" / name / f"{k}.png")
+    Image.new("RGB", (60, 60)).save(folder / "gallery" / "bob" / "dark.png")
+    both = film_faces(np.random.default_rng(2), 20, FaceScene(2, glances=0.0), tuple(people))
+    write_video(folder / "both.avi", both.frames, rate=10)
+    write_video(folder / "empty.avi", np.full((3, 60, 80, 3), 90, np.uint8), rate=10)
+    return folder, both
+
+
+def test_faces_are_where_they_are_and_most_are_named_rightly(visitors):
+    folder, both = visitors
+    said = run(folder, "faces.py", "gallery", "both.avi", "out")
+    people, pictures, skipped = numbers(said, "gallery:")
+    assert (people, skipped) == (2, 1)
+    assert pictures >= 20
+    lines = [line.split(",") for line in (folder / "out.csv").read_text().splitlines()]
+    assert lines[0] == ["frame", "x", "y", "w", "h", "name", "distance"]
+    assert len(lines) - 1 == numbers(said, "pictures:")[1] >= 20
+    right = near = 0
+    for frame, x, y, w, h, name, _ in lines[1:]:
+        box = np.array([float(x) - 1, float(y) - 1, float(w), float(h)])
+        same = overlap(box[None], both.boxes[int(frame) - 1])[0]
+        near += same.max() > 0.4
+        right += name == ("ann", "bob")[same.argmax()]
+    assert near >= 0.9 * (len(lines) - 1)
+    assert right >= 0.6 * (len(lines) - 1)
+    assert sum(1 for _ in read_video(folder / "out.mp4")) == 20
+
+
+def test_a_film_without_faces_has_a_file_without_lines(visitors):
+    folder, _ = visitors
+    said = run(folder, "faces.py", "gallery", "empty.avi", "none")
+    assert numbers(said, "pictures:") == [3, 0]
+    assert (folder / "none.csv").read_text() == "frame,x,y,w,h,name,distance\n"
+
+
 # Bad input ---------------------------------------------------------------------------------------
 
 SEEN = "time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad"
@@ -744,6 +795,10 @@ FILES = EXAMPLES | {
         ("ceiling.py here.csv out", "here.csv: no film, or a damaged one"),
         ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
         ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out there"),
+        ("faces.py film.avi out", "Who is where in a film, .*: python faces.py GALLERY FILM OUT"),
+        ("faces.py none film.avi out", "No such file.*none"),
+        ("faces.py grey/image_l film.avi out", "the gallery needs a folder for each person"),
+        ("faces.py half film.avi out", "image_r: two pictures with a face are needed at least"),
     ],
 )
 def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch):

@@ -29,6 +29,15 @@ _HEAD = 1.595  # middle of the head's sprite above the ground, m
 _ABOVE, _BESIDE, _REST = (0.36, 1.70), (0.50, 1.22), (0.27, 0.90)
 _WRIST = 0.12  # middle of a hand's sprite above the wrist, m
 _RISE = 5  # pictures that an arm takes
+_LONG = (
+    ("a stranger's hand", 20), ("", 20), ("tutor", 50), ("hand above", 25), ("walks", 60), ("", 5),
+    ("halt", 25), ("hand down", 25), ("hand beside", 25), ("hand down", 25), ("leaves", 55),
+)  # fmt: skip
+_SHORT = (
+    ("a stranger's hand", 14), ("", 14), ("tutor", 32), ("hand above", 14), ("walks", 36), ("", 3),
+    ("halt", 16), ("leaves", 1),
+)  # fmt: skip
+"""What happens, and for how many pictures at least; no name where nobody wants anything."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -161,7 +170,11 @@ def see(
     generator(rng)
     x, y, heading = array("pose", pose, (3,))
     phase, light = number("phase", phase), number("light", light, 0.05, 4.0)
-    people = tuple(people)
+    if not isinstance(people, tuple | list):
+        raise TypeError(f"people must be a list of pairs, got {type(people).__name__}")
+    for pair in people:
+        if len(instance("people", pair, tuple)) != 2:
+            raise ValueError(f"people must be pairs of a visitor and a stance, got {pair}")
     canvas = hall.view(pose, camera) * np.float32(light)
     found = np.full((3, len(people), 4), np.nan)
     places = []
@@ -301,6 +314,7 @@ class Visit:
         ValueError
             If there is none.
         """
+        instance("what", what, str)
         for order in self.orders:
             if order.what == what:
                 return order
@@ -346,15 +360,15 @@ class Visit:
             x, y, heading = self.walked[frame - walks.first]
             return Stance(x, y, heading, walks=True)
         x, y, heading = self.walked[-1]
-        if frame >= leaves.first:
+        if frame > leaves.first:
             way = 0.16 * (frame - leaves.first)
             away = heading + math.pi / 2
             there = np.array([x + way * math.cos(away), y + way * math.sin(away)])
             x, y = there.clip(0.3, [self.hall.length - 0.3, self.hall.width - 0.3])
             return Stance(float(x), float(y), away, walks=True)
-        beside = self.order("hand beside")
-        if frame >= beside.first:
-            return Stance(x, y, raised=_lift(frame, beside), beside=True)
+        beside = [order for order in self.orders if order.what == "hand beside"]
+        if beside and frame >= beside[0].first:
+            return Stance(x, y, raised=_lift(frame, beside[0]), beside=True)
         return Stance(x, y, raised=_lift(frame, self.order("halt")))
 
 
@@ -371,25 +385,20 @@ def make_visit(rng: np.random.Generator, *, brief: bool = False) -> Visit:
     rng
         Source of hall, people, ways and times.
     brief
-        Whether it ends when the robot should have halted.
+        Whether all goes fast and the tutor leaves when the robot should have halted.
     """
     generator(rng)
     instance("brief", brief, bool)
     walls, looks, ways = (np.random.default_rng(seed) for seed in rng.integers(2**63, size=3))
     hall = make_hall(walls, length=24.0)
     stranger, tutor, passer = (make_visitor(looks) for _ in range(3))
-    lengths = [
-        ("a stranger's hand", 20), ("", 20), ("tutor", 35), ("hand above", 25), ("walks", 60),
-        ("", 5), ("halt", 25), ("hand down", 25), ("hand beside", 25), ("hand down", 25),
-        ("leaves", 45),
-    ]  # fmt: skip
-    orders, start = [], 25
-    for what, least in lengths[: 7 if brief else None]:
+    orders, start = [], 22
+    for what, least in _SHORT if brief else _LONG:
         last = start + least + int(ways.integers(0, 5))
         if what:
             orders.append(Order(what, start, last))
         start = last + 1
-    distance = ways.uniform(2.3, 2.6, 2)
+    distance = ways.uniform(2.05, 2.25, 2)
     places = np.stack([START[0] + distance, START[1] + ways.uniform(-0.3, 0.3, 2)], axis=1)
     walks = next(order for order in orders if order.what == "walks")
     count = walks.last - walks.first + 1

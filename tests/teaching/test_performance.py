@@ -89,6 +89,7 @@ def test_the_themes_count_their_work_and_its_peers(store):
         "Particles": (0, 0),
         "Fusion and people": (0, 0),
         "Patterns on a ceiling": (0, 0),
+        "The tutor": (0, 0),
     }
 
 

@@ -1,4 +1,4 @@
-"""The command line: the claim ledger, the stored results and the data sets.
+"""The command line: the claim ledger, the stored results, the data sets, a detector to train.
 
 Only what a command needs is imported, when it runs, so that ``--help`` answers at once.
 """
@@ -8,6 +8,7 @@ import click
 from robot_perception import __version__
 from robot_perception.cli.claims import claims
 from robot_perception.cli.datasets import datasets
+from robot_perception.cli.hands import hands
 from robot_perception.cli.store import store
 
 
@@ -19,4 +20,5 @@ def main() -> None:
 
 main.add_command(claims)
 main.add_command(datasets)
+main.add_command(hands)
 main.add_command(store)

@@ -35,6 +35,7 @@ THEMES = {
     "blob": "Pictures",
     "pattern": "Patterns on a ceiling",
     "ceiling": "Patterns on a ceiling",
+    "tutor": "The tutor",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from data_synth.companion import face_films, faces, hall, hands, walking, walks
+from data_synth.companion import face_films, faces, hall, hands, visits, walking, walks
 from tests.hostile.sweep import call
 
 CAMERA = hall.RobotCamera(60.0, (24, 32), 1.3)
@@ -10,6 +10,8 @@ HALL = hall.make_hall(np.random.default_rng(0), length=5.0, width=5.0, clutter=2
 PERSON = faces.make_identity(np.random.default_rng(0))
 CLOTHES = walking.make_clothes(np.random.default_rng(0))
 GREY = (0.3, 0.3, 0.3)
+VISITOR = visits.make_visitor(np.random.default_rng(0))
+VISIT = visits.make_visit(np.random.default_rng(0), brief=True)
 
 
 def rng():
@@ -48,5 +50,15 @@ CALLS = {
     ),
     walks.WalkScene: lambda: call("short, whole", "steady", False, 1, 1.0),
     walks.film_walk: lambda: call(rng(), 40, walks.WalkScene(others=0)),
+    visits.Visitor: lambda: call(PERSON, CLOTHES, hands.HandPose()),
+    visits.Stance: lambda: call(2.0, 3.0, 0.3, True, 0.5, False, 0.1),
+    visits.make_visitor: lambda: call(rng()),
+    visits.make_visit: lambda: call(rng(), brief=True),
+    visits.Visit.at: lambda: call(VISIT, 3),
+    visits.Visit.order: lambda: call(VISIT, "tutor"),
+    visits.see: lambda: call(
+        HALL, CAMERA, np.array([1.0, 2.0, 0.0]), [(VISITOR, visits.Stance(3.0, 2.0, raised=1.0))],
+        rng=rng(), phase=0.3, light=1.0,
+    ),
     walks.person_box: lambda: call(CAMERA, 2.0, 0.1),
 }  # fmt: skip

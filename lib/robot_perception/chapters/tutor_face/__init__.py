@@ -1,3 +1,3 @@
 """Is it you?: faces found, recognised, and followed while they are missed."""
 
-STUDIES = ("detecting", "identifying", "bridging", "steering")
+STUDIES = ("detecting", "identifying", "linking", "bridging", "steering")

@@ -1,15 +1,18 @@
-"""Real faces: who is recognised among twenty people, and who is found in which light."""
+"""Real faces: who is recognised among twenty people, who is found in which light, and in crowds."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 from jaxtyping import Int64
 
-from robot_perception.chapters.tutor_face.scene import DETECTOR
+from robot_perception.chapters.tutor_face.scene import DETECTOR, SAME
+from robot_perception.companion.boxes import overlap
 from robot_perception.companion.faces.eigenfaces import enrol
 from robot_perception.datasets import read_image
 from robot_perception.evaluation.intervals import proportion
+from robot_perception.files import DamagedFile
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
@@ -145,5 +148,66 @@ def lights(folder: Path) -> Lights:
     )
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Crowd:
+    """Faces found in photographs of several people.
+
+    Parameters
+    ----------
+    files : (n,)
+        The photographs.
+    faces, found, false : (n,)
+        Marked faces in each, those that are found, and detections that are at none.
+    """
+
+    files: tuple[str, ...]
+    faces: Int64[np.ndarray, " n"]
+    found: Int64[np.ndarray, " n"]
+    false: Int64[np.ndarray, " n"]
+
+    def table(self) -> Table:
+        """Return what is found in each photograph and in all."""
+        rows: dict[str, list] = {
+            name: [int(x) for x in row]
+            for name, *row in zip(self.files, self.faces, self.found, self.false, strict=True)
+        }
+        rows["all"] = [int(x.sum()) for x in (self.faces, self.found, self.false)]
+        return Table(rows, {"faces": "", "found": "", "false": "detections at no face"})
+
+
+def marked(file: Path) -> dict[str, np.ndarray]:
+    """Return the boxes (k, 4) of the faces by photograph: left, top, width and height, px.
+
+    Raises
+    ------
+    robot_perception.files.DamagedFile
+        If the file is no XML, or a box has no such numbers.
+    """
+    try:
+        images = ElementTree.fromstring(file.read_bytes()).iter("image")
+        sides = ("left", "top", "width", "height")
+        return {
+            image.attrib["file"]: np.array(
+                [[float(box.attrib[side]) for side in sides] for box in image.iter("box")]
+            ).reshape(-1, 4)
+            for image in images
+        }
+    except (ElementTree.ParseError, KeyError, ValueError) as error:
+        raise DamagedFile(f"{file}: {error!r:.80}") from error
+
+
+def crowd(folder: Path) -> Crowd:
+    """Look for the faces of each photograph."""
+    rows = []
+    for name, truth in marked(folder / "training_with_face_landmarks.xml").items():
+        boxes = DETECTOR.find(read_image(folder / name))
+        same = overlap(boxes, truth) >= SAME if len(boxes) else np.zeros((0, len(truth)), bool)
+        hits, false = same.any(axis=0).sum(), (~same.any(axis=1)).sum()
+        rows.append((name, len(truth), int(hits), int(false)))
+    files, *counts = zip(*rows, strict=True)
+    return Crowd(files, *(np.array(column) for column in counts))
+
+
+CROWD = Recording("faces_annotated", crowd, Crowd, "faces-annotated")
 ORL = Recording("faces_orl", gallery, Gallery, "faces-orl")
 YALE = Recording("faces_yale", lights, Lights, "faces-yale")

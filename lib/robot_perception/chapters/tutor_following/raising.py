@@ -128,12 +128,12 @@ def by_tone(result: Result) -> Table:
     """Return what is found of upright hands and faces by tone of skin."""
     k = result.config.tilts.index(result.config.upright)
     rows = {}
-    for tone in range(6):
+    for tone in np.unique(result.tones):
         of = result.tones == tone
         pair = [
             proportion(int(f[of, k].sum()), int(of.sum())) for f in (result.found, result.faces)
         ]
-        rows[f"{tone + 1}"] = [int(of.sum()), *pair]
+        rows[f"{int(tone) + 1}"] = [int(of.sum()), *pair]
     columns = {"people": "", "hand": "found upright", "face": "found in the same pictures"}
     return Table(rows, columns, "from light to dark; 95 %", "tone")
 

@@ -22,7 +22,7 @@ SAME = 0.4
 """A box is at what it should be at if they overlap by that (intersection over union); ours."""
 RULES = TutorRules(gate=0.3, whole_gate=0.4)
 """Of the tracker with several patches; the gates are chosen on the films to choose on."""
-FACES = FaceDetector(scale=1.05, neighbours=3)
+FACES = FaceDetector(scale=1.05, neighbours=2)
 """Faces are small at the distance at which a raised hand is in view: sizes 1.05 apart."""
 
 

@@ -63,6 +63,10 @@ class Config:
     goals: Goals = GOALS
 
 
+BRIEF = Config(150, 300, 400, 20, 60, goals=Goals(stages=2, most=10))
+"""A training of seconds, to try it."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Trained:
     """A cascade and what its stages reached."""
@@ -74,7 +78,7 @@ class Trained:
 def trained(
     config: Config, rng: np.random.Generator, told: Callable[[StageReport], None] = lambda _: None
 ) -> Trained:
-    """Train a detector of open hands; half an hour's work of one processor at most."""
+    """Train a detector of open hands; some seven minutes of one processor."""
     hands_rng, others_rng, pool_rng = rng.spawn(3)
     hands = np.array(
         [
@@ -108,7 +112,7 @@ def _others(
 ) -> UInt8[np.ndarray, "k 24 24"]:
     """Return windows without an open hand that a cascade lets pass, or any if there is none."""
     if cascade is None:
-        some = [_window(pictures[rng.integers(len(pictures))], rng) for _ in range(count // 2)]
+        some = [window(pictures[rng.integers(len(pictures))], rng) for _ in range(count // 2)]
         return np.concatenate([np.array(some), rng.permutation(gestures)[: count - count // 2]])
     hard = gestures[cascade.passed(gestures) == len(cascade.stages)][: count // 2]
     wanted, found = count - len(hard), []
@@ -123,7 +127,8 @@ def _others(
     return np.concatenate([windows, hard])
 
 
-def _window(picture: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def window(picture: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return a square of any size of a picture, as small as the detector's window."""
     side = round(float(np.exp(rng.uniform(np.log(SIZE), np.log(min(picture.shape))))))
     low = rng.integers(0, np.array(picture.shape[::-1]) - side + 1)
     return _cut(picture, np.array([*low, side, side]))

@@ -1,0 +1,217 @@
+"""Figures of the chapter "Follow me"."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import FancyArrowPatch, Rectangle
+
+from robot_perception.chapters.tutor_face.figures import picture, square
+from robot_perception.chapters.tutor_following import views
+from robot_perception.chapters.tutor_following.scene import SAME
+from robot_perception.chapters.tutor_following.training import stored
+from robot_perception.chapters.tutor_following.visiting import Moment
+from robot_perception.companion.hands.features import SIZE
+from robot_perception.companion.interaction import StateTable
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.style import INK, MEANING, band, label
+from robot_perception.teaching.tables import Table
+
+_PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
+PLACES = {
+    "wait": (0.0, 0.6),
+    "identify": (0.85, 1.1),
+    "idle": (1.6, 0.6),
+    "follow": (3.2, 1.3),
+    "halt": (3.2, 0.6),
+    "gesture": (3.2, -0.1),
+}
+"""Where the states stand in the drawing of the table."""
+TEXTS = {
+    ("wait", "identify"): (0.66, 0.78, "face"),
+    ("identify", "wait"): (0.14, 1.0, "nobody"),
+    ("identify", "idle"): (1.36, 1.04, "tutor"),
+    ("idle", "follow"): (2.12, 1.14, "hand above"),
+    ("follow", "halt"): (3.55, 0.95, "open hand"),
+    ("halt", "idle"): (2.62, 0.8, "hand down"),
+    ("idle", "gesture"): (1.94, 0.1, "hand beside"),
+    ("gesture", "idle"): (3.02, 0.3, "hand down"),
+}
+"""Where the events stand in it."""
+
+
+def seen(ax: Axes, moment: Moment) -> Axes:
+    """Draw what the robot finds in a picture."""
+    for k, face in enumerate(moment.faces):
+        known = k == moment.held
+        square(ax, face.box, MEANING["right" if known else "wrong"], linewidth=2.4,
+               linestyle="-" if known else "--")  # fmt: skip
+    for hand in moment.hands:
+        square(ax, hand, MEANING["readings"], linewidth=2.4)
+    if np.isfinite(moment.box).all():
+        square(ax, moment.truth, MEANING["truth"], linewidth=2.4, linestyle=":")
+        square(ax, moment.box, MEANING["estimate"], linewidth=2.4)
+    return ax
+
+
+def card(ax: Axes) -> Axes:
+    """Draw the found face and hand on the axes of the picture of a greeting."""
+    _, faces, hands = views.greeting()
+    for boxes, meaning in ((faces, "right"), (hands, "readings")):
+        for box in boxes:
+            square(ax, box, MEANING[meaning], linewidth=3.0)
+    return ax
+
+
+@drawn(
+    name="following-hero",
+    alt="A person in a hall raises an open hand. A square marks the face, another one the hand.",
+    caption="The face is known, the hand is open and above it: from this picture on the robot "
+    "follows. Outlined: where it will begin to track.",
+    width=5.2,
+    height=3.9,
+    gridspec_kw=_PHOTO,
+)
+def hero(ax: Axes) -> Axes:
+    """Draw the picture in which the order is given."""
+    moment = views.ordered()
+    picture(ax, moment.image)
+    return seen(ax, moment)
+
+
+@drawn(
+    name="following-features",
+    alt="Four times the same open hand, each with a large and a smaller rectangle on it.",
+    caption="An open hand, and the first feature of each of the first four stages: how the mean of "
+    "the white rectangle differs from that of the black one.",
+    cols=4,
+    width=7.6,
+    height=2.1,
+    gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06},
+)
+def features(axes: np.ndarray) -> None:
+    """Draw the feature that boosting picks first in each of four stages."""
+    cascade, image = stored().cascade, views.example()
+    fine = len(image) / SIZE
+    for k, ax in enumerate(axes):
+        picture(ax, image)
+        ax.set_title(f"stage {k + 1}")
+        first = cascade.features[cascade.stages[k].stumps.features[0]]
+        for x, y, wide, high, weight in first[first[:, 2] > 0]:
+            colour = "white" if weight > 0 else "black"
+            corner, size = (fine * x - 0.5, fine * y - 0.5), (fine * wide, fine * high)
+            filled = (*to_rgb(colour), 0.3)
+            ax.add_patch(Rectangle(corner, *size, lw=2.0, facecolor=filled, edgecolor=colour))
+
+
+@drawn(
+    name="following-tilts",
+    alt="Share of hands found against their tilt: nine in ten upright and at 15 degrees, half at "
+    "30, none at 45. The faces beside them are found as often at any tilt of the hand.",
+    caption="Share of the open hands that the cascade finds, by their tilt, and of the faces in "
+    "the same pictures. Bands: 95 %.",
+    height=2.9,
+)
+def tilts(ax: Axes, table: Table) -> Axes:
+    """Draw the recorded rates by the tilt of the hand."""
+    degrees = np.array([int(name.rstrip("°")) for name in table.columns])
+    for name, colour, at in (("open hand", "camera", -1), ("face beside", "expected", -1)):
+        row: list[Interval] = list(table.rows[name])
+        low, high = (np.array([getattr(of, end) for of in row]) for end in ("low", "high"))
+        band(ax, degrees, low, high, MEANING[colour])
+        ax.plot(degrees, [of.estimate for of in row], "-o", color=MEANING[colour], markersize=4)
+        label(ax, degrees[at] - 0.5, row[at].estimate + 0.1, name, MEANING[colour], ha="right")
+    ax.set(xlabel="tilt of the hand (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.05))
+    return ax
+
+
+@drawn(
+    name="following-states",
+    alt="Six states as words and arrows between them: from wait by a face to identify, by the "
+    "tutor to idle, by a hand above to follow, by an open hand to halt, and back to idle; by a "
+    "hand beside from idle to gesture and back. Dashed arrows lead from everywhere to wait.",
+    caption="The table of states. At each arrow stands the event that leads there. Dashed: the "
+    "tutor is gone, or lost.",
+    width=7.2,
+    height=4.0,
+    gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
+)
+def states(ax: Axes, table: StateTable) -> Axes:
+    """Draw the states and the arrows between them."""
+    ax.set(xlim=(-0.35, 3.95), ylim=(-0.5, 1.7))
+    ax.axis("off")
+    for name, (x, y) in PLACES.items():
+        ax.text(x, y, name, ha="center", va="center", fontsize=12, fontweight="bold",
+                bbox={"boxstyle": "round,pad=0.35", "facecolor": "none",
+                      "edgecolor": MEANING["mean"], "linewidth": 1.6})  # fmt: skip
+    for arrow in table.transitions:
+        pair = arrow.source, arrow.target
+        away = pair not in TEXTS
+        bend = {"follow": 0.42, "gesture": -0.32, "halt": -0.25}.get(arrow.source, -0.15)
+        colour = MEANING["expected" if away else "mean"]
+        ax.add_patch(FancyArrowPatch(
+            PLACES[pair[0]], PLACES[pair[1]], arrowstyle="-|>", mutation_scale=13, color=colour,
+            shrinkA=21, shrinkB=21, linewidth=1.6, clip_on=False,
+            connectionstyle=f"arc3,rad={bend if away else 0.12}", linestyle="--" if away else "-",
+        ))  # fmt: skip
+        if not away:
+            x, y, text = TEXTS[pair]
+            ax.text(x, y, text, ha="center", va="center", fontsize=10)
+    return ax
+
+
+@drawn(
+    name="following-orders",
+    alt="A bar for each order of a visit: most strangers are ignored and most tutors recognised; "
+    "of what is ordered afterwards nearly everything is obeyed.",
+    caption="Share of the visits that came to an order in which the robot obeyed. Lines: 95 %. On "
+    "the right: how many visits came to it.",
+    height=3.6,
+    gridspec_kw={"left": 0.24, "right": 0.92, "bottom": 0.16, "top": 0.97},
+)
+def orders(ax: Axes, table: Table) -> Axes:
+    """Draw how often each order is obeyed."""
+    for k, name in enumerate(table.rows):
+        of = table[name, "obeyed"]
+        ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
+        ax.plot([of.low, of.high], [k, k], color=INK, linewidth=1.4)
+        ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
+    ax.set_yticks(range(len(table.rows)), list(table.rows))
+    ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="obeyed")
+    return ax
+
+
+def tracking(axes: np.ndarray, state: views.Followed) -> None:
+    """Draw a picture of the walk, and the overlap over time; axes cleared first."""
+    top, below = axes
+    for ax in axes:
+        ax.clear()
+    picture(top, state.image)
+    square(top, state.truth, MEANING["truth"], linewidth=2.6, linestyle=":")
+    square(top, state.box, MEANING["estimate"], linewidth=2.4)
+    below.plot(state.overlaps, color=MEANING["estimate"])
+    below.axhline(SAME, color=MEANING["expected"], linestyle="--", linewidth=1.3)
+    below.axvline(state.time, color=INK, linewidth=1.2)
+    below.set(xlim=(0, len(state.overlaps) - 1), ylim=(0, 1.02), xlabel="picture", ylabel="overlap")
+
+
+def judging(axes: np.ndarray, state: views.Windowed) -> None:
+    """Draw the window in the picture, as the cascade sees it, and its stages; axes cleared."""
+    left, middle, right = axes
+    for ax in axes:
+        ax.clear()
+    picture(left, state.part)
+    hit = state.passed == len(state.margins)
+    square(left, np.array([state.x, state.y, state.side, state.side]) - [0.5, 0.5, 0, 0],
+           MEANING["right" if hit else "wrong"], linewidth=2.6)  # fmt: skip
+    picture(middle, state.window)
+    stages = np.arange(1, len(state.margins) + 1)
+    colours = [
+        MEANING["expected" if k > state.passed + 1 else "right" if k <= state.passed else "wrong"]
+        for k in stages
+    ]
+    right.barh(stages, state.margins, color=colours, height=0.7)
+    right.axvline(0, color=INK, linewidth=1.0)
+    right.set(xlim=(-0.6, 0.6), ylim=(len(stages) + 0.6, 0.4), xlabel="votes above the threshold",
+              ylabel="stage")  # fmt: skip
+    right.set_title(f"{state.passed} of {len(stages)} passed")

@@ -1,0 +1,63 @@
+"""The film of the chapter: a whole visit, with the state of the robot below."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.tutor_following import figures as draw
+from robot_perception.chapters.tutor_following import views
+from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.films import film
+from robot_perception.teaching.figures.style import INK, MEANING
+from robot_perception.teaching.media import Shown
+
+FPS = 6.0
+EVERY = 3
+"""Of the pictures of the visit every third is shown."""
+STATES = tuple(draw.PLACES)
+
+
+def whole() -> Shown:
+    """Show the visit: picture, what is found in it, the way from above, and the state."""
+    names = [moment.state for moment in views.visited()]
+    return film(
+        frames(),
+        fps=FPS,
+        name="following-film",
+        poster=names.index("follow") // EVERY + 18,
+        alt="A stranger raises a hand before the robot and nothing happens. A second person comes, "
+        "raises a hand, turns and walks off; the robot drives after him while somebody walks "
+        "through between them. He raises a hand again, and it stops.",
+        caption="Above: what the robot sees. Squares: faces, known (solid) or not (dashed), hands, "
+        "and the person it follows (dotted: the truth). Right: robot and person from above. Below: "
+        "the state.",
+    )
+
+
+def frames() -> Iterator[Figure]:
+    """Yield the pictures of the film, all on one figure."""
+    shown = views.visited()
+    levels = np.array([STATES.index(moment.state) for moment in shown])
+    ways = np.array([moment.pose[:2] for moment in shown])
+    people = np.array([moment.tutor for moment in shown])
+    fig, (top, plan, below) = figure(3, width=6.6, height=5.4)
+    top.set_position((0.0, 0.36, 0.72, 0.64))
+    plan.set_position((0.80, 0.42, 0.19, 0.55))
+    below.set_position((0.13, 0.10, 0.85, 0.22))
+    for k in range(0, len(shown), EVERY):
+        moment = shown[k]
+        top.clear()
+        draw.picture(top, moment.image)
+        draw.seen(top, moment)
+        plan.clear()
+        plan.plot(-people[: k + 1, 1], people[: k + 1, 0], ":", color=MEANING["truth"])
+        plan.plot(-ways[: k + 1, 1], ways[: k + 1, 0], color=MEANING["robot"])
+        plan.plot(-people[k, 1], people[k, 0], "o", color=MEANING["truth"], markersize=6)
+        plan.plot(-ways[k, 1], ways[k, 0], "^", color=MEANING["robot"], markersize=8)
+        plan.set(xlim=(-8.5, -1.5), ylim=(3, 14), xticks=[], yticks=[], aspect="equal")
+        below.clear()
+        below.step(np.arange(k + 1), levels[: k + 1], where="post", color=INK, linewidth=2.2)
+        below.set(xlim=(0, len(shown) - 1), ylim=(len(STATES) - 0.5, -0.5), xlabel="picture")
+        below.set_yticks(range(len(STATES)), STATES)
+        yield fig

@@ -1,0 +1,170 @@
+"""Real hands before rendered rooms, and a real head followed by patches of colour."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Int64
+
+from data_synth.companion.canvas import lay, photograph, room
+from robot_perception.chapters.tutor_face.scene import CHOOSING
+from robot_perception.chapters.tutor_following.scene import RULES, SAME, hands
+from robot_perception.chapters.tutor_following.walking import FREE, LAST
+from robot_perception.companion.boxes import overlap
+from robot_perception.companion.tutor import TutorModel, TutorRules, TutorTracker
+from robot_perception.datasets import read_boxes, read_image, read_images
+from robot_perception.evaluation.intervals import proportion
+from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.tables import Table
+
+ROOMS = 40
+"""Rendered rooms into which each hand is put."""
+OPEN = "5_P"
+"""The gesture of the one open hand among the photographs; its fingers point to the right."""
+QUARTER = -90.0
+"""Degrees by which it is turned, so that the fingers point upwards."""
+TILTS = (0.0, 15.0, 30.0, 45.0)
+HEIGHTS = (70.0, 150.0)
+"""Of the photograph in the picture, px: least and most."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hands:
+    """What the detector makes of photographs of hands.
+
+    Parameters
+    ----------
+    gestures : (n,)
+        Of the photographs, the open hand left out.
+    taken : (n,)
+        Rooms in which that hand is taken for an open one.
+    found : (tilts,)
+        Rooms in which the open hand is found.
+    """
+
+    gestures: tuple[str, ...]
+    taken: Int64[np.ndarray, " n"]
+    found: Int64[np.ndarray, " tilts"]
+
+    def table(self) -> Table:
+        """Return the rates."""
+        rows = {
+            f"open, tilted by {tilt:.0f}°": [1, proportion(int(count), ROOMS)]
+            for tilt, count in zip(TILTS, self.found, strict=True)
+        }
+        many, most = len(self.gestures), int(self.taken.argmax())
+        rows["other gestures"] = [many, proportion(int(self.taken.sum()), many * ROOMS)]
+        rows[f"of these the worst, {self.gestures[most][0]}"] = [
+            1, proportion(int(self.taken[most]), ROOMS)
+        ]  # fmt: skip
+        columns = {"photographs": "", "found": f"share of {ROOMS} rooms a photograph; 95 %"}
+        return Table(rows, columns, corner="hand")
+
+
+def gestures(folder: Path) -> Hands:
+    """Put each hand into rendered rooms and look for open ones."""
+    files = sorted(folder.glob("*.jpg"))
+    others = [file for file in files if not file.name.startswith(OPEN)]
+    (shown,) = (file for file in files if file.name.startswith(OPEN))
+    taken = [_found(read_image(file, colour=True), 0.0) for file in others]
+    image = read_image(shown, colour=True)
+    found = [_found(image, QUARTER + tilt) for tilt in TILTS]
+    return Hands(tuple(file.name[:3] for file in others), np.array(taken), np.array(found))
+
+
+def _found(image: np.ndarray, degrees: float) -> int:
+    """Return in how many rooms the detector finds an open hand where the photograph is."""
+    light = (image / 255.0) ** 2.2
+    cover = cv2.GaussianBlur((image.max(axis=2) > 24).astype(np.float32), (0, 0), 1.0)
+    sprite = np.dstack([light, cover]).astype(np.float32)
+    hits = 0
+    for k in range(ROOMS):
+        rng = np.random.default_rng([CHOOSING[0], k])
+        tall = float(rng.uniform(*HEIGHTS))
+        canvas = room((200, 200), rng=rng, clutter=10)
+        lay(canvas, sprite, (99.5, 99.5), tall, angle=np.radians(degrees))
+        grey = cv2.cvtColor(photograph(canvas, rng=rng), cv2.COLOR_RGB2GRAY)
+        boxes = hands().find(grey)
+        off = np.abs(boxes[:, :2] + boxes[:, 2:] / 2 - 99.5)
+        hits += int((off < tall / 2).all(axis=1).any())
+    return hits
+
+
+HEAD = np.array([[-0.4, -0.5, 0.8, 1.0]])
+"""One patch for a head."""
+QUARTERS = np.array([[u, v, 0.4, 0.5] for u in (-0.4, 0.0) for v in (-0.5, 0.0)])
+"""Four for its quarters."""
+HEADS = {
+    "one patch, adapting": TutorTracker(TutorModel(HEAD, None), TutorRules(**FREE)),
+    "one patch, fixed": TutorTracker(TutorModel(HEAD, None), TutorRules(rate=0.0, **FREE)),
+    "four, adapting": TutorTracker(TutorModel(QUARTERS, None), TutorRules(**FREE)),
+    "four, gated": TutorTracker(TutorModel(QUARTERS, None), RULES),
+    "four, fixed": TutorTracker(TutorModel(QUARTERS, None), TutorRules(rate=0.0, **FREE)),
+}
+RUNS = 10
+"""Each tracker follows the head so many times, with other particles."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Girl:
+    """A real head that turns round, followed by patches.
+
+    Parameters
+    ----------
+    trackers
+        Their names.
+    near : (trackers, runs)
+        Share of the pictures in which box and head overlap by ``SAME``.
+    held : (trackers, runs)
+        Whether they do at the end.
+    """
+
+    trackers: tuple[str, ...]
+    near: Float[np.ndarray, "trackers runs"]
+    held: Float[np.ndarray, "trackers runs"]
+
+    def table(self) -> Table:
+        """Return the share of pictures in which the head is followed."""
+        rows = {
+            name: [float(near.mean()), float(near.min()), float(held.mean())]
+            for name, near, held in zip(self.trackers, self.near, self.held, strict=True)
+        }
+        columns = {
+            "followed": f"share of the pictures with an overlap of {SAME:g}; mean over runs",
+            "worst": "the same in the worst run",
+            "at the end": "share of the runs in which it is followed then",
+        }
+        return Table(rows, columns, f"one recording, {RUNS} runs", "tracker")
+
+
+def girl(folder: Path) -> Girl:
+    """Follow the head through the recording, several times by each tracker."""
+    pictures = read_images(folder / "img", "*.jpg", colour=True)
+    boxes = read_boxes(folder / "groundtruth_rect.csv", pictures.numbers).boxes
+    frames = list(pictures)
+    rows = []
+    for tracker in HEADS.values():
+        runs = [_followed(tracker, frames, boxes, np.random.default_rng(k)) for k in range(RUNS)]
+        rows.append([(np.mean(run >= SAME), np.median(run[-LAST:]) >= SAME) for run in runs])
+    near, held = np.moveaxis(np.array(rows, dtype=float), -1, 0)
+    return Girl(tuple(HEADS), near, held)
+
+
+def _followed(
+    tracker: TutorTracker, frames: list[np.ndarray], boxes: np.ndarray, rng: np.random.Generator
+) -> Float[np.ndarray, " n"]:
+    """Return how far the tracked head overlaps the true one in each picture."""
+    state = tracker.start(frames[0], boxes[0], rng)
+    found = [1.0]
+    for image, truth in zip(frames[1:], boxes[1:], strict=True):
+        state, _ = tracker.step(state, image, rng)
+        x, y, _, s = state.estimate
+        left, top, wide, high = HEAD[0] * s
+        box = np.array([x + left, y + top, wide, high])
+        found.append(float(overlap(box[None], truth[None])[0, 0]))
+    return np.array(found)
+
+
+PHOTOGRAPHS = Recording("hands_hgr1", gestures, Hands, "hands-hgr1")
+GIRL = Recording("head_girl", girl, Girl, "girl-patches")
