@@ -197,6 +197,19 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
     ]
 
 
+def test_a_detector_is_trained_and_stored(run, tmp_path):
+    from robot_perception.chapters.tutor_following.training import read
+
+    file = tmp_path / "hand.json"
+    done = run("hands", "--brief", "--write", file)
+    assert done.exit_code == 0, done.output
+    *stages, last = done.output.splitlines()
+    assert len(stages) == len(read(file).stages) == 2
+    assert last == f"2 stages are stored in {file}"
+    assert stages[0].endswith(f"of {read(file).stages[0].others} others "
+                              f"{read(file).stages[0].false_alarms:.1%}")  # fmt: skip
+
+
 def test_help_loads_nothing_that_computes():
     program = (
         "import sys; from robot_perception.cli import main\n"

@@ -219,3 +219,22 @@ def test_motion_is_a_random_walk_of_the_stated_deviations_within_limits():
 def test_what_is_wrong_is_named(wrong, error, text):
     with unchecked(), pytest.raises(error, match=text):
         wrong()
+
+
+def test_colours_count_by_the_mean_square_of_their_distance():
+    image = picture()
+    state = TRACKER.start(image, BOX, rng())
+    places = MIDDLE + np.array([[8.0, 0, 0, 0], [0, 15, 0, 0], [0, 0, 0.2, 10]])
+    seen, _ = TRACKER._colours(image, places)
+    squared = bhattacharyya(seen, state.reference) ** 2
+    expected = [-one.mean() / (2 * TRACKER.rules.colour_sigma**2) for one in squared]
+    np.testing.assert_allclose(TRACKER.log_likelihood(image, places, state.reference), expected)
+
+
+def test_while_the_person_is_hidden_no_patch_learns_however_well_it_fits():
+    tracker = TutorTracker(TutorModel(contour=None), replace(TRACKER.rules, whole_gate=0.2))
+    half = picture(hidden=(40, 105, 140, 100))  # head and upper chest are seen as before
+    (_, _), (_, info) = run([picture(), picture(), half], tracker)
+    assert info.hidden
+    assert info.distances.min() < tracker.rules.gate
+    assert not info.learnt.any()

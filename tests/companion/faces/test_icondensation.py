@@ -147,3 +147,20 @@ def test_what_is_wrong_is_named(wrong, text):
 
 
 RNG = np.random.default_rng(0)
+
+
+def test_a_side_beyond_the_largest_has_no_prior_by_a_jump():
+    rules, state = replace(RULES, anywhere=0.5), started()
+    size = np.array([320.0, 240.0])
+    low, high = rules.sides
+    places = np.array([[10.0, 10, s] for s in (0.99 * low, 1.01 * low, 0.99 * high, 1.01 * high)])
+    f = FaceFilter(rules)._prior(places, state.particles, size)
+    assert (f[[1, 2]] > 1e-7).all()
+    assert (f[[0, 3]] < 1e-12).all()
+
+
+def test_a_share_of_the_walking_particles_jumps():
+    rules = replace(RULES, particles=4000, steered=0.0, anywhere=0.25)
+    after, _ = FaceFilter(rules).step(started(rules), picture(), NONE, np.random.default_rng(4))
+    away = np.hypot(*(after.particles.states[:, :2] - [160, 120]).T) > 60
+    assert 0.18 < away.mean() < 0.26

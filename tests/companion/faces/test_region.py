@@ -195,3 +195,14 @@ def test_what_is_wrong_is_named(wrong, text):
 def test_a_detector_has_a_method_find():
     with pytest.raises(TypeError, match="detector"):
         FaceTracker(object())
+
+
+def test_the_gate_knows_that_the_prediction_is_uncertain_too():
+    """Three deviations of prediction and detection together are more than three of either."""
+    states = run([square(100, 100, 40)])
+    expected = FaceTracker(Told(), RULES).predict(states[0][0])
+    predicted, measured = np.sqrt(expected.belief.cov[0, 0]), RULES.place_sigma * 40
+    away = 3 * np.hypot(predicted, measured)
+    assert away > 1.3 * 4.03 * measured  # outside of the gate of a detection alone
+    ((_, first), (_, info)) = run([square(100, 100, 40), square(100 + away, 100, 40)])
+    assert first.taken == info.taken == 0

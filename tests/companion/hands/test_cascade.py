@@ -90,7 +90,12 @@ def test_a_stage_is_only_reached_through_those_before(trained):
 
 
 def test_flat_windows_are_rejected_at_once(trained):
-    assert not trained[0].passed(np.full((3, SIZE, SIZE), 99, dtype=np.uint8)).any()
+    flat = np.full((3, SIZE, SIZE), 99, dtype=np.uint8)
+    assert not trained[0].passed(flat).any()
+    (first, *_) = trained[0].stages
+    generous = Cascade(trained[0].features, (Stage(first.stumps, -1.0),))  # lets all others pass
+    assert generous.passed(noise(np.random.default_rng(0), 3)).all()
+    assert not generous.passed(flat).any()
 
 
 def picture(rng):
@@ -262,3 +267,41 @@ def test_the_detector_is_a_detector_of_boxes_for_a_tracker(trained):
     after, info = tracker.step(state, image)
     assert info.taken is not None
     assert overlap(after.box[None], truth[1:]).max() > 0.5
+
+
+def test_hands_that_a_stage_rejects_are_not_trained_on_again():
+    rng = np.random.default_rng(3)
+    some = np.concatenate([bars(rng, 100), noise(rng, 40)])
+    goals = Goals(detection=0.8, stages=3, most=3)
+    _, reports = train(some, others(rng), feature_pool(rng, 200), count=200, goals=goals)
+    assert reports[0].detection < 1
+    assert [r.hands for r in reports[1:]] == [round(r.hands * r.detection) for r in reports[:-1]]
+
+
+def told(monkeypatch, boxes):
+    found = np.array(boxes, dtype=float), 1000
+    monkeypatch.setattr(HandDetector, "windows", lambda self, image, sides=None: found)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_exactly_so_many_windows_make_a_hand_and_one_less_does_not(trained, monkeypatch, count):
+    told(monkeypatch, [[20, 30, 24, 24]] * count)
+    image = np.zeros((60, 80), dtype=np.uint8)
+    assert len(HandDetector(trained[0], neighbours=count).find(image)) == 1
+    assert len(HandDetector(trained[0], neighbours=count + 1).find(image)) == 0
+
+
+def test_hands_on_which_more_windows_agree_come_first(trained, monkeypatch):
+    image, few, many = np.zeros((60, 120), np.uint8), [10, 20, 24, 24], [80, 20, 24, 24]
+    for boxes in ([few] * 2 + [many] * 5, [many] * 5 + [few] * 2):
+        told(monkeypatch, boxes)
+        found = HandDetector(trained[0], neighbours=2).find(image)
+        np.testing.assert_array_equal(found, [many, few])
+
+
+def test_windows_that_are_not_grouped_are_places_in_the_whole_picture(trained):
+    image, truth = picture(np.random.default_rng(4))
+    x, y, side, _ = truth[1]
+    window = np.array([x - 12.0, y - 10.0, side + 26, side + 20])
+    found = HandDetector(trained[0], step=1, neighbours=0).find(image, window)
+    assert overlap(truth[1:], found).max() > 0.5

@@ -79,3 +79,19 @@ def test_an_edge_is_found_by_the_feature_of_an_edge():
 def test_what_is_wrong_is_named(wrong, error, text):
     with unchecked(), pytest.raises(error, match=text):
         wrong()
+
+
+def test_parts_lie_in_the_whole_where_their_kind_has_them():
+    """One of three in a row is the middle one; two of four in a square lie across."""
+    middles = corners = 0
+    for whole, part, other in POOL:
+        centre = whole[:2] + whole[2:4] / 2
+        if part[4] in (3, 9):
+            np.testing.assert_allclose(part[:2] + part[2:4] / 2, centre)
+            middles += 1
+        if other[2]:
+            np.testing.assert_array_equal(other[:2], part[:2] + part[2:4])
+            np.testing.assert_array_equal(other[:2], centre)
+            corners += 1
+        assert whole[4] * whole[2] * whole[3] + sum(r[4] * r[2] * r[3] for r in (part, other)) == 0
+    assert min(middles, corners) > 20

@@ -46,6 +46,7 @@ def test_a_raised_hand_is_what_has_changed_and_is_where_its_square_is(hall):
     assert np.isnan(down.hands).all()
     assert changed(down, up)[inside(up.hands[0])].mean() > 0.3
     assert up.hands[0, 1] + up.hands[0, 3] / 2 < up.faces[0, 1]  # above the face
+    assert up.hands[0, 0] > up.faces[0, 0]  # the left hand, as it faces the camera
 
 
 def test_a_hand_beside_the_body_is_below_the_upper_edge_of_the_face(hall):
@@ -72,6 +73,8 @@ def test_one_to_the_left_stands_left_and_a_turn_of_the_robot_moves_all(hall):
     assert left.boxes[0, 0] + left.boxes[0, 2] / 2 < CAMERA.middle[0]
     turned = sight(hall, Stance(6.5, 5.5), pose=np.array([4, 5, np.arctan2(0.5, 2.5)]))
     assert turned.boxes[0, 0] + turned.boxes[0, 2] / 2 == pytest.approx(CAMERA.middle[0])
+    straight = sight(hall, Stance(4 + np.hypot(2.5, 0.5), 5.0))
+    assert turned.boxes[0, 3] == pytest.approx(straight.boxes[0, 3])  # as far as it is
 
 
 def test_faces_are_marked_of_those_who_look_at_the_robot(hall):
