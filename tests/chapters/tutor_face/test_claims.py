@@ -13,8 +13,10 @@ class TestLedger(LedgerTests):
             "eigenfaces": 0.05,
             "kalman-roi": 0.1,
             "icondensation-face": 0.3,
+            "identity-keeps-link": 0.5,
         }
     )
+    open_when_quick = frozenset({"identity-keeps-link"})
 
 
 def test_strangers_pass_and_more_eigenimages_show_more_of_a_face():
@@ -31,3 +33,13 @@ def test_few_people_are_told_apart_better_than_many():
 
 def test_the_detector_looks_at_less_than_the_picture():
     assert recorded()["kalman-roi"].evidence["searched share of a picture"].high < 1 / 3
+
+
+def test_who_began_the_link_has_it_more_often_verified_than_with_the_nearest_face():
+    found = recorded()["identity-keeps-link"].evidence
+    verified, near, told = (
+        found[f"who began has it, {rule}"] for rule in ("verified", "nearest face", "told")
+    )
+    assert near.high < verified.low
+    assert verified.high < told.low
+    assert found["never another, nearest face"].high < 0.5

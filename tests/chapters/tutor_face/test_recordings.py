@@ -1,8 +1,10 @@
 """What is computed from real faces, and what the page says of it."""
 
 import numpy as np
+import pytest
 
 from robot_perception.chapters.tutor_face import recordings
+from robot_perception.files import DamagedFile
 
 
 def test_forty_eigenimages_recognise_what_is_known_of_the_recording():
@@ -31,3 +33,21 @@ def test_of_faces_that_do_not_vary_within_a_person_all_are_right_and_strangers_a
     assert right == 75
     assert known > 60
     assert strangers == 0
+
+
+def test_most_faces_of_the_photographs_are_found_and_nothing_else():
+    stored = recordings.CROWD.read().result
+    assert stored.faces.sum() == 18
+    assert 12 <= stored.found.sum() <= 15
+    assert stored.false.sum() == 0
+    assert stored.table()["all", "faces"] == 18
+
+
+def test_a_damaged_file_of_marks_is_named(tmp_path):
+    file = tmp_path / "marks.xml"
+    for text in ("<dataset><image", "<d><image file='a.jpg'><box top='x'/></image></d>"):
+        file.write_text(text)
+        with pytest.raises(DamagedFile, match=r"marks\.xml"):
+            recordings.marked(file)
+    file.write_text("<d><image file='a.jpg'/></d>")
+    assert recordings.marked(file)["a.jpg"].shape == (0, 4)

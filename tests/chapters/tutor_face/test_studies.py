@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_perception.chapters.tutor_face import bridging, detecting, identifying, steering
+from robot_perception.chapters.tutor_face import bridging, detecting, identifying, linking, steering
 from robot_perception.chapters.tutor_face.scene import DETECTOR, found, look, person
 
 RNG = np.random.default_rng
@@ -67,3 +67,37 @@ def test_a_filter_that_cannot_see_is_condensation():
     config = steering.Config(steering.SCORED[:1], 12, filters=steering.films.quick.filters)
     blind = steering.run(replace(config, blind=True), rng=RNG(0))
     assert blind.lost[0, 0] == blind.lost[0, 1]
+
+
+def link(rows, frames=8):
+    """Return faces by picture: where they are, whom they are taken for, and who they are."""
+    times, places, names, people = zip(*rows, strict=True)
+    boxes = np.array([[x, 50.0, 40, 40] for x in places])
+    return linking.Seen(np.array(times), boxes, np.array(names), np.array(people)), frames
+
+
+def test_a_verified_link_waits_and_the_nearest_face_takes_over():
+    """Tutor 0 begins; from the third picture on tutor 1 stands where he stood."""
+    rows = [(0, 50.0, 0, 0), (1, 52.0, 0, 0), *[(t, 54.0, 1, 1) for t in range(2, 8)]]
+    faces, frames = link(rows)
+    assert linking.linked(faces, frames, "verified", told=False) == (0, 0, *[-1] * 6)
+    assert linking.linked(faces, frames, "nearest", told=False) == (0, 0, *[1] * 6)
+    assert linking.judged(faces, frames, "verified", False) == (1.0, 1.0)
+    assert linking.judged(faces, frames, "nearest", False)[0] == 0.0
+
+
+def test_a_robot_that_is_told_needs_no_recognition():
+    rows = [(0, 50.0, 0, 0), *[(t, 50.0, -1, 0) for t in range(1, 8)]]
+    faces, frames = link(rows)
+    assert linking.judged(faces, frames, "verified", False) == (1.0, 1 / 8)
+    assert linking.judged(faces, frames, "verified", True) == (1.0, 1.0)
+
+
+def test_before_a_tutor_comes_there_is_no_link():
+    faces, frames = link([(3, 50.0, -1, 2), (5, 90.0, 1, 1)])
+    assert linking.linked(faces, frames, "verified", told=False) == (*[-2] * 5, 1, -1, -1)
+
+
+def test_tutors_are_enrolled_by_25_pictures_each():
+    known = linking.gallery(101)
+    assert [known.names.count(name) for name in known.people] == [linking.ENROLLED] * 2

@@ -13,7 +13,7 @@ class TestLedger(LedgerTests):
             "multi-patch": 1.0,
             "patch-occlusion": 1.0,
             "drift-dilemma": 1.0,
-            "interaction-states": 0.5,
+            "interaction-states": 1.0,
         }
     )
     open_when_quick = frozenset(

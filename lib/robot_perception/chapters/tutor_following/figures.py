@@ -162,8 +162,8 @@ def states(ax: Axes, table: StateTable) -> Axes:
 
 @drawn(
     name="following-orders",
-    alt="A bar for each order of a visit: most strangers are ignored and most tutors recognised; "
-    "of what is ordered afterwards nearly everything is obeyed.",
+    alt="A bar for each order of a visit: most strangers are ignored and half of the tutors are "
+    "recognised; of what is ordered afterwards nearly everything is obeyed.",
     caption="Share of the visits that came to an order in which the robot obeyed. Lines: 95 %. On "
     "the right: how many visits came to it.",
     height=3.6,

@@ -111,7 +111,7 @@ passed = Study(
     quick=Config(SCORED[:3], scenes=("short, whole", "long, whole", "darker"), ways=_FEW), seed=2,
 )  # fmt: skip
 stopped = Study(
-    run, full=Config(SCORED[:100], scenes=("long, whole",)),
+    run, full=Config(SCORED[:300], scenes=("long, whole",)),
     quick=Config(SCORED[:3], scenes=("long, whole",), ways=_FEW), seed=2,
 )  # fmt: skip
 """More films of one scene: a difference of shares needs them."""
