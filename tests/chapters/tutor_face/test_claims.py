@@ -16,7 +16,6 @@ class TestLedger(LedgerTests):
             "identity-keeps-link": 0.5,
         }
     )
-    open_when_quick = frozenset({"identity-keeps-link"})
 
 
 def test_strangers_pass_and_more_eigenimages_show_more_of_a_face():

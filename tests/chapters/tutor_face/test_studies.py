@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_perception.chapters.tutor_face import bridging, detecting, identifying, linking, steering
+from robot_perception.chapters.tutor_face import (
+    bridging,
+    crossing,
+    detecting,
+    identifying,
+    linking,
+    steering,
+)
 from robot_perception.chapters.tutor_face.scene import DETECTOR, found, look, person
 
 RNG = np.random.default_rng
@@ -73,7 +80,7 @@ def link(rows, frames=8):
     """Return faces by picture: where they are, whom they are taken for, and who they are."""
     times, places, names, people = zip(*rows, strict=True)
     boxes = np.array([[x, 50.0, 40, 40] for x in places])
-    return linking.Seen(np.array(times), boxes, np.array(names), np.array(people)), frames
+    return crossing.Seen(np.array(times), boxes, np.array(names), np.array(people)), frames
 
 
 def test_a_verified_link_waits_and_the_nearest_face_takes_over():
@@ -99,5 +106,5 @@ def test_before_a_tutor_comes_there_is_no_link():
 
 
 def test_tutors_are_enrolled_by_25_pictures_each():
-    known = linking.gallery(101)
-    assert [known.names.count(name) for name in known.people] == [linking.ENROLLED] * 2
+    known = crossing.gallery(101)
+    assert [known.names.count(name) for name in known.people] == [crossing.ENROLLED] * 2

@@ -2,39 +2,20 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from data_synth.companion.face_films import FaceScene, film_faces
-from data_synth.companion.faces import FaceIdentity
-from robot_perception.chapters.tutor_face.scene import (
-    DETECTOR,
-    EIGENIMAGES,
-    SAME,
-    SCORED,
-    cut,
-    film,
-    found,
-    greys,
-    person,
-)
-from robot_perception.companion.boxes import overlap
-from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
+from robot_perception.chapters.tutor_face.crossing import TUTORS, Seen, seen
+from robot_perception.chapters.tutor_face.scene import CHOOSING, SCORED
 from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.results import kept
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "companion-robot"
-TUTORS = 2
-"""Of three people in a film; the third one is a stranger."""
-ENROLLED = 25
-"""Pictures of each tutor at enrolment, each of another occasion; ours."""
 RULES = {
     "verified": ("verified", False),
     "nearest": ("nearest", False),
@@ -42,9 +23,6 @@ RULES = {
     "verified, told": ("verified", True),
 }
 """Policies of the link, and whether the robot is told whose each face is."""
-SCENE = FaceScene(people=3, cross=True, glances=2.0, tall=(95.0, 125.0))
-"""They stand and shift, look away at times, and change places once."""
-ALONE = FaceScene(glances=1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,62 +42,6 @@ class Config:
     seeds: tuple[int, ...] = SCORED[:40]
     frames: int = 120
     rule: str = "verified"
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Seen:
-    """The faces that are found in a film.
-
-    Parameters
-    ----------
-    frames : (k,)
-        In which picture.
-    boxes : (k, 4)
-        Where.
-    names : (k,)
-        Which tutor each is taken for; -1 for a stranger.
-    people : (k,)
-        Who it truly is; -1 for what is no face.
-    """
-
-    frames: Int[np.ndarray, " k"]
-    boxes: Float[np.ndarray, "k 4"]
-    names: Int[np.ndarray, " k"]
-    people: Int[np.ndarray, " k"]
-
-
-def identities(seed: int) -> tuple[FaceIdentity, ...]:
-    """Return the two tutors of a film and the stranger."""
-    return tuple(person(10_000 * seed + k) for k in range(SCENE.people))
-
-
-def gallery(seed: int) -> Eigenfaces:
-    """Enrol both tutors, each by pictures of many occasions."""
-    faces, names = [], []
-    for k, who in enumerate(identities(seed)[:TUTORS]):
-        for occasion in range(2 * ENROLLED):
-            shown = film_faces(np.random.default_rng([seed, k, occasion]), 1, ALONE, (who,))
-            grey = cv2.cvtColor(shown.frames[0], cv2.COLOR_RGB2GRAY)
-            boxes = DETECTOR.find(grey)
-            hit = found(boxes, shown.boxes[0, 0])
-            if hit is not None and names.count(f"{k}") < ENROLLED:
-                faces.append(cut(grey, boxes[hit]))
-                names.append(f"{k}")
-    return enrol(np.array(faces), names, EIGENIMAGES)
-
-
-@kept
-def seen(seed: int, frames: int) -> Seen:
-    """Find and recognise all faces of a film."""
-    shown, known = film(seed, frames, SCENE, identities(seed)), gallery(seed)
-    rows = []
-    for t, (grey, truth) in enumerate(zip(greys(shown), shown.boxes, strict=True)):
-        for box in DETECTOR.find(grey):
-            name = known.recognise(cut(grey, box)).name
-            same = overlap(box[None], truth)[0]
-            who = int(same.argmax()) if same.max() >= SAME else -1
-            rows.append((t, box, -1 if name is None else int(name), who))
-    return Seen(*(np.array(part) for part in zip(*rows, strict=True)))
 
 
 def linked(faces: Seen, frames: int, policy: str, *, told: bool) -> tuple[int, ...]:
@@ -203,7 +125,7 @@ def judged(faces: Seen, frames: int, policy: str, told: bool) -> tuple[float, fl
     return float((taken == owner).all()), float((holders[there] == owner).mean())
 
 
-films = Study(run, full=Config(), quick=Config(SCORED[:3], 60), seed=5)
+films = Study(run, full=Config(), quick=Config(CHOOSING[:3], 60), seed=5)
 MOST = Accepted(
     0.8, 1.0, "four films in five; the paper says that verification avoids switches", Origin.CHOICE
 )  # fmt: skip
