@@ -58,8 +58,10 @@ def test_the_visit_that_is_shown_goes_through():
     assert len(orders) == 9
     assert all(shown[o.last].state in visiting.SHOULD[o.what] for o in orders)
     assert {one.state for one in shown} == set(draw.PLACES)
-    assert views.ordered().state == "follow"
-    assert len(views.ordered().hands)
+    order = views.ordered()
+    assert order.state == "idle"
+    face = order.faces[order.held].box
+    assert order.hands[0, 1] + order.hands[0, 3] / 2 < face[1]
 
 
 def test_the_right_answers_of_the_bets_are_what_is_computed():

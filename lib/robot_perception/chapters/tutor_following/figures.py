@@ -30,7 +30,7 @@ PLACES = {
 TEXTS = {
     ("wait", "identify"): (0.66, 0.78, "face"),
     ("identify", "wait"): (0.14, 1.0, "nobody"),
-    ("identify", "idle"): (1.36, 1.04, "tutor"),
+    ("identify", "idle"): (1.62, 0.96, "tutor"),
     ("idle", "follow"): (2.12, 1.14, "hand above"),
     ("follow", "halt"): (3.55, 0.95, "open hand"),
     ("halt", "idle"): (2.62, 0.8, "hand down"),
@@ -66,8 +66,7 @@ def card(ax: Axes) -> Axes:
 @drawn(
     name="following-hero",
     alt="A person in a hall raises an open hand. A square marks the face, another one the hand.",
-    caption="The face is known, the hand is open and above it: from this picture on the robot "
-    "follows. Outlined: where it will begin to track.",
+    caption="The face is known, the hand is open and above it: a moment later the robot follows.",
     width=5.2,
     height=3.9,
     gridspec_kw=_PHOTO,
@@ -167,7 +166,7 @@ def states(ax: Axes, table: StateTable) -> Axes:
     caption="Share of the visits that came to an order in which the robot obeyed. Lines: 95 %. On "
     "the right: how many visits came to it.",
     height=3.6,
-    gridspec_kw={"left": 0.24, "right": 0.92, "bottom": 0.16, "top": 0.97},
+    gridspec_kw={"left": 0.4, "right": 0.9, "bottom": 0.16, "top": 0.97},
 )
 def orders(ax: Axes, table: Table) -> Axes:
     """Draw how often each order is obeyed."""

@@ -41,8 +41,11 @@ def visited() -> tuple[Moment, ...]:
 
 @lru_cache(maxsize=1)
 def ordered() -> Moment:
-    """Return the first picture of that visit after which the robot follows."""
-    return next(one for one in visited() if one.state == "follow")
+    """Return the last picture before it follows in which face and hand are found and known."""
+    shown = visited()
+    start = next(k for k, one in enumerate(shown) if one.state == "follow")
+    idle = (one for one in reversed(shown[:start]) if one.state == "idle")
+    return next(one for one in idle if one.held is not None and len(one.hands))
 
 
 @lru_cache(maxsize=1)
