@@ -20,6 +20,9 @@ tells in ``pictures`` how far numbers of which claim may be from the recorded on
 are compared everywhere. SIFT features are the same to the last bit. What is zero but for rounding
 is rounded otherwise on every processor: ``rounding`` tells how large it can be, by claim.
 
+A quick run of few films can turn on one of them, and on another processor it is another film: there
+a claim that is named in ``few_films`` must agree with the recorded value, and no more is asked.
+
 Some shares, and differences of shares, need more cases than a quick run has. A class names such
 claims in ``open_when_quick``: there the quick run must be undecided and agree with the recorded
 value, and its numbers are compared as all others are.
@@ -85,6 +88,11 @@ class LedgerTests:
     pictures: Mapping[str, float] = MappingProxyType({})
     rounding: Mapping[str, float] = MappingProxyType({})
     open_when_quick: frozenset[str] = frozenset()
+    few_films: frozenset[str] = frozenset()
+
+    def other_film(self, claim: Claim) -> bool:
+        """Tell whether a quick run has other films here than where it was recorded."""
+        return claim.id in self.few_films and not opencv_fuses()
 
     def unlike(self, claim: Claim, found: Numbers, recorded: Numbers) -> list[str]:
         """Return what differs from the recorded numbers, by what the class allows the claim."""
@@ -115,6 +123,9 @@ class LedgerTests:
 
     def test_quick_verdict_and_numbers_are_the_recorded_ones(self, claim: Claim):
         found, finding = recorded()[claim.id], quick(claim.id)
+        if self.other_film(claim):
+            assert finding.value.overlaps(found.value)
+            return
         if claim.id in self.open_when_quick:
             assert claim.verdict(finding) == "inconclusive" != found.verdict
             assert finding.value.overlaps(found.value)
@@ -128,6 +139,8 @@ class LedgerTests:
         with unchecked():
             made = sabotaged(claim)
         assert made, f"{claim.id}: when would its verdict be another one? Declare a sabotage"
+        if self.other_film(claim):
+            return
         for ours in made:
             moved = found.verdict == "illustrated" and not found.value.overlaps(ours.value)
             assert moved or turned(found.verdict, ours.verdict), (

@@ -16,6 +16,7 @@ class TestLedger(LedgerTests):
             "interaction-states": 1.0,
         }
     )
+    few_films = frozenset({"multi-patch", "patch-occlusion", "drift-dilemma"})
     open_when_quick = frozenset(
         {
             "hand-detector",
