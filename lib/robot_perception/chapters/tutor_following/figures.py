@@ -14,7 +14,7 @@ from robot_perception.companion.hands.features import SIZE
 from robot_perception.companion.interaction import StateTable
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import INK, MEANING, band, label
+from robot_perception.teaching.figures.style import MEANING, band, label
 from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
@@ -173,7 +173,7 @@ def orders(ax: Axes, table: Table) -> Axes:
     for k, name in enumerate(table.rows):
         of = table[name, "obeyed"]
         ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
-        ax.plot([of.low, of.high], [k, k], color=INK, linewidth=1.4)
+        ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
         ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
     ax.set_yticks(range(len(table.rows)), list(table.rows))
     ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="obeyed")
@@ -190,7 +190,7 @@ def tracking(axes: np.ndarray, state: views.Followed) -> None:
     square(top, state.box, MEANING["estimate"], linewidth=2.4)
     below.plot(state.overlaps, color=MEANING["estimate"])
     below.axhline(SAME, color=MEANING["expected"], linestyle="--", linewidth=1.3)
-    below.axvline(state.time, color=INK, linewidth=1.2)
+    below.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
     below.set(xlim=(0, len(state.overlaps) - 1), ylim=(0, 1.02), xlabel="picture", ylabel="overlap")
 
 
@@ -210,7 +210,7 @@ def judging(axes: np.ndarray, state: views.Windowed) -> None:
         for k in stages
     ]
     right.barh(stages, state.margins, color=colours, height=0.7)
-    right.axvline(0, color=INK, linewidth=1.0)
+    right.axvline(0, color=MEANING["mean"], linewidth=1.0)
     right.set(xlim=(-0.6, 0.6), ylim=(len(stages) + 0.6, 0.4), xlabel="votes above the threshold",
               ylabel="stage")  # fmt: skip
     right.set_title(f"{state.passed} of {len(stages)} passed")

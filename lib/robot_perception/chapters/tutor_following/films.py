@@ -9,7 +9,7 @@ from robot_perception.chapters.tutor_following import figures as draw
 from robot_perception.chapters.tutor_following import views
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import INK, MEANING
+from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.media import Shown
 
 FPS = 6.0
@@ -57,7 +57,9 @@ def frames() -> Iterator[Figure]:
         plan.plot(-ways[k, 1], ways[k, 0], "^", color=MEANING["robot"], markersize=8)
         plan.set(xlim=(-8.5, -1.5), ylim=(3, 14), xticks=[], yticks=[], aspect="equal")
         below.clear()
-        below.step(np.arange(k + 1), levels[: k + 1], where="post", color=INK, linewidth=2.2)
+        below.step(
+            np.arange(k + 1), levels[: k + 1], where="post", color=MEANING["robot"], linewidth=2.2
+        )
         below.set(xlim=(0, len(shown) - 1), ylim=(len(STATES) - 0.5, -0.5), xlabel="picture")
         below.set_yticks(range(len(STATES)), STATES)
         yield fig
