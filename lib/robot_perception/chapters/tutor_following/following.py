@@ -177,12 +177,7 @@ def multi_patch(result: Result) -> Finding:
     "for some half a second: share in which the person is still followed at the end by four "
     "patches with a silhouette, all adapting.",
     accepted=KEPT,
-    sabotage=Change(
-        "nobody who passes, and light that fades, for patches that do not learn then",
-        passed="darker",
-        several="several, gated",
-        scenes=("darker", "long, whole"),
-    ),
+    sabotage=Change("somebody who stops for 2.5 s", passed="long, whole"),
 )
 def patch_occlusion(result: Result) -> Finding:
     """Tell what is kept by length and kind of occlusion."""

@@ -63,8 +63,8 @@ class Followed:
     ----------
     image : (240, 320, 3)
         The picture.
-    truth, box, passer : (4,)
-        The person, where the tracker has him, and who passes.
+    truth, box : (4,)
+        The person, and where the tracker has him.
     overlaps : (n,)
         Of box and person in each picture of the walk.
     time
@@ -74,14 +74,13 @@ class Followed:
     image: UInt8[np.ndarray, "240 320 3"]
     truth: Float[np.ndarray, " 4"]
     box: Float[np.ndarray, " 4"]
-    passer: Float[np.ndarray, " 4"]
     overlaps: Float[np.ndarray, " n"]
     time: int
 
     @property
     def held(self) -> bool:
         """Whether the person is still followed at the end of the walk."""
-        return bool(walking.locked(self.overlaps))
+        return walking.locked(self.overlaps)
 
     def words(self) -> str:
         """Return what the drawing shows."""
@@ -109,9 +108,7 @@ def followed(patches: str, learning: str, time: int) -> Followed:
     shown, found = walking.film(WALK, "long, whole"), boxes(patches, learning)
     pairs = zip(found, shown.boxes, strict=True)
     overlaps = np.array([overlap(a[None], b[None])[0, 0] for a, b in pairs])
-    return Followed(
-        shown.frames[time], shown.boxes[time], found[time], shown.passer[time], overlaps, time
-    )
+    return Followed(shown.frames[time], shown.boxes[time], found[time], overlaps, time)
 
 
 STEP = 5

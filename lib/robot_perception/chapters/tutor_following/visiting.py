@@ -175,7 +175,7 @@ class Robot:
         self.faces: tuple[SeenFace, ...] = ()
         self.hands = np.zeros((0, 4))
         self.held: int | None = None
-        self.quiet = 0
+        self.quiet, self.fresh = 0, True
 
     def perceive(
         self, image: UInt8[np.ndarray, "h w 3"], state: str, tutor: Float[np.ndarray, " 4"]
@@ -245,8 +245,6 @@ class Robot:
             return 0.0, 0.0
         u, _, _ = _middle(self.faces[self.held].box)
         return 0.0, self.follower.command(u - middle, self.follower.height)[1]
-
-    fresh = True
 
 
 def _middle(box: Float[np.ndarray, " 4"]) -> tuple[float, float, float]:
