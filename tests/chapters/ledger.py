@@ -92,7 +92,8 @@ class LedgerTests:
 
     def other_film(self, claim: Claim) -> bool:
         """Tell whether a quick run has other films here than where it was recorded."""
-        return claim.id in self.few_films and not opencv_fuses()
+        same = "*AVX512-SKX" in cv2.getCPUFeaturesLine().split()
+        return claim.id in self.few_films and not same
 
     def unlike(self, claim: Claim, found: Numbers, recorded: Numbers) -> list[str]:
         """Return what differs from the recorded numbers, by what the class allows the claim."""
