@@ -1,0 +1,1 @@
+"""Upper bodies whose arms move before a camera."""
