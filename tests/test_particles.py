@@ -234,6 +234,9 @@ FILTERS = {
     "never": lambda p, z, rng: importance(p, move, likelihood(z), rng=rng, share=0.0),
     "proposal": proposed,
     "auxiliary": lambda p, z, rng: auxiliary(p, move, expect, likelihood(z), rng=rng),
+    "auxiliary, other first stage": lambda p, z, rng: auxiliary(
+        p, move, expect, likelihood(z), rng=rng, ahead=lambda s: 0.5 * likelihood(z)(s)
+    ),
 }
 
 
@@ -429,6 +432,12 @@ def step(**changes):
             r"expect\(states\) must be \(4, 2\), got \(4, 1\)",
         ),
         (lambda: auxiliary(PRIOR, stay, lambda s: s, none, rng=RNG), "log_likelihood is -inf for"),
+        (
+            lambda: auxiliary(
+                PRIOR, stay, lambda s: s, likelihood(0.0), rng=RNG, ahead=lambda s: s[:, 0] / 0
+            ),
+            "ahead must be finite or -inf",
+        ),
     ],
 )
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

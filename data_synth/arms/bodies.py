@@ -129,7 +129,7 @@ class Person:
         found = np.empty((2, 4, 3))
         for k, side in enumerate(SIDES):
             upper, fore = _turns(side, angles[4 * k : 4 * k + 4])
-            shoulder = middle + [side * self.build.apart / 2, 0, 0]
+            shoulder = middle + np.array([side * self.build.apart / 2, 0, 0])
             elbow = shoulder + self.build.upper * upper.apply([0, 1, 0])
             along = fore.apply([0, 1, 0])
             wrist = elbow + self.build.fore * along
@@ -408,7 +408,7 @@ def _limb(turn: Rotation, start: np.ndarray, length: float, radii: tuple) -> Mes
     """
     sideways, forwards, texels, cloth = radii
     count = len(sideways)
-    along, around = _rings(count)
+    _, around = _rings(count)
     ends = float(sideways[0].mean()), float(sideways[-1].mean())
     t = np.linspace(0, 1, count)
     y = -ends[0] + t * (length + ends[0] + ends[1])  # round ends reach beyond the joints

@@ -1,6 +1,7 @@
 """Films of people who point and gesture before a camera that stands still."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -192,7 +193,7 @@ def _hits(person: Person, pose: np.ndarray) -> bool:
     """Tell whether a forearm or a hand goes through trunk, head or the other arm."""
     joints = person.joints(pose, np.zeros(3))
     share = np.linspace(0.0, 1.0, 9)[:, None]
-    arms = [np.concatenate([a + share * (b - a) for a, b in zip(arm[:-1], arm[1:], strict=True)])
+    arms = [np.concatenate([a + share * (b - a) for a, b in pairwise(arm)])
             for arm in joints]  # fmt: skip
     for arm in arms:
         far = arm[9:]

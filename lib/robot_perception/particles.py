@@ -329,13 +329,16 @@ def auxiliary(
     *,
     rng: np.random.Generator,
     scheme: Scheme = systematic,
+    ahead: LogLikelihood | None = None,
 ) -> tuple[ParticleSet, StepInfo]:
     r"""Return the particles after one step of the auxiliary filter: look ahead, draw, move, weigh.
 
     .. math::
-        a_i \sim \omega_{t-1} \, p(z_t \mid \mu_t), \qquad
+        a_i \sim \omega_{t-1} \, g(\mu_t), \qquad
         x_t^i \sim p(x_t \mid x_{t-1}^{a_i}), \qquad
-        \omega_t^i \propto \frac{p(z_t \mid x_t^i)}{p(z_t \mid \mu_t^{a_i})}
+        \omega_t^i \propto \frac{p(z_t \mid x_t^i)}{g(\mu_t^{a_i})}
+
+    with :math:`g(\mu) = p(z_t \mid \mu)`, or any cheaper function of that kind.
 
     Particles that the measurement will favour are drawn before they move, with :math:`\mu_t` a
     likely next state of each, such as its mean. Where the likelihood at :math:`\mu_t` says nothing
@@ -348,11 +351,14 @@ def auxiliary(
         As in `condensation`.
     expect
         Function of states (M, n) that returns :math:`\mu_t` of each.
+    ahead
+        Function of states (M, n) that returns :math:`\log g` of each; the log likelihood if none is
+        given.
 
     Raises
     ------
     ValueError
-        As `condensation`, of ``expect`` too.
+        As `condensation`, of ``expect`` and ``ahead`` too.
 
     References
     ----------
@@ -361,11 +367,15 @@ def auxiliary(
     """
     _check_step(prior, rng, scheme, move=move, expect=expect, log_likelihood=log_likelihood)
     likely = checks.array("expect(states)", expect(prior.states), prior.states.shape)
-    ahead = _logs("log_likelihood", log_likelihood(likely), likely)
-    first, first_sum = _weighed(likely, prior.log_weights + ahead)
+    if ahead is None:
+        first_logs = _logs("log_likelihood", log_likelihood(likely), likely)
+    else:
+        checks.instance("ahead", ahead, Callable)
+        first_logs = _logs("ahead", ahead(likely), likely)
+    first, first_sum = _weighed(likely, prior.log_weights + first_logs)
     ancestors = _drawn(scheme, first.weights, rng)
     states = _moved(move, prior.states[ancestors], rng)
-    logs = _logs("log_likelihood", log_likelihood(states), states) - ahead[ancestors]
+    logs = _logs("log_likelihood", log_likelihood(states), states) - first_logs[ancestors]
     posterior, log_sum = _weighed(states, logs)
     return posterior, _info(posterior, True, ancestors, first_sum + log_sum - np.log(len(states)))
 

@@ -39,7 +39,7 @@ class Config:
         One of ``RULES``, that the claim is about.
     """
 
-    seeds: tuple[int, ...] = SCORED[:40]
+    seeds: tuple[int, ...] = SCORED[:160]
     frames: int = 120
     rule: str = "verified"
 

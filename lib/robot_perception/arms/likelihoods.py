@@ -1,0 +1,699 @@
+r"""How well a pose of two arms fits a picture, cue by cue.
+
+A cue is a function of what a picture says (`Look`) and of bodies in many states (`Bodies`) that
+returns the logarithm of a likelihood for each state, up to a constant; any function of that kind is
+one. The likelihood of a state is the product of those of all cues:
+
+.. math:: p(z^1, \dots, z^M \mid x) \propto \prod_m p(z^m \mid x) \qquad (1)
+
+Equation numbers are those of Menezes, Lerasle and Dias, "Visual Tracking Modalities for a Companion
+Robot", section V. All deviations, gains and prices are ours: the paper names none.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import final, no_type_check
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+from numba import njit
+
+from robot_perception import checks
+from robot_perception.arms.body_model import REST, BodyModel, Contours, Patches, Surface
+from robot_perception.companion.boxes import colour_picture
+from robot_perception.companion.cues import bhattacharyya
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = [
+    "CHANNELS",
+    "Bodies",
+    "CollisionCue",
+    "Cue",
+    "EdgeCue",
+    "EdgeRules",
+    "LimitCue",
+    "Look",
+    "PatchCue",
+    "StabiliserCue",
+    "confidences",
+    "edge_weight",
+    "look",
+    "mean_square",
+    "patch_histograms",
+    "patch_histograms_textbook",
+    "sampled",
+    "square_of_sum",
+    "sum_of_squares",
+    "summed",
+]
+
+Image = UInt8[np.ndarray, "height width 3"]
+Distances = Float[np.ndarray, "m n"]
+Visible = Bool[np.ndarray, "m n"]
+Logarithms = Float[np.ndarray, " m"]
+
+CHANNELS = ("red", "green", "blue", "intensity")
+"""Of the histograms: three of colour, and one of texture."""
+COLOUR, TEXTURE = (0, 1, 2), (3,)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class EdgeRules:
+    """How edges are found; all ours.
+
+    Parameters
+    ----------
+    thresholds
+        Of Canny's detector.
+    most
+        Larger distances are cut to it, px, so that a contour that lacks an edge does not outweigh
+        all others.
+    moves
+        Length of the optical flow from which on an edge moves, px a picture.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+
+    thresholds: tuple[float, float] = (15.0, 50.0)
+    most: float = 5.0
+    moves: float = 0.7
+
+    def __post_init__(self) -> None:
+        low, high = checks.vector("thresholds", self.thresholds, 2).tolist()
+        if not 0 <= low <= high:
+            raise ValueError(f"thresholds must rise from 0 or more, got {low:g} and {high:g}")
+        checks.positive("most", self.most)
+        checks.positive("moves", self.moves)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """What a picture says, computed once for all states.
+
+    Parameters
+    ----------
+    image : (height, width, 3)
+        Red, green, blue.
+    grey : (height, width)
+        Intensity.
+    edges : (height, width)
+        Where edges are.
+    static, moving : (height, width)
+        Distance of each pixel to the nearest edge and to the nearest edge that moves, px: I_DT and
+        I'_DT. Without a picture before, no edge moves.
+    most
+        The largest distance there is, px.
+    """
+
+    image: Image
+    grey: UInt8[np.ndarray, "height width"]
+    edges: Bool[np.ndarray, "height width"]
+    static: Float[np.ndarray, "height width"]
+    moving: Float[np.ndarray, "height width"]
+    most: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether any edge moves."""
+        return bool((self.moving == 0).any())
+
+
+def look(
+    image: Image,
+    before: UInt8[np.ndarray, "height width"] | None = None,
+    rules: EdgeRules | None = None,
+) -> Look:
+    r"""Return what a picture says.
+
+    Edges are those of Canny's detector on the blurred intensity; one moves where the optical flow
+    (OpenCV's dense inverse search) is long enough. The distance transform is the exact Euclidean
+    one.
+
+    Parameters
+    ----------
+    image : (height, width, 3)
+        Red, green, blue.
+    before : (height, width), optional
+        Intensity of the picture before.
+    rules
+        Numbers.
+
+    Raises
+    ------
+    TypeError
+        If a picture does not hold bytes.
+    ValueError
+        If the image is not in colour, or the pictures are not of the same size.
+
+    References
+    ----------
+    Section V, "Shape cues" and "Motion cues".
+    """
+    image = colour_picture("image", image)
+    rules = EdgeRules() if rules is None else checks.instance("rules", rules, EdgeRules)
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    edges = cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), *rules.thresholds)
+    moving = np.zeros_like(edges)
+    if before is not None:
+        if not isinstance(before, np.ndarray) or before.dtype != np.uint8:
+            raise TypeError(f"before must be a picture of bytes, got {checks.shown(before)}")
+        checks.shaped("before", before, grey.shape, beside=f"image {image.shape}")
+        finder = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+        flow = finder.calc(before, grey, None)
+        far = cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves
+        moving = edges * far.astype(np.uint8)
+    static, shifted = (_transform(of, rules.most) for of in (edges, moving))
+    return Look(image, grey, edges > 0, static, shifted, float(rules.most))
+
+
+def _transform(edges: np.ndarray, most: float) -> np.ndarray:
+    if not edges.any():
+        return np.full(edges.shape, most, dtype=np.float32)
+    distance = cv2.distanceTransform(255 - edges, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.minimum(distance, np.float32(most))
+
+
+@final
+@dataclass(eq=False)
+class Bodies:
+    """Bodies in many states, projected when a cue asks for it.
+
+    Parameters
+    ----------
+    model
+        Of the body.
+    states : (m, 8)
+        Angles, rad.
+    """
+
+    model: BodyModel
+    states: Float[np.ndarray, "m 8"]
+    _surfaces: dict[int, Surface] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checks.instance("model", self.model, BodyModel)
+        self.states = checks.array("states", self.states, ("m", 8))
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @cached_property
+    def contours(self) -> Contours:
+        """Silhouettes of the limbs."""
+        return self.model.contours(self.states)
+
+    def surface(self, patches: Patches) -> Surface:
+        """Return the points of patches."""
+        if id(patches) not in self._surfaces:
+            self._surfaces[id(patches)] = self.model.surface(self.states, patches)
+        return self._surfaces[id(patches)]
+
+
+Cue = Callable[[Look, Bodies], Logarithms]
+
+
+def sampled(
+    distance: Float[np.ndarray, "height width"], contours: Contours, most: float
+) -> Distances:
+    """Return the distance at each point of silhouettes: that of the nearest pixel.
+
+    Parameters
+    ----------
+    distance : (height, width)
+        A distance transform, px.
+    contours
+        Points (m, n, 2).
+    most
+        The distance outside of the picture.
+    """
+    distance = np.ascontiguousarray(checks.reals("distance", distance))
+    checks.shaped("distance", distance, ("height", "width"))
+    points = checks.instance("contours", contours, Contours).points
+    found = np.empty(points.shape[:2])
+    _gather(distance, points, checks.positive("most", most), found)
+    return found
+
+
+def square_of_sum(distances: Distances, visible: Visible, sigma: float) -> Logarithms:
+    r"""Return :math:`-D^2 / 2 \sigma_s^2` with :math:`D = \sum_j I_{DT}(j)`, as eq. (2) is printed.
+
+    Parameters
+    ----------
+    distances, visible : (m, n)
+        At the points of the silhouettes, px, and which of these are seen.
+    sigma
+        σ_s, px.
+
+    References
+    ----------
+    Eq. (2). The text above it speaks of the sum of the squared distances: `sum_of_squares`.
+    """
+    total = np.where(visible, distances, 0.0).sum(axis=1)
+    return -(total**2) / (2 * sigma**2)
+
+
+def sum_of_squares(distances: Distances, visible: Visible, sigma: float) -> Logarithms:
+    r"""Return :math:`-\sum_j I_{DT}(j)^2 / 2 \sigma_s^2`, as the text of section V says.
+
+    Parameters are those of `square_of_sum`.
+    """
+    total = (np.where(visible, distances, 0.0) ** 2).sum(axis=1)
+    return -total / (2 * sigma**2)
+
+
+def mean_square(
+    distances: Distances, visible: Visible, sigma: float, price: float | None = None
+) -> Logarithms:
+    r"""Return minus the mean of the squared distances over :math:`2 \sigma_s^2`.
+
+    The mean does not fall when a pose hides its limbs. With a price every hidden point counts as if
+    it were that far from an edge; without one the mean is over the visible points alone. Ours.
+
+    Parameters
+    ----------
+    distances, visible : (m, n)
+        At the points of the silhouettes, px, and which of these are seen.
+    sigma
+        σ_s, px.
+    price
+        px.
+    """
+    if price is None:
+        count = np.maximum(visible.sum(axis=1), 1)
+        mean = (np.where(visible, distances, 0.0) ** 2).sum(axis=1) / count
+    else:
+        mean = (np.where(visible, distances, price) ** 2).mean(axis=1)
+    return -mean / (2 * sigma**2)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class EdgeCue:
+    r"""Silhouettes on edges.
+
+    .. math:: \min(I_{DT}(j),\; K \cdot I'_{DT}(j))
+
+    is taken as the distance of point j, with :math:`I_{DT}` alone for K of ``None``. From K = 1 on
+    the minimum is :math:`I_{DT}` everywhere, since edges that move are edges: only a K below 1
+    favours them.
+
+    Parameters
+    ----------
+    sigma
+        σ_s, px, of the mean square.
+    gain
+        K.
+    price
+        Of a hidden point, px; ``None`` counts the visible ones only.
+    weight
+        λ_s, by which the logarithm is multiplied.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive.
+
+    References
+    ----------
+    Section V, "Shape cues" and "Motion cues".
+    """
+
+    sigma: float = 0.65
+    gain: float | None = None
+    price: float | None = 4.0
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.positive("sigma", self.sigma)
+        for name in ("gain", "price"):
+            if getattr(self, name) is not None:
+                checks.positive(name, getattr(self, name))
+        checks.not_negative("weight", self.weight)
+
+    def distances(self, seen: Look, bodies: Bodies) -> Distances:
+        """Return the distance of each point of the silhouettes, px."""
+        contours = bodies.contours
+        found = sampled(seen.static, contours, seen.most)
+        if self.gain is not None and seen.moves:
+            found = np.minimum(found, self.gain * sampled(seen.moving, contours, seen.most))
+        return found
+
+    def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
+        """Return the logarithm of a likelihood for each state."""
+        distances = self.distances(seen, bodies)
+        return self.weight * mean_square(distances, bodies.contours.visible, self.sigma, self.price)
+
+
+def patch_histograms(
+    seen: Look, surface: Surface, bins: int = 8
+) -> tuple[Float[np.ndarray, "m p 4 bins"], Float[np.ndarray, "m p"]]:
+    r"""Return the histograms of patches on the limbs.
+
+    .. math:: h_{j,x}^c = c_H \sum_{u \in B_x} \delta_j(b_u^c), \qquad c \in \{R, G, B, I\}
+
+    The pixels u are those nearest to the visible points of a patch.
+
+    Parameters
+    ----------
+    seen
+        A picture.
+    surface
+        Points of p patches in m states.
+    bins
+        Of each channel.
+
+    Returns
+    -------
+    (m, p, 4, bins)
+        Shares; all 0 for a patch of which nothing is seen.
+    (m, p)
+        Which share of the patch's points is seen.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 2 bins or more than 256.
+    """
+    bins = checks.whole("bins", bins, 2, 256)
+    checks.instance("seen", seen, Look)
+    checks.instance("surface", surface, Surface)
+    shape = surface.visible.shape[:2]
+    found, share = np.zeros((*shape, len(CHANNELS), bins)), np.zeros(shape)
+    _count(seen.image, seen.grey, surface.points, surface.visible, bins, found, share)
+    return found, share
+
+
+def patch_histograms_textbook(
+    seen: Look, surface: Surface, bins: int = 8
+) -> tuple[Float[np.ndarray, "m p 4 bins"], Float[np.ndarray, "m p"]]:
+    """Return the same as `patch_histograms`, written as the equation is."""
+    shape = surface.visible.shape[:2]
+    found, share = np.zeros((*shape, len(CHANNELS), bins)), np.zeros(shape)
+    picture = np.dstack([seen.image, seen.grey]).astype(int)
+    height, width = seen.grey.shape
+    for at in np.ndindex(*shape):
+        u, v = np.floor(surface.points[at] + 0.5).astype(int).T
+        inside = surface.visible[at] & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        share[at] = inside.mean()
+        if inside.any():
+            values = picture[v[inside], u[inside]] * bins // 256
+            for c in range(len(CHANNELS)):
+                found[at][c] = np.bincount(values[:, c], minlength=bins) / inside.sum()
+    return found, share
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class PatchCue:
+    r"""Patches on the limbs that look as they did.
+
+    .. math:: \log p = -\sum_p \lambda_p \sum_{c} D^2(h_{x,p}^c, h_{\mathrm{ref},p}^c)
+        / 2 \sigma_C^2, \qquad D^2 = 1 - \sum_j \sqrt{h_{j,x}\, h_{j,\mathrm{ref}}}
+
+    Parameters
+    ----------
+    patches
+        Where they are.
+    reference : (p, 4, bins)
+        How they look.
+    channels
+        Which of `CHANNELS` are compared: 0, 1, 2 for colour, 3 for texture.
+    weights : (p,)
+        λ_p.
+    sigma
+        σ_C.
+    price
+        D² of a patch of which less than ``least`` is seen.
+    least
+        Share of the patch's points.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree, a share or a weight is negative, or a channel is unknown.
+
+    References
+    ----------
+    Section V, "Color cues" and "Implementation".
+    """
+
+    patches: Patches
+    reference: Float[np.ndarray, "p 4 bins"]
+    channels: tuple[int, ...] = COLOUR
+    weights: Float[np.ndarray, " p"] | None = None
+    sigma: float = 0.5
+    price: float = 0.35
+    least: float = 0.15
+
+    def __post_init__(self) -> None:
+        count = len(checks.instance("patches", self.patches, Patches))
+        reference = checks.array("reference", self.reference, (count, len(CHANNELS), "bins"))
+        if reference.size and reference.min() < 0:
+            raise ValueError(f"reference must not be negative, got {reference.min():g}")
+        weights = np.ones(count) if self.weights is None else self.weights
+        weights = checks.array("weights", weights, (count,))
+        if weights.min() < 0:
+            raise ValueError(f"weights must not be negative, got {weights.min():g}")
+        channels = checks.integers("channels", self.channels, ("k",), 0)
+        if not channels.size or channels.max() >= len(CHANNELS):
+            raise ValueError(f"channels must be from 0 to 3, got {channels.tolist()}")
+        checks.positive("sigma", self.sigma)
+        checks.share("price", self.price)
+        checks.share("least", self.least)
+        object.__setattr__(self, "reference", reference)
+        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "channels", tuple(channels.tolist()))
+
+    def squared(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m p"]:
+        """Return the sum of D² over the channels of each patch."""
+        surface = bodies.surface(self.patches)
+        found = np.empty(surface.visible.shape[:2])
+        _compare(
+            seen.image, seen.grey, surface.points, surface.visible, np.sqrt(self.reference),
+            np.array(self.channels), self.least, self.price, found,
+        )  # fmt: skip
+        return found
+
+    def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
+        """Return the logarithm of a likelihood for each state."""
+        return -(self.squared(seen, bodies) @ self.weights) / (2 * self.sigma**2)
+
+
+def confidences(
+    reference: Float[np.ndarray, "p 4 bins"],
+    channels: tuple[int, ...] = COLOUR,
+    sigma: float = 0.7,
+) -> Float[np.ndarray, " p"]:
+    r"""Return how much the paper trusts each patch, from its first look alone.
+
+    .. math:: \lambda_p = \exp\Bigl( -\sum_c D^2(h_{\mathrm{ref},p}^c, \mathcal U)
+        / 2 \sigma^2 \Bigr), \qquad \mathcal U_j = 1 / N_{bi}
+
+    "Typically, uniform coloured patches produce low likelihood values, whereas higher likelihood
+    values characterise confident patches": a patch of one colour is far from the uniform histogram.
+    σ is ours.
+
+    Parameters
+    ----------
+    reference : (p, 4, bins)
+        Histograms of the patches.
+    channels
+        That are compared.
+    sigma
+        σ.
+
+    References
+    ----------
+    Section V, "Implementation".
+    """
+    reference = checks.array("reference", reference, ("p", len(CHANNELS), "bins"))
+    uniform = np.full(reference.shape[-1], 1 / reference.shape[-1])
+    squared = bhattacharyya(reference[:, list(channels)], uniform) ** 2
+    return np.exp(-squared.sum(axis=1) / (2 * checks.positive("sigma", sigma) ** 2))
+
+
+def edge_weight(seen: Look) -> float:
+    """Return λ_s: how far a pixel of a picture is from an edge, as a share of the most.
+
+    "Parameter λ_s weights the edges density contribution and is fixed from the first DT image of
+    the sequence": where edges are dense, an edge near a contour says little. The form is ours.
+    """
+    return float(checks.instance("seen", seen, Look).static.mean() / seen.most)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class StabiliserCue:
+    r"""A pull towards the pose at rest.
+
+    .. math:: \log p_{st}(x) = -\lambda_{st} \lVert x_\mathrm{def} - x \rVert^2
+
+    Parameters
+    ----------
+    strength
+        λ_st, per rad².
+    rest : (8,)
+        x_def, rad.
+
+    References
+    ----------
+    Section V, "Non-observable parts stabilisation".
+    """
+
+    strength: float = 0.15
+    rest: Float[np.ndarray, " 8"] = field(default_factory=lambda: REST)
+
+    def __post_init__(self) -> None:
+        checks.not_negative("strength", self.strength)
+        object.__setattr__(self, "rest", checks.vector("rest", self.rest, 8))
+
+    def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
+        """Return the logarithm of a likelihood for each state."""
+        return -self.strength * ((bodies.states - self.rest) ** 2).sum(axis=1)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class CollisionCue:
+    r"""No limb goes through another part of the body.
+
+    .. math:: \log p_{coll}(x) = -\lambda_{co} f_{co}(x), \qquad f_{co} \in \{0, 1\}
+
+    Parameters
+    ----------
+    strength
+        λ_co.
+
+    References
+    ----------
+    Section V, "Collision detection".
+    """
+
+    strength: float = 30.0
+
+    def __post_init__(self) -> None:
+        checks.not_negative("strength", self.strength)
+
+    def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
+        """Return the logarithm of a likelihood for each state."""
+        return -self.strength * bodies.model.collides(bodies.states)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LimitCue:
+    """No joint beyond its limits; ours, of the same form as `CollisionCue`.
+
+    Parameters
+    ----------
+    strength
+        By which the logarithm is lowered.
+    """
+
+    strength: float = 30.0
+
+    def __post_init__(self) -> None:
+        checks.not_negative("strength", self.strength)
+
+    def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
+        """Return the logarithm of a likelihood for each state."""
+        return -self.strength * ~bodies.model.possible(bodies.states)
+
+
+def summed(cues: Mapping[str, Cue], seen: Look, bodies: Bodies) -> dict[str, Logarithms]:
+    """Return the logarithm of each cue's likelihood, by its name.
+
+    Parameters
+    ----------
+    cues
+        By names of the user's.
+    seen
+        A picture.
+    bodies
+        In m states.
+
+    Raises
+    ------
+    ValueError
+        If a cue returns something else than a finite number for each state.
+    """
+    return {
+        name: checks.array(f"cues[{name!r}](look, bodies)", cue(seen, bodies), (len(bodies),))
+        for name, cue in cues.items()
+    }
+
+
+@no_type_check
+@njit(cache=True)
+def _gather(distance, points, most, found):  # pragma: no cover - compiled
+    height, width = distance.shape
+    for i in range(points.shape[0]):
+        for j in range(points.shape[1]):
+            u, v = points[i, j]
+            inside = -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5
+            found[i, j] = distance[int(v + 0.5), int(u + 0.5)] if inside else most
+
+
+@no_type_check
+@njit(cache=True)
+def _tally(image, grey, points, visible, bins, counts):  # pragma: no cover - compiled
+    """Count the values of one patch; return how many points of it are seen."""
+    height, width = grey.shape
+    counts[:] = 0
+    seen = 0
+    for g in range(len(points)):
+        u, v = points[g]
+        if not (visible[g] and -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5):
+            continue
+        row, column = int(v + 0.5), int(u + 0.5)
+        seen += 1
+        for c in range(3):
+            counts[c, image[row, column, c] * bins // 256] += 1
+        counts[3, grey[row, column] * bins // 256] += 1
+    return seen
+
+
+@no_type_check
+@njit(cache=True)
+def _count(image, grey, points, visible, bins, found, share):  # pragma: no cover - compiled
+    counts = np.empty((4, bins), dtype=np.int64)
+    for i in range(points.shape[0]):
+        for p in range(points.shape[1]):
+            seen = _tally(image, grey, points[i, p], visible[i, p], bins, counts)
+            share[i, p] = seen / points.shape[2]
+            if seen:
+                for c in range(4):
+                    for j in range(bins):
+                        found[i, p, c, j] = counts[c, j] / seen
+
+
+@no_type_check
+@njit(cache=True)
+def _compare(
+    image, grey, points, visible, roots, channels, least, price, found
+):  # pragma: no cover - compiled
+    bins = roots.shape[2]
+    counts = np.empty((4, bins), dtype=np.int64)
+    for i in range(points.shape[0]):
+        for p in range(points.shape[1]):
+            seen = _tally(image, grey, points[i, p], visible[i, p], bins, counts)
+            if seen == 0 or seen < least * points.shape[2]:
+                found[i, p] = price * len(channels)
+                continue
+            total = 0.0
+            for c in channels:
+                alike = 0.0
+                for j in range(bins):
+                    if counts[c, j]:
+                        alike += np.sqrt(counts[c, j] / seen) * roots[p, c, j]
+                total += max(1.0 - alike, 0.0)
+            found[i, p] = total

@@ -1,0 +1,3 @@
+"""Two arms, one camera: three filters, four cues, and the arms that they hold or lose."""
+
+STUDIES = ("counting", "ablating", "bounding", "timing")

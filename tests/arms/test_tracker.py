@@ -1,0 +1,232 @@
+"""The tracker of two arms: painted arms are followed, by three filters, and what is refused."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from data_synth.arms.gestures import ArmScene, film_arms
+from robot_perception.arms.body_model import REST, BodyModel
+from robot_perception.arms.likelihoods import Bodies, StabiliserCue, look
+from robot_perception.arms.tracker import (
+    BOUNDS,
+    CUES,
+    FILTERS,
+    ArmRules,
+    ArmTracker,
+    Picture,
+    find_face,
+)
+from robot_perception.beliefs import ParticleSet
+from robot_perception.companion.boxes import overlap
+from tests.arms.test_likelihoods import CAMERA, IMAGE, MODEL, painted
+from tests.unchecked import unchecked
+
+FACE = np.array([145.0, 42.0, 29.8, 29.8])
+FILM = film_arms(np.random.default_rng(106), 16, ArmScene("pointing", pace=1.0))
+FEW = ArmTracker(CAMERA, rules=ArmRules(particles=40, rounds=2))
+
+
+def rng(seed=1):
+    return np.random.default_rng(seed)
+
+
+def followed(tracker, frames=FILM.frames, seed=1):
+    source = rng(seed)
+    state = tracker.start(frames[0], source, face=FILM.face, pose=FILM.angles[0])
+    infos = []
+    for image in frames[1:]:
+        state, info = tracker.step(state, image, rng=source)
+        infos.append(info)
+    return state, infos
+
+
+def off(state):
+    wrists = state.first.model.pixels(state.first.model.joints(state.mean[None]))[0, :, 2]
+    return np.linalg.norm(wrists - FILM.stage.pixels(FILM.joints[-1, :, 2]), axis=1).max()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_pointing_arms_are_followed_by_each_filter(name):
+    state, infos = followed(ArmTracker(CAMERA, rules=ArmRules(filter=name)))
+    assert off(state) < 16
+    moved = FILM.stage.pixels(FILM.joints[[0, -1], :, 2])
+    assert np.linalg.norm(moved[1] - moved[0], axis=-1).max() > 40, "an arm did move"
+    assert not infos[-1].lost
+    assert all(1 <= info.effective <= 400 for info in infos)
+    np.testing.assert_allclose(
+        infos[-1].joints, state.first.model.joints(state.mean[None])[0], atol=1e-12
+    )
+    assert set(infos[-1].logs) == set(CUES)
+    assert (state.spread > 0).all()
+
+
+def test_the_same_seed_gives_the_same_arms():
+    one, two, other = (followed(FEW, seed=seed)[0] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.particles.states, two.particles.states)
+    assert np.abs(one.particles.states - other.particles.states).max() > 1e-3
+
+
+def test_a_step_changes_nothing_that_it_is_given():
+    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    states, image = state.particles.states.copy(), FILM.frames[1].copy()
+    FEW.step(state, FILM.frames[1], rng=rng())
+    np.testing.assert_array_equal(states, state.particles.states)
+    np.testing.assert_array_equal(image, FILM.frames[1])
+
+
+def test_the_first_pose_is_found_near_the_one_at_rest():
+    tracker = ArmTracker(CAMERA)
+    state = tracker.start(FILM.frames[0], rng(), face=FILM.face)
+    wrists = state.first.model.pixels(state.first.model.joints(state.mean[None]))[0, :, 2]
+    true = FILM.stage.pixels(FILM.joints[0, :, 2])
+    assert np.linalg.norm(wrists - true, axis=1).max() < 16
+    np.testing.assert_array_equal(state.first.state, state.first.state)
+    assert state.first.reference.shape == (6, 4, 8)
+    np.testing.assert_allclose(state.first.reference.sum(axis=-1), 1)
+
+
+def test_a_face_is_found_and_none_is_told():
+    found = find_face(FILM.frames[0])
+    assert overlap(found[None], FILM.face[None])[0, 0] > 0.6
+    with pytest.raises(ValueError, match="image must show a face, found none"):
+        find_face(IMAGE)
+    with pytest.raises(ValueError, match="image must show a face"):
+        FEW.start(IMAGE, rng())
+
+
+def test_a_cue_of_ones_own_joins_and_others_leave():
+    """A pull to another pose, alone: the arms go there whatever the picture shows."""
+    goal = REST + 0.2
+    mine = {"mine": lambda first: StabiliserCue(40.0, goal)}
+    tracker = ArmTracker(CAMERA, cues=mine)
+    state, infos = followed(tracker)
+    assert np.abs(state.mean - goal).max() < 0.15
+    assert set(infos[0].logs) == {"mine"}
+
+
+def test_states_that_break_a_bound_are_not_measured_and_are_the_worst():
+    measured = []
+
+    def counted(first):
+        def cue(seen, bodies):
+            measured.append(len(bodies))
+            return -((bodies.states - REST) ** 2).sum(axis=1)
+
+        return cue
+
+    tracker = ArmTracker(CAMERA, cues={"counted": counted})
+    state = tracker.start(FILM.frames[0], rng(), face=FILM.face, pose=REST)
+    measured.clear()
+    picture = Picture(state, look(FILM.frames[1]), tracker.rules)
+    cross = np.tile([0.3, 1.2, 2.9, 1.4], 2)
+    beyond = REST - 4
+    logs = picture.log_likelihood(np.array([REST, REST + 0.1, cross, beyond]))
+    assert measured == [2]
+    assert picture.share == 0.5
+    np.testing.assert_allclose(logs[:2], [0, -0.08])
+    np.testing.assert_allclose(logs[2:], -0.08 - np.array([30.0, 30.0]), atol=31)
+    assert logs[2:].max() <= -30.08
+
+
+def test_all_particles_in_collision_are_weighed_alike():
+    cross = np.tile([0.3, 1.2, 2.9, 1.4], 2)
+    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    state = replace(state, particles=ParticleSet.uniform(np.tile(cross, (40, 1))))
+    picture = Picture(state, look(FILM.frames[1]), FEW.rules)
+    logs = picture.log_likelihood(state.particles.states)
+    assert np.ptp(logs) == 0
+    assert picture.share == 1.0
+    after, info = FEW.step(state, FILM.frames[1], rng=rng())
+    assert np.isfinite(after.mean).all()
+    assert info.saved > 0.3
+
+
+def test_arms_that_are_gone_are_told_to_be_lost_and_found_again_are_not():
+    wall = np.full((240, 320, 3), 120, dtype=np.uint8)
+    state, _ = followed(ArmTracker(CAMERA))
+    source = rng()
+    tracker = ArmTracker(CAMERA)
+    gone, info = tracker.step(state, wall, rng=source)
+    assert info.lost
+    assert gone.lost == 1
+    gone, info = tracker.step(gone, wall, rng=source)
+    assert gone.lost == 2
+    assert info.contour == 5.0, "no edge anywhere"
+    back, info = tracker.step(state, FILM.frames[-1], rng=source)
+    assert not info.lost
+    assert back.lost == 0
+
+
+def test_an_arm_out_of_the_picture_keeps_finite_states():
+    shifted = np.roll(FILM.frames, -120, axis=2)
+    source = rng()
+    state = FEW.start(shifted[0], source, face=FILM.face - [120, 0, 0, 0], pose=FILM.angles[0])
+    for image in shifted[1:5]:
+        state, _ = FEW.step(state, image, rng=source)
+    assert np.isfinite(state.mean).all()
+
+
+def test_clothes_of_one_colour_give_patches_that_hardly_count():
+    """Painted sleeves and hands of one colour: the paper's confidence is near 0 for them."""
+    state = FEW.start(painted(hand=(40, 60, 200)), rng(), face=FACE, pose=REST)
+    assert state.cues["colour"].weights.max() < 0.3
+    seen = look(painted(hand=(40, 60, 200)))
+    assert np.isfinite(state.cues["colour"](seen, Bodies(MODEL, REST[None]))).all()
+
+
+def test_the_importance_filter_moves_half_of_the_particles_to_the_hands():
+    """Where a hand's colour has moved by twenty pixels, the particles that are drawn follow it."""
+    first = painted()
+    moved = REST.copy()
+    moved[0] += 0.25
+    later = painted(moved)
+    means = []
+    for name in ("importance", "condensation"):
+        rules = ArmRules(filter=name, noise=(0.05, 0.05, 0.1, 0.1))
+        tracker = ArmTracker(CAMERA, rules=rules)
+        state = tracker.start(first, rng(), face=FACE, pose=REST)
+        state, _ = tracker.step(state, later, rng=rng())
+        means.append(abs(state.mean[0] - moved[0]))
+    assert means[0] < means[1]
+
+
+@pytest.mark.parametrize(
+    ("make", "problem"),
+    [
+        (lambda: ArmRules(particles=1), "particles must be"),
+        (lambda: ArmRules(noise=(0.1, 0.1, 0.1, 0.0)), "noise must be positive"),
+        (lambda: ArmRules(filter="unscented"), "filter must be"),
+        (lambda: ArmTracker(CAMERA, cues={}), "cues must be one at least"),
+        (lambda: FEW.start(FILM.frames[0][:100], rng(), face=FILM.face), "image must be"),
+        (lambda: FEW.start(FILM.frames[0], rng(), face=FACE * 4), "farther away"),
+        (
+            lambda: FEW.start(FILM.frames[0], rng(), face=np.array([900.0, 900, 20, 20])),
+            "face must lie in the picture",
+        ),
+        (
+            lambda: FEW.step(
+                FEW.start(FILM.frames[0], rng(), face=FILM.face), FILM.frames[1][:, :50], rng=rng()
+            ),
+            "image must be",
+        ),
+    ],
+)
+def test_bad_input_is_named(make, problem):
+    with unchecked(), pytest.raises(ValueError, match=problem):
+        make()
+
+
+def test_cues_must_be_callable_and_the_state_a_state():
+    with unchecked(), pytest.raises(TypeError, match=r"bounds\['x'\] must be"):
+        ArmTracker(CAMERA, bounds={"x": 3})
+    with unchecked(), pytest.raises(TypeError, match="state must be"):
+        FEW.step(SimpleNamespace(), FILM.frames[1], rng=rng())
+
+
+def test_the_body_stands_where_the_face_says():
+    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    wanted = BodyModel.from_face(FILM.face, CAMERA).middle
+    np.testing.assert_array_equal(state.first.model.middle, wanted)
+    assert set(state.bounds) == set(BOUNDS)

@@ -1,0 +1,101 @@
+"""Two arms: a film by all cues, and what its stages take."""
+
+import cv2
+import numpy as np
+
+from data_synth.arms.gestures import ArmScene, film_arms
+from robot_perception.arms.body_model import REST, BodyModel, contours_textbook
+from robot_perception.arms.likelihoods import (
+    Bodies,
+    EdgeCue,
+    PatchCue,
+    look,
+    patch_histograms,
+    patch_histograms_textbook,
+)
+from robot_perception.arms.tracker import ArmTracker
+from robot_perception.chapters.arm_tracking.timing import IMAGES, SHAPES, WHOLE
+from robot_perception.chapters.arm_tracking.tracking import CAMERA
+from tests.benchmarks.harness import Row
+
+PARTICLES, LEAST = 400, 40
+"""Of the paper; and the pictures a second that are asked for."""
+
+
+def rows() -> list[Row]:
+    """Return the rows of the benchmark table that concern two arms."""
+    film = film_arms(np.random.default_rng(3), IMAGES + 1, ArmScene("pointing"))
+    model = BodyModel.from_face(film.face, CAMERA)
+    rng = np.random.default_rng(4)
+    states = film.angles[20] + rng.normal(0, 0.15, (PARTICLES, 8))
+    patches, grey = model.place(REST), cv2.cvtColor(film.frames[19], cv2.COLOR_RGB2GRAY)
+    seen = look(film.frames[20], grey)
+    surface = model.surface(states, patches)
+    reference = patch_histograms(look(film.frames[0]), model.surface(REST[None], patches))[0][0]
+    tracker = ArmTracker(CAMERA)
+
+    def tracked() -> np.ndarray:
+        rng = np.random.default_rng(6)
+        state = tracker.start(film.frames[0], rng, face=film.face, pose=film.angles[0])
+        for image in film.frames[1:]:
+            state, _ = tracker.step(state, image, rng=rng)
+        return model.pixels(model.joints(state.mean[None]))[0, :, 2]
+
+    def same_wrists() -> None:
+        true = film.stage.pixels(film.joints[-1, :, 2])
+        assert np.linalg.norm(tracked() - true, axis=1).max() < 20
+
+    def same_outlines() -> None:
+        few = states[:5]
+        fast, plain = model.contours(few), contours_textbook(model, few)
+        np.testing.assert_array_equal(fast.visible, plain.visible)
+
+    def same_colours() -> None:
+        pair = [function(seen, surface)[0] for function in (patch_histograms,
+                                                            patch_histograms_textbook)]  # fmt: skip
+        np.testing.assert_allclose(*pair)
+
+    return [
+        Row(
+            work=f"{WHOLE}, {PARTICLES} particles, {IMAGES} images of 320 × 240",
+            ours=tracked,
+            at_most=IMAGES / LEAST,
+            agree=same_wrists,
+            repeats=3,
+        ),
+        Row(
+            work=f"{SHAPES}, hidden parts told, {PARTICLES} particles",
+            ours=lambda: model.contours(states),
+            peer=lambda: contours_textbook(model, states),
+            peer_name="as written",
+            ratio=100.0,
+            agree=same_outlines,
+            repeats=3,
+        ),
+        Row(
+            work=f"arms, colours of their patches, {PARTICLES} particles",
+            ours=lambda: patch_histograms(seen, surface),
+            peer=lambda: patch_histograms_textbook(seen, surface),
+            peer_name="as written",
+            ratio=20.0,
+            agree=same_colours,
+            repeats=3,
+        ),
+        Row(
+            work="arms, what a picture says: flow, edges, distance transforms",
+            ours=lambda: look(film.frames[20], grey),
+        ),
+        Row(
+            work=f"arms, where patches lie and which are seen, {PARTICLES} particles",
+            ours=lambda: model.surface(states, patches),
+        ),
+        Row(
+            work=f"arms, contours scored, {PARTICLES} particles",
+            ours=lambda: EdgeCue(gain=0.5)(seen, Bodies(model, states)),
+        ),
+        Row(
+            work=f"arms, patches scored, {PARTICLES} particles",
+            ours=lambda: PatchCue(patches, reference)(seen, Bodies(model, states)),
+        ),
+        Row(work=f"arms, collisions, {PARTICLES} particles", ours=lambda: model.collides(states)),
+    ]

@@ -1,0 +1,106 @@
+"""Films of gestures: smooth, within reach, without collisions, and what moves behind."""
+
+import numpy as np
+import pytest
+
+from data_synth.arms.bodies import SIDES, Build, Person, make_outfit
+from data_synth.arms.gestures import REST, ArmScene, film_arms, make_motion
+from data_synth.companion.faces import make_identity
+
+WHO = make_identity(np.random.default_rng(0), tone=1)
+PERSON = Person(Build(), make_outfit(np.random.default_rng(0), "plain"), WHO)
+
+
+def motion(kind, seed=0, frames=90):
+    return make_motion(np.random.default_rng(seed), frames, ArmScene(kind), PERSON)
+
+
+@pytest.mark.parametrize("kind", ["pointing", "gesturing", "pausing"])
+def test_motions_begin_at_rest_are_smooth_and_move_the_arms(kind):
+    for seed in range(4):
+        angles = motion(kind, seed)
+        np.testing.assert_array_equal(angles[0], np.tile(REST, 2))
+        assert np.abs(np.diff(angles, axis=0)).max() < 0.4
+        assert np.ptp(angles, axis=0).max() > 0.8
+
+
+def test_who_points_moves_one_arm_at_a_time():
+    moves = np.abs(np.diff(motion("pointing", 3), axis=0)).reshape(-1, 2, 4).max(axis=2) > 1e-9
+    assert moves.all(axis=1).sum() <= 3, "only where one stops and the other one begins"
+    assert moves.any(axis=0).all()
+
+
+def test_who_pauses_stands_still_for_a_third_of_the_film():
+    steps = np.abs(np.diff(motion("pausing"), axis=0)).max(axis=1)
+    assert (steps[31:59] == 0).all()
+    assert (steps[:29] > 0).mean() > 0.9
+    assert (steps[62:] > 0).mean() > 0.9
+
+
+def test_who_stands_still_does_not_move():
+    assert np.ptp(motion("still"), axis=0).max() == 0
+
+
+def test_no_hand_goes_through_the_body_or_the_head():
+    for seed in range(6):
+        for pose in motion("gesturing", seed)[::5]:
+            joints = PERSON.joints(pose, np.zeros(3))
+            far = joints[:, 2:].reshape(-1, 3)
+            trunk = (far[:, 0] / 0.2) ** 2 + (far[:, 2] / 0.13) ** 2
+            assert ((trunk > 1) | (far[:, 1] < -0.05)).all()
+            head = np.linalg.norm(far - [0, -PERSON.build.drop, 0], axis=1)
+            assert (head > 0.13).all()
+
+
+def test_a_film_says_what_is_true_in_it():
+    film = film_arms(np.random.default_rng(2), 5, ArmScene("gesturing"), PERSON)
+    assert film.frames.shape == (5, 240, 320, 3)
+    assert film.frames.dtype == np.uint8
+    for t in range(5):
+        wanted = PERSON.joints(film.angles[t], film.stage.middle)
+        np.testing.assert_allclose(film.joints[t], wanted)
+    again = film_arms(np.random.default_rng(2), 5, ArmScene("gesturing"), PERSON)
+    np.testing.assert_array_equal(film.frames, again.frames)
+
+
+def test_people_behind_walk_and_the_wall_stands_still():
+    still = np.tile(REST, (6, 2))
+    quiet = film_arms(np.random.default_rng(3), 6, ArmScene("still"), PERSON, angles=still)
+    walked = film_arms(
+        np.random.default_rng(3), 6, ArmScene("still", passers=2), PERSON, angles=still
+    )
+    behind = (quiet.parts == 0).all(axis=0)
+    change = [np.abs(f.frames[5].astype(int) - f.frames[0])[behind].mean()
+              for f in (quiet, walked)]  # fmt: skip
+    assert change[1] > 1.3 * change[0]
+    for film in (quiet, walked):
+        np.testing.assert_array_equal(film.parts[0], film.parts[5])
+
+
+def test_clutter_has_more_edges():
+    def rough(clutter):
+        film = film_arms(np.random.default_rng(4), 1, ArmScene("still", clutter), PERSON)
+        return np.abs(np.diff(film.frames[0].astype(int), axis=1)).mean()
+
+    assert rough(40) > 1.3 * rough(0)
+
+
+def test_light_goes_to_and_fro():
+    still = np.tile(REST, (31, 2))
+    film = film_arms(np.random.default_rng(5), 31, ArmScene("still", light=0.6), PERSON,
+                     angles=still)  # fmt: skip
+    levels = film.frames.mean(axis=(1, 2, 3))
+    assert np.ptp(levels) > 8
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_both_arms_gesture(side):
+    angles = motion("gesturing", 1).reshape(-1, 2, 4)[:, (side + 1) // 2]
+    assert np.ptp(angles, axis=0).min() > 0.1
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(ValueError, match="kind"):
+        ArmScene("dancing")
+    with pytest.raises(ValueError, match="angles must be"):
+        film_arms(np.random.default_rng(0), 2, angles=np.zeros((3, 8)))
