@@ -431,7 +431,8 @@ def _silhouette(c0: np.ndarray, c1: np.ndarray, r0: float, r1: float, count: int
 
 def _before(p: np.ndarray, c0: np.ndarray, c1: np.ndarray, r0: float, r1: float) -> bool:
     """Tell whether a cone lies between the camera and a point."""
-    return bool(_entry(p, c0, c1, r0, r1) * np.linalg.norm(p) < np.linalg.norm(p) - _SLACK)
+    size = float(np.linalg.norm(p))
+    return _entry(p, c0, c1, r0, r1) * size < size - _SLACK
 
 
 def _before_trunk(p: np.ndarray, model: BodyModel) -> bool:
@@ -441,7 +442,15 @@ def _before_trunk(p: np.ndarray, model: BodyModel) -> bool:
     top = model.middle * stretch
     end = top + np.array([0, _TRUNK, 0])
     share = _entry(p * stretch, top, end, wide, wide)
-    return bool(share * np.linalg.norm(p) < np.linalg.norm(p) - _SLACK)
+    size = float(np.linalg.norm(p))
+    return share * size < size - _SLACK
+
+
+def _entry(p: np.ndarray, c0: np.ndarray, c1: np.ndarray, r0: float, r1: float) -> float:
+    """Return which share of the ray to a point lies before it enters a solid cone; inf if never."""
+    cone = np.empty(11)
+    _prepare(c0, c1, r0, r1, 1.0, cone)
+    return float(_enters_at(p[0], p[1], p[2], cone))
 
 
 _TRUNK = 0.8
@@ -488,29 +497,50 @@ def _skeletons(states, middle, lengths, apart, ends, sides):  # pragma: no cover
 
 @no_type_check
 @njit(cache=True)
-def _entry(p, c0, c1, r0, r1):  # pragma: no cover - compiled
-    """Return which share of the ray to a point lies before it enters a solid cone; inf if never."""
-    a0, a1, a2 = c1[0] - c0[0], c1[1] - c0[1], c1[2] - c0[2]
-    length = np.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
-    a0, a1, a2 = a0 / length, a1 / length, a2 / length
+def _prepare(c0, c1, r0, r1, stretch, cone):  # pragma: no cover - compiled
+    """Fill in what `_enters_at` asks of a cone, in a frame whose z is stretched."""
+    length = 0.0
+    for c in range(3):
+        wide = stretch if c == 2 else 1.0
+        cone[3 + c] = wide * c0[c]
+        cone[c] = wide * (c1[c] - c0[c])
+        length += cone[c] ** 2
+    length = np.sqrt(length)
+    along, size = 0.0, 0.0
+    for c in range(3):
+        cone[c] /= length
+        along += cone[c] * cone[3 + c]
+        size += cone[3 + c] ** 2
     k = (r0 - r1) / length
-    pa = p[0] * a0 + p[1] * a1 + p[2] * a2
-    ca = c0[0] * a0 + c0[1] * a1 + c0[2] * a2
-    pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
-    pc = p[0] * c0[0] + p[1] * c0[1] + p[2] * c0[2]
-    cc = c0[0] * c0[0] + c0[1] * c0[1] + c0[2] * c0[2]
-    # within the cone at t p: |t p - c0|² - h² <= (r0 - k h)², with h = t pa - ca along the axis
-    qa = pp - pa * pa - k * k * pa * pa
-    qb = -2 * (pc - pa * ca) + 2 * k * pa * (r0 + k * ca)
-    qc = cc - ca * ca - (r0 + k * ca) ** 2
+    cone[6], cone[7], cone[8] = along, length, k
+    cone[9] = r0 + k * along
+    cone[10] = size - along**2 - cone[9] ** 2
+
+
+@no_type_check
+@njit(cache=True)
+def _enters_at(x, y, z, cone):  # pragma: no cover - compiled
+    """Return which share of the ray to a point lies before it enters a solid cone; inf if never.
+
+    At t p the ray is within the cone where |t p - c0|² - h² <= (r0 - k h)², with h the way along
+    the axis, and within its length where 0 <= h <= L.
+    """
+    pa = x * cone[0] + y * cone[1] + z * cone[2]
+    pc = x * cone[3] + y * cone[4] + z * cone[5]
+    ca, k = cone[6], cone[8]
+    qa = x * x + y * y + z * z - pa * pa * (1 + k * k)
+    qb = -2 * (pc - pa * ca) + 2 * k * pa * cone[9]
+    qc = cone[10]
+    disc = qb * qb - 4 * qa * qc
+    if qa > 0 and disc < 0:
+        return np.inf
     low, high = -np.inf, np.inf
     if abs(pa) > 1e-12:  # between both ends
-        low, high = ca / pa, (ca + length) / pa
+        low, high = ca / pa, (ca + cone[7]) / pa
         if low > high:
             low, high = high, low
-    elif ca > 0 or ca < -length:
+    elif ca > 0 or ca < -cone[7]:
         return np.inf
-    disc = qb * qb - 4 * qa * qc
     if abs(qa) < 1e-14:
         if qb == 0:
             return low if qc <= 0 else np.inf
@@ -520,8 +550,6 @@ def _entry(p, c0, c1, r0, r1):  # pragma: no cover - compiled
         else:
             low = max(low, edge)
     elif qa > 0:
-        if disc < 0:
-            return np.inf
         root = np.sqrt(disc)
         low, high = max(low, (-qb - root) / (2 * qa)), min(high, (-qb + root) / (2 * qa))
     elif disc >= 0:  # the ray is steeper than the cone: inside before and after
@@ -537,16 +565,22 @@ def _entry(p, c0, c1, r0, r1):  # pragma: no cover - compiled
 
 @no_type_check
 @njit(cache=True)
-def _boxes(ends, radii, middle, trunk, focal, centre, boxes):  # pragma: no cover - compiled
-    """Fill in the box of each limb and of the trunk in the picture, wide enough."""
+def _boxes(ends, radii, middle, trunk, focal, centre, boxes, cones):  # pragma: no cover - compiled
+    """Fill in the box of each limb and of the trunk in the picture, wide enough, and its cone."""
+    foot = middle.copy()
+    foot[1] += _TRUNK
+    _prepare(middle, foot, trunk[0], trunk[0], trunk[0] / trunk[1], cones[6])
     near, far = middle[2] - trunk[1], middle[2] + trunk[1]
     for c in range(2):
         x = middle[c] - 1.2 * trunk[0] * (1 - c)
         boxes[6, c] = focal[c] * min(x / near, x / far) + centre[c]
         x = middle[c] + 1.2 * trunk[0]
-        boxes[6, 2 + c] = focal[c] * max(x / near, x / far) + centre[c]
+        boxes[6, 2 + c] = focal[c] * max(x / near, x / far) + centre[c] if c == 0 else np.inf
     for limb in range(6):
         arm, part = limb // 3, limb % 3
+        _prepare(
+            ends[arm, part], ends[arm, part + 1], radii[part], radii[part + 1], 1.0, cones[limb]
+        )
         boxes[limb, 0], boxes[limb, 1] = np.inf, np.inf
         boxes[limb, 2], boxes[limb, 3] = -np.inf, -np.inf
         for e in range(2):
@@ -560,26 +594,22 @@ def _boxes(ends, radii, middle, trunk, focal, centre, boxes):  # pragma: no cove
 
 @no_type_check
 @njit(cache=True)
-def _seen(p, own, u, v, ends, radii, middle, trunk, boxes, round_):  # pragma: no cover - compiled
+def _seen(p, own, u, v, middle, trunk, boxes, cones):  # pragma: no cover - compiled
     """Tell whether neither a limb but the own one nor the trunk lies before a point."""
-    size = np.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-    most = 1.0 - _SLACK / size
-    for limb in range(6):
+    most = 1.0 - _SLACK / np.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
+    for limb in range(7):
         if limb == own or not (
             boxes[limb, 0] <= u <= boxes[limb, 2] and boxes[limb, 1] <= v <= boxes[limb, 3]
         ):
             continue
-        arm, part = limb // 3, limb % 3
-        if _entry(p, ends[arm, part], ends[arm, part + 1], radii[part], radii[part + 1]) < most:
+        stretch = 1.0
+        if limb == 6:
+            if p[2] < middle[2] - trunk[1]:  # nearer than the trunk reaches
+                continue
+            stretch = trunk[0] / trunk[1]
+        if _enters_at(p[0], p[1], stretch * p[2], cones[limb]) < most:
             return False
-    if p[2] < middle[2] - trunk[1] or not (boxes[6, 0] <= u <= boxes[6, 2] and boxes[6, 1] <= v):
-        return True
-    stretch = trunk[0] / trunk[1]
-    for c in range(3):
-        wide = stretch if c == 2 else 1.0
-        round_[0, c], round_[1, c], round_[2, c] = wide * p[c], wide * middle[c], wide * middle[c]
-    round_[2, 1] += _TRUNK
-    return not _entry(round_[0], round_[1], round_[2], trunk[0], trunk[0]) < most
+    return True
 
 
 @no_type_check
@@ -590,10 +620,10 @@ def _project(
     m = len(states)
     ends, sides = np.empty((m, 2, 4, 3)), np.empty((m, 2, 2, 3))
     _skeletons(states, middle, lengths, apart, ends, sides)
-    boxes, p, round_ = np.empty((7, 4)), np.empty(3), np.empty((3, 3))
+    boxes, p, cones = np.empty((7, 4)), np.empty(3), np.empty((7, 11))
     a, e1, e2 = np.empty(3), np.empty(3), np.empty(3)
     for i in range(m):
-        _boxes(ends[i], radii, middle, trunk, focal, centre, boxes)
+        _boxes(ends[i], radii, middle, trunk, focal, centre, boxes, cones)
         at = 0
         for limb in range(6):
             arm, part = limb // 3, limb % 3
@@ -624,9 +654,7 @@ def _project(
                     u = focal[0] * p[0] / p[2] + centre[0]
                     v = focal[1] * p[1] / p[2] + centre[1]
                     found[i, at, 0], found[i, at, 1] = u, v
-                    visible[i, at] = there and _seen(
-                        p, limb, u, v, ends[i], radii, middle, trunk, boxes, round_
-                    )
+                    visible[i, at] = there and _seen(p, limb, u, v, middle, trunk, boxes, cones)
                     at += 1
 
 
@@ -657,10 +685,15 @@ def _cover(
     m = len(states)
     ends, sides = np.empty((m, 2, 4, 3)), np.empty((m, 2, 2, 3))
     _skeletons(states, middle, lengths, apart, ends, sides)
-    boxes, p, round_ = np.empty((7, 4)), np.empty(3), np.empty((3, 3))
-    a, b = np.empty(3), np.empty(3)
+    boxes, p, cones = np.empty((7, 4)), np.empty(3), np.empty((7, 11))
+    a, b, out = np.empty(3), np.empty(3), np.empty(3)
+    turns = np.empty((len(limbs), grid[1], 2))
+    for q in range(len(limbs)):
+        for h in range(grid[1]):
+            angle = around[q, 0] + around[q, 1] * (2 * (h + 0.5) / grid[1] - 1)
+            turns[q, h, 0], turns[q, h, 1] = np.cos(angle), np.sin(angle)
     for i in range(m):
-        _boxes(ends[i], radii, middle, trunk, focal, centre, boxes)
+        _boxes(ends[i], radii, middle, trunk, focal, centre, boxes, cones)
         for q in range(len(limbs)):
             arm, part = limbs[q] // 3, limbs[q] % 3
             c0, c1 = ends[i, arm, part], ends[i, arm, part + 1]
@@ -672,24 +705,24 @@ def _cover(
             b[0] = a[1] * first[2] - a[2] * first[1]
             b[1] = a[2] * first[0] - a[0] * first[2]
             b[2] = a[0] * first[1] - a[1] * first[0]
-            for g in range(grid[0]):
-                share = along[q, 0] + (along[q, 1] - along[q, 0]) * (g + 0.5) / grid[0]
-                t = share * length
-                r = r0 - k * t
-                for h in range(grid[1]):
-                    angle = around[q, 0] + around[q, 1] * (2 * (h + 0.5) / grid[1] - 1)
-                    cos, sin = np.cos(angle), np.sin(angle)
-                    facing = 0.0
+            for h in range(grid[1]):
+                cos, sin = turns[q, h, 0], turns[q, h, 1]
+                facing = 0.0  # the normal is the same all along a generator
+                for c in range(3):
+                    out[c] = cos * first[c] + sin * b[c]
+                    facing += (out[c] + k * a[c]) * (c0[c] + r0 * out[c])
+                for g in range(grid[0]):
+                    share = along[q, 0] + (along[q, 1] - along[q, 0]) * (g + 0.5) / grid[0]
+                    t = share * length
+                    r = r0 - k * t
                     for c in range(3):
-                        out = cos * first[c] + sin * b[c]
-                        p[c] = c0[c] + t * a[c] + r * out
-                        facing += (out + k * a[c]) * p[c]
+                        p[c] = c0[c] + t * a[c] + r * out[c]
                     u = focal[0] * p[0] / p[2] + centre[0]
                     v = focal[1] * p[1] / p[2] + centre[1]
                     at = g * grid[1] + h
                     found[i, q, at, 0], found[i, q, at, 1] = u, v
                     visible[i, q, at] = facing < 0 and _seen(
-                        p, limbs[q], u, v, ends[i], radii, middle, trunk, boxes, round_
+                        p, limbs[q], u, v, middle, trunk, boxes, cones
                     )
 
 

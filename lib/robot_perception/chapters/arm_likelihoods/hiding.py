@@ -124,7 +124,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     return Result(config, *np.moveaxis(parts, -1, 0))
 
 
-hidden = Study(run, full=Config(), quick=Config(SCORED[:16]), seed=3)
+hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=6000), seed=3)
 
 
 @hidden.claim(

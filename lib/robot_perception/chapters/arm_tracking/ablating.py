@@ -134,7 +134,10 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
 
 _FEW = ("all cues", "contours only")
 cues = Study(
-    run, full=Config(), quick=Config(SCORED[:3], scenes=(PLAIN, CLUTTER), ways=_FEW), seed=2
+    run,
+    full=Config(),
+    quick=Config(SCORED[:3], scenes=(PLAIN, CLUTTER), ways=_FEW, frames=40),
+    seed=2,
 )
 MOST = Accepted(0.8, 1.0, "four arms in five at least; the paper shows one sequence", Origin.CHOICE)
 TENTH = Accepted(0.1, 1.0, "one arm in ten at least; the paper shows one sequence", Origin.CHOICE)

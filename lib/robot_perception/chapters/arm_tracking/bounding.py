@@ -72,7 +72,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     return Result(config, *np.moveaxis(parts, -1, 0))
 
 
-collisions = Study(run, full=Config(), quick=Config(SCORED[:4]), seed=2)
+collisions = Study(run, full=Config(), quick=Config(SCORED[:3], frames=40), seed=2)
 
 
 @collisions.claim(
