@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.arms.body_model import BodyModel
 from robot_perception.arms.likelihoods import mean_square, sampled, square_of_sum, sum_of_squares
 from robot_perception.chapters.arm_likelihoods.scene import SCORED, Glance, glance
 from robot_perception.evaluation.intervals import Interval, mean, proportion
@@ -24,8 +23,8 @@ FORMS = {
     "mean over the visible points": mean_square,
     "mean, hidden points priced": lambda d, visible, sigma: mean_square(d, visible, sigma, PRICE),
 }
-FEWER = 0.6
-"""A pose hides its limbs if at most that share of the true pose's points is visible; ours."""
+FEWEST = 0.05
+"""A pose hides an arm if it is among the twentieth of all that shows the fewest points; ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ class Config:
     """
 
     seeds: tuple[int, ...] = SCORED[:80]
-    poses: int = 20_000
+    poses: int = 4000
     form: str = "as printed"
 
 
@@ -56,9 +55,9 @@ class Result:
     config
         What was run.
     preferred : (scenes, forms)
-        Whether the best pose that hides its limbs beats the true one.
+        Whether the best pose that hides an arm beats the true one.
     visible : (scenes, forms)
-        Its visible points, as a share of the true pose's.
+        Points of the arm that it shows, as a share of those that the true one shows.
     """
 
     config: Config
@@ -74,24 +73,25 @@ class Result:
         """Return the forms."""
         rows = {form: [self.share(form), mean(self.visible[:, k])] for k, form in enumerate(FORMS)}
         columns = {
-            "hidden preferred": "share of scenes in which the best pose that hides its limbs has a "
+            "hidden preferred": "share of scenes in which the best pose that hides an arm has a "
             "higher likelihood than the true one",
-            "visible": "points of that pose that are seen, over those of the true one",
+            "visible": "points of the arm that this pose shows, over those that the true one does",
         }
         return Table(rows, columns, f"{len(self.visible)} scenes; 95 %", "D²")
 
 
-def drawn(model: BodyModel, count: int, rng: np.random.Generator) -> Float[np.ndarray, "m 8"]:
-    """Return poses within the limits of the joints in which nothing collides."""
-    low, high = np.tile(model.limits, (2, 1)).T
-    states = rng.uniform(low, high, (count, 8))
-    return states[~model.collides(states)]
+def drawn(shown: Glance, count: int, rng: np.random.Generator) -> Float[np.ndarray, "m 8"]:
+    """Return poses that differ from the true one in the arm on the left, and collide nowhere."""
+    low, high = shown.model.limits.T
+    states = np.tile(shown.angles, (count, 1))
+    states[:, :4] = rng.uniform(low, high, (count, 4))
+    return states[~shown.model.collides(states)]
 
 
 def best_hidden(
     shown: Glance, states: Float[np.ndarray, "m 8"], form: str
 ) -> tuple[Float[np.ndarray, " 8"], float, float]:
-    """Return the best of the poses that hide their limbs.
+    """Return the best of the poses that hide the arm on the left.
 
     Returns
     -------
@@ -100,13 +100,14 @@ def best_hidden(
     float
         By how much the logarithm of its likelihood is above that of the true pose.
     float
-        Its visible points as a share of the true pose's.
+        Points of the arm that it shows, as a share of those that the true pose shows.
     """
     contours = shown.model.contours(np.vstack([shown.angles, states]))
     distances = sampled(shown.seen.static, contours, shown.seen.most)
     logs = FORMS[form](distances, contours.visible, 1.0)
-    share = contours.visible.sum(axis=1) / contours.visible[0].sum()
-    hidden = np.flatnonzero(share <= FEWER)
+    arm = contours.visible[:, : shown.model.points // 2].sum(axis=1)
+    share = arm / max(arm[0], 1)
+    hidden = np.argsort(share[1:], kind="stable")[: max(int(FEWEST * len(states)), 1)] + 1
     best = hidden[logs[hidden].argmax()]
     return states[best - 1], float(logs[best] - logs[0]), float(share[best])
 
@@ -116,7 +117,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
 
     def task(seed: int, rng: np.random.Generator) -> np.ndarray:
         shown = glance(seed)
-        states = drawn(shown.model, config.poses, rng)
+        states = drawn(shown, config.poses, rng)
         found = [best_hidden(shown, states, form)[1:] for form in FORMS]
         return np.array([(gain > 0, share) for gain, share in found], dtype=float)
 
@@ -124,7 +125,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     return Result(config, *np.moveaxis(parts, -1, 0))
 
 
-hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=6000), seed=3)
+hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=2000), seed=3)
 
 
 @hidden.claim(
@@ -132,13 +133,12 @@ hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=6000), seed=3
     paper=PAPER,
     place="§V, eq. 2",
     basis="substitute",
-    statement="The sum over the visible points prefers the true pose to poses that hide their "
-    "limbs.",
+    statement="The sum over the visible points prefers the true pose to poses that hide an arm.",
     paper_value="“N_p model points uniformly distributed along each visible model projected "
     "segments”; the paper does not speak of it",
-    method="Before bare walls 20 000 poses are drawn within the joints' limits, without "
-    "collisions. Share of scenes in which the best of those that show 60 % of the true pose's "
-    "points at most has a higher likelihood (2) than the true pose.",
+    method="Before bare walls 4000 poses of one arm are drawn within the joints' limits, without "
+    "collisions; the other arm is true. Share of scenes in which the best of the twentieth that "
+    "shows the fewest points has a higher likelihood (2) than the true pose.",
     accepted=Accepted(0.0, 0.1, "one scene in ten at most", Origin.CHOICE),
     sabotage=Change("a price on what is hidden", form="mean, hidden points priced"),
 )
