@@ -67,7 +67,7 @@ def test_distances_are_those_of_scipy():
     np.testing.assert_allclose(SEEN.static, wanted, atol=1e-5)
     assert SEEN.edges.any()
     assert not SEEN.moves
-    assert (SEEN.moving == 5.0).all()
+    assert np.isinf(SEEN.moving).all()
 
 
 def test_an_edge_moves_where_the_flow_is_long():
@@ -129,6 +129,33 @@ def test_from_a_gain_of_one_on_motion_changes_nothing():
     assert (half > still).any()
 
 
+def test_far_from_moving_edges_a_gain_changes_nothing():
+    """K times the largest distance is no new largest distance."""
+    moved = look(painted(shift=4), grey(IMAGE))
+    contours = Bodies(MODEL, STATES).contours
+    still, half = (EdgeCue(gain=gain).distances(moved, Bodies(MODEL, STATES))
+                   for gain in (None, 0.5))  # fmt: skip
+    far = sampled(moved.moving, contours, 1e9) >= 10
+    assert far.any()
+    np.testing.assert_array_equal(still[far], half[far])
+    assert still.max() == 5.0
+
+
+def test_with_a_toll_an_edge_that_stands_still_costs_it():
+    one = np.hstack([IMAGE[:, :160], painted(shift=4)[:, 160:]])
+    moved = look(one, grey(IMAGE))
+    bodies = Bodies(MODEL, STATES)
+    far = sampled(moved.moving, bodies.contours, 6.0)
+    near = sampled(moved.static, bodies.contours, 5.0)
+    np.testing.assert_allclose(
+        EdgeCue(toll=1.0).distances(moved, bodies), np.minimum(far, near + 1.0)
+    )
+    on = (near == 0) & (far > 1)
+    assert on.any()
+    assert (EdgeCue(gain=0.1).distances(moved, bodies)[on] == 0).all()
+    np.testing.assert_array_equal(EdgeCue(toll=1.0)(SEEN, bodies), EdgeCue()(SEEN, bodies))
+
+
 def test_where_nothing_moves_a_gain_changes_nothing():
     bodies = Bodies(MODEL, STATES)
     np.testing.assert_array_equal(EdgeCue(gain=0.5)(SEEN, bodies), EdgeCue()(SEEN, bodies))
@@ -139,10 +166,10 @@ def test_the_edge_cue_is_the_mean_square_of_the_smaller_distance_times_its_weigh
     bodies = Bodies(MODEL, STATES)
     contours = bodies.contours
     near = np.minimum(
-        sampled(moved.static, contours, 5.0), 0.5 * sampled(moved.moving, contours, 5.0)
+        sampled(moved.static, contours, 5.0), 0.5 * sampled(moved.moving, contours, 10.0)
     )
     wanted = 0.3 * mean_square(near, contours.visible, 0.8, 3.0)
-    np.testing.assert_allclose(EdgeCue(0.8, 0.5, 3.0, 0.3)(moved, bodies), wanted)
+    np.testing.assert_allclose(EdgeCue(0.8, 0.5, None, 3.0, 0.3)(moved, bodies), wanted)
 
 
 def test_the_true_pose_is_better_than_others_by_edges_and_by_patches():
@@ -213,6 +240,7 @@ def test_the_pull_the_bounds_and_a_cue_of_ones_own():
     [
         (lambda: EdgeRules(thresholds=(50.0, 10.0)), "thresholds must rise"),
         (lambda: EdgeCue(gain=0.0), "gain must be"),
+        (lambda: EdgeCue(gain=0.5, toll=1.0), "gain and toll must not both"),
         (lambda: look(np.zeros((4, 5), np.uint8)), "image must be"),
         (lambda: look(IMAGE, grey(IMAGE)[:-1]), "before must be"),
         (lambda: PatchCue(PATCHES, REFERENCE[:5]), "reference must be"),

@@ -108,10 +108,11 @@ class Look:
     edges : (height, width)
         Where edges are.
     static, moving : (height, width)
-        Distance of each pixel to the nearest edge and to the nearest edge that moves, px: I_DT and
-        I'_DT. Without a picture before, no edge moves.
+        Distance of each pixel to the nearest edge and to the nearest edge that moves, px: I_DT, cut
+        to the most there is, and I'_DT, which is not cut: K times the most would cut the smaller of
+        the two for all edges. Infinite where no edge moves, as without a picture before.
     most
-        The largest distance there is, px.
+        To which I_DT is cut, px.
     """
 
     image: Image
@@ -171,15 +172,14 @@ def look(
         flow = finder.calc(before, grey, None)
         far = cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves
         moving = edges * far.astype(np.uint8)
-    static, shifted = (_transform(of, rules.most) for of in (edges, moving))
-    return Look(image, grey, edges > 0, static, shifted, float(rules.most))
+    static = np.minimum(_transform(edges), np.float32(rules.most))
+    return Look(image, grey, edges > 0, static, _transform(moving), float(rules.most))
 
 
-def _transform(edges: np.ndarray, most: float) -> np.ndarray:
+def _transform(edges: np.ndarray) -> np.ndarray:
     if not edges.any():
-        return np.full(edges.shape, most, dtype=np.float32)
-    distance = cv2.distanceTransform(255 - edges, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.minimum(distance, np.float32(most))
+        return np.full(edges.shape, np.inf, dtype=np.float32)
+    return cv2.distanceTransform(255 - edges, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
 
 
 @final
@@ -304,7 +304,12 @@ class EdgeCue:
 
     is taken as the distance of point j, with :math:`I_{DT}` alone for K of ``None``. From K = 1 on
     the minimum is :math:`I_{DT}` everywhere, since edges that move are edges: only a K below 1
-    favours them.
+    favours them. And a contour that lies on edges that stand still costs nothing, whatever K is.
+    Ours is
+
+    .. math:: \min(I'_{DT}(j),\; I_{DT}(j) + c)
+
+    by which an edge that stands still costs a toll.
 
     Parameters
     ----------
@@ -312,6 +317,8 @@ class EdgeCue:
         σ_s, px, of the mean square.
     gain
         K.
+    toll
+        c, px; ``None`` for the paper's form.
     price
         Of a hidden point, px; ``None`` counts the visible ones only.
     weight
@@ -320,7 +327,7 @@ class EdgeCue:
     Raises
     ------
     ValueError
-        If a number is not positive.
+        If a number is not positive, or there are a gain and a toll.
 
     References
     ----------
@@ -329,14 +336,17 @@ class EdgeCue:
 
     sigma: float = 0.65
     gain: float | None = None
+    toll: float | None = None
     price: float | None = 4.0
     weight: float = 1.0
 
     def __post_init__(self) -> None:
         checks.positive("sigma", self.sigma)
-        for name in ("gain", "price"):
+        for name in ("gain", "toll", "price"):
             if getattr(self, name) is not None:
                 checks.positive(name, getattr(self, name))
+        if self.gain is not None and self.toll is not None:
+            raise ValueError(f"gain and toll must not both be given, got {self.gain}, {self.toll}")
         checks.not_negative("weight", self.weight)
 
     def distances(self, seen: Look, bodies: Bodies) -> Distances:
@@ -344,7 +354,11 @@ class EdgeCue:
         contours = bodies.contours
         found = sampled(seen.static, contours, seen.most)
         if self.gain is not None and seen.moves:
-            found = np.minimum(found, self.gain * sampled(seen.moving, contours, seen.most))
+            moving = sampled(seen.moving, contours, seen.most / self.gain)
+            found = np.minimum(found, self.gain * moving)
+        if self.toll is not None and seen.moves:
+            moving = sampled(seen.moving, contours, seen.most + self.toll)
+            found = np.minimum(found + self.toll, moving)
         return found
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:

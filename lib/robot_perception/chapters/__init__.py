@@ -28,6 +28,8 @@ CHAPTERS = (
     "ceiling_navigation",
     "tutor_face",
     "tutor_following",
+    "arm_likelihoods",
+    "arm_tracking",
 )
 """Stems of the chapters, in the order of the book."""
 

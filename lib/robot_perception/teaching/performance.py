@@ -36,6 +36,7 @@ THEMES = {
     "pattern": "Patterns on a ceiling",
     "ceiling": "Patterns on a ceiling",
     "tutor": "The tutor",
+    "arms": "Two arms",
 }
 """Themes by the first word of the work that belongs to them, in the order of the page."""
 ORDER = tuple(dict.fromkeys(THEMES.values()))

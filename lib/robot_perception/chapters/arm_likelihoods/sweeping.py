@@ -1,6 +1,6 @@
 """Two angles of an arm are swept: how many peaks each cue has, and where the highest one is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -27,7 +27,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition, Origin
+from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "companion-robot"
 LEAST = 0.05
@@ -88,16 +88,19 @@ class Config:
         By which the pose at rest is told wrongly, rad.
     gain
         K.
+    toll
+        What an edge that stands still costs, px, in place of the paper's form; 0 for that.
     mix
         One of ``MIXES``, which is compared with shape alone.
     """
 
-    seeds: tuple[int, ...] = SCORED[:80]
+    seeds: tuple[int, ...] = SCORED[:300]
     clutter: int = CLUTTER
     passers: int = PASSERS
     stops: bool = False
     off: float = 0.0
     gain: float = GAIN
+    toll: float = 0.0
     mix: str = "all"
 
 
@@ -145,9 +148,8 @@ def mixed(logs: dict[str, np.ndarray], mix: str) -> Float[np.ndarray, "aways ben
     return np.sum([logs[name] for name in MIXES[mix]], axis=0)
 
 
-def with_gain(shown: Glance, gain: float) -> Float[np.ndarray, "aways bends"]:
-    """Return the surface of shape and motion with another K."""
-    cue = EdgeCue(gain=gain)
+def by_edges(shown: Glance, cue: EdgeCue) -> Float[np.ndarray, "aways bends"]:
+    """Return the surface of edges alone."""
     return cue(shown.seen, Bodies(shown.model, swept(shown.angles))).reshape(len(AWAYS), -1)
 
 
@@ -157,8 +159,10 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     def task(seed: int, rng: np.random.Generator) -> np.ndarray:
         shown = glance(seed, config.clutter, config.passers, config.stops, config.off)
         logs = surfaces(shown)
-        if config.gain != GAIN:
-            logs["shape and motion"] = with_gain(shown, config.gain)
+        if config.toll:
+            logs["shape and motion"] = by_edges(shown, EdgeCue(toll=config.toll))
+        elif config.gain != GAIN:
+            logs["shape and motion"] = by_edges(shown, EdgeCue(gain=config.gain))
         found = [peaks(mixed(logs, mix), shown.angles) for mix in MIXES]
         return np.array([(one.count, one.second, one.off, one.out) for one in found])
 
@@ -166,13 +170,22 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
     return Result(config, *np.moveaxis(parts, -1, 0))
 
 
-cluttered = Study(run, full=Config(), quick=Config(SCORED[:12]), seed=1)
-plain = Study(run, full=Config(clutter=0, passers=0),
-              quick=Config(SCORED[:12], clutter=0, passers=0), seed=1)  # fmt: skip
-stopped = Study(run, full=Config(stops=True, passers=0),
-                quick=Config(SCORED[:12], stops=True, passers=0), seed=1)  # fmt: skip
-walked = Study(run, full=Config(passers=0), quick=Config(SCORED[:12], passers=0), seed=1)
-even = Study(run, full=Config(gain=1.0), quick=Config(SCORED[:12], gain=1.0), seed=1)
+TOLL = 2.0
+"""px; ours, chosen on people to choose on."""
+_QUIET = Config(passers=0)
+
+
+def _study(full: Config) -> Study[Config, Result]:
+    return Study(run, full=full, quick=replace(full, seeds=SCORED[:12]), seed=1)
+
+
+cluttered = _study(Config())
+quiet = _study(_QUIET)
+"""Nobody walks behind."""
+plain = _study(Config(SCORED[:80], clutter=0, passers=0))
+stopped = _study(replace(_QUIET, seeds=SCORED[:80], stops=True))
+walked = _study(Config(SCORED[:120]))
+tolled = _study(replace(_QUIET, seeds=SCORED[:120], toll=TOLL))
 TENTH = Accepted(0.1, 1.0, "one scene in ten at least; the paper shows one", Origin.CHOICE)
 
 
@@ -211,46 +224,41 @@ def likelihood_shapes(result: Result) -> Finding:
     )
 
 
-@cluttered.claim(
+@quiet.claim(
     "moving-edges",
     paper=PAPER,
     place="§V, Fig. 7",
     basis="substitute",
     statement="The smaller of the distance to an edge and K times that to a moving edge removes "
     "false attractors while the target moves.",
-    paper_value="“the tracking is less disturbed by the background clutter, especially while the "
-    "target is moving”",
-    method="The same scenes. Share in which the true pose stands out by shape and motion less that "
-    "by shape alone; bootstrap over scenes.",
+    paper_value="“to cope with cluttered scenes and reject false background attractors, by "
+    "favouring the moving edges”",
+    method="People who gesture before cluttered walls, nobody behind them. Share of scenes in "
+    "which the true pose stands out by shape and motion less that by shape alone; bootstrap.",
     accepted=TENTH,
-    sabotage=Change("K of 1", gain=1.0),
-)
+    sabotage=Change("a toll on edges that stand still", config=replace(_QUIET, seeds=SCORED[:60],
+                                                                       toll=TOLL)),
+)  # fmt: skip
 def moving_edges(result: Result) -> Finding:
-    """Tell what motion adds, moving, stopped, and with nobody behind."""
+    """Tell what motion adds, moving, stopped, and with people behind."""
     value = result.gain("shape, motion")
-    if len(result.out) < 80 or result.config.gain != GAIN:
-        return Finding(value, {})
-    still = stopped.result()
+    if len(result.out) < 80:
+        return Finding(value)
+    seen = glance(result.config.seeds[0], CLUTTER)
+    same = np.abs(by_edges(seen, EdgeCue(gain=1.0)) - by_edges(seen, EdgeCue())).max()
     names = list(MIXES)
-    seen = glance(result.config.seeds[0], CLUTTER, PASSERS)
-    same = np.abs(with_gain(seen, 1.0) - surfaces(seen)["shape"]).max()
+    toll = tolled.result()
     return Finding(
         value,
         {
-            "arms that stand still": still.gain("shape, motion"),
-            "stands out by shape, standing still": bootstrap_mean(
-                still.out[:, names.index("shape")]
-            ),
-            "nobody behind": walked.result().gain("shape, motion"),
-            "K of 1": even.result().gain("shape, motion"),
-            "K of 1, largest difference of two surfaces": exact(float(same)),
+            "a toll in place of K": toll.gain("shape, motion"),
+            "arms that stand still": stopped.result().gain("shape, motion"),
+            "people walk behind": walked.result().gain("shape, motion"),
+            "K of 1, largest difference to shape alone": exact(float(same)),
+            "peaks, shape": mean(result.count[:, names.index("shape")]),
+            "peaks, shape and motion": mean(result.count[:, names.index("shape, motion")]),
+            "peaks, a toll": mean(toll.count[:, names.index("shape, motion")]),
         },
-        conditions=(
-            Condition.judged(
-                "K is below 1: an edge that moves is an edge, so that from K = 1 on the smaller "
-                "distance is always the first",
-                TENTH,
-                outside=even.result().gain("shape, motion"),
-            ),
-        ),
+        note="From K = 1 on the smaller distance is always the first: an edge that moves is an "
+        "edge. And on an edge that stands still both forms of the cost are 0.",
     )

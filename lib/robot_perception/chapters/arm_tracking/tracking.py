@@ -53,6 +53,10 @@ def _plain_edges(first: First) -> Cue:
     return EdgeCue(weight=edge_weight(first.seen))
 
 
+def _tolled_edges(first: First) -> Cue:
+    return EdgeCue(toll=1.0, weight=edge_weight(first.seen))
+
+
 def _even(channels: tuple[int, ...]) -> CueMaker:
     def make(first: First) -> Cue:
         return PatchCue(first.patches, first.reference, channels)
@@ -71,6 +75,7 @@ WAYS: Mapping[str, tuple[Mapping[str, CueMaker], Mapping[str, CueMaker]]] = Mapp
         "contours only": ({**_without("colour", "texture"), "edges": _plain_edges}, BOUNDS),
         "no patches": (_without("colour", "texture"), BOUNDS),
         "no motion": ({**CUES, "edges": _plain_edges}, BOUNDS),
+        "a toll in place of K": ({**CUES, "edges": _tolled_edges}, BOUNDS),
         "no contours": (_without("edges"), BOUNDS),
         "no colour": (_without("colour"), BOUNDS),
         "no texture": (_without("texture"), BOUNDS),

@@ -1,0 +1,135 @@
+"""Figures of the chapter "Two arms, one camera"."""
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.arm_likelihoods.figures import outline
+from robot_perception.chapters.arm_tracking import views
+from robot_perception.chapters.arm_tracking.tracking import HELD
+from robot_perception.chapters.tutor_face.figures import picture
+from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching.figures import drawn, figure
+from robot_perception.teaching.figures.style import MEANING, band, label
+from robot_perception.teaching.tables import Table
+
+_PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
+_MIDDLE = np.array([0.0, -0.12, 1.9])
+_TURN = np.radians(35.0)
+"""By which the stick figure is turned, so that depth shows."""
+COLOURS = {"auxiliary": "estimate", "condensation": "particles", "importance": "information"}
+
+
+def seen(ax: Axes, state: views.Tracked) -> None:
+    """Draw a picture with the outline of the estimate and the true joints."""
+    picture(ax, state.image)
+    outline(ax, state.points, state.visible, MEANING["estimate"])
+    for arm in state.sticks:
+        ax.plot(*arm[:3].T, "-", color=MEANING["right"], linewidth=1.6)
+        ax.plot(*arm[1:3].T, "o", color=MEANING["right"], markersize=4)
+
+
+def sticks(ax: Axes, state: views.Tracked) -> None:
+    """Draw both arms in space, turned about the vertical: the truth and the estimate."""
+    for joints, meaning in ((state.true, "right"), (state.joints, "estimate")):
+        off = joints - _MIDDLE
+        u = off[..., 0] * np.cos(_TURN) - off[..., 2] * np.sin(_TURN)
+        ax.plot(u[:, 0], -off[:, 0, 1], "-", color=MEANING["expected"], linewidth=3.0)
+        for arm in range(2):
+            ax.plot(u[arm], -off[arm, :, 1], "-o", color=MEANING[meaning], markersize=4,
+                    linewidth=2.4)  # fmt: skip
+    ax.set(xlim=(-0.95, 0.95), ylim=(-0.75, 0.75), xticks=[], yticks=[], aspect="equal")
+    ax.grid(visible=False)
+
+
+def errors(ax: Axes, wrists: Float[np.ndarray, "n 2"], time: int) -> None:
+    """Draw how far off both wrists are over the film, and where it stands."""
+    for arm, style in enumerate(("-", "--")):
+        ax.plot(np.minimum(wrists[:, arm], 99), style, color=MEANING["error"], linewidth=1.8)
+    ax.axhline(HELD, color=MEANING["expected"], linestyle=":", linewidth=1.4)
+    ax.axvline(time, color=MEANING["truth"], linewidth=1.2)
+    ax.set(xlim=(0, len(wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="off by (px)")
+
+
+def card(ax: Axes) -> Axes:
+    """Draw outline and joints on the axes of the hero's picture."""
+    seen(ax, views.pointing(24))
+    return ax
+
+
+@drawn(
+    name="arms-hero",
+    alt="A person points to the side. Red points follow the outlines of both arms, green lines "
+    "their true joints.",
+    caption="Red: the outlines of the estimate. Green: the true shoulders, elbows and wrists. The "
+    "program sees this picture and those before it, and nothing else.",
+    width=5.6,
+    height=4.2,
+    gridspec_kw=_PHOTO,
+)
+def hero(ax: Axes) -> Axes:
+    """Draw somebody who points, and where the tracker has the arms."""
+    return card(ax)
+
+
+@drawn(
+    name="arms-counts",
+    alt="Error of the wrists against the number of particles, from 50 to 1600, for three filters: "
+    "all fall at first and level off.",
+    caption="Median error of the wrists against the number of particles, three filters. Bands: "
+    "95 % over films.",
+    height=3.2,
+)
+def counts(ax: Axes, table: Table) -> Axes:
+    """Draw the recorded errors by filter and number of particles."""
+    particles = np.array([int(name) for name in table.columns])
+    for k, (name, meaning) in enumerate(COLOURS.items()):
+        row: list[Interval] = list(table.rows[name])
+        low, high = (np.array([getattr(of, end) for of in row]) for end in ("low", "high"))
+        band(ax, particles, low, high, MEANING[meaning])
+        ax.plot(particles, [of.estimate for of in row], "-o", color=MEANING[meaning], markersize=4)
+        top = max(of.high for of in table.rows["condensation"])
+        label(ax, 1500, top * (1.15 - 0.11 * k), name, MEANING[meaning], ha="right")
+    ax.set(xscale="log", xlabel="particles", ylabel="wrists off by (px)", ylim=(0, None))
+    ax.set_xticks(particles, [str(n) for n in particles])
+    return ax
+
+
+@drawn(
+    name="arms-ablation",
+    alt="A bar for each set of cues: the share of the arms that is held in clutter.",
+    caption="Share of the arms that are held at the end of a film of gestures before clutter. "
+    "Lines: 95 % over films.",
+    height=3.8,
+    gridspec_kw={"left": 0.4, "right": 0.97, "bottom": 0.15, "top": 0.98},
+)
+def ablation(ax: Axes, table: Table, scene: str) -> Axes:
+    """Draw the recorded shares by set of cues."""
+    for k, name in enumerate(table.rows):
+        of = table[name, scene]
+        ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
+        ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
+    ax.set_yticks(range(len(table.rows)), list(table.rows))
+    ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="arms held")
+    return ax
+
+
+def following(axes: np.ndarray, state: views.Tracked) -> None:
+    """Draw a picture, both stick figures, and the errors over the film; axes cleared first."""
+    left, right, below = axes
+    for ax in axes:
+        ax.clear()
+    seen(left, state)
+    sticks(right, state)
+    errors(below, state.wrists, state.time)
+
+
+def laid_out() -> tuple[Figure, np.ndarray]:
+    """Return a figure with a picture, a stick figure beside it, and a curve below."""
+    fig, axes = figure(3, width=7.2, height=4.6)
+    left, right, below = axes
+    left.set_position((0.0, 0.30, 0.60, 0.70))
+    right.set_position((0.62, 0.34, 0.37, 0.62))
+    below.set_position((0.10, 0.12, 0.88, 0.15))
+    return fig, axes

@@ -1,0 +1,53 @@
+"""The films of the chapter: picture, outline, arms in space and errors, one clock."""
+
+from collections.abc import Iterator
+
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.arm_tracking import figures as draw
+from robot_perception.chapters.arm_tracking import views
+from robot_perception.chapters.arm_tracking.ablating import CLUTTER, PLAIN
+from robot_perception.teaching.figures.films import film
+from robot_perception.teaching.media import Shown
+
+FPS = 7.5
+EVERY = 2
+"""Of the pictures every second is shown."""
+_WORDS = (
+    "Left: the picture, the outline of the estimate, and the true joints (green). Right: both arms "
+    "in space, turned by 35°, truth and estimate. Below: how far off the wrists are."
+)
+
+
+def points() -> Shown:
+    """Show somebody who points, tracked by contours alone."""
+    return film(
+        frames(views.POINTS, PLAIN, "contours only"),
+        fps=FPS,
+        name="arms-points",
+        poster=12,
+        alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
+        "other one. Red outlines stay on both arms; beside it two stick figures move together.",
+        caption=f"Contours alone, bare wall. {_WORDS}",
+    )
+
+
+def gestures() -> Shown:
+    """Show somebody who gestures in clutter, tracked by all cues."""
+    return film(
+        frames(views.GESTURES, CLUTTER, "all cues"),
+        fps=FPS,
+        name="arms-gestures",
+        poster=16,
+        alt="A person before a cluttered wall moves both arms while two others walk behind. Red "
+        "outlines follow the arms; beside it two stick figures, and below the errors.",
+        caption=f"All cues, clutter, two people behind. {_WORDS}",
+    )
+
+
+def frames(seed: int, scene: str, way: str) -> Iterator[Figure]:
+    """Yield the pictures of a film, all on one figure."""
+    fig, axes = draw.laid_out()
+    for time in range(0, views.FRAMES, EVERY):
+        draw.following(axes, views.moment(seed, scene, time, way))
+        yield fig
