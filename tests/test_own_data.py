@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from data_synth import ceiling, coloured, laser, stereo, textured_building
+from data_synth.arms.gestures import ArmScene, film_arms
 from data_synth.building import drive
 from data_synth.companion.face_films import FaceScene, film_faces
 from data_synth.companion.faces import make_identity
@@ -21,6 +22,8 @@ from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import LARGE, roll
 from data_synth.wheels import Odometry as Report
 from robot_perception.appearance.segmentation import filled
+from robot_perception.arms.body_model import BodyModel
+from robot_perception.cameras import Pinhole
 from robot_perception.chapters.people_sensors.sessions import rig as rig_with
 from robot_perception.companion.boxes import overlap
 from robot_perception.datasets import (
@@ -49,7 +52,14 @@ PAGE = (BOOK / "your_own_data.md").read_text("utf-8")
 EXAMPLES = dict(re.findall(r"```\{code-block\} text\n:caption: (.*)\n\n([^`]*)```", PAGE))
 CONSOLES = re.findall(r"```\{code-block\} console\n([^`]*)```", PAGE)
 NUMBER = re.compile(r"-?\d+\.?\d*")
-LONGER = ("ceiling.py", "faces.py", "people.py", "stereo_slam.py", "track.py")  # they draw
+LONGER = (
+    "arms.py",
+    "ceiling.py",
+    "faces.py",
+    "people.py",
+    "stereo_slam.py",
+    "track.py",
+)  # they draw
 RECORDED = {  # what a console of the page runs on: the data set, and its file or folder
     "fr079_graph.log.gz": ("carmen_fr079", "fr079_graph.log.gz"),
     "kitti_stereo_straight": ("kitti_stereo_straight", None),
@@ -708,6 +718,26 @@ def test_a_film_without_faces_has_a_file_without_lines(visitors):
     assert (folder / "none.csv").read_text() == "frame,x,y,w,h,name,distance\n"
 
 
+def test_arms_are_where_they_are(tmp_path):
+    """A rendered person who points: both wrists by the angles that are written."""
+    shown = film_arms(np.random.default_rng(106), 20, ArmScene("pointing"))
+    write_video(tmp_path / "arms.avi", shown.frames, rate=15)
+    said = run(tmp_path, "arms.py", "arms.avi", "0.29,0.25,0.17", "rest", "out")
+    assert numbers(said, "pictures:") == [20, 0]
+    lines = [line.split(",") for line in (tmp_path / "out.csv").read_text().splitlines()]
+    assert lines[0][:5] == [
+        "frame", "left_sideways_deg", "left_ahead_deg", "left_about_deg", "left_elbow_deg"
+    ]  # fmt: skip
+    assert len(lines[0]) == 18
+    states = np.radians(np.array(lines[1:], dtype=float)[:, 1:9])
+    camera = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
+    model = BodyModel.from_face(shown.face, camera)
+    wrists = model.pixels(model.joints(states)[:, :, 2])
+    off = np.linalg.norm(wrists - shown.stage.pixels(shown.joints[:, :, 2]), axis=-1)
+    assert np.median(off) < 12
+    assert sum(1 for _ in read_video(tmp_path / "out.mp4")) == 20
+
+
 # Bad input ---------------------------------------------------------------------------------------
 
 SEEN = "time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad"
@@ -795,6 +825,15 @@ FILES = EXAMPLES | {
         ("ceiling.py here.csv out", "here.csv: no film, or a damaged one"),
         ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
         ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out there"),
+        ("arms.py film.avi out", "The angles of both arms from a film"),
+        ("arms.py film.avi 0.3,0.2 rest out", "LENGTHS must be 3 numbers between commas, got"),
+        (
+            "arms.py film.avi 0.3,0.2,0.2 1,2 out",
+            "POSE must be 8 numbers between commas, got '1,2'",
+        ),
+        ("arms.py film.avi 0.3,0.2,a rest out", "LENGTHS must be 3 numbers"),
+        ("arms.py none.avi 0.3,0.2,0.2 rest out", "no such film: none.avi"),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out", "image must show a face, found none"),
         ("faces.py film.avi out", "Who is where in a film, .*: python faces.py GALLERY FILM OUT"),
         ("faces.py none film.avi out", "No such file.*none"),
         ("faces.py grey/image_l film.avi out", "the gallery needs a folder for each person"),

@@ -82,7 +82,7 @@ class Measures:
     Raises
     ------
     ValueError
-        If one is not a positive number, or there is another number of them.
+        If one is not from a millimetre to ten metres, or there is another number of them.
     """
 
     lengths: tuple[float, float, float] = (0.29, 0.25, 0.13)
@@ -96,11 +96,10 @@ class Measures:
     def __post_init__(self) -> None:
         for name, size in (("lengths", 3), ("radii", 4), ("trunk", 2)):
             found = checks.vector(name, getattr(self, name), size)
-            if not found.min() > 0:
-                raise ValueError(f"{name} must be positive, got {found.tolist()}")
+            _sized(name, found)
             object.__setattr__(self, name, tuple(found.tolist()))
         for name in ("apart", "drop", "face", "head"):
-            checks.positive(name, getattr(self, name))
+            _sized(name, np.array([checks.number(name, getattr(self, name))]))
 
 
 @final
@@ -274,7 +273,17 @@ class BodyModel:
         return ends
 
     def pixels(self, points: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 2"]:
-        """Return where points lie in the picture, px."""
+        """Return where points lie in the picture, px.
+
+        Raises
+        ------
+        ValueError
+            If a point is not before the camera.
+        """
+        points = checks.array("points", points, (..., 3))
+        checks.moderate("points", points, 1e6)
+        if points.size and not points[..., 2].min() > 0:
+            raise ValueError(f"points must be before the camera, got z of {points[..., 2].min():g}")
         return points[..., :2] / points[..., 2:] * self.camera.focal + self.camera.centre
 
     def possible(self, states: States) -> Bool[np.ndarray, " m"]:
@@ -343,6 +352,8 @@ class BodyModel:
             places of ours.
         """
         spans = checks.array("spans", spans, (3, 2))
+        if not (spans[:, 1] > spans[:, 0]).all() or spans.min() < 0 or spans.max() > 1:
+            raise ValueError("spans must rise within 0 and 1")
         state = _states(checks.vector("state", state, 8)[None])
         ends, sides = np.empty((1, 2, 4, 3)), np.empty((1, 2, 2, 3))
         _skeletons(state, *self._sizes(), ends, sides)
@@ -383,7 +394,7 @@ def contours_textbook(model: BodyModel, states: States) -> Contours:
 
     which has two solutions, or none for a limb that points at the camera.
     """
-    measures = model.measures
+    measures = checks.instance("model", model, BodyModel).measures
     every, seen = [], []
     for ends in model.joints(states):
         limbs = [
@@ -461,6 +472,12 @@ def _states(states: Any) -> np.ndarray:
     states = checks.array("states", states, ("m", 8))
     checks.moderate("states", states, 1e3)
     return states
+
+
+def _sized(name: str, found: np.ndarray) -> None:
+    """Raise an error unless sizes are those of a body, in metres."""
+    if not (found.min() >= 1e-3 and found.max() <= 10):
+        raise ValueError(f"{name} must be positive, from 0.001 to 10 m, got {found.tolist()}")
 
 
 def _wholes(name: str, values: Any, size: int) -> tuple[int, ...]:

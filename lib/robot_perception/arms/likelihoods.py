@@ -13,7 +13,7 @@ Robot", section V. All deviations, gains and prices are ours: the paper names no
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import final, no_type_check
+from typing import Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -257,6 +257,7 @@ def square_of_sum(distances: Distances, visible: Visible, sigma: float) -> Logar
     ----------
     Eq. (2). The text above it speaks of the sum of the squared distances: `sum_of_squares`.
     """
+    distances, sigma = _told(distances, visible, sigma)
     total = np.where(visible, distances, 0.0).sum(axis=1)
     return -(total**2) / (2 * sigma**2)
 
@@ -266,6 +267,7 @@ def sum_of_squares(distances: Distances, visible: Visible, sigma: float) -> Loga
 
     Parameters are those of `square_of_sum`.
     """
+    distances, sigma = _told(distances, visible, sigma)
     total = (np.where(visible, distances, 0.0) ** 2).sum(axis=1)
     return -total / (2 * sigma**2)
 
@@ -287,12 +289,29 @@ def mean_square(
     price
         px.
     """
+    distances, sigma = _told(distances, visible, sigma)
     if price is None:
         count = np.maximum(visible.sum(axis=1), 1)
         mean = (np.where(visible, distances, 0.0) ** 2).sum(axis=1) / count
     else:
+        price = checks.moderate("price", checks.not_negative("price", price), 1e6)
         mean = (np.where(visible, distances, price) ** 2).mean(axis=1)
     return -mean / (2 * sigma**2)
+
+
+def _told(distances: Any, visible: Any, sigma: Any) -> tuple[Distances, float]:
+    """Return distances and a deviation, if they are some."""
+    distances = checks.array("distances", distances, ("m", "n"))
+    checks.moderate("distances", distances, 1e6)
+    if not distances.shape[1]:
+        raise ValueError("distances must be of one point at least, got none")
+    if not isinstance(visible, np.ndarray) or visible.dtype != bool:
+        raise TypeError(f"visible must be an array of truth values, got {checks.shown(visible)}")
+    checks.shaped("visible", visible, distances.shape, beside="distances")
+    sigma = checks.positive("sigma", sigma)
+    if not 1e-6 <= sigma <= 1e6:
+        raise ValueError(f"sigma must be from 1e-6 to 1e6, got {sigma:g}")
+    return distances, sigma
 
 
 @final
@@ -351,6 +370,7 @@ class EdgeCue:
 
     def distances(self, seen: Look, bodies: Bodies) -> Distances:
         """Return the distance of each point of the silhouettes, px."""
+        _both(seen, bodies)
         contours = bodies.contours
         found = sampled(seen.static, contours, seen.most)
         if self.gain is not None and seen.moves:
@@ -410,7 +430,9 @@ def patch_histograms_textbook(
     seen: Look, surface: Surface, bins: int = 8
 ) -> tuple[Float[np.ndarray, "m p 4 bins"], Float[np.ndarray, "m p"]]:
     """Return the same as `patch_histograms`, written as the equation is."""
-    shape = surface.visible.shape[:2]
+    shape = checks.instance("surface", surface, Surface).visible.shape[:2]
+    checks.instance("seen", seen, Look)
+    bins = checks.whole("bins", bins, 2, 256)
     found, share = np.zeros((*shape, len(CHANNELS), bins)), np.zeros(shape)
     picture = np.dstack([seen.image, seen.grey]).astype(int)
     height, width = seen.grey.shape
@@ -477,18 +499,17 @@ class PatchCue:
         weights = checks.array("weights", weights, (count,))
         if weights.min() < 0:
             raise ValueError(f"weights must not be negative, got {weights.min():g}")
-        channels = checks.integers("channels", self.channels, ("k",), 0)
-        if not channels.size or channels.max() >= len(CHANNELS):
-            raise ValueError(f"channels must be from 0 to 3, got {channels.tolist()}")
+        channels = _channels(self.channels)
         checks.positive("sigma", self.sigma)
         checks.share("price", self.price)
         checks.share("least", self.least)
         object.__setattr__(self, "reference", reference)
         object.__setattr__(self, "weights", weights)
-        object.__setattr__(self, "channels", tuple(channels.tolist()))
+        object.__setattr__(self, "channels", channels)
 
     def squared(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m p"]:
         """Return the sum of D² over the channels of each patch."""
+        _both(seen, bodies)
         surface = bodies.surface(self.patches)
         found = np.empty(surface.visible.shape[:2])
         _compare(
@@ -530,9 +551,25 @@ def confidences(
     Section V, "Implementation".
     """
     reference = checks.array("reference", reference, ("p", len(CHANNELS), "bins"))
+    channels = _channels(channels)
+    sigma = checks.positive("sigma", sigma)
+    if not 1e-6 <= sigma <= 1e6:
+        raise ValueError(f"sigma must be from 1e-6 to 1e6, got {sigma:g}")
+    if not reference.shape[-1]:
+        raise ValueError("reference must have bins, got none")
+    if reference.size and reference.min() < 0:
+        raise ValueError(f"reference must not be negative, got {reference.min():g}")
     uniform = np.full(reference.shape[-1], 1 / reference.shape[-1])
     squared = bhattacharyya(reference[:, list(channels)], uniform) ** 2
-    return np.exp(-squared.sum(axis=1) / (2 * checks.positive("sigma", sigma) ** 2))
+    return np.exp(-squared.sum(axis=1) / (2 * sigma**2))
+
+
+def _channels(channels: Any) -> tuple[int, ...]:
+    """Return which channels are compared."""
+    found = checks.integers("channels", channels, ("k",), 0)
+    if not found.size or found.max() >= len(CHANNELS):
+        raise ValueError(f"channels must be from 0 to 3, got {found.tolist()}")
+    return tuple(found.tolist())
 
 
 def edge_weight(seen: Look) -> float:
@@ -623,6 +660,11 @@ class LimitCue:
         return -self.strength * ~bodies.model.possible(bodies.states)
 
 
+def _both(seen: Look, bodies: Bodies) -> None:
+    checks.instance("seen", seen, Look)
+    checks.instance("bodies", bodies, Bodies)
+
+
 def summed(cues: Mapping[str, Cue], seen: Look, bodies: Bodies) -> dict[str, Logarithms]:
     """Return the logarithm of each cue's likelihood, by its name.
 
@@ -640,6 +682,10 @@ def summed(cues: Mapping[str, Cue], seen: Look, bodies: Bodies) -> dict[str, Log
     ValueError
         If a cue returns something else than a finite number for each state.
     """
+    _both(seen, bodies)
+    checks.instance("cues", cues, Mapping)
+    for name, cue in cues.items():
+        checks.instance(f"cues[{name!r}]", cue, Callable)
     return {
         name: checks.array(f"cues[{name!r}](look, bodies)", cue(seen, bodies), (len(bodies),))
         for name, cue in cues.items()

@@ -174,6 +174,8 @@ class ArmRules:
             raise ValueError(f"noise must be positive, got {noise.tolist()}")
         checks.one_of("filter", self.filter, FILTERS)
         checks.instance("edges", self.edges, EdgeRules)
+        ahead = checks.instances("ahead", checks.instance("ahead", self.ahead, tuple), str)
+        object.__setattr__(self, "ahead", ahead)
         checks.whole("bins", self.bins, 2, 256)
         checks.whole("rounds", self.rounds, 0, 1000)
         checks.positive("lost_edges", self.lost_edges)
@@ -206,6 +208,18 @@ class ArmState:
     cues: Mapping[str, Cue] = field(repr=False)
     bounds: Mapping[str, Cue] = field(repr=False)
     lost: int = 0
+
+    def __post_init__(self) -> None:
+        states = checks.instance("particles", self.particles, ParticleSet).states
+        checks.shaped("particles.states", states, ("m", 8))
+        if not isinstance(self.grey, np.ndarray) or self.grey.dtype != np.uint8:
+            raise TypeError(f"grey must be a picture of bytes, got {checks.shown(self.grey)}")
+        checks.shaped("grey", self.grey, ("height", "width"))
+        checks.instance("first", self.first, First)
+        for name in ("cues", "bounds"):
+            for key, cue in checks.instance(name, getattr(self, name), Mapping).items():
+                checks.instance(f"{name}[{key!r}]", cue, Callable)
+        checks.whole("lost", self.lost, 0)
 
     @property
     def mean(self) -> Float[np.ndarray, " 8"]:
@@ -271,6 +285,11 @@ class Picture:
     rules: ArmRules
     share: float = field(default=0.0, init=False)
 
+    def __post_init__(self) -> None:
+        checks.instance("state", self.state, ArmState)
+        checks.instance("seen", self.seen, Look)
+        checks.instance("rules", self.rules, ArmRules)
+
     @property
     def noise(self) -> Float[np.ndarray, " 8"]:
         """Standard deviations of the motion, rad."""
@@ -278,11 +297,13 @@ class Picture:
 
     def move(self, states: States, rng: np.random.Generator) -> States:
         """Return a draw of the motion from each state."""
+        states = checks.array("states", states, ("m", 8))
+        checks.generator("rng", rng)
         return states + self.noise * rng.standard_normal(states.shape)
 
     def expect(self, states: States) -> States:
         """Return the expected next state of each."""
-        return states
+        return checks.array("states", states, ("m", 8))
 
     def ahead(self, states: States) -> Float[np.ndarray, " m"]:
         """Return the logarithm of what the auxiliary filter looks ahead with."""

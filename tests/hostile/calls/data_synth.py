@@ -24,7 +24,7 @@ from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
-from tests.hostile.calls import _companion_world
+from tests.hostile.calls import _arms_world, _companion_world
 from tests.hostile.sweep import call
 
 FLOOR = office.make_office(rng=np.random.default_rng(0), rooms=2)
@@ -82,152 +82,169 @@ def says() -> people_sound.Conversation:
     )
 
 
-CALLS = {
-    ceiling_plane.Fixture: lambda: call("vent", 0.1, 0.2, 0.3, 0.6, 0.6),
-    ceiling_plane.Ceiling: lambda: call(
-        PICTURE[:8], (ceiling_plane.Fixture("vent", 0.1, 0.2, 0.3, 0.6, 0.6),), "plain", 0.01
-    ),
-    ceiling_plane.Ceiling.texels: lambda: call(PAINTED, AT[None]),
-    ceiling_plane.Ceiling.places: lambda: call(PAINTED, AT[None]),
-    ceiling_plane.make_ceiling: lambda: call("varied", rng=rng(), side=2.0),
-    ceiling_camera.Mount: lambda: call(
-        *(2.5, 200.0, (320, 240), (160.0, 118.5), 0.1, 0.2, 0.3, 0.05, 0.1, (-0.1, 0.02))
-    ),
-    ceiling_camera.Exposure: lambda: call(1.1, 4.0, 2.0, 0.3),
-    ceiling_camera.Occluder: lambda: call(0.1, 0.2, 0.3, 1.0, 40.0),
-    ceiling_camera.CeilingCamera: lambda: call(PAINTED, MOUNT),
-    ceiling_camera.CeilingCamera.image: lambda: call(
-        *(LOOKING, POSES[1]),
-        rng=rng(),
-        exposure=ceiling_camera.Exposure(noise=2.0),
-        occluders=[ABOVE],
-    ),
-    ceiling_camera.CeilingCamera.points_seen: lambda: call(LOOKING, POSES[1], AT[None]),
-    ceiling_robot.drive: lambda: call(POSES[1], 0.5, 0.2, 1.0, wheels.SMALL, rng=rng()),
-    ceiling_robot.taught_path: lambda: call("corner", step=0.1, rng=rng()),
-    clutter: lambda: call((16, 12), rng=rng()),
-    patch: lambda: call(rng=rng(), side=16),
-    superimpose: lambda: call(PICTURE, PICTURE, np.array([3.0, 4, 0.2, 1.1]), centre=(3.0, 4.0)),
-    sequences.Camera: lambda: call(0.01, 0.001, 0.3, 2, 0.5),
-    discs.circles: lambda: call(
-        rng=rng(), frames=2, others=1, colour_step=0.1, camera=sequences.Camera(parts=1)
-    ),
-    lamp.rectangle: lambda: call(rng=rng(), frames=1, light="steady"),
-    beetles.beetle: lambda: call(rng=rng(), frames=1, light="steady", legs=True, clutter=False),
-    snails.snail: lambda: call(rng=rng(), frames=1, light="steady", neck=True, clutter=False),
-    heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3),
-    heads.head: lambda: call(rng=rng(), frames=1, scene=heads.HeadScene(others=0)),
-    bodies.Person: lambda: call(
-        1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)
-    ),
-    bodies.make_person: lambda: call(rng=rng(), skirt=True),
-    bodies.skin: lambda: call(0.3),
-    bodies.legs: lambda: call(PAIR[0], NOON, 0.2, 0.3, 0.1),
-    bodies.figures: lambda: call(
-        PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
-    ),
-    fisheye.Fisheye: lambda: call(16, 4.5, 1.2, 1.7, 0.01, 0.001),
-    fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
-    fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
-    fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
-    fisheye.Stage.light_at: lambda: call(SMALL.stage, ROBOT[None, :2]),
-    fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
-    fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
-    fisheye.expose: lambda: call(EYE, GREYS, 1.0, rng=rng()),
-    outlines.cast_outlines: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES, LEGS),
-    people_office.make_people_office: lambda: call(rng=rng(), distractors=False),
-    people_office.PeopleOffice.section: lambda: call(SMALL, 0.3),
-    people_office.PeopleOffice.room_of: lambda: call(SMALL, ROBOT[:2]),
-    people_office.PeopleOffice.free: lambda: call(SMALL, ROBOT[None, :2]),
-    people_office.PeopleOffice.light: lambda: call(SMALL, 3.0, np.full(7, 2.0)),
-    session.make_session: lambda: call(
-        SMALL, rng=rng(), duration=0.2, people=1, robot="drives", act=world.Wander(), lights_out=0.1
-    ),
-    session.record: lambda: call(
-        crowd(), [crowd().now, crowd().advance(0.1)], rng=rng(), lights_out=np.full(7, 2.0)
-    ),
-    session.readings: lambda: call(some_session(), SENSORS, rng=rng()),
-    session.Session.at: lambda: call(some_session(), 0.1),
-    signals.Rig: lambda: call(
-        *(laser.Scanner(beams=181), 0.3, sonar.SonarRing(), 0.2, EYE),
-        *((10.0, 5.0, 7.5), (0.0, 0.01, 0.02)),
-    ),
-    signals.Sensing: lambda: call(SMALL, PAIR, SENSORS, rng=rng(), lights_out=np.full(7, 2.0)),
-    signals.Sensing.due: lambda: call(
-        signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
-    ),
-    signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
-    people_sound.on_circle: lambda: call(4, 0.15),
-    people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
-    people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
-    people_sound.Manners: lambda: call((2.0, 10.0), (1.0, 5.0), 0.2),
-    people_sound.Conversation.speaking: lambda: call(says(), 0.1, 0.3),
-    people_sound.converse: lambda: call(
-        some_session(), rng=rng(), manners=people_sound.Manners(pause=(0.1, 0.1))
-    ),
-    people_sound.speech: lambda: call(0.2, 16000.0, 120.0, rng=rng()),
-    people_sound.paths: lambda: call(
-        SMALL, np.array([*ROBOT[:2] + 0.5, 1.5]), np.array([*ROBOT[:2], 1.2])
-    ),
-    people_sound.delayed: lambda: call(np.ones(8), np.full((2, 1), 0.5), np.ones((2, 1))),
-    people_sound.own_noise: lambda: call(
-        people_sound.MicrophoneArray(), people_sound.Acoustics(), rng=rng()
-    ),
-    people_sound.hear: lambda: call(
-        *(some_session(), says(), people_sound.EARS, people_sound.Acoustics(window=0.1)), rng=rng()
-    ),
-    sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
-    sonar.ping: lambda: call(sonar.SonarRing(), ROBOT, FACES, LEGS, np.array([True]), rng=rng()),
-    world.Wander: lambda: call(0.1, 0.5, 3.0),
-    world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
-    world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
-    world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),
-    world.between: lambda: call(crowd().now, crowd().advance(0.1), 0.05),
-    world.World: lambda: call(
-        *(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT),
-        rng=rng(),
-        starts=ROBOT[:2] + np.array([[1.0, 0], [0, 1]]),
-    ),
-    world.World.way: lambda: call(crowd(), ROBOT[:2], ROBOT[:2] + 0.5),
-    world.World.ask: lambda: call(crowd(), 1),
-    world.World.advance: lambda: call(crowd(), 0.1, (0.1, 0.2)),
-    building.make_building: lambda: call(rng=rng(), pole_radius=0.15),
-    building.drive: lambda: call(HOUSE, step=1.0, beyond=2.0, radius=1.0),
-    building.first_leg: lambda: call(HOUSE, radius=1.0),
-    laser.Scanner: lambda: call(5, 0.01, 12.0, 0.01, 0.004, 0.1),
-    laser.cast: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES),
-    laser.scan: lambda: call(FACES, POSES, SCANNER, rng=rng()),
-    laser.sight: lambda: call(FACES, POSES, SCANNER, reach=5.0),
-    laser.scan_moving: lambda: call(FACES, POSES[0], (1.0, 0.1), 0.1, SCANNER, rng=rng()),
-    laser.measure: lambda: call(laser.sight(FACES, POSES, SCANNER), SCANNER, rng=rng()),
-    monobot.planned_path: lambda: call("sine", 5, start=0.0, reach=1.0),
-    monobot.simulate_rail: lambda: call(PLAN, AT, 2, rng=rng(), **SIGMAS),
-    monobot.measure_anchor: lambda: call(runs(), 1.0, 0.1, rng=rng()),
-    monobot.watch_vehicle: lambda: call(runs(), 1.0, 0.1, rng=rng()),
-    office.make_office: lambda: call(
-        rng=rng(), rooms=2, length=20.0, corridor=2.0, depth=4.5, door=1.0, furniture=1
-    ),
-    office.drive: lambda: call(FLOOR, step=1.0, turn=0.5),
-    posts.make_posts: lambda: call(40.0, rng=rng(), apart=3.0),
-    posts.glimpse: lambda: call(AT[None], POSES, sigma=0.1, reach=6.0, rng=rng()),
-    stereo.Surface: lambda: call(
-        *np.array([[2.0, 0.5, 1.5], [0, -1, 0], [0, 0, -1]]), 0, (1.0, 2.0), 1.0, -1
-    ),
-    stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
-    stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
-    stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
-    stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
-    stereo.render: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
-    stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
-    stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.1),
-    stereo.surface_points: lambda: call(SCENE, RIG, POSES[0], np.array([[3.5, 2.5], [99.0, 0]])),
-    stereo.project: lambda: call(RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
-    stereo.visible: lambda: call(SCENE, RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
-    textured_building.make_textured_building: lambda: call(rng=rng()),
-    textured_building.drive: lambda: call(LIT, rng=rng(), poses=20, radius=0.8, wander=0.05),
-    textures.make_atlas: lambda: call([np.full((4, 4), 90.0)]),
-    textures.paint: lambda: call("sign", rng=rng()),
-    wheels.Slip: lambda: call(0.1, 0.1, 0.1, 0.1),
-    wheels.true_increments: lambda: call(POSES),
-    wheels.roll: lambda: call(POSES, wheels.SMALL, rng=rng()),
-} | _companion_world.CALLS
+CALLS = (
+    {
+        ceiling_plane.Fixture: lambda: call("vent", 0.1, 0.2, 0.3, 0.6, 0.6),
+        ceiling_plane.Ceiling: lambda: call(
+            PICTURE[:8], (ceiling_plane.Fixture("vent", 0.1, 0.2, 0.3, 0.6, 0.6),), "plain", 0.01
+        ),
+        ceiling_plane.Ceiling.texels: lambda: call(PAINTED, AT[None]),
+        ceiling_plane.Ceiling.places: lambda: call(PAINTED, AT[None]),
+        ceiling_plane.make_ceiling: lambda: call("varied", rng=rng(), side=2.0),
+        ceiling_camera.Mount: lambda: call(
+            *(2.5, 200.0, (320, 240), (160.0, 118.5), 0.1, 0.2, 0.3, 0.05, 0.1, (-0.1, 0.02))
+        ),
+        ceiling_camera.Exposure: lambda: call(1.1, 4.0, 2.0, 0.3),
+        ceiling_camera.Occluder: lambda: call(0.1, 0.2, 0.3, 1.0, 40.0),
+        ceiling_camera.CeilingCamera: lambda: call(PAINTED, MOUNT),
+        ceiling_camera.CeilingCamera.image: lambda: call(
+            *(LOOKING, POSES[1]),
+            rng=rng(),
+            exposure=ceiling_camera.Exposure(noise=2.0),
+            occluders=[ABOVE],
+        ),
+        ceiling_camera.CeilingCamera.points_seen: lambda: call(LOOKING, POSES[1], AT[None]),
+        ceiling_robot.drive: lambda: call(POSES[1], 0.5, 0.2, 1.0, wheels.SMALL, rng=rng()),
+        ceiling_robot.taught_path: lambda: call("corner", step=0.1, rng=rng()),
+        clutter: lambda: call((16, 12), rng=rng()),
+        patch: lambda: call(rng=rng(), side=16),
+        superimpose: lambda: call(
+            PICTURE, PICTURE, np.array([3.0, 4, 0.2, 1.1]), centre=(3.0, 4.0)
+        ),
+        sequences.Camera: lambda: call(0.01, 0.001, 0.3, 2, 0.5),
+        discs.circles: lambda: call(
+            rng=rng(), frames=2, others=1, colour_step=0.1, camera=sequences.Camera(parts=1)
+        ),
+        lamp.rectangle: lambda: call(rng=rng(), frames=1, light="steady"),
+        beetles.beetle: lambda: call(rng=rng(), frames=1, light="steady", legs=True, clutter=False),
+        snails.snail: lambda: call(rng=rng(), frames=1, light="steady", neck=True, clutter=False),
+        heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3),
+        heads.head: lambda: call(rng=rng(), frames=1, scene=heads.HeadScene(others=0)),
+        bodies.Person: lambda: call(
+            1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)
+        ),
+        bodies.make_person: lambda: call(rng=rng(), skirt=True),
+        bodies.skin: lambda: call(0.3),
+        bodies.legs: lambda: call(PAIR[0], NOON, 0.2, 0.3, 0.1),
+        bodies.figures: lambda: call(
+            PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
+        ),
+        fisheye.Fisheye: lambda: call(16, 4.5, 1.2, 1.7, 0.01, 0.001),
+        fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
+        fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
+        fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
+        fisheye.Stage.light_at: lambda: call(SMALL.stage, ROBOT[None, :2]),
+        fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
+        fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
+        fisheye.expose: lambda: call(EYE, GREYS, 1.0, rng=rng()),
+        outlines.cast_outlines: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES, LEGS),
+        people_office.make_people_office: lambda: call(rng=rng(), distractors=False),
+        people_office.PeopleOffice.section: lambda: call(SMALL, 0.3),
+        people_office.PeopleOffice.room_of: lambda: call(SMALL, ROBOT[:2]),
+        people_office.PeopleOffice.free: lambda: call(SMALL, ROBOT[None, :2]),
+        people_office.PeopleOffice.light: lambda: call(SMALL, 3.0, np.full(7, 2.0)),
+        session.make_session: lambda: call(
+            SMALL,
+            rng=rng(),
+            duration=0.2,
+            people=1,
+            robot="drives",
+            act=world.Wander(),
+            lights_out=0.1,
+        ),
+        session.record: lambda: call(
+            crowd(), [crowd().now, crowd().advance(0.1)], rng=rng(), lights_out=np.full(7, 2.0)
+        ),
+        session.readings: lambda: call(some_session(), SENSORS, rng=rng()),
+        session.Session.at: lambda: call(some_session(), 0.1),
+        signals.Rig: lambda: call(
+            *(laser.Scanner(beams=181), 0.3, sonar.SonarRing(), 0.2, EYE),
+            *((10.0, 5.0, 7.5), (0.0, 0.01, 0.02)),
+        ),
+        signals.Sensing: lambda: call(SMALL, PAIR, SENSORS, rng=rng(), lights_out=np.full(7, 2.0)),
+        signals.Sensing.due: lambda: call(
+            signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
+        ),
+        signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
+        people_sound.on_circle: lambda: call(4, 0.15),
+        people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
+        people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
+        people_sound.Manners: lambda: call((2.0, 10.0), (1.0, 5.0), 0.2),
+        people_sound.Conversation.speaking: lambda: call(says(), 0.1, 0.3),
+        people_sound.converse: lambda: call(
+            some_session(), rng=rng(), manners=people_sound.Manners(pause=(0.1, 0.1))
+        ),
+        people_sound.speech: lambda: call(0.2, 16000.0, 120.0, rng=rng()),
+        people_sound.paths: lambda: call(
+            SMALL, np.array([*ROBOT[:2] + 0.5, 1.5]), np.array([*ROBOT[:2], 1.2])
+        ),
+        people_sound.delayed: lambda: call(np.ones(8), np.full((2, 1), 0.5), np.ones((2, 1))),
+        people_sound.own_noise: lambda: call(
+            people_sound.MicrophoneArray(), people_sound.Acoustics(), rng=rng()
+        ),
+        people_sound.hear: lambda: call(
+            *(some_session(), says(), people_sound.EARS, people_sound.Acoustics(window=0.1)),
+            rng=rng(),
+        ),
+        sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
+        sonar.ping: lambda: call(
+            sonar.SonarRing(), ROBOT, FACES, LEGS, np.array([True]), rng=rng()
+        ),
+        world.Wander: lambda: call(0.1, 0.5, 3.0),
+        world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
+        world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
+        world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),
+        world.between: lambda: call(crowd().now, crowd().advance(0.1), 0.05),
+        world.World: lambda: call(
+            *(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT),
+            rng=rng(),
+            starts=ROBOT[:2] + np.array([[1.0, 0], [0, 1]]),
+        ),
+        world.World.way: lambda: call(crowd(), ROBOT[:2], ROBOT[:2] + 0.5),
+        world.World.ask: lambda: call(crowd(), 1),
+        world.World.advance: lambda: call(crowd(), 0.1, (0.1, 0.2)),
+        building.make_building: lambda: call(rng=rng(), pole_radius=0.15),
+        building.drive: lambda: call(HOUSE, step=1.0, beyond=2.0, radius=1.0),
+        building.first_leg: lambda: call(HOUSE, radius=1.0),
+        laser.Scanner: lambda: call(5, 0.01, 12.0, 0.01, 0.004, 0.1),
+        laser.cast: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES),
+        laser.scan: lambda: call(FACES, POSES, SCANNER, rng=rng()),
+        laser.sight: lambda: call(FACES, POSES, SCANNER, reach=5.0),
+        laser.scan_moving: lambda: call(FACES, POSES[0], (1.0, 0.1), 0.1, SCANNER, rng=rng()),
+        laser.measure: lambda: call(laser.sight(FACES, POSES, SCANNER), SCANNER, rng=rng()),
+        monobot.planned_path: lambda: call("sine", 5, start=0.0, reach=1.0),
+        monobot.simulate_rail: lambda: call(PLAN, AT, 2, rng=rng(), **SIGMAS),
+        monobot.measure_anchor: lambda: call(runs(), 1.0, 0.1, rng=rng()),
+        monobot.watch_vehicle: lambda: call(runs(), 1.0, 0.1, rng=rng()),
+        office.make_office: lambda: call(
+            rng=rng(), rooms=2, length=20.0, corridor=2.0, depth=4.5, door=1.0, furniture=1
+        ),
+        office.drive: lambda: call(FLOOR, step=1.0, turn=0.5),
+        posts.make_posts: lambda: call(40.0, rng=rng(), apart=3.0),
+        posts.glimpse: lambda: call(AT[None], POSES, sigma=0.1, reach=6.0, rng=rng()),
+        stereo.Surface: lambda: call(
+            *np.array([[2.0, 0.5, 1.5], [0, -1, 0], [0, 0, -1]]), 0, (1.0, 2.0), 1.0, -1
+        ),
+        stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
+        stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
+        stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+        stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
+        stereo.render: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
+        stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+        stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.1),
+        stereo.surface_points: lambda: call(
+            SCENE, RIG, POSES[0], np.array([[3.5, 2.5], [99.0, 0]])
+        ),
+        stereo.project: lambda: call(RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
+        stereo.visible: lambda: call(SCENE, RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
+        textured_building.make_textured_building: lambda: call(rng=rng()),
+        textured_building.drive: lambda: call(LIT, rng=rng(), poses=20, radius=0.8, wander=0.05),
+        textures.make_atlas: lambda: call([np.full((4, 4), 90.0)]),
+        textures.paint: lambda: call("sign", rng=rng()),
+        wheels.Slip: lambda: call(0.1, 0.1, 0.1, 0.1),
+        wheels.true_increments: lambda: call(POSES),
+        wheels.roll: lambda: call(POSES, wheels.SMALL, rng=rng()),
+    }
+    | _companion_world.CALLS
+    | _arms_world.CALLS
+)

@@ -15,8 +15,8 @@ from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "companion-robot"
-PRICE = 4.0
-"""Of a hidden point, px; ours."""
+PRICE = 5.0
+"""Of a hidden point, px: as far as an edge can be; ours."""
 FORMS = {
     "as printed": square_of_sum,
     "sum of the squares": sum_of_squares,
@@ -140,7 +140,10 @@ hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=2000), seed=3
     "collisions; the other arm is true. Share of scenes in which the best of the twentieth that "
     "shows the fewest points has a higher likelihood (2) than the true pose.",
     accepted=Accepted(0.0, 0.1, "one scene in ten at most", Origin.CHOICE),
-    sabotage=Change("a price on what is hidden", form="mean, hidden points priced"),
+    sabotage=Change(
+        "a price on what is hidden",
+        config=Config(SCORED[:60], poses=2000, form="mean, hidden points priced"),
+    ),
 )
 def hidden_parts(result: Result) -> Finding:
     """Compare the forms."""

@@ -27,7 +27,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Origin
+from robot_perception.teaching.verdicts import Accepted, Condition, Origin
 
 PAPER = "companion-robot"
 LEAST = 0.05
@@ -221,6 +221,9 @@ def likelihood_shapes(result: Result) -> Finding:
         result.gain(result.config.mix),
         {**evidence, "bare wall": bare.gain("all")},
         tables={"cluttered": result.table(), "plain": bare.table()},
+        conditions=(
+            Condition.judged("the background is cluttered", TENTH, outside=bare.gain("all")),
+        ),
     )
 
 

@@ -21,7 +21,7 @@ from robot_perception.chapters.arm_tracking.tracking import (
     tracker,
 )
 
-POINTS, GESTURES = CHOOSING[6], CHOOSING[4]
+POINTS, GESTURES = CHOOSING[6], CHOOSING[2]
 """Seeds of the films that are shown; none that is scored."""
 FRAMES = 48
 TIMES = (0, 8, 16, 24, 32, 40, 47)
