@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, reals, whole
 from data_synth.coloured.canvas import texture
 from data_synth.coloured.filming import linear, one_of
 from data_synth.companion.canvas import rows_and_columns, tint
@@ -180,6 +180,11 @@ class Stage:
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """Return columns and rows (…, 2) of points (…, 3) before the camera."""
+        points = reals("points", points)
+        if points.ndim < 1 or points.shape[-1] != 3 or not np.isfinite(points).all():
+            raise ValueError(f"points must be finite, (…, 3), got {points.shape}")
+        if points.size and not (points[..., 2].min() > 1e-6 and np.abs(points).max() < 1e6):
+            raise ValueError("points must be before the camera, within 1e6 m")
         rows, columns = self.size
         return self.focal * points[..., :2] / points[..., 2:] + [(columns - 1) / 2, (rows - 1) / 2]
 
@@ -193,8 +198,8 @@ class Stage:
 
     def paint(
         self, person: Person, angles: np.ndarray, canvas: np.ndarray, light: float = 1.0
-    ) -> np.ndarray:
-        """Paint a person over a canvas, in place, and return which part each pixel is of.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return a canvas with a person before it, and which part each pixel is of.
 
         Parameters
         ----------
@@ -203,12 +208,14 @@ class Stage:
         angles : (8,)
             Of both arms, rad.
         canvas : (rows, columns, 3)
-            Shares of full light.
+            Shares of full light, 32-bit floating point.
         light
             That falls on the person.
 
         Returns
         -------
+        (rows, columns, 3)
+            Shares of full light.
         (rows, columns)
             0 for the background, 1 for the head, 2 for the trunk; 3, 4, 5 for upper arm, forearm
             and hand on the left, 6, 7, 8 on the right.
@@ -217,8 +224,9 @@ class Stage:
         angles = array("angles", angles, (8,), 10.0)
         light = number("light", light, 0.0, 4.0)
         rows, columns = self.size
-        if canvas.shape != (rows, columns, 3):
-            raise ValueError(f"canvas must be {(rows, columns, 3)}, got {canvas.shape}")
+        if not isinstance(canvas, np.ndarray) or canvas.dtype != np.float32:
+            raise TypeError("canvas must be an array of 32-bit floating point numbers")
+        array("canvas", canvas, (rows, columns, 3))
         fine = _FINE * rows, _FINE * columns
         colour = cv2.resize(canvas, fine[::-1], interpolation=cv2.INTER_LINEAR)
         depth = np.full(fine, np.inf, dtype=np.float32)
@@ -228,8 +236,8 @@ class Stage:
         for k, side in enumerate(SIDES):
             for part, mesh in enumerate(_arm(person, side, angles[4 * k : 4 * k + 4], self.middle)):
                 self._draw(mesh, person, 3 + 3 * k + part, colour, depth, parts, light)
-        cv2.resize(colour, (columns, rows), dst=canvas, interpolation=cv2.INTER_AREA)
-        return parts[_FINE // 2 :: _FINE, _FINE // 2 :: _FINE].copy()
+        painted = cv2.resize(colour, (columns, rows), interpolation=cv2.INTER_AREA)
+        return painted, parts[_FINE // 2 :: _FINE, _FINE // 2 :: _FINE].copy()
 
     def _head(
         self,

@@ -129,8 +129,9 @@ def film_arms(
         for walker in walkers:
             walker.lay(canvas, t)
         canvas *= np.float32(light)
-        parts.append(stage.paint(person, angles[t], canvas, light))
-        shown.append(photograph(canvas, rng=rng))
+        painted, part = stage.paint(person, angles[t], canvas, light)
+        parts.append(part)
+        shown.append(photograph(painted, rng=rng))
     joints = np.array([person.joints(each, stage.middle) for each in angles])
     return ArmFilm(
         np.array(shown), angles, joints, np.array(parts), stage.face(person), person, stage

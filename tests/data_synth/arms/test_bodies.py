@@ -18,8 +18,7 @@ SIDE = np.tile([1.4, 0.0, 0.5, 0.3], 2)
 
 def painted(angles=SIDE, person=PERSON, light=1.0, stage=STAGE):
     canvas = np.full((*stage.size, 3), 0.2, dtype=np.float32)
-    parts = stage.paint(person, angles, canvas, light)
-    return canvas, parts
+    return stage.paint(person, angles, canvas, light)
 
 
 def test_limbs_are_painted_where_their_joints_are():
@@ -123,7 +122,7 @@ def test_people_are_within_some_percent_of_the_usual_one():
         (lambda: replace(SHIRT, loose=0.5), "loose must be"),
         (lambda: Stage(away=0.5), "away must be"),
         (lambda: PERSON.joints(np.zeros(7), np.zeros(3)), "angles must be"),
-        (lambda: STAGE.paint(PERSON, SIDE, np.zeros((4, 4, 3))), "canvas must be"),
+        (lambda: STAGE.paint(PERSON, SIDE, np.zeros((4, 4, 3), np.float32)), "canvas must be"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(make, problem):
