@@ -28,7 +28,7 @@ from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted, Origin
 
 PAPER = "companion-robot"
-STEP, SIDE = 4, 14.0
+STEP, SIDE = 4, 8.0
 """From one place of the swept square to the next, and its side, px; ours."""
 ROWS, COLUMNS = np.arange(8, 240, STEP), np.arange(8, 320, STEP)
 SIGMA = 0.35
@@ -46,7 +46,7 @@ def field(shown: Glance) -> Float[np.ndarray, "rows columns"]:
     joints = first.model.joints(first.state[None])[0, 0]
     u, v = first.model.pixels(joints[2:].mean(axis=0))
     square = np.array([[-0.5, -0.5, 1.0, 1.0]])
-    hand, _ = patch_histograms(first.seen.image, np.array([[u, v, 0.0, SIDE / 2]]), square)
+    hand, _ = patch_histograms(first.seen.image, np.array([[u, v, 0.0, SIDE]]), square)
     x, y = (part.ravel() for part in np.meshgrid(COLUMNS, ROWS))
     states = np.column_stack([x, y, np.zeros(x.size), np.full(x.size, SIDE)]).astype(float)
     seen, _ = patch_histograms(shown.image, states, square)
@@ -103,7 +103,7 @@ def run(config: Config, *, rng: np.random.Generator) -> Result:
         likelihood = field(shown)
         k, j = np.unravel_index(likelihood.argmax(), likelihood.shape)
         v, u = ROWS[k], COLUMNS[j]
-        near = shown.parts[max(v - 7, 0) : v + 8, max(u - 7, 0) : u + 8]
+        near = shown.parts[max(v - 4, 0) : v + 5, max(u - 4, 0) : u + 5]
         hand = np.isin(near, HANDS).any()
         return hand, hand or np.isin(near, (HEAD, 4, 7)).any(), (likelihood > 0.5).mean()
 

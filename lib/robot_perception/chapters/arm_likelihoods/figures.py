@@ -91,7 +91,7 @@ def bumps(ax: Axes) -> Axes:
     name="likelihoods-field",
     alt="A person before a cluttered wall, and a grey map of the same size that is dark but for a "
     "few bright spots.",
-    caption="Left: the picture. Right: how much a square of 14 px looks like the hand did at rest. "
+    caption="Left: the picture. Right: how much a square of 8 px looks like the hand did at rest. "
     "Bright: alike. Rings: the true hands.",
     cols=2,
     width=7.4,

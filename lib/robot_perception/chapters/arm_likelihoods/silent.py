@@ -59,7 +59,7 @@ def jacobian(model: BodyModel, state: np.ndarray, patches: Patches | None = None
     return np.stack(columns, axis=1)
 
 
-def symbolic() -> sympy.Matrix:
+def symbolic() -> sympy.MatrixBase:
     """Return the derivative of the forearm's direction by γ at a straight elbow, by algebra."""
     alpha, beta, gamma, delta = sympy.symbols("alpha beta gamma delta", real=True)
     sin, cos = sympy.sin, sympy.cos

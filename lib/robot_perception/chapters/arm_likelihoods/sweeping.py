@@ -59,7 +59,7 @@ class Peaks:
     @property
     def out(self) -> bool:
         """Whether the highest peak is at the true pose and stands out."""
-        return self.off <= NEAR and self.second <= HALF
+        return bool(self.off <= NEAR and self.second <= HALF)
 
 
 def peaks(log: Float[np.ndarray, "aways bends"], angles: Float[np.ndarray, " 8"]) -> Peaks:

@@ -126,7 +126,7 @@ def dragged(mix: str, away: float, bend: float) -> Dragged:
                    float(surface[k, j]), found)  # fmt: skip
 
 
-def hand_place(away: float, bend: float) -> tuple[float, float]:
+def hand_place(away: float, bend: float, **_others: object) -> tuple[float, float]:
     """Return where the hand of the dragged arm is in the picture."""
     model = shown().model
     joints = model.joints(posed(away, bend)[None])[0, 0]
