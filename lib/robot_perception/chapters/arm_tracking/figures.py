@@ -39,8 +39,8 @@ def sticks(ax: Axes, state: views.Tracked) -> None:
         for arm in range(2):
             ax.plot(u[arm], -off[arm, :, 1], "-o", color=MEANING[meaning], markersize=4,
                     linewidth=2.4)  # fmt: skip
-    ax.set(xlim=(-0.95, 0.95), ylim=(-0.75, 0.75), xticks=[], yticks=[], aspect="equal")
-    ax.grid(visible=False)
+    ax.set(xlim=(-0.9, 0.9), ylim=(-0.75, 0.75), aspect="equal")
+    ax.axis("off")
 
 
 def errors(ax: Axes, wrists: Float[np.ndarray, "n 2"], time: int) -> None:
@@ -54,7 +54,7 @@ def errors(ax: Axes, wrists: Float[np.ndarray, "n 2"], time: int) -> None:
 
 def card(ax: Axes) -> Axes:
     """Draw outline and joints on the axes of the hero's picture."""
-    seen(ax, views.pointing(24))
+    seen(ax, views.pointing(16))
     return ax
 
 

@@ -25,7 +25,7 @@ def points() -> Shown:
         frames(views.POINTS, PLAIN, "contours only"),
         fps=FPS,
         name="arms-points",
-        poster=12,
+        poster=8,
         alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
         "other one. Red outlines stay on both arms; beside it two stick figures move together.",
         caption=f"Contours alone, bare wall. {_WORDS}",
