@@ -1,0 +1,42 @@
+"""The claims of the chapter: the record, and what their findings must say."""
+
+from types import MappingProxyType
+
+from tests.chapters.ledger import LedgerTests, recorded
+
+
+class TestLedger(LedgerTests):
+    stem = "arm_tracking"
+    pictures = MappingProxyType(
+        {"apf-400": 1.0, "pointing": 1.0, "clutter": 1.0, "collisions": 1.0}
+    )
+    rounding = MappingProxyType({"apf-400": 0.3, "pointing": 0.5, "clutter": 0.5,
+                                 "collisions": 0.2})  # fmt: skip
+    few_films = frozenset({"apf-400", "pointing", "clutter", "collisions"})
+    open_when_quick = frozenset({"apf-400", "pointing", "clutter", "collisions"})
+
+
+def test_contours_and_patches_are_each_weak_alone_in_clutter():
+    table = recorded()["clutter"].tables["held"]
+    both = table["all cues", "gesturing, clutter"]
+    for way in ("contours only", "no patches", "no contours"):
+        assert table[way, "gesturing, clutter"].high < both.estimate
+
+
+def test_the_turn_about_the_axis_is_known_least():
+    table = recorded()["pointing"].tables["joints"]
+    for scene in table.columns:
+        each = [table[name, scene].estimate for name in table.rows]
+        assert each[2] == max(each)
+        assert each[0] == min(each)
+
+
+def test_no_filter_is_much_better_than_another():
+    found = recorded()["apf-400"].evidence
+    for name in ("condensation", "importance"):
+        ratio = found[f"auxiliary over {name}, 400 particles"]
+        assert 0.8 < ratio.estimate < 1.25
+
+
+def test_a_picture_takes_less_than_a_fortieth_of_the_papers_second():
+    assert recorded()["one-second"].value.estimate < 1 / 40
