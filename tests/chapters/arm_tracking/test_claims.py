@@ -16,11 +16,21 @@ class TestLedger(LedgerTests):
     open_when_quick = frozenset({"apf-400", "pointing", "clutter", "collisions"})
 
 
-def test_contours_and_patches_are_each_weak_alone_in_clutter():
-    table = recorded()["clutter"].tables["held"]
-    both = table["all cues", "gesturing, clutter"]
-    for way in ("contours only", "no patches", "no contours"):
-        assert table[way, "gesturing, clutter"].high < both.estimate
+def test_patches_hold_the_arms_in_clutter_and_contours_add_little():
+    found = recorded()["clutter"]
+    table = found.tables["held"]
+    whole = table["all cues", "gesturing, clutter"]
+    for way in ("contours only", "no patches"):
+        assert table[way, "gesturing, clutter"].high < whole.low
+    assert table["no contours", "gesturing, clutter"].overlaps(whole)
+    losses = {name: value.estimate for name, value in found.evidence.items() if "less no" in name}
+    assert max(losses, key=losses.get) == "all cues less no patches"
+
+
+def test_contours_lose_arms_before_a_bare_wall_where_patches_hold_them():
+    found = recorded()["pointing"].evidence
+    assert found["no contours"].low > 0.6
+    assert found["contours five times as strong"].high < found["no contours"].estimate
 
 
 def test_the_turn_about_the_axis_is_known_least():

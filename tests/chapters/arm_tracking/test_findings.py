@@ -36,7 +36,7 @@ def test_presets_show_what_the_page_says():
     assert named["no motion"].held == 2
 
 
-def test_the_film_of_pointing_holds_both_arms_by_contours_alone():
+def test_the_film_of_pointing_holds_both_arms():
     state = views.pointing(16)
     assert state.held == 2
     assert np.ptp(state.sticks[:, 2, 1]) > 40, "one arm is lifted"

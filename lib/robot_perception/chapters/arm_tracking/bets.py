@@ -6,8 +6,8 @@ CLUTTERED: dict[str, Any] = {
     "question": "Forty things hang on the wall and two people walk behind. One of four is taken "
     "from the tracker. Without which of them does it lose most arms?",
     "replies": {
-        "contours": "They are the cue of the bare wall, and in clutter they still say exactly "
-        "where an arm ends once the others have told which edge is its own.",
+        "contours": "One would think so. But patches say where an arm is nearly as well without "
+        "them, and edges that are not the arm's pull as hard as those that are.",
         "patches of colour and texture": "Edges of the wall look like edges of arms. Colours of "
         "the wall do not look like sleeves.",
         "motion": "It helps a little: people behind move, too.",

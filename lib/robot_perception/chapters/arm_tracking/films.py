@@ -20,15 +20,15 @@ _WORDS = (
 
 
 def points() -> Shown:
-    """Show somebody who points, tracked by contours alone."""
+    """Show somebody who points, tracked by all cues."""
     return film(
-        frames(views.POINTS, PLAIN, "contours only"),
+        frames(views.POINTS, PLAIN, "all cues"),
         fps=FPS,
         name="arms-points",
         poster=8,
         alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
         "other one. Red outlines stay on both arms; beside it two stick figures move together.",
-        caption=f"Contours alone, bare wall. {_WORDS}",
+        caption=f"All cues, bare wall. {_WORDS}",
     )
 
 

@@ -113,8 +113,8 @@ def cued(way: str, behind: str, time: int) -> Tracked:
 
 
 def pointing(time: int) -> Tracked:
-    """Return a picture of somebody who points before a bare wall, tracked by contours alone."""
-    return moment(POINTS, PLAIN, time, "contours only")
+    """Return a picture of somebody who points before a bare wall, tracked by all cues."""
+    return moment(POINTS, PLAIN, time)
 
 
 def first(seed: int = POINTS) -> tuple[ArmFilm, ArmState]:
