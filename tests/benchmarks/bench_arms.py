@@ -1,5 +1,9 @@
 """Two arms: a film by all cues, and what its stages take."""
 
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -16,13 +20,34 @@ from robot_perception.arms.likelihoods import (
 from robot_perception.arms.tracker import ArmTracker
 from robot_perception.chapters.arm_tracking.timing import IMAGES, SHAPES, WHOLE
 from robot_perception.chapters.arm_tracking.tracking import CAMERA
-from tests.benchmarks.harness import Row
+from tests.benchmarks.harness import Row, Timing
 
+MOST = 1.15
 PARTICLES, LEAST = 400, 40
 """Of the paper; and the pictures a second that are asked for."""
 
 
-def rows() -> list[Row]:
+def growth(name: str, sizes: tuple[int, ...], work: Callable[[int], object]) -> Timing:
+    """Return the exponent with which a time grows: 1 where each particle or point costs as much."""
+    samples = []
+    for _ in range(7):
+        for size in sizes:  # in turn, so that a busy spell hits all sizes
+            begin = time.perf_counter()
+            work(size)
+            samples.append(time.perf_counter() - begin)
+    seconds = np.median(np.reshape(samples, (-1, len(sizes))), axis=0)
+    exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+    return Timing(
+        f"arms, scored with {sizes[0]} to {sizes[-1]} {name}: exponent {exponent:.2f}",
+        float(seconds[-1]),
+        None,
+        "",
+        target=f"exponent ≤ {MOST}",
+        reached=exponent <= MOST,
+    )
+
+
+def rows() -> list[Row | Timing]:
     """Return the rows of the benchmark table that concern two arms."""
     film = film_arms(np.random.default_rng(3), IMAGES + 1, ArmScene("pointing"))
     model = BodyModel.from_face(film.face, CAMERA)
@@ -33,6 +58,9 @@ def rows() -> list[Row]:
     surface = model.surface(states, patches)
     reference = patch_histograms(look(film.frames[0]), model.surface(REST[None], patches))[0][0]
     tracker = ArmTracker(CAMERA)
+
+    def finer(times: int) -> BodyModel:
+        return replace(model, counts=tuple(times * count for count in model.counts))
 
     def tracked() -> np.ndarray:
         rng = np.random.default_rng(6)
@@ -98,4 +126,14 @@ def rows() -> list[Row]:
             ours=lambda: PatchCue(patches, reference)(seen, Bodies(model, states)),
         ),
         Row(work=f"arms, collisions, {PARTICLES} particles", ours=lambda: model.collides(states)),
+        growth(
+            "particles",
+            (400, 800, 1600, 3200),
+            lambda n: EdgeCue(gain=0.5)(seen, Bodies(model, np.resize(states, (n, 8)))),
+        ),
+        growth(
+            "points on an outline",
+            (76, 152, 304, 608),
+            lambda n: EdgeCue(gain=0.5)(seen, Bodies(finer(n // 76), states)),
+        ),
     ]

@@ -137,7 +137,10 @@ ENOUGH = Accepted(
     method="Films of people who gesture before a bare wall. Mean error of the eight angles with "
     "1600 particles over that with 400, auxiliary filter; ratio of means over films, bootstrap.",
     accepted=ENOUGH,
-    sabotage=Change("five particles", taken=5, counts=(5, 200), frames=FRAMES),
+    sabotage=Change(
+        "three particles",
+        config=Config(SCORED[:6], counts=(3, 100), filters=("auxiliary",), frames=40, taken=3),
+    ),
 )
 def apf_400(result: Result) -> Finding:
     """Compare numbers of particles and filters."""
