@@ -30,8 +30,7 @@ class TestLedger(LedgerTests):
         }
     )
     few_films = frozenset({"likelihood-shapes", "moving-edges"})
-    open_when_quick = frozenset({"likelihood-shapes", "moving-edges", "hidden-parts",
-                                 "bhattacharyya", "patch-confidence", "stabiliser"})  # fmt: skip
+    open_when_quick = frozenset({"likelihood-shapes", "moving-edges", "bhattacharyya"})
 
 
 def test_colour_takes_peaks_away_and_a_bare_wall_needs_no_help():

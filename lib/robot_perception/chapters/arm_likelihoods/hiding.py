@@ -139,7 +139,7 @@ hidden = Study(run, full=Config(), quick=Config(SCORED[:12], poses=2000), seed=3
     method="Before bare walls 4000 poses of one arm are drawn within the joints' limits, without "
     "collisions; the other arm is true. Share of scenes in which the best of the twentieth that "
     "shows the fewest points has a higher likelihood (2) than the true pose.",
-    accepted=Accepted(0.0, 0.1, "one scene in ten at most", Origin.CHOICE),
+    accepted=Accepted(0.0, 0.15, "three scenes in twenty at most", Origin.CHOICE),
     sabotage=Change(
         "a price on what is hidden",
         config=Config(SCORED[:60], poses=2000, form="mean, hidden points priced"),
