@@ -38,7 +38,7 @@ def growth(name: str, sizes: tuple[int, ...], work: Callable[[int], object]) -> 
     seconds = np.median(np.reshape(samples, (-1, len(sizes))), axis=0)
     exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
     return Timing(
-        f"arms, scored with {sizes[0]} to {sizes[-1]} {name}: exponent {exponent:.2f}",
+        f"arms scored with {sizes[0]} to {sizes[-1]} {name}: exponent {exponent:.2f}",
         float(seconds[-1]),
         None,
         "",
@@ -101,7 +101,7 @@ def rows() -> list[Row | Timing]:
             repeats=3,
         ),
         Row(
-            work=f"arms, colours of their patches, {PARTICLES} particles",
+            work=f"arms by the colours of their patches, {PARTICLES} particles",
             ours=lambda: patch_histograms(seen, surface),
             peer=lambda: patch_histograms_textbook(seen, surface),
             peer_name="as written",
@@ -110,22 +110,25 @@ def rows() -> list[Row | Timing]:
             repeats=3,
         ),
         Row(
-            work="arms, what a picture says: flow, edges, distance transforms",
+            work="arms looked at: flow, edges, distance transforms",
             ours=lambda: look(film.frames[20], grey),
         ),
         Row(
-            work=f"arms, where patches lie and which are seen, {PARTICLES} particles",
+            work=f"arms covered by patches, and which of these are seen, {PARTICLES} particles",
             ours=lambda: model.surface(states, patches),
         ),
         Row(
-            work=f"arms, contours scored, {PARTICLES} particles",
+            work=f"arms scored by contours, {PARTICLES} particles",
             ours=lambda: EdgeCue(gain=0.5)(seen, Bodies(model, states)),
         ),
         Row(
-            work=f"arms, patches scored, {PARTICLES} particles",
+            work=f"arms scored by patches, {PARTICLES} particles",
             ours=lambda: PatchCue(patches, reference)(seen, Bodies(model, states)),
         ),
-        Row(work=f"arms, collisions, {PARTICLES} particles", ours=lambda: model.collides(states)),
+        Row(
+            work=f"arms tested for collisions, {PARTICLES} particles",
+            ours=lambda: model.collides(states),
+        ),
         growth(
             "particles",
             (400, 800, 1600, 3200),

@@ -124,12 +124,12 @@ def first(seed: int = POINTS) -> tuple[ArmFilm, ArmState]:
 
 
 STAGES = {
-    "arms, what a picture says": "edges, flow, distance transforms",
+    "arms looked at": "edges, flow, distance transforms",
     "arms in outline": "silhouettes, hidden parts told",
-    "arms, where patches lie": "patches, hidden parts told",
-    "arms, contours scored": "silhouettes and their distances",
-    "arms, patches scored": "patches and their colours",
-    "arms, collisions": "collisions",
+    "arms covered by patches": "patches, hidden parts told",
+    "arms scored by contours": "silhouettes and their distances",
+    "arms scored by patches": "patches and their colours",
+    "arms tested for collisions": "collisions",
 }
 """How rows of the benchmarks begin, and what they are called."""
 
