@@ -13,7 +13,7 @@ class TestLedger(LedgerTests):
     rounding = MappingProxyType({"apf-400": 0.3, "pointing": 0.5, "clutter": 0.5,
                                  "collisions": 0.2})  # fmt: skip
     few_films = frozenset({"apf-400", "pointing", "clutter", "collisions"})
-    open_when_quick = frozenset({"apf-400", "pointing", "clutter", "collisions"})
+    open_when_quick = frozenset({"pointing", "clutter"})
 
 
 def test_patches_hold_the_arms_in_clutter_and_contours_add_little():
@@ -37,8 +37,9 @@ def test_the_turn_about_the_axis_is_known_least():
     table = recorded()["pointing"].tables["joints"]
     for scene in table.columns:
         each = [table[name, scene].estimate for name in table.rows]
-        assert each[2] == max(each)
         assert each[0] == min(each)
+        if scene.startswith("pointing"):
+            assert each[2] == max(each)
 
 
 def test_no_filter_is_much_better_than_another():

@@ -121,12 +121,11 @@ def test_gains_are_differences_on_the_same_films():
     assert gain.estimate == pytest.approx(0.75)
 
 
-def test_what_is_saved_is_what_the_test_for_collisions_adds():
-    result = bounding.Result(bounding.Config((1, 2)), np.array([[0.3, 0.2], [0.2, 0.2]]),
-                             np.ones((2, 2)), np.ones((2, 2)))  # fmt: skip
-    assert bounding.collisions_avoided.find is not None
-    value = (result.saved[:, 0] - result.saved[:, 1]).mean()
-    assert value == pytest.approx(0.05)
+def test_what_is_saved_is_in_collision_and_within_the_limits():
+    share = bounding.saved(CHOOSING[6], "gesturing, plain", 8)
+    assert 0 <= share < 0.5
+    far = bounding.saved(CHOOSING[6], "gesturing, plain", 8, 2.0)
+    assert far > share, "with a wider trunk more poses collide"
 
 
 def test_times_are_those_of_the_benchmarks(tmp_path, monkeypatch):

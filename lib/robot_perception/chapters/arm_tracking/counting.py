@@ -117,7 +117,7 @@ particles = Study(run, full=Config(), quick=Config(SCORED[:3], frames=36), seed=
 sizes = Study(
     run,
     full=Config(SCORED[:80], counts=(50, 400, 1600), filters=("auxiliary",)),
-    quick=Config(SCORED[:4], counts=(400, 800), filters=("auxiliary",), frames=36),
+    quick=Config(SCORED[:6], counts=(400, 1200), filters=("auxiliary",), frames=30),
     seed=2,
 )
 """More films: a ratio of errors needs them."""
