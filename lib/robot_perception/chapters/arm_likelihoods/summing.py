@@ -206,8 +206,8 @@ class Summed:
             for k, form in enumerate(FORMS)
         }
         columns = {
-            "exponent": "with which the cost of a pose that is wrong by 10° grows with the points",
-            "wide": "share of a sweep over 90° where the likelihood is above 1/20 of its largest",
+            "exponent": "with which the cost of a wrong pose grows with the points",
+            "wide": "share of the sweep where the likelihood is above a twentieth of its largest",
         }
         return Table(rows, columns, f"{len(self.wide)} scenes; σ of 1 px; 95 %", "D² is")
 

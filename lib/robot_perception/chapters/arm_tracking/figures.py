@@ -49,7 +49,7 @@ def errors(ax: Axes, wrists: Float[np.ndarray, "n 2"], time: int) -> None:
         ax.plot(np.minimum(wrists[:, arm], 99), style, color=MEANING["error"], linewidth=1.8)
     ax.axhline(HELD, color=MEANING["expected"], linestyle=":", linewidth=1.4)
     ax.axvline(time, color=MEANING["truth"], linewidth=1.2)
-    ax.set(xlim=(0, len(wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="off by (px)")
+    ax.set(xlim=(0, len(wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="px")
 
 
 def card(ax: Axes) -> Axes:
