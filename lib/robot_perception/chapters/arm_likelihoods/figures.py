@@ -52,9 +52,9 @@ def card(ax: Axes) -> Axes:
     caption="Left: the model on the true pose. Middle and right: how likely other angles of one "
     "arm are, by its outline alone and by all cues. Bright: likely. Ring: the truth.",
     cols=3,
-    width=10.2,
-    height=3.3,
-    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.17, "top": 0.9, "wspace": 0.28},
+    width=7.6,
+    height=2.7,
+    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.19, "top": 0.89, "wspace": 0.36},
 )
 def hero(axes: np.ndarray) -> None:
     """Draw the picture and two surfaces."""
