@@ -18,7 +18,7 @@ _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 _MIDDLE = np.array([0.0, -0.12, 1.9])
 _TURN = np.radians(35.0)
 """By which the stick figure is turned, so that depth shows."""
-COLOURS = {"auxiliary": "estimate", "condensation": "particles", "importance": "information"}
+SHOWN_IN = {"auxiliary": "estimate", "condensation": "particles", "importance": "information"}
 
 
 def seen(ax: Axes, state: views.Tracked) -> None:
@@ -84,7 +84,7 @@ def hero(ax: Axes) -> Axes:
 def counts(ax: Axes, table: Table) -> Axes:
     """Draw the recorded errors by filter and number of particles."""
     particles = np.array([int(name) for name in table.columns])
-    for k, (name, meaning) in enumerate(COLOURS.items()):
+    for k, (name, meaning) in enumerate(SHOWN_IN.items()):
         row: list[Interval] = list(table.rows[name])
         low, high = (np.array([getattr(of, end) for of in row]) for end in ("low", "high"))
         band(ax, particles, low, high, MEANING[meaning])
