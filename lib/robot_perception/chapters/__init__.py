@@ -1,7 +1,8 @@
-"""The chapters: a package each, with a module a study, its claims beside the computation.
+"""The chapters: studies and claims of their notebooks, drawings and films in a package each.
 
-A chapter's package names its modules in ``STUDIES``; claims are found in them in the order of their
-declarations, recordings and exercises in the modules ``recordings`` and ``exercises``.
+The study cells of a chapter's notebook are its module (:mod:`robot_perception.book`); claims are
+found there in the order of their declarations. A chapter that is not in this form yet has a package
+that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``.
 """
 
 from collections.abc import Iterable
@@ -9,8 +10,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
-from robot_perception.teaching.claims import Claim, claims_in
+from robot_perception.teaching.cells import BOOK
 from robot_perception.teaching.recordings import Recording
+from robot_perception.teaching.studies import Claim, claims_in
+from robot_perception.teaching.trials import Trials
 
 CHAPTERS = (
     "walls",
@@ -37,6 +40,8 @@ CHAPTERS = (
 def studies(stem: str) -> tuple[ModuleType, ...]:
     """Return the modules of a chapter that declare claims, in the order of the chapter.
 
+    Of a chapter whose notebook computes that is the module of its study cells.
+
     Raises
     ------
     ValueError
@@ -45,7 +50,28 @@ def studies(stem: str) -> tuple[ModuleType, ...]:
     if stem not in CHAPTERS:
         raise ValueError(f"no chapter {stem!r}; the book has {', '.join(CHAPTERS)}")
     package = import_module(f"{__name__}.{stem}")
+    if not hasattr(package, "STUDIES"):
+        return (import_module(f"{BOOK}{stem}"),)
     return tuple(import_module(f"{package.__name__}.{name}") for name in package.STUDIES)
+
+
+def trials(stems: Iterable[str] = CHAPTERS) -> tuple[Trials, ...]:
+    """Return the studies of rows of chapters, and their variants: those of claims' sabotages, too.
+
+    Raises
+    ------
+    ValueError
+        If the book has no such chapter.
+    """
+    found: dict[tuple[str, str, str], Trials] = {}
+    for module in (module for stem in stems for module in studies(stem)):
+        claims = claims_in(module)
+        values = [*vars(module).values(), *(change.study for c in claims for change in c.sabotages
+                  if isinstance(c.study, Trials))]  # fmt: skip
+        for value in values:
+            if isinstance(value, Trials):
+                found.setdefault((value.stem, value.name, value.changed), value)
+    return tuple(found.values())
 
 
 def titles() -> dict[str, str]:

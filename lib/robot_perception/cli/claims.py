@@ -11,8 +11,8 @@ import click
 from robot_perception.cli.workers import with_workers, working
 
 if TYPE_CHECKING:
-    from robot_perception.teaching.claims import Claim
     from robot_perception.teaching.ledger import Entry, Ledger
+    from robot_perception.teaching.studies import Claim
 
 SIZES = ("quick", "full")
 

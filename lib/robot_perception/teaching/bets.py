@@ -1,6 +1,7 @@
 """Bets: the reader picks an answer before the result, and every answer gets its reply."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from hashlib import sha256
 from string import ascii_uppercase
 
@@ -10,6 +11,27 @@ from robot_perception.teaching.media import Shown, with_mathematics
 from robot_perception.teaching.outputs import output
 
 MOST_ANSWERS = 6  # the style sheet shows so many replies
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bet:
+    """A bet that stands in a notebook, with what its right answer follows from.
+
+    Parameters
+    ----------
+    question, replies, right
+        As for `bet`, which shows it.
+    because
+        Tells whether the right answer is what is computed; the tests ask.
+    """
+
+    question: str
+    replies: Mapping[str, str]
+    right: str
+    because: Callable[[], bool]
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        return bet(self.question, self.replies, self.right)._repr_mimebundle_()
 
 
 def bet(question: str, replies: Mapping[str, str], right: str) -> Shown:

@@ -76,7 +76,7 @@ class Imports:
         digest = hashlib.sha256()
         for name in sorted(self.reached(modules, results=True)):
             if name not in self._meanings:
-                self._meanings[name] = _meaning(self.files[name].read_bytes())
+                self._meanings[name] = meaning(ast.parse(self.files[name].read_bytes()))
             digest.update(f"{name} {self._meanings[name]}\n".encode())
         return digest.hexdigest()[:16]
 
@@ -130,15 +130,25 @@ def code_digest(*modules: str) -> str:
     return _imports().digest(*modules)
 
 
+def modules() -> frozenset[str]:
+    """Return the names of all modules of these packages."""
+    return frozenset(_imports().files)
+
+
+def hashed(text: str) -> str:
+    """Return the short hash by which results are told apart."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
 @cache
 def _imports() -> Imports:
     return Imports()
 
 
-def _meaning(source: bytes) -> str:
-    """Hash the syntax tree of a module without what does nothing: texts that are statements."""
+def meaning(tree: ast.AST) -> str:
+    """Hash a syntax tree without what does nothing: texts that are statements."""
     said: list[str] = []
-    todo: list[object] = [ast.parse(source)]
+    todo: list[object] = [tree]
     while todo:
         node = todo.pop()
         if isinstance(node, ast.AST):  # `ast.dump` differs between versions of Python

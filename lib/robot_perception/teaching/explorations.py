@@ -9,7 +9,8 @@
         axes=partial(figure, height=3.8), finding=lambda state: state.ratio[-1],
     )
 
-The cell of a notebook is ``rumour.show()``; the test of a finding goes through ``rumour.found()``.
+The cell of a notebook ends with ``rumour``, or with ``rumour.show()``; the test of a finding goes
+through ``rumour.found()``, or stands in ``finds``.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +22,7 @@ from typing import Any, Generic, TypeVar
 from robot_perception.teaching.controls import Control, Drag
 from robot_perception.teaching.explore import Explorer, explore
 from robot_perception.teaching.figures import figure
+from robot_perception.teaching.figures.output import on_page
 
 State = TypeVar("State")
 
@@ -48,6 +50,9 @@ class Exploration(Generic[State]):
         Makes figure and axes.
     finding
         The quantity that our finding speaks of, as a function of the state.
+    finds
+        Whether our finding holds, as a function of all quantities, in the order of the states; it
+        must while the page is built.
     pixelated, lossless, drag
         As for `explore`.
     """
@@ -61,12 +66,21 @@ class Exploration(Generic[State]):
     presets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     axes: Callable[[], tuple[Any, Any]] | None = figure
     finding: Callable[[State], Any] | None = None
+    finds: Callable[[list[Any]], bool] | None = None
     pixelated: bool = False
     lossless: bool = False
     drag: Drag | Sequence[str] | None = None
 
     def show(self) -> Explorer:
-        """Return the explorer; on the built page it holds all states."""
+        """Return the explorer; on the built page it holds all states.
+
+        Raises
+        ------
+        AssertionError
+            On the built page, if what we say that a reader finds is not there.
+        """
+        if on_page() and self.finds is not None and not self.finds(self.found()):
+            raise AssertionError(f"{self.name}: our finding does not hold in all states")
         return explore(
             self._draw,
             alt=self.alt if isinstance(self.alt, str) else self._describe,
@@ -78,6 +92,9 @@ class Exploration(Generic[State]):
             drag=self.drag,
             **self.controls,
         )
+
+    def _ipython_display_(self) -> None:
+        self.show()._ipython_display_()
 
     @property
     def default(self) -> dict[str, Any]:

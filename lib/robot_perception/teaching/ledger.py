@@ -10,7 +10,8 @@ from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.files import reading, written
-from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.claims import Finding, Size
+from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
 
@@ -154,8 +155,9 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
 
 
 def record(claim: Claim, *, versions: str) -> Entry:
-    """Compute a claim at both sizes and its sabotages, and return its entry, dated today."""
-    made = entry(claim, claim.find(Size.FULL), quick=claim.find(Size.QUICK))
+    """Compute a claim at all its sizes and its sabotages, and return its entry, dated today."""
+    quick = claim.find(Size.QUICK) if Size.QUICK in claim.study.sizes else None
+    made = entry(claim, claim.find(Size.FULL), quick=quick)
     made = replace(
         made, sabotages=sabotaged(claim), date=date.today().isoformat(), versions=versions
     )

@@ -26,6 +26,7 @@ from filelock import FileLock
 from robot_perception.checks import shown
 from robot_perception.datasets.store import cache_directory
 from robot_perception.files import DamagedFile, reading, written
+from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import PACKAGES, code_digest
 
 P = ParamSpec("P")
@@ -43,7 +44,8 @@ log = logging.getLogger(__name__)
 def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
     """Let a function be computed once for the same arguments and the same code.
 
-    One of the library's is kept on this computer as well, one of a reader's own in memory alone.
+    One of the library's or of a notebook's cells is kept on this computer as well, another one of a
+    reader's own in memory alone.
 
     It must always return the same for the same arguments: numbers, texts, and tuples and
     dataclasses of them. What it returns is shared, and not to be written to.
@@ -87,9 +89,10 @@ def keep(
         Computes it.
     """
     own: Any = inspect.unwrap(code)  # what checks shapes stands in another file
-    if own.__module__.partition(".")[0] not in PACKAGES:
+    code_hash = _code(own)
+    if code_hash is None:
         return call()  # what a reader's own function depends on is not known
-    digest = hashlib.sha256(code_digest(own.__module__).encode())
+    digest = hashlib.sha256(code_hash.encode())
     for library in LIBRARIES:
         digest.update(f"{library} {version(library)}\n".encode())
     digest.update(f"{own.__qualname__} {arguments!r}".encode())
@@ -114,6 +117,14 @@ def keep(
             with suppress(OSError):
                 _write(file, result)
     return result
+
+
+def _code(function: Callable[..., Any]) -> str | None:
+    """Hash what a function depends on; ``None`` if that is not known."""
+    module = function.__module__
+    if module == LIVE or module.startswith(BOOK):
+        return code_of(function)
+    return code_digest(module) if module.partition(".")[0] in PACKAGES else None
 
 
 def told(value: object) -> None:

@@ -14,12 +14,12 @@ from robot_perception.teaching.badges import (
     recorded,
     style,
 )
-from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.papers import PAPERS, paper
 from robot_perception.teaching.source_pages import address
+from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin
 
 

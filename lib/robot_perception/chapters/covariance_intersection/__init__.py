@@ -1,3 +1,1 @@
 """Two opinions, one belief: Schaffernicht et al., section 3.2, eqs 1–6."""
-
-STUDIES = ("consistency", "weights", "mean")

@@ -1,12 +1,13 @@
-"""Figures of the chapter "Two opinions, one belief"."""
+"""Figures of the chapter "Two opinions, one belief".
+
+What they draw is made in the notebook: a namespace with the names that a drawing reads.
+"""
+
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.covariance_intersection import rumour
-from robot_perception.chapters.covariance_intersection.consistency import Fused
-from robot_perception.chapters.covariance_intersection.rumour import Result
-from robot_perception.chapters.covariance_intersection.weights import Weighed
 from robot_perception.fusion import covariance_intersection
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
@@ -25,10 +26,10 @@ REACH = 2.3
     "robot states it.",
     height=3.6,
 )
-def heard(ax: Axes, result: Result) -> Axes:
+def heard(ax: Axes, found: SimpleNamespace) -> Axes:
     """Draw a typical run: the belief after each reading with 2σ, and where the person is."""
-    times = np.arange(1, result.config.readings + 1)
-    mean, sigma = 100 * result.errors["Kalman"][result.typical], 100 * result.stated["Kalman"]
+    mean, sigma = 100 * found.errors["Kalman"][found.typical], 100 * found.stated["Kalman"]
+    times = np.arange(1, len(mean) + 1)
     band(ax, times, mean - 2 * sigma, mean + 2 * sigma, MEANING["Kalman"])
     ax.plot(times, mean, color=MEANING["Kalman"])
     ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
@@ -43,15 +44,15 @@ def _readings(times: np.ndarray) -> list[int]:
     return [1, *range(5, len(times) + 1, 5)]
 
 
-def rumours(ax: Axes, result: Result) -> Axes:
+def rumours(ax: Axes, found: SimpleNamespace) -> Axes:
     """Draw true over stated variance against the number of readings, by rule."""
     ax.clear()
-    times = np.arange(1, result.config.readings + 1)
+    times = np.arange(1, len(found.ratio["Kalman"]) + 1)
     honest = np.ones(len(times))
     ax.plot(times, honest, color=MEANING["expected"], linewidth=7, alpha=0.3, label="honest")
-    styles = zip(rumour.RULES, ("-", "-", "--"), strict=True)
-    for rule, line in styles:
-        ax.plot(times, result.ratio(rule), line, color=MEANING[rule], label=rule)
+    styles = zip(found.ratio.items(), ("-", "-", "--"), strict=True)
+    for (rule, ratio), line in styles:
+        ax.plot(times, ratio, line, color=MEANING[rule], label=rule)
     ax.set_yscale("log")
     ax.set(xlabel="readings heard", ylabel="true / stated variance")
     ax.set(xlim=(1, times[-1]), ylim=(0.2, 100))
@@ -60,7 +61,7 @@ def rumours(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def two_opinions(ax: Axes, state: Fused) -> Axes:
+def two_opinions(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw two beliefs, the stated covariance of the fused one, and the true one."""
     ax.clear()
     first, second = state.beliefs
@@ -82,7 +83,7 @@ def two_opinions(ax: Axes, state: Fused) -> Axes:
     return ax
 
 
-def weighed(axes: AxesRow, state: Weighed) -> AxesRow:
+def weighed(axes: AxesRow, state: SimpleNamespace) -> AxesRow:
     """Draw the two beliefs and what two weights make of them, and the areas by weight."""
     plane, below = axes
     plane.clear()
@@ -115,7 +116,7 @@ def weighed(axes: AxesRow, state: Weighed) -> AxesRow:
     return axes
 
 
-def areas(ax: Axes, state: Weighed) -> Axes:
+def areas(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw the area of the fused ellipse against the weight of the camera."""
     ax.clear()
     ax.plot(state.omegas, state.areas, color=MEANING["intersection"])

@@ -1,0 +1,203 @@
+"""Recorded rows: a study and its variants in one ``.npz``, with a summary that a diff shows.
+
+The summary has, for each variant, the hash of the code, of what was run, and of the numbers. Rows
+whose numbers are not those of the hash are damaged, and nobody takes them for computed.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from robot_perception.files import reading, written
+from robot_perception.teaching import storage
+from robot_perception.teaching.records import records
+
+RTOL = 1e-6
+FEATURES = ("AVX512_SKX", "AVX2", "SSE42")
+"""What makes a kind of processor, from the most to the least."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Recorded:
+    """Rows as they were recorded.
+
+    Parameters
+    ----------
+    table
+        The rows.
+    code, declared
+        Hashes of the code, and of replicates, levels and keywords.
+    date, processor
+        When they were computed, and by which kind of processor.
+    """
+
+    table: pd.DataFrame
+    code: str | None
+    declared: str
+    date: str
+    processor: str
+
+    def fits(self, code: str | None, declared: str) -> bool:
+        """Tell whether code and what it is run with are those that gave the rows."""
+        return code is not None and (self.code, self.declared) == (code, declared)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stored:
+    """What a file holds: columns by variant."""
+
+    variants: Mapping[str, Mapping[str, np.ndarray]]
+
+
+def folder() -> Path:
+    """Return where rows are recorded."""
+    return records() / "rows"
+
+
+def file_of(stem: str, study: str) -> Path:
+    """Return the file of a study's rows."""
+    return folder() / f"{stem}.{study}.npz"
+
+
+def read(stem: str, study: str, variant: str) -> Recorded | None:
+    """Return the recorded rows of a variant, ``None`` if there are none.
+
+    Raises
+    ------
+    DamagedFile
+        If a file is not what was recorded: its numbers have another hash.
+    """
+    file = file_of(stem, study)
+    if not file.exists():
+        return None
+    parts, summary = _read(file, file.stat().st_mtime_ns)
+    if variant not in summary:
+        return None
+    said = summary[variant]
+    with reading(file, f"holds no rows of {variant!r}"):
+        columns = parts.variants[variant]
+        if content(columns) != said["content"]:
+            raise ValueError("its numbers are not those that were recorded")
+        table = pd.DataFrame({name: columns[name] for name in said["columns"]})
+        return Recorded(table, said["code"], said["declared"], said["date"], said["processor"])
+
+
+@lru_cache(maxsize=64)
+def _read(file: Path, changed: int) -> tuple[_Stored, dict[str, Any]]:
+    summary = file.with_suffix(".json")
+    with reading(summary, "no summary of rows"):
+        said = json.loads(summary.read_text("utf-8"))["variants"]
+    return storage.load(file, _Stored), said
+
+
+def write(
+    stem: str, study: str, variant: str, table: pd.DataFrame, code: str | None, declared: str
+) -> Path:
+    """Record the rows of a variant; those of others stay. Return the file."""
+    file = file_of(stem, study)
+    file.parent.mkdir(exist_ok=True)
+    variants, summary = {}, {}
+    if file.exists():
+        stored, summary = _read(file, file.stat().st_mtime_ns)
+        variants, summary = dict(stored.variants), dict(summary)
+    columns = {name: _plain(table[name]) for name in table}
+    variants[variant] = columns
+    words = storage.save(file, _Stored(variants))
+    start = f"variants/{variant}/"
+    summary[variant] = {
+        "code": code,
+        "declared": declared,
+        "content": content(columns),
+        "date": date.today().isoformat(),
+        "processor": processor(),
+        "columns": {name: words[f"{start}{name}"] for name in columns},
+    }
+    _describe(file, summary)
+    return file
+
+
+def renew(stem: str, study: str, variant: str, code: str | None, declared: str) -> None:
+    """Record that other code gives the rows of a variant; the rows stay."""
+    file = file_of(stem, study)
+    _, summary = _read(file, file.stat().st_mtime_ns)
+    _describe(file, summary | {variant: summary[variant] | {"code": code, "declared": declared}})
+
+
+def drop(stem: str, study: str, variants: set[str]) -> None:
+    """Forget the variants of a study that nobody declares."""
+    file = file_of(stem, study)
+    stored, summary = _read(file, file.stat().st_mtime_ns)
+    kept = {name: columns for name, columns in stored.variants.items() if name not in variants}
+    storage.save(file, _Stored(kept))
+    _describe(file, {name: said for name, said in summary.items() if name not in variants})
+
+
+def variants(stem: str, study: str) -> tuple[str, ...]:
+    """Return the variants of a study of which rows are recorded."""
+    file = file_of(stem, study)
+    return tuple(_read(file, file.stat().st_mtime_ns)[1]) if file.exists() else ()
+
+
+def content(columns: Mapping[str, np.ndarray]) -> str:
+    """Hash the numbers of rows, with the names and types of their columns."""
+    digest = hashlib.sha256()
+    for name in sorted(columns):
+        values = np.ascontiguousarray(columns[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}\n".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()[:16]
+
+
+def alike(again: pd.Series, before: pd.Series, others: pd.Series, elsewhere: bool) -> bool:
+    """Tell whether a column of a trial is the recorded one.
+
+    Parameters
+    ----------
+    again, before
+        As computed now, and as recorded.
+    others
+        As recorded of all replicates of this combination, which say how large a number is.
+    elsewhere
+        Whether it is enough to lie where the others lie, or as far outside as these reach.
+    """
+    if not pd.api.types.is_numeric_dtype(before):
+        return again.tolist() == before.tolist()
+    ours, theirs, all_ = (part.to_numpy(dtype=float) for part in (again, before, others))
+    if elsewhere:
+        reach = np.ptp(all_)
+        return bool((all_.min() - reach <= ours).all() and (ours <= all_.max() + reach).all())
+    return bool((np.abs(ours - theirs) <= RTOL * np.abs(all_).max(initial=0.0)).all())
+
+
+def processor() -> str:
+    """Return the kind of this processor, by which films and filters round alike."""
+    try:
+        import cv2
+
+        line = cv2.getCPUFeaturesLine()
+        used = {"AVX512_SKX": "*AVX512-SKX", "AVX2": "*AVX2"}
+        return next((name for name, word in used.items() if word in line.split()), FEATURES[-1])
+    except ModuleNotFoundError:
+        from numpy._core._multiarray_umath import __cpu_features__
+
+        return next((name for name in FEATURES if __cpu_features__.get(name)), FEATURES[-1])
+
+
+def _plain(column: pd.Series) -> np.ndarray:
+    values = column.to_numpy()
+    return values.astype(str) if values.dtype.kind not in "fiub" else values
+
+
+def _describe(file: Path, summary: Mapping[str, Any]) -> None:
+    text = json.dumps({"variants": dict(summary)}, indent=1, ensure_ascii=False)
+    with written(file.with_suffix(".json")) as beside:
+        beside.write_text(f"{text}\n", encoding="utf-8")
+    _read.cache_clear()

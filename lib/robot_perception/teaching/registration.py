@@ -1,0 +1,180 @@
+"""Registrations: what a claim measures is written down before its rows exist, and how often.
+
+``registrations.tsv`` is appended to and never changed. A line holds the claim, the number of the
+registration, its day, the hash of its words (statement, measure, range with its reason, sabotage,
+stopping rule), the hash of the code that makes a value of rows, and the replicates to score on.
+Number 0 is what stood before this rule. Whoever changes words or measure after rows were seen draws
+new replicates: `reused` finds the claims of which two registrations share some.
+"""
+
+import csv
+import inspect
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, fields
+from datetime import date
+from pathlib import Path
+
+from robot_perception.files import reading, written
+from robot_perception.teaching.cells import Definitions, sources
+from robot_perception.teaching.dependencies import hashed
+from robot_perception.teaching.records import records
+from robot_perception.teaching.studies import Claim
+from robot_perception.teaching.trials import Trials
+
+BEFORE = "before this rule"
+NOT_OF_ROWS = "-"
+"""Stands for the hash of a measure that is no function of rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """One line of the file.
+
+    Parameters
+    ----------
+    claim
+        Identifier of the claim.
+    number
+        How often it was registered before; 0 for what stood before this rule.
+    day
+        When, as a date.
+    words, measure
+        Hashes of what the claim says, and of the code that makes its value of rows.
+    replicates
+        What is scored: the seed of a study with sizes; else name and ends of the replicates.
+    remark
+        Why it was registered anew.
+    """
+
+    claim: str
+    number: int
+    day: str
+    words: str
+    measure: str
+    replicates: str
+    remark: str
+
+
+def file() -> Path:
+    """Return the file of the registrations."""
+    return records() / "registrations.tsv"
+
+
+def read(path: Path | None = None) -> tuple[Registration, ...]:
+    """Return all registrations in their order.
+
+    Raises
+    ------
+    DamagedFile
+        If the file has another form.
+    OSError
+        If it cannot be read.
+    """
+    path = file() if path is None else path
+    with reading(path, "no list of registrations"), path.open(encoding="utf-8", newline="") as text:
+        rows = list(csv.DictReader(text, delimiter="\t", strict=True))
+        return tuple(Registration(**row | {"number": int(row["number"])}) for row in rows)
+
+
+def write(registrations: Iterable[Registration], path: Path | None = None) -> None:
+    """Write registrations to the file, at once or not at all."""
+    path = file() if path is None else path
+    with written(path) as beside, beside.open("w", encoding="utf-8", newline="") as text:
+        lines = csv.writer(text, delimiter="\t", lineterminator="\n")
+        lines.writerow(field.name for field in fields(Registration))
+        lines.writerows(map(astuple, registrations))
+
+
+def of(registrations: Sequence[Registration], claim: str) -> tuple[Registration, ...]:
+    """Return the registrations of one claim."""
+    return tuple(one for one in registrations if one.claim == claim)
+
+
+def words_of(claim: Claim) -> str:
+    """Hash what a claim says that it measures, and when it holds."""
+    accepted = claim.accepted
+    ends = None if accepted is None else (accepted.low, accepted.high, accepted.why)
+    said = claim.statement, claim.method, ends, [change.text for change in claim.sabotages]
+    return hashed(repr((*said, str(claim.basis), claim.stopping)))
+
+
+def measure_of(claim: Claim) -> str:
+    """Hash the code that makes a claim's value of rows; of a study with sizes there is none."""
+    if not isinstance(claim.study, Trials):
+        return NOT_OF_ROWS
+    functions = [inspect.unwrap(one) for one in (claim.compute, claim.value) if one is not None]
+    known = [Definitions(sources(one.__module__)).digest(one.__name__) for one in functions]
+    sabotages = [(one.study.name, one.study.changed) for one in claim.sabotages]
+    return hashed(repr((claim.study.name, known, sabotages)))
+
+
+def replicates_of(claim: Claim) -> str:
+    """Return what a claim is scored on, in words that `replicates` reads."""
+    if not isinstance(claim.study, Trials):
+        return f"seed {claim.seed}"
+    return f"{claim.study.name} {claim.study.replicate} {_spans(claim.study.replicates)}"
+
+
+def replicates(text: str) -> tuple[str, frozenset[str]]:
+    """Return of what replicates are and which, from the words of `replicates_of`.
+
+    Examples
+    --------
+    >>> sorted(replicates("bridged film 5000-5002,5007")[1])
+    ['5000', '5001', '5002', '5007']
+    """
+    what, _, spans = text.rpartition(" ")
+    found: set[str] = set()
+    for span in spans.split(","):
+        first, dash, last = span.partition("-")
+        found |= {f"{k}" for k in range(int(first), int(last) + 1)} if dash else {span}
+    return what, frozenset(found)
+
+
+def same(one: Registration, claim: Claim) -> bool:
+    """Tell whether a registration is of what a claim says and measures now.
+
+    A claim whose study had sizes when it was registered may have become one of rows since: its
+    words and its replicates are the same, and its measure was not hashed.
+    """
+    if one.words != words_of(claim):
+        return False
+    return one.measure == measure_of(claim) and one.replicates == replicates_of(claim)
+
+
+def anew(claim: Claim, before: Sequence[Registration], remark: str) -> Registration:
+    """Return the next registration of a claim, dated today."""
+    own = of(before, claim.id)
+    number = own[-1].number + 1 if own else 1
+    return Registration(
+        claim.id, number, date.today().isoformat(), words_of(claim), measure_of(claim),
+        replicates_of(claim), remark,
+    )  # fmt: skip
+
+
+def reused(registrations: Sequence[Registration]) -> Iterator[str]:
+    """Yield the claims of which two registrations that differ share replicates, in words."""
+    for claim in dict.fromkeys(one.claim for one in registrations):
+        own = of(registrations, claim)
+        for k, later in enumerate(own):
+            for earlier in own[:k]:
+                if later.number == earlier.number:
+                    continue
+                what, which = replicates(later.replicates)
+                other, before = replicates(earlier.replicates)
+                if what.rpartition(" ")[2] == other.rpartition(" ")[2] and which & before:
+                    shared = ", ".join(sorted(which & before)[:3])
+                    yield f"{claim}: {later.number} scores {what} {shared} of {earlier.number}"
+
+
+def _spans(values: Sequence[object]) -> str:
+    """Return replicates in words, whole numbers that follow each other as their ends."""
+    if not all(isinstance(value, int) for value in values):
+        return ",".join(map(str, values))
+    parts: list[list[int]] = []
+    for value in values:
+        if parts and value == parts[-1][-1] + 1:
+            parts[-1] = [parts[-1][0], value]
+        else:
+            parts.append([value])
+    return ",".join("-".join(map(str, part)) for part in parts)
