@@ -29,6 +29,7 @@ EXTRAS = {
     "data_synth.arms": "vision",
     "data_synth.companion": "vision",
     "data_synth.people": "vision",
+    "robot_perception.book": "book",
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.progress": "data",
     "robot_perception.evaluation.sweep": "book",

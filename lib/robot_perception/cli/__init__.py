@@ -9,6 +9,7 @@ from robot_perception import __version__
 from robot_perception.cli.claims import claims
 from robot_perception.cli.datasets import datasets
 from robot_perception.cli.hands import hands
+from robot_perception.cli.register import register
 from robot_perception.cli.store import store
 
 
@@ -21,4 +22,5 @@ def main() -> None:
 main.add_command(claims)
 main.add_command(datasets)
 main.add_command(hands)
+main.add_command(register)
 main.add_command(store)

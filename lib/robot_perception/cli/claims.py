@@ -103,6 +103,7 @@ def _computed(
     from tqdm import tqdm
 
     from robot_perception import chapters
+    from robot_perception.teaching.claims import Size
     from robot_perception.teaching.ledger import Ledger, entry, record, renewed
 
     order = [claim.id for claim in chapters.claims()]
@@ -116,7 +117,10 @@ def _computed(
                 made.append(entry(claim, claim.find(size)))
                 continue
             if size == "full":
+                _with_rows(claim)
                 made.append(record(claim, versions=_versions()))
+            elif Size.QUICK not in claim.study.sizes:
+                continue  # all of it is recorded at the full size
             else:
                 made.append(renewed(claim, before[claim.id]))
             before.merged(made, order).write(write)
@@ -124,6 +128,30 @@ def _computed(
             click.echo("".join(traceback.format_exception(error)), err=True)
             failed.append(claim.id)
     return Ledger(tuple(made)), failed
+
+
+def _with_rows(claim: "Claim") -> None:
+    """Record the rows of a claim and of its sabotages, if it is one of rows.
+
+    Raises
+    ------
+    ValueError
+        If the claim is not registered as it is declared.
+    """
+    from robot_perception.teaching import registration
+    from robot_perception.teaching.trials import Trials
+
+    if not isinstance(claim.study, Trials):
+        return
+    own = registration.of(registration.read(), claim.id)
+    if not own or not registration.same(own[-1], claim):
+        raise ValueError(
+            f"{claim.id} is not registered as it is declared: `robot-perception register --claim "
+            f"{claim.id} --remark …` before its rows exist"
+        )
+    for study in (claim.study, *(change.study for change in claim.sabotages)):
+        if not study.is_current():
+            study.record()
 
 
 def _versions() -> str:

@@ -1,13 +1,21 @@
-"""``robot-perception store``: compute the stored results of the real recordings anew."""
+"""``robot-perception store``: compute rows of studies and stored results of recordings anew."""
 
 import click
 
 from robot_perception.cli.workers import with_workers, working
 
+DRAWN = 3
+"""So many trials must say that other code gives the recorded rows."""
+
 
 @click.command()
 @click.option("--chapter", "stems", multiple=True, help="Only this chapter; may be repeated.")
-@click.option("--only", "names", multiple=True, help="Only this stored result; may be repeated.")
+@click.option(
+    "--only",
+    "names",
+    multiple=True,
+    help="Only this stored result, or the rows of this study; may be repeated.",
+)
 @click.option("--keys", is_flag=True, help="Only renew the keys of results that are the stored.")
 @with_workers
 def store(
@@ -18,27 +26,62 @@ def store(
     dask: str | None,
     ray: str | None,
 ) -> None:
-    """Recompute the stored results of the real recordings and write them beside the ledger.
+    """Compute what the book has stored: rows of studies, and results of the real recordings.
 
-    After a change of code that should change no result, --keys leaves what is stored as it is and
-    says which results have changed after all.
+    Rows whose code and trials have not changed stay; so do trials that this computer has computed
+    before. After a change of code that should change no result, --keys leaves what is stored as it
+    is and says which results have changed after all; of a study it computes a few trials anew.
     """
     from tqdm import tqdm
 
     from robot_perception import chapters
 
     try:
+        studies = chapters.trials(stems or chapters.CHAPTERS)
         found = chapters.recordings(stems or chapters.CHAPTERS)
-        known = [recording.store for recording in found]
+        known = [*dict.fromkeys(_name(one) for one in (*studies, *found))]
         unknown = sorted(set(names) - set(known))
         if unknown:
             raise ValueError(f"no stored result {unknown[0]!r}; there are {', '.join(known)}")
+        chosen = [one for one in (*studies, *found) if not names or _name(one) in names]
         with working(workers, dask, ray):
-            for recording in tqdm(found, desc="recordings", unit="recording", disable=None):
-                if not names or recording.store in names:
-                    click.echo(_renew(recording) if keys else _store(recording))
+            for one in tqdm(chosen, desc="results", unit="result", disable=None):
+                if hasattr(one, "replicates"):
+                    click.echo(_renew_rows(one) if keys else _record(one))
+                else:
+                    click.echo(_renew(one) if keys else _store(one))
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
+
+
+def _name(one) -> str:
+    """Return the name of a stored result: of rows, chapter and study."""
+    return one.store if hasattr(one, "store") else f"{one.stem}.{one.name}"
+
+
+def _record(study) -> str:
+    """Record the rows of a study unless they are there; return what was done."""
+    said = f"{_name(study)} ({study.changed or 'as declared'})"
+    if study.is_current():
+        return f"{said}: current"
+    study.record()
+    return f"{said}: recorded, {len(study.rows())} rows"
+
+
+def _renew_rows(study) -> str:
+    """Renew the key of rows that this code gives, as some trials say; return what was done."""
+    from random import Random
+
+    said = f"{_name(study)} ({study.changed or 'as declared'})"
+    if study.is_current():
+        return f"{said}: current"
+    trials = list(study.trials())
+    drawn = Random(said).sample(trials, min(DRAWN, len(trials)))
+    lines = study.renew(drawn)
+    if not lines:
+        return f"{said}: the same in {len(drawn)} of {len(trials)} trials, keys renewed"
+    again = f"`robot-perception store --only {_name(study)}` records what it is now"
+    return "\n".join([f"{said}: NOT the same; {again}", *lines])
 
 
 def _store(recording) -> str:

@@ -4,6 +4,7 @@ from functools import lru_cache
 from html import escape
 
 from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching import registration
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.outputs import output
@@ -87,14 +88,27 @@ def claim_table(chapter: str) -> Shown:
     ledger = recorded().chapter(chapter)
     if not ledger.entries:
         raise ValueError(f"the ledger has no claim of chapter {chapter!r}")
-    rows = "\n".join(map(_row, ledger.entries))
+    numbers = registration.numbers()
+    rows = "\n".join(_row(entry, numbers.get(entry.id, 0)) for entry in ledger.entries)
     head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Ours", "Verdict"))
-    html = html_table("Claims and verdicts", "rp-claims", head, rows)
+    before = sum(not numbers.get(entry.id, 0) for entry in ledger.entries)
+    below = f'<p class="rp-defined">{_registered(before, len(ledger.entries))}</p>'
+    html = html_table("Claims and verdicts", "rp-claims", head, rows) + below
     return output(html, as_text(ledger), *SHEETS)
 
 
-def _row(entry: Entry) -> str:
+def _registered(before: int, every: int) -> str:
+    """Return how many claims were not registered before their numbers were seen, in words."""
+    if not before:
+        return "Each claim was registered, measure, range and sabotage, before its rows existed."
+    which = "These claims stood" if before == every else f"{before} of {every} stood"
+    return f"{which} before the rule that a claim is registered before its rows exist."
+
+
+def _row(entry: Entry, registered: int) -> str:
     about = "" if entry.value is None else entry.value.about
+    if registered:
+        about += f"; registered {'once' if registered == 1 else f'{registered} times'}"
     return (
         f'<tr><th scope="row"><a href="scorecard.html#{entry.id}">{escape(entry.id)}</a> '
         f"<small>{escape(paper(entry.paper).citation)}, {escape(entry.place)}</small>"

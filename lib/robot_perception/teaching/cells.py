@@ -22,7 +22,7 @@ from robot_perception.teaching import dependencies
 
 STUDY = "study"
 """The tag of a cell that is a part of the chapter's module."""
-BOOK = "robot_perception.book."
+BOOK = dependencies.NOTEBOOKS
 LIVE = "__main__"
 
 Source = tuple[str, str]
@@ -139,19 +139,40 @@ class Definitions:
             todo |= _read(statement, decorated=one != name)
         return statements, modules
 
+    def said(self, name: str) -> str | None:
+        """Hash a definition and those that it reaches in the cells, whatever these import."""
+        return dependencies.hashed("\n".join(self._lines(name))) if self._has(name) else None
+
+    def keyword(self, name: str, word: str) -> str | None:
+        """Hash a keyword of a definition's decorator, and what it reaches in the cells."""
+        decorators = getattr(self._statements.get(name), "decorator_list", ())
+        for node in (node for one in decorators for node in ast.walk(one)):
+            if isinstance(node, ast.keyword) and node.arg == word:
+                reached = [self.said(one) for one in sorted(_read(ast.Expr(node.value)))]
+                return dependencies.hashed(repr((dependencies.meaning(node.value), reached)))
+        return None
+
     def digest(self, name: str) -> str | None:
         """Hash a definition and what it depends on; ``None`` if there is no such definition."""
-        if name not in self._statements:
+        if not self._has(name):
             return None
-        statements, modules = self.reached(name)
-        lines = [
-            f"{one} {dependencies.meaning(_undecorated(node) if one == name else node)}"
-            for one, node in statements.items()
-        ]
+        _, modules = self.reached(name)
+        lines = self._lines(name)
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules))
         library = sorted(module for module in modules if not module.startswith(BOOK))
         lines.append(dependencies.code_digest(*library) if library else "")
         return dependencies.hashed("\n".join(sorted(lines)))
+
+    def _has(self, name: str) -> bool:
+        return name in self._statements
+
+    def _lines(self, name: str) -> list[str]:
+        statements, _ = self.reached(name)
+        lines = [
+            f"{one} {dependencies.meaning(_undecorated(node) if one == name else node)}"
+            for one, node in statements.items()
+        ]
+        return sorted(lines)
 
     @staticmethod
     def _of_books(modules: Iterable[str]) -> Iterator[tuple[str, str | None]]:
@@ -175,7 +196,7 @@ def _bound(statement: ast.stmt) -> set[str]:
     }
 
 
-def _read(statement: ast.stmt, *, decorated: bool) -> set[str]:
+def _read(statement: ast.stmt, *, decorated: bool = True) -> set[str]:
     """Return the names that a statement reads, but for those that it binds itself inside."""
     node = statement if decorated else _undecorated(statement)
     names = [one for one in ast.walk(node) if isinstance(one, ast.Name)]

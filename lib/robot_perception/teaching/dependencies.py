@@ -20,9 +20,15 @@ import grimp
 
 from robot_perception.datasets import find, registry
 
+NOTEBOOKS = "robot_perception.book."
+"""Above the modules that are the study cells of notebooks."""
+CHAPTERS = "robot_perception.chapters"
+ROWS = "rows"
+"""Folder of the recorded rows, named by chapter and study."""
 ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records are these
 PACKAGES = ("robot_perception", "data_synth")
 LEDGER = "claims.json"
+REGISTRATIONS = "registrations.tsv"
 BY_NAME = frozenset({"importlib", "pkgutil"})
 """Who imports one of these may import by name each of its submodules that it names as a string.
 
@@ -201,10 +207,16 @@ class Dependencies:
         digest = hashlib.sha256((self._root / "constraints.txt").read_bytes())
         for name in sorted(modules):
             digest.update(name.encode() + self.imports.files[name].read_bytes())
+        for notebook in self._read_by(cells):
+            digest.update(notebook.read_bytes())
         for file in self.data(named):
             digest.update(file.name.encode())
             text = file.read_bytes()
-            digest.update(claims_of(page.stem, named, text) if file.name == LEDGER else text)
+            if file.name == LEDGER:
+                text = claims_of(page.stem, named, text)
+            elif file.name == REGISTRATIONS:
+                text = registrations_of(named, text)
+            digest.update(text)
         for name in registry():  # a page differs with its recording there or not
             if name in named or name not in self._named:
                 digest.update(f"{name} {find(name) is not None}".encode())
@@ -215,7 +227,7 @@ class Dependencies:
         return self.imports.reached(self.imported(cells))
 
     def imported(self, cells: Iterable[ast.Module]) -> Iterator[str]:
-        """Yield the modules that cells import themselves."""
+        """Yield the modules that cells import themselves, or by the cells of other notebooks."""
         files = self.imports.files
         for node in (node for cell in cells for node in ast.walk(cell)):
             if isinstance(node, ast.Import):
@@ -223,6 +235,24 @@ class Dependencies:
             elif isinstance(node, ast.ImportFrom) and node.module in files:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
                 yield from (name if name in files else node.module for name in names)
+        for page in self.notebooks(cells):
+            yield from self.imported(code(page))
+
+    def notebooks(self, cells: Iterable[ast.Module]) -> Iterator[Path]:
+        """Yield the notebooks whose modules cells import."""
+        for node in (node for cell in cells for node in ast.walk(cell)):
+            if not isinstance(node, ast.ImportFrom) or not node.module:
+                continue
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            pages = (self._root / "book" / f"{name.removeprefix(NOTEBOOKS)}.ipynb"
+                     for name in names if name.startswith(NOTEBOOKS))  # fmt: skip
+            yield from (page for page in pages if page.exists())
+
+    def _read_by(self, cells: list[ast.Module]) -> list[Path]:
+        """Return the notebooks whose cells a page runs; one that asks all chapters reads all."""
+        if CHAPTERS in self.imported(cells):
+            return sorted((self._root / "book").glob("*.ipynb"))
+        return list(self.notebooks(cells))
 
     def named(self, cells: Iterable[ast.Module], modules: Iterable[str]) -> frozenset[str]:
         """Return the texts that stand in cells, and in the modules that run with them."""
@@ -262,6 +292,13 @@ def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:
     return json.dumps(read).encode()
 
 
+def registrations_of(named: frozenset[str], text: bytes) -> bytes:
+    """Return the registrations of the claims that a page names; all of them if it names none."""
+    lines = text.splitlines()
+    read = [line for line in lines if line.partition(b"\t")[0].decode() in named]
+    return b"\n".join(read or lines)
+
+
 def _file(module: str) -> Path:
     """Return the file of a module without importing it."""
     top, *rest = module.split(".")
@@ -270,7 +307,12 @@ def _file(module: str) -> Path:
 
 
 def _calls(file: Path) -> frozenset[str]:
-    """Return what code may call a file: its name, or that of a folder, less the suffix."""
+    """Return what code may call a file: its name, or that of a folder, less the suffix.
+
+    Rows are those of one chapter, whose name stands before the study's.
+    """
+    if file.parent.name == ROWS:
+        return frozenset({file.name.partition(".")[0]})
     return frozenset({file.name, *(part.partition(".")[0] for part in file.parts)})
 
 

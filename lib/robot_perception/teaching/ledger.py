@@ -263,6 +263,13 @@ class Ledger:
             beside.write_text(self.to_json(), encoding="utf-8")
 
 
+def agrees(claim: Claim, recorded: Entry) -> bool:
+    """Tell whether a claim gives the recorded value, to the recorded digits, and its verdict."""
+    found = entry(claim, claim.find(Size.FULL)).to_plain()
+    known = recorded.to_plain()
+    return all(found[name] == known[name] for name in ("value", "verdict", "conditions"))
+
+
 def different(
     found: Mapping[str, Sequence[float]],
     recorded: Mapping[str, Sequence[float]],

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from robot_perception.files import reading, written
 from robot_perception.teaching.cells import Definitions, sources
-from robot_perception.teaching.dependencies import hashed
+from robot_perception.teaching.dependencies import REGISTRATIONS, hashed
 from robot_perception.teaching.records import records
 from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.trials import Trials
@@ -57,7 +57,7 @@ class Registration:
 
 def file() -> Path:
     """Return the file of the registrations."""
-    return records() / "registrations.tsv"
+    return records() / REGISTRATIONS
 
 
 def read(path: Path | None = None) -> tuple[Registration, ...]:
@@ -90,6 +90,22 @@ def of(registrations: Sequence[Registration], claim: str) -> tuple[Registration,
     return tuple(one for one in registrations if one.claim == claim)
 
 
+def numbers() -> dict[str, int]:
+    """Return how often each claim was registered before its rows existed."""
+    return {one.claim: one.number for one in read()}
+
+
+def in_words(claim: str) -> str:
+    """Return how often a claim was registered, for a reader; a claim of no list was not."""
+    own = of(read(), claim)
+    if not own:
+        return "not registered"
+    if own[-1].number == 0:
+        return "as it stood before claims were registered"
+    times = "once" if own[-1].number == 1 else f"{own[-1].number} times"
+    return f"{times}, last on {own[-1].day}: {own[-1].remark}"
+
+
 def words_of(claim: Claim) -> str:
     """Hash what a claim says that it measures, and when it holds."""
     accepted = claim.accepted
@@ -102,8 +118,9 @@ def measure_of(claim: Claim) -> str:
     """Hash the code that makes a claim's value of rows; of a study with sizes there is none."""
     if not isinstance(claim.study, Trials):
         return NOT_OF_ROWS
-    functions = [inspect.unwrap(one) for one in (claim.compute, claim.value) if one is not None]
-    known = [Definitions(sources(one.__module__)).digest(one.__name__) for one in functions]
+    function = inspect.unwrap(claim.compute)
+    cells = Definitions(sources(function.__module__) or ())
+    known = cells.said(function.__name__), cells.keyword(function.__name__, "value")
     sabotages = [(one.study.name, one.study.changed) for one in claim.sabotages]
     return hashed(repr((claim.study.name, known, sabotages)))
 
@@ -142,10 +159,22 @@ def same(one: Registration, claim: Claim) -> bool:
     return one.measure == measure_of(claim) and one.replicates == replicates_of(claim)
 
 
-def anew(claim: Claim, before: Sequence[Registration], remark: str) -> Registration:
-    """Return the next registration of a claim, dated today."""
+def anew(
+    claim: Claim, before: Sequence[Registration], remark: str, *, same: bool = False
+) -> Registration:
+    """Return the next registration of a claim, dated today.
+
+    Where it is the `same` claim by other code, its number stays.
+
+    Raises
+    ------
+    ValueError
+        If it is called the same, and its words have changed.
+    """
     own = of(before, claim.id)
-    number = own[-1].number + 1 if own else 1
+    if same and (not own or own[-1].words != words_of(claim)):
+        raise ValueError(f"{claim.id} is not the same: its words have changed, or are new")
+    number = own[-1].number + (not same) if own else 1
     return Registration(
         claim.id, number, date.today().isoformat(), words_of(claim), measure_of(claim),
         replicates_of(claim), remark,

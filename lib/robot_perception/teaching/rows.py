@@ -18,6 +18,8 @@ from robot_perception.teaching.tables import Cell, Table
 
 Levels = tuple[str, Any, Any]
 """A factor and two of its levels: the first is compared with the second."""
+Says = Callable[["Rows"], Cell] | tuple[str, ...]
+"""What a cell of a table says of rows: a function, or a method of `Rows` and its measures."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,6 +92,14 @@ class Rows:
         """Return the median of a measure and the central range that holds 95 % of the rows."""
         return intervals.spread(self._numbers(measure, levels), unit)
 
+    def median(self, measure: str, **levels: Any) -> float:
+        """Return the median of a measure."""
+        return float(np.median(self._numbers(measure, levels)))
+
+    def largest(self, measure: str, **levels: Any) -> float:
+        """Return the largest value of a measure."""
+        return float(self._numbers(measure, levels).max())
+
     def share(self, part: str, whole: str, **levels: Any) -> Interval:
         """Return the sum of one measure over that of another, with its bootstrap interval."""
         return intervals.bootstrap_ratio(self._numbers(part, levels), self._numbers(whole, levels))
@@ -106,7 +116,7 @@ class Rows:
     def by(
         self,
         factor: str,
-        columns: Mapping[str, Callable[["Rows"], Cell]],
+        columns: Mapping[str, Says],
         words: Mapping[str, str] | None = None,
         about: str = "",
         corner: str | None = None,
@@ -118,7 +128,8 @@ class Rows:
         factor
             What the rows of the table are.
         columns
-            By the name of the column, what it says of the rows at a level.
+            By the name of the column, what it says of the rows at a level: a function of them, or
+            a method and its measures, such as ``("rate", "found")``.
         words
             What each column is, in words.
         about, corner
@@ -126,7 +137,7 @@ class Rows:
         """
         said = words or {}
         cells = {
-            f"{level}": [say(self.where(**{factor: level})) for say in columns.values()]
+            f"{level}": [_said(say, self.where(**{factor: level})) for say in columns.values()]
             for level in self.levels(factor)
         }
         heads = {name: said.get(name, "") for name in columns}
@@ -136,14 +147,15 @@ class Rows:
         self,
         rows: str,
         columns: str,
-        say: Callable[["Rows"], Cell],
+        say: Says,
         about: str = "",
         named: Callable[[Any], str] = str,
     ) -> Table:
         """Return a table of two factors: what is said of the rows at each pair of levels."""
         cells = {
             f"{one}": [
-                say(self.where(**{rows: one, columns: other})) for other in self.levels(columns)
+                _said(say, self.where(**{rows: one, columns: other}))
+                for other in self.levels(columns)
             ]
             for one in self.levels(rows)
         }
@@ -167,6 +179,13 @@ class Rows:
         if not np.array_equal(first, last):
             raise ValueError(f"{measure} at {ends[0]!r} and {ends[1]!r} is not of the same trials")
         return parts[0]._numbers(measure, {}), parts[1]._numbers(measure, {})
+
+
+def _said(say: Says, rows: Rows) -> Cell:
+    if callable(say):
+        return say(rows)
+    method, *measures = say
+    return getattr(rows, method)(*measures)
 
 
 def framed(parts: Iterable[Mapping[str, Any]]) -> pd.DataFrame:

@@ -4,7 +4,9 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping
 from html import escape
+from pathlib import Path
 
+from robot_perception.teaching import registration
 from robot_perception.teaching.badges import (
     EXPLAINED,
     STANDS_ON,
@@ -20,6 +22,7 @@ from robot_perception.teaching.media import Shown
 from robot_perception.teaching.papers import PAPERS, paper
 from robot_perception.teaching.source_pages import address
 from robot_perception.teaching.studies import Claim
+from robot_perception.teaching.trials import Trials
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin
 
 
@@ -117,6 +120,9 @@ def _links(entry: Entry, claim: Claim, title: str) -> str:
     module, line = function.__module__, inspect.getsourcelines(function)[1]
     place = f"{module.removeprefix('robot_perception.').replace('.', '/')}.py, line {line}"
     tests = f"tests.chapters.{entry.chapter}.test_claims"
+    if isinstance(claim.study, Trials):
+        cell = Path(inspect.getsourcefile(function) or "").name
+        place, tests = f"book/{cell.replace('[', ', cell ').rstrip(']')}", "tests.book.test_claims"
     links = [
         ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
         ("Computed by", address(module, function.__qualname__), place),
@@ -144,6 +150,7 @@ def _details(entry: Entry) -> str:
     items += [(key, str(value)) for key, value in entry.evidence.items()]
     if entry.note:
         items.append(("Note", entry.note))
+    items.append(("Registered", registration.in_words(entry.id)))
     items += [
         ("Sabotage", f"The same with {found.text}: {in_words(found.value)}, {found.verdict}")
         for found in entry.sabotages

@@ -1,5 +1,7 @@
 """Pages of source code: every module of the library, with a target at every definition.
 
+The module of a notebook is its study cells, each below a line that names it.
+
 They take the place of those of `sphinx.ext.viewcode`, which has targets only for what autodoc
 documents; its links from the library's pages lead here, too.
 """
@@ -9,6 +11,8 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+
+from robot_perception.teaching.cells import BOOK, study_cells
 
 FOLDER = "_modules"
 TEMPLATE = "page.html"
@@ -21,10 +25,23 @@ def address(module: str, name: str) -> str:
 
 def modules(root: Path) -> dict[str, Path]:
     """Return the files whose source is shown, by module: the library, and the tests of claims."""
-    library, tests = root / "lib", root / "tests" / "chapters"
+    library, tests = root / "lib", root / "tests"
+    notebooks = {
+        f"{BOOK}{page.stem}": page
+        for page in sorted((root / "book").glob("*.ipynb"))
+        if study_cells(page)
+    }
     files = [(file, library) for file in sorted((library / "robot_perception").rglob("*.py"))]
     files += [(file, root) for file in sorted(tests.rglob("test_claims.py"))]
-    return {_module(file.relative_to(above)): file for file, above in files}
+    return {_module(file.relative_to(above)): file for file, above in files} | notebooks
+
+
+def text(file: Path) -> str:
+    """Return the source of a module: of a notebook, that of its study cells."""
+    if file.suffix != ".ipynb":
+        return file.read_text("utf-8")
+    return "\n\n".join(f"# {name.removeprefix(f'{file.parent}/')}\n{code}\n"
+                       for name, code in study_cells(file))  # fmt: skip
 
 
 def pages(
@@ -36,7 +53,7 @@ def pages(
         page = f"{FOLDER}/{name.replace('.', '/')}"
         target = built / f"{page}.html"
         if not target.exists() or target.stat().st_mtime < file.stat().st_mtime:
-            code = file.read_text("utf-8")
+            code = text(file)
             up = "../" * name.count(".")
             body = (
                 f'<h1><code>{name}</code></h1><p><a href="{up}index.html">All modules</a></p>'
