@@ -10,7 +10,7 @@ export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test check test-portable test-held-back mutants lint lab serve reproduce bench clean
+.PHONY: help setup book test check test-portable mutants lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -50,9 +50,6 @@ check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests
 
 test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, with and without this machine's vector units
 	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
-
-test-held-back: .venv/.book ## the quick claims alone, with the vector units of this machine held back
-	$(BIN)/python -m tests.portable held-back -n $(JOBS) --dist loadfile
 
 mutants: .venv/.book ## plant errors in a copy of the code and count what the tests notice
 	$(BIN)/python -m tests.mutants -n $(JOBS) $(ROOMS)

@@ -2,9 +2,8 @@
 
 ``python -m tests.portable`` prints a line for each; further words go to pytest. Every processor
 gets the unit tests with the quick claims, and the notebooks with their compared outputs; the site
-in its browser is the same on every processor and left out. ``python -m tests.portable held-back``
-runs the quick claims alone, on the least of them. Each has caches of its own, empty at first: what
-another processor computed or compiled would hide what this one does.
+in its browser is the same on every processor and left out. Each has caches of its own, empty at
+first: what another processor computed or compiled would hide what this one does.
 """
 
 import os
@@ -13,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
@@ -51,8 +49,6 @@ RUNS = {
     "tests": ["-m", "not slow", "--ignore", "tests/site", "tests"],
     "notebooks": ["--nbval-lax", "book"],
 }
-_FILES = sorted((Path(__file__).parent / "chapters").glob("*/test_claims.py"))
-CLAIMS = {"quick claims": ["-m", "not slow", *map(str, _FILES)]}
 ASK = "import numpy, threadpoolctl as t; print(t.threadpool_info()[0].get('architecture'))"
 
 
@@ -79,18 +75,13 @@ def python(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
 
 
-def passes(
-    name: str,
-    environment: Mapping[str, str],
-    words: list[str],
-    runs: Mapping[str, list[str]] = RUNS,
-) -> bool:
+def passes(name: str, environment: Mapping[str, str], words: list[str]) -> bool:
     """Run tests in an environment, print the line of it, and what failed."""
     failures = []
     print(f"{name:18s}", end="", flush=True)
     with tempfile.TemporaryDirectory() as cache:
         own = {**environment, "ROBOT_PERCEPTION_CACHE": cache, "NUMBA_CACHE_DIR": cache}
-        for what, chosen in runs.items():
+        for what, chosen in RUNS.items():
             run = python("-m", "pytest", "-q", *words, *chosen, **own)
             (*_, last) = run.stdout.splitlines() or [""]
             print(
@@ -104,8 +95,5 @@ def passes(
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["held-back"]:
-        results = [passes("the baseline", BASELINE, sys.argv[2:], CLAIMS)]
-    else:
-        results = [passes(*variant, sys.argv[1:]) for variant in variants()]
+    results = [passes(*variant, sys.argv[1:]) for variant in variants()]
     sys.exit(not all(results))

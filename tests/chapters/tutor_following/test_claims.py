@@ -2,6 +2,9 @@
 
 from types import MappingProxyType
 
+from matplotlib.figure import Figure
+
+from robot_perception.chapters.tutor_following import figures
 from tests.chapters.ledger import LedgerTests, recorded
 
 
@@ -60,6 +63,19 @@ def test_fixed_models_lose_nearly_all_in_the_dark_and_gated_ones_most():
     table = recorded()["drift-dilemma"].tables["light"]
     assert table["one patch, fixed", "darker"].estimate == 0
     assert table["several, gated", "darker"].high < table["several, adapting", "darker"].estimate
+
+
+def test_a_share_of_strangers_who_are_not_obeyed_is_not_called_obeyed():
+    found = recorded()["interaction-states"]
+    table, row = found.tables["orders"], "a stranger's hand"
+    refused = found.evidence["strangers who are not obeyed"].estimate
+    named = [c for c in table.columns if getattr(table[row, c], "estimate", None) == refused]
+    assert named == ["right"]
+    ax = figures.orders.on(Figure().add_subplot(), table)
+    labels = [tick.get_text() for tick in ax.get_yticklabels()]
+    assert labels == [f"{name} → {table[name, 'state']}" for name in table.rows]
+    page = figures.orders(table).bundle["text/html"]
+    assert "obey" not in " ".join((ax.get_xlabel(), page, *table.columns.values()))
 
 
 def test_more_orders_are_obeyed_than_visits_go_through():

@@ -161,22 +161,25 @@ def states(ax: Axes, table: StateTable) -> Axes:
 
 @drawn(
     name="following-orders",
-    alt="A bar for each order of a visit: most strangers are ignored and half of the tutors are "
-    "recognised; of what is ordered afterwards nearly everything is obeyed.",
-    caption="Share of the visits that came to an order in which the robot obeyed. Lines: 95 %. On "
-    "the right: how many visits came to it.",
+    alt="A bar for each thing that happens in a visit: after most strangers' hands the robot waits "
+    "as it should, and half of the tutors are recognised; from then on it is nearly always in the "
+    "state that was ordered.",
+    caption="What happens, and the state in which the robot should be then: share of the visits "
+    "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. On the "
+    "right: how many visits came to it.",
     height=3.6,
-    gridspec_kw={"left": 0.4, "right": 0.9, "bottom": 0.16, "top": 0.97},
+    gridspec_kw={"left": 0.42, "right": 0.9, "bottom": 0.16, "top": 0.97},
 )
 def orders(ax: Axes, table: Table) -> Axes:
-    """Draw how often each order is obeyed."""
+    """Draw how often the robot is in the state in which it should be after each order."""
     for k, name in enumerate(table.rows):
-        of = table[name, "obeyed"]
+        of = table[name, "right"]
         ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
         ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
-    ax.set_yticks(range(len(table.rows)), list(table.rows))
-    ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="obeyed")
+    names = [f"{name} → {table[name, 'state']}" for name in table.rows]
+    ax.set_yticks(range(len(names)), names)
+    ax.set(xlim=(0, 1.0), ylim=(len(names) - 0.4, -0.6), xlabel="in the right state")
     return ax
 
 

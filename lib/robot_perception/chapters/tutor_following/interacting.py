@@ -72,13 +72,20 @@ class Result:
         return proportion(int(every.sum()), len(every))
 
     def table(self) -> Table:
-        """Return how often each order was given and obeyed."""
+        """Return how often each order was given, and was followed by the state that it should be.
+
+        After a stranger's hand that is to wait: the robot is right if it does not obey.
+        """
         rows = {}
         for k, what in enumerate(self.orders):
-            given, obeyed = int(self.given[:, k].sum()), int(self.obeyed[:, k].sum())
+            given, right = int(self.given[:, k].sum()), int(self.obeyed[:, k].sum())
             name = what if what not in rows else f"{what} again"
-            rows[name] = [given, proportion(obeyed, given) if given else "–", SHOULD[what][0]]
-        columns = {"given": "visits", "obeyed": "share of these; 95 %", "state": "that it leads to"}
+            rows[name] = [given, proportion(right, given) if given else "–", SHOULD[what][0]]
+        columns = {
+            "given": "visits",
+            "right": "share of these in which the robot then is in the state; 95 %",
+            "state": "in which it should be",
+        }
         return Table(rows, columns, corner="the visitor")
 
 
