@@ -47,6 +47,7 @@ from robot_perception.teaching.studies import Claim
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
 AS_DECLARED = "as declared"
+_TOLD: set[tuple[str | None, str]] = set()
 
 log = logging.getLogger(__name__)
 
@@ -194,18 +195,24 @@ class Trials:
         if recorded is not None and recorded.fits(code, self._declared()):
             return self._as_rows(recorded, f"Computed on {recorded.date} by this code")
         if live and (recorded is None or not self._is_the_books(code)):
-            few = {self.replicate: self.replicates[:FEW]}
-            print(
-                f"{self.name} is not the recorded study: {_counted(self.but(**few))} computed here "
-                f"instead of {len(self.replicates)}. {self.name}.run() computes all."
-            )
-            return self.run(**few)
+            return self._few()
         if recorded is None:
             raise FileNotFoundError(
                 f"no rows of {self.name} ({self.changed or AS_DECLARED}) are recorded: "
                 f"`robot-perception store --chapter {self.stem}` computes them"
             )
         return self._as_rows(recorded, f"Computed on {recorded.date} by earlier code")
+
+    def _few(self) -> Rows:
+        """Compute a few replicates of a study that a reader has changed, and say so once."""
+        few = self.but(**{self.replicate: self.replicates[:FEW]})
+        said = f"{self.name} was changed: {_counted(few)} computed here"
+        if len(self.replicates) > FEW:
+            said += f" of {len(self.replicates)}; {self.name}.run() computes all"
+        if (key := (self.code(), self._declared())) not in _TOLD:
+            _TOLD.add(key)
+            print(f"{said}.")
+        return few.run()
 
     def result(self, size: Size | str = Size.FULL, change: Sabotage | None = None) -> Rows:
         """Return the rows, or those of a sabotage: what a claim reads."""
