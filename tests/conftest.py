@@ -19,17 +19,18 @@ COMPUTED: list[str] = []
 
 def pytest_collection_finish() -> None:
     """Take note of each claim of the book that is computed from now on."""
-    claims = sys.modules.get("robot_perception.teaching.claims")  # never imported before its checks
-    if claims is None:
+    # never imported before its checks
+    studies = sys.modules.get("robot_perception.teaching.studies")
+    if studies is None:
         return
-    find = claims.Claim.find
+    find = studies.Claim.find
 
     def noted(self: Any, size: str = "quick") -> Any:
         if self.compute.__module__.startswith("robot_perception.chapters"):
             COMPUTED.append(f"{self.id} ({size})")
         return find(self, size)
 
-    claims.Claim.find = noted
+    studies.Claim.find = noted
 
 
 @pytest.hookimpl(wrapper=True)

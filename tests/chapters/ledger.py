@@ -36,7 +36,7 @@ import cv2
 import pytest
 
 from robot_perception import chapters
-from robot_perception.teaching.claims import Claim, Finding
+from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.ledger import (
     Entry,
     Ledger,
@@ -47,6 +47,7 @@ from robot_perception.teaching.ledger import (
     sabotaged,
 )
 from robot_perception.teaching.records import records
+from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.verdicts import turned
 from tests.unchecked import unchecked
 

@@ -2,9 +2,9 @@
 
 import math
 
-from robot_perception.teaching.claims import Claim, Finding, Size
+from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.ledger import Entry, entry
-from robot_perception.teaching.studies import Study
+from robot_perception.teaching.studies import Claim, Study
 from robot_perception.teaching.verdicts import Accepted, Basis
 
 WORDS = {

@@ -5,8 +5,8 @@ from types import ModuleType
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching.claims import Claim, Finding, Size, claims_in
-from robot_perception.teaching.studies import Change
+from robot_perception.teaching.claims import Finding, Size
+from robot_perception.teaching.studies import Change, Claim, claims_in
 from robot_perception.teaching.verdicts import Accepted, Condition, Verdict
 from tests.teaching.entries import SIZES, WORDS
 

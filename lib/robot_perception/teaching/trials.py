@@ -22,7 +22,7 @@ computer are not computed again, so a long study goes on where it was interrupte
 import inspect
 import json
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -335,7 +335,7 @@ class Chapter:
     stem: str
 
     def study(
-        self, *, seed: int = 0, chaotic: bool = False, **axes: Iterable[Any]
+        self, *, seed: int = 0, chaotic: bool = False, **axes: Any
     ) -> Callable[[Callable[..., Mapping[str, Any]]], Trials]:
         """Declare a study on the function of one trial: replicates first, then factors.
 
