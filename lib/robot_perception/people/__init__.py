@@ -15,7 +15,7 @@ __getattr__, __dir__, __all__ = door(
         "skin": ("SkinModel", "SkinRules", "SkinTracker"),
         "sonar": ("SonarRules",),
         "sound": ("SoundRules",),
-        "tracker": ("TrackerRules", "TrackerState"),
+        "tracker": ("PeopleRules", "PeopleState"),
         "trajectories": ("StaticRules", "Stays", "Trajectory"),
         "verification": (),
     },
