@@ -95,8 +95,8 @@ def main(kind: str, file: str, out: str, way: str = "") -> None:
         poses, covered = datasets.read_track(way).at(times, longest_gap=GAP)
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
-    rules, shown = tracker.TrackerRules(PEOPLE, STATIC), []
-    state, used = tracker.TrackerState.at(poses[covered][0]), np.flatnonzero(covered)
+    rules, shown = tracker.PeopleRules(PEOPLE, STATIC), []
+    state, used = tracker.PeopleState.at(poses[covered][0]), np.flatnonzero(covered)
     for k in tqdm(used, "readings"):
         seen, scan = readings[k]
         state, info = tracker.step(state, seen, poses[k], rules)

@@ -126,7 +126,7 @@ def test_the_surface_holds_functions_classes_and_methods_but_no_protocols():
     names = set(public("slam").values())
     some = {"planar.update", "planar.textbook.update", "planar.Settings", "planar.MapBelief.start"}
     assert {f"slam.{name}" for name in some} <= names
-    assert not [name for name in names if name.endswith(("Workspace", "Formula", "ty.Sensor"))]
+    assert not [name for name in names if name.endswith(("Workspace", "Formula", "StateSensor"))]
 
 
 @dataclass

@@ -9,11 +9,11 @@ from robot_perception.geometry import se2
 from robot_perception.people import aggregation, verification
 from robot_perception.people.aggregation import AggregationRules
 from robot_perception.people.detections import Detections, polar
-from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.people.tracker import PeopleRules, PeopleState, step
 from robot_perception.people.trajectories import StaticRules
 from tests.people.test_aggregation import known
 
-RULES = TrackerRules(AggregationRules(walk=0.1), StaticRules(spread=0.3, longest=2.0))
+RULES = PeopleRules(AggregationRules(walk=0.1), StaticRules(spread=0.3, longest=2.0))
 PEOPLE = np.array([[2.0, 1.0], [1.0, -2.0]])
 
 
@@ -26,7 +26,7 @@ def seen(time, pose):
 @given(st.floats(-0.5, 0.5), st.floats(-1, 1))
 def test_who_stands_still_is_one_hypothesis_and_static_while_the_robot_drives(speed, turn):
     pose, rolled = np.array([0.2, 0.1, 0.5]), np.array([0.1 * speed, 0.0, 0.1 * turn])
-    state = TrackerState.at(pose)
+    state = PeopleState.at(pose)
     for k in range(30):
         state, info = step(state, seen(0.1 * k, pose), pose, RULES)
         assert (info.static == (0.1 * k > 2.0)).all()
@@ -40,7 +40,7 @@ def test_a_constant_error_of_the_pose_changes_nothing_that_is_known_about_the_ro
     """Only the way between two readings counts, so that wheels will do."""
     off, found = np.array([3.0, -1.0, 0.7]), []
     for start in (np.zeros(3), off):
-        state = TrackerState.at(start)
+        state = PeopleState.at(start)
         for k in range(5):
             pose = np.array([0.1 * k, 0.0, 0.05 * k])
             state, _ = step(state, seen(0.1 * k, pose), se2.compose(start, pose), RULES)
@@ -51,7 +51,7 @@ def test_a_constant_error_of_the_pose_changes_nothing_that_is_known_about_the_ro
 
 def test_without_motion_it_is_the_aggregation():
     pose, found = np.ones(3), aggregation.Hypotheses.none()
-    state = TrackerState.at(pose)
+    state = PeopleState.at(pose)
     for k in range(4):
         state, info = step(state, seen(0.1 * k, pose), pose, RULES)
         found, merged = aggregation.step(found, seen(0.1 * k, pose), np.zeros(3), RULES.aggregation)

@@ -1,1 +1,22 @@
-"""Two arms from one camera: a model of the body, likelihoods, and a tracker."""
+"""Two arms are followed by one camera: a model of the body, likelihoods cue by cue, a tracker."""
+
+from importlib import import_module
+
+from robot_perception.doors import door
+
+__getattr__, __dir__, __all__ = door(
+    __name__,
+    {
+        "body_model": ("BodyModel", "Measures"),
+        "likelihoods": (
+            "CollisionCue",
+            "EdgeCue",
+            "EdgeRules",
+            "LimitCue",
+            "PatchCue",
+            "StabiliserCue",
+        ),
+        "tracker": ("BOUNDS", "CUES", "FILTERS", "ArmRules", "ArmTracker", "find_face"),
+    },
+    import_module,
+)

@@ -30,8 +30,8 @@ with needing():
 
 __all__ = [
     "AdjustInfo",
-    "Link",
     "Links",
+    "MeanPose",
     "Mosaic",
     "NoCommonPattern",
     "adjust",
@@ -427,7 +427,7 @@ class Mosaic:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Link:
+class MeanPose:
     r"""What all images in which two patterns were seen together say of the way between them.
 
     Parameters
@@ -497,10 +497,10 @@ class Links:
         object.__setattr__(links, "_sums", sums)
         return links
 
-    def means(self) -> dict[tuple[str, str], Link]:
+    def means(self) -> dict[tuple[str, str], MeanPose]:
         """Return the mean way from the first to the second of each pair, in alphabetical order."""
         return {
-            pair: Link(
+            pair: MeanPose(
                 np.array([x / count, y / count, wrap_angle(math.atan2(sin, cos))]), int(count)
             )
             for pair, (x, y, cos, sin, count) in self._sums.items()

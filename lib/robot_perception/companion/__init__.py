@@ -1,1 +1,19 @@
-"""The tutor of a robot: faces, a raised hand, a person to follow, and when to do what."""
+"""A robot's tutor has a face, a raised hand and a way to follow; a table says when to do what."""
+
+from importlib import import_module
+
+from robot_perception.doors import door
+
+__getattr__, __dir__, __all__ = door(
+    __name__,
+    {
+        "boxes": ("crop", "overlap"),
+        "cues": (),
+        "faces": (),
+        "following": ("Follower",),
+        "hands": (),
+        "interaction": ("Event", "Interaction", "StateTable", "Transition", "paper_table"),
+        "tutor": ("TutorModel", "TutorRules", "TutorTracker"),
+    },
+    import_module,
+)

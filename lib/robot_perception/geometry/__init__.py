@@ -1,4 +1,4 @@
-"""Angles and planar rigid motions."""
+"""Angles and rigid motions of the plane; of space in `se3`, and planes seen in `homographies`."""
 
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.geometry.se2 import act, between, compose, inverse, rotation

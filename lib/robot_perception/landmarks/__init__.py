@@ -1,6 +1,4 @@
-"""Visual landmarks: SIFT features, points from two eyes, tracks, classes of descriptors, and which
-landmark is which.
-"""
+"""Visual landmarks are found, seen by two eyes, tracked, described, and told from one another."""
 
 from robot_perception.landmarks.association import Euclidean, Mahalanobis, Nearest
 from robot_perception.landmarks.classes import (

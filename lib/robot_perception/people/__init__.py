@@ -1,5 +1,23 @@
-"""People around a robot: what each sensor takes for one, in distance and direction about it."""
+"""People around a robot are detected by legs, sonar, skin and voice, and followed as one crowd."""
 
-from robot_perception.people.detections import Detections, polar
+from importlib import import_module
 
-__all__ = ["Detections", "polar"]
+from robot_perception.doors import door
+
+__getattr__, __dir__, __all__ = door(
+    __name__,
+    {
+        "aggregation": ("AggregationRules", "Hypotheses", "SensorRules"),
+        "behaviours": (),
+        "detections": ("Detections", "polar"),
+        "legs": ("LegRules",),
+        "scores": ("Frame", "gospa", "score"),
+        "skin": ("SkinModel", "SkinRules", "SkinTracker"),
+        "sonar": ("SonarRules",),
+        "sound": ("SoundRules",),
+        "tracker": ("PeopleRules", "PeopleState"),
+        "trajectories": ("StaticRules", "Stays", "Trajectory"),
+        "verification": (),
+    },
+    import_module,
+)

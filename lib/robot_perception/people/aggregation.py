@@ -4,7 +4,7 @@ A hypothesis is a normal distribution of distance and direction :math:`(r, \varp
 robot, with a weight. A reading predicts all hypotheses to its time, is associated with them, merged
 into those that it confirms, and lowers the weights of the others:
 
-``step(hypotheses, detections, motion, rules) -> (Hypotheses, StepInfo)``
+``step(hypotheses, detections, motion, rules) -> (Hypotheses, AggregationInfo)``
 
 Which sensors there are is open: one more takes a detector that returns normal distributions, a name
 and its :class:`SensorRules` under that name.
@@ -309,7 +309,7 @@ class Hypotheses:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class StepInfo:
+class AggregationInfo:
     """What became of a reading.
 
     Parameters
@@ -340,7 +340,7 @@ def step(
     detections: Detections,
     motion: Float[np.ndarray, "3"],
     rules: AggregationRules,
-) -> tuple[Hypotheses, StepInfo]:
+) -> tuple[Hypotheses, AggregationInfo]:
     r"""Return the hypotheses after one reading of one sensor.
 
     They are predicted to its time, and pairs of reading i and hypothesis j associated, the nearest
@@ -371,7 +371,7 @@ def step(
     Returns
     -------
     Hypotheses
-    StepInfo
+    AggregationInfo
 
     Raises
     ------
@@ -431,7 +431,7 @@ def step(
     for stays, goes in absorbed:
         identities[identities == goes] = stays
     removed = tuple(before.identity[~kept].tolist())
-    return after, StepInfo(identities, matched, removed, absorbed, distances.size + compared)
+    return after, AggregationInfo(identities, matched, removed, absorbed, distances.size + compared)
 
 
 def predict(

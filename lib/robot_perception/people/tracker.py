@@ -2,7 +2,7 @@
 
 The aggregation knows people about the robot; here its motion comes in, and who never moves is told:
 
-``step(state, detections, pose, rules) -> (TrackerState, TrackerInfo)``
+``step(state, detections, pose, rules) -> (PeopleState, PeopleInfo)``
 
 A robot needs no more: it calls `step` for each reading, with the pose that it takes itself to have.
 """
@@ -15,13 +15,13 @@ from jaxtyping import Bool, Float
 from robot_perception import checks
 from robot_perception.geometry import se2
 from robot_perception.people import aggregation
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, StepInfo
+from robot_perception.people.aggregation import AggregationInfo, AggregationRules, Hypotheses
 from robot_perception.people.detections import Detections
 from robot_perception.people.trajectories import StaticRules, Stays, watch
 
 
 @dataclass(frozen=True, slots=True)
-class TrackerRules:
+class PeopleRules:
     """How readings are aggregated, and who has stayed in one place for too long.
 
     Parameters
@@ -39,7 +39,7 @@ class TrackerRules:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TrackerState:
+class PeopleState:
     """What the tracker knows.
 
     Parameters
@@ -67,13 +67,13 @@ class TrackerState:
         object.__setattr__(self, "pose", checks.array("pose", self.pose, (3,)))
 
     @classmethod
-    def at(cls, pose: Float[np.ndarray, "3"]) -> "TrackerState":
+    def at(cls, pose: Float[np.ndarray, "3"]) -> "PeopleState":
         """Return what a robot at a pose (3,) knows that has not yet looked."""
         return cls(Hypotheses.none(), Stays.none(), pose)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TrackerInfo:
+class PeopleInfo:
     """What became of a reading.
 
     Parameters
@@ -85,12 +85,12 @@ class TrackerInfo:
     """
 
     static: Bool[np.ndarray, " n"]
-    merged: StepInfo
+    merged: AggregationInfo
 
 
 def step(
-    state: TrackerState, detections: Detections, pose: Float[np.ndarray, "3"], rules: TrackerRules
-) -> tuple[TrackerState, TrackerInfo]:
+    state: PeopleState, detections: Detections, pose: Float[np.ndarray, "3"], rules: PeopleRules
+) -> tuple[PeopleState, PeopleInfo]:
     r"""Return what is known after one reading of one sensor.
 
     Hypotheses are moved by the way that the robot has gone since the last reading,
@@ -111,8 +111,8 @@ def step(
 
     Returns
     -------
-    TrackerState
-    TrackerInfo
+    PeopleState
+    PeopleInfo
 
     Raises
     ------
@@ -123,10 +123,10 @@ def step(
     ----------
     Schaffernicht, Martin, Scheidig and Gross (see `Detections`), sections 3.2 and 4.1.
     """
-    checks.instance("state", state, TrackerState)
-    checks.instance("rules", rules, TrackerRules)
+    checks.instance("state", state, PeopleState)
+    checks.instance("rules", rules, PeopleRules)
     pose = checks.array("pose", pose, (3,))
     motion = se2.between(state.pose, pose)
     found, merged = aggregation.step(state.hypotheses, detections, motion, rules.aggregation)
     stays, static = watch(state.stays, found, pose, rules.static)
-    return TrackerState(found, stays, pose), TrackerInfo(static, merged)
+    return PeopleState(found, stays, pose), PeopleInfo(static, merged)

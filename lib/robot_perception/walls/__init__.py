@@ -1,4 +1,4 @@
-"""Walls from laser scans: chains, segments with covariance, and maps merged over scans."""
+"""Walls are fitted to laser scans: chains, segments with covariance, and maps merged over scans."""
 
 from robot_perception.walls.chains import (
     count_distances,

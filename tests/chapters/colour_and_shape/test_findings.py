@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.colour_and_shape import explorers, films
+from robot_perception.chapters.colour_and_shape import explorers, films, states
 from robot_perception.chapters.colour_and_shape.experiments import LOST
 from robot_perception.teaching.explore import MOST_STATES
 from tests.chapters.findings import limits, presets_that_show_the_default
@@ -13,7 +13,7 @@ from tests.unchecked import unchecked
 @pytest.fixture(scope="module", autouse=True)
 def _tried_as_a_reader_would():
     with unchecked():
-        explorers.grid()
+        states.grid()
 
 
 @pytest.mark.parametrize("explorer", [explorers.steps, explorers.many, explorers.snake])
@@ -108,13 +108,13 @@ def test_words_of_the_overlap_say_how_it_ends():
 def pairs():
     """Yield the settings with what the affine and the free snake make of them."""
     for state in explorers.snake.parameters(snake="free"):
-        yield state, explorers.slid(**(state | {"snake": "affine"})), explorers.slid(**state)
+        yield state, states.slid(**(state | {"snake": "affine"})), states.slid(**state)
 
 
 def test_axes_hold_the_snake():
     left, right, low, high = limits(explorers.snake.drawn())
     for state in explorers.snake.parameters():
-        u, v = explorers.slid(**state).fit.outline.T
+        u, v = states.slid(**state).fit.outline.T
         assert left < u.min() < u.max() < right, state
         assert high < v.min() < v.max() < low, state
 
@@ -154,11 +154,11 @@ def test_words_and_presets_say_what_is_shown():
         assert words.startswith("An affine" if state["snake"] == "affine" else "A free")
     start = explorers.snake.default
     free, stiff, elastic = (
-        explorers.slid(**(start | explorers.snake.presets[name]))
+        states.slid(**(start | explorers.snake.presets[name]))
         for name in ("free", "free and stiff", "too elastic")
     )
     assert free.swallowed > 0.5 > 0.25 > stiff.swallowed
-    assert elastic.overlap < explorers.slid(**start).overlap - 0.05
+    assert elastic.overlap < states.slid(**start).overlap - 0.05
 
 
 # The films ---------------------------------------------------------------------------------------

@@ -33,11 +33,11 @@ def recording(polar, found, *, clear=True, sensor="laser"):
 
 def test_each_detection_is_one_persons():
     scene = recording([(2, 0), (2, 0.1)], [(2, 0.05), (4, 2)])
-    seen = witnesses.looks([scene], "laser", "upright")
+    seen = witnesses.answers([scene], "laser", "upright")
     assert seen.people.hit.sum() == 1
     assert (seen.readings.item(), seen.found.item(), seen.false.item()) == (1, 2, 1)
 
 
 def test_a_camera_is_judged_by_direction_round_the_back():
     scene = recording([(2, 3.1)], [(4, -3.1)], sensor="camera")
-    assert witnesses.looks([scene], "camera", "facing").people.hit.all()
+    assert witnesses.answers([scene], "camera", "facing").people.hit.all()

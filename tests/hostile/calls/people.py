@@ -49,7 +49,7 @@ STAYS, _ = trajectories.watch(
 FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
 TRACKED, _ = tracker.step(
-    tracker.TrackerState.at(np.zeros(3)), SEEN, np.zeros(3), tracker.TrackerRules()
+    tracker.PeopleState.at(np.zeros(3)), SEEN, np.zeros(3), tracker.PeopleRules()
 )
 
 CALLS = {
@@ -108,10 +108,10 @@ CALLS = {
     trajectories.Stays: lambda: call(STAYS.identity, STAYS.place, STAYS.since),
     trajectories.Stays.none: call,
     trajectories.watch: lambda: call(STAYS, THERE, np.ones(3), trajectories.StaticRules()),
-    tracker.TrackerRules: lambda: call(RULES, trajectories.StaticRules()),
-    tracker.TrackerState: lambda: call(THERE, STAYS, np.ones(3)),
-    tracker.TrackerState.at: lambda: call(np.ones(3)),
-    tracker.step: lambda: call(TRACKED, AGAIN, np.ones(3), tracker.TrackerRules()),
+    tracker.PeopleRules: lambda: call(RULES, trajectories.StaticRules()),
+    tracker.PeopleState: lambda: call(THERE, STAYS, np.ones(3)),
+    tracker.PeopleState.at: lambda: call(np.ones(3)),
+    tracker.step: lambda: call(TRACKED, AGAIN, np.ones(3), tracker.PeopleRules()),
     verification.step: lambda: call(frozenset({0}), THERE, np.array([0.5, 4.0]), 0.2),
     scores.Frame: lambda: call(THERE.points, THERE.identity, THERE.points, THERE.identity),
     scores.score: lambda: call([FRAME, FRAME], 0.5),

@@ -16,7 +16,7 @@ from robot_perception.chapters.anchored_slam import invented
 from robot_perception.chapters.monobot.rail import PAPER
 from robot_perception.evaluation.intervals import Interval, exact, proportion, spread
 from robot_perception.slam import observability
-from robot_perception.slam.observability import Anchor, Heading, Landmarks, Position, Sensor
+from robot_perception.slam.observability import Anchor, Heading, Landmarks, Position, StateSensor
 from robot_perception.slam.observability.symbolic import ANCHORS, Reading, pose
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
@@ -33,7 +33,7 @@ READINGS = ("one point", "true path", "nonlinear")
 """The three analyses: Jacobians at one point; at the true states; Lie derivatives."""
 
 
-def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[Sensor, ...]:
+def sensors(name: str, anchors: tuple[Anchor, Anchor] = ANCHORS) -> tuple[StateSensor, ...]:
     """Return a set of sensors by name."""
     first, second = anchors
     return {

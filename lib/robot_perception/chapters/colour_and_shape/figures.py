@@ -1,9 +1,6 @@
 """Figures of the chapter "Colour and shape": films, colours, samples, one iteration, snakes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -18,12 +15,10 @@ from robot_perception.chapters.colour_and_shape.films import outline, picture
 from robot_perception.chapters.colour_and_shape.iteration import STEPS, Iteration
 from robot_perception.chapters.colour_and_shape.samples import Samples
 from robot_perception.chapters.colour_and_shape.snakes import Case
+from robot_perception.chapters.colour_and_shape.states import Slid, Tried
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label, on_plate
 from robot_perception.teaching.tables import Table
-
-if TYPE_CHECKING:
-    from robot_perception.chapters.colour_and_shape.explorers import Slid, Tried
 
 
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:

@@ -37,7 +37,7 @@ rates = Exploration(
 look = Exploration(
     draw.looked,
     scene.look,
-    scene.Look.words,
+    scene.HeadColours.words,
     controls={"at": slider("Frame", tuple(range(0, 150, 10)), 60)},
     name="head-look",
     caption="Left: the head. Right: colours of its pixels, in frame 0 (blue) and this one (red): "

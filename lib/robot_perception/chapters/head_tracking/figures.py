@@ -10,7 +10,7 @@ from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking import incremental, scene
 from robot_perception.chapters.head_tracking.heads import GATES, GIVES_UP, OFF, RATES, RULES, pair
 from robot_perception.chapters.head_tracking.recordings import Girl
-from robot_perception.chapters.head_tracking.scene import Followed, Look, Sizes
+from robot_perception.chapters.head_tracking.scene import Followed, HeadColours, Sizes
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.recordings import Read
@@ -101,7 +101,7 @@ def tracked(axes: np.ndarray, state: Followed) -> None:
     bottom.legend(loc="upper right", ncols=2)
 
 
-def looked(axes: np.ndarray, state: Look) -> None:
+def looked(axes: np.ndarray, state: HeadColours) -> None:
     """Draw the picture, the colours of the head in it and in the first; axes cleared first."""
     left, right = axes
     left.clear()

@@ -142,7 +142,7 @@ def followed(film: str, rate: float, gate: float, floor: float) -> Followed:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Look:
+class HeadColours:
     """A picture, the colours of the true head in it, and what they share with the first picture's.
 
     Parameters
@@ -177,7 +177,7 @@ HALF = 60
 
 
 @cache
-def look(at: int) -> Look:
+def look(at: int) -> HeadColours:
     """Return a state of the explorer of colours."""
     film = filmed(LIGHT)
     u, v = np.round(film.ellipses[at, :2]).astype(int)
@@ -190,7 +190,7 @@ def look(at: int) -> Look:
             histogram(cells.index(film.frames[k]), cells.count, film.masks[k]) for k in (0, at)
         )
         common[name] = float(intersection_of_shares(now, shares(first)))
-    return Look(at, image, _chroma(0), _chroma(at), common)
+    return HeadColours(at, image, _chroma(0), _chroma(at), common)
 
 
 def _chroma(at: int, most: int = 400) -> Float[np.ndarray, "n 2"]:

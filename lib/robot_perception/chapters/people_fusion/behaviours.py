@@ -30,7 +30,7 @@ from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import behaviours as acts
 from robot_perception.people.behaviours import MOVES, PHASES, STOP, Command, Rules, State
 from robot_perception.people.detections import Detections
-from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.people.tracker import PeopleRules, PeopleState, step
 from robot_perception.people.trajectories import StaticRules
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
@@ -41,7 +41,7 @@ from robot_perception.walls.scores import distance_to_segments
 Kind = Literal["guide", "follow", "survey"]
 RULES = Rules(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
 """Of the behaviours. A visitor of the world stands up to 1.6 m away; ours, chosen on ``CHOOSE``."""
-BELIEVES = TrackerRules(scaled(committee.RULES, patience=0.4), StaticRules(longest=3.0))
+BELIEVES = PeopleRules(scaled(committee.RULES, patience=0.4), StaticRules(longest=3.0))
 """The rules of the committee, but who is no longer seen is forgotten sooner: a robot that asks back
 within seconds cannot remember for eight. Chosen on ``CHOOSE``. Who stays in one place for 3 s, and
 is not the one it is about, is furniture; ours."""
@@ -163,7 +163,7 @@ class _Robot:
         self.sensing = Sensing(world.office, world.people, rig(sensors, RING), rng=noise)
         self.map, _ = world.office.section(RIG.ring_height)
         self.pose, self.state = world.now.robot, State()
-        self.tracked, self.still = TrackerState.at(self.pose), np.zeros(0, dtype=bool)
+        self.tracked, self.still = PeopleState.at(self.pose), np.zeros(0, dtype=bool)
 
     def live(self, before: Moment, now: Moment, rolled: Float[np.ndarray, "3"]) -> Command:
         """Take in what the sensors report between two moments, and return what to do."""

@@ -24,7 +24,7 @@ from robot_perception.chapters.people_sensors.scene import CONFIG, recording
 from robot_perception.chapters.people_sensors.sessions import RIG
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people.aggregation import Hypotheses
-from robot_perception.people.tracker import TrackerRules, TrackerState, step
+from robot_perception.people.tracker import PeopleRules, PeopleState, step
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING, figure
 from robot_perception.teaching.media import Shown
@@ -62,8 +62,8 @@ def instants() -> list[Instant]:
     session, rng = sessions.staged(CONFIG)
     known, last, found = recording(), {}, []
     ends = np.searchsorted(known.times, TIMES, side="right")
-    rules = TrackerRules(committee.RULES, committee.STATIC)
-    state, room = TrackerState.at(known.reckoned[0]), se2.inverse(session.robot[0])
+    rules = PeopleRules(committee.RULES, committee.STATIC)
+    state, room = PeopleState.at(known.reckoned[0]), se2.inverse(session.robot[0])
     for k, reading in zip(range(ends[-1]), readings(session, RIG, rng=rng), strict=False):
         last[type(reading)] = reading, known.found(k).positions
         state, _ = step(state, known.found(k), known.reckoned[k], rules)

@@ -20,7 +20,7 @@ from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, StepInfo, step
+from robot_perception.people.aggregation import AggregationInfo, AggregationRules, Hypotheses, step
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
@@ -120,7 +120,7 @@ def turned_sonars(recording: Recording, by: float) -> Recording:
 
 def steps(
     recording: Recording, rows: Sequence[int], found: Hypotheses, rules: AggregationRules
-) -> Iterator[tuple[int, Hypotheses, StepInfo]]:
+) -> Iterator[tuple[int, Hypotheses, AggregationInfo]]:
     """Yield the reading, the hypotheses and what became of them, of a robot that stands."""
     for k in rows:
         found, info = step(found, recording.found(k), np.zeros(3), rules)
@@ -129,7 +129,7 @@ def steps(
 
 def outlived(
     recording: Recording,
-    story: Iterator[tuple[int, Hypotheses, StepInfo]],
+    story: Iterator[tuple[int, Hypotheses, AggregationInfo]],
     whose: Mapping[int, int],
     looked: Sequence[int],
 ) -> Bool[np.ndarray, "n t"]:

@@ -12,7 +12,7 @@ from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.people_sensors import recordings, scene, standing
 from robot_perception.chapters.people_sensors.recordings import Legs, Pedestrians
-from robot_perception.chapters.people_sensors.scene import Look
+from robot_perception.chapters.people_sensors.scene import Report
 from robot_perception.chapters.people_sensors.sessions import RIG, points
 from robot_perception.chapters.people_sensors.standing import Stood
 from robot_perception.chapters.people_sensors.witnesses import GATES
@@ -370,7 +370,7 @@ def taken_for_skin(ax: Axes, result: Pedestrians) -> Axes:
 # Explorer ----------------------------------------------------------------------------------------
 
 
-def look(ax: Axes, now: Look) -> Axes:
+def look(ax: Axes, now: Report) -> Axes:
     """Draw what one sensor takes for people at a moment, on axes cleared first.
 
     A detection that is nobody's has a cross in the middle.

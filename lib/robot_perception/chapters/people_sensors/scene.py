@@ -100,7 +100,7 @@ SHOWN = 4.86  # the moment of the hero and of the drawings of single readings, s
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Look:
+class Report:
     """What one sensor reported at a moment (s): whom it found, and which detections are nobody's.
 
     A person is found who has a detection of their own.
@@ -124,9 +124,9 @@ class Look:
 
 
 @cache
-def look(sensor: str, at: float) -> Look:
+def look(sensor: str, at: float) -> Report:
     """Return what one sensor makes of a moment."""
     detections, polar = found(at, sensor), recording().polar[row(at)]
     whose, theirs = witnesses.pairs(polar, detections.positions.mean, sensor)
     people, some = np.arange(len(polar)), np.arange(len(detections))
-    return Look(sensor, at, detections, np.isin(people, whose), ~np.isin(some, theirs))
+    return Report(sensor, at, detections, np.isin(people, whose), ~np.isin(some, theirs))

@@ -49,12 +49,12 @@ class Witness:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Looks:
+class Answers:
     """What one sensor, asked of people of a kind, made of each person present.
 
-    A look is a row: the session, where the person was (m and rad), whether a detection was theirs,
-    who wears a skirt, and ``COLUMNS``. Of each session there are the readings, the detections in
-    them, and those that were false.
+    An answer is a row: the session, where the person was (m and rad), whether a detection was
+    theirs, who wears a skirt, and ``COLUMNS``. Of each session there are the readings, the
+    detections in them, and those that were false.
     """
 
     kind: str
@@ -69,7 +69,7 @@ class Looks:
         return bootstrap_ratio(self.false, self.found, "by session")
 
     def at(self, kind: str) -> Bool[np.ndarray, " n"]:
-        """Tell which looks are at people of a kind.
+        """Tell which answers are of people of a kind.
 
         Legs are *upright* in trousers and not turned sideways, *sideways* in trousers, standing, or
         in *skirts*, all inside the laser's half-plane and met by a beam. Who is met by a sonar is
@@ -86,18 +86,18 @@ class Looks:
         }[kind]
 
     def near(self, kind: str) -> Bool[np.ndarray, " n"]:
-        """Tell which looks are at people of a kind as near as the paper's."""
+        """Tell which answers are of people of a kind as near as the paper's."""
         return self.at(kind) & (self.people.r < PAPER_REACH)
 
     def rate(self, some: Bool[np.ndarray, " n"]) -> Interval:
-        """Return the share found of some looks, over the sessions in which there were any."""
+        """Return the share found of some answers, over the sessions in which there were any."""
         session, hit = self.people.session[some], self.people.hit[some]
-        looks = np.bincount(session).astype(float)
-        hits, any_ = np.bincount(session, hit), looks > 0
-        return bootstrap_ratio(hits[any_], looks[any_], "of the looks, by session")
+        asked = np.bincount(session).astype(float)
+        hits, any_ = np.bincount(session, hit), asked > 0
+        return bootstrap_ratio(hits[any_], asked[any_], "of the looks, by session")
 
     def rates(self, some: Mapping[str, Bool[np.ndarray, " n"]]) -> dict[str, Interval]:
-        """Return the shares found of named looks, where there were any in several sessions."""
+        """Return the shares found of named answers, where there were any in several sessions."""
         return {
             name: self.rate(these)
             for name, these in some.items()
@@ -111,17 +111,17 @@ class Looks:
         return self.rates({name: asked & (which == k) for k, name in enumerate(names)})
 
 
-def ask(config: Witness, *, rng: np.random.Generator) -> Looks:
+def ask(config: Witness, *, rng: np.random.Generator) -> Answers:
     """Return what one sensor made of people in some sessions; nothing is drawn."""
     recordings = sweep(_recorded, config.sessions, rng=rng, desc="sessions")
-    return looks(recordings, config.sensor, config.kind)
+    return answers(recordings, config.sensor, config.kind)
 
 
 def _recorded(session: Config, *, rng: np.random.Generator) -> Recording:
     return sessions.record(session)
 
 
-def looks(recordings: Iterable[Recording], sensor: str, kind: str) -> Looks:
+def answers(recordings: Iterable[Recording], sensor: str, kind: str) -> Answers:
     """Return what one sensor made of people in some recordings."""
     parts, sums = [], []
     for session, recording in enumerate(recordings):
@@ -143,7 +143,7 @@ def looks(recordings: Iterable[Recording], sensor: str, kind: str) -> Looks:
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     names = ("session", "r", "phi", "hit", "skirt", *COLUMNS)
     people = np.rec.fromarrays(columns, names=list(names))
-    return Looks(kind, people, *np.array(sums, dtype=float).T)
+    return Answers(kind, people, *np.array(sums, dtype=float).T)
 
 
 def pairs(
@@ -199,7 +199,7 @@ LASER = witness("laser", "upright", seed=61)
     accepted=Accepted(0.8, 1.0, "four of five; the paper says “very good”", "our choice"),
     sabotage=Change("people who stand sideways, so that one leg hides the other", kind="sideways"),
 )
-def legs_found(seen: Looks) -> Finding:
+def legs_found(seen: Answers) -> Finding:
     """Count the legs found by distance, stance and clothes."""
     others = {"standing sideways": seen.near("sideways"), "skirts": seen.near("skirts")}
     return Finding(
@@ -210,7 +210,7 @@ def legs_found(seen: Looks) -> Finding:
     )
 
 
-def _often(seen: Looks) -> dict[str, Interval]:
+def _often(seen: Answers) -> dict[str, Interval]:
     return {"detections in a reading": bootstrap_ratio(seen.found, seen.readings, "by session")}
 
 
@@ -222,7 +222,7 @@ class Places:
     room: Witness
 
 
-def ask_both(config: Places, *, rng: np.random.Generator) -> tuple[Looks, Looks]:
+def ask_both(config: Places, *, rng: np.random.Generator) -> tuple[Answers, Answers]:
     """Return what a sensor made of people in both places; nothing is drawn."""
     return ask(config.walls, rng=rng), ask(config.room, rng=rng)
 
@@ -252,7 +252,7 @@ MOST = Accepted(0.5, 1.0, "more often wrong than right", "our choice")
     ),
     value=lambda places: places[0].wrong,
 )
-def sonar_unreliable(places: tuple[Looks, Looks], value: Interval) -> Finding:
+def sonar_unreliable(places: tuple[Answers, Answers], value: Interval) -> Finding:
     """Count the sonar's hypotheses that are false, between walls and in a room."""
     _, room = places
     beside = "walls stand beside the robot, as in the paper's Fig. 3"
@@ -281,6 +281,6 @@ CAMERA = witness("camera", "facing", seed=63)
         sessions=tuple(replace(session, distractors=False) for session in QUICK[:4]),
     ),
 )
-def fisheye_fooled(seen: Looks) -> Finding:
+def fisheye_fooled(seen: Answers) -> Finding:
     """Count the directions in which nobody is."""
     return Finding(seen.wrong, seen.by_distance() | _often(seen))

@@ -33,7 +33,7 @@ DETECTOR = FaceDetector()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Look:
+class Portrait:
     """A picture of one person.
 
     Parameters
@@ -50,7 +50,7 @@ class Look:
 
 def look(
     rng: np.random.Generator, who: FaceIdentity, *, turn: float = 0.0, light: float = 1.0
-) -> Look:
+) -> Portrait:
     """Return a picture of a person in a room, as one stands before a robot and talks.
 
     Parameters
@@ -82,7 +82,7 @@ def look(
     image = cv2.cvtColor(photograph(canvas, rng=rng), cv2.COLOR_RGB2GRAY)
     side = FACE_BOX[2] * tall
     middle = u + 0.15 * np.sin(yaw) * tall, v + (FACE_BOX[1] - 0.5) * tall
-    return Look(image, np.array([middle[0] - side / 2, middle[1] - side / 2, side, side]))
+    return Portrait(image, np.array([middle[0] - side / 2, middle[1] - side / 2, side, side]))
 
 
 def found(boxes: Float[np.ndarray, "n 4"], truth: Float[np.ndarray, " 4"]) -> int | None:

@@ -1,1 +1,15 @@
-"""Raised hands: Haar-like features, boosted to a cascade that is trained here."""
+"""Raised hands are found by Haar-like features, boosted to a cascade that is trained here."""
+
+from importlib import import_module
+
+from robot_perception.doors import door
+
+__getattr__, __dir__, __all__ = door(
+    __name__,
+    {
+        "boosting": ("Boosted", "boost"),
+        "cascade": ("Cascade", "Goals", "HandDetector", "train"),
+        "features": ("feature_pool", "feature_values"),
+    },
+    import_module,
+)

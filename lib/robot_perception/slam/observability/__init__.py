@@ -35,7 +35,7 @@ from robot_perception.slam.observability.sensors import (
     Heading,
     Landmarks,
     Position,
-    Sensor,
+    StateSensor,
     see,
 )
 
@@ -47,7 +47,7 @@ __all__ = [
     "Heading",
     "Landmarks",
     "Position",
-    "Sensor",
+    "StateSensor",
     "analyse",
     "fixed_point_matrix",
     "gauge_directions",

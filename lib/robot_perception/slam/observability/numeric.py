@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from robot_perception import checks
 from robot_perception.geometry import rotation
-from robot_perception.slam.observability.sensors import Sensor, see
+from robot_perception.slam.observability.sensors import StateSensor, see
 
 MOST_STEPS = 10_000
 
@@ -82,7 +82,7 @@ def analyse(matrix: Float[np.ndarray, "rows states"], *, tolerance: float = 1e-9
 
 
 def fixed_point_matrix(
-    sensors: Sequence[Sensor],
+    sensors: Sequence[StateSensor],
     state: Float[np.ndarray, "states"],
     increment: Float[np.ndarray, "3"],
     steps: int | None = None,
@@ -125,7 +125,7 @@ def fixed_point_matrix(
 
 
 def trajectory_matrix(
-    sensors: Sequence[Sensor], states: Float[np.ndarray, "steps states"]
+    sensors: Sequence[StateSensor], states: Float[np.ndarray, "steps states"]
 ) -> Float[np.ndarray, "rows states"]:
     r"""Return the local observability matrix along a trajectory.
 

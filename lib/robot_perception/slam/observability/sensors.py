@@ -23,7 +23,7 @@ RANGE_BEARING = RangeBearing(np.eye(2))
 
 
 @runtime_checkable
-class Sensor(Protocol):
+class StateSensor(Protocol):
     """Something that measures the state."""
 
     def see(self, state: np.ndarray) -> Seen:
@@ -108,7 +108,7 @@ class Heading:
 
 
 def see(
-    sensors: Sequence[Sensor], state: Float[np.ndarray, "states"]
+    sensors: Sequence[StateSensor], state: Float[np.ndarray, "states"]
 ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m states"]]:
     """Return what all sensors measure, and the Jacobian H.
 
@@ -126,7 +126,7 @@ def see(
         finite.
     """
     state = checked_state(state)
-    sensors = checks.instances("sensors", sensors, Sensor)
+    sensors = checks.instances("sensors", sensors, StateSensor)
     if not sensors:
         raise ValueError("sensors are empty: there is no sensor")
     values, jacobians = zip(*(sensor.see(state) for sensor in sensors), strict=True)

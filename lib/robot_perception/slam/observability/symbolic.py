@@ -15,7 +15,13 @@ from typing import Any, Protocol, runtime_checkable
 from robot_perception import checks
 from robot_perception.extras import needing
 from robot_perception.slam.observability.gauge import SHIFT_X, SHIFT_Y
-from robot_perception.slam.observability.sensors import Anchor, Heading, Landmarks, Position, Sensor
+from robot_perception.slam.observability.sensors import (
+    Anchor,
+    Heading,
+    Landmarks,
+    Position,
+    StateSensor,
+)
 from robot_perception.slam.planar.sensors import RangeBearing
 
 with needing():
@@ -97,7 +103,7 @@ def state(landmarks: int, at: Pose | None = None) -> sympy.MatrixBase:
     return sympy.Matrix([*at, *points])
 
 
-def measurement(sensors: Sequence[Sensor | Formula], x: sympy.MatrixBase) -> sympy.MatrixBase:
+def measurement(sensors: Sequence[StateSensor | Formula], x: sympy.MatrixBase) -> sympy.MatrixBase:
     r"""Return what the sensors measure of a state, noise-free.
 
     .. math:: h^{(0)} = R^\top (a - t), \qquad h^{(i)} = R^\top (p_i - t)
@@ -118,7 +124,7 @@ def measurement(sensors: Sequence[Sensor | Formula], x: sympy.MatrixBase) -> sym
     return sympy.Matrix.vstack(*(_measured(sensor, x) for sensor in sensors))
 
 
-def _measured(sensor: Sensor | Formula, x: sympy.MatrixBase) -> sympy.MatrixBase:
+def _measured(sensor: StateSensor | Formula, x: sympy.MatrixBase) -> sympy.MatrixBase:
     match sensor:
         case Position():
             return x[:2, :]
@@ -140,7 +146,7 @@ def _measured(sensor: Sensor | Formula, x: sympy.MatrixBase) -> sympy.MatrixBase
 
 
 def fixed_point_matrix(
-    sensors: Sequence[Sensor | Formula],
+    sensors: Sequence[StateSensor | Formula],
     landmarks: int = 1,
     displacement: Sequence[sympy.Expr | int] = DISPLACEMENT,
 ) -> sympy.MatrixBase:
@@ -171,7 +177,7 @@ def fixed_point_matrix(
 
 
 def fixed_point_minors(
-    sensors: Sequence[Sensor | Formula], landmarks: int = 1
+    sensors: Sequence[StateSensor | Formula], landmarks: int = 1
 ) -> tuple[sympy.Expr, ...]:
     """Return what must not all vanish for full rank at one point, up to signs.
 
@@ -198,7 +204,9 @@ def fixed_point_minors(
 
 
 def trajectory_matrix(
-    sensors: Sequence[Sensor | Formula], landmarks: int = 1, poses: Sequence[Pose] | None = None
+    sensors: Sequence[StateSensor | Formula],
+    landmarks: int = 1,
+    poses: Sequence[Pose] | None = None,
 ) -> sympy.MatrixBase:
     r"""Return the local observability matrix along a trajectory.
 
@@ -233,7 +241,7 @@ def trajectory_matrix(
 
 
 def lie_matrix(
-    sensors: Sequence[Sensor | Formula],
+    sensors: Sequence[StateSensor | Formula],
     landmarks: int = 1,
     *,
     speed: sympy.Expr | int = SPEED,
@@ -272,7 +280,7 @@ def lie_matrix(
 
 
 def read(
-    matrix: sympy.MatrixBase, sensors: Sequence[Sensor | Formula], at: Pose | None = None
+    matrix: sympy.MatrixBase, sensors: Sequence[StateSensor | Formula], at: Pose | None = None
 ) -> Reading:
     """Return rank and unseen motions of an observability matrix.
 
@@ -290,7 +298,7 @@ def read(
     if matrix.shape[1] < 3 or matrix.shape[1] % 2 == 0:
         raise ValueError(f"matrix must be (rows, 3 + 2n), got {matrix.shape}")
     x = state((matrix.shape[1] - 3) // 2, at)
-    sensors = checks.instances("sensors", sensors, Sensor, Formula)
+    sensors = checks.instances("sensors", sensors, StateSensor, Formula)
     anchor = next((s for s in sensors if isinstance(s, Anchor)), None)
     about, centre = ("anchor", (anchor.x, anchor.y)) if anchor else ("robot", x[:2])
     motions = {
