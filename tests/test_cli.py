@@ -169,6 +169,62 @@ def test_one_stored_result_is_computed_alone(run, monkeypatch):
     ]
 
 
+def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_agree(
+    run, monkeypatch
+):
+    class Trials:
+        """Stands for a study of rows; what it is asked to do is noted."""
+
+        stem, replicates = "walls", (1, 2)
+
+        def __init__(self, name, current, differs=()):
+            self.name, self.changed, self.current, self.differing = name, "", current, differs
+            self.done = []
+
+        def is_current(self):
+            return self.current
+
+        def record(self):
+            self.done.append("recorded")
+
+        def rows(self):
+            return [1, 2, 3]
+
+        def trials(self):
+            return [{"film": k} for k in self.replicates]
+
+        def renew(self, drawn):
+            self.done.append(len(drawn))
+            return list(self.differing)
+
+    studies = [Trials("a", True), Trials("b", False), Trials("c", False, ["c: 1, recorded 2"])]
+    monkeypatch.setattr(chapters, "trials", lambda stems: studies)
+    monkeypatch.setattr(chapters, "recordings", lambda stems: [])
+    assert run("store").stdout.splitlines() == [
+        "walls.a (as declared): current",
+        "walls.b (as declared): recorded, 3 rows",
+        "walls.c (as declared): recorded, 3 rows",
+    ]
+    *_, same, other, line = run("store", "--keys").stdout.splitlines()
+    assert same == "walls.b (as declared): the same in 2 of 2 trials, keys renewed"
+    assert other.startswith("walls.c (as declared): NOT the same; `robot-perception store --only")
+    assert line == "c: 1, recorded 2"
+    assert [study.done for study in studies] == [[], ["recorded", 2], ["recorded", 2]]
+
+
+def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(
+    run, monkeypatch, tmp_path
+):
+    from robot_perception.teaching import registration
+
+    monkeypatch.setattr(registration, "read", lambda path=None: ())
+    words = ("claims", "--run", "full", "--claim", "erratum-eq3", "--write", tmp_path / "new.json")
+    found = run(*words)
+    assert found.exit_code == 1
+    assert "erratum-eq3 is not registered as it is declared" in found.output
+    assert not (tmp_path / "new.json").exists()
+
+
 def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
     class Recorded:
         """Stands for a recording; only the first is what its code computes."""
@@ -189,6 +245,7 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
 
     found = [Recorded("a", current=True), Recorded("b", same=True), Recorded("c", same=False)]
     monkeypatch.setattr(chapters, "recordings", lambda stems: [*found, Recorded("d")])
+    monkeypatch.setattr(chapters, "trials", lambda stems: [])
     assert run("store", "--keys").stdout.splitlines() == [
         "a: current",
         "b: the same, keys renewed",

@@ -100,6 +100,7 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         for name, text, about in numbers
     )
     where = f"{paper(entry.paper).citation}, {entry.place}"
+    rows = claim.study.rows().note if isinstance(claim.study, Trials) else ""
     return (
         f'<article class="{style(entry.verdict, "rp-claim")}" id="{entry.id}" '
         f'data-verdict="{entry.verdict}" data-paper="{escape(entry.paper)}" '
@@ -110,7 +111,7 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         f'<h3 id="{entry.id}-says">{escape(entry.statement)}</h3>{conditions(entry)}'
         f'<dl class="rp-claim-numbers">{listed}</dl>{_links(entry, claim, title)}'
         f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
-        f"</summary>{_details(entry, claim)}</details></article>"
+        f"</summary>{_details(entry, rows)}</details></article>"
     )
 
 
@@ -142,7 +143,7 @@ def _page(stem: str, name: str = "") -> str:
     return f"{stem}.html{name and f'#{name}'}" if on_page() else f"{stem}.ipynb"
 
 
-def _details(entry: Entry, claim: Claim) -> str:
+def _details(entry: Entry, rows: str = "") -> str:
     """Return how a claim was measured, what range counts as holding and why, and what else."""
     items = [("Stands on", STANDS_ON[Basis(entry.basis)]), ("Measured", entry.method)]
     if entry.accepted is not None:
@@ -151,8 +152,8 @@ def _details(entry: Entry, claim: Claim) -> str:
     if entry.note:
         items.append(("Note", entry.note))
     items.append(("Registered", registration.in_words(entry.id)))
-    if isinstance(claim.study, Trials):
-        items.append(("Rows", claim.study.rows().note))
+    if rows:
+        items.append(("Rows", rows))
     items += [
         ("Sabotage", f"The same with {found.text}: {in_words(found.value)}, {found.verdict}")
         for found in entry.sabotages
