@@ -11,7 +11,7 @@ import pytest
 from jaxtyping import Float
 
 from robot_perception import datasets
-from robot_perception.teaching import recordings
+from robot_perception.teaching import recordings, storage
 from robot_perception.teaching.recordings import Read, Recording
 
 
@@ -105,6 +105,11 @@ def no_keys(root, monkeypatch):
     summary.write_text(json.dumps({k: v for k, v in stored.items() if k not in ("code", "data")}))
 
 
+def replaced_numbers(root, monkeypatch):
+    other = Found(np.array([[9.0, 2.0]]), 1, "attic")
+    storage.save(root / "data/test-store.npz", other)
+
+
 def code_of_a_notebook(root, monkeypatch):
     def unknown(*modules):
         raise ValueError("no module '__main__'")
@@ -112,7 +117,8 @@ def code_of_a_notebook(root, monkeypatch):
     monkeypatch.setattr(recordings, "code_digest", unknown)
 
 
-CHANGES = [changed_code, changed_file, changed_registry, no_keys, code_of_a_notebook]
+CHANGES = [changed_code, changed_file, changed_registry, no_keys, replaced_numbers]
+CHANGES += [code_of_a_notebook]
 
 
 @pytest.mark.parametrize("change", CHANGES)

@@ -2,9 +2,9 @@
 
 A result is a frozen dataclass of arrays, numbers, texts, and mappings or nested dataclasses of
 them. It is stored in full precision as ``.npz`` beside a summary in JSON, which a diff can be read
-of; reading it makes the same type again. The summary has two keys, of the code that computed the
-result and of the recording that it was computed from; where both fit, computing it again would give
-what is stored.
+of; reading it makes the same type again. The summary has three keys: of the code that computed the
+result, of the recording that it was computed from, and of what was stored. Where all fit,
+computing it again would give what is stored.
 """
 
 import hashlib
@@ -89,13 +89,17 @@ class Recording(Generic[Result]):
         return Read(self.compute(folder), True, note)
 
     def is_current(self) -> bool:
-        """Tell whether the stored result comes from this code and the recording that is here."""
+        """Tell whether the stored result comes from this code and the recording that is here.
+
+        Numbers that somebody has put in their place do not.
+        """
         if not self._file().exists():
             return False
         stored = self._summary()
         if None in (stored.get("code"), stored.get("data")):
             return False
-        return stored["code"] == self._code() and stored["data"] == self._data()
+        keys = {"code": self._code(), "data": self._data(), "content": self._content()}
+        return all(stored.get(name) == key for name, key in keys.items())
 
     def stored(self) -> Read[Result]:
         """Return the stored result.
@@ -173,9 +177,13 @@ class Recording(Generic[Result]):
         named = "\n".join(f"{item.file.name} {item.file.sha256}" for item in files)
         return hashlib.sha256(named.encode()).hexdigest()[:16]
 
+    def _content(self) -> str:
+        """Return the digest of what is stored; files of the same numbers are the same."""
+        return hashlib.sha256(self._file().read_bytes()).hexdigest()[:16]
+
     def _describe(self, day: str, parts: dict[str, str]) -> None:
         """Write the summary: what the result is, and what it was computed by and from."""
-        keys = {"code": self._code(), "data": self._data()}
+        keys = {"code": self._code(), "data": self._data(), "content": self._content()}
         known = {name: key for name, key in keys.items() if key is not None}
         head = json.dumps({"dataset": self.dataset, "date": day, **known})[1:-1]
         lines = ",\n".join(
