@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
+from robot_perception.teaching.cells import study_cells
 from robot_perception.teaching.dependencies import (
     LEDGER,
     PACKAGES,
@@ -152,16 +153,28 @@ class Reach:
 
     @cache  # noqa: B019 - there is one in a process
     def _test(self, test: str) -> tuple[set[str], set[str], frozenset[str], set[str]]:
-        """Return the files of a test, the modules that run, its texts, and the data it may read."""
+        """Return the files of a test, the modules that run, its texts, and what it may read."""
         files: set[str] = set()
         todo = {test}
         while todo:
             files |= todo
             todo = {name for file in todo for name in self._file(file)[0]} - files
         said = frozenset().union(*(self._file(file)[1] for file in files))
-        modules = self._run(test, {name for file in files for name in self._file(file)[2]})
-        stored = self._graph.data(said | self._graph.named((), modules))
-        return files, modules, said, set(map(self._path, stored))
+        asked = {name for file in files for name in self._file(file)[2]}
+        notebooks = self._notebooks(test, files, asked)
+        cells = [ast.parse(text) for page in notebooks for _, text in study_cells(page)]
+        modules = self._run(test, asked) | self._graph.modules(cells)
+        stored = self._graph.data(said | self._graph.named(cells, modules))
+        return files, modules, said, set(map(self._path, (*stored, *notebooks)))
+
+    def _notebooks(self, test: str, files: set[str], modules: set[str]) -> set[Path]:
+        """Return the notebooks whose cells run with a test, of chapters as `_run` has them."""
+        found = set(self._graph.notebooks(self._trees[file] for file in files))
+        if CHAPTERS in modules:
+            own = self._root / "book" / f"{Path(test).parent.name}.ipynb"
+            every = {self._root / page for page in self._pages if page.endswith(".ipynb")}
+            found |= {own} if own in every else every
+        return {page for page in found if study_cells(page)}
 
     @cache  # noqa: B019
     def _file(self, name: str) -> tuple[set[str], frozenset[str], set[str]]:

@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+import nbformat
 import pytest
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from tests.mutants import ROOT, Mutant, read, rooms
 from tests.mutants.__main__ import _module, table, verdict
@@ -40,6 +42,40 @@ def test_a_line_says_what_is_changed_where_and_what_should_notice(tmp_path):
     assert one.applied(tmp_path) == CODE.replace("a + b", "a - b", 1)
     assert two.applied(tmp_path) == CODE.replace("return ", "return 2 * ")
     assert (one.reason, three.reason) == ("", "a sum = a sum")
+
+
+@pytest.fixture
+def notebook(tmp_path):
+    """Write a notebook: the same line in prose, in a study cell, and in one that is none."""
+    study = new_code_cell('def said(a):\n    """Say a."""\n    return {"a": a}', id="study")
+    study.metadata["tags"] = ["study"]
+    cells = [new_markdown_cell('About {"b": b}.'), study, new_code_cell('print({"b": b})')]
+    (tmp_path / "page.ipynb").write_text(nbformat.writes(new_notebook(cells=cells)))
+    return tmp_path
+
+
+def test_an_error_is_planted_in_a_study_cell_as_it_reads(notebook):
+    (one,) = planted(notebook, 'page.ipynb: `return {"a": a}` -> `return {"a": -a}`')
+    changed = nbformat.reads(one.applied(notebook), as_version=4)
+    assert changed.cells[1].source.endswith('    return {"a": -a}')
+    page = notebook / "page.ipynb"
+    assert [c.source for c in changed.cells[::2]] == [
+        c.source for c in nbformat.read(page, as_version=4).cells[::2]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ('`{"b": b}` -> `{}`', "stands 2 times"),
+        ('`print({"b": b})` -> `print(1)`', "changes nothing"),
+        ("`(a):` -> `(a)`", "no longer parses"),
+    ],
+)
+def test_what_is_no_error_in_a_study_cell_is_refused(notebook, change, problem):
+    (one,) = planted(notebook, f"page.ipynb: {change}")
+    with pytest.raises(ValueError, match=f"^room:4: .*{problem}"):
+        one.applied(notebook)
 
 
 @pytest.mark.parametrize(
@@ -107,3 +143,4 @@ def test_compiled_code_is_that_of_its_module():
     assert _module(cache / "kernels.fill-12.py311.1.nbc", tree) == "package.room.kernels"
     assert _module(tree / "lib" / "package" / "room" / "kernels.py", tree) == "package.room.kernels"
     assert _module(tree / "data_synth" / "__init__.py", tree) == "data_synth"
+    assert _module(tree / "book" / "walls.ipynb", tree) == "robot_perception.book.walls"

@@ -31,6 +31,7 @@ HOUSE = {
     "tests/mutants/rooms.txt": "house/kalman.py: `+` -> `-`",
     "tests/test_kalman.py": "from house.kalman import __name__\nfrom tests import worlds",
     "tests/test_laser.py": "import house.laser",
+    "tests/test_drive.py": "from robot_perception.book import slam",
     "tests/mutants/__init__.py": 'ROOMS = "*.txt"',
     "tests/test_mutants.py": "from tests import mutants",
     "tests/test_notebooks.py": 'BOOK, EVERY = "book", "*.ipynb"',
@@ -69,7 +70,9 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Reach:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
     for name, cell in CELLS.items():
-        notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
+        made = nbformat.v4.new_code_cell(cell)
+        made.metadata["tags"] = ["study"] if name == "slam" else []
+        notebook = nbformat.v4.new_notebook(cells=[made])
         nbformat.write(notebook, root / f"book/{name}.ipynb")
     (root / "book/_data/claims.json").write_text(ledger())
     monkeypatch.syspath_prepend(root)
@@ -92,21 +95,25 @@ def ledger(**verdicts: str) -> str:
     ("name", "tests", "pages"),
     [
         ("house/kalman.py", {"tests/test_kalman.py", "tests/test_mutants.py",
-                             f"{SLAM}test_claims.py"}, {"slam"}),
+                             f"{SLAM}test_claims.py", "tests/test_drive.py"}, {"slam"}),
         ("house/laser.py", {"tests/test_laser.py", "tests/test_by_name.py",
                             f"{WALLS}test_claims.py", f"{WALLS}test_findings.py"}, {"walls"}),
         ("house/chapters/walls/figures.py", {f"{WALLS}test_findings.py"}, {"walls"}),
         ("house/chapters/walls/office.py",
          {f"{WALLS}test_findings.py", f"{WALLS}test_claims.py"}, {"walls"}),
-        ("house/chapters/slam/drive.py", {f"{SLAM}test_claims.py"}, {"slam"}),
+        ("house/chapters/slam/drive.py", {f"{SLAM}test_claims.py", "tests/test_drive.py"},
+         {"slam"}),
         ("tests/worlds.py", {"tests/test_kalman.py"}, set()),
         ("tests/calls/laser.py", {"tests/test_by_name.py"}, set()),
         ("tests/test_laser.py", {"tests/test_laser.py"}, set()),
         ("tests/mutants/rooms.txt", {"tests/test_mutants.py"}, set()),
         ("book/walls.ipynb", {"tests/test_notebooks.py", "tests/test_titles.py"}, {"walls"}),
+        ("book/slam.ipynb",
+         {"tests/test_notebooks.py", "tests/test_titles.py", "tests/test_drive.py",
+          f"{SLAM}test_claims.py"}, {"slam"}),
         ("book/errata.md", set(), {"errata"}),
         ("book/own/map.py", set(), {"scripts"}),
-        ("book/_data/park.npz", {f"{SLAM}test_claims.py"}, {"slam"}),
+        ("book/_data/park.npz", {f"{SLAM}test_claims.py", "tests/test_drive.py"}, {"slam"}),
         ("CHANGELOG.md", set(), set()),
     ],
 )  # fmt: skip
@@ -142,7 +149,9 @@ def test_a_claim_recorded_anew_reaches_its_chapter_and_all_who_read_the_ledger(h
     name = "book/_data/claims.json"
     found = house.of(name, ledger(slam="refuted").encode())
     assert found.pages == {"slam"}
-    assert found.tests == {f"{SLAM}test_claims.py", f"{WALLS}test_claims.py"}
+    assert found.tests == {
+        f"{SLAM}test_claims.py", f"{WALLS}test_claims.py", "tests/test_drive.py",
+    }  # fmt: skip
     assert house.of(name, ledger().encode()).pages == set()
 
 
@@ -166,6 +175,16 @@ def test_a_line_of_a_study_reaches_the_claims_of_its_own_chapter(here: Reach):
     claims = {test for test in found.tests if test.endswith("test_claims.py")}
     assert claims == {"tests/chapters/walls/test_claims.py"}
     assert "scorecard" in found.pages
+
+
+def test_a_line_of_a_notebook_reaches_those_who_import_its_cells_and_ask_for_its_chapter(
+    here: Reach,
+):
+    found = here.of("book/covariance_intersection.ipynb")
+    assert "tests/chapters/covariance_intersection/test_studies.py" in found.tests
+    assert not {test for test in found.tests if "/monobot/" in test or "/walls/" in test}
+    rows = here.of("book/_data/rows/covariance_intersection.worst.npz")
+    assert "tests/chapters/covariance_intersection/test_studies.py" in rows.tests
 
 
 def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):

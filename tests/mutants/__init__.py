@@ -7,16 +7,21 @@
     lib/robot_perception/kalman.py: `P @ H.mT` -> `P @ H`
     lib/robot_perception/kalman.py#2: `+ Q` -> ``          the second place where the text stands
     lib/robot_perception/kalman.py: `a < b` -> `a <= b` = reason why nothing observable changes
+    book/monobot.ipynb: `F @ P` -> `P @ F`                 a line of its study cells
 """
 
 import ast
 import itertools
+import json
 import re
 import shlex
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from robot_perception.teaching.cells import STUDY
+
+NOTEBOOK = ".ipynb"
 ROOT = Path(__file__).parents[2]
 LINE = re.compile(
     r"(?P<file>[^\s:#`]+)(#(?P<place>[1-9]\d*))?: `(?P<old>[^`]+)` -> `(?P<new>[^`]*)`"
@@ -56,19 +61,38 @@ class Mutant:
         if not (root / self.file).is_file():
             raise ValueError(f"{self.name}: there is no file {self.file}")
         text = (root / self.file).read_text("utf-8")
-        parts, first = text.split(self.old), self.place or 1
+        old, new = self._written(self.old), self._written(self.new)
+        parts, first = text.split(old), self.place or 1
         if len(parts) <= first or (len(parts) > 2 and self.place is None):
             count = len(parts) - 1
             raise ValueError(f"{self.name}: {self.old!r} stands {count} times in {self.file}")
-        changed = self.old.join(parts[:first]) + self.new + self.old.join(parts[first:])
+        changed = old.join(parts[:first]) + new + old.join(parts[first:])
         try:
-            python = self.file.endswith(".py")
-            same = text == changed or (python and _is_same(_parts(text), _parts(changed)))
+            python = self.file.endswith((".py", NOTEBOOK))
+            same = text == changed or (
+                python and _is_same(_parts(self._code(text)), _parts(self._code(changed)))
+            )
         except SyntaxError as error:
             raise ValueError(f"{self.name}: {self.file} no longer parses: {error}") from error
         if same:
             raise ValueError(f"{self.name}: {self.new!r} for {self.old!r} changes nothing")
         return changed
+
+    def _written(self, text: str) -> str:
+        """Return how a part of a line of code stands in the file."""
+        if not self.file.endswith(NOTEBOOK):
+            return text
+        return json.dumps(text, ensure_ascii=False)[1:-1]
+
+    def _code(self, text: str) -> str:
+        """Return the code of a module, that of a notebook's study cells."""
+        if not self.file.endswith(NOTEBOOK):
+            return text
+        return "\n".join(
+            "".join(cell["source"])
+            for cell in json.loads(text)["cells"]
+            if STUDY in cell["metadata"].get("tags", ())
+        )
 
     def is_inlined(self, root: Path = ROOT) -> bool:
         """Tell whether other files' compiled code may have the change in it.

@@ -20,7 +20,8 @@ import grimp
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
-from tests.mutants import ROOT, Mutant, read, rooms
+from robot_perception.teaching.cells import BOOK
+from tests.mutants import NOTEBOOK, ROOT, Mutant, read, rooms
 
 SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
@@ -125,6 +126,8 @@ def _listed() -> list[str]:
 
 def _module(path: Path, tree: Path) -> str:
     """Return the module of a file, or of its cache ``__pycache__/module.function-line….nbi``."""
+    if path.suffix == NOTEBOOK:
+        return f"{BOOK}{path.stem}"
     folders = (part for part in path.parent.relative_to(tree).parts if part != "__pycache__")
     return (
         ".".join([*folders, path.name.split(".")[0]]).removeprefix("lib.").removesuffix(".__init__")
