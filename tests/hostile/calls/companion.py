@@ -50,6 +50,7 @@ def rng():
 
 CALLS = {
     boxes.overlap: lambda: call(BOXES, BOXES + 1),
+    boxes.overlap_in_pairs: lambda: call(BOXES, BOXES + 1),
     boxes.crop: lambda: call(GREY, BOX, (6, 5), equalise=True),
     detection.FaceDetector: lambda: call(1.1, 4, 24, 100),
     detection.FaceDetector.find: lambda: call(DETECTOR, GREY, BOX, (24.0, 40.0)),

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from data_synth.companion.walks import OCCLUSIONS, WalkFilm, WalkScene, film_walk
 from robot_perception.chapters.tutor_following.scene import RULES, SAME
-from robot_perception.companion.boxes import overlap
+from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.tutor import (
     PATCHES,
     SILHOUETTE,
@@ -71,8 +71,7 @@ def overlaps(tracker: TutorTracker, shown: WalkFilm, seed: int) -> Float[np.ndar
     for image in shown.frames[1:]:
         state, _ = tracker.step(state, image, rng)
         found.append(state.box)
-    return np.array([overlap(a[None], b[None])[0, 0]
-                     for a, b in zip(found, shown.boxes, strict=True)])  # fmt: skip
+    return overlap_in_pairs(np.array(found), shown.boxes)
 
 
 def locked(overlap: Float[np.ndarray, "... frames"]) -> Bool[np.ndarray, "..."] | bool:
