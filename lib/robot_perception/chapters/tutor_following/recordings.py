@@ -155,10 +155,10 @@ def _followed(
     tracker: TutorTracker, frames: list[np.ndarray], boxes: np.ndarray, rng: np.random.Generator
 ) -> Float[np.ndarray, " n"]:
     """Return how far the tracked head overlaps the true one in each picture."""
-    state = tracker.start(frames[0], boxes[0], rng)
+    state = tracker.start(frames[0], boxes[0], rng=rng)
     found = [boxes[0]]
     for image in frames[1:]:
-        state, _ = tracker.step(state, image, rng)
+        state, _ = tracker.step(state, image, rng=rng)
         x, y, _, s = state.estimate
         left, top, wide, high = HEAD[0] * s
         found.append(np.array([x + left, y + top, wide, high]))

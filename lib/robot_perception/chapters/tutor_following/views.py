@@ -94,10 +94,10 @@ def boxes(patches: str, learning: str) -> Float[np.ndarray, "n 4"]:
     """Return where a tracker has the person in each picture of the walk that is shown."""
     shown, rng = walking.film(WALK, "long, whole"), np.random.default_rng([WALK, 1])
     tracker = TutorTracker(PATCHES[patches], LEARNING[learning])
-    state = tracker.start(shown.frames[0], shown.boxes[0], rng)
+    state = tracker.start(shown.frames[0], shown.boxes[0], rng=rng)
     found = [state.box]
     for image in shown.frames[1:]:
-        state, _ = tracker.step(state, image, rng)
+        state, _ = tracker.step(state, image, rng=rng)
         found.append(state.box)
     return np.array(found)
 

@@ -66,10 +66,10 @@ def tracked(
 def overlaps(tracker: TutorTracker, shown: WalkFilm, seed: int) -> Float[np.ndarray, " frames"]:
     """Follow the person of a film and return how far the box overlaps the true one."""
     rng = np.random.default_rng([seed, 1])
-    state = tracker.start(shown.frames[0], shown.boxes[0], rng)
+    state = tracker.start(shown.frames[0], shown.boxes[0], rng=rng)
     found = [state.box]
     for image in shown.frames[1:]:
-        state, _ = tracker.step(state, image, rng)
+        state, _ = tracker.step(state, image, rng=rng)
         found.append(state.box)
     return overlap_in_pairs(np.array(found), shown.boxes)
 
