@@ -44,7 +44,7 @@ def tracked(pictures, lengths, pose, rows: list) -> Iterator[np.ndarray]:
     hand = lengths[2] * 0.76  # the outline of a hand is narrow at its end: left out
     tracker = ArmTracker(camera, replace(Measures(), lengths=(*lengths[:2], hand)), RULES)
     rng = np.random.default_rng(SEED)
-    state = tracker.start(first, rng, face=find_face(first), pose=pose)
+    state = tracker.start(first, rng=rng, face=find_face(first), pose=pose)
     lost = False
     for k, image in enumerate(chain([first], pictures)):
         if k:

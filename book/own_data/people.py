@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.geometry import se2
-from robot_perception.people import legs, tracker
+from robot_perception.people import legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
@@ -95,11 +95,11 @@ def main(kind: str, file: str, out: str, way: str = "") -> None:
         poses, covered = datasets.read_track(way).at(times, longest_gap=GAP)
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
-    rules, shown = tracker.PeopleRules(PEOPLE, STATIC), []
-    state, used = tracker.PeopleState.at(poses[covered][0]), np.flatnonzero(covered)
+    tracker, shown = PeopleTracker(PEOPLE, STATIC), []
+    state, used = tracker.start(poses[covered][0]), np.flatnonzero(covered)
     for k in tqdm(used, "readings"):
         seen, scan = readings[k]
-        state, info = tracker.step(state, seen, poses[k], rules)
+        state, info = tracker.step(state, seen, poses[k])
         sure = state.hypotheses.weight > PEOPLE.person
         people, (r, phi) = state.hypotheses.select(sure), seen.positions.mean.T
         points = np.stack([r * np.cos(phi), r * np.sin(phi)], axis=-1)

@@ -71,8 +71,8 @@ def by_camshift(image: np.ndarray, outline: Outline) -> Step:
 
     def step(image: np.ndarray) -> tuple[Outline, bool]:
         nonlocal state
-        state = CAMSHIFT.step(state, image)
-        return state.outline, state.lost > 0
+        state, info = CAMSHIFT.step(state, image)
+        return state.outline, not info.found
 
     return step
 

@@ -18,7 +18,7 @@ from data_synth._checks import array, generator, instance, number, reals, whole
 from data_synth.coloured.canvas import texture
 from data_synth.coloured.filming import linear, one_of
 from data_synth.companion.canvas import rows_and_columns, tint
-from data_synth.companion.faces import FACE_BOX, SPAN, FaceIdentity, FaceView, face_sprite
+from data_synth.companion.faces import FACE_BOX, SPAN, FaceIdentity, FaceView, face_sprite, square
 
 __all__ = ["SIDES", "Build", "Outfit", "Person", "Stage", "make_outfit", "make_person"]
 
@@ -193,8 +193,7 @@ class Stage:
         instance("person", person, Person)
         u, v = self.pixels(self.middle - [0, person.build.drop, 0])
         tall = self.focal * SPAN / self.away
-        side = FACE_BOX[2] * tall
-        return np.array([u - side / 2, v - side / 2, side, side])
+        return square((u, v), FACE_BOX[2] * tall)
 
     def paint(
         self, person: Person, angles: np.ndarray, canvas: np.ndarray, light: float = 1.0

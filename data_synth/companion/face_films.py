@@ -3,7 +3,6 @@
 And the portraits by which they were enrolled.
 """
 
-import math
 from dataclasses import dataclass, field
 
 import cv2
@@ -12,7 +11,13 @@ import numpy as np
 from data_synth._checks import array, generator, instance, number, whole
 from data_synth.coloured.filming import linear, one_of, wave
 from data_synth.companion.canvas import lay, photograph, room, rows_and_columns
-from data_synth.companion.faces import FACE_BOX, FaceIdentity, FaceView, face_sprite, make_identity
+from data_synth.companion.faces import (
+    FaceIdentity,
+    FaceView,
+    face_sprite,
+    face_square,
+    make_identity,
+)
 
 __all__ = ["FaceFilm", "FaceScene", "film_faces", "portraits"]
 
@@ -157,7 +162,7 @@ def film_faces(
                 canvas, _torso(shirts[k]), (u, v + _TORSO_DEEP * tall), 0.85 * tall, light=light[t]
             )
             covers.append(np.maximum(cover, lay(canvas, face_sprite(who, view), (u, v), tall)))
-            boxes[t, k] = _box(u, v, tall, yaws[t, k])
+            boxes[t, k] = face_square(u, v, tall, yaws[t, k])
         for k in range(len(people)):
             hidden = np.max([*covers[k + 1 :], np.zeros(SIZE)], axis=0)
             visible[t, k] = _seen(boxes[t, k], hidden)
@@ -219,7 +224,7 @@ def portraits(
         canvas = room((200, 200), rng=rng, clutter=6)
         lay(canvas, face_sprite(identity, view, 150), (99.5, 99.5), tall)
         image = cv2.cvtColor(photograph(canvas, rng=rng), cv2.COLOR_RGB2GRAY)
-        left, top, side, _ = _box(99.5, 99.5, tall, yaw)
+        left, top, side, _ = face_square(99.5, 99.5, tall, yaw)
         left, top = np.array([left, top]) + side * rng.normal(0, jitter, 2)
         side *= 1 + rng.normal(0, jitter)
         high = side * rows / columns
@@ -229,13 +234,6 @@ def portraits(
         found[k] = cv2.warpAffine(image, frame, (columns, rows), flags=cv2.INTER_AREA,
                                   borderMode=cv2.BORDER_REPLICATE)  # fmt: skip
     return found
-
-
-def _box(u: float, v: float, tall: float, yaw: float) -> np.ndarray:
-    """Return the square round the face of a head whose sprite is laid there."""
-    side = FACE_BOX[2] * tall
-    middle = u + 0.15 * math.sin(yaw) * tall, v + (FACE_BOX[1] - 0.5) * tall
-    return np.array([middle[0] - side / 2, middle[1] - side / 2, side, side])
 
 
 def _seen(box: np.ndarray, hidden: np.ndarray) -> float:

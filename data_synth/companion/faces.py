@@ -25,6 +25,9 @@ WIDTH = 0.26
 FACE_BOX = (0.5, 0.518, 0.52)
 """Middle (column, row) and side of the square that a detector of faces marks, as shares of the
 sprite's width, height and height."""
+TURNED = 0.15
+"""How far the middle of that square goes to the side where the head looks to, as a share of the
+sprite's height."""
 _AROUND, _UP = 330, 210
 _HALF_WIDTH, _HALF_HEIGHT, _HALF_DEPTH = 0.076, 0.118, 0.095
 _MIDDLE = 0.175  # of the head, below the upper edge of the sprite
@@ -188,6 +191,27 @@ def face_sprite(
     halved = sprite.reshape(height, 2, width, 2, 4).mean(axis=(1, 3))
     halved[..., :3] /= np.maximum(halved[..., 3:], 1e-6)
     return halved
+
+
+def face_square(u: float, v: float, tall: float, yaw: float = 0.0) -> np.ndarray:
+    """Return the square round a face (4,): left, top, width and height, px.
+
+    Parameters
+    ----------
+    u, v
+        Middle of the sprite.
+    tall
+        Height of the sprite.
+    yaw
+        How far the head is turned, rad; the face goes where it looks to.
+    """
+    u, v = u + TURNED * math.sin(yaw) * tall, v + (FACE_BOX[1] - 0.5) * tall
+    return square((u, v), FACE_BOX[2] * tall)
+
+
+def square(middle: tuple[float, float], side: float) -> np.ndarray:
+    """Return a square round a point (4,): left, top, width and height, px."""
+    return np.array([middle[0] - side / 2, middle[1] - side / 2, side, side])
 
 
 def _turn(view: FaceView) -> np.ndarray:

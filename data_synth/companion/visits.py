@@ -14,7 +14,14 @@ import numpy as np
 from data_synth._checks import array, generator, instance, number, whole
 from data_synth.coloured.filming import wave
 from data_synth.companion.canvas import lay, photograph
-from data_synth.companion.faces import FACE_BOX, SPAN, FaceIdentity, FaceView, make_identity
+from data_synth.companion.faces import (
+    SPAN,
+    FaceIdentity,
+    FaceView,
+    face_square,
+    make_identity,
+    square,
+)
 from data_synth.companion.hall import Hall, RobotCamera, make_hall
 from data_synth.companion.hands import HAND_BOX, HandPose, hand_sprite, make_hand
 from data_synth.companion.hands import SPAN as HAND_SPAN
@@ -231,8 +238,7 @@ def _person(
     if front:
         tall = camera.focal * SPAN / ahead
         u, v = camera.project(ahead, left, _HEAD)
-        middle = u + 0.15 * math.sin(yaw) * tall, v + (FACE_BOX[1] - 0.5) * tall
-        boxes[1] = _square(middle, FACE_BOX[2] * tall)
+        boxes[1] = face_square(u, v, tall, yaw)
     if arm is not None:
         tall = camera.focal * HAND_SPAN / ahead
         u, v = camera.project(ahead, left - out, up + _WRIST)
@@ -240,17 +246,13 @@ def _person(
         lay(canvas, hand, (u, v), tall, angle=stance.tilt, light=light)
         off = (HAND_BOX[1] - 0.5) * tall
         middle = u - off * math.sin(stance.tilt), v + off * math.cos(stance.tilt)
-        boxes[2] = _square(middle, HAND_BOX[2] * tall)
+        boxes[2] = square(middle, HAND_BOX[2] * tall)
     return boxes
 
 
 @lru_cache(maxsize=16)
 def _hand(hand: HandPose) -> np.ndarray:
     return hand_sprite(hand, 96)
-
-
-def _square(middle: tuple[float, float], side: float) -> np.ndarray:
-    return np.array([middle[0] - side / 2, middle[1] - side / 2, side, side])
 
 
 def _wrapped(angle: float) -> float:

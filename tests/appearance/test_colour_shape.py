@@ -223,7 +223,8 @@ def test_an_outline_beyond_the_image_is_refused():
 def single(tracker, pictures):
     state = tracker.start(pictures[0], there(0))
     for picture in pictures[1:]:
-        state = tracker.step(state, picture)
+        state, info = tracker.step(state, picture)
+        assert info.found == (state.lost == 0)
     return state
 
 
@@ -275,7 +276,7 @@ def test_camshift_is_opencvs():
     states = [tracker.start(FADING[0], there(0))]
     likely = (255 * states[0].counts / states[0].counts.max())[tracker.binning.index(FADING[1])]
     box, window = cv2.CamShift(likely.astype(np.uint8), states[0].window, single_cues.STOP)
-    found = tracker.step(states[0], FADING[1])
+    found, _ = tracker.step(states[0], FADING[1])
     assert found.window == tuple(window)
     (u, v), _, _ = cv2.minAreaRect(found.outline.astype(np.float32))
     np.testing.assert_allclose((u, v), box[0], atol=0.5)

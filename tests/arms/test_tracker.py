@@ -34,7 +34,7 @@ def rng(seed=1):
 
 def followed(tracker, frames=FILM.frames, seed=1):
     source = rng(seed)
-    state = tracker.start(frames[0], source, face=FILM.face, pose=FILM.angles[0])
+    state = tracker.start(frames[0], rng=source, face=FILM.face, pose=FILM.angles[0])
     infos = []
     for image in frames[1:]:
         state, info = tracker.step(state, image, rng=source)
@@ -69,7 +69,7 @@ def test_the_same_seed_gives_the_same_arms():
 
 
 def test_a_step_changes_nothing_that_it_is_given():
-    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face)
     states, image = state.particles.states.copy(), FILM.frames[1].copy()
     FEW.step(state, FILM.frames[1], rng=rng())
     np.testing.assert_array_equal(states, state.particles.states)
@@ -78,7 +78,7 @@ def test_a_step_changes_nothing_that_it_is_given():
 
 def test_the_first_pose_is_found_near_the_one_at_rest():
     tracker = ArmTracker(CAMERA)
-    state = tracker.start(FILM.frames[0], rng(), face=FILM.face)
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face)
     wrists = state.first.model.pixels(state.first.model.joints(state.mean[None]))[0, :, 2]
     true = FILM.stage.pixels(FILM.joints[0, :, 2])
     assert np.linalg.norm(wrists - true, axis=1).max() < 16
@@ -93,7 +93,7 @@ def test_a_face_is_found_and_none_is_told():
     with pytest.raises(ValueError, match="image must show a face, found none"):
         find_face(IMAGE)
     with pytest.raises(ValueError, match="image must show a face"):
-        FEW.start(IMAGE, rng())
+        FEW.start(IMAGE, rng=rng())
 
 
 def test_a_cue_of_ones_own_joins_and_others_leave():
@@ -117,7 +117,7 @@ def test_states_that_break_a_bound_are_not_measured_and_are_the_worst():
         return cue
 
     tracker = ArmTracker(CAMERA, cues={"counted": counted})
-    state = tracker.start(FILM.frames[0], rng(), face=FILM.face, pose=REST)
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
     measured.clear()
     picture = Picture(state, look(FILM.frames[1]), tracker.rules)
     cross = np.tile([0.3, 1.2, 2.9, 1.4], 2)
@@ -132,7 +132,7 @@ def test_states_that_break_a_bound_are_not_measured_and_are_the_worst():
 
 def test_all_particles_in_collision_are_weighed_alike():
     cross = np.tile([0.3, 1.2, 2.9, 1.4], 2)
-    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face)
     state = replace(state, particles=ParticleSet.uniform(np.tile(cross, (40, 1))))
     picture = Picture(state, look(FILM.frames[1]), FEW.rules)
     logs = picture.log_likelihood(state.particles.states)
@@ -162,7 +162,7 @@ def test_arms_that_are_gone_are_told_to_be_lost_and_found_again_are_not():
 def test_an_arm_out_of_the_picture_keeps_finite_states():
     shifted = np.roll(FILM.frames, -120, axis=2)
     source = rng()
-    state = FEW.start(shifted[0], source, face=FILM.face - [120, 0, 0, 0], pose=FILM.angles[0])
+    state = FEW.start(shifted[0], rng=source, face=FILM.face - [120, 0, 0, 0], pose=FILM.angles[0])
     for image in shifted[1:5]:
         state, _ = FEW.step(state, image, rng=source)
     assert np.isfinite(state.mean).all()
@@ -170,7 +170,7 @@ def test_an_arm_out_of_the_picture_keeps_finite_states():
 
 def test_clothes_of_one_colour_give_patches_that_hardly_count():
     """Painted sleeves and hands of one colour: the paper's confidence is near 0 for them."""
-    state = FEW.start(painted(hand=(40, 60, 200)), rng(), face=FACE, pose=REST)
+    state = FEW.start(painted(hand=(40, 60, 200)), rng=rng(), face=FACE, pose=REST)
     assert state.cues["colour"].weights.max() < 0.3
     seen = look(painted(hand=(40, 60, 200)))
     assert np.isfinite(state.cues["colour"](seen, Bodies(MODEL, REST[None]))).all()
@@ -186,7 +186,7 @@ def test_the_importance_filter_moves_half_of_the_particles_to_the_hands():
     for name in ("importance", "condensation"):
         rules = ArmRules(filter=name, noise=(0.05, 0.05, 0.1, 0.1))
         tracker = ArmTracker(CAMERA, rules=rules)
-        state = tracker.start(first, rng(), face=FACE, pose=REST)
+        state = tracker.start(first, rng=rng(), face=FACE, pose=REST)
         state, _ = tracker.step(state, later, rng=rng())
         means.append(abs(state.mean[0] - moved[0]))
     assert means[0] < means[1]
@@ -199,15 +199,17 @@ def test_the_importance_filter_moves_half_of_the_particles_to_the_hands():
         (lambda: ArmRules(noise=(0.1, 0.1, 0.1, 0.0)), "noise must be positive"),
         (lambda: ArmRules(filter="unscented"), "filter must be"),
         (lambda: ArmTracker(CAMERA, cues={}), "cues must be one at least"),
-        (lambda: FEW.start(FILM.frames[0][:100], rng(), face=FILM.face), "image must be"),
-        (lambda: FEW.start(FILM.frames[0], rng(), face=FACE * 4), "farther away"),
+        (lambda: FEW.start(FILM.frames[0][:100], rng=rng(), face=FILM.face), "image must be"),
+        (lambda: FEW.start(FILM.frames[0], rng=rng(), face=FACE * 4), "farther away"),
         (
-            lambda: FEW.start(FILM.frames[0], rng(), face=np.array([900.0, 900, 20, 20])),
+            lambda: FEW.start(FILM.frames[0], rng=rng(), face=np.array([900.0, 900, 20, 20])),
             "face must lie in the picture",
         ),
         (
             lambda: FEW.step(
-                FEW.start(FILM.frames[0], rng(), face=FILM.face), FILM.frames[1][:, :50], rng=rng()
+                FEW.start(FILM.frames[0], rng=rng(), face=FILM.face),
+                FILM.frames[1][:, :50],
+                rng=rng(),
             ),
             "image must be",
         ),
@@ -226,7 +228,7 @@ def test_cues_must_be_callable_and_the_state_a_state():
 
 
 def test_the_body_stands_where_the_face_says():
-    state = FEW.start(FILM.frames[0], rng(), face=FILM.face)
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face)
     wanted = BodyModel.from_face(FILM.face, CAMERA).middle
     np.testing.assert_array_equal(state.first.model.middle, wanted)
     assert set(state.bounds) == set(BOUNDS)

@@ -64,7 +64,7 @@ def rows() -> list[Row | Timing]:
 
     def tracked() -> np.ndarray:
         rng = np.random.default_rng(6)
-        state = tracker.start(film.frames[0], rng, face=film.face, pose=film.angles[0])
+        state = tracker.start(film.frames[0], rng=rng, face=film.face, pose=film.angles[0])
         for image in film.frames[1:]:
             state, _ = tracker.step(state, image, rng=rng)
         return model.pixels(model.joints(state.mean[None]))[0, :, 2]

@@ -47,9 +47,9 @@ def rows() -> list[Row]:
 
     def followed() -> np.ndarray:
         rng = np.random.default_rng(6)
-        state = tracker.start(walk.frames[0], walk.boxes[0], rng)
+        state = tracker.start(walk.frames[0], walk.boxes[0], rng=rng)
         for image in walk.frames[1:]:
-            state, _ = tracker.step(state, image, rng)
+            state, _ = tracker.step(state, image, rng=rng)
         return state.box
 
     def same_person() -> None:

@@ -5,7 +5,7 @@ import numpy as np
 from data_synth.people import readings
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_sensors.sessions import RIG, Config, Senses, staged
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
+from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
 from robot_perception.people.detections import Detections, polar
 from tests.benchmarks.harness import Row
 
@@ -18,7 +18,7 @@ def _reading(people: int, false: int) -> tuple[Hypotheses, Detections]:
     rng = np.random.default_rng(people)
     r, phi = 1.0 + np.arange(people) % 8, np.linspace(-np.pi, np.pi, people, endpoint=False)
     first = Detections(0.0, "laser", polar(r, phi, 0.1, 0.05))
-    known, _ = step(Hypotheses.none(), first, np.zeros(3), RULES)
+    known, _ = Aggregator(RULES).step(Hypotheses.none(), first, np.zeros(3))
     r = np.concatenate([r, rng.uniform(1, 8, false)])
     phi = np.concatenate([phi, rng.uniform(-np.pi, np.pi, false)])
     return known, Detections(0.1, "laser", polar(r, phi, 0.1, 0.05))
@@ -28,12 +28,12 @@ def _row(people: int, false: int, at_most: float | None = None) -> Row:
     known, reading = _reading(people, false)
 
     def agree() -> None:
-        _, info = step(known, reading, MOTION, RULES)
+        _, info = Aggregator(RULES).step(known, reading, MOTION)
         assert info.matched.sum() >= 0.9 * people  # a false one may be nearer
 
     return Row(
         work=f"people aggregation, {people} people, {people + false} detections",
-        ours=lambda: step(known, reading, MOTION, RULES),
+        ours=lambda: Aggregator(RULES).step(known, reading, MOTION),
         at_most=at_most,
         agree=agree,
         inner=20,
@@ -49,9 +49,10 @@ def _system() -> Row:
     signals = list(readings(session, RIG, rng=noise))
 
     def run() -> Hypotheses:
-        senses, known = Senses(np.random.default_rng(0)), Hypotheses.none()
+        senses, aggregator = Senses(np.random.default_rng(0)), Aggregator(committee.RULES)
+        known = aggregator.start()
         for signal in signals:
-            known, _ = step(known, senses.detect(signal, 0.0), np.zeros(3), committee.RULES)
+            known, _ = aggregator.step(known, senses.detect(signal, 0.0), np.zeros(3))
         return known
 
     def agree() -> None:

@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.companion.boxes import crop, overlap
+from robot_perception.companion.boxes import crop, overlap, overlap_in_pairs
 from tests.unchecked import unchecked
 
 COORDS = st.floats(-50, 50)
@@ -22,6 +22,18 @@ def test_overlap_is_that_of_polygons(one, other):
         for j, b in enumerate(other):
             p, q = (shapely.box(x, y, x + w, y + h) for x, y, w, h in (a, b))
             assert found[i, j] == pytest.approx(p.intersection(q).area / p.union(q).area, abs=1e-9)
+
+
+@given(st.lists(st.tuples(BOXES, BOXES), min_size=1, max_size=4))
+def test_overlap_in_pairs_is_the_diagonal_of_that_of_all_with_all(pairs):
+    one, other = np.moveaxis(np.array(pairs), 1, 0)
+    assert overlap_in_pairs(one, other).tolist() == np.diag(overlap(one, other)).tolist()
+
+
+def test_pairs_need_as_many_boxes_of_each():
+    box = np.array([[0.0, 0, 1, 1]])
+    with unchecked(), pytest.raises(ValueError, match="must be in pairs, got 1 and 2 boxes"):
+        overlap_in_pairs(box, np.concatenate([box, box]))
 
 
 def test_no_boxes_overlap_with_nothing():

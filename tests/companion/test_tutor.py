@@ -48,10 +48,10 @@ TRACKER = TutorTracker(TutorModel(contour=None), TutorRules(particles=400))
 
 def run(pictures, tracker=TRACKER, seed=1):
     source = np.random.default_rng(seed)
-    state = tracker.start(pictures[0], BOX, source)
+    state = tracker.start(pictures[0], BOX, rng=source)
     found = []
     for image in pictures[1:]:
-        state, info = tracker.step(state, image, source)
+        state, info = tracker.step(state, image, rng=source)
         found.append((state, info))
     return found
 
@@ -67,7 +67,7 @@ def test_a_person_who_walks_and_comes_nearer_is_followed():
 
 def test_the_likelihood_is_highest_where_the_person_is_and_is_eq_1():
     image = picture()
-    state = TRACKER.start(image, BOX, rng())
+    state = TRACKER.start(image, BOX, rng=rng())
     shifts = np.array([[a, b, 0, 0] for a in range(-20, 21, 5) for b in range(-20, 21, 5)])
     logs = TRACKER.log_likelihood(image, MIDDLE + shifts, state.reference)
     assert (shifts[logs.argmax()] == 0).all()
@@ -87,13 +87,13 @@ def test_a_users_cue_counts():
     image = picture()
     told = {"left half": lambda seen, states: np.where(states[:, 0] < 100, 0.0, -1e3)}
     tracker = TutorTracker(TutorModel(contour=None, cues=told), TRACKER.rules)
-    state, _ = tracker.step(tracker.start(image, BOX, rng()), image, rng())
+    state, _ = tracker.step(tracker.start(image, BOX, rng=rng()), image, rng=rng())
     assert state.estimate[0] < 100
-    usual, _ = TRACKER.step(TRACKER.start(image, BOX, rng()), image, rng())
+    usual, _ = TRACKER.step(TRACKER.start(image, BOX, rng=rng()), image, rng=rng())
     assert usual.estimate[0] > 102
     wrong = TutorModel(contour=None, cues={"odd": lambda seen, states: np.zeros(3)})
     with pytest.raises(ValueError, match=r"cues.'odd'."):
-        TutorTracker(wrong, TRACKER.rules).step(state, image, rng())
+        TutorTracker(wrong, TRACKER.rules).step(state, image, rng=rng())
 
 
 def test_models_take_in_what_is_seen_at_their_rate():
@@ -101,8 +101,8 @@ def test_models_take_in_what_is_seen_at_their_rate():
     dim = (image * 0.9).astype(np.uint8)
     rules = TutorRules(rate=0.2, gate=1.0, whole_gate=1.0)
     tracker = TutorTracker(TutorModel(contour=None), rules)
-    before = tracker.start(image, BOX, rng())
-    after, info = tracker.step(before, dim, rng())
+    before = tracker.start(image, BOX, rng=rng())
+    after, info = tracker.step(before, dim, rng=rng())
     assert info.learnt.all()
     seen = (after.reference - 0.8 * before.reference) / 0.2
     np.testing.assert_allclose(seen.sum(axis=-1), 1)
@@ -110,7 +110,7 @@ def test_models_take_in_what_is_seen_at_their_rate():
     distances = bhattacharyya(np.clip(seen, 0, 1), before.reference).mean(axis=-1)
     np.testing.assert_allclose(distances, info.distances, atol=1e-6)
     fixed = replace(tracker, rules=replace(rules, rate=0.0))
-    same, info = fixed.step(before, dim, rng())
+    same, info = fixed.step(before, dim, rng=rng())
     np.testing.assert_array_equal(same.reference, before.reference)
     assert not info.learnt.any()
 
@@ -120,8 +120,8 @@ def test_a_patch_beyond_the_gate_does_not_learn_and_the_others_do():
     changed = picture(colours=(*COLOURS[:3], (250, 250, 20)))
     rules = TutorRules(rate=0.3, gate=0.3, whole_gate=0.9, particles=400)
     tracker = TutorTracker(TutorModel(contour=None), rules)
-    before = tracker.start(image, BOX, rng())
-    after, info = tracker.step(before, changed, rng())
+    before = tracker.start(image, BOX, rng=rng())
+    after, info = tracker.step(before, changed, rng=rng())
     assert info.learnt.tolist() == [True, True, True, False]
     assert info.distances[3] > 0.9
     np.testing.assert_array_equal(after.reference[3], before.reference[3])
@@ -153,7 +153,7 @@ def test_the_silhouette_tells_the_size_where_colours_do_not():
     cv2.fillPoly(grey, [np.rint(hull).astype(np.int32)], (200, 90, 60))
     states = MIDDLE + np.array([[0, 0, 0, d] for d in (-30.0, 0.0)])
     plain, shaped = TutorTracker(TutorModel(contour=None)), TutorTracker()
-    reference = plain.start(grey, BOX, rng()).reference
+    reference = plain.start(grey, BOX, rng=rng()).reference
     by_colour = plain.log_likelihood(grey, states, reference)
     by_both = shaped.log_likelihood(grey, states, reference)
     assert by_colour[1] - by_colour[0] < 10
@@ -162,9 +162,9 @@ def test_the_silhouette_tells_the_size_where_colours_do_not():
 
 def test_one_patch_is_a_model_too_and_the_box_is_where_it_looks():
     one = TutorTracker(TutorModel(WHOLE, None))
-    state = one.start(picture(), BOX, rng())
+    state = one.start(picture(), BOX, rng=rng())
     assert state.reference.shape == (1, 3, 8)
-    state, info = one.step(state, picture(), rng())
+    state, info = one.step(state, picture(), rng=rng())
     assert info.contour is None
     x, y, _, s = state.estimate
     np.testing.assert_allclose(state.box, [x - 0.25 * s, y - 0.5 * s, 0.5 * s, s])
@@ -180,13 +180,13 @@ def test_the_same_seed_gives_the_same_track():
 def test_motion_is_a_random_walk_of_the_stated_deviations_within_limits():
     rules = TutorRules(particles=20_000, move=0.1, turn=0.02, grow=0.05)
     tracker = TutorTracker(TutorModel(contour=None), rules)
-    states = tracker.start(picture(), BOX, rng()).particles.states
+    states = tracker.start(picture(), BOX, rng=rng()).particles.states
     np.testing.assert_allclose(states.mean(axis=0)[:3], MIDDLE[:3], atol=0.5)
     np.testing.assert_allclose(states[:, :2].std(axis=0), 10, rtol=0.03)
     assert states[:, 2].std() == pytest.approx(0.02, rel=0.03)
     assert np.log(states[:, 3] / 100).std() == pytest.approx(0.05, rel=0.03)
     wild = replace(tracker, rules=replace(rules, turn=9.0, particles=500))
-    assert np.abs(wild.start(picture(), BOX, rng()).particles.states[:, 2]).max() == math.pi / 4
+    assert np.abs(wild.start(picture(), BOX, rng=rng()).particles.states[:, 2]).max() == math.pi / 4
 
 
 @pytest.mark.parametrize(
@@ -198,9 +198,9 @@ def test_motion_is_a_random_walk_of_the_stated_deviations_within_limits():
         (lambda: TutorRules(particles=1), ValueError, "particles must be"),
         (lambda: TutorRules(colour_sigma=0.0), ValueError, "colour_sigma must be"),
         (lambda: TutorRules(rate=1.5), ValueError, "rate must be"),
-        (lambda: TRACKER.start(picture(), np.zeros(4), rng()), ValueError, "box must have"),
+        (lambda: TRACKER.start(picture(), np.zeros(4), rng=rng()), ValueError, "box must have"),
         (
-            lambda: TRACKER.start(picture(), np.array([900.0, 900, 50, 100]), rng()),
+            lambda: TRACKER.start(picture(), np.array([900.0, 900, 50, 100]), rng=rng()),
             ValueError,
             "box must let every patch",
         ),
@@ -208,12 +208,16 @@ def test_motion_is_a_random_walk_of_the_stated_deviations_within_limits():
             lambda: TRACKER.step(
                 TutorState(ParticleSet.uniform(np.tile(MIDDLE, (5, 1))), np.zeros((1, 3, 8))),
                 picture(),
-                rng(),
+                rng=rng(),
             ),
             ValueError,
             "state.reference must be",
         ),
-        (lambda: TRACKER.start(picture().astype(float), BOX, rng()), TypeError, "image must be"),
+        (
+            lambda: TRACKER.start(picture().astype(float), BOX, rng=rng()),
+            TypeError,
+            "image must be",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(wrong, error, text):
@@ -223,7 +227,7 @@ def test_what_is_wrong_is_named(wrong, error, text):
 
 def test_colours_count_by_the_mean_square_of_their_distance():
     image = picture()
-    state = TRACKER.start(image, BOX, rng())
+    state = TRACKER.start(image, BOX, rng=rng())
     places = MIDDLE + np.array([[8.0, 0, 0, 0], [0, 15, 0, 0], [0, 0, 0.2, 10]])
     seen, _ = TRACKER._colours(image, places)
     squared = bhattacharyya(seen, state.reference) ** 2

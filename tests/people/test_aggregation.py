@@ -12,10 +12,10 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people.aggregation import (
     AggregationRules,
+    Aggregator,
     Hypotheses,
     SensorRules,
     predict,
-    step,
 )
 from robot_perception.people.detections import Detections, polar
 from tests.unchecked import unchecked
@@ -71,7 +71,7 @@ def run(rules, readings, hypotheses=None):
     """Return the hypotheses after some readings of a robot at rest."""
     hypotheses = Hypotheses.none() if hypotheses is None else hypotheses
     for reading in readings:
-        hypotheses, info = step(hypotheses, reading, STILL, rules)
+        hypotheses, info = Aggregator(rules).step(hypotheses, reading, STILL)
     return hypotheses, info
 
 
@@ -290,7 +290,7 @@ def test_who_stands_still_is_one_hypothesis_about_a_robot_that_drives():
     for k in range(60):
         x, y = se2.act(se2.inverse(pose), place[None])[0]
         reading = seen(0.1 * (k + 1), "laser", (np.hypot(x, y), np.arctan2(y, x)))
-        found, _ = step(found, reading, motion if k else STILL, RULES)
+        found, _ = Aggregator(RULES).step(found, reading, motion if k else STILL)
         np.testing.assert_allclose(found.points, [[x, y]], atol=1e-6)
         assert found.identity.tolist() == [0]
         pose = se2.compose(pose, motion)
@@ -327,14 +327,15 @@ def test_hypotheses_that_have_become_one_are_made_one():
 def test_all_pairs_of_detections_and_hypotheses_and_of_these_are_compared(seed, m, n):
     before = drawn(seed, n)
     found = seen(1.0, "laser", *np.random.default_rng(seed).uniform(1, 6, (m, 2)))
-    after, info = step(before, found, STILL, PLAIN)
+    after, info = Aggregator(PLAIN).step(before, found, STILL)
     assert info.compared == m * n + len(after) ** 2
 
 
 def test_who_was_made_one_is_compared_again_with_all():
     """Three at one place: nine pairs, and three more for each of the two that go."""
     place = (2.0, 0.5)
-    _, info = step(known(place, place, place), seen(1.0, "laser"), STILL, replace(PLAIN, alike=1.0))
+    three = known(place, place, place)
+    _, info = Aggregator(replace(PLAIN, alike=1.0)).step(three, seen(1.0, "laser"), STILL)
     assert len(info.absorbed) == 2
     assert info.compared == 9 + 3 + 3
 
@@ -380,7 +381,7 @@ def test_a_hypothesis_is_never_nearer_than_has_a_meaning():
 def test_nothing_that_goes_in_is_changed():
     before = drawn(7, 4)
     copy = [np.copy(getattr(before, name)) for name in before.__slots__]
-    step(before, seen(0.1, "laser", *before.mean), np.array([0.1, 0.0, 0.2]), RULES)
+    Aggregator(RULES).step(before, seen(0.1, "laser", *before.mean), np.array([0.1, 0.0, 0.2]))
     for name, value in zip(before.__slots__, copy, strict=True):
         np.testing.assert_array_equal(getattr(before, name), value)
 
@@ -391,9 +392,9 @@ def test_readings_in_the_wrong_order_are_refused():
     with pytest.raises(
         ValueError, match=r"must not be older than the last reading, of 1 s, got 0.5"
     ):
-        step(later, seen(0.5, "sonar", (2, 0)), STILL, RULES)
+        Aggregator(RULES).step(later, seen(0.5, "sonar", (2, 0)), STILL)
     with pytest.raises(ValueError, match=r"detections of the laser at 1 s were there already"):
-        step(later, seen(1.0, "laser", (2, 0)), STILL, RULES)
+        Aggregator(RULES).step(later, seen(1.0, "laser", (2, 0)), STILL)
 
 
 def test_a_long_silence_forgets_everybody():
@@ -412,10 +413,10 @@ def test_names_of_sensors_are_texts_and_rules_are_rules():
 SOUND = known((2, 0), (3, 1))
 BAD = [
     (
-        lambda: step(SOUND, seen(1.0, "laser", (1, 0), sigma=0.0), STILL, RULES),
+        lambda: Aggregator(RULES).step(SOUND, seen(1.0, "laser", (1, 0), sigma=0.0), STILL),
         "detections must have",
     ),
-    (lambda: step(SOUND, seen(1.0, "laser"), np.zeros(2), RULES), "motion must be"),
+    (lambda: Aggregator(RULES).step(SOUND, seen(1.0, "laser"), np.zeros(2)), "motion must be"),
     (lambda: predict(SOUND, -1.0, STILL, 0.5), "duration must not be negative"),
     (lambda: replace(SOUND, weight=np.array([0.5, 1.5])), "weight must be from 0 to 1"),
     (lambda: replace(SOUND, identity=np.array([1, 0])), "identity must rise to below 2"),

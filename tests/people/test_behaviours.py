@@ -14,18 +14,15 @@ from robot_perception.people.behaviours import (
     NOBODY,
     PARTNER,
     STOP,
+    Behaviours,
     Command,
-    Rules,
     State,
-    follow,
-    guide,
     roles,
-    survey,
 )
 from tests.people.test_aggregation import known
 from tests.unchecked import unchecked
 
-RULES = Rules()
+RULES = Behaviours()
 FAR = RULES.reach + 0.1
 
 
@@ -41,14 +38,14 @@ def told(behaviour, story, state=None):
     """Return the phases and commands of a story of persons."""
     state, phases, commands = state or State(), [], []
     for there in story:
-        state, command = behaviour(state, there, RULES)
+        state, command = behaviour(state, there)
         phases.append(state.phase)
         commands.append(command)
     return state, phases, commands
 
 
 def polled(state, there, finished=False):
-    return survey(state, there, finished, RULES)
+    return RULES.survey(state, there, finished)
 
 
 def test_what_a_hypothesis_is_taken_for():
@@ -65,7 +62,7 @@ def test_what_a_hypothesis_is_taken_for():
 
 def test_a_guide_goes_on_while_the_visitor_is_there():
     state, phases, commands = told(
-        guide, [persons(0.0), persons(1.0, (4, 2, 3.0)), persons(2.0, (4, 2.9, 3.0))]
+        RULES.guide, [persons(0.0), persons(1.0, (4, 2, 3.0)), persons(2.0, (4, 2.9, 3.0))]
     )
     assert phases == ["waiting", "busy", "busy"]
     assert commands == [STOP, Command(RULES.speed), Command(RULES.speed)]
@@ -76,7 +73,7 @@ def test_a_guide_goes_on_while_the_visitor_is_there():
 def test_a_guide_stops_asks_back_once_and_goes_on(away):
     start = State("busy", 4, seen=10.0, since=0.0)
     story = [persons(10.0 + t, *away) for t in (0.5, 1.0, 1.1, 2.0, 5.0)]
-    state, phases, commands = told(guide, [*story, persons(16.0, (4, 2.0, 3.0))], start)
+    state, phases, commands = told(RULES.guide, [*story, persons(16.0, (4, 2.0, 3.0))], start)
     assert phases == ["busy", "busy", "asking back", "asking back", "asking back", "busy"]
     assert [c.speed for c in commands] == [RULES.speed] * 2 + [0.0] * 3 + [RULES.speed]
     assert [c.say for c in commands] == ["", "", "come back", "", "", "welcome back"]
@@ -86,23 +83,23 @@ def test_a_guide_stops_asks_back_once_and_goes_on(away):
 def test_a_guide_gives_up_and_takes_the_visitor_back_all_the_same():
     asking = State("asking back", 4, seen=0.0, since=1.0)
     late = 1.0 + RULES.resigned
-    state, phases, _ = told(guide, [persons(late), persons(late + 0.1)], asking)
+    state, phases, _ = told(RULES.guide, [persons(late), persons(late + 0.1)], asking)
     assert phases == ["asking back", "given up"]
-    state, command = guide(state, persons(late + 1, (4, 1, 0)), RULES)
+    state, command = RULES.guide(state, persons(late + 1, (4, 1, 0)))
     assert (state.phase, command.say) == ("busy", "welcome back")
 
 
-@pytest.mark.parametrize("behaviour", [guide, follow])
+@pytest.mark.parametrize("behaviour", [RULES.guide, RULES.follow])
 def test_somebody_who_was_there_all_along_is_not_the_one_who_left(behaviour):
     lost = State("asking back", 4, seen=10.0, since=11.0)
     bystander, newcomer = (5, 1.0, 0.0), (9, 2.0, 0.0)
-    state, _ = behaviour(lost, persons(12.0, bystander, born=[0.0]), RULES)
+    state, _ = behaviour(lost, persons(12.0, bystander, born=[0.0]))
     assert state.phase == "asking back"
     for born, back in ((10.0 - RULES.memory, True), (9.9 - RULES.memory, False), (11.5, True)):
         there = persons(12.0, bystander, newcomer, born=[0.0, born])
-        state, _ = behaviour(lost, there, RULES)
+        state, _ = behaviour(lost, there)
         assert (state.person == 9) == back
-    state, _ = behaviour(lost, persons(12.0, (4, FAR, 0.0), newcomer, born=[0.0, 11.0]), RULES)
+    state, _ = behaviour(lost, persons(12.0, (4, FAR, 0.0), newcomer, born=[0.0, 11.0]))
     assert state.phase == "asking back"  # they are known to be too far away
 
 
@@ -112,7 +109,7 @@ def test_a_guide_never_drives_without_the_visitor_for_longer_than_the_patience(s
     for pause, there in story:
         time += pause
         last = time if there else last
-        state, command = guide(state, persons(time, *[(4, 2.0, 0.0)] * there), RULES)
+        state, command = RULES.guide(state, persons(time, *[(4, 2.0, 0.0)] * there))
         assert (command.speed > 0) == (time - last <= RULES.patience)
 
 
@@ -125,7 +122,7 @@ def test_a_follower_turns_to_the_person_and_keeps_its_distance():
         (2.0, 2.0, 0.0, 1.0),
         (2.0, -3.0, 0.0, -1.0),
     ):
-        _, command = follow(busy, persons(1.0, (4, r, phi)), RULES)
+        _, command = RULES.follow(busy, persons(1.0, (4, r, phi)))
         assert (command.speed, command.turn_rate) == pytest.approx((speed, turn))
 
 
@@ -135,17 +132,17 @@ def test_a_follower_comes_to_rest_at_its_distance_facing_the_person():
     for k in range(300):
         x, y = se2.act(se2.inverse(pose), place)[0]
         r, phi = np.hypot(x, y), np.arctan2(y, x)
-        state, command = follow(state, persons(0.05 * k, (0, r, phi)), RULES)
+        state, command = RULES.follow(state, persons(0.05 * k, (0, r, phi)))
         pose = se2.compose(pose, 0.05 * np.array([command.speed, 0.0, command.turn_rate]))
     assert (r, phi) == pytest.approx((RULES.gap, 0.0), abs=1e-3)
 
 
 def test_a_follower_stops_at_once_and_asks_back_after_its_patience():
     busy = State("busy", 4, seen=0.0, since=0.0)
-    state, phases, commands = told(follow, [persons(t) for t in (0.5, 1.0, 1.1, 2.0)], busy)
+    state, phases, commands = told(RULES.follow, [persons(t) for t in (0.5, 1.0, 1.1, 2.0)], busy)
     assert phases == ["busy", "busy", "asking back", "asking back"]
     assert commands == [STOP, STOP, Command(say="come back"), STOP]
-    state, command = follow(state, persons(3.0, (7, 2.0, 0.0), born=[2.5]), RULES)
+    state, command = RULES.follow(state, persons(3.0, (7, 2.0, 0.0), born=[2.5]))
     assert (state.person, command.say, command.speed) == (7, "welcome back", 0.8)
 
 
@@ -196,15 +193,15 @@ def test_who_does_not_come_is_forgotten():
 
 BAD = [
     (
-        lambda: guide(State("busy", 1, 5.0, 1.0), persons(4.0, (1, 1, 0)), RULES),
+        lambda: RULES.guide(State("busy", 1, 5.0, 1.0), persons(4.0, (1, 1, 0))),
         "older than the state",
     ),
-    (lambda: follow(State(since=5.0), persons(4.0, (1, 1, 0)), RULES), "older than the state"),
+    (lambda: RULES.follow(State(since=5.0), persons(4.0, (1, 1, 0))), "older than the state"),
     (lambda: State(phase="lost"), "phase must be one of"),
     (lambda: State(person=-2), "person must be at least -1"),
     (lambda: State(seen=np.inf), "seen must be finite or -inf"),
-    (lambda: Rules(gap=0.0), "gap must be positive"),
-    (lambda: Rules(close=4.0), "close must not be above reach"),
+    (lambda: Behaviours(gap=0.0), "gap must be positive"),
+    (lambda: Behaviours(close=4.0), "close must not be above reach"),
 ]
 
 

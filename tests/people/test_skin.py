@@ -23,7 +23,9 @@ def follow(images, tracker=TRACKER, state=START, seed=0, **step):
     """Return the state after some images."""
     rng = np.random.default_rng(seed)
     for image in images:
-        state = tracker.step(state, image, rng=rng, **step)
+        before, (state, info) = state, tracker.step(state, image, rng=rng, **step)
+        assert len(state.clouds) == len(before.clouds) + info.begun - info.ended
+        assert all(cloud.images == 1 for cloud in state.clouds[len(state.clouds) - info.begun :])
     return state
 
 

@@ -6,14 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.geometry import se2
-from robot_perception.people import aggregation, verification
-from robot_perception.people.aggregation import AggregationRules
+from robot_perception.people.aggregation import AggregationRules, Aggregator
 from robot_perception.people.detections import Detections, polar
-from robot_perception.people.tracker import PeopleRules, PeopleState, step
+from robot_perception.people.tracker import PeopleTracker
 from robot_perception.people.trajectories import StaticRules
+from robot_perception.people.verification import Verifier
 from tests.people.test_aggregation import known
 
-RULES = PeopleRules(AggregationRules(walk=0.1), StaticRules(spread=0.3, longest=2.0))
+TRACKER = PeopleTracker(AggregationRules(walk=0.1), StaticRules(spread=0.3, longest=2.0))
+VERIFIER = Verifier(0.15)
 PEOPLE = np.array([[2.0, 1.0], [1.0, -2.0]])
 
 
@@ -26,9 +27,9 @@ def seen(time, pose):
 @given(st.floats(-0.5, 0.5), st.floats(-1, 1))
 def test_who_stands_still_is_one_hypothesis_and_static_while_the_robot_drives(speed, turn):
     pose, rolled = np.array([0.2, 0.1, 0.5]), np.array([0.1 * speed, 0.0, 0.1 * turn])
-    state = PeopleState.at(pose)
+    state = TRACKER.start(pose)
     for k in range(30):
-        state, info = step(state, seen(0.1 * k, pose), pose, RULES)
+        state, info = TRACKER.step(state, seen(0.1 * k, pose), pose)
         assert (info.static == (0.1 * k > 2.0)).all()
         assert info.merged.matched.all() == (k > 0)
         pose = se2.compose(pose, rolled)
@@ -40,31 +41,31 @@ def test_a_constant_error_of_the_pose_changes_nothing_that_is_known_about_the_ro
     """Only the way between two readings counts, so that wheels will do."""
     off, found = np.array([3.0, -1.0, 0.7]), []
     for start in (np.zeros(3), off):
-        state = PeopleState.at(start)
+        state = TRACKER.start(start)
         for k in range(5):
             pose = np.array([0.1 * k, 0.0, 0.05 * k])
-            state, _ = step(state, seen(0.1 * k, pose), se2.compose(start, pose), RULES)
+            state, _ = TRACKER.step(state, seen(0.1 * k, pose), se2.compose(start, pose))
         found.append(state.hypotheses)
     assert found[0].mean == pytest.approx(found[1].mean)
     assert found[0].weight == pytest.approx(found[1].weight)
 
 
 def test_without_motion_it_is_the_aggregation():
-    pose, found = np.ones(3), aggregation.Hypotheses.none()
-    state = PeopleState.at(pose)
+    pose, aggregator = np.ones(3), Aggregator(TRACKER.aggregation)
+    state, found = TRACKER.start(pose), aggregator.start()
     for k in range(4):
-        state, info = step(state, seen(0.1 * k, pose), pose, RULES)
-        found, merged = aggregation.step(found, seen(0.1 * k, pose), np.zeros(3), RULES.aggregation)
+        state, info = TRACKER.step(state, seen(0.1 * k, pose), pose)
+        found, merged = aggregator.step(found, seen(0.1 * k, pose), np.zeros(3))
         assert np.array_equal(state.hypotheses.mean, found.mean)
         assert np.array_equal(info.merged.identities, merged.identities)
 
 
 def test_who_was_verified_once_stays_so_and_who_is_gone_is_forgotten():
     three = known((2.0, 0.0), (2.0, 1.0), (2.0, np.pi - 0.05))
-    verified, chosen = verification.step(frozenset(), three, np.array([0.1, 0.05 - np.pi]), 0.15)
+    verified, chosen = VERIFIER.step(VERIFIER.start(), three, np.array([0.1, 0.05 - np.pi]))
     assert chosen.tolist() == [True, False, True]
     assert verified == set(three.identity[[0, 2]].tolist())
-    after, chosen = verification.step(verified, three.select(~chosen), np.zeros(0), 0.15)
+    after, chosen = VERIFIER.step(verified, three.select(~chosen), np.zeros(0))
     assert (after, chosen.tolist()) == (frozenset(), [False])
-    after, chosen = verification.step(verified, three, np.zeros(0), 0.15)
+    after, chosen = VERIFIER.step(verified, three, np.zeros(0))
     assert (after, chosen.tolist()) == (verified, [True, False, True])

@@ -22,7 +22,7 @@ from robot_perception.extras import needing
 with needing():
     import cv2
 
-__all__ = ["ColourTracker", "CueState", "EdgeTracker", "WindowTracker"]
+__all__ = ["ColourTracker", "CueInfo", "CueState", "EdgeTracker", "WindowTracker"]
 
 Image = UInt8[np.ndarray, "height width 3"]
 FURTHEST = 200
@@ -52,6 +52,19 @@ class CueState:
     lost: int
     shape: tuple[int, int]
     window: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class CueInfo:
+    """What a tracker of one cue made of a frame.
+
+    Parameters
+    ----------
+    found
+        Whether the frame shows what is followed; if not, the outline is that of the frame before.
+    """
+
+    found: bool
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,7 +115,7 @@ class ColourTracker:
             raise ValueError(f"outline must hold pixels of the image {image.shape[:2]}")
         return CueState(outline, self._counts(image, inside), 0, image.shape[:2])
 
-    def step(self, state: CueState, image: Image) -> CueState:
+    def step(self, state: CueState, image: Image) -> tuple[CueState, CueInfo]:
         """Return the state after a frame; where no piece is found the outline stays.
 
         Parameters
@@ -126,15 +139,16 @@ class ColourTracker:
         )
         found = blob(mask, state.outline)
         if found is None or found.area < SMALLEST:
-            return CueState(state.outline, state.counts, state.lost + 1, state.shape)
+            return _missed(state)
         lines, _ = cv2.findContours(
             found.mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
         )
         outline = max(lines, key=len)[:, 0].astype(float)
         if not sound(outline):
-            return CueState(state.outline, state.counts, state.lost + 1, state.shape)
+            return _missed(state)
         counts = self._counts(image, found.mask) if self.adapt else state.counts
-        return CueState(resample(outline, rules.points), counts, 0, state.shape)
+        state = CueState(resample(outline, rules.points), counts, 0, state.shape)
+        return state, CueInfo(True)
 
     def _counts(self, image: Image, inside: np.ndarray) -> np.ndarray:
         binning, inside = self.rules.binning, inner(inside, self.rules.inset)
@@ -190,7 +204,7 @@ class EdgeTracker:
             raise ValueError(f"outline must hold pixels of the image {image.shape[:2]}")
         return CueState(outline, np.zeros(0), 0, image.shape[:2])
 
-    def step(self, state: CueState, image: Image) -> CueState:
+    def step(self, state: CueState, image: Image) -> tuple[CueState, CueInfo]:
         """Return the state after a frame; where there is no edge the outline stays.
 
         Edges count within the snake's reach of the outline before: no colour tells which are the
@@ -219,8 +233,8 @@ class EdgeTracker:
             outline = affine_snake(state.outline, ridges, rules.snake).outline
             middle = outline.mean(axis=0)
             if sound(outline) and ((middle >= 0) & (middle < state.shape[::-1])).all():
-                return CueState(outline, state.counts, 0, state.shape)
-        return CueState(state.outline, state.counts, state.lost + 1, state.shape)
+                return CueState(outline, state.counts, 0, state.shape), CueInfo(True)
+        return _missed(state)
 
 
 STOP = cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1
@@ -297,7 +311,7 @@ class WindowTracker:
         window = cv2.boundingRect(np.round(outline).astype(np.int32))
         return CueState(outline, shares(counts), 0, image.shape[:2], tuple(window))
 
-    def step(self, state: CueState, image: Image) -> CueState:
+    def step(self, state: CueState, image: Image) -> tuple[CueState, CueInfo]:
         """Return the state after a frame; where the window finds nothing it stays.
 
         Parameters
@@ -337,11 +351,15 @@ class WindowTracker:
             outline = RING * np.divide(axes, 2) @ along + centre
             lost = min(axes) < 2 or min(window[2:]) < 1
         if lost:
-            return replace(state, lost=state.lost + 1)
+            return _missed(state)
         inside = filled(outline, state.shape)
         if self.rate and inside.any():
             counts = adapt(counts, shares(histogram(index, counts.size, inside)), self.rate)
-        return CueState(outline, counts, 0, state.shape, tuple(window))
+        return CueState(outline, counts, 0, state.shape, tuple(window)), CueInfo(True)
+
+
+def _missed(state: CueState) -> tuple[CueState, CueInfo]:
+    return replace(state, lost=state.lost + 1), CueInfo(False)
 
 
 def _frame(state: CueState, image: Image, binning: Binning | None = None) -> Image:

@@ -406,8 +406,8 @@ class ArmTracker:
     def start(
         self,
         image: Image,
-        rng: np.random.Generator,
         *,
+        rng: np.random.Generator,
         face: Float[np.ndarray, " 4"] | None = None,
         pose: Float[np.ndarray, " 8"] | None = None,
     ) -> ArmState:

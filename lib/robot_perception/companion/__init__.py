@@ -7,7 +7,7 @@ from robot_perception.doors import door
 __getattr__, __dir__, __all__ = door(
     __name__,
     {
-        "boxes": ("crop", "overlap"),
+        "boxes": ("crop", "overlap", "overlap_in_pairs"),
         "cues": (),
         "faces": (),
         "following": ("Follower",),

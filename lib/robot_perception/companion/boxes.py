@@ -12,7 +12,7 @@ from robot_perception.extras import needing
 with needing():
     import cv2
 
-__all__ = ["crop", "overlap"]
+__all__ = ["crop", "overlap", "overlap_in_pairs"]
 
 Box = Float[np.ndarray, " 4"]
 Boxes = Float[np.ndarray, "n 4"]
@@ -35,10 +35,37 @@ def overlap(
         If a box has no area or is not finite.
     """
     one, other = check_boxes("one", one), check_boxes("other", other)
-    low = np.maximum(one[:, None, :2], other[None, :, :2])
-    high = np.minimum((one[:, :2] + one[:, 2:])[:, None], (other[:, :2] + other[:, 2:])[None])
+    return _overlap(one[:, None], other[None])
+
+
+def overlap_in_pairs(
+    one: Float[np.ndarray, "n 4"], other: Float[np.ndarray, "n 4"]
+) -> Float[np.ndarray, " n"]:
+    """Return the `overlap` of each box with the one that has its number.
+
+    Parameters
+    ----------
+    one, other : (n, 4)
+        Boxes, for instance those that were found in n pictures, and the true ones.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many of each, or a box has no area or is not finite.
+    """
+    one, other = check_boxes("one", one), check_boxes("other", other)
+    if len(one) != len(other):
+        raise ValueError(f"one and other must be in pairs, got {len(one)} and {len(other)} boxes")
+    return _overlap(one, other)
+
+
+def _overlap(
+    one: Float[np.ndarray, "... 4"], other: Float[np.ndarray, "... 4"]
+) -> Float[np.ndarray, "..."]:
+    low = np.maximum(one[..., :2], other[..., :2])
+    high = np.minimum(one[..., :2] + one[..., 2:], other[..., :2] + other[..., 2:])
     common = np.prod(np.clip(high - low, 0, None), axis=-1)
-    return common / (one[:, 2:].prod(axis=1)[:, None] + other[:, 2:].prod(axis=1) - common)
+    return common / (one[..., 2:].prod(axis=-1) + other[..., 2:].prod(axis=-1) - common)
 
 
 def crop(

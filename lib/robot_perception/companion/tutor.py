@@ -263,7 +263,7 @@ class TutorTracker:
         checks.instance("rules", self.rules, TutorRules)
 
     def start(
-        self, image: Image, box: Float[np.ndarray, " 4"], rng: np.random.Generator
+        self, image: Image, box: Float[np.ndarray, " 4"], *, rng: np.random.Generator
     ) -> TutorState:
         """Return what is known after the first picture, in which the person is told.
 
@@ -294,7 +294,7 @@ class TutorTracker:
         return TutorState(ParticleSet.uniform(self._moved(states, rng)), reference[0])
 
     def step(
-        self, state: TutorState, image: Image, rng: np.random.Generator
+        self, state: TutorState, image: Image, *, rng: np.random.Generator
     ) -> tuple[TutorState, TutorInfo]:
         """Return what is known after a picture.
 

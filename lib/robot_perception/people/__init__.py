@@ -7,17 +7,17 @@ from robot_perception.doors import door
 __getattr__, __dir__, __all__ = door(
     __name__,
     {
-        "aggregation": ("AggregationRules", "Hypotheses", "SensorRules"),
-        "behaviours": (),
+        "aggregation": ("AggregationRules", "Aggregator", "Hypotheses", "SensorRules"),
+        "behaviours": ("Behaviours", "Command"),
         "detections": ("Detections", "polar"),
         "legs": ("LegRules",),
         "scores": ("Frame", "gospa", "score"),
         "skin": ("SkinModel", "SkinRules", "SkinTracker"),
         "sonar": ("SonarRules",),
         "sound": ("SoundRules",),
-        "tracker": ("PeopleRules", "PeopleState"),
+        "tracker": ("PeopleTracker",),
         "trajectories": ("StaticRules", "Stays", "Trajectory"),
-        "verification": (),
+        "verification": ("Verifier",),
     },
     import_module,
 )

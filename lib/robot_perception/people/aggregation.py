@@ -4,7 +4,7 @@ A hypothesis is a normal distribution of distance and direction :math:`(r, \varp
 robot, with a weight. A reading predicts all hypotheses to its time, is associated with them, merged
 into those that it confirms, and lowers the weights of the others:
 
-``step(hypotheses, detections, motion, rules) -> (Hypotheses, AggregationInfo)``
+``Aggregator(rules).step(hypotheses, detections, motion) -> (Hypotheses, AggregationInfo)``
 
 Which sensors there are is open: one more takes a detector that returns normal distributions, a name
 and its :class:`SensorRules` under that name.
@@ -335,103 +335,120 @@ class AggregationInfo:
     compared: int
 
 
-def step(
-    hypotheses: Hypotheses,
-    detections: Detections,
-    motion: Float[np.ndarray, "3"],
-    rules: AggregationRules,
-) -> tuple[Hypotheses, AggregationInfo]:
-    r"""Return the hypotheses after one reading of one sensor.
-
-    They are predicted to its time, and pairs of reading i and hypothesis j associated, the nearest
-    first, while
-
-    .. math:: d_m = (\mu_i - \mu_j)^\top (C_i + C_j)^{-1} (\mu_i - \mu_j)
-
-    is inside the gate. A pair is merged by covariance intersection, and the weight raised by
-    :math:`w \leftarrow w + \alpha (1 - w)`; of a hypothesis without a match it is lowered,
-    :math:`w \leftarrow w - (1 - \theta) (t - t_{old}) / t_v`, and it is deleted below θ. The
-    :math:`t_v` is that of the sensor that did not see it; a sensor that could not have seen it, or
-    whose silence says nothing, leaves its weight, and the time to the next one. A detection without
-    a match is a new hypothesis. Hypotheses that have become alike are made one: the older identity
-    and the larger weight stay.
+@dataclass(frozen=True, slots=True)
+class Aggregator:
+    """Joins what several sensors say to people about the robot.
 
     Parameters
     ----------
-    hypotheses
-        Before the reading.
-    detections
-        The reading. Readings of several sensors may have the same time, of one sensor not.
-    motion : (3,)
-        Pose (x, y, φ) of the robot at this reading as seen from its pose at the last one, m and
-        rad.
     rules
-        The rules.
-
-    Returns
-    -------
-    Hypotheses
-    AggregationInfo
-
-    Raises
-    ------
-    ValueError
-        If the rules have no such sensor, the reading is older than the last one, or as old as the
-        last one of the same sensor, a covariance of it is singular, or the motion is not (3,) or
-        not finite.
+        How readings are associated and merged, and when a hypothesis is forgotten.
 
     References
     ----------
-    Schaffernicht et al., eqs (2) to (6).
+    Schaffernicht et al., section 3.2.
     """
-    checks.instance("hypotheses", hypotheses, Hypotheses)
-    checks.instance("detections", detections, Detections)
-    checks.instance("rules", rules, AggregationRules)
-    sensor = _sensor(detections, rules)
-    elapsed = _elapsed(hypotheses, detections)
-    readings = Gaussian(_clear(detections.positions.mean), detections.positions.cov)
-    if not (_determinants(readings.cov) > 0).all():
-        raise ValueError("detections must have regular covariances, got a singular one")
-    before = predict(hypotheses, elapsed, motion, rules.walk)
-    distances = _distances(readings.mean, readings.cov, before.mean, before.cov)  # eq. (2)
-    assignment = greedy(distances, rules.limit)
-    matched = assignment >= 0
-    i, j = np.flatnonzero(matched), assignment[matched]
 
-    mean, cov = before.mean.copy(), before.cov.copy()
-    mean[j], cov[j] = _merged(
-        Gaussian(readings.mean[i], readings.cov[i]), Gaussian(mean[j], cov[j]), rules
-    )
-    seen = np.zeros(len(before), dtype=bool)
-    seen[j] = True
-    missed = ~seen & sensor.silence & sensor.sees(before.mean)
-    raised = before.weight + _alphas(sensor, mean[:, 1]) * (1 - before.weight)  # eq. (5)
-    waited = detections.time - before.charged
-    lowered = before.weight - (1 - rules.threshold) * waited / sensor.patience  # eq. (6)
-    weight = np.where(seen, raised, np.where(missed, lowered, before.weight))
-    kept = weight >= rules.threshold
+    rules: AggregationRules = field(default_factory=AggregationRules)
 
-    new, m = readings.mean[~matched], int((~matched).sum())
-    start = rules.threshold + _alphas(sensor, new[:, 1]) * (1 - rules.threshold)
-    now, fresh = np.full(m, detections.time), hypotheses.following + np.arange(m)
-    identities = np.empty(len(matched), dtype=np.int64)
-    identities[matched], identities[~matched] = before.identity[j], fresh
-    after = Hypotheses(
-        np.concatenate([mean[kept], new]),
-        np.concatenate([cov[kept], readings.cov[~matched]]),
-        np.concatenate([weight[kept], start]),
-        np.concatenate([before.identity[kept], fresh]),
-        np.concatenate([before.born[kept], now]),
-        np.concatenate([np.where(seen, detections.time, before.last_seen)[kept], now]),
-        np.concatenate([np.where(seen | missed, detections.time, before.charged)[kept], now]),
-        {**hypotheses.heard, detections.sensor: detections.time},
-        hypotheses.following + m,
-    )
-    after, absorbed, compared = _united(after, rules)
-    for stays, goes in absorbed:
-        identities[identities == goes] = stays
-    removed = tuple(before.identity[~kept].tolist())
-    return after, AggregationInfo(identities, matched, removed, absorbed, distances.size + compared)
+    def __post_init__(self) -> None:
+        checks.instance("rules", self.rules, AggregationRules)
+
+    def start(self) -> Hypotheses:
+        """Return what is known before the first reading: nobody."""
+        return Hypotheses.none()
+
+    def step(
+        self,
+        hypotheses: Hypotheses,
+        detections: Detections,
+        motion: Float[np.ndarray, "3"],
+    ) -> tuple[Hypotheses, AggregationInfo]:
+        r"""Return the hypotheses after one reading of one sensor.
+
+        They are predicted to its time, and pairs of reading i and hypothesis j associated, the
+        nearest first, while
+
+        .. math:: d_m = (\mu_i - \mu_j)^\top (C_i + C_j)^{-1} (\mu_i - \mu_j)
+
+        is inside the gate. A pair is merged by covariance intersection, and the weight raised by
+        :math:`w \leftarrow w + \alpha (1 - w)`; of a hypothesis without a match it is lowered,
+        :math:`w \leftarrow w - (1 - \theta) (t - t_{old}) / t_v`, and it is deleted below θ. The
+        :math:`t_v` is that of the sensor that did not see it; a sensor that could not have seen it,
+        or whose silence says nothing, leaves its weight, and the time to the next one. A detection
+        without a match is a new hypothesis. Hypotheses that have become alike are made one: the
+        older identity and the larger weight stay.
+
+        Parameters
+        ----------
+        hypotheses
+            Before the reading.
+        detections
+            The reading. Readings of several sensors may have the same time, of one sensor not.
+        motion : (3,)
+            Pose (x, y, φ) of the robot at this reading as seen from its pose at the last one, m and
+            rad.
+
+        Raises
+        ------
+        ValueError
+            If the rules have no such sensor, the reading is older than the last one, or as old as
+            the last one of the same sensor, a covariance of it is singular, or the motion is not
+            (3,) or not finite.
+
+        References
+        ----------
+        Schaffernicht et al., eqs (2) to (6).
+        """
+        checks.instance("hypotheses", hypotheses, Hypotheses)
+        checks.instance("detections", detections, Detections)
+        rules = self.rules
+        sensor = _sensor(detections, rules)
+        elapsed = _elapsed(hypotheses, detections)
+        readings = Gaussian(_clear(detections.positions.mean), detections.positions.cov)
+        if not (_determinants(readings.cov) > 0).all():
+            raise ValueError("detections must have regular covariances, got a singular one")
+        before = predict(hypotheses, elapsed, motion, rules.walk)
+        distances = _distances(readings.mean, readings.cov, before.mean, before.cov)  # eq. (2)
+        assignment = greedy(distances, rules.limit)
+        matched = assignment >= 0
+        i, j = np.flatnonzero(matched), assignment[matched]
+
+        mean, cov = before.mean.copy(), before.cov.copy()
+        mean[j], cov[j] = _merged(
+            Gaussian(readings.mean[i], readings.cov[i]), Gaussian(mean[j], cov[j]), rules
+        )
+        seen = np.zeros(len(before), dtype=bool)
+        seen[j] = True
+        missed = ~seen & sensor.silence & sensor.sees(before.mean)
+        raised = before.weight + _alphas(sensor, mean[:, 1]) * (1 - before.weight)  # eq. (5)
+        waited = detections.time - before.charged
+        lowered = before.weight - (1 - rules.threshold) * waited / sensor.patience  # eq. (6)
+        weight = np.where(seen, raised, np.where(missed, lowered, before.weight))
+        kept = weight >= rules.threshold
+
+        new, m = readings.mean[~matched], int((~matched).sum())
+        start = rules.threshold + _alphas(sensor, new[:, 1]) * (1 - rules.threshold)
+        now, fresh = np.full(m, detections.time), hypotheses.following + np.arange(m)
+        identities = np.empty(len(matched), dtype=np.int64)
+        identities[matched], identities[~matched] = before.identity[j], fresh
+        after = Hypotheses(
+            np.concatenate([mean[kept], new]),
+            np.concatenate([cov[kept], readings.cov[~matched]]),
+            np.concatenate([weight[kept], start]),
+            np.concatenate([before.identity[kept], fresh]),
+            np.concatenate([before.born[kept], now]),
+            np.concatenate([np.where(seen, detections.time, before.last_seen)[kept], now]),
+            np.concatenate([np.where(seen | missed, detections.time, before.charged)[kept], now]),
+            {**hypotheses.heard, detections.sensor: detections.time},
+            hypotheses.following + m,
+        )
+        after, absorbed, compared = _united(after, rules)
+        for stays, goes in absorbed:
+            identities[identities == goes] = stays
+        removed = tuple(before.identity[~kept].tolist())
+        info = AggregationInfo(identities, matched, removed, absorbed, distances.size + compared)
+        return after, info
 
 
 def predict(

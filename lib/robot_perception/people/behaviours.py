@@ -2,7 +2,7 @@
 
 Each is a small machine of states that sees persons and says what to do:
 
-``guide(state, persons, rules) -> (State, Command)``
+``Behaviours(…).guide(state, persons) -> (State, Command)``
 
 Persons are the hypotheses that count as such, at their time; `roles` says which do. Somebody who
 has been lost comes back under another identity: a person whose hypothesis came up about when the
@@ -86,8 +86,8 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
-    """Distances, times and speeds of the behaviours, all of them ours.
+class Behaviours:
+    """What a robot does with people, by distances, times and speeds, all of them ours.
 
     Parameters
     ----------
@@ -130,6 +130,132 @@ class Rules:
             checks.positive(entry.name, getattr(self, entry.name))
         if self.close > self.reach:
             raise ValueError(f"close must not be above reach {self.reach}, got {self.close}")
+
+    def guide(self, state: State, persons: Hypotheses) -> tuple[State, Command]:
+        """Return what a guide does: go on while the visitor is there, else stop and ask back.
+
+        It waits for a first visitor. When they are away for longer than the patience it stops and
+        asks them to come back; when they are there again it goes on; after a time it gives up.
+
+        Parameters
+        ----------
+        state
+            What it remembers.
+        persons
+            Who is there now.
+
+        Returns
+        -------
+        State
+        Command
+            Where the route leads is not its business: the speed is that along the route.
+
+        Raises
+        ------
+        ValueError
+            If the persons are older than the state.
+        """
+        time, at = _sight(state, persons, self, "reach")
+        go = Command(speed=self.speed)
+        if at >= 0:
+            say = "welcome back" if state.phase in ("asking back", "given up") else ""
+            return _with(state, persons, at, "busy"), replace(go, say=say)
+        if state.phase == "busy":
+            if time - state.seen <= self.patience:
+                return state, go
+            return replace(state, phase="asking back", since=time), Command(say="come back")
+        return _resigned(state, time, self, "given up"), STOP
+
+    def follow(self, state: State, persons: Hypotheses) -> tuple[State, Command]:
+        r"""Return what a follower does: turn to the person and keep off, or stop and ask back.
+
+        .. math:: v = k (r - d), \qquad \omega = k \varphi
+
+        within the largest speeds, v not negative, and 0 while the person is beside or behind. Where
+        the person is comes from the hypotheses, whichever sensor confirms them, so that it may be a
+        back.
+
+        Parameters
+        ----------
+        state
+            What it remembers.
+        persons
+            Who is there now.
+
+        Returns
+        -------
+        State
+        Command
+
+        Raises
+        ------
+        ValueError
+            If the persons are older than the state.
+        """
+        time, at = _sight(state, persons, self, "reach")
+        if at >= 0:
+            r, phi = persons.mean[at].tolist()
+            turn = float(np.clip(self.gain * phi, -self.turn_rate, self.turn_rate))
+            speed = float(
+                np.clip(self.gain * (r - self.gap) * (abs(phi) < np.pi / 2), 0, self.speed)
+            )
+            say = "welcome back" if state.phase in ("asking back", "given up") else ""
+            return _with(state, persons, at, "busy"), Command(speed, turn, say)
+        if state.phase == "busy" and time - state.seen > self.patience:
+            return replace(state, phase="asking back", since=time), Command(say="come back")
+        return _resigned(state, time, self, "given up"), STOP
+
+    def survey(self, state: State, persons: Hypotheses, finished: bool) -> tuple[State, Command]:
+        """Return what a poller does: invite, ask, notice who breaks off, call back, begin again.
+
+        Somebody within reach is invited; when they come close they are asked. Who is not close for
+        longer than the patience before the end has broken off and is asked back; when they are
+        close again the survey goes on. After a time, and after the end, the robot waits for the
+        next; the one who has just been there is not invited again.
+
+        Parameters
+        ----------
+        state
+            What it remembers.
+        persons
+            Who is there now.
+        finished
+            Whether the last question has just been answered.
+
+        Returns
+        -------
+        State
+        Command
+
+        Raises
+        ------
+        ValueError
+            If the persons are older than the state.
+        """
+        finished = checks.flag("finished", finished)
+        time, at = _sight(state, persons, self, "close")
+        if state.phase in ("waiting", "given up"):
+            near = (persons.mean[:, 0] <= self.reach) & (persons.identity != state.person)
+            if not near.any():
+                return state, STOP
+            at = int(np.where(near, persons.mean[:, 0], np.inf).argmin())
+            return _with(state, persons, at, "inviting"), Command(say="take part")
+        if state.phase == "inviting":
+            if at >= 0:
+                return _with(state, persons, at, "busy"), Command(say="first question")
+            near = (persons.identity == state.person) & (persons.mean[:, 0] <= self.reach)
+            if near.any():
+                return replace(state, seen=time), STOP
+            left = time - state.seen > self.patience
+            return (State(since=time) if left else state), STOP
+        if state.phase == "busy" and finished:
+            return State("waiting", state.person, since=time), Command(say="thank you")
+        if at >= 0:
+            say = "welcome back" if state.phase == "asking back" else ""
+            return _with(state, persons, at, "busy"), Command(say=say)
+        if state.phase == "busy" and time - state.seen > self.patience:
+            return replace(state, phase="asking back", since=time), Command(say="come back")
+        return _resigned(state, time, self, "waiting"), STOP
 
 
 def roles(
@@ -179,148 +305,11 @@ def roles(
     return np.where(placed & (hypotheses.weight > person), role, NOBODY)
 
 
-def guide(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Command]:
-    """Return what a guide does: go on while the visitor is there, else stop and ask back.
-
-    It waits for a first visitor. When they are away for longer than the patience it stops and asks
-    them to come back; when they are there again it goes on; after a time it gives up.
-
-    Parameters
-    ----------
-    state
-        What it remembers.
-    persons
-        Who is there now.
-    rules
-        The rules.
-
-    Returns
-    -------
-    State
-    Command
-        Where the route leads is not its business: the speed is that along the route.
-
-    Raises
-    ------
-    ValueError
-        If the persons are older than the state.
-    """
-    time, at = _sight(state, persons, rules, "reach")
-    go = Command(speed=rules.speed)
-    if at >= 0:
-        say = "welcome back" if state.phase in ("asking back", "given up") else ""
-        return _with(state, persons, at, "busy"), replace(go, say=say)
-    if state.phase == "busy":
-        if time - state.seen <= rules.patience:
-            return state, go
-        return replace(state, phase="asking back", since=time), Command(say="come back")
-    return _resigned(state, time, rules, "given up"), STOP
-
-
-def follow(state: State, persons: Hypotheses, rules: Rules) -> tuple[State, Command]:
-    r"""Return what a follower does: turn to the person and keep its distance, or stop and ask back.
-
-    .. math:: v = k (r - d), \qquad \omega = k \varphi
-
-    within the largest speeds, v not negative, and 0 while the person is beside or behind. Where
-    the person is comes from the hypotheses, whichever sensor confirms them, so that it may be a
-    back.
-
-    Parameters
-    ----------
-    state
-        What it remembers.
-    persons
-        Who is there now.
-    rules
-        The rules.
-
-    Returns
-    -------
-    State
-    Command
-
-    Raises
-    ------
-    ValueError
-        If the persons are older than the state.
-    """
-    time, at = _sight(state, persons, rules, "reach")
-    if at >= 0:
-        r, phi = persons.mean[at].tolist()
-        turn = float(np.clip(rules.gain * phi, -rules.turn_rate, rules.turn_rate))
-        speed = float(
-            np.clip(rules.gain * (r - rules.gap) * (abs(phi) < np.pi / 2), 0, rules.speed)
-        )
-        say = "welcome back" if state.phase in ("asking back", "given up") else ""
-        return _with(state, persons, at, "busy"), Command(speed, turn, say)
-    if state.phase == "busy" and time - state.seen > rules.patience:
-        return replace(state, phase="asking back", since=time), Command(say="come back")
-    return _resigned(state, time, rules, "given up"), STOP
-
-
-def survey(
-    state: State, persons: Hypotheses, finished: bool, rules: Rules
-) -> tuple[State, Command]:
-    """Return what a poller does: invite, ask, notice who breaks off, call back, begin again.
-
-    Somebody within reach is invited; when they come close they are asked. Who is not close for
-    longer than the patience before the end has broken off and is asked back; when they are close
-    again the survey goes on. After a time, and after the end, the robot waits for the next; the one
-    who has just been there is not invited again.
-
-    Parameters
-    ----------
-    state
-        What it remembers.
-    persons
-        Who is there now.
-    finished
-        Whether the last question has just been answered.
-    rules
-        The rules.
-
-    Returns
-    -------
-    State
-    Command
-
-    Raises
-    ------
-    ValueError
-        If the persons are older than the state.
-    """
-    finished = checks.flag("finished", finished)
-    time, at = _sight(state, persons, rules, "close")
-    if state.phase in ("waiting", "given up"):
-        near = (persons.mean[:, 0] <= rules.reach) & (persons.identity != state.person)
-        if not near.any():
-            return state, STOP
-        at = int(np.where(near, persons.mean[:, 0], np.inf).argmin())
-        return _with(state, persons, at, "inviting"), Command(say="take part")
-    if state.phase == "inviting":
-        if at >= 0:
-            return _with(state, persons, at, "busy"), Command(say="first question")
-        near = (persons.identity == state.person) & (persons.mean[:, 0] <= rules.reach)
-        if near.any():
-            return replace(state, seen=time), STOP
-        left = time - state.seen > rules.patience
-        return (State(since=time) if left else state), STOP
-    if state.phase == "busy" and finished:
-        return State("waiting", state.person, since=time), Command(say="thank you")
-    if at >= 0:
-        say = "welcome back" if state.phase == "asking back" else ""
-        return _with(state, persons, at, "busy"), Command(say=say)
-    if state.phase == "busy" and time - state.seen > rules.patience:
-        return replace(state, phase="asking back", since=time), Command(say="come back")
-    return _resigned(state, time, rules, "waiting"), STOP
-
-
-def _sight(state: State, persons: Hypotheses, rules: Rules, limit: str) -> tuple[float, int]:
+def _sight(state: State, persons: Hypotheses, rules: Behaviours, limit: str) -> tuple[float, int]:
     """Return the time, and the row of the one it is about; -1 if they are not there."""
     checks.instance("state", state, State)
     checks.instance("persons", persons, Hypotheses)
-    checks.instance("rules", rules, Rules)
+    checks.instance("rules", rules, Behaviours)
     time = persons.time
     if time < max(state.seen, state.since):
         raise ValueError(
@@ -344,7 +333,7 @@ def _with(state: State, persons: Hypotheses, at: int, phase: Phase) -> State:
     return State(phase, int(persons.identity[at]), persons.time, since)
 
 
-def _resigned(state: State, time: float, rules: Rules, phase: Phase) -> State:
+def _resigned(state: State, time: float, rules: Behaviours, phase: Phase) -> State:
     """Return the state after another moment of asking somebody back."""
     if state.phase == "asking back" and time - state.since > rules.resigned:
         return replace(state, phase=phase, since=time)

@@ -244,6 +244,22 @@ class SkinState:
         object.__setattr__(self, "clouds", checks.instances("clouds", self.clouds, Cloud))
 
 
+@dataclass(frozen=True, slots=True)
+class SkinInfo:
+    """What an image changed.
+
+    Parameters
+    ----------
+    begun
+        How many clouds began with it; they are the last of the state.
+    ended
+        How many clouds ended: not seen for too long, or where an older one is.
+    """
+
+    begun: int
+    ended: int
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class SkinTracker:
     """Follows what has the colour of skin round the robot.
@@ -339,7 +355,7 @@ class SkinTracker:
         rng: np.random.Generator,
         elapsed: float = 1 / 7.5,
         turned: float = 0.0,
-    ) -> SkinState:
+    ) -> tuple[SkinState, SkinInfo]:
         r"""Return the state after an image: each cloud drawn, moved and weighed; some begin or end.
 
         .. math:: p(z \mid x) \propto \exp(s(x) / \sigma)
@@ -389,6 +405,7 @@ class SkinTracker:
             if moved.missed < self.rules.patience and self._free(phi, taken):
                 clouds.append(moved)
                 taken.append(phi)
+        kept = len(clouds)
         low, high = self.rules.band
         seeds = rng.uniform([-np.pi, low], [np.pi, high], (self.rules.seeds, 2))
         shares = share(seeds)
@@ -400,7 +417,7 @@ class SkinTracker:
                 around = seeds[k] + offsets * rng.normal(size=(self.rules.particles, 2))
                 clouds.append(Cloud(ParticleSet.uniform(self._inside(around))))
                 taken.append(clouds[-1].direction[0])
-        return SkinState(tuple(clouds))
+        return SkinState(tuple(clouds)), SkinInfo(len(clouds) - kept, len(state.clouds) - kept)
 
     def detect(self, state: SkinState) -> Gaussian:
         r"""Return in which directions people seem to be.

@@ -2,9 +2,10 @@
 
 The aggregation knows people about the robot; here its motion comes in, and who never moves is told:
 
-``step(state, detections, pose, rules) -> (PeopleState, PeopleInfo)``
+``PeopleTracker(aggregation, static).step(state, detections, pose) -> (PeopleState, PeopleInfo)``
 
-A robot needs no more: it calls `step` for each reading, with the pose that it takes itself to have.
+A robot needs no more: it calls ``step`` for each reading, with the pose that it takes itself to
+have.
 """
 
 from dataclasses import dataclass, field
@@ -14,28 +15,14 @@ from jaxtyping import Bool, Float
 
 from robot_perception import checks
 from robot_perception.geometry import se2
-from robot_perception.people import aggregation
-from robot_perception.people.aggregation import AggregationInfo, AggregationRules, Hypotheses
+from robot_perception.people.aggregation import (
+    AggregationInfo,
+    AggregationRules,
+    Aggregator,
+    Hypotheses,
+)
 from robot_perception.people.detections import Detections
 from robot_perception.people.trajectories import StaticRules, Stays, watch
-
-
-@dataclass(frozen=True, slots=True)
-class PeopleRules:
-    """How readings are aggregated, and who has stayed in one place for too long.
-
-    Parameters
-    ----------
-    aggregation, static
-        The rules of both.
-    """
-
-    aggregation: AggregationRules = field(default_factory=AggregationRules)
-    static: StaticRules = field(default_factory=StaticRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("aggregation", self.aggregation, AggregationRules)
-        checks.instance("static", self.static, StaticRules)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,11 +53,6 @@ class PeopleState:
         checks.instance("stays", self.stays, Stays)
         object.__setattr__(self, "pose", checks.array("pose", self.pose, (3,)))
 
-    @classmethod
-    def at(cls, pose: Float[np.ndarray, "3"]) -> "PeopleState":
-        """Return what a robot at a pose (3,) knows that has not yet looked."""
-        return cls(Hypotheses.none(), Stays.none(), pose)
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PeopleInfo:
@@ -88,45 +70,60 @@ class PeopleInfo:
     merged: AggregationInfo
 
 
-def step(
-    state: PeopleState, detections: Detections, pose: Float[np.ndarray, "3"], rules: PeopleRules
-) -> tuple[PeopleState, PeopleInfo]:
-    r"""Return what is known after one reading of one sensor.
-
-    Hypotheses are moved by the way that the robot has gone since the last reading,
-    :math:`u = x_{k-1}^{-1} x_k`, aggregated with the reading, and watched from the new pose.
+@dataclass(frozen=True, slots=True)
+class PeopleTracker:
+    """Follows people in the world, and tells who has stayed in one place for too long.
 
     Parameters
     ----------
-    state
-        Before.
-    detections
-        The reading.
-    pose : (3,)
-        Where the robot takes itself to be at it, in the world, m and rad: by its wheels, or
-        better. An error that grows slowly does no harm, as only the way between two readings
-        counts.
-    rules
-        The rules.
-
-    Returns
-    -------
-    PeopleState
-    PeopleInfo
-
-    Raises
-    ------
-    ValueError
-        As `aggregation.step`, or if the pose is not (3,) or not finite.
-
-    References
-    ----------
-    Schaffernicht, Martin, Scheidig and Gross (see `Detections`), sections 3.2 and 4.1.
+    aggregation
+        How readings are joined.
+    static
+        Who stays too long.
     """
-    checks.instance("state", state, PeopleState)
-    checks.instance("rules", rules, PeopleRules)
-    pose = checks.array("pose", pose, (3,))
-    motion = se2.between(state.pose, pose)
-    found, merged = aggregation.step(state.hypotheses, detections, motion, rules.aggregation)
-    stays, static = watch(state.stays, found, pose, rules.static)
-    return PeopleState(found, stays, pose), PeopleInfo(static, merged)
+
+    aggregation: AggregationRules = field(default_factory=AggregationRules)
+    static: StaticRules = field(default_factory=StaticRules)
+
+    def __post_init__(self) -> None:
+        checks.instance("aggregation", self.aggregation, AggregationRules)
+        checks.instance("static", self.static, StaticRules)
+
+    def start(self, pose: Float[np.ndarray, "3"]) -> PeopleState:
+        """Return what a robot at a pose (3,), m and rad, knows that has not yet looked."""
+        return PeopleState(Hypotheses.none(), Stays.none(), pose)
+
+    def step(
+        self, state: PeopleState, detections: Detections, pose: Float[np.ndarray, "3"]
+    ) -> tuple[PeopleState, PeopleInfo]:
+        r"""Return what is known after one reading of one sensor.
+
+        Hypotheses are moved by the way that the robot has gone since the last reading,
+        :math:`u = x_{k-1}^{-1} x_k`, aggregated with the reading, and watched from the new pose.
+
+        Parameters
+        ----------
+        state
+            Before.
+        detections
+            The reading.
+        pose : (3,)
+            Where the robot takes itself to be at it, in the world, m and rad: by its wheels, or
+            better. An error that grows slowly does no harm, as only the way between two readings
+            counts.
+
+        Raises
+        ------
+        ValueError
+            As `Aggregator.step`, or if the pose is not (3,) or not finite.
+
+        References
+        ----------
+        Schaffernicht, Martin, Scheidig and Gross (see `Detections`), sections 3.2 and 4.1.
+        """
+        checks.instance("state", state, PeopleState)
+        pose = checks.array("pose", pose, (3,))
+        motion = se2.between(state.pose, pose)
+        found, merged = Aggregator(self.aggregation).step(state.hypotheses, detections, motion)
+        stays, static = watch(state.stays, found, pose, self.static)
+        return PeopleState(found, stays, pose), PeopleInfo(static, merged)

@@ -1,9 +1,10 @@
 """One cue after the other: a sensor detects, another verifies, as the paper's forerunners do.
 
-``step(verified, hypotheses, directions, reach) -> (verified, chosen)``
+``Verifier(reach).step(verified, hypotheses, directions) -> (verified, chosen)``
 """
 
 from collections.abc import Set
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,49 +14,70 @@ from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import Hypotheses
 
 
-def step(
-    verified: Set[int],
-    hypotheses: Hypotheses,
-    directions: Float[np.ndarray, " d"],
-    reach: float,
-) -> tuple[frozenset[int], Bool[np.ndarray, " n"]]:
-    r"""Return who has been verified by now, and which hypotheses these are.
-
-    A hypothesis is verified by a direction :math:`\psi` with :math:`|\varphi - \psi| \le` the
-    reach, and stays so for as long as its identity lives.
+@dataclass(frozen=True, slots=True)
+class Verifier:
+    """Takes from a sensor that detects whom another one has seen, too.
 
     Parameters
     ----------
-    verified
-        Identities of those who were verified before.
-    hypotheses
-        Of the sensor that detects, n.
-    directions : (d,)
-        In which the other one has seen somebody since the last time, rad.
     reach
-        Largest difference of the two, rad.
-
-    Returns
-    -------
-    frozenset
-        Identities; those of hypotheses that are gone are forgotten.
-    (n,)
-        Which of the hypotheses are verified.
+        Largest difference of their directions, rad.
 
     Raises
     ------
     ValueError
-        If a direction is not finite, or the reach is negative.
+        If the reach is negative.
 
     References
     ----------
     Schaffernicht, Martin, Scheidig and Gross (see `Detections`), section 1, on EXPO-ROBOTS and
     BIRON.
     """
-    checks.instance("verified", verified, Set)
-    checks.instance("hypotheses", hypotheses, Hypotheses)
-    directions = checks.array("directions", directions, ("d",))
-    reach = checks.not_negative("reach", reach)
-    off = np.abs(wrap_angle(hypotheses.mean[:, 1, None] - directions))
-    chosen = (off <= reach).any(axis=1) | np.isin(hypotheses.identity, list(verified))
-    return frozenset(hypotheses.identity[chosen].tolist()), chosen
+
+    reach: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "reach", checks.not_negative("reach", self.reach))
+
+    def start(self) -> frozenset[int]:
+        """Return who has been verified at first: nobody."""
+        return frozenset()
+
+    def step(
+        self,
+        verified: Set[int],
+        hypotheses: Hypotheses,
+        directions: Float[np.ndarray, " d"],
+    ) -> tuple[frozenset[int], Bool[np.ndarray, " n"]]:
+        r"""Return who has been verified by now, and which hypotheses these are.
+
+        A hypothesis is verified by a direction :math:`\psi` with :math:`|\varphi - \psi| \le` the
+        reach, and stays so for as long as its identity lives.
+
+        Parameters
+        ----------
+        verified
+            Identities of those who were verified before.
+        hypotheses
+            Of the sensor that detects, n.
+        directions : (d,)
+            In which the other one has seen somebody since the last time, rad.
+
+        Returns
+        -------
+        frozenset
+            Identities; those of hypotheses that are gone are forgotten.
+        (n,)
+            Which of the hypotheses are verified.
+
+        Raises
+        ------
+        ValueError
+            If a direction is not finite.
+        """
+        checks.instance("verified", verified, Set)
+        checks.instance("hypotheses", hypotheses, Hypotheses)
+        directions = checks.array("directions", directions, ("d",))
+        off = np.abs(wrap_angle(hypotheses.mean[:, 1, None] - directions))
+        chosen = (off <= self.reach).any(axis=1) | np.isin(hypotheses.identity, list(verified))
+        return frozenset(hypotheses.identity[chosen].tolist()), chosen

@@ -5,7 +5,7 @@ import pytest
 
 from robot_perception.chapters.people_fusion import clock, committee, scene
 from robot_perception.chapters.people_sensors.scene import MOMENTS, SHOWN, recording, signals
-from robot_perception.people.aggregation import Hypotheses, step
+from robot_perception.people.aggregation import Aggregator
 
 
 @pytest.fixture(scope="module")
@@ -29,10 +29,11 @@ def test_signals_and_people_are_those_of_the_other_drawings(instants):
 
 def test_the_committee_is_that_of_the_loop_on_the_page(instants):
     """The robot stands; each frame has what all readings until then have made."""
-    known, hypotheses, k = recording(), Hypotheses.none(), 0
+    known, aggregator, k = recording(), Aggregator(committee.RULES), 0
+    hypotheses = aggregator.start()
     for one in instants:
         while known.times[k] <= one.time:
-            hypotheses, _ = step(hypotheses, known.found(k), np.zeros(3), committee.RULES)
+            hypotheses, _ = aggregator.step(hypotheses, known.found(k), np.zeros(3))
             k += 1
         for name in ("mean", "cov", "weight", "identity"):
             ours, theirs = getattr(one.hypotheses, name), getattr(hypotheses, name)

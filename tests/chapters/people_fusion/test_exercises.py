@@ -11,7 +11,12 @@ from robot_perception.chapters.people_fusion.exercises import (
     _never_deletes,
     _weight,
 )
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
+from robot_perception.people.aggregation import (
+    AggregationRules,
+    Aggregator,
+    Hypotheses,
+    SensorRules,
+)
 from robot_perception.people.detections import Detections
 from tests.chapters.exercises import ExerciseTests
 
@@ -55,7 +60,7 @@ def test_the_written_function_is_judged():
 @pytest.mark.parametrize("elapsed", [0.02, 0.1, 1.0])
 def test_the_written_function_is_what_the_aggregation_does(weight, matched, elapsed):
     seen = reading(elapsed, *[(2.0, 0.0)] * matched)
-    after, _ = step(one(weight), seen, np.zeros(3), RULES)
+    after, _ = Aggregator(RULES).step(one(weight), seen, np.zeros(3))
     expected = _weight(weight, matched, elapsed, 0.1, 3.0, 0.3)
     assert expected == pytest.approx(after.weight[0] if len(after) else 0.0)
 
@@ -63,11 +68,11 @@ def test_the_written_function_is_what_the_aggregation_does(weight, matched, elap
 def test_ten_matches_raise_the_weight():
     now = one(0.3)
     for k in range(10):
-        now, _ = step(now, reading(0.1 * (k + 1), (2.0, 0.0)), np.zeros(3), RULES)
+        now, _ = Aggregator(RULES).step(now, reading(0.1 * (k + 1), (2.0, 0.0)), np.zeros(3))
     assert EXERCISES["people-raised"].answer == pytest.approx(now.weight[0])
 
 
 def test_a_hypothesis_is_deleted_after_the_time_of_the_exercise():
     gone = EXERCISES["people-forgotten"].answer
-    assert len(step(one(0.9), reading(gone - 1e-3), np.zeros(3), RULES)[0]) == 1
-    assert len(step(one(0.9), reading(gone + 1e-3), np.zeros(3), RULES)[0]) == 0
+    assert len(Aggregator(RULES).step(one(0.9), reading(gone - 1e-3), np.zeros(3))[0]) == 1
+    assert len(Aggregator(RULES).step(one(0.9), reading(gone + 1e-3), np.zeros(3))[0]) == 0

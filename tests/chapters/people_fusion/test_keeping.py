@@ -17,7 +17,7 @@ from robot_perception.chapters.people_sensors.sessions import (
     Recording,
 )
 from robot_perception.geometry import wrap_angle
-from robot_perception.people.aggregation import Hypotheses, step
+from robot_perception.people.aggregation import Aggregator, Hypotheses
 from tests.chapters.people_fusion.test_studies import run
 from tests.chapters.people_sensors.test_studies import recording
 
@@ -127,7 +127,7 @@ def test_a_hypothesis_lives_on_in_the_one_that_it_is_made_one_with():
     whole = session([BEHIND], 1.0)
     one = whole.means[:1], whole.covs[:1], np.array([1.0])
     found = Hypotheses(*one, np.array([0]), *[np.zeros(1)] * 3, {}, 9)
-    info = step(Hypotheses.none(), whole.found(0), np.zeros(3), committee.RULES)[1]
+    info = Aggregator(committee.RULES).step(Hypotheses.none(), whole.found(0), np.zeros(3))[1]
     united, gone = (replace(info, absorbed=a, removed=r) for a, r in ((((0, 5),), ()), ((), (0,))))
     for infos, kept in (((united, info), [True, True]), ((united, gone), [True, False])):
         story = ((k, found, one) for k, one in enumerate(infos))
@@ -206,7 +206,7 @@ def test_legs_are_hidden_by_a_skirt_or_where_no_beam_meets_them():
 def test_a_tally_counts_the_kind_and_all_hypotheses():
     scene = recording([(2, 0), (2, 0.8)], [(2, 0), (2, 0.8), (4, -0.8)])
     scene = replace(scene, skirt=np.array([True, False]))
-    found = step(Hypotheses.none(), scene.found(0), np.zeros(3), committee.RULES)[0]
+    found = Aggregator(committee.RULES).step(Hypotheses.none(), scene.found(0), np.zeros(3))[0]
     assert sequential.tally(run(scene, found), "hidden") == (1, 1, 3, 1)
 
 

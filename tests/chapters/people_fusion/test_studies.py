@@ -18,7 +18,7 @@ from robot_perception.chapters.people_sensors.sessions import (
     Recording,
 )
 from robot_perception.chapters.people_sensors.witnesses import WALLED
-from robot_perception.people.aggregation import Hypotheses, step
+from robot_perception.people.aggregation import Aggregator, Hypotheses
 from robot_perception.people.detections import polar
 from tests.chapters.people_sensors.test_studies import recording
 
@@ -42,7 +42,7 @@ def run(scene, hypotheses):
 
 def first(scene):
     """Return the hypotheses after the only reading."""
-    return step(Hypotheses.none(), scene.found(0), np.zeros(3), committee.RULES)[0]
+    return Aggregator(committee.RULES).step(Hypotheses.none(), scene.found(0), np.zeros(3))[0]
 
 
 def test_seeds_never_meet():

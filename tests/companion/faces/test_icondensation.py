@@ -39,7 +39,7 @@ def square(u, v, side):
 
 
 def started(rules=RULES):
-    return FaceFilter(rules).start(picture(), square(160, 120, 60), np.random.default_rng(1))
+    return FaceFilter(rules).start(picture(), square(160, 120, 60), rng=np.random.default_rng(1))
 
 
 def test_detections_say_where_to_look_and_not_what_to_believe():
@@ -49,7 +49,7 @@ def test_detections_say_where_to_look_and_not_what_to_believe():
     told = np.array([square(172, 118, 60), square(60, 60, 40)])
     found = []
     for rules in (many, replace(many, steered=0.0)):
-        after, _ = FaceFilter(rules).step(state, image, told, np.random.default_rng(2))
+        after, _ = FaceFilter(rules).step(state, image, told, rng=np.random.default_rng(2))
         found.append((after.particles.mean, np.sqrt(np.diag(after.particles.cov))))
     (steered, wide), (plain, narrow) = found
     np.testing.assert_allclose(steered, plain, atol=0.15 * narrow.max())
@@ -60,7 +60,7 @@ def test_the_weights_of_both_estimate_the_same_evidence():
     many = replace(RULES, particles=20_000, anywhere=0.05)
     state, image = started(many), picture(166, 123, 63)
     logs = [
-        FaceFilter(rules).step(state, image, told, np.random.default_rng(3))[1].log_evidence
+        FaceFilter(rules).step(state, image, told, rng=np.random.default_rng(3))[1].log_evidence
         for rules, told in ((many, square(168, 122, 62)[None]), (many, NONE))
     ]
     assert logs[0] == pytest.approx(logs[1], abs=0.1)
@@ -85,10 +85,10 @@ def test_a_face_that_is_suddenly_elsewhere_is_found_by_a_detection():
     image, told = picture(60, 90, 50), square(61, 91, 50)[None]
     rng = np.random.default_rng(4)
     state = started()
-    steered, info = FaceFilter(RULES).step(state, image, told, rng)
+    steered, info = FaceFilter(RULES).step(state, image, told, rng=rng)
     assert info.steered == 200
     assert np.hypot(*(steered.particles.mean[:2] - (60, 90))) < 8
-    plain, info = FaceFilter(RULES).step(state, image, NONE, rng)
+    plain, info = FaceFilter(RULES).step(state, image, NONE, rng=rng)
     assert info.steered == 0
     assert np.hypot(*(plain.particles.mean[:2] - (60, 90))) > 25  # half a face off
 
@@ -97,17 +97,17 @@ def test_false_detections_do_not_draw_the_filter_away():
     state, rng = started(), np.random.default_rng(5)
     false = np.array([square(40, 40, 50), square(280, 200, 50)])
     for k in range(6):
-        state, info = FaceFilter(RULES).step(state, picture(160 + 3 * k), false, rng)
+        state, info = FaceFilter(RULES).step(state, picture(160 + 3 * k), false, rng=rng)
         assert np.hypot(*(state.particles.mean[:2] - (160 + 3 * k, 120))) < 10
     assert info.effective > 5
 
 
 def test_without_detections_it_is_condensation():
     state = started()
-    one, _ = FaceFilter(RULES).step(state, picture(), NONE, np.random.default_rng(6))
+    one, _ = FaceFilter(RULES).step(state, picture(), NONE, rng=np.random.default_rng(6))
     plain = replace(RULES, steered=0.0)
     told = square(160, 120, 60)[None]
-    other, _ = FaceFilter(plain).step(state, picture(), told, np.random.default_rng(6))
+    other, _ = FaceFilter(plain).step(state, picture(), told, rng=np.random.default_rng(6))
     np.testing.assert_array_equal(one.particles.states, other.particles.states)
     np.testing.assert_array_equal(one.particles.weights, other.particles.weights)
 
@@ -135,10 +135,10 @@ def test_the_box_is_that_of_the_mean():
         (lambda: FaceFilterRules(sides=(90.0, 30.0)), "sides must rise"),
         (lambda: FaceFilterRules(move=0.0), "move must be"),
         (
-            lambda: FaceFilter().step(started(), picture(), np.zeros((1, 4)), RNG),
+            lambda: FaceFilter().step(started(), picture(), np.zeros((1, 4)), rng=RNG),
             "boxes must have",
         ),
-        (lambda: FaceFilter().step(started(), picture()[..., 0], NONE, RNG), "image must be"),
+        (lambda: FaceFilter().step(started(), picture()[..., 0], NONE, rng=RNG), "image must be"),
     ],
 )
 def test_what_is_wrong_is_named(wrong, text):
@@ -161,6 +161,6 @@ def test_a_side_beyond_the_largest_has_no_prior_by_a_jump():
 
 def test_a_share_of_the_walking_particles_jumps():
     rules = replace(RULES, particles=4000, steered=0.0, anywhere=0.25)
-    after, _ = FaceFilter(rules).step(started(rules), picture(), NONE, np.random.default_rng(4))
+    after, _ = FaceFilter(rules).step(started(rules), picture(), NONE, rng=np.random.default_rng(4))
     away = np.hypot(*(after.particles.states[:, :2] - [160, 120]).T) > 60
     assert 0.18 < away.mean() < 0.26

@@ -28,7 +28,7 @@ FAR, VISIBLE = np.ones((2, 5)), np.ones((2, 5), dtype=bool)
 FACE = np.array([28.0, 8.0, 6.0, 6.0])
 RULES = tracker.ArmRules(particles=4, rounds=1, bins=4)
 TRACKER = tracker.ArmTracker(CAMERA, rules=RULES)
-STATE = TRACKER.start(IMAGE, np.random.default_rng(1), face=FACE, pose=REST)
+STATE = TRACKER.start(IMAGE, rng=np.random.default_rng(1), face=FACE, pose=REST)
 EDGE = likelihoods.EdgeCue()
 PATCH = likelihoods.PatchCue(PATCHES, EVEN)
 PICTURE = tracker.Picture(STATE, SEEN, RULES)
@@ -85,7 +85,7 @@ CALLS = {
         4, (0.1, 0.1, 0.2, 0.2), "auxiliary", likelihoods.EdgeRules(), ("colour",), 8, 1, 2.5, 0.35
     ),
     tracker.ArmTracker: lambda: call(CAMERA, Measures(), RULES, tracker.CUES, tracker.BOUNDS),
-    tracker.ArmTracker.start: lambda: call(TRACKER, IMAGE, rng(), face=FACE, pose=REST),
+    tracker.ArmTracker.start: lambda: call(TRACKER, IMAGE, rng=rng(), face=FACE, pose=REST),
     tracker.ArmTracker.step: lambda: call(TRACKER, STATE, LATER, rng=rng()),
     tracker.Picture: lambda: call(STATE, SEEN, RULES),
     tracker.Picture.move: lambda: call(PICTURE, STATES, rng()),

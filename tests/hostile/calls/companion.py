@@ -50,6 +50,7 @@ def rng():
 
 CALLS = {
     boxes.overlap: lambda: call(BOXES, BOXES + 1),
+    boxes.overlap_in_pairs: lambda: call(BOXES, BOXES + 1),
     boxes.crop: lambda: call(GREY, BOX, (6, 5), equalise=True),
     detection.FaceDetector: lambda: call(1.1, 4, 24, 100),
     detection.FaceDetector.find: lambda: call(DETECTOR, GREY, BOX, (24.0, 40.0)),
@@ -80,8 +81,8 @@ CALLS = {
     ),
     icondensation.FaceFilterState: lambda: call(ParticleSet.uniform(PLACED), EVEN[:2]),
     icondensation.FaceFilter: lambda: call(FILTER.rules),
-    icondensation.FaceFilter.start: lambda: call(FILTER, COLOUR, BOX, rng()),
-    icondensation.FaceFilter.step: lambda: call(FILTER, WALKED, COLOUR, BOXES, rng()),
+    icondensation.FaceFilter.start: lambda: call(FILTER, COLOUR, BOX, rng=rng()),
+    icondensation.FaceFilter.step: lambda: call(FILTER, WALKED, COLOUR, BOXES, rng=rng()),
     icondensation.FaceFilter.log_likelihood: lambda: call(FILTER, COLOUR, PLACED, EVEN[:2]),
     features.integral: lambda: call(GREY),
     features.feature_pool: lambda: call(rng(), 4),
@@ -116,8 +117,8 @@ CALLS = {
     ),
     tutor.TutorState: lambda: call(ParticleSet.uniform(STATES), EVEN, 0),
     tutor.TutorTracker: lambda: call(tutor.TutorModel(), FEW),
-    tutor.TutorTracker.start: lambda: call(TUTOR, COLOUR, BOX, rng()),
-    tutor.TutorTracker.step: lambda: call(TUTOR, FOLLOWED, COLOUR, rng()),
+    tutor.TutorTracker.start: lambda: call(TUTOR, COLOUR, BOX, rng=rng()),
+    tutor.TutorTracker.step: lambda: call(TUTOR, FOLLOWED, COLOUR, rng=rng()),
     tutor.TutorTracker.log_likelihood: lambda: call(
         TUTOR, COLOUR, STATES, EVEN, np.ones((40, 50))
     ),

@@ -40,17 +40,18 @@ def nowhere(points: np.ndarray) -> np.ndarray:
 
 
 RULES = aggregation.AggregationRules()
+AGGREGATOR = aggregation.Aggregator(RULES)
 SEEN = Detections(1.0, "laser", people.polar(np.array([1.0, 2]), np.array([0.5, 3]), 0.1, 0.1))
-THERE, _ = aggregation.step(aggregation.Hypotheses.none(), SEEN, np.zeros(3), RULES)
+THERE, _ = AGGREGATOR.step(AGGREGATOR.start(), SEEN, np.zeros(3))
 AGAIN = Detections(1.1, "laser", SEEN.positions)
 STAYS, _ = trajectories.watch(
     trajectories.Stays.none(), THERE, np.zeros(3), trajectories.StaticRules()
 )
 FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
-TRACKED, _ = tracker.step(
-    tracker.PeopleState.at(np.zeros(3)), SEEN, np.zeros(3), tracker.PeopleRules()
-)
+PEOPLE = tracker.PeopleTracker()
+TRACKED, _ = PEOPLE.step(PEOPLE.start(np.zeros(3)), SEEN, np.zeros(3))
+BEHAVIOURS, VERIFIER = behaviours.Behaviours(), verification.Verifier(0.2)
 
 CALLS = {
     Detections: lambda: call(1.0, "laser", NOBODY),
@@ -101,25 +102,29 @@ CALLS = {
     aggregation.Hypotheses.none: call,
     aggregation.Hypotheses.persons: lambda: call(THERE, RULES),
     aggregation.Hypotheses.select: lambda: call(THERE, np.array([True, False])),
-    aggregation.step: lambda: call(THERE, AGAIN, np.array([0.1, 0.0, 0.2]), RULES),
+    aggregation.Aggregator: lambda: call(RULES),
+    aggregation.Aggregator.start: lambda: call(AGGREGATOR),
+    aggregation.Aggregator.step: lambda: call(AGGREGATOR, THERE, AGAIN, np.array([0.1, 0.0, 0.2])),
     aggregation.predict: lambda: call(THERE, 0.1, np.array([0.1, 0.0, 0.2]), 0.5),
     trajectories.trajectories: lambda: call([THERE, THERE], np.ones((2, 3))),
     trajectories.StaticRules: lambda: call(0.4, 20.0),
     trajectories.Stays: lambda: call(STAYS.identity, STAYS.place, STAYS.since),
     trajectories.Stays.none: call,
     trajectories.watch: lambda: call(STAYS, THERE, np.ones(3), trajectories.StaticRules()),
-    tracker.PeopleRules: lambda: call(RULES, trajectories.StaticRules()),
+    tracker.PeopleTracker: lambda: call(RULES, trajectories.StaticRules()),
     tracker.PeopleState: lambda: call(THERE, STAYS, np.ones(3)),
-    tracker.PeopleState.at: lambda: call(np.ones(3)),
-    tracker.step: lambda: call(TRACKED, AGAIN, np.ones(3), tracker.PeopleRules()),
-    verification.step: lambda: call(frozenset({0}), THERE, np.array([0.5, 4.0]), 0.2),
+    tracker.PeopleTracker.start: lambda: call(PEOPLE, np.ones(3)),
+    tracker.PeopleTracker.step: lambda: call(PEOPLE, TRACKED, AGAIN, np.ones(3)),
+    verification.Verifier: lambda: call(0.2),
+    verification.Verifier.start: lambda: call(VERIFIER),
+    verification.Verifier.step: lambda: call(VERIFIER, frozenset({0}), THERE, np.array([0.5, 4.0])),
     scores.Frame: lambda: call(THERE.points, THERE.identity, THERE.points, THERE.identity),
     scores.score: lambda: call([FRAME, FRAME], 0.5),
     scores.gospa: lambda: call(THERE.points, np.ones((3, 2)), 1.0),
     behaviours.State: lambda: call("busy", 0, 1.0, 0.5),
-    behaviours.Rules: lambda: call(3.0, 1.5, 1.0, 3.0, 20.0, 1.0, 0.8, 1.0, 1.0),
+    behaviours.Behaviours: lambda: call(3.0, 1.5, 1.0, 3.0, 20.0, 1.0, 0.8, 1.0, 1.0),
     behaviours.roles: lambda: call(THERE, np.array([True, False]), BUSY, 0.4, 1.2),
-    behaviours.guide: lambda: call(BUSY, THERE, behaviours.Rules()),
-    behaviours.follow: lambda: call(BUSY, THERE, behaviours.Rules()),
-    behaviours.survey: lambda: call(BUSY, THERE, False, behaviours.Rules()),
+    behaviours.Behaviours.guide: lambda: call(BEHAVIOURS, BUSY, THERE),
+    behaviours.Behaviours.follow: lambda: call(BEHAVIOURS, BUSY, THERE),
+    behaviours.Behaviours.survey: lambda: call(BEHAVIOURS, BUSY, THERE, False),
 }

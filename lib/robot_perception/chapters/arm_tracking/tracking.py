@@ -163,7 +163,7 @@ def started(
         face, found = find_face(shown.frames[0]), True
     except ValueError:  # the detector misses some faces, dark ones above all
         face, found = shown.face, False
-    return following.start(shown.frames[0], rng, face=face), found
+    return following.start(shown.frames[0], rng=rng, face=face), found
 
 
 def follow(following: ArmTracker, shown: ArmFilm, seed: int) -> Run:

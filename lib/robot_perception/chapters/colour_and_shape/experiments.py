@@ -164,7 +164,7 @@ def follow(
     if tracker in single:
         seen = single[tracker].start(first, outline)
         for image in film.frames[1:]:
-            seen = single[tracker].step(seen, image)
+            seen, _ = single[tracker].step(seen, image)
             yield seen.outline
         return
     fused = ColourShapeTracker(dynamics, rules)

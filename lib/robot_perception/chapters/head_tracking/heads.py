@@ -284,7 +284,7 @@ def camshift(frames: UInt8[np.ndarray, "n height width 3"], box: Float[np.ndarra
     ring = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     states = [CAMSHIFT.start(frames[0], box[:2] + ring * box[2:])]
     for frame in frames[1:]:
-        states.append(CAMSHIFT.step(states[-1], frame))
+        states.append(CAMSHIFT.step(states[-1], frame)[0])
     low, high = (np.array([f(state.outline, axis=0) for state in states]) for f in (np.min, np.max))
     lost = np.array([state.lost > 0 for state in states])
     return Track(np.hstack([(low + high) / 2, (high - low) / 2]), lost)

@@ -28,9 +28,9 @@ from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import behaviours as acts
-from robot_perception.people.behaviours import MOVES, PHASES, STOP, Command, Rules, State
+from robot_perception.people.behaviours import MOVES, PHASES, STOP, Behaviours, Command, State
 from robot_perception.people.detections import Detections
-from robot_perception.people.tracker import PeopleRules, PeopleState, step
+from robot_perception.people.tracker import PeopleTracker
 from robot_perception.people.trajectories import StaticRules
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.results import kept
@@ -39,9 +39,9 @@ from robot_perception.teaching.verdicts import Accepted
 from robot_perception.walls.scores import distance_to_segments
 
 Kind = Literal["guide", "follow", "survey"]
-RULES = Rules(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
+RULES = Behaviours(close=2.0, patience=2.0, memory=5.0, gap=0.8, speed=0.6)
 """Of the behaviours. A visitor of the world stands up to 1.6 m away; ours, chosen on ``CHOOSE``."""
-BELIEVES = PeopleRules(scaled(committee.RULES, patience=0.4), StaticRules(longest=3.0))
+BELIEVES = PeopleTracker(scaled(committee.RULES, patience=0.4), StaticRules(longest=3.0))
 """The rules of the committee, but who is no longer seen is forgotten sooner: a robot that asks back
 within seconds cannot remember for eight. Chosen on ``CHOOSE``. Who stays in one place for 3 s, and
 is not the one it is about, is furniture; ours."""
@@ -115,7 +115,7 @@ class Story:
 
 @kept
 def told(
-    kind: Kind, seed: int, sensors: tuple[str, ...] = SENSORS, behaves: Rules = RULES
+    kind: Kind, seed: int, sensors: tuple[str, ...] = SENSORS, behaves: Behaviours = RULES
 ) -> Story:
     """Let the world run, with the detectors and the behaviour in it, and return the story.
 
@@ -153,17 +153,17 @@ class _Robot:
     """A robot's detectors, tracker and behaviour, fed with what its sensors and wheels report."""
 
     def __init__(
-        self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Rules, world: World
+        self, kind: Kind, seed: int, sensors: tuple[str, ...], behaves: Behaviours, world: World
     ) -> None:
         self.behaves = replace(behaves, speed=LEADS) if kind == "guide" else behaves
-        never = partial(acts.survey, finished=False)
-        self.act = never if kind == "survey" else getattr(acts, kind)
+        never = partial(self.behaves.survey, finished=False)
+        self.act = never if kind == "survey" else getattr(self.behaves, kind)
         self.senses = Senses(np.random.default_rng([seed, 1]), RING)
         noise = np.random.default_rng([seed, 3])
         self.sensing = Sensing(world.office, world.people, rig(sensors, RING), rng=noise)
         self.map, _ = world.office.section(RIG.ring_height)
         self.pose, self.state = world.now.robot, State()
-        self.tracked, self.still = PeopleState.at(self.pose), np.zeros(0, dtype=bool)
+        self.tracked, self.still = BELIEVES.start(self.pose), np.zeros(0, dtype=bool)
 
     def live(self, before: Moment, now: Moment, rolled: Float[np.ndarray, "3"]) -> Command:
         """Take in what the sensors report between two moments, and return what to do."""
@@ -172,13 +172,13 @@ class _Robot:
             share = (reading.time - before.time) / (now.time - before.time)
             self.pose = se2.compose(start, share * rolled)
             found = self.found(reading)
-            self.tracked, info = step(self.tracked, found, self.pose, BELIEVES)
+            self.tracked, info = BELIEVES.step(self.tracked, found, self.pose)
             self.still = info.static
         self.pose = se2.compose(start, rolled)
         persons = self.tracked.hypotheses.select(self.roles() >= MOVES)
         if persons.time == -np.inf:
             return STOP
-        self.state, command = self.act(self.state, persons, rules=self.behaves)
+        self.state, command = self.act(self.state, persons)
         return command
 
     def place(self) -> Float[np.ndarray, "2"]:
@@ -300,7 +300,7 @@ class Config:
     kind: Kind
     count: int
     sensors: tuple[tuple[str, ...], ...] = (SENSORS,)
-    behaves: Rules = RULES
+    behaves: Behaviours = RULES
 
 
 Stories = list[list[Story]]

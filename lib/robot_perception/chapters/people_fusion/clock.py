@@ -24,7 +24,7 @@ from robot_perception.chapters.people_sensors.scene import CONFIG, recording
 from robot_perception.chapters.people_sensors.sessions import RIG
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people.aggregation import Hypotheses
-from robot_perception.people.tracker import PeopleRules, PeopleState, step
+from robot_perception.people.tracker import PeopleTracker
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING, figure
 from robot_perception.teaching.media import Shown
@@ -62,11 +62,11 @@ def instants() -> list[Instant]:
     session, rng = sessions.staged(CONFIG)
     known, last, found = recording(), {}, []
     ends = np.searchsorted(known.times, TIMES, side="right")
-    rules = PeopleRules(committee.RULES, committee.STATIC)
-    state, room = PeopleState.at(known.reckoned[0]), se2.inverse(session.robot[0])
+    tracker = PeopleTracker(committee.RULES, committee.STATIC)
+    state, room = tracker.start(known.reckoned[0]), se2.inverse(session.robot[0])
     for k, reading in zip(range(ends[-1]), readings(session, RIG, rng=rng), strict=False):
         last[type(reading)] = reading, known.found(k).positions
-        state, _ = step(state, known.found(k), known.reckoned[k], rules)
+        state, _ = tracker.step(state, known.found(k), known.reckoned[k])
         for time in TIMES[ends == k + 1]:
             now = session.at(float(time))
             places = se2.act(room, now.positions)

@@ -16,7 +16,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules
 from robot_perception.people.scores import Frame, gospa, score
-from robot_perception.people.tracker import PeopleRules, PeopleState, step
+from robot_perception.people.tracker import PeopleTracker
 from robot_perception.people.trajectories import StaticRules
 from robot_perception.teaching.studies import Study
 from robot_perception.teaching.tables import Table
@@ -132,10 +132,11 @@ def tracked(config: Config, system: System = System()) -> Tracked:
     taken = [SENSORS.index(sensor) for sensor in system.sensors]
     own = np.flatnonzero(np.isin(recording.sensors, taken)).tolist()
     more = hearing.heard(config, system.ears) if system.ears else ()
-    rules, state = PeopleRules(system.rules, STATIC), PeopleState.at(recording.reckoned[0])
+    tracker = PeopleTracker(system.rules, STATIC)
+    state = tracker.start(recording.reckoned[0])
     judged = []
     for k, found, pose in hearing.joined(recording, own, more):
-        state, info = step(state, found, pose, rules)
+        state, info = tracker.step(state, found, pose)
         if k in row_of:
             judged.append((row_of[k], state.hypotheses, info.static))
     rows, *found = zip(*judged, strict=True)

@@ -6,7 +6,12 @@ import numpy as np
 
 from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, SensorRules, step
+from robot_perception.people.aggregation import (
+    AggregationRules,
+    Aggregator,
+    Hypotheses,
+    SensorRules,
+)
 from robot_perception.people.detections import Detections, polar
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
@@ -48,11 +53,11 @@ def lost_after(weight: float, threshold: float, *patiences: float) -> float:
     one, zero = np.array([[2.0, 0.0]]), np.zeros(1)
     start = np.array([weight]), np.zeros(1, dtype=np.int64), zero, zero, zero
     found = Hypotheses(one, 0.01 * np.eye(2)[None], *start, {"sensor 0": 0.0}, 1)
-    count = 0
+    aggregator, count = Aggregator(rules), 0
     while len(found):
         count += 1
         name = f"sensor {count % len(sensors)}"
-        found, _ = step(found, Detections(count / RATE, name, NOBODY), np.zeros(3), rules)
+        found, _ = aggregator.step(found, Detections(count / RATE, name, NOBODY), np.zeros(3))
     return count / RATE
 
 

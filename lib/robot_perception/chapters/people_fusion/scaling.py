@@ -10,7 +10,7 @@ from robot_perception.chapters.people_fusion.members import STRANGERS
 from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
 from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, exponent
-from robot_perception.people.aggregation import AggregationRules, Hypotheses, step
+from robot_perception.people.aggregation import AggregationRules, Aggregator
 from robot_perception.people.detections import Detections, polar
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
@@ -92,9 +92,10 @@ def pairs(
 ) -> float:
     """Return how many pairs the aggregation compares in a second."""
     sensors = {f"{kind} {copy}": rules.sensors[kind] for kind in SENSORS for copy in range(copies)}
-    rules, known, compared = replace(rules, sensors=sensors), Hypotheses.none(), 0
+    aggregator = Aggregator(replace(rules, sensors=sensors))
+    known, compared = aggregator.start(), 0
     for reading in readings(copies, people, false, rng=rng):
-        known, info = step(known, reading, np.zeros(3), rules)
+        known, info = aggregator.step(known, reading, np.zeros(3))
         compared += info.compared * (reading.time >= SETTLED)
     return compared / COUNTED
 

@@ -18,7 +18,7 @@ from robot_perception.chapters.people_sensors.sessions import (
 from robot_perception.chapters.people_sensors.witnesses import BODY, PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.people.verification import step as verify
+from robot_perception.people.verification import Verifier
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
@@ -79,13 +79,14 @@ def kind_of(recording: Recording, kind: str) -> Bool[np.ndarray, "j p"]:
 
 def verified(run: Tracked) -> Tracked:
     """Return hypotheses of a laser in whose direction the camera has once seen a face."""
-    recording, known = run.recording, frozenset()
+    recording, verifier = run.recording, Verifier(committee.TURN)
+    known = verifier.start()
     camera = np.flatnonzero(recording.sensors == SENSORS.index("camera"))
     times, last, found, static = recording.judged_at[run.rows], -np.inf, [], []
     for time, some, stays in zip(times, run.hypotheses, run.static, strict=True):
         since = camera[(recording.times[camera] > last) & (recording.times[camera] <= time)]
         seen = [recording.found(k).positions.mean[:, 1] for k in since.tolist()]
-        known, chosen = verify(known, some, np.concatenate([*seen, []]), committee.TURN)
+        known, chosen = verifier.step(known, some, np.concatenate([*seen, []]))
         found.append(some.select(chosen))
         static.append(stays[chosen])
         last = time

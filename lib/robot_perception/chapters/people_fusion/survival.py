@@ -20,7 +20,12 @@ from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle
-from robot_perception.people.aggregation import AggregationInfo, AggregationRules, Hypotheses, step
+from robot_perception.people.aggregation import (
+    AggregationInfo,
+    AggregationRules,
+    Aggregator,
+    Hypotheses,
+)
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
@@ -123,7 +128,7 @@ def steps(
 ) -> Iterator[tuple[int, Hypotheses, AggregationInfo]]:
     """Yield the reading, the hypotheses and what became of them, of a robot that stands."""
     for k in rows:
-        found, info = step(found, recording.found(k), np.zeros(3), rules)
+        found, info = Aggregator(rules).step(found, recording.found(k), np.zeros(3))
         yield k, found, info
 
 

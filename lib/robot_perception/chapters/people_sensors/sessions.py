@@ -199,7 +199,7 @@ class Senses:
             found = sonar.detect(reading.ranges, ring.angles, ring.radius, occupied=walls)
             return Detections(reading.time, "sonar", found)
         before, old = self.last
-        self.state = _tracker().step(
+        self.state, _ = _tracker().step(
             self.state,
             reading.image,
             rng=self.rng,

@@ -84,12 +84,12 @@ def followed(
         return kept_detections(shown)
     filter_ = FaceFilter(FILTERS[name])
     rng = np.random.default_rng(seed)
-    state = filter_.start(shown.frames[0], shown.boxes[0, 0], rng)
+    state = filter_.start(shown.frames[0], shown.boxes[0, 0], rng=rng)
     boxes = [state.box]
     for frame, grey in zip(shown.frames[1:], greys(shown)[1:], strict=True):
         steers = filter_.rules.steered > 0 and not blind
         detections = DETECTOR.find(grey) if steers else np.zeros((0, 4))
-        state, _ = filter_.step(state, frame, detections, rng)
+        state, _ = filter_.step(state, frame, detections, rng=rng)
         boxes.append(state.box)
     return np.array(boxes)
 

@@ -11,7 +11,7 @@ from data_synth.companion.canvas import lay, photograph, room
 from robot_perception.chapters.tutor_face.scene import CHOOSING
 from robot_perception.chapters.tutor_following.scene import RULES, SAME, hands
 from robot_perception.chapters.tutor_following.walking import FREE, LAST
-from robot_perception.companion.boxes import overlap
+from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.tutor import TutorModel, TutorRules, TutorTracker
 from robot_perception.datasets import read_boxes, read_image, read_images
 from robot_perception.evaluation.intervals import proportion
@@ -155,15 +155,14 @@ def _followed(
     tracker: TutorTracker, frames: list[np.ndarray], boxes: np.ndarray, rng: np.random.Generator
 ) -> Float[np.ndarray, " n"]:
     """Return how far the tracked head overlaps the true one in each picture."""
-    state = tracker.start(frames[0], boxes[0], rng)
-    found = [1.0]
-    for image, truth in zip(frames[1:], boxes[1:], strict=True):
-        state, _ = tracker.step(state, image, rng)
+    state = tracker.start(frames[0], boxes[0], rng=rng)
+    found = [boxes[0]]
+    for image in frames[1:]:
+        state, _ = tracker.step(state, image, rng=rng)
         x, y, _, s = state.estimate
         left, top, wide, high = HEAD[0] * s
-        box = np.array([x + left, y + top, wide, high])
-        found.append(float(overlap(box[None], truth[None])[0, 0]))
-    return np.array(found)
+        found.append(np.array([x + left, y + top, wide, high]))
+    return overlap_in_pairs(np.array(found), boxes)
 
 
 PHOTOGRAPHS = Recording("hands_hgr1", gestures, Hands, "hands-hgr1")

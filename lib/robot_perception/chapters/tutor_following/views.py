@@ -13,7 +13,7 @@ from robot_perception.chapters.tutor_following import walking
 from robot_perception.chapters.tutor_following.scene import FACES, RULES, SAME, Shot, hands, shot
 from robot_perception.chapters.tutor_following.training import stored, window
 from robot_perception.chapters.tutor_following.visiting import Kind, Moment, moments
-from robot_perception.companion.boxes import overlap
+from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.hands.features import SIZE, feature_pool, feature_values
 from robot_perception.companion.tutor import TutorRules, TutorTracker
 
@@ -94,10 +94,10 @@ def boxes(patches: str, learning: str) -> Float[np.ndarray, "n 4"]:
     """Return where a tracker has the person in each picture of the walk that is shown."""
     shown, rng = walking.film(WALK, "long, whole"), np.random.default_rng([WALK, 1])
     tracker = TutorTracker(PATCHES[patches], LEARNING[learning])
-    state = tracker.start(shown.frames[0], shown.boxes[0], rng)
+    state = tracker.start(shown.frames[0], shown.boxes[0], rng=rng)
     found = [state.box]
     for image in shown.frames[1:]:
-        state, _ = tracker.step(state, image, rng)
+        state, _ = tracker.step(state, image, rng=rng)
         found.append(state.box)
     return np.array(found)
 
@@ -106,8 +106,7 @@ def boxes(patches: str, learning: str) -> Float[np.ndarray, "n 4"]:
 def followed(patches: str, learning: str, time: int) -> Followed:
     """Return a picture of the walk with what a tracker makes of it."""
     shown, found = walking.film(WALK, "long, whole"), boxes(patches, learning)
-    pairs = zip(found, shown.boxes, strict=True)
-    overlaps = np.array([overlap(a[None], b[None])[0, 0] for a, b in pairs])
+    overlaps = overlap_in_pairs(found, shown.boxes)
     return Followed(shown.frames[time], shown.boxes[time], found[time], overlaps, time)
 
 

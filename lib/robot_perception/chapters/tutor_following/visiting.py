@@ -187,7 +187,7 @@ class Robot:
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
         self.faces, self.held, hidden = (), None, False
         if state == "follow":
-            self.followed, info = self.tracker.step(self.followed, image, self.rng)
+            self.followed, info = self.tracker.step(self.followed, image, rng=self.rng)
             hidden = info.hidden
             self.link = Link(self.link.name, SeenFace(_face(self.followed.box), self.link.name))
             left, top, wide, high = self.followed.box
@@ -230,7 +230,7 @@ class Robot:
         """Make ready for a new state: a hand that is up is an old one; begin to track."""
         self.fresh, self.quiet = not self.ask, 0
         if state == "follow":
-            self.followed = self.tracker.start(image, _body(self.link.face.box), self.rng)
+            self.followed = self.tracker.start(image, _body(self.link.face.box), rng=self.rng)
         if state == "wait":
             self.link = None
 

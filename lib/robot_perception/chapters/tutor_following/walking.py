@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from data_synth.companion.walks import OCCLUSIONS, WalkFilm, WalkScene, film_walk
 from robot_perception.chapters.tutor_following.scene import RULES, SAME
-from robot_perception.companion.boxes import overlap
+from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.tutor import (
     PATCHES,
     SILHOUETTE,
@@ -66,13 +66,12 @@ def tracked(
 def overlaps(tracker: TutorTracker, shown: WalkFilm, seed: int) -> Float[np.ndarray, " frames"]:
     """Follow the person of a film and return how far the box overlaps the true one."""
     rng = np.random.default_rng([seed, 1])
-    state = tracker.start(shown.frames[0], shown.boxes[0], rng)
+    state = tracker.start(shown.frames[0], shown.boxes[0], rng=rng)
     found = [state.box]
     for image in shown.frames[1:]:
-        state, _ = tracker.step(state, image, rng)
+        state, _ = tracker.step(state, image, rng=rng)
         found.append(state.box)
-    return np.array([overlap(a[None], b[None])[0, 0]
-                     for a, b in zip(found, shown.boxes, strict=True)])  # fmt: skip
+    return overlap_in_pairs(np.array(found), shown.boxes)
 
 
 def locked(overlap: Float[np.ndarray, "... frames"]) -> Bool[np.ndarray, "..."] | bool:

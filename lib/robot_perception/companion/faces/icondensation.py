@@ -177,7 +177,7 @@ class FaceFilter:
         checks.instance("rules", self.rules, FaceFilterRules)
 
     def start(
-        self, image: Image, box: Float[np.ndarray, " 4"], rng: np.random.Generator
+        self, image: Image, box: Float[np.ndarray, " 4"], *, rng: np.random.Generator
     ) -> FaceFilterState:
         """Return what is known after a picture in which the face is told.
 
@@ -198,6 +198,7 @@ class FaceFilter:
         state: FaceFilterState,
         image: Image,
         boxes: Float[np.ndarray, "n 4"],
+        *,
         rng: np.random.Generator,
     ) -> tuple[FaceFilterState, FaceFilterInfo]:
         """Return what is known after a picture.
