@@ -176,7 +176,7 @@ def orders(ax: Axes, table: Table) -> Axes:
     """Draw how often the robot is in the state in which it should be after each order."""
     for k, name in enumerate(table.rows):
         of = table[name, "right"]
-        ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
+        ax.barh(k, of.estimate, color=MEANING["right"], height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
         ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
     names = [f"{name} → {table[name, 'state']}" for name in table.rows]
