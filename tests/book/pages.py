@@ -1,8 +1,11 @@
 """The prose of the book as a proof-reader gets it: passages, each with its place."""
 
 import ast
+import base64
+import gzip
 import json
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +20,7 @@ NOTEBOOKS = tuple(sorted(BOOK.glob("*.ipynb")))
 PLAIN = tuple(sorted([*BOOK.glob("*.md"), *BOOK.glob("library/*.md")]))
 DRAWN = ("figures.py", "explorers.py", "films.py", "bets.py")
 """Modules of a chapter whose texts stand beside pictures."""
+_STATES = re.compile(r'robotPerception\.register\("explorer-\w+", "([^"]*)"')
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +120,18 @@ def site() -> dict[str, str]:
     if not given:
         return {}
     return {path.stem: path.read_text("utf-8") for path in sorted((ROOT / given).glob("*.html"))}
+
+
+def states() -> dict[str, str]:
+    """Return what explorers of the built site say and draw in all their states, by file."""
+    given = os.environ.get("ROBOT_PERCEPTION_SITE", "")
+    found = {}
+    for path in sorted((ROOT / given / "_static" / "explorers").glob("*.js")):
+        told = _STATES.match(path.read_text("utf-8"))
+        if told:
+            packed = json.loads(gzip.decompress(base64.b64decode(told[1])))
+            found[path.name] = "\n".join(packed["lines"])
+    return found
 
 
 @cache

@@ -11,9 +11,9 @@ _ITEM = re.compile(r"^(\d+)\. ", re.MULTILINE)
 _FENCED = re.compile(r"^(`{3,})(?!\{(?:admonition|dropdown|note)).*?^\1", re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r"\\begin\{(\w+\*?)\}.*?\\end\{\1\}|\$[^$]+\$", re.DOTALL)
 _CODE = re.compile(r"`[^`]+`")
+_NO_NUMBER = re.compile(r"(?<![\w.])[-−+]?(?:nan|NaN|inf)(?![\w.]*\w)")
 _HOLE = re.compile(
-    r"(?<![\w.])[-−+]?(?:nan|NaN|inf)(?![\w.]*\w)|(?<=[a-z\d,;:(] )None\b"
-    r"|\{[a-z_]\w*(?:[.\[][^{}]*)?(?::[^{}]*)?\}"
+    r"(?<=[a-z\d,;:(] )None\b|\{[a-z_]\w*(?:[.\[][^{}]*)?(?::[^{}]*)?\}|" + _NO_NUMBER.pattern
 )
 """None begins a sentence of its own as a word, and stands within another one as a mistake."""
 
@@ -26,6 +26,11 @@ def without_code(text: str) -> str:
 def placeholders(text: str) -> list[str]:
     """Return what stands for a text that is still to be written."""
     return PLACEHOLDER.findall(without_code(text))
+
+
+def numberless(text: str) -> list[str]:
+    """Return what stands for a number and is none."""
+    return _NO_NUMBER.findall(text)
 
 
 def holes(text: str) -> list[str]:

@@ -59,6 +59,13 @@ def test_no_page_shows_a_number_that_is_none_or_a_name_in_its_place(site):
     assert not wrong, wrong
 
 
+def test_no_state_of_an_explorer_says_a_number_that_is_none(site):
+    told = pages.states()
+    assert told
+    wrong = proofreading.report((n, proofreading.numberless(t)) for n, t in told.items())
+    assert not wrong, wrong
+
+
 @pytest.mark.parametrize(
     ("text", "hole"),
     [
@@ -72,6 +79,7 @@ def test_no_page_shows_a_number_that_is_none_or_a_name_in_its_place(site):
 )
 def test_holes_are_found(text, hole):
     assert proofreading.holes(text) == [hole]
+    assert proofreading.numberless(text) == [hole] * hole.lower().endswith(("nan", "inf"))
 
 
 @pytest.mark.parametrize("text", ["Which one changes? None.", "None of them", "a nanometre, info"])
