@@ -101,13 +101,6 @@ def test_what_is_wrong_with_a_cell_is_said_in_words():
     ]
 
 
-def test_captions_name_no_colour_that_the_theme_changes(notebook):
-    for cell in code_cells(notebook):
-        if re.search(r"\b(caption|words)\b", cell.source):
-            named = re.findall(r"\b(?:black|white)\b", cell.source, re.IGNORECASE)
-            assert not named, f"{cell.id}: ink is {named[0]} in one theme only"
-
-
 def test_cell_ids_are_unique_and_notebook_is_valid(notebook):
     nbformat.validate(notebook)
     ids = [cell.id for cell in notebook.cells]

@@ -49,7 +49,7 @@ def comeback() -> Shown:
         "stay on some of them. Right, a plan: a robot that starts beside a taught path joins it "
         "within two metres and follows it round a corner to its end.",
         caption="Left: the camera's picture, with the patterns that are tracked. Right, as seen "
-        "looking up: the taught path (blue) with its key images (dots), the robot's true path "
-        "(black) and where it is in its own mosaic (red). It was put down beside the path and "
+        "looking up: the taught path (blue) with its key images (dots), the robot's true path (the "
+        "thin line) and where it is in its own mosaic (red). It was put down beside the path and "
         "believes the ceiling to be half as high again as it is.",
     )

@@ -167,7 +167,8 @@ def table(result: Result) -> Table:
     basis="substitute",
     statement="Before vectors are taken at a scale s > 1, smoothing the picture by a Gaussian of "
     "σ = s makes them more like those of the model.",
-    paper_value="“convolved with a 2D Gaussian function … if s > 1”",
+    paper_value="“convolved with a 2D Gaussian function … where s^(i) is the predicted scale, if "
+    "s^(i) > 1”",
     method="Patches with detail that shows only when they grow, at twice the size: 1 − C at the "
     "true place with σ = s over 1 − C without smoothing, of a model that was itself smoothed by a "
     "pixel. Ratio of means over patches.",

@@ -194,7 +194,7 @@ def rate_93(found: Mapping[str, Rates], value: Interval) -> Finding:
     method="The same sessions: share of the hypotheses above the threshold for a person that are "
     "false, judged in the same way.",
     accepted=Accepted(
-        0.2, 0.3, "“about a fourth”: nearer to 1/4 than to 1/3 or to 1/6, rounded", "our choice"
+        0.2, 0.3, "“about every fourth”: nearer to 1/4 than to 1/3 or to 1/6, rounded", "our choice"
     ),
     sabotage=Change("so many of its false ones left out that every fourth remains", every_fourth),
     value=lambda found: found["everywhere"].false,

@@ -81,8 +81,8 @@ def hero(ax: Axes) -> Axes:
 @drawn(
     name="following-features",
     alt="Four times the same open hand, each with a large and a smaller rectangle on it.",
-    caption="An open hand, and the first feature of each of the first four stages: how the mean of "
-    "the white rectangle differs from that of the black one.",
+    caption="An open hand, and the first feature of each of the first four stages: how the mean "
+    "within the solid lines differs from that within the dashed ones.",
     cols=4,
     width=7.6,
     height=2.1,
@@ -97,10 +97,12 @@ def features(axes: np.ndarray) -> None:
         ax.set_title(f"stage {k + 1}")
         first = cascade.features[cascade.stages[k].stumps.features[0]]
         for x, y, wide, high, weight in first[first[:, 2] > 0]:
-            colour = "white" if weight > 0 else "black"
+            colour = MEANING["added" if weight > 0 else "taken off"]
             corner, size = (fine * x - 0.5, fine * y - 0.5), (fine * wide, fine * high)
-            filled = (*to_rgb(colour), 0.3)
-            ax.add_patch(Rectangle(corner, *size, lw=2.0, facecolor=filled, edgecolor=colour))
+            ax.add_patch(Rectangle(
+                corner, *size, linewidth=2.0, linestyle="-" if weight > 0 else "--",
+                facecolor=(*to_rgb(colour), 0.3), edgecolor=colour,
+            ))  # fmt: skip
 
 
 @drawn(
@@ -174,7 +176,7 @@ def orders(ax: Axes, table: Table) -> Axes:
     """Draw how often the robot is in the state in which it should be after each order."""
     for k, name in enumerate(table.rows):
         of = table[name, "right"]
-        ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
+        ax.barh(k, of.estimate, color=MEANING["right"], height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
         ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
     names = [f"{name} → {table[name, 'state']}" for name in table.rows]

@@ -135,6 +135,9 @@ MEANING = {
     "key image": ORANGE,
     "chained": OLIVE,
     "adjusted": TEAL,
+    # follow me: brightness that a feature adds, and that it takes off
+    "added": ORANGE,
+    "taken off": BLUE,
 }
 """What a colour stands for, through the whole book; figures name the meaning, never the colour."""
 
