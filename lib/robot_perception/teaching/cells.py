@@ -11,6 +11,7 @@ hash is that of the module's function as long as the two say the same.
 import ast
 import json
 import linecache
+import symtable
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from importlib.util import find_spec
@@ -77,7 +78,7 @@ def code_of(function: Callable[..., Any]) -> str | None:
     that these import (`dependencies.code_digest`).
     """
     texts = sources(function.__module__)
-    return None if texts is None else Definitions(texts).digest(function.__name__)
+    return None if texts is None else Definitions(texts).digest(function.__qualname__)
 
 
 def sources(module: str) -> tuple[str, ...] | None:
@@ -109,35 +110,53 @@ class Definitions:
     ----------
     texts
         Of the cells, in the order in which they were run; what is no Python is passed over,
-        as magics of a notebook are. Of two definitions of a name the last one counts.
+        as magics of a notebook are. Of two definitions of a name the last one counts, and what
+        adds to it since: ``RULES |= …``, ``RULES[…] = …``.
     """
 
     def __init__(self, texts: Sequence[str]) -> None:
-        self._statements: dict[str, ast.stmt] = {}
+        self._statements: dict[str, list[ast.stmt]] = {}
         for text in texts:
             try:
                 tree = ast.parse(text)
             except SyntaxError:
                 continue
             for statement in tree.body:
-                self._statements |= dict.fromkeys(_bound(statement), statement)
+                added = _added_to(statement)
+                for name in _bound(statement) - {added}:
+                    self._statements[name] = [statement]
+                if added is not None:
+                    self._statements.setdefault(added, []).append(statement)
 
-    def reached(self, name: str) -> tuple[dict[str, ast.stmt], set[str]]:
-        """Return the statements on which a definition depends, by name, and modules they import."""
-        statements: dict[str, ast.stmt] = {}
+    def reached(self, name: str) -> tuple[dict[str, list[ast.stmt]], set[str], set[str]]:
+        """Return what a definition depends on: statements by name, what they import, modules.
+
+        Of modules those that are ours; of another notebook's cells, the name as well.
+        """
+        statements: dict[str, list[ast.stmt]] = {}
+        imports: set[str] = set()
         modules: set[str] = set()
         todo = {name}
         while todo:
             one = todo.pop()
-            statement = self._statements.get(one)
-            if statement is None or one in statements:
+            if one not in self._statements or one in statements:
                 continue
-            if isinstance(statement, ast.Import | ast.ImportFrom):
-                modules |= set(_imported(statement, one))
-                continue
-            statements[one] = statement
-            todo |= _read(statement, decorated=one != name)
-        return statements, modules
+            statements[one] = []
+            for statement in self._statements[one]:
+                if isinstance(statement, ast.Import | ast.ImportFrom):
+                    alias = next(alias for alias in statement.names if _as(alias) == one)
+                    imports.add(f"{getattr(statement, 'module', None)} {alias.name} {one}")
+                    modules |= _ours(statement, alias)
+                    continue
+                statements[one].append(statement)
+                todo |= _read(statement, decorated=one != name)
+                inside = (
+                    n for n in ast.walk(statement) if isinstance(n, ast.Import | ast.ImportFrom)
+                )
+                modules |= {
+                    m for node in inside for alias in node.names for m in _ours(node, alias)
+                }
+        return {one: parts for one, parts in statements.items() if parts}, imports, modules
 
     def said(self, name: str) -> str | None:
         """Hash a definition and those that it reaches in the cells, whatever these import."""
@@ -145,10 +164,13 @@ class Definitions:
 
     def keyword(self, name: str, word: str) -> str | None:
         """Hash a keyword of a definition's decorator, and what it reaches in the cells."""
-        decorators = getattr(self._statements.get(name), "decorator_list", ())
-        for node in (node for one in decorators for node in ast.walk(one)):
+        decorators = [
+            getattr(node, "decorator_list", ()) for node in self._statements.get(name, ())
+        ]
+        for node in (node for every in decorators for one in every for node in ast.walk(one)):
             if isinstance(node, ast.keyword) and node.arg == word:
-                reached = [self.said(one) for one in sorted(_read(ast.Expr(node.value)))]
+                names = {one.id for one in ast.walk(node.value) if isinstance(one, ast.Name)}
+                reached = [self.said(one) for one in sorted(names)]
                 return dependencies.hashed(repr((dependencies.meaning(node.value), reached)))
         return None
 
@@ -156,8 +178,9 @@ class Definitions:
         """Hash a definition and what it depends on; ``None`` if there is no such definition."""
         if not self._has(name):
             return None
-        _, modules = self.reached(name)
+        _, imports, modules = self.reached(name)
         lines = self._lines(name)
+        lines += sorted(imports)
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules))
         library = sorted(module for module in modules if not module.startswith(BOOK))
         lines.append(dependencies.code_digest(*library) if library else "")
@@ -167,44 +190,63 @@ class Definitions:
         return name in self._statements
 
     def _lines(self, name: str) -> list[str]:
-        statements, _ = self.reached(name)
+        statements, _, _ = self.reached(name)
         lines = [
             f"{one} {dependencies.meaning(_undecorated(node) if one == name else node)}"
-            for one, node in statements.items()
+            for one, parts in statements.items()
+            for node in parts
         ]
         return sorted(lines)
 
     @staticmethod
     def _of_books(modules: Iterable[str]) -> Iterator[tuple[str, str | None]]:
-        """Yield what other notebooks' definitions depend on, given as ``module:name``."""
+        """Yield what other notebooks' definitions depend on, given as ``module:name``.
+
+        Without a name, all of its definitions.
+        """
         for module in modules:
             if module.startswith(BOOK):
                 stem, _, name = module.removeprefix(BOOK).partition(":")
-                yield module, Definitions(_of_page(stem)).digest(name)
+                cells = Definitions(_of_page(stem))
+                names = [name] if name else sorted(cells._statements)
+                yield module, " ".join(f"{one} {cells.digest(one)}" for one in names)
+
+
+def _tables(node: ast.stmt) -> Iterator[symtable.SymbolTable]:
+    """Yield what Python knows of the names of a statement: of itself, and of functions in it."""
+    todo = [symtable.symtable(ast.unparse(node), "", "exec")]
+    while todo:
+        yield (table := todo.pop())
+        todo += table.get_children()
 
 
 def _bound(statement: ast.stmt) -> set[str]:
     """Return the names that a statement of a module binds."""
-    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        return {statement.name}
-    if isinstance(statement, ast.Import | ast.ImportFrom):
-        return {(alias.asname or alias.name).partition(".")[0] for alias in statement.names}
+    own = next(_tables(statement)).get_symbols()
+    return {name.get_name() for name in own if name.is_assigned() or name.is_imported()}
+
+
+def _added_to(statement: ast.stmt) -> str | None:
+    """Return the name to whose value a statement adds, or of which it sets a part."""
+    if isinstance(statement, ast.AugAssign):
+        target = statement.target
+    elif isinstance(statement, ast.Assign) and not isinstance(statement.targets[0], ast.Name):
+        target = statement.targets[0]
+    else:
+        return None
+    while isinstance(target, ast.Subscript | ast.Attribute):
+        target = target.value
+    return target.id if isinstance(target, ast.Name) else None
+
+
+def _read(statement: ast.stmt, *, decorated: bool) -> set[str]:
+    """Return the names of the module that a statement reads, functions inside it, too."""
     return {
-        node.id
-        for node in ast.walk(statement)
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        name.get_name()
+        for table in _tables(statement if decorated else _undecorated(statement))
+        for name in table.get_symbols()
+        if name.is_referenced() and (name.is_global() or table.get_type() == "module")
     }
-
-
-def _read(statement: ast.stmt, *, decorated: bool = True) -> set[str]:
-    """Return the names that a statement reads, but for those that it binds itself inside."""
-    node = statement if decorated else _undecorated(statement)
-    names = [one for one in ast.walk(node) if isinstance(one, ast.Name)]
-    own: set[str] = set()
-    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-        own = {one.arg for one in ast.walk(node) if isinstance(one, ast.arg)}
-        own |= {one.id for one in names if isinstance(one.ctx, ast.Store)}
-    return {one.id for one in names if isinstance(one.ctx, ast.Load)} - own
 
 
 def _undecorated(statement: ast.stmt) -> ast.stmt:
@@ -212,20 +254,20 @@ def _undecorated(statement: ast.stmt) -> ast.stmt:
     if not isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         return statement
     fields = dict(ast.iter_fields(statement)) | {"decorator_list": []}
-    return type(statement)(**fields)
+    return ast.copy_location(type(statement)(**fields), statement)
 
 
-def _imported(statement: ast.Import | ast.ImportFrom, name: str) -> Iterator[str]:
-    """Yield the module of ours from which an import takes a name."""
-    known = dependencies.modules()
-    for alias in statement.names:
-        if (alias.asname or alias.name).partition(".")[0] != name:
-            continue
-        if isinstance(statement, ast.Import):
-            yield from {alias.name} & known
-        elif statement.module and statement.module.startswith(BOOK):
-            yield f"{statement.module}:{alias.name}"
-        elif f"{statement.module}.{alias.name}" in known:
-            yield f"{statement.module}.{alias.name}"
-        else:
-            yield from {statement.module} & known
+def _as(alias: ast.alias) -> str:
+    """Return the name that an import binds."""
+    return (alias.asname or alias.name).partition(".")[0]
+
+
+def _ours(statement: ast.Import | ast.ImportFrom, alias: ast.alias) -> set[str]:
+    """Return the module of ours from which an import takes a name, if it is one."""
+    known, module = dependencies.modules(), getattr(statement, "module", None)
+    if module is None:
+        return {alias.name} & known
+    if f"{module}.".startswith(BOOK):
+        return {f"{module}.{alias.name}:" if f"{module}." == BOOK else f"{module}:{alias.name}"}
+    whole = f"{module}.{alias.name}"
+    return {whole} if whole in known else {module} & known

@@ -137,12 +137,14 @@ class Trials:
         ------
         TypeError
             If the trial has no such parameter.
+        ValueError
+            If an axis has no or the same level twice.
         """
         known = inspect.signature(self.one).parameters
         for name in changes:
             if name not in known:
                 raise TypeError(f"{self.name} has no {name!r}; it has {', '.join(known)}")
-        axes = {name: _levels(changes.get(name, levels)) for name, levels in self.axes.items()}
+        axes = _axes({name: changes.get(name, levels) for name, levels in self.axes.items()})
         fixed = dict(self.fixed) | {k: v for k, v in changes.items() if k not in self.axes}
         said = ", ".join(f"{name}={_said(value)}" for name, value in changes.items())
         words = f"{self.changed}, {said}" if self.changed else said
@@ -156,16 +158,27 @@ class Trials:
     def trial(self, **where: Any) -> dict[str, Any]:
         """Compute one trial, whatever is recorded, and return replicate, levels and measures."""
         words = dict(self.fixed)
-        if "rng" in inspect.signature(self.one).parameters:
+        if self.draws():
             words["rng"] = self.generator(where[self.replicate])
         return where | dict(self.one(**where, **words))
 
+    def draws(self) -> bool:
+        """Tell whether a trial draws anything that its replicate alone does not decide."""
+        return "rng" in inspect.signature(self.one).parameters
+
     def generator(self, replicate: Any) -> np.random.Generator:
         """Return the generator of a replicate, the same for every combination of factors."""
+        return np.random.default_rng(
+            np.random.SeedSequence(self.seed, spawn_key=self.key(replicate))
+        )
+
+    def key(self, replicate: Any) -> tuple[int, ...]:
+        """Return what tells the generator of a replicate: its place among those declared."""
         declared = self.declared or self.replicates
-        place = declared.index(replicate) if replicate in declared else None
-        key = (place,) if place is not None else (len(declared), int(replicate))
-        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+        if replicate in declared:
+            return (declared.index(replicate),)
+        other = isinstance(replicate, int) and replicate >= 0
+        return len(declared), replicate if other else int(hashed(repr(replicate)), 16)
 
     def run(self, **levels: Any) -> Rows:
         """Compute the trials of some replicates and levels, of all by default, and return rows.
@@ -346,10 +359,7 @@ class Chapter:
         """
         if not axes:
             raise ValueError("a study needs replicates: name them first")
-        levels = {name: _levels(values) for name, values in axes.items()}
-        for name, values in levels.items():
-            if not values or len(set(values)) < len(values):
-                raise ValueError(f"{name} needs levels, each once, got {_said(values)}")
+        levels = _axes(axes)
         declared = levels[next(iter(levels))]
 
         def declare(one: Callable[..., Mapping[str, Any]]) -> Trials:
@@ -370,18 +380,30 @@ def _kept(study: Trials, code: str | None, where: dict[str, Any], *, rng: object
     if code is None:
         return study.trial(**where)
     libraries = [(library, version(library)) for library in LIBRARIES]
-    key = repr((code, libraries, recorded_rows.processor(), study.seed, where, study.fixed))
+    drawn = (study.seed, study.key(where[study.replicate])) if study.draws() else None
+    key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
     file = cache_directory() / "trials" / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):
-        found = json.loads(file.read_text("utf-8"))
-        return {name: np.array(v) if isinstance(v, list) else v for name, v in found.items()}
-    found = study.trial(**where)
-    plain = {name: np.asarray(value).tolist() for name, value in found.items()}
+        return _unplain(json.loads(file.read_text("utf-8")))
+    plain = {name: np.asarray(value).tolist() for name, value in study.trial(**where).items()}
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
         with written(file) as beside:
             beside.write_text(json.dumps(plain), "utf-8")
-    return found
+    return _unplain(plain)
+
+
+def _unplain(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a trial as it is read, so that rows are the same whether it was kept or not."""
+    return {name: np.array(v) if isinstance(v, list) else v for name, v in found.items()}
+
+
+def _axes(axes: Mapping[str, Any]) -> dict[str, tuple]:
+    levels = {name: _levels(values) for name, values in axes.items()}
+    for name, values in levels.items():
+        if not values or len(set(values)) < len(values):
+            raise ValueError(f"{name} needs levels, each once, got {_said(values)}")
+    return levels
 
 
 def _levels(values: Any) -> tuple:
