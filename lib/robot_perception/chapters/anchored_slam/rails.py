@@ -22,13 +22,15 @@ from robot_perception.chapters.monobot.rail import (
     PAPER,
     SIGNS,
     Config,
+    Ends,
     Kind,
     Result,
     covariances,
+    ends,
+    remaining_share,
     sensor,
     total_information,
 )
-from robot_perception.chapters.monobot.steady import Ends, ends, remaining_share
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.slam import monobot

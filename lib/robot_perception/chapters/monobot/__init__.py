@@ -1,3 +1,1 @@
 """The unobservable monobot: Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2."""
-
-STUDIES = ("information", "steady", "many")

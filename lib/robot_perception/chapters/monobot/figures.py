@@ -1,17 +1,18 @@
-"""Drawings of the chapter: results and axes in, axes out."""
+"""Drawings of the chapter: numbers and axes in, axes out.
+
+The runs of an experiment are a namespace with ``positions``, ``measurements``, ``means``,
+``vehicle_errors``, ``landmark_errors`` (runs first), ``deviations`` (measurements × states), and
+``gains`` (steps × vehicle and landmark), as the notebook makes it.
+"""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
-from robot_perception.chapters.monobot import many
-from robot_perception.chapters.monobot.broken import Variant
-from robot_perception.chapters.monobot.information import Plane, Ridge
-from robot_perception.chapters.monobot.rail import FIG3, Result
-from robot_perception.chapters.monobot.steady import Ends
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
 from robot_perception.teaching.figures import drawn
@@ -20,21 +21,21 @@ from robot_perception.teaching.figures.style import MEANING, AxesRow, band, elli
 MEASUREMENTS = "measurements after the first"
 
 VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
-"""What the variants of the filter mean, in the order of `broken.run`."""
+"""What the variants of the filter mean, in the order of the chapter."""
 
 
 # The rail --------------------------------------------------------------------------------------
 
 
-def trajectory(ax: Axes, result: Result, run: int) -> Axes:
+def trajectory(ax: Axes, runs: SimpleNamespace, run: int) -> Axes:
     """Draw one run as in the first column of Fig. 4: true path, estimates with ±2σ, sightings.
 
     A sighting is where one measurement alone, from the true path, puts the first landmark; every
     third is drawn.
     """
-    position, means = result.world.positions[run], result.filtered.means[run]
-    sightings = position + result.world.measurements[run, :, 0]
-    k, reach = np.arange(len(position)), 2 * result.deviations
+    position, means = runs.positions[run], runs.means[run]
+    sightings = position + runs.measurements[run, :, 0]
+    k, reach = np.arange(len(position)), 2 * runs.deviations
     vehicle, landmark, truth = MEANING["robot"], MEANING["landmark"], MEANING["truth"]
     for i, colour, alpha in ((0, vehicle, 0.18), (1, landmark, 0.28)):
         band(ax, k, means[:, i] - reach[:, i], means[:, i] + reach[:, i], colour, alpha=alpha)
@@ -42,7 +43,7 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
     ax.plot(k, position, color=truth, linewidth=1.4)
     ax.plot(k, means[:, 0], color=vehicle, linewidth=1.2)
     ax.plot(k, means[:, 1], color=landmark, linewidth=1.6)
-    ax.axhline(result.config.landmarks_at, color=truth, linewidth=0.8, linestyle="--")
+    ax.axhline(runs.landmarks_at, color=truth, linewidth=0.8, linestyle="--")
     ax.set(xlim=(0, k[-1]), xlabel=MEASUREMENTS, ylabel="position (m)")
     return ax
 
@@ -50,18 +51,19 @@ def trajectory(ax: Axes, result: Result, run: int) -> Axes:
 @drawn(
     alt="Landmark errors of thirty runs. Each line wanders for some measurements, then runs flat, "
     "at its own height, inside a band that does not narrow.",
-    caption=lambda result, **_: (
-        f"{result.config.runs} runs, one of them bold. Band: ±2σ as the filter states it. Each "
-        "error moves for a few measurements, then freezes at a height of its own."
+    caption=lambda runs, **_: (
+        f"{len(runs.landmark_errors)} runs, one of them bold. Band: ±2σ as the filter states it. "
+        "Each error moves for a few measurements, then freezes at a height of its own."
     ),
     height=3.3,
 )
-def error_fan(ax: Axes, result: Result, *, picked: int | None = None) -> Axes:
+def error_fan(ax: Axes, runs: SimpleNamespace, *, picked: int | None = None) -> Axes:
     """Draw the first landmark's error in all runs inside the stated ±2σ, one run picked out."""
-    errors, last = result.landmark_errors[..., 0].T, result.config.steps
+    errors = runs.landmark_errors[..., 0].T
+    last = len(errors) - 1
     # an error freezes: each measurement at first, then every fifth
     times = np.unique([*range(min(last + 1, 25)), *range(0, last + 1, 5), last])
-    colour, stated = MEANING["landmark"], result.deviations[:, 1]
+    colour, stated = MEANING["landmark"], runs.deviations[:, 1]
     style = {"color": colour, "linewidth": 0.9, "alpha": 0.55 if picked is None else 0.4}
     grey = MEANING["expected"]
     _errors(ax, errors, stated, grey, "landmark error (m)", times=times, **style)
@@ -91,9 +93,9 @@ def _errors(
     return ax
 
 
-def gains(ax: Axes, result: Result) -> Axes:
+def gains(ax: Axes, runs: SimpleNamespace) -> Axes:
     """Draw the gains of vehicle and first landmark on that landmark's innovation, as in Fig. 4."""
-    vehicle, landmark = result.gains.T
+    vehicle, landmark = runs.gains.T
     k = np.arange(1, len(vehicle) + 1)
     ax.plot(k, vehicle, color=MEANING["robot"], linewidth=1.5)
     ax.plot(k, landmark, color=MEANING["landmark"], linewidth=1.8)
@@ -109,23 +111,30 @@ def gains(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
+def one_run(axes: AxesRow, runs: SimpleNamespace, run: int) -> AxesRow:
     """Draw one run on two axes (path, landmark error) or four (and vehicle, gains), cleared.
 
     Errors stand inside the stated ±2σ; a dot is where a landmark's began.
     """
     for ax in axes:
         ax.clear()
-    trajectory(axes[0], result, run)
-    errors, colour = result.landmark_errors[run], MEANING["landmark"]
-    _errors(axes[1], errors, result.deviations[:, 1], colour, "landmark error (m)", color=colour)
+    trajectory(axes[0], runs, run)
+    errors, colour = runs.landmark_errors[run], MEANING["landmark"]
+    _errors(axes[1], errors, runs.deviations[:, 1], colour, "landmark error (m)", color=colour)
     began = {"color": colour, "markersize": 5, "clip_on": False}
     axes[1].plot(np.zeros(errors.shape[1]), errors[0], "o", **began)
     if len(axes) > 2:
-        errors, colour = result.vehicle_errors[run, :, None], MEANING["robot"]
-        _errors(axes[2], errors, result.deviations[:, 0], colour, "vehicle error (m)", color=colour)
-        gains(axes[3], result)
+        errors, colour = runs.vehicle_errors[run, :, None], MEANING["robot"]
+        _errors(axes[2], errors, runs.deviations[:, 0], colour, "vehicle error (m)", color=colour)
+        gains(axes[3], runs)
     return axes
+
+
+def watched(axes: AxesRow, state: SimpleNamespace) -> None:
+    """Draw path and landmark error of one run, on scales that all states share."""
+    one_run(axes, state.found, state.run)
+    axes[0].set(ylim=(-2.6, 1.7))
+    axes[1].set(ylim=(-0.32, 0.32))
 
 
 @drawn(
@@ -138,11 +147,11 @@ def one_run(axes: AxesRow, result: Result, run: int) -> AxesRow:
     cols=2,
     height=9.2,
 )
-def fig4(axes: np.ndarray, results: Sequence[Result]) -> np.ndarray:
+def fig4(axes: np.ndarray, results: Sequence[SimpleNamespace]) -> np.ndarray:
     """Draw a run with one landmark and one with more, a column each, as the rows of Fig. 4."""
-    for column, result in zip(axes.T, results, strict=True):
-        one_run(column, result, 0)
-        n = result.config.landmarks
+    for column, runs in zip(axes.T, results, strict=True):
+        one_run(column, runs, 0)
+        n = runs.landmark_errors.shape[-1]
         column[0].set_title("1 landmark" if n == 1 else f"{n} landmarks")
     return common_scales(axes)
 
@@ -156,12 +165,12 @@ def common_scales(axes: np.ndarray) -> np.ndarray:
     return axes
 
 
-def study(axes: AxesRow, result: Result) -> None:
+def study(axes: AxesRow, runs: SimpleNamespace) -> None:
     """Draw the landmark errors of all runs and the gains, on scales that all states share."""
     for ax in axes:
         ax.clear()
-    error_fan.on(axes[0], result)
-    gains(axes[1], result)
+    error_fan.on(axes[0], runs)
+    gains(axes[1], runs)
     for ax in axes:
         ax.locator_params(nbins=5)  # ticks cost more time to draw than the curves
     axes[0].set(ylim=(-0.9, 0.9))
@@ -175,9 +184,8 @@ def study(axes: AxesRow, result: Result) -> None:
     width=4.6,
     height=4.4,
 )
-def first_against_last(ax: Axes, result: Result) -> Axes:
+def first_against_last(ax: Axes, first: np.ndarray, last: np.ndarray) -> Axes:
     """Draw the last error of each run against its first, with the fitted line and the diagonal."""
-    first, last = result.first_errors[:, 0], result.last_errors[:, 0]
     reach = 1.08 * max(np.abs(first).max(), np.abs(last).max())
     ends = np.array([-reach, reach])
     equal, fitted = MEANING["expected"], MEANING["mean"]
@@ -199,9 +207,8 @@ def first_against_last(ax: Axes, result: Result) -> Axes:
     "±2σ range in which an unbiased filter's mean lies.",
     height=3.4,
 )
-def ensemble(ax: Axes, sample: Ends) -> Axes:
+def ensemble(ax: Axes, last: np.ndarray, deviation: float) -> Axes:
     """Draw the mean of the last errors over the first runs, ±2 standard errors, and single runs."""
-    last, deviation = sample.last, sample.deviation
     runs = np.unique(np.geomspace(2, last.size, 200).astype(int))
     half = 2 * deviation / np.sqrt(runs)
     one, mean = MEANING["landmark"], MEANING["mean"]
@@ -259,14 +266,17 @@ def fig3(
 
 @drawn(
     alt="Log-likelihood over start and landmark: a straight ridge along the diagonal.",
-    caption=f"The stronger the colour, the likelier. {FIG3.steps} measurements fix the distance "
-    "between start and landmark; along the arrow (1, 1) nothing changes.",
+    caption=lambda *_, measurements: (
+        f"The stronger the colour, the likelier. {measurements} measurements fix the distance "
+        "between start and landmark; along the arrow (1, 1) nothing changes."
+    ),
     width=4.6,
     height=4.2,
 )
-def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
+def likelihood_ridge(
+    ax: Axes, vehicle: np.ndarray, landmark: np.ndarray, values: np.ndarray, *, measurements: int
+) -> Axes:
     """Draw the log-likelihood over start and landmark, with the direction it is blind to."""
-    vehicle, landmark, values = ridge.vehicle, ridge.landmark, ridge.log_likelihood
     style = {"colors": [MEANING["information"]], "alpha": 0.16}
     for low in (-40, -18, -8, -2, -0.5):  # each region lies in the one before
         ax.contourf(vehicle, landmark, values, levels=[low, 0.1], **style)
@@ -280,7 +290,7 @@ def likelihood_ridge(ax: Axes, ridge: Ridge) -> Axes:
     return ax
 
 
-def plane(ax: Axes, known: Plane, *, reach: float = 5.5) -> Axes:
+def plane(ax: Axes, known: SimpleNamespace, *, reach: float = 5.5) -> Axes:
     """Draw the filter's 2σ ellipse and the 2σ region of the information, on axes cleared first.
 
     The region is a strip where the information is singular; the truth is the middle of the
@@ -347,16 +357,23 @@ def gain_decay(ax: Axes, curves: Mapping[int, tuple[np.ndarray, np.ndarray]]) ->
     width=7.4,
     height=3.4,
 )
-def against_number(axes: AxesRow, result: many.Result) -> None:
-    """Draw both errors against the number of landmarks."""
+def against_number(
+    axes: AxesRow,
+    counts: np.ndarray,
+    measured: np.ndarray,
+    expected: np.ndarray,
+    total: np.ndarray,
+    floor: float,
+) -> None:
+    """Draw the error of one landmark and that of all against the number of landmarks."""
     one, every = axes
-    counts, total, law = result.counts, result.total, MEANING["expected"]
-    one.axhline(result.floor, color=law, linestyle="--", linewidth=1.2)
-    one.semilogx(counts, result.expected, color=law)
-    one.semilogx(counts, result.measured, "o", color=MEANING["landmark"], markersize=5)
-    top = 1.25 * max(result.measured.max(), result.expected.max())
+    law = MEANING["expected"]
+    one.axhline(floor, color=law, linestyle="--", linewidth=1.2)
+    one.semilogx(counts, expected, color=law)
+    one.semilogx(counts, measured, "o", color=MEANING["landmark"], markersize=5)
+    top = 1.25 * max(measured.max(), expected.max())
     one.set(ylim=(0, top), ylabel="error of one landmark (m)")
-    low = result.floor - 0.09 * top
+    low = floor - 0.09 * top
     label(one, counts[0], low, "floor: vehicle's start", law, fontweight=400)
     every.loglog(counts, total, "-", color=MEANING["error"])
     every.loglog(counts, counts * total[-1] / counts[-1], color=law, linestyle="--", linewidth=1.2)
@@ -377,17 +394,19 @@ def against_number(axes: AxesRow, result: many.Result) -> None:
     height=5.8,
     gridspec_kw={"right": 0.64},
 )
-def variants(axes: AxesRow, shown: Sequence[Variant]) -> None:
+def variants(
+    axes: AxesRow, rms: Mapping[str, np.ndarray], nees: Mapping[str, np.ndarray], *, runs: int
+) -> None:
     """Draw error and honesty of each variant; grey is where honesty lies by chance, 95 %."""
     upper, lower = axes
-    chance = average_bounds(1, len(shown[0].errors))
+    chance = average_bounds(1, runs)
     lower.axhspan(*chance, color=MEANING["expected"], alpha=0.25, linewidth=0)
-    for variant, meaning in zip(shown, VARIANTS, strict=True):
-        style = {"color": MEANING[meaning], "label": fill(variant.name, 16, break_on_hyphens=False)}
-        upper.plot(variant.rms, **style)
-        lower.plot(variant.nees, **style)
+    for name, meaning in zip(rms, VARIANTS, strict=True):
+        style = {"color": MEANING[meaning], "label": fill(name, 16, break_on_hyphens=False)}
+        upper.plot(rms[name], **style)
+        lower.plot(nees[name], **style)
     for ax, what in zip(axes, ("landmark error (m)", "squared error / variance"), strict=True):
-        ax.set(xlim=(0, len(variant.rms) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
+        ax.set(xlim=(0, len(rms[name]) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
     lower.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
 

@@ -1,7 +1,8 @@
-"""The robot on the rail, its world and its filter: Figs 3 and 4.
+"""The robot on the rail by the library's world and filter: what `anchored_slam` shares.
 
-Step 0 is the first measurement, which puts the landmarks into the map; every later step first
-moves, then measures.
+The notebook of this chapter has a world and a filter of its own, in sight; the tests compare them
+with these, which stay until `anchored_slam` computes in its notebook, too. Step 0 is the first
+measurement, which puts the landmarks into the map; every later step first moves, then measures.
 """
 
 from dataclasses import dataclass
@@ -12,29 +13,28 @@ from jaxtyping import Float
 
 from data_synth.monobot import RailRuns, Shape, planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
+from robot_perception.evaluation import intervals
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.kalman import Motion, Sensor, fisher_information
 from robot_perception.slam.monobot import (
     MonobotRun,
     Reference,
-    Settled,
     motion,
     run_filter,
     run_referenced,
     sensor_matrix,
-    settled,
 )
 
 PAPER = "perception-issues"
 COUNTS = (1, 2, 5, 10, 20, 50)
 """Numbers of landmarks of Fig. 3; the caption says "various sizes", these are ours."""
-GOLDEN = (1 + 5**0.5) / 2
 Kind = Literal["none", "anchor", "external sensor"]
 SIGNS: dict[Kind, Literal[-1, 1]] = {"anchor": -1, "external sensor": 1}
 """The first entry of the reference's row: eq. (20) and eq. (23)."""
 ORIGIN = 0.0
 """Where anchor and sensor stand, m: the anchor by the caption of Fig. 5."""
 DECIMALS = 12
-"""What is recorded of numbers near zero: further ones are rounding and differ by processor."""
+"""Of numbers near zero; further ones are rounding and differ by processor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +45,7 @@ class Config:
     one place (1 m in its text); where the robot believes that it starts (−1 m in its text); the
     commanded path, in Fig. 4 a sinusoid that returns, whose reach is ours. Noise of the true start
     about the believed one (1 in Fig. 3, ours in Fig. 4); of a move and of a measurement, each a
-    constant part and a share of the commanded or planned distance, and a factor for the first
-    measurement, which puts the landmarks into the map.
+    constant part and a share of the commanded or planned distance.
 
     A reference is read after each move, as well as the landmark, or with a constant deviation and a
     share of the planned distance to it; the filter believes it ``misplaced`` by so much.
@@ -64,7 +63,6 @@ class Config:
     motion_share: float = 0.0
     measurement_deviation: float = 1.0
     measurement_share: float = 0.0
-    first_measurement_factor: float = 1.0
     reference: Kind = "none"
     reference_deviation: float | None = None
     reference_share: float = 0.0
@@ -84,9 +82,7 @@ class Config:
     def measurement_deviations(self) -> Float[np.ndarray, "measurements n"]:
         """Standard deviation of each measurement, m."""
         share = self.measurement_share * np.abs(self.landmarks_at - self.plan)
-        deviation = self.measurement_deviation + share
-        deviation[0] *= self.first_measurement_factor
-        return np.tile(deviation[:, None], self.landmarks)
+        return np.tile((self.measurement_deviation + share)[:, None], self.landmarks)
 
     @property
     def reference_deviations(self) -> Float[np.ndarray, "steps"]:
@@ -123,6 +119,26 @@ class Result:
     config: Config
     world: RailRuns
     filtered: MonobotRun
+
+    @property
+    def positions(self) -> Float[np.ndarray, "runs measurements"]:
+        """True positions of the vehicle, m."""
+        return self.world.positions
+
+    @property
+    def measurements(self) -> Float[np.ndarray, "runs measurements n"]:
+        """Measured distances to the landmarks, m."""
+        return self.world.measurements
+
+    @property
+    def means(self) -> Float[np.ndarray, "runs measurements states"]:
+        """Estimates, vehicle first, m."""
+        return self.filtered.means
+
+    @property
+    def landmarks_at(self) -> float:
+        """Where all landmarks stand, m."""
+        return self.config.landmarks_at
 
     @property
     def vehicle_errors(self) -> Float[np.ndarray, "runs measurements"]:
@@ -168,16 +184,6 @@ def simulate(config: Config, *, rng: np.random.Generator) -> RailRuns:
     )
 
 
-def run(config: Config, *, rng: np.random.Generator) -> Result:
-    """Simulate a study and filter it."""
-    world, values = simulate(config, rng=rng), None
-    if config.reference != "none":
-        draws = rng.standard_normal((config.runs, config.steps))
-        there = SIGNS[config.reference] * (world.positions[:, 1:] - ORIGIN)
-        values = config.reference_deviations * draws + there
-    return Result(config, world, refilter(config, world, values))
-
-
 def refilter(config: Config, world: RailRuns, values: np.ndarray | None = None) -> MonobotRun:
     """Filter a world with the noise that ``config`` believes in, which need not be the true one.
 
@@ -214,11 +220,6 @@ def total_information(config: Config) -> Float[np.ndarray, "steps states states"
     return fisher_information(sensor(config), covariances(config).innovation_covs[0])
 
 
-def limit(landmarks: int) -> Settled:
-    """Return where the filter of Fig. 3 settles, in closed form at P0 = V = W = 1 m²."""
-    return settled(landmarks, start_variance=1, motion_variance=1, measurement_variance=1)
-
-
 def _filtered(
     config: Config, commands: np.ndarray, measurements: np.ndarray, values: np.ndarray | None
 ) -> MonobotRun:
@@ -232,3 +233,30 @@ def _filtered(
     variance, believed = config.reference_deviations**2, ORIGIN + config.misplaced
     reference = Reference(SIGNS[config.reference], values, variance, believed)
     return run_referenced(*given, reference, **noises)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ends:
+    """Errors of the first landmark in all runs, the first and the last, m."""
+
+    config: Config
+    first: Float[np.ndarray, "runs"]
+    last: Float[np.ndarray, "runs"]
+
+    @property
+    def explained(self) -> Interval:
+        """Share of the variance of the last error that the first one explains."""
+        return intervals.explained(self.first.round(DECIMALS), self.last.round(DECIMALS))
+
+
+def ends(result: Result) -> Ends:
+    """Keep the ends of a study: its errors take a hundred times the place."""
+    first, last = (result.landmark_errors[:, k, 0].copy() for k in (0, -1))
+    return Ends(result.config, first, last)
+
+
+def remaining_share(sample: Ends) -> Interval:
+    """Return the measured mean square of the last error over the stated variance of the first."""
+    first = covariances(sample.config).deviations[0, 0, 1]
+    root = intervals.root_mean_square(sample.last / first)
+    return Interval(root.estimate**2, root.low**2, root.high**2, "", root.about)
