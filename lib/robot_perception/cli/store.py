@@ -1,4 +1,4 @@
-"""``robot-perception store``: compute the stored results of the real recordings anew."""
+"""``robot-perception store``: compute the stored results of recordings and long runs anew."""
 
 import click
 
@@ -18,7 +18,7 @@ def store(
     dask: str | None,
     ray: str | None,
 ) -> None:
-    """Recompute the stored results of the real recordings and write them beside the ledger.
+    """Recompute the stored results of real recordings and long runs; write them beside the ledger.
 
     After a change of code that should change no result, --keys leaves what is stored as it is and
     says which results have changed after all.
@@ -28,13 +28,14 @@ def store(
     from robot_perception import chapters
 
     try:
-        found = chapters.recordings(stems or chapters.CHAPTERS)
+        stems = stems or chapters.CHAPTERS
+        found = (*chapters.recordings(stems), *chapters.states(stems))
         known = [recording.store for recording in found]
         unknown = sorted(set(names) - set(known))
         if unknown:
             raise ValueError(f"no stored result {unknown[0]!r}; there are {', '.join(known)}")
         with working(workers, dask, ray):
-            for recording in tqdm(found, desc="recordings", unit="recording", disable=None):
+            for recording in tqdm(found, desc="results", unit="result", disable=None):
                 if not names or recording.store in names:
                     click.echo(_renew(recording) if keys else _store(recording))
     except (ValueError, OSError) as error:
@@ -49,9 +50,8 @@ def _store(recording) -> str:
         file = recording.write()
     except DatasetMissing:
         return f"{recording.store}: kept as it is, {recording.dataset} is not on this computer"
-    return (
-        f"{recording.store}: computed from {recording.dataset}, {file.stat().st_size / 1e3:.0f} kB"
-    )
+    source = getattr(recording, "dataset", "seeds")  # a simulated run has no data set
+    return f"{recording.store}: computed from {source}, {file.stat().st_size / 1e3:.0f} kB"
 
 
 def _renew(recording) -> str:

@@ -21,7 +21,7 @@ from robot_perception.chapters.colour_and_shape.snakes import (
 from robot_perception.teaching.controls import choice, slider
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import figure, image_axes
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 # One iteration -----------------------------------------------------------------------------------
 
@@ -68,7 +68,7 @@ MANY = (5, 20, 50, 100)
 NOISES = (0.0, 0.5, 1.0, 2.0)
 
 
-@kept
+@recorded("shape-grid")
 def grid() -> Float[np.ndarray, "many noises frames"]:
     """Return the overlap with the truth by N, noise and frame, from the second frame on."""
     world, seed = FILM
@@ -157,7 +157,7 @@ class Slid:
         )
 
 
-@kept
+@recorded("shape-shell")
 def scene() -> Case:
     """Return the frame that the explorer shows."""
     config = Config(films=CHOOSING[-1:], frames=(SHELL,))

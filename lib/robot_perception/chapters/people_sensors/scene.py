@@ -12,7 +12,7 @@ from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Conf
 from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2
 from robot_perception.people.detections import Detections
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 CONFIG = Config(43, duration=30.0)
 """The session of the pages; none of those that are learnt on, chosen on, or scored."""
@@ -41,7 +41,7 @@ class Signals:
     posts: Float[np.ndarray, "c 3"]
 
 
-@kept
+@recorded("people-signals")
 def signals() -> Signals:
     """Return the signals of the session of the pages: the same noise, the same readings."""
     session, rng = sessions.staged(CONFIG)
@@ -67,6 +67,7 @@ def signals() -> Signals:
     )
 
 
+@recorded("people-session")
 def recording() -> Recording:
     """Return what the detectors reported in the session of the pages, with the truth."""
     return sessions.record(CONFIG)
