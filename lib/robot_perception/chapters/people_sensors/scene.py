@@ -13,6 +13,7 @@ from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2
 from robot_perception.people.detections import Detections
 from robot_perception.teaching.recorded import recorded
+from robot_perception.teaching.results import kept
 
 CONFIG = Config(43, duration=30.0)
 """The session of the pages; none of those that are learnt on, chosen on, or scored."""
@@ -41,7 +42,7 @@ class Signals:
     posts: Float[np.ndarray, "c 3"]
 
 
-@recorded("people-signals")
+@kept
 def signals() -> Signals:
     """Return the signals of the session of the pages: the same noise, the same readings."""
     session, rng = sessions.staged(CONFIG)
