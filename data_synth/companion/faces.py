@@ -229,7 +229,7 @@ def _bump(x: np.ndarray, y: np.ndarray, at: tuple, wide: float, high: float) -> 
     return np.exp(-(((x - at[0]) / wide) ** 2) - ((y - at[1]) / high) ** 2)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)  # of 2 MB each
 def _head(
     who: FaceIdentity, smile: float, opened: float, closed: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

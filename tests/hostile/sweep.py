@@ -174,6 +174,8 @@ def _calls(
             bound = signature.bind(*args, **kwargs)
             before = bound.arguments.get(parameter.name, parameter.default)
             value = dict(values(before))[label]
+            if value is before:  # an object without numbers, times a factor: the valid call again
+                continue
             several = parameter.kind is parameter.VAR_POSITIONAL
             bound.arguments[parameter.name] = (value,) if several else value
             ordered = {p: bound.arguments[p] for p in signature.parameters if p in bound.arguments}

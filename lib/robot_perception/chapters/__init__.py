@@ -8,9 +8,11 @@ that names its modules in ``STUDIES``. Recordings are found in its module ``reco
 from collections.abc import Iterable
 from importlib import import_module
 from importlib.util import find_spec
+from pkgutil import iter_modules
 from types import ModuleType
 
 from robot_perception.teaching.cells import BOOK
+from robot_perception.teaching.recorded import Recorded
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.studies import Claim, claims_in
 from robot_perception.teaching.trials import Trials
@@ -109,3 +111,21 @@ def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:
             values = vars(import_module(name)).values()
             found += [value for value in values if isinstance(value, Recording)]
     return tuple(found)
+
+
+def states(stems: Iterable[str] = CHAPTERS) -> tuple[Recorded, ...]:
+    """Return the functions of chapters of which some results are stored with the book.
+
+    Raises
+    ------
+    ValueError
+        If the book has no such chapter.
+    """
+    found: dict[str, Recorded] = {}
+    for stem in stems:
+        studies(stem)  # an unknown chapter is an error, not an empty answer
+        package = import_module(f"{__name__}.{stem}")
+        for module in iter_modules(package.__path__, f"{package.__name__}."):
+            values = vars(import_module(module.name)).values()
+            found |= {value.store: value for value in values if isinstance(value, Recorded)}
+    return tuple(found.values())

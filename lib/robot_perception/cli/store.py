@@ -1,4 +1,4 @@
-"""``robot-perception store``: compute rows of studies and stored results of recordings anew."""
+"""``robot-perception store``: compute rows, long runs and results of recordings anew."""
 
 import click
 
@@ -26,7 +26,7 @@ def store(
     dask: str | None,
     ray: str | None,
 ) -> None:
-    """Compute what the book has stored: rows of studies, and results of the real recordings.
+    """Compute what the book has stored: rows of studies, long runs, results of real recordings.
 
     Rows whose code and trials have not changed stay; so do trials that this computer has computed
     before. After a change of code that should change no result, --keys leaves what is stored as it
@@ -37,8 +37,9 @@ def store(
     from robot_perception import chapters
 
     try:
-        studies = chapters.trials(stems or chapters.CHAPTERS)
-        found = chapters.recordings(stems or chapters.CHAPTERS)
+        stems = stems or chapters.CHAPTERS
+        studies = chapters.trials(stems)
+        found = (*chapters.recordings(stems), *chapters.states(stems))
         known = [*dict.fromkeys(_name(one) for one in (*studies, *found))]
         unknown = sorted(set(names) - set(known))
         if unknown:
@@ -92,9 +93,8 @@ def _store(recording) -> str:
         file = recording.write()
     except DatasetMissing:
         return f"{recording.store}: kept as it is, {recording.dataset} is not on this computer"
-    return (
-        f"{recording.store}: computed from {recording.dataset}, {file.stat().st_size / 1e3:.0f} kB"
-    )
+    source = getattr(recording, "dataset", "seeds")  # a simulated run has no data set
+    return f"{recording.store}: computed from {source}, {file.stat().st_size / 1e3:.0f} kB"
 
 
 def _renew(recording) -> str:

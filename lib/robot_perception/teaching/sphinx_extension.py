@@ -32,7 +32,7 @@ from sphinx.util import logging
 from robot_perception.evaluation.sweep import WORKERS
 from robot_perception.files import written
 from robot_perception.teaching import source_pages
-from robot_perception.teaching.dependencies import ROOT, Dependencies
+from robot_perception.teaching.dependencies import ROOT, Dependencies, code
 from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 from robot_perception.teaching.formulas import with_mathml
@@ -131,8 +131,16 @@ def _expire(
 
 
 def _execute(app: Sphinx, env: BuildEnvironment, names: list[str]) -> None:
-    """Execute the pages that will be read, the landing page last: it shows what others compute."""
-    pages = sorted(env.page_keys.keys() & set(names), key=lambda n: (n == env.config.root_doc, n))
+    """Execute the pages that will be read, those with most cells first: workers end together.
+
+    The landing page comes last: it shows what others compute.
+    """
+
+    def place(name: str) -> tuple[bool, int, str]:
+        cells = len(code(Path(env.doc2path(name))))
+        return name == env.config.root_doc, -cells, name
+
+    pages = sorted(env.page_keys.keys() & set(names), key=place)
     if not pages:
         return
     workers = effective_n_jobs(int(os.environ.get(WORKERS, "1")))

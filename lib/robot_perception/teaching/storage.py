@@ -23,7 +23,7 @@ _ENDING = re.compile(r"(\.npy|(\.grey)?\.webp)$")
 _STAMP = (1980, 1, 1, 0, 0, 0)  # the least that zip can say: files must not differ by their hour
 
 
-def save(path: Path | str, result: Any) -> dict[str, str]:
+def save(path: Path | str, result: Any, *, finite: bool = True) -> dict[str, str]:
     """Store a dataclass, whole or not at all; return a summary of each stored part, in words.
 
     Raises
@@ -31,13 +31,15 @@ def save(path: Path | str, result: Any) -> dict[str, str]:
     TypeError
         If the result is no dataclass, or a part cannot be stored.
     ValueError
-        If a number is not finite.
+        If a number is not finite where they are to be ``finite``.
     OSError
         If the file cannot be written.
     """
     if not is_dataclass(result) or isinstance(result, type):
         raise TypeError(f"a result is a dataclass, got {type(result).__name__}")
     parts = dict(_flat(result, ""))
+    if finite:
+        _check_finite(parts)
     with (
         written(path) as beside,
         zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive,
@@ -110,10 +112,14 @@ def _flat(value: Any, name: str, webp: int | None = None) -> Iterator[tuple[str,
         array = np.asarray(value)
         if array.dtype.kind not in "fiubU":
             raise TypeError(f"{name[1:]} cannot be stored: {type(value).__name__}, {array.dtype}")
+        yield name[1:], (array, webp)
+
+
+def _check_finite(parts: Mapping[str, tuple[np.ndarray, int | None]]) -> None:
+    for name, (array, _) in parts.items():
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             bad = np.count_nonzero(~np.isfinite(array))
-            raise ValueError(f"{name[1:]} must be finite, got {bad} of {array.size} that are not")
-        yield name[1:], (array, webp)
+            raise ValueError(f"{name} must be finite, got {bad} of {array.size} that are not")
 
 
 def _bytes(array: np.ndarray, webp: int | None) -> bytes:

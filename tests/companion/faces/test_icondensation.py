@@ -44,7 +44,7 @@ def started(rules=RULES):
 
 def test_detections_say_where_to_look_and_not_what_to_believe():
     """With many particles the steered and the plain filter have the same mean and spread."""
-    many = replace(RULES, particles=20_000, anywhere=0.05)
+    many = replace(RULES, particles=8_000, anywhere=0.05)
     state, image = started(many), picture(166, 123, 63)
     told = np.array([square(172, 118, 60), square(60, 60, 40)])
     found = []
@@ -57,7 +57,7 @@ def test_detections_say_where_to_look_and_not_what_to_believe():
 
 
 def test_the_weights_of_both_estimate_the_same_evidence():
-    many = replace(RULES, particles=20_000, anywhere=0.05)
+    many = replace(RULES, particles=8_000, anywhere=0.05)
     state, image = started(many), picture(166, 123, 63)
     logs = [
         FaceFilter(rules).step(state, image, told, rng=np.random.default_rng(3))[1].log_evidence

@@ -10,6 +10,7 @@ HALL = hall.make_hall(np.random.default_rng(0), length=5.0, width=5.0, clutter=2
 PERSON = faces.make_identity(np.random.default_rng(0))
 CLOTHES = walking.make_clothes(np.random.default_rng(0))
 GREY = (0.3, 0.3, 0.3)
+PLASTER = np.full((2, 3, 3), 0.3, dtype=np.float32)
 VISITOR = visits.make_visitor(np.random.default_rng(0))
 VISIT = visits.make_visit(np.random.default_rng(0), brief=True)
 
@@ -21,7 +22,7 @@ def rng():
 CALLS = {
     hall.RobotCamera: lambda: call(60.0, (24, 32), 1.3),
     hall.RobotCamera.project: lambda: call(CAMERA, 2.0, 0.1, 1.0),
-    hall.Hall: lambda: call(5.0, 5.0, HALL.walls, HALL.floor, 3.0),
+    hall.Hall: lambda: call(5.0, 5.0, (PLASTER,) * 4, PLASTER, 3.0),
     hall.Hall.view: lambda: call(HALL, np.array([2.0, 2.0, 0.3]), CAMERA),
     hall.make_hall: lambda: call(rng(), length=5.0, width=4.5, clutter=2),
     faces.FaceIdentity: lambda: call((0.0,) * 16, GREY, GREY, 0.1, False, 1),

@@ -16,7 +16,7 @@ from robot_perception.geometry import wrap_angle
 from robot_perception.slam import planar
 from robot_perception.slam.observability import gauge_directions, information_along
 from robot_perception.slam.planar import History, MapBelief, Step
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.tables import Table
 
 Filter = Literal["plain", "first estimates", "ideal"]
@@ -164,7 +164,7 @@ def claimed_information(
     return np.array(list(claimed))
 
 
-@kept
+@recorded("anchored-starts", (((1, 3, 10),),))
 def start_table(degrees: tuple[float, ...]) -> Table:
     """Return what the plain filter invents, by how well its start heading is known (1σ, °)."""
     rows = {}

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -15,12 +16,14 @@ from robot_perception.chapters.arm_tracking.timing import recorded_row
 from robot_perception.chapters.arm_tracking.tracking import (
     CAMERA,
     HELD,
+    Run,
     film,
     find_face,
     started,
     tracked,
     tracker,
 )
+from robot_perception.teaching.recorded import recorded
 
 POINTS, GESTURES = CHOOSING[9], CHOOSING[17]
 """Seeds of the films that are shown; none that is scored."""
@@ -31,6 +34,12 @@ FILTERS = ("auxiliary", "condensation", "importance")
 COUNTS = (50, 200, 800)
 SCENES = {"bare wall": "gesturing, plain", "clutter": CLUTTER}
 WAYS = ("all cues", "contours only", "no patches", "no motion")
+RUNS = (
+    (POINTS, PLAIN, WAYS[0], FILTERS[0], 400),
+    *product((GESTURES,), SCENES.values(), WAYS, FILTERS[:1], (400,)),
+    *product((GESTURES,), (SCENES["bare wall"],), WAYS[:1], FILTERS, COUNTS),
+)
+"""Seed, scene, cues, filter and particles of all that is shown."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,6 +94,12 @@ def body(seed: int, scene: str) -> BodyModel:
     return BodyModel.from_face(face, CAMERA)
 
 
+@recorded("arms-followed", RUNS)
+def followed(seed: int, scene: str, way: str, filter: str, particles: int) -> Run:
+    """Return what a tracker makes of a film that is shown."""
+    return tracked(seed, scene, way, filter, particles, FRAMES)
+
+
 @lru_cache(maxsize=512)
 def moment(
     seed: int, scene: str, time: int, way: str = "all cues", filter: str = "auxiliary",
@@ -92,7 +107,7 @@ def moment(
 ) -> Tracked:  # fmt: skip
     """Return a picture of a film with what a tracker makes of it."""
     shown = film(seed, scene, FRAMES)
-    run = tracked(seed, scene, way, filter, particles, FRAMES)
+    run = followed(seed, scene, way, filter, particles)
     model = body(seed, scene)
     state = run.states[time][None]
     contours = model.contours(state)

@@ -226,11 +226,11 @@ def quotients(ax: Axes, state: scene.Placed) -> None:
     ax.set_title(f"B A⁻¹ is {state.off(chaining.OVER):.1f} m off")
 
 
-def filmed(axes: np.ndarray, found, images, k: int) -> None:
+def filmed(axes: np.ndarray, found, image: np.ndarray, k: int) -> None:
     """Draw the camera's picture with its patterns, and the plan beside it; axes cleared first."""
     left, right = axes
     left.clear()
-    photo(left, images[k])
+    photo(left, image)
     windows(left, found.sightings[k], MEANING["ceiling pattern"])
     left.set_title(f"{0.1 * k:4.1f} s, key image {min(found.key[k] + 1, len(found.keys))}")
     right.clear()

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from data_synth.ceiling import CeilingCamera
@@ -20,20 +19,14 @@ EVERY = 2
 PLACES = (0.005, 0.01, 0.49, 0.9), (0.505, 0.01, 0.49, 0.9)
 
 
-def views(found: Replay) -> list[np.ndarray]:
-    """Return what the camera saw at each pose, without its noise."""
-    eye = CeilingCamera(runs.ceiling(scene.SHOWN, side=runs.ROOM), MOUNT)
-    return [eye.image(pose) for pose in found.driven]
-
-
 def frames(found: Replay, every: int = EVERY) -> Iterator[Figure]:
     """Yield frames: the camera's picture, and the plan beside it, on one clock."""
-    images = views(found)
+    eye = CeilingCamera(runs.ceiling(scene.SHOWN, side=runs.ROOM), MOUNT)
     fig, axes = figure(1, 2, width=7.2, height=3.0)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
     for k in range(0, len(found.driven), every):
-        draw.filmed(axes, found, images, k)
+        draw.filmed(axes, found, eye.image(found.driven[k]), k)
         yield fig
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 
 import cv2
 import numpy as np
@@ -21,7 +22,7 @@ from robot_perception.chapters.ceiling_navigation.world import (
     seen,
 )
 from robot_perception.geometry import se2
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.tables import Table
 
 SHOWN = runs.SCORING[0]
@@ -30,11 +31,13 @@ PER_METRE = 40
 """Pixels of a plan for a metre, at most."""
 
 
+@recorded("nav-loop")
 def loop() -> runs.Run:
     """Return the run of the page: a mosaic on a loop."""
     return runs.drive(SHOWN)
 
 
+@recorded("nav-comeback")
 def comeback() -> replays.Replay:
     """Return the replay of the page: put down beside the path, with a wrong scale."""
     return replays.replay(replays.Lesson(seed=SHOWN), replays.Trial(factor=1.5), 1)
@@ -64,7 +67,7 @@ def plan(margin: float = 2.0) -> Plan:
     return Plan(small, (float(west), float(east), float(south), float(north)))
 
 
-@kept
+@recorded("nav-composed")
 def composed(every: int = 8) -> Plan:
     """Return the picture that the chained mosaic makes of what the camera saw on the loop.
 
@@ -141,7 +144,7 @@ class Driven:
         )
 
 
-@kept
+@recorded("nav-driven", product(FACTORS, BEARINGS, ASIDES))
 def driven(factor: float, bearing: float, aside: float) -> Driven:
     """Return a state of the explorer of servoing."""
     rules = ServoRules(
@@ -192,7 +195,7 @@ def placed(x: float, y: float, turn: float) -> Placed:
 # Key images --------------------------------------------------------------------------------------
 
 
-@kept
+@recorded("nav-conditions")
 def by_conditions(kind: str = "circle") -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
     """Return what is driven by key images of each kind: places of these, path, and how it ends."""
     found = {}

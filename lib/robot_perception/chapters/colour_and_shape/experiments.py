@@ -25,6 +25,7 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.segmentation import filled
 from robot_perception.appearance.single_cues import ColourTracker, EdgeTracker, WindowTracker
 from robot_perception.evaluation.sweep import sweep
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.results import kept
 from robot_perception.teaching.tables import Table
 
@@ -128,7 +129,7 @@ def truths(
     return np.array(states)
 
 
-@kept
+@recorded("shape-trained", ((world,) for world in WORLDS))
 def trained(world: str, space: str = "fused") -> Dynamics:
     """Return A, b and B learned from the film of a world that is for training, in a space."""
     film = WORLDS[world](rng=np.random.default_rng(TRAINING))

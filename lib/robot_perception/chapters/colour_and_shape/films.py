@@ -1,6 +1,7 @@
 """The four experiments as films: where the object is, and where trackers have it."""
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +21,7 @@ from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.media import Shown
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 FRAMES = 60
 """That are tracked."""
@@ -39,12 +40,16 @@ NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, a
 LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
 
 
+SHOWN = (*product(WORLDS, NAMES, (SEED,)), ("circles", "fused", CROSSED))
+"""Experiment, tracker and seed of the outlines that the page shows."""
+
+
 def shown(world: str, seed: int = SEED) -> Sequence:
     """Return the film of an experiment."""
     return filmed(world, seed, FRAMES)
 
 
-@kept
+@recorded("shape-tracks", SHOWN)
 def track(world: str, name: str, seed: int = SEED) -> Float[np.ndarray, "frames points 2"]:
     """Return the outlines of a tracker in the film of an experiment, from the second frame on."""
     seen, rng = shown(world, seed), np.random.default_rng(seed)

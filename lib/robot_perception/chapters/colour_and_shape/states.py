@@ -17,7 +17,7 @@ from robot_perception.chapters.colour_and_shape.snakes import (
     film_cases,
     measured,
 )
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 # One iteration -----------------------------------------------------------------------------------
 
@@ -41,7 +41,7 @@ MANY = (5, 20, 50, 100)
 NOISES = (0.0, 0.5, 1.0, 2.0)
 
 
-@kept
+@recorded("shape-grid")
 def grid() -> Float[np.ndarray, "many noises frames"]:
     """Return the overlap with the truth by N, noise and frame, from the second frame on."""
     world, seed = FILM
@@ -109,7 +109,7 @@ class Slid:
         )
 
 
-@kept
+@recorded("shape-shell")
 def scene() -> Case:
     """Return the frame that the explorer shows."""
     config = Config(films=CHOOSING[-1:], frames=(SHELL,))

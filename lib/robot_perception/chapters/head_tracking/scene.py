@@ -17,7 +17,7 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking import heads
 from robot_perception.chapters.head_tracking.heads import RULES, Start, Variant
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.tables import Table
 
 SCENES = {
@@ -74,7 +74,7 @@ class Tracks:
     visible: Float[np.ndarray, " n"]
 
 
-@kept
+@recorded("head-tracks", ((scene,) for scene in SCENES))
 def tracks(scene: str) -> Tracks:
     """Return what every a and threshold makes of a film, with and without giving up."""
     film, first = filmed(scene), beginning(scene)

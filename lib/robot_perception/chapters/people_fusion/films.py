@@ -17,6 +17,7 @@ from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
 from robot_perception.teaching.media import Shown
+from robot_perception.teaching.recorded import recorded
 
 FRAMES = 40
 FPS = 3.0
@@ -58,21 +59,27 @@ _TOLD: dict[Kind, tuple[int, tuple[str, ...], str, str]] = {
 """Seed and sensors of the story that is shown, alternative text and caption."""
 
 
+@recorded("people-stories", ((kind,) for kind in _TOLD))
+def story(kind: Kind) -> Story:
+    """Return the story of a kind that is shown."""
+    seed, sensors, _, _ = _TOLD[kind]
+    return behaviours.told(kind, seed, sensors)
+
+
 def show(kind: Kind) -> Shown:
     """Show a story of a kind as a film."""
-    seed, sensors, alt, caption = _TOLD[kind]
-    shown = frames(kind, seed, sensors)
-    return film(shown, fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
+    *_, alt, caption = _TOLD[kind]
+    return film(frames(kind), fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
 
 
-def frames(kind: Kind, seed: int, sensors: tuple[str, ...]) -> Iterator[Figure]:
+def frames(kind: Kind) -> Iterator[Figure]:
     """Yield the frames of a story, all drawn on one figure."""
-    story = behaviours.told(kind, seed, sensors)
-    world, _ = behaviours.stage(kind, np.random.default_rng(seed))
+    told = story(kind)
+    world, _ = behaviours.stage(kind, np.random.default_rng(_TOLD[kind][0]))
     faces, posts = world.office.section(0.3)
     fig, ax = figure(width=WIDTH, height=HEIGHT)
-    for look in np.linspace(0, len(story.looks) - 1, FRAMES).round().astype(int).tolist():
-        frame(ax, story, look, faces, posts)
+    for look in np.linspace(0, len(told.looks) - 1, FRAMES).round().astype(int).tolist():
+        frame(ax, told, look, faces, posts)
         yield fig
 
 

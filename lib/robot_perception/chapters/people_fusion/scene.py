@@ -1,7 +1,6 @@
 """The session of the page by the committee: the states of its explorers."""
 
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import product
 
 import numpy as np
@@ -9,11 +8,12 @@ from jaxtyping import Bool
 
 from robot_perception.chapters.people_fusion import committee, rates
 from robot_perception.chapters.people_fusion.committee import System, Tracked
-from robot_perception.chapters.people_sensors.scene import CONFIG, recording, row
+from robot_perception.chapters.people_sensors.scene import CONFIG, MOMENTS, recording, row
 from robot_perception.chapters.people_sensors.sessions import SENSORS, own
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.people.aggregation import AggregationRules, Hypotheses
 from robot_perception.people.scores import score
+from robot_perception.teaching.recorded import recorded
 
 
 def history(
@@ -73,7 +73,7 @@ class State:
         )
 
 
-@cache
+@recorded("people-watched", product(WHO, MOMENTS))
 def watched(who: str, at: float) -> State:
     """Return what some sensors together make of a moment."""
     hypotheses = history(sensors=WHO[who]).at(at)
@@ -114,7 +114,7 @@ def chosen(theta: float, alpha: float) -> Choice:
     return all_chosen()[theta, alpha]
 
 
-@cache
+@recorded("people-rules")
 def all_chosen() -> dict[tuple[float, float], Choice]:
     """Return what all choices make of it."""
     choices = list(product(rates.THRESHOLDS, rates.FACTORS))

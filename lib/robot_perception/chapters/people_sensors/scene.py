@@ -12,6 +12,7 @@ from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Conf
 from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2
 from robot_perception.people.detections import Detections
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.results import kept
 
 CONFIG = Config(43, duration=30.0)
@@ -67,6 +68,7 @@ def signals() -> Signals:
     )
 
 
+@recorded("people-session")
 def recording() -> Recording:
     """Return what the detectors reported in the session of the pages, with the truth."""
     return sessions.record(CONFIG)

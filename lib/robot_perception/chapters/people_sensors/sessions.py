@@ -36,6 +36,7 @@ from robot_perception.geometry import se2, wrap_angle
 from robot_perception.people import legs, sonar
 from robot_perception.people.detections import Detections
 from robot_perception.people.skin import SkinModel, SkinState, SkinTracker
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.results import kept
 
 SENSORS = ("laser", "sonar", "camera")  # of the paper, in the order of the rig
@@ -163,7 +164,7 @@ def _detections(recording: Recording) -> tuple[Detections, ...]:
     )
 
 
-@kept
+@recorded("people-skin")
 def skin_model() -> SkinModel:
     """Return the colours of skin as learnt in other offices, on other people.
 

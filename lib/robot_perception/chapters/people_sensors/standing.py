@@ -16,7 +16,7 @@ from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Sens
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2
 from robot_perception.people.detections import Detections
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 OFFICE, ROOM, OFF = 81, 5, (1.0, 0.3)
 """An office that is not learnt on, chosen on or scored: its seed, a room with much free floor, and
@@ -80,7 +80,7 @@ def stood(distance: float, direction: float, how: str) -> Stood:
     return everywhere()[distance, direction, how]
 
 
-@kept
+@recorded("people-stand")
 def everywhere() -> dict[tuple[float, float, str], Stood]:
     """Return what the sensors make of somebody at every place."""
     states = list(product(DISTANCES, DIRECTIONS, HOW))

@@ -11,7 +11,7 @@ from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from robot_perception.chapters.sift_association.views import APART, Places, place
 from robot_perception.landmarks import Euclidean, Features, detect
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 
 GAP = 10
 """Between the two pictures, px."""
@@ -34,7 +34,7 @@ class Hero:
     metres: float
 
 
-@kept
+@recorded("association-doors")
 def doors(seed: int = 1, count: int = 60) -> Hero:
     """Return the two places along a drive that look most alike."""
     world, path, own = np.random.default_rng(seed).spawn(3)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from robot_perception.chapters.tutor_following.visiting import Kind, Moment, mom
 from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.hands.features import SIZE, feature_pool, feature_values
 from robot_perception.companion.tutor import TutorRules, TutorTracker
+from robot_perception.teaching.recorded import recorded
 
 VISIT = CHOOSING[2]
 """Seed of the visit that is shown; none that is scored."""
@@ -89,7 +91,7 @@ class Followed:
         return f"Picture {self.time}: the tracker is {there}. At the end the person is {end}."
 
 
-@lru_cache(maxsize=8)
+@recorded("following-boxes", product(PATCHES, LEARNING))
 def boxes(patches: str, learning: str) -> Float[np.ndarray, "n 4"]:
     """Return where a tracker has the person in each picture of the walk that is shown."""
     shown, rng = walking.film(WALK, "long, whole"), np.random.default_rng([WALK, 1])

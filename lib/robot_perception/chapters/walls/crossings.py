@@ -16,7 +16,7 @@ from robot_perception.evaluation.intervals import exact, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act, compose
 from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.results import kept
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.verdicts import Accepted
 
@@ -58,7 +58,7 @@ def simplified(
     return Crossing(chain, walls.simplify(chain, tolerance), hulls, walls.find_crossings(chain))
 
 
-@kept
+@recorded("walls-crossing")
 def crossing_example() -> Crossing:
     """Return the first random chain with few crossings on which unchecked path hulls go wrong."""
     tried = (simplified(crossing_chain(child)) for child in np.random.default_rng(5).spawn(1000))

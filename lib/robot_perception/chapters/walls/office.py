@@ -17,6 +17,7 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import act
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.ledger import Entry
+from robot_perception.teaching.recorded import recorded
 from robot_perception.teaching.results import kept
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
@@ -312,7 +313,7 @@ class GateStudy:
     believed: Float[np.ndarray, " gates"]
 
 
-@kept
+@recorded("walls-gates")
 def gate_study(roughness: tuple[float, ...] = (0.0, 0.005, 0.02, 0.08, 0.3, 0.6)) -> GateStudy:
     """Build the map of one drive with poses 2 cm wrong, with gates of several roughnesses, m."""
     rng = np.random.default_rng(9)

@@ -42,6 +42,8 @@ PATCHES = np.array([[-0.28, -0.30, 0.56, 0.66], [-0.25, -0.66, 0.50, 0.22]])
 _TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 ELLIPSE = np.stack([0.44 * np.cos(_TURN), 0.06 + 0.58 * np.sin(_TURN)], axis=1)
 """Points of the outline of a head, in the same unit."""
+TOGETHER = 1_000_000
+"""Pairs of particles whose densities are held in memory at a time."""
 
 Image = UInt8[np.ndarray, "height width 3"]
 
@@ -309,7 +311,15 @@ def _framed(states: np.ndarray) -> np.ndarray:
 def _mixture(
     states: np.ndarray, middles: np.ndarray, weights: np.ndarray, place: float, side: float
 ) -> np.ndarray:
-    """Return a mixture of normal densities of u, v and log s at many states."""
+    """Return a mixture of normal densities of u, v and log s at many states, some at a time."""
+    some = max(TOGETHER // len(middles), 1)
+    parts = (states[k : k + some] for k in range(0, len(states), some))
+    return np.concatenate([_densities(part, middles, weights, place, side) for part in parts])
+
+
+def _densities(
+    states: np.ndarray, middles: np.ndarray, weights: np.ndarray, place: float, side: float
+) -> np.ndarray:
     spread = place * middles[:, 2]
     away = ((states[:, None, :2] - middles[None, :, :2]) ** 2).sum(axis=-1) / spread**2
     away += (np.log(states[:, None, 2] / middles[None, :, 2]) / side) ** 2
