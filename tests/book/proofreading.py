@@ -167,8 +167,9 @@ _RESULT = re.compile(r"<(?:table|figure)\b|class=\"(?:explorer|rp-figure|rp-film
 
 
 def mislabelled_folds(html: str) -> list[str]:
-    """Return the folds of a page that say "Show the code" and hold a result."""
-    return [fold for fold in _FOLD.findall(html) if PROMPT in fold and _RESULT.search(fold)]
+    """Return how the folds of a page begin that say "Show the code" and hold a result."""
+    wrong = [fold for fold in _FOLD.findall(html) if PROMPT in fold and _RESULT.search(fold)]
+    return [" ".join(visible(fold).split()[:12]) for fold in wrong]
 
 
 _UNREAD = re.compile(r"<(script|style|svg|pre|code|template|math)\b.*?</\1>|<!--.*?-->", re.DOTALL)
