@@ -165,3 +165,27 @@ def test_a_function_of_a_readers_own_is_kept_in_memory_alone(folder):
     assert [own(1.0), own(1.0)] == [1.0, 1.0]
     assert calls == [1.0]
     assert not folder.exists()
+
+
+CELLS = (
+    "from robot_perception.teaching.results import kept\nLEVEL, CALLS = 2.0, []",
+    "@kept\ndef scaled(x):\n    CALLS.append(x)\n    return LEVEL * x",
+    "@kept\ndef other(x):\n    return x",
+)
+
+
+def test_a_function_of_a_notebook_is_kept_by_the_code_that_it_reaches(book):
+    """Another function may change, and a second process reads what the first has computed."""
+    book.made(*CELLS).scaled(3)
+    same = book.made(CELLS[0], CELLS[1], CELLS[2].replace("return x", "return -x"))
+    assert (same.scaled(3), same.CALLS) == (6.0, [])
+    changed = book.made(CELLS[0].replace("2.0", "2.5"), *CELLS[1:])
+    assert (changed.scaled(3), changed.CALLS) == (7.5, [3])
+
+
+def test_in_a_notebook_it_is_that_of_the_book_until_it_is_edited(book, live):
+    book.made(*CELLS).scaled(3)
+    own = live(*CELLS)
+    assert (own.scaled(3), own.CALLS) == (6.0, [])
+    edited = live("LEVEL = 3.0")
+    assert (edited.scaled(3), edited.scaled(3), edited.CALLS) == (9.0, 9.0, [3])

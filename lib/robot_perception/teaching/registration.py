@@ -9,6 +9,7 @@ new replicates: `reused` finds the claims of which two registrations share some.
 
 import csv
 import inspect
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 from datetime import date
@@ -143,17 +144,14 @@ def replicates(text: str) -> tuple[str, frozenset[str]]:
     what, _, spans = text.rpartition(" ")
     found: set[str] = set()
     for span in spans.split(","):
-        first, dash, last = span.partition("-")
-        found |= {f"{k}" for k in range(int(first), int(last) + 1)} if dash else {span}
+        first, _, last = span.partition("-")
+        ends = first.isdecimal() and last.isdecimal()
+        found |= {f"{k}" for k in range(int(first), int(last) + 1)} if ends else {span}
     return what, frozenset(found)
 
 
 def same(one: Registration, claim: Claim) -> bool:
-    """Tell whether a registration is of what a claim says and measures now.
-
-    A claim whose study had sizes when it was registered may have become one of rows since: its
-    words and its replicates are the same, and its measure was not hashed.
-    """
+    """Tell whether a registration is of what a claim says and measures now."""
     if one.words != words_of(claim):
         return False
     return one.measure == measure_of(claim) and one.replicates == replicates_of(claim)
@@ -187,8 +185,8 @@ def reused(registrations: Sequence[Registration]) -> Iterator[str]:
         own = of(registrations, claim)
         for k, later in enumerate(own):
             for earlier in own[:k]:
-                if later.number == earlier.number:
-                    continue
+                if (later.number, later.words) == (earlier.number, earlier.words):
+                    continue  # the same by other code
                 what, which = replicates(later.replicates)
                 other, before = replicates(earlier.replicates)
                 if what.rpartition(" ")[2] == other.rpartition(" ")[2] and which & before:
@@ -198,8 +196,8 @@ def reused(registrations: Sequence[Registration]) -> Iterator[str]:
 
 def _spans(values: Sequence[object]) -> str:
     """Return replicates in words, whole numbers that follow each other as their ends."""
-    if not all(isinstance(value, int) for value in values):
-        return ",".join(map(str, values))
+    if not all(isinstance(value, int) and value >= 0 for value in values):
+        return ",".join(re.sub("[ ,]", "_", f"{value}") for value in values)
     parts: list[list[int]] = []
     for value in values:
         if parts and value == parts[-1][-1] + 1:

@@ -1,0 +1,94 @@
+"""Recorded rows are those of the code that is here: their keys say so, and trials drawn at random.
+
+Which trials are computed anew is drawn by the commit, so that another commit tries others.
+"""
+
+import os
+import subprocess
+from random import Random
+
+import pytest
+
+from robot_perception import chapters
+from robot_perception.teaching import recorded_rows, storage
+from robot_perception.teaching.trials import AS_DECLARED, Trials
+from tests.book.computing import COMPUTING
+from tests.book.pages import ROOT
+from tests.unchecked import unchecked
+
+DRAWN = 2
+"""So many trials of a study are computed anew."""
+DEAR = frozenset({"monobot.fifty"})
+"""Studies of which a trial takes more than some five seconds: theirs are drawn at a release."""
+LARGEST = 1e6
+RECORD = "robot-perception store --chapter {}"
+RENEW = f"{RECORD} --keys"
+STUDIES = chapters.trials(COMPUTING)
+NAMES = tuple(dict.fromkeys(f"{study.stem}.{study.name}" for study in STUDIES))
+COMMIT = "ROBOT_PERCEPTION_DRAWN"
+"""Environment variable: draw trials as at this commit."""
+
+
+def of(name: str) -> list[Trials]:
+    """Return a study and its variants."""
+    return [study for study in STUDIES if f"{study.stem}.{study.name}" == name]
+
+
+def commit() -> str:
+    """Return the commit that is tested; without git a word that stays."""
+    if COMMIT in os.environ:
+        return os.environ[COMMIT]
+    said = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True)
+    return said.stdout.strip() or "no commit"
+
+
+def drawn(name: str) -> list[tuple[Trials, dict]]:
+    """Return trials of a study and its variants, each variant as likely as another."""
+    random = Random(f"{commit()} {name}")
+    variants = random.choices(of(name), k=DRAWN)
+    return [(study, random.choice(list(study.trials()))) for study in variants]
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda s: f"{s.stem}.{s.name}-{s.changed}")
+def test_rows_are_of_this_code_and_these_levels(study: Trials):
+    variants = recorded_rows.variants(study.stem, study.name)
+    assert (study.changed or AS_DECLARED) in variants, RENEW.replace(" --keys", "").format(
+        study.stem
+    )
+    assert study.is_current(), f"recorded by other code: {RENEW.format(study.stem)}"
+    assert len(study.rows()) >= len(list(study.trials()))
+    levels = study.rows().levels
+    for name, values in study.axes.items():  # in the order in which they are run
+        assert levels(name) == values
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in DEAR else []) for n in NAMES]
+)
+def test_trials_drawn_by_the_commit_give_what_is_recorded(name: str):
+    with unchecked():
+        lines = [line for study, where in drawn(name) for line in study.differs(**where)]
+    assert not lines, "\n".join([*lines, f"{COMMIT}={commit()}"])
+
+
+def test_other_commits_draw_other_trials(monkeypatch: pytest.MonkeyPatch):
+    seen = set()
+    for name in ("a", "b", "c"):
+        monkeypatch.setenv(COMMIT, name)
+        seen.add(repr([where for study in NAMES for _, where in drawn(study)]))
+        assert commit() == name
+    assert len(seen) == 3
+
+
+def test_every_file_is_of_a_study_and_holds_what_it_declares():
+    declared = {name: {study.changed or AS_DECLARED for study in of(name)} for name in NAMES}
+    files = sorted(recorded_rows.folder().iterdir())
+    assert {file.stem for file in files} == declared.keys()
+    for file in (file for file in files if file.suffix == ".npz"):
+        stem, _, study = file.stem.partition(".")
+        undeclared = set(recorded_rows.variants(stem, study)) - declared[file.stem]
+        assert not undeclared, f"{file.name} has rows that nobody declares: {undeclared}"
+        stored = storage.load(file, recorded_rows._Stored).variants
+        assert set(stored) == set(recorded_rows.variants(stem, study))
+        assert file.stat().st_size < LARGEST, file.name
+    assert {file.suffix for file in files} == {".npz", ".json"}

@@ -1,0 +1,233 @@
+"""Recorded rows come back as they were, or not at all."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from robot_perception.files import DamagedFile
+from robot_perception.teaching import recorded_rows, storage
+from robot_perception.teaching.recorded_rows import (
+    alike,
+    content,
+    drop,
+    file_of,
+    read,
+    renew,
+    variants,
+    write,
+)
+
+TABLE = pd.DataFrame(
+    {
+        "film": np.arange(3),
+        "rule": ["old", "new – ω", ""],
+        "found": [True, False, True],
+        "error": [0.1 + 0.2, 1e-300, -np.pi],
+        "single": np.float32([0.1, 2, 3]),
+        "byte": np.uint8([0, 255, 7]),
+    }
+)
+OTHER = TABLE.assign(error=[1.0, 2.0, 3.0])
+NAMES = "small", "study"
+
+
+@pytest.fixture
+def recorded(book):
+    """Record two variants of a study."""
+    write(*NAMES, "as declared", TABLE, "code", "levels")
+    write(*NAMES, "gain=2", OTHER, "code", "other levels")
+    return file_of(*NAMES)
+
+
+def replaced(file, variant, name, values):
+    """Put other numbers in the file, as somebody would who wants a better result."""
+    stored = storage.load(file, recorded_rows._Stored)
+    every = {key: dict(columns) for key, columns in stored.variants.items()}
+    every[variant][name] = np.asarray(values)
+    storage.save(file, recorded_rows._Stored(every))
+
+
+def said(file, **changes):
+    """Change what the summary says of the declared variant."""
+    summary = file.with_suffix(".json")
+    text = json.loads(summary.read_text("utf-8"))
+    text["variants"]["as declared"] |= changes
+    summary.write_text(json.dumps(text), "utf-8")
+    recorded_rows._read.cache_clear()
+
+
+def test_rows_come_back_exactly_with_their_types(recorded):
+    found = read(*NAMES, "as declared")
+    pd.testing.assert_frame_equal(found.table, TABLE, check_exact=True)
+    assert found.table.dtypes.drop("rule").equals(TABLE.dtypes.drop("rule"))
+    assert (found.code, found.declared) == ("code", "levels")
+    assert found.processor == recorded_rows.processor()
+    assert recorded == recorded_rows.folder() / "small.study.npz"
+
+
+def test_a_variant_that_is_recorded_leaves_the_others(recorded):
+    pd.testing.assert_frame_equal(read(*NAMES, "gain=2").table, OTHER)
+    write(*NAMES, "gain=2", TABLE[:1], "new code", "other levels")
+    pd.testing.assert_frame_equal(read(*NAMES, "as declared").table, TABLE)
+    assert len(read(*NAMES, "gain=2").table) == 1
+    assert read(*NAMES, "gain=2").code == "new code"
+    assert variants(*NAMES) == ("as declared", "gain=2")
+
+
+def test_what_nobody_has_recorded_is_nothing(recorded):
+    assert read(*NAMES, "gain=3") is None
+    assert read("small", "other", "as declared") is None
+    assert variants("small", "other") == ()
+
+
+def test_a_variant_that_is_dropped_leaves_the_others(recorded):
+    drop(*NAMES, {"gain=2"})
+    assert variants(*NAMES) == ("as declared",)
+    assert read(*NAMES, "gain=2") is None
+    assert list(storage.load(recorded, recorded_rows._Stored).variants) == ["as declared"]
+    pd.testing.assert_frame_equal(read(*NAMES, "as declared").table, TABLE)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("error", [0.3, 1e-300, -np.pi]),  # 0.1 + 0.2 but for the last bit
+        ("found", [True, True, True]),
+        ("found", [1, 0, 1]),
+        ("rule", ["old", "new", ""]),
+        ("byte", [0, 255]),
+        ("single", np.float64(np.float32([0.1, 2, 3]))),
+        ("more", [0.0, 0.0, 0.0]),
+    ],
+)
+def test_numbers_that_were_replaced_by_hand_are_refused(recorded, name, values):
+    replaced(recorded, "as declared", name, values)
+    with pytest.raises(DamagedFile, match=r"small\.study\.npz: holds no rows of 'as d"):
+        read(*NAMES, "as declared")
+    assert read(*NAMES, "gain=2") is not None
+
+
+def test_rows_of_another_variant_are_not_taken_for_those(recorded):
+    stored = storage.load(recorded, recorded_rows._Stored).variants
+    swapped = dict(zip(stored, reversed(stored.values()), strict=True))
+    storage.save(recorded, recorded_rows._Stored(swapped))
+    with pytest.raises(DamagedFile, match="not those that were recorded"):
+        read(*NAMES, "as declared")
+
+
+def test_a_variant_that_is_only_described_is_damaged(recorded):
+    stored = storage.load(recorded, recorded_rows._Stored).variants
+    storage.save(recorded, recorded_rows._Stored({"gain=2": stored["gain=2"]}))
+    with pytest.raises(DamagedFile, match="holds no rows of 'as declared'"):
+        read(*NAMES, "as declared")
+
+
+def test_columns_that_are_described_otherwise_are_damaged(recorded):
+    columns = json.loads(recorded.with_suffix(".json").read_text("utf-8"))
+    columns = columns["variants"]["as declared"]["columns"]
+    said(recorded, columns=columns | {"more": "3 float64"})
+    with pytest.raises(DamagedFile, match="holds no rows"):
+        read(*NAMES, "as declared")
+
+
+def test_without_a_summary_there_are_no_rows(recorded):
+    recorded.with_suffix(".json").unlink()
+    recorded_rows._read.cache_clear()
+    with pytest.raises(FileNotFoundError, match=r"small\.study\.json"):
+        read(*NAMES, "as declared")
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"variants": {'])
+def test_a_damaged_summary_is_named(recorded, text):
+    recorded.with_suffix(".json").write_text(text)
+    recorded_rows._read.cache_clear()
+    with pytest.raises(DamagedFile, match=r"small\.study\.json: no summary of rows"):
+        read(*NAMES, "as declared")
+
+
+def test_a_damaged_file_is_named(recorded):
+    recorded.write_bytes(recorded.read_bytes()[:200])
+    with pytest.raises(DamagedFile, match=r"small\.study\.npz"):
+        read(*NAMES, "as declared")
+
+
+def test_rows_fit_the_code_and_the_levels_that_gave_them(recorded):
+    found = read(*NAMES, "as declared")
+    assert found.fits("code", "levels")
+    assert not found.fits("other code", "levels")
+    assert not found.fits("code", "other levels")
+    assert not found.fits(None, "levels")
+    said(recorded, code=None)
+    assert not read(*NAMES, "as declared").fits(None, "levels")
+
+
+def test_keys_are_renewed_and_the_rows_stay(recorded):
+    before = recorded.read_bytes()
+    renew(*NAMES, "as declared", "new code", "new levels")
+    found = read(*NAMES, "as declared")
+    assert found.fits("new code", "new levels")
+    assert read(*NAMES, "gain=2").fits("code", "other levels")
+    assert recorded.read_bytes() == before
+    pd.testing.assert_frame_equal(found.table, TABLE)
+
+
+def test_the_same_numbers_make_the_same_file(book):
+    files = []
+    for stem in ("one", "two"):
+        for name, table in (("a", TABLE), ("b", OTHER)):
+            write(stem, "study", name, table, "code", "levels")
+        files.append(file_of(stem, "study"))
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert files[0].with_suffix(".json").read_text() == files[1].with_suffix(".json").read_text()
+
+
+def test_the_hash_is_of_names_types_shapes_and_numbers():
+    columns = {"a": np.array([1.0, 2.0]), "b": np.array([1, 2])}
+    others = [
+        {"a": np.array([1.0, 2.0]), "c": np.array([1, 2])},
+        {"a": np.array([1.0, 2.5]), "b": np.array([1, 2])},
+        {"a": np.array([2.0, 1.0]), "b": np.array([1, 2])},
+        {"a": np.array([1.0, 2.0]), "b": np.array([1, 2], dtype=np.uint64)},
+        {"a": np.array([[1.0, 2.0]]), "b": np.array([1, 2])},
+        {"a": np.array([1.0, 2.0])},
+    ]
+    assert len({content(one) for one in (columns, *others)}) == 7
+    assert content(dict(reversed(columns.items()))) == content(columns)
+    assert content({"a": np.arange(4)[::2]}) == content({"a": np.array([0, 2])})
+
+
+RANGE = pd.Series([0.0, 10.0, 20.0])
+
+
+@pytest.mark.parametrize(
+    ("again", "before", "elsewhere", "same"),
+    [
+        ([5.0], [5.0], False, True),
+        ([5.0 + 1e-5], [5.0], False, True),  # of 20, the largest
+        ([5.0 + 3e-5], [5.0], False, False),
+        ([5.0 - 3e-5], [5.0], False, False),
+        ([9.0], [5.0], False, False),
+        ([9.0], [5.0], True, True),
+        ([-19.9], [5.0], True, True),
+        ([39.9], [5.0], True, True),
+        ([-20.1], [5.0], True, False),
+        ([40.1], [5.0], True, False),
+        ([5.0, 5.0], [5.0, 5.1], False, False),
+        (["new"], ["new"], True, True),
+        (["old"], ["new"], True, False),
+    ],
+)
+def test_a_number_is_alike_to_rounding_or_elsewhere_within_the_reach_of_the_others(
+    again, before, elsewhere, same
+):
+    assert alike(pd.Series(again), pd.Series(before), RANGE, elsewhere) is same
+
+
+def test_zeros_must_be_zero():
+    zero = pd.Series([0.0])
+    assert alike(zero, zero, zero, False)
+    assert not alike(pd.Series([1e-12]), zero, zero, False)
+    assert alike(pd.Series([True]), pd.Series([True]), pd.Series([True, False]), False)
+    assert not alike(pd.Series([False]), pd.Series([True]), pd.Series([True, False]), False)
