@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.geometry import se2
-from robot_perception.people import legs
+from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules

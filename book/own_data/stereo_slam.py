@@ -78,8 +78,9 @@ def main(folder: str, out: str, wheels: str = "") -> None:
     rig, times = told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
     moved = [None, *(by_wheels(wheels, times) if wheels else [None] * (len(pairs) - 1))]
-    state, found = visual.VisualMaps.start(np.zeros(3), FILTER), None
-    last, guessed, looks, steps, greys = np.zeros(3), 0, [], [], []
+    slam, found = visual.VisualSlam(MOUNT, FILTER), None
+    state, last = slam.start(np.zeros(3)), np.zeros(3)
+    how, guessed, looks, steps, greys = {"costs": euclidean_mean, "rng": rng}, 0, [], [], []
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
         T = se3.between(ahead @ MOUNT, MOUNT)
@@ -91,8 +92,7 @@ def main(folder: str, out: str, wheels: str = "") -> None:
         covs = points.cov.copy()
         covs[:, 1, 1] += (PITCH * points.mean[:, 2]) ** 2  # of heights
         seen = Observations(found.tracks.ids, points.mean, covs)
-        how = {"costs": euclidean_mean, "options": FILTER, "rng": rng}
-        state, info = visual.step(state, motion, seen, features.descriptors * 1.0, MOUNT, **how)
+        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **how)
         last = se2.between(pose, state.maps.pose)
         columns, rows = features.pixels[info.made].round().astype(int).T
         greys.extend(pair[0][rows, columns])

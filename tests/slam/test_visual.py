@@ -20,7 +20,7 @@ from robot_perception.particles import effective_number, systematic
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry
 from robot_perception.slam.rao_blackwellised import textbook
-from robot_perception.slam.visual import Options, VisualMaps, step
+from robot_perception.slam.visual import Options, VisualSlam
 from tests.slam.rao_blackwellised.drives import MOUNT, assert_close, noises, seen_from
 from tests.unchecked import unchecked
 
@@ -84,15 +84,16 @@ def world(rng, *, laps=2, slip=1.0):
     return poses, frames
 
 
-def advance(state, frame, **how):
+def advance(state, frame, *, options, **how):
     """Take a step to a frame."""
-    return step(state, frame.motion, frame.seen, frame.descriptors, MOUNT, **how)
+    slam = VisualSlam(MOUNT, options)
+    return slam.step(state, frame.motion, frame.seen, frame.descriptors, **how)
 
 
 def run(poses, frames, options, *, rng, told=True):
     """Return the states and the infos of all frames, and which landmark each one of the map is."""
     each = options.association == "each"
-    state, known = VisualMaps.start(poses[0], options, length=D), []
+    state, known = VisualSlam(MOUNT, options).start(poses[0], length=D), []
     states, infos = [], []
     for frame in frames:
         costs = frame.told(known) if told else unlike
@@ -160,9 +161,8 @@ def go(state, seen, options, *, costs=None, motion=None, descriptors=None, seed=
     descriptors = np.zeros((len(seen), 1)) if descriptors is None else np.array(descriptors, float)
     free = lambda asked: np.zeros((len(asked.rows), len(asked.looks)))  # noqa: E731
     rng = np.random.default_rng(seed)
-    return step(
-        state, motion, seen, descriptors, MOUNT, costs=costs or free, options=options, rng=rng
-    )
+    slam = VisualSlam(MOUNT, options)
+    return slam.step(state, motion, seen, descriptors, costs=costs or free, rng=rng)
 
 
 def standing(state, *poses):
@@ -173,7 +173,7 @@ def standing(state, *poses):
 
 def begun(seen, options):
     """Return what is known after a first frame at the origin."""
-    return go(VisualMaps.start(np.zeros(3), options, length=1), seen, options)[0]
+    return go(VisualSlam(MOUNT, options).start(np.zeros(3), length=1), seen, options)[0]
 
 
 @given(seed=seeds, count=st.integers(1, 6), stable=st.integers(0, 3))
@@ -219,7 +219,7 @@ def test_the_map_of_one_particle_is_least_squares_on_its_path():
 @settings(max_examples=5)
 def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable):
     poses, frames = world(np.random.default_rng(seed))
-    state, known = VisualMaps.start(poses[0], Options(2, stable), length=D), []
+    state, known = VisualSlam(MOUNT, Options(2, stable)).start(poses[0], length=D), []
     for frame, (lengths, means) in zip(frames, lengths_and_means(frames), strict=True):
         asked, told = [], frame.told(known)
         before = state
@@ -298,11 +298,10 @@ def test_a_step_writes_to_nothing_and_the_same_seed_gives_the_same():
 
 def test_the_first_frame_draws_nothing():
     rng = np.random.default_rng(0)
-    state = VisualMaps.start(np.ones(3), LOOSE, length=1)
+    state = VisualSlam(MOUNT, LOOSE).start(np.ones(3), length=1)
     seen = look([[2, 0, 1]])
-    after, info = step(
-        state, None, seen, np.zeros((1, 1)), MOUNT, costs=unlike, options=LOOSE, rng=rng
-    )
+    slam = VisualSlam(MOUNT, LOOSE)
+    after, info = slam.step(state, None, seen, np.zeros((1, 1)), costs=unlike, rng=rng)
     assert rng.random() == np.random.default_rng(0).random()
     np.testing.assert_array_equal(after.maps.poses, np.ones((5, 3)))
     assert info.resampling.effective == pytest.approx(5)
@@ -395,7 +394,7 @@ def test_when_particles_are_drawn(options, drawn):
 
 def test_without_descriptors_an_oracle_is_enough():
     options = Options(1, 0)
-    state = VisualMaps.start(np.zeros(3), options, length=0)
+    state = VisualSlam(MOUNT, options).start(np.zeros(3), length=0)
     seen, none = look([[2, 0, 1]]), np.empty((1, 0))
     state, _ = go(state, seen, options, descriptors=none)
     _, info = go(state, look([[2, 0, 1]], tracks=[9]), options, descriptors=none)
@@ -623,7 +622,7 @@ def test_every_metric_finds_the_landmark_that_looks_the_same(name, association):
     options = Options(2, 2, reach=1.0, limit=1e9, association=association)
     places = [[2, 0, 1], [2, 0.1, 1], [2, 0.2, 1], [2, 0.3, 1]]
     own, order = rng.integers(0, 256, (4, D)), np.array([2, 0, 3, 1])
-    state = VisualMaps.start(np.zeros(3), options, length=D)
+    state = VisualSlam(MOUNT, options).start(np.zeros(3), length=D)
     for tracks, rows in ((np.arange(4), np.arange(4)), (np.arange(10, 14), order)):
         for _ in range(3):
             drawn = own[rows] + rng.integers(-9, 10, (4, D))
@@ -676,7 +675,7 @@ def wrong(state, **more):
         ),
         (
             lambda _: wrong(
-                VisualMaps.start(np.zeros(3), Options(1, association="each"), length=1)
+                VisualSlam(MOUNT, Options(1, association="each")).start(np.zeros(3), length=1)
             ),
             "options must have the association of the state, got 'shared'",
         ),

@@ -9,6 +9,8 @@ from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.geometry.angles import wrap_angle
 
+__all__ = ["Detections", "polar"]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Detections:

@@ -3,7 +3,7 @@ r"""SLAM with points that are followed from frame to frame and told apart by how
 A step takes what the robot knows, how it moved and the tracked points of one frame, and returns
 what it knows then, with an account of the step:
 
-``step(state, motion, observations, descriptors, mount, *, costs, options, rng) -> (state, info)``
+``VisualSlam(mount, options).step(state, motion, observations, descriptors, *, costs, rng)``
 
 A track that has been followed for long enough is looked up among the landmarks, once: by the mean
 of its descriptors and by its place. If it is none of them, a landmark is made of it. From then on
@@ -40,7 +40,7 @@ from robot_perception.slam.rao_blackwellised import (
     resample,
     update,
 )
-from robot_perception.slam.rao_blackwellised.filtering import checked_seen
+from robot_perception.slam.rao_blackwellised.filtering import checked_mount, checked_seen
 
 CRITERIA = {"effective": effective_number, "printed": printed_number}
 
@@ -193,34 +193,6 @@ class VisualMaps:
     looks: Looks
     tracks: Ongoing
 
-    @classmethod
-    def start(
-        cls, pose: Float[np.ndarray, "3"], options: Options = Options(), *, length: int = 128
-    ) -> "VisualMaps":
-        """Return empty maps with all particles at one pose.
-
-        Parameters
-        ----------
-        pose : (3,)
-            m, m, rad.
-        options
-            How many particles, and whether they share names.
-        length
-            Numbers of a descriptor; that of SIFT has 128. Where names are known without, 0.
-
-        Raises
-        ------
-        ValueError
-            If the pose is not (3,), not finite, or the length negative.
-        """
-        checks.instance("options", options, Options)
-        none = np.empty(0, dtype=int)
-        empty = np.empty((0, checks.whole("length", length, 0)))
-        maps = ParticleMaps.start(pose, options.particles)
-        names = none if options.association == "shared" else np.empty((len(maps), 0), dtype=int)
-        tracks = Ongoing(none, none, empty, empty, empty, names)
-        return cls(maps, Looks(empty, empty, empty, none), tracks)
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Newcomers:
@@ -280,88 +252,132 @@ class FrameInfo:
         return _somewhere(self.new)
 
 
-def step(
-    state: VisualMaps,
-    motion: Motion | None,
-    observations: Observations,
-    descriptors: Float[np.ndarray, "m d"],
-    mount: Float[np.ndarray, "4 4"],
-    *,
-    costs: Costs,
-    options: Options = Options(),
-    rng: np.random.Generator,
-) -> tuple[VisualMaps, FrameInfo]:
-    """Return what is known after a motion and a frame, and an account of it.
-
-    The particles move. Stable tracks are observations of landmarks: one that was stable before
-    keeps its landmark if it passes the gate, one that has just become so gets the cheapest possible
-    one, each landmark once. The particles are weighed by them and drawn anew if need be. What is
-    left of the tracks that have just become stable are new landmarks.
-
-    Where each particle names by its own map, all this is so for each, and its names descend with
-    it. An observation that some particle has a landmark for weighs with the others by the density
-    ``options.unmatched``. A new landmark is one to all particles that did not recognise it.
+@dataclass(frozen=True, eq=False, slots=True)
+class VisualSlam:
+    """Finds where a robot is, and the landmarks that its camera sees, frame by frame.
 
     Parameters
     ----------
-    state
-        What was known before.
-    motion
-        Odometry since the frame before; ``None`` if there was none, as at the first frame.
-    observations
-        Points in the frame of the camera, m, with covariances, m². Their names are the numbers of
-        their tracks.
-    descriptors : (m, d)
-        Of each point.
     mount : (4, 4)
         T_robot_camera.
-    costs
-        Returns (m', N) costs, not negative, of taking m' newcomers for each of N landmarks: a
-        metric of :mod:`robot_perception.landmarks.metrics`, or a function of the caller's own. It
-        is asked when there are both.
     options
-        How the filter runs; the same for all frames.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    state : VisualMaps
-    info : FrameInfo
+        How the filter runs.
 
     Raises
     ------
     ValueError
-        If a point has no covariance or no track, the descriptors are not (m, d) of the length of
-        the state's, the options have another number of particles or another association than the
-        state, the costs are not (m', N), NaN or negative, or where
-        :mod:`~robot_perception.slam.rao_blackwellised` raises.
+        If the mount is no rigid motion.
 
     References
     ----------
     Gil, Payá, Reinoso, Fernández and Puerto, "Simultaneous localization and mapping in indoor
     environments using SIFT features", VIIP 2006, sections 3 and 5.
     """
-    found = _checked(state, observations, descriptors, mount, costs, options)
-    checks.generator("rng", rng)
-    maps = state.maps if motion is None else predict(state.maps, motion, rng=rng)
-    tracks = _followed(state.tracks, observations.ids, found)
-    first = tracks.lengths == options.stable + 1
-    covs = options.noise**2 * observations.covs
-    seen = Observations(np.full(len(found), -1), observations.values, covs)
-    names = _recognised(maps, state.looks, tracks, seen, mount, costs, options)
-    maps, resampling = _weighed(maps, seen, names, mount, options, rng)
-    names, held = (_inherited(own, resampling.ancestors) for own in (names, tracks.names))
-    new, looks = first & (names < 0), state.looks
-    made = _somewhere(new)
-    fresh = len(looks) + np.cumsum(made) - 1
-    names = np.where(new, fresh, names)
-    if made.any():
-        where = None if new.ndim == 1 else new[:, made]
-        maps = add_landmarks(maps, seen[made].named(fresh[made]), mount, where)
-        looks = _joined(looks, tracks.looks, made)
-    tracks = replace(tracks, names=np.where(first, names, held))
-    return VisualMaps(maps, looks, tracks), FrameInfo(names, first, new, resampling)
+
+    mount: Float[np.ndarray, "4 4"]
+    options: Options = Options()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mount", checked_mount(self.mount))
+        checks.instance("options", self.options, Options)
+
+    def start(self, pose: Float[np.ndarray, "3"], *, length: int = 128) -> VisualMaps:
+        """Return empty maps with all particles at one pose.
+
+        Parameters
+        ----------
+        pose : (3,)
+            m, m, rad.
+        length
+            Numbers of a descriptor; that of SIFT has 128. Where names are known without, 0.
+
+        Raises
+        ------
+        ValueError
+            If the pose is not (3,), not finite, or the length negative.
+        """
+        options = self.options
+        none = np.empty(0, dtype=int)
+        empty = np.empty((0, checks.whole("length", length, 0)))
+        maps = ParticleMaps.start(pose, options.particles)
+        names = none if options.association == "shared" else np.empty((len(maps), 0), dtype=int)
+        tracks = Ongoing(none, none, empty, empty, empty, names)
+        return VisualMaps(maps, Looks(empty, empty, empty, none), tracks)
+
+    def step(
+        self,
+        state: VisualMaps,
+        motion: Motion | None,
+        observations: Observations,
+        descriptors: Float[np.ndarray, "m d"],
+        *,
+        costs: Costs,
+        rng: np.random.Generator,
+    ) -> tuple[VisualMaps, FrameInfo]:
+        """Return what is known after a motion and a frame, and an account of it.
+
+        The particles move. Stable tracks are observations of landmarks: one that was stable before
+        keeps its landmark if it passes the gate, one that has just become so gets the cheapest
+        possible one, each landmark once. The particles are weighed by them and drawn anew if need
+        be. What is left of the tracks that have just become stable are new landmarks.
+
+        Where each particle names by its own map, all this is so for each, and its names descend
+        with it. An observation that some particle has a landmark for weighs with the others by the
+        density ``options.unmatched``. A new landmark is one to all particles that did not recognise
+        it.
+
+        Parameters
+        ----------
+        state
+            What was known before.
+        motion
+            Odometry since the frame before; ``None`` if there was none, as at the first frame.
+        observations
+            Points in the frame of the camera, m, with covariances, m². Their names are the numbers
+            of their tracks.
+        descriptors : (m, d)
+            Of each point.
+        costs
+            Returns (m', N) costs, not negative, of taking m' newcomers for each of N landmarks: a
+            metric of :mod:`robot_perception.landmarks.metrics`, or a function of the caller's own.
+            It is asked when there are both.
+        rng
+            Source of randomness.
+
+        Returns
+        -------
+        state : VisualMaps
+        info : FrameInfo
+
+        Raises
+        ------
+        ValueError
+            If a point has no covariance or no track, the descriptors are not (m, d) of the length
+            of the state's, the state has other particles or another association than the options,
+            the costs are not (m', N), NaN or negative, or where
+            :mod:`~robot_perception.slam.rao_blackwellised` raises.
+        """
+        mount, options = self.mount, self.options
+        found = _checked(state, observations, descriptors, mount, costs, options)
+        checks.generator("rng", rng)
+        maps = state.maps if motion is None else predict(state.maps, motion, rng=rng)
+        tracks = _followed(state.tracks, observations.ids, found)
+        first = tracks.lengths == options.stable + 1
+        covs = options.noise**2 * observations.covs
+        seen = Observations(np.full(len(found), -1), observations.values, covs)
+        names = _recognised(maps, state.looks, tracks, seen, mount, costs, options)
+        maps, resampling = _weighed(maps, seen, names, mount, options, rng)
+        names, held = (_inherited(own, resampling.ancestors) for own in (names, tracks.names))
+        new, looks = first & (names < 0), state.looks
+        made = _somewhere(new)
+        fresh = len(looks) + np.cumsum(made) - 1
+        names = np.where(new, fresh, names)
+        if made.any():
+            where = None if new.ndim == 1 else new[:, made]
+            maps = add_landmarks(maps, seen[made].named(fresh[made]), mount, where)
+            looks = _joined(looks, tracks.looks, made)
+        tracks = replace(tracks, names=np.where(first, names, held))
+        return VisualMaps(maps, looks, tracks), FrameInfo(names, first, new, resampling)
 
 
 def _checked(

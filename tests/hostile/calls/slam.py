@@ -59,14 +59,13 @@ POINT, OTHER = (
 )
 LOOKS = np.ones((1, 4))
 FEW = visual.Options(2, 0)
-VISUAL, _ = visual.step(
-    visual.VisualMaps.start(POSE, FEW, length=4),
+SLAM = visual.VisualSlam(MOUNT, FEW)
+VISUAL, _ = SLAM.step(
+    SLAM.start(POSE, length=4),
     None,
     POINT,
     LOOKS,
-    MOUNT,
     costs=lambda asked: np.ones((1, 1)),
-    options=FEW,
     rng=np.random.default_rng(0),
 )
 PARTICLE = one_by_one.Particle(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)})
@@ -186,15 +185,15 @@ CALLS = {
         MAPS, POINT.anonymous(), MOUNT, np.array([[4], [-1]]), **gated()
     ),
     visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0, "each", 0.5),
-    visual.VisualMaps.start: lambda: call(POSE, FEW, length=4),
-    visual.step: lambda: call(
+    visual.VisualSlam: lambda: call(MOUNT, FEW),
+    visual.VisualSlam.start: lambda: call(SLAM, POSE, length=4),
+    visual.VisualSlam.step: lambda: call(
+        SLAM,
         VISUAL,
         MOTION,
         OTHER,
         LOOKS,
-        MOUNT,
         costs=lambda asked: np.ones((1, 1)),
-        options=FEW,
         rng=np.random.default_rng(0),
     ),
     one_by_one.Particle: lambda: call(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)}, -1.0),

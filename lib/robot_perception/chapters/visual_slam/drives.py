@@ -15,7 +15,7 @@ from robot_perception.landmarks.metrics import Metric, euclidean_mean
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry, dead_reckoning
-from robot_perception.slam.visual import FrameInfo, Newcomers, Options, VisualMaps, step
+from robot_perception.slam.visual import FrameInfo, Newcomers, Options, VisualMaps, VisualSlam
 
 SAME = 0.3
 """A match is wrong where the point lies farther than that from what the landmark was made of, m."""
@@ -118,19 +118,18 @@ def steps(
     With them come the rows of the points that became landmarks. ``told``, the renderer names the
     landmarks.
     """
-    state = VisualMaps.start(seen.poses[0], options, length=seen.descriptors.shape[1])
+    slam = VisualSlam(RIG.T_robot_camera, options)
+    state = slam.start(seen.poses[0], length=seen.descriptors.shape[1])
     founders = np.empty(0, dtype=int)
     ends = np.searchsorted(seen.frames, np.arange(len(seen.poses) + 1))
     for (begin, end), motion in zip(pairwise(ends), [None, *motions(report)], strict=True):
         rows = np.arange(begin, end)
-        state, info = step(
+        state, info = slam.step(
             state,
             motion,
             Observations(seen.tracks[rows], seen.points[rows], seen.covs[rows]),
             seen.descriptors[rows].astype(float),
-            RIG.T_robot_camera,
             costs=partial(_named, seen, rows, founders) if told else metric,
-            options=options,
             rng=rng,
         )
         founders = np.append(founders, rows[info.made])

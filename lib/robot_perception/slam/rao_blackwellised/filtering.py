@@ -397,10 +397,15 @@ def checked_seen(observations: Observations, mount: np.ndarray) -> np.ndarray:
         raise ValueError(
             f"observations must be points (m, 3) with covariances, got {values.shape} with {what}"
         )
+    return kernels.in_robot_frame(values, covs, checked_mount(mount))
+
+
+def checked_mount(mount: np.ndarray) -> np.ndarray:
+    """Return T_robot_camera (4, 4), or raise."""
     mount = checks.array("mount", mount, (4, 4))
     if not kernels.is_rigid(mount, 1e-9):
         raise ValueError(f"mount must be a rotation and a translation, got {mount.tolist()}")
-    return kernels.in_robot_frame(values, covs, mount)
+    return mount
 
 
 def _shared_columns(maps: ParticleMaps, names: list[int]) -> tuple[list[int], np.ndarray]:
