@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page
 
+from tests.conftest import Scheduling
 from tests.site import folder, served, unscripted
 from tests.site.browser import TELEPHONE
 from tests.site.conftest import Visit
@@ -145,3 +146,10 @@ def test_all_is_told_though_a_check_breaks_off() -> None:
         "window, asked: light in place of window",
         "telephone, broken: broke off: LookupError: no figure in the telephone",
     ]
+
+
+def test_any_worker_takes_the_next_page() -> None:
+    """A file is one worker's, but for visits of pages."""
+    scheduling = object.__new__(Scheduling)
+    files = ("tests/site/test_pages.py::test_page[walls]", "tests/test_kalman.py::test_predict[2]")
+    assert list(map(scheduling._split_scope, files)) == [files[0], "tests/test_kalman.py"]
