@@ -1,10 +1,5 @@
 """What is measured inside a page: scripts that return what is wrong with it, in words."""
 
-from typing import Any
-
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page
-
 SMALLEST_PX = 10
 
 SETTLED = """
@@ -213,22 +208,3 @@ SOURCE = r"""
   .map((text) => text.innerText)
 """
 """Texts that show LaTeX."""
-
-
-def violations(page: Page, theme: str = "light") -> list[dict[str, Any]]:
-    """Return what axe finds; in the dark, of colours alone."""
-    options: dict[str, Any] = {"preload": False, "resultTypes": ["violations"]}
-    if theme == "dark":
-        options["runOnly"] = {"type": "rule", "values": ["color-contrast", "link-in-text-block"]}
-    context = {"exclude": [[".rp-svg > *"]]}  # a figure is one image with a name
-    return Axe().run(page, context=context, options=options).response["violations"]
-
-
-def serious(violations: list[dict[str, Any]]) -> list[str]:
-    """Return the findings of axe of serious or critical impact, a line each."""
-    return [
-        f"{v['impact']}: {v['id']} ({v['help']}) at {node['target']}: {node['html'][:160]}"
-        for v in violations
-        if v["impact"] in ("serious", "critical")
-        for node in v["nodes"]
-    ]

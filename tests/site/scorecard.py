@@ -7,7 +7,8 @@ from playwright.sync_api import Page, expect
 
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.ledger import Entry
-from tests.site.measures import WIDE_ELEMENTS, serious, violations
+from tests.site.accessibility import serious, violations
+from tests.site.measures import WIDE_ELEMENTS
 from tests.site.visits import Check, Stage, Standing
 
 PAGES = ("scorecard",)

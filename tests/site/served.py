@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.site import scorecard
+from tests.site.accessibility import serious, violations
 from tests.site.browser import TELEPHONE, WINDOW
 from tests.site.contents import BOOK, NOTEBOOKS, PAGES
 from tests.site.driver import Driver, drivers
@@ -19,8 +20,6 @@ from tests.site.measures import (
     TOGETHER,
     TOPS,
     WIDE_ELEMENTS,
-    serious,
-    violations,
 )
 from tests.site.visits import Check, Stage, Standing, script, unless
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.site import folder, scorecard, served, unscripted
+from tests.site.accessibility import serious
 from tests.site.conftest import Visit
 from tests.site.contents import NOTEBOOKS, PAGES
-from tests.site.measures import serious
 from tests.site.visits import Broken, Check, Facts, Standing, findings, measured
 
 

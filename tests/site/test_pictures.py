@@ -14,9 +14,10 @@ from playwright.sync_api import Browser, ElementHandle, Page
 
 from robot_perception.teaching.figures import film
 from tests.site import extra
+from tests.site.accessibility import serious, violations
 from tests.site.conftest import Visit
 from tests.site.driver import PICTURE
-from tests.site.measures import WIDE_ELEMENTS, serious, violations
+from tests.site.measures import WIDE_ELEMENTS
 
 PALETTE = {(30, 60, 110), (20, 130, 135), (215, 150, 40), (245, 225, 170)}
 HEAVIEST = 5_000_000

@@ -5,10 +5,11 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
 from tests.conftest import Scheduling
 from tests.site import folder, served, unscripted
+from tests.site.accessibility import DISTINCT, serious, violations
 from tests.site.browser import TELEPHONE
 from tests.site.conftest import Visit
 from tests.site.contents import NOTEBOOKS
@@ -48,6 +49,24 @@ def test_equations_and_words_out_of_place_are_found(
     page.add_style_tag(content=".rp-table td { text-align: right !important; }")
     assert page.evaluate(EQUATIONS)
     assert page.evaluate(ALIGNED)
+
+
+COLOURS = """
+<style>p { color: #767676 } .pale p { color: #999 } .over { position: absolute }</style>
+<main><h1>A page</h1><p>Read.</p><p>Read.</p><p class="over">Read.</p><p class="over">Read.</p>
+<div class="pale"><p>x</p><p>Pale.</p><p>Pale.</p></div></main>
+"""
+
+
+def test_of_texts_that_look_alike_one_is_judged(browser: Browser) -> None:
+    """A text that is too pale is found, once; one that may lie over others is like none."""
+    page = browser.new_page()
+    page.set_content(COLOURS)
+    assert len(page.evaluate(DISTINCT)) == len(["h1", "Read.", "over", "over", "x", "Pale."])
+    for theme in ("light", "dark"):
+        found = serious(violations(page, theme))
+        assert [line.rpartition(">Pale")[1] for line in found if "contrast" in line] == [">Pale"]
+    page.close()
 
 
 DRIVEN = {"name": "fig-a", "controls": 1, "states": 3, "wrong": []}

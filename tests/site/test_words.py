@@ -9,8 +9,9 @@ from playwright.sync_api import Browser, Locator, Page
 
 from robot_perception.teaching.bets import bet
 from tests.site import extra
+from tests.site.accessibility import serious, violations
 from tests.site.conftest import Visit
-from tests.site.measures import WIDE_ELEMENTS, serious, violations
+from tests.site.measures import WIDE_ELEMENTS
 
 COLOUR = "(node, name) => getComputedStyle(node).getPropertyValue(name)"
 PLAIN = {"one": "It is too small.", "two": "So it is.", "three": "It is too large."}
