@@ -1,4 +1,4 @@
-"""What holds for all tests: no deadlines for examples; no claim of the book is computed twice."""
+"""What holds for all tests: no deadlines, whose worker a test is, no claim is computed twice."""
 
 import sys
 from collections import Counter
@@ -7,14 +7,29 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadFileScheduling
 
 from tests.site.counts import COUNTS
 
 settings.register_profile("book", settings(), deadline=None)  # no test asserts a time
 settings.load_profile("book")
 
+VISITS = "tests/site/test_pages.py::"
 COMPUTED: list[str] = []
 """Claims of the book that the running test has computed."""
+
+
+class Scheduling(LoadFileScheduling):
+    """A file is one worker's, for its tests share what they need; visits of pages share nothing."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid if nodeid.startswith(VISITS) else super()._split_scope(nodeid)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling | None:
+    """Let any worker that is free visit the next page."""
+    return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 def pytest_collection_finish() -> None:

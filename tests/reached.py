@@ -4,7 +4,8 @@ What has changed is git's answer: against ``HEAD`` with what is not yet committe
 commit where the branch left ``--base``. What a change reaches says the import graph by which pages
 expire (`robot_perception.teaching.dependencies`): pages whose cells reach a changed module, and
 tests that do, or that name what they read. A chapter's tests ask `robot_perception.chapters` for
-their own chapter. Pages that are built anew are opened in the browser, no others.
+their own chapter. Pages that are built anew are opened in the browser and run in JupyterLab, no
+others.
 
 What lies under everything, the versions of packages for instance, is not traced: then the command
 that tests everything is named, and nothing passes.
@@ -31,6 +32,7 @@ from robot_perception.teaching.dependencies import (
     claims_of,
     code,
 )
+from tests.site.lab import LAB_PAGES
 
 ROOT = Path(__file__).parents[1]
 SITE = "build/_build/html"
@@ -298,11 +300,14 @@ def lanes(reached: Reached, jobs: int) -> Iterator[Iterator[tuple[str, list[str]
 
 def _of_the_site(reached: Reached, jobs: int, pytest: list[str]) -> Iterator[tuple[str, list[str]]]:
     yield "book", ["make", "--no-print-directory", "book", f"JOBS={jobs}"]
+    in_lab = ["env", f"{LAB_PAGES}={','.join(sorted(reached.pages))}"]
     ask = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-m", "not slow", BROWSER]
+    ask = [*in_lab, *ask]
     found = subprocess.run(ask, cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
     tests = page_tests(reached.pages, (line for line in found if "::" in line))
     whole = sorted(reached.site)
-    yield "pages", [*pytest, *whole, *(t for t in tests if t.partition("::")[0] not in whole)]
+    alone = (test for test in tests if test.partition("::")[0] not in whole)
+    yield "pages", [*in_lab, *pytest, *whole, *alone]
 
 
 def follow(lane: Iterator[tuple[str, list[str]]]) -> str:

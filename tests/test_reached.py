@@ -199,11 +199,11 @@ def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):
 
 
 COLLECTED = [
-    "tests/site/test_pages.py::test_page[walls-light]",
-    "tests/site/test_pages.py::test_page[recordings_walls-light]",
-    "tests/site/test_pages.py::test_page[library/walls-dark]",
+    "tests/site/test_pages.py::test_page[walls]",
+    "tests/site/test_pages.py::test_page[recordings_walls]",
+    "tests/site/test_pages.py::test_page[library/walls]",
     "tests/site/test_pages.py::test_search_finds",
-    "tests/site/test_explorers.py::test_explorers[walls]",
+    "tests/site/test_jupyterlab.py::test_explorers_survive_run_all_cells[walls]",
 ]
 
 
@@ -226,6 +226,22 @@ def test_nothing_reached_is_no_step_and_notebooks_are_run():
     tests, site = lanes(Reached(pages=frozenset({"walls"})), 2)
     assert next(tests)[1][-2:] == ["--nbval-lax", "book/walls.ipynb"]
     assert next(site)[0] == "book"
+
+
+def test_pages_that_are_built_anew_are_run_in_jupyterlab(monkeypatch: pytest.MonkeyPatch):
+    commands = []
+
+    def run(command: list[str], **words: object) -> subprocess.CompletedProcess[str]:
+        commands.append(command)
+        return subprocess.CompletedProcess(command, 0, "\n".join(COLLECTED))
+
+    monkeypatch.setattr(reached.subprocess, "run", run)
+    *_, site = lanes(Reached(pages=frozenset({"library/walls", "recordings_walls"})), 2)
+    _, (name, command) = site
+    told = ["env", "ROBOT_PERCEPTION_LAB_PAGES=library/walls,recordings_walls"]
+    assert name == "pages"
+    assert [words[:2] for words in (*commands, command)] == [told, told]
+    assert command[-2:] == COLLECTED[1:3]
 
 
 @pytest.fixture

@@ -14,6 +14,8 @@ FLAGS = (
     "--disable-component-update",
     "--disable-sync",
 )
+WINDOW = {"width": 1280, "height": 800}
+TELEPHONE = {"width": 390, "height": 844}
 
 
 def executable() -> str | None:

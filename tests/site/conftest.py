@@ -14,12 +14,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
-from tests.site.browser import launch
+from tests.site.browser import WINDOW, launch
 from tests.site.counts import COUNTS
 
 ROOT = Path(__file__).parents[2]
-Reading = Callable[[dict[str, int]], Page]
-"""Returns a page that is open, in a window of a size."""
 
 
 @dataclass
@@ -107,32 +105,13 @@ def visit(browser: Browser, address: str, site: Path) -> Iterator[Callable[..., 
     contexts: list[BrowserContext] = []
 
     def make(**options: object) -> Visit:
-        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
+        context = browser.new_context(**({"viewport": WINDOW} | options))
         contexts.append(context)
         return Visit(context.new_page(), (address, site.as_uri()))
 
     yield make
     for context in contexts:
         context.close()
-
-
-@pytest.fixture(scope="module")
-def reading(request: pytest.FixtureRequest, browser: Browser, address: str) -> Iterator[Reading]:
-    """A page that is open for all tests of a module that look at it, in a window of any size."""
-    context = browser.new_context()
-    page = Visit(context.new_page(), (address,)).open(f"{address}{request.param}.html")
-
-    def look(window: dict[str, int]) -> Page:
-        page.emulate_media(media="screen")
-        page.set_viewport_size(window)
-        for reset in page.query_selector_all(".rp-reset"):
-            reset.click()
-        page.wait_for_selector(".explorer[data-busy]", state="detached")
-        page.wait_for_timeout(150)  # explorers give their controls a place
-        return page
-
-    yield look
-    context.close()
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, BrowserContext
 
+from tests.site.browser import WINDOW
 from tests.site.conftest import Visit
 
 HERE = Path(__file__).parent
@@ -50,7 +51,7 @@ def visits(browser: Browser, page: Path) -> Iterator[Callable[..., Visit]]:
     contexts: list[BrowserContext] = []
 
     def make(**options: object) -> Visit:
-        context = browser.new_context(**({"viewport": {"width": 1280, "height": 900}} | options))
+        context = browser.new_context(**({"viewport": WINDOW} | options))
         contexts.append(context)
         visit = Visit(context.new_page(), (page.parent.as_uri(),))
         visit.page.goto(page.as_uri())

@@ -18,6 +18,8 @@ from pathlib import Path
 from playwright.sync_api import Page
 
 DATA = "ROBOT_PERCEPTION_DATA"
+LAB_PAGES = "ROBOT_PERCEPTION_LAB_PAGES"
+"""Notebooks that the tests run in JupyterLab: names with commas between them, or ``all``."""
 SETTINGS = {
     "notebook-extension/tracker": {"windowingMode": "none"},  # every cell in the page, seen or not
     "apputils-extension/notification": {"fetchNews": "false", "checkForUpdates": False},
