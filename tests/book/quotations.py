@@ -41,7 +41,6 @@ OTHERS = MappingProxyType(
         "somewhere": "our word for a range that is not known",
         "Fewer particles for good results": "a claim's statement, in our words",
         "no return": "a reader's scanner",
-        "minimizes the determinant": "not word for word: “is chosen to minimize the determinant”",
     }
 )
 """What stands between quotation marks and is said by nobody in a paper."""
