@@ -13,7 +13,7 @@ import json
 import linecache
 import symtable
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -78,7 +78,7 @@ def code_of(function: Callable[..., Any]) -> str | None:
     that these import (`dependencies.code_digest`).
     """
     texts = sources(function.__module__)
-    return None if texts is None else Definitions(texts).digest(function.__qualname__)
+    return None if texts is None else definitions(texts).digest(function.__qualname__)
 
 
 def sources(module: str) -> tuple[str, ...] | None:
@@ -207,9 +207,15 @@ class Definitions:
         for module in modules:
             if module.startswith(BOOK):
                 stem, _, name = module.removeprefix(BOOK).partition(":")
-                cells = Definitions(_of_page(stem))
+                cells = definitions(_of_page(stem))
                 names = [name] if name else sorted(cells._statements)
                 yield module, " ".join(f"{one} {cells.digest(one)}" for one in names)
+
+
+@lru_cache(maxsize=8)
+def definitions(texts: tuple[str, ...]) -> Definitions:
+    """Return the definitions of cells, which are read once."""
+    return Definitions(texts)
 
 
 def _tables(node: ast.stmt) -> Iterator[symtable.SymbolTable]:

@@ -16,7 +16,7 @@ from datetime import date
 from pathlib import Path
 
 from robot_perception.files import reading, written
-from robot_perception.teaching.cells import Definitions, sources
+from robot_perception.teaching.cells import definitions, sources
 from robot_perception.teaching.dependencies import REGISTRATIONS, hashed
 from robot_perception.teaching.records import records
 from robot_perception.teaching.studies import Claim
@@ -120,7 +120,7 @@ def measure_of(claim: Claim) -> str:
     if not isinstance(claim.study, Trials):
         return NOT_OF_ROWS
     function = inspect.unwrap(claim.compute)
-    cells = Definitions(sources(function.__module__) or ())
+    cells = definitions(sources(function.__module__) or ())
     known = cells.said(function.__name__), cells.keyword(function.__name__, "value")
     sabotages = [(one.study.name, one.study.changed) for one in claim.sabotages]
     return hashed(repr((claim.study.name, known, sabotages)))
