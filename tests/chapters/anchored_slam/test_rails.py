@@ -11,8 +11,7 @@ from robot_perception.chapters.anchored_slam import figures as draw
 from robot_perception.chapters.anchored_slam import rails
 from robot_perception.chapters.anchored_slam.rails import FIG5, FIG6
 from robot_perception.chapters.monobot import rail
-from robot_perception.chapters.monobot.rail import FIG3, FIG4, ORIGIN
-from robot_perception.chapters.monobot.steady import ends
+from robot_perception.chapters.monobot.rail import FIG3, FIG4, ORIGIN, ends
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.teaching.figures import figure
 
@@ -40,8 +39,8 @@ def test_errors_and_innovations_are_as_large_as_the_filter_says(config, landmark
 
 def test_figures_share_their_worlds_and_their_first_measurement():
     four, five, six = rails.figures(rng=RNG(3)).values()
-    alone = rail.run(FIG4, rng=RNG(3))
-    np.testing.assert_array_equal(four.filtered.means, alone.filtered.means)
+    alone = rail.refilter(FIG4, rail.simulate(FIG4, rng=RNG(3)))
+    np.testing.assert_array_equal(four.filtered.means, alone.means)
     np.testing.assert_array_equal(five.first_errors, four.first_errors)
     np.testing.assert_array_equal(six.world.positions, four.world.positions)
     assert five.gains.shape == four.gains.shape

@@ -1,41 +1,39 @@
-"""The exercises judge right and wrong answers, each wrong one with words of its own."""
+"""The answers of the exercises are what happens."""
 
 import numpy as np
 import pytest
 
+from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.monobot.exercises import EXERCISES
-from robot_perception.slam.monobot import run_filter, settled
+from robot_perception.book.monobot import EXERCISES, limit
+from robot_perception.slam.monobot import run_filter
 
 
-@pytest.mark.parametrize(
-    ("key", "right", "wrong"),
-    [
-        ("monobot-1", 2 / (1 + np.sqrt(5)), [1.618034, 0.381966, 1.0, 7.0]),
-        ("monobot-2", [0, 1, 0], [[0, -1, 1], [-1, 1, 0], [1, 0], [0, 0, 0]]),
-        ("monobot-3", None, [1.618034, 0.25, 3.0]),
-        ("monobot-4", None, [99, 10, 7]),
-    ],
-)
-def test_exercises_judge_right_and_wrong(key, right, wrong):
-    if key == "monobot-3":  # by the recursion, not by the closed form that the exercise uses
-        start = Gaussian(np.zeros(1), np.array([[0.25]]))
-        z = np.zeros((1, 500, 4))
-        run = run_filter(start, np.zeros(499), z, motion_variance=1.0, measurement_variance=1.0)
-        right = run.covs[0, -1, 1:, 1:].mean()
-    if key == "monobot-4":
-        right = next(
-            n
-            for n in range(80, 120)
-            if settled(
-                n, start_variance=1, motion_variance=1, measurement_variance=1
-            ).landmark_variance
-            <= 1.01
-        )
-    exercise = EXERCISES[key]
-    assert exercise.judge(right)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    for answer in wrong:
-        outcome, words = exercise.judge(answer)
-        assert outcome == "wrong"
-        assert len(words) > 20
+def settles_at(landmarks, start_variance):
+    """Return all covariances of a long run at V = W = 1 m²."""
+    start, z = Gaussian(np.zeros(1), np.array([[start_variance]])), np.zeros((1, 500, landmarks))
+    run = run_filter(start, np.zeros(499), z, motion_variance=1.0, measurement_variance=1.0)
+    return run.covs[0, -1]
+
+
+def test_variance_of_the_distance_is_that_after_many_measurements():
+    P = settles_at(1, 1.0)
+    assert EXERCISES["monobot-1"].answer == pytest.approx(P[0, 0] + P[1, 1] - 2 * P[0, 1])
+
+
+@pytest.mark.parametrize("row", [[0, 1, 0], [1, 0, 0], [-1, 0, 0], [0, -1, 1], [-2, 1, 1]])
+def test_a_row_restores_the_rank_if_its_entries_do_not_add_up_to_zero(row):
+    matrix = np.array([row, [-1, 1, 0], [-1, 0, 1]], dtype=float)
+    regular = np.linalg.matrix_rank(matrix) == 3
+    assert (EXERCISES["monobot-2"].judge(row)[0] == "right") == regular == (np.sum(row) != 0)
+    assert kalman.scale_free_rank(matrix.T @ matrix) == (3 if regular else 2)
+
+
+def test_four_landmarks_settle_where_the_recursion_does():
+    variance = settles_at(4, 0.25)[1:, 1:].mean()  # of their mean: what is their own dies slowly
+    assert EXERCISES["monobot-3"].answer == pytest.approx(variance)
+
+
+def test_so_many_landmarks_and_not_one_less_come_within_a_per_cent():
+    enough = EXERCISES["monobot-4"].answer
+    assert limit(enough).landmark_variance <= 1.01 < limit(enough - 1).landmark_variance

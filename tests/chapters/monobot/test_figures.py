@@ -1,13 +1,11 @@
 """The drawings hold what the results say."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from robot_perception.chapters.monobot import broken, information, rail, steady
+from robot_perception.book.monobot import FIG3, FIG4, monobot, planes, ride
 from robot_perception.chapters.monobot import figures as draw
-from robot_perception.chapters.monobot.rail import FIG3, FIG4
+from robot_perception.chapters.monobot import recordings
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING
@@ -27,30 +25,30 @@ def ordinates(ax):
 
 @pytest.mark.parametrize("landmarks", [1, 3])
 def test_one_run_is_drawn_from_its_own_truth_estimates_and_gains(landmarks):
-    result = rail.run(replace(FIG4, runs=3, landmarks=landmarks), rng=RNG(2))
+    runs = ride(monobot(landmarks, **FIG4), 3, RNG(2))
     _, axes = figure(4, 1, height=9)
-    draw.one_run(axes, result, 1)
+    draw.one_run(axes, runs, 1)
     path, errors, vehicle, gains = (ordinates(ax) for ax in axes)
-    sightings = result.world.positions[1] + result.world.measurements[1, :, 0]
+    sightings = runs.positions[1] + runs.measurements[1, :, 0]
     np.testing.assert_array_equal(path[0], sightings[::3])
     assert len(axes[0].collections) == 2
-    means, reach = result.filtered.means[1], 2 * result.deviations
+    means, reach = runs.means[1], 2 * runs.deviations
     for i, band in enumerate(axes[0].collections):
         check_band(band, means[:, i] - reach[:, i], means[:, i] + reach[:, i])
     for i, ax in ((1, axes[1]), (0, axes[2])):
         check_band(ax.collections[0], -reach[:, i], reach[:, i])
-    np.testing.assert_array_equal(path[1], result.world.positions[1])
-    np.testing.assert_array_equal(path[2:4], result.filtered.means[1, :, :2].T)
+    np.testing.assert_array_equal(path[1], runs.positions[1])
+    np.testing.assert_array_equal(path[2:4], runs.means[1, :, :2].T)
     own = [line for line in errors if len(line) == 101]
-    np.testing.assert_array_equal(own, result.filtered.means[1, :, 1:].T - 1.0)
+    np.testing.assert_array_equal(own, runs.means[1, :, 1:].T - 1.0)
     np.testing.assert_array_equal(vehicle[0], path[2] - path[1])
-    np.testing.assert_array_equal(gains[:2], result.filtered.gains[0, :, :2, 0].T)
+    np.testing.assert_array_equal(gains[:2], runs.K[:, :2, 0].T)
 
 
 def test_an_anchor_closes_the_strip_to_an_ellipse():
     _, ax = figure()
     for anchored, edges in ((False, 2), (True, 0)):
-        draw.plane(ax, information.planes(anchored=anchored, rng=RNG(3))[5])
+        draw.plane(ax, planes(anchored)[5])
         straight = [line for line in ax.lines if len(line.get_xdata()) == 2]
         assert len(straight) == edges
         assert len(ax.patches) == 2  # the inside of the strip or ellipse, and of the belief
@@ -59,7 +57,7 @@ def test_an_anchor_closes_the_strip_to_an_ellipse():
 @pytest.mark.parametrize("anchored", [False, True])
 def test_what_is_drawn_of_the_information_lies_two_deviations_away(anchored):
     """Law: (p - m)ᵀ J (p - m) = 4 on the edges of the strip and on the rim of the ellipse."""
-    plane = information.planes(anchored=anchored, rng=RNG(3))[5]
+    plane = planes(anchored)[5]
     _, ax = figure()
     draw.plane(ax, plane)
     drawn = [line for line in ax.lines if line.get_color() == MEANING["information"]]
@@ -71,18 +69,18 @@ def test_what_is_drawn_of_the_information_lies_two_deviations_away(anchored):
 
 
 def test_mean_so_far_lies_in_a_band_that_narrows_with_the_root_of_the_runs():
-    result = rail.run(replace(FIG4, runs=60, steps=30), rng=RNG(5))
+    found = ride(monobot(steps=30, **FIG4), 60, RNG(5))
+    last, sigma = found.landmark_errors[:, -1, 0], found.deviations[-1, 1]
     _, ax = figure()
-    draw.ensemble.on(ax, steady.ends(result))
+    draw.ensemble.on(ax, last, sigma)
     runs, means = ax.lines[1].get_data()
-    last = result.last_errors[:, 0]
     np.testing.assert_allclose(means, [last[: int(n)].mean() for n in runs])
-    half = 2 * result.deviations[-1, 1] / np.sqrt(runs)
+    half = 2 * sigma / np.sqrt(runs)
     check_band(ax.collections[0], -half, half)
 
 
 def test_two_origins_have_a_band_of_two_deviations_about_their_wall():
-    run = rail.run(replace(FIG4, runs=1, steps=9), rng=RNG(6)).filtered
+    run = recordings.filter_corridor(recordings.CORRIDOR.read().result, origin=0.0)
     _, axes = figure(1, 2)
     draw.two_origins.on(axes, {"here": run, "there": run})
     for ax in axes:
@@ -91,25 +89,26 @@ def test_two_origins_have_a_band_of_two_deviations_about_their_wall():
 
 
 def test_first_against_last_has_the_slope_of_least_squares():
-    result = rail.run(replace(FIG3, runs=40), rng=RNG(4))
+    first, last = ride(monobot(**FIG3), 40, RNG(4)).landmark_errors[:, [0, -1], 0].T
     _, ax = figure()
-    draw.first_against_last.on(ax, result)
+    draw.first_against_last.on(ax, first, last)
     line = ax.lines[1]
     slope = np.ptp(line.get_ydata()) / np.ptp(line.get_xdata())
-    first, last = result.first_errors, result.last_errors[:, 0]
-    assert slope == pytest.approx(np.linalg.lstsq(first, last, rcond=None)[0][0])
+    assert slope == pytest.approx(np.linalg.lstsq(first[:, None], last, rcond=None)[0][0])
 
 
-def test_honesty_names_every_variant_in_its_own_colour():
-    variants = broken.run(replace(FIG4, runs=4, steps=9), rng=RNG(1))
+def test_honesty_names_every_way_in_its_own_colour():
+    rng = RNG(1)
+    rms, nees = ({f"way {k}": rng.random(9) for k in range(5)} for _ in range(2))
     _, axes = figure(2, 1)
-    draw.variants.on(axes, variants)
+    draw.variants.on(axes, rms, nees, runs=4)
     ax = axes[1]
     named = {line.get_label().replace("\n", " "): line for line in ax.lines}
-    assert list(named) == [v.name for v in variants]
-    assert len({line.get_color() for line in ax.lines}) == len(variants)
-    for v in variants:
-        np.testing.assert_array_equal(named[v.name].get_ydata(), v.nees)
+    assert list(named) == list(nees)
+    assert len({line.get_color() for line in ax.lines}) == len(nees)
+    for upper, (name, line) in zip(axes[0].lines, named.items(), strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), nees[name])
+        np.testing.assert_array_equal(upper.get_ydata(), rms[name])
     (honest,) = ax.patches  # the average of four runs lies in it, 95 times in 100
     span = honest.get_y(), honest.get_y() + honest.get_height()
     assert span == pytest.approx(average_bounds(1, 4))

@@ -1,4 +1,4 @@
-"""Worlds against filter: the world is written without the filter's equations."""
+"""World and filter of the notebook: laws, and against those that share nothing with them."""
 
 from dataclasses import replace
 
@@ -6,45 +6,71 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robot_perception.chapters.monobot import rail, steady
-from robot_perception.chapters.monobot.rail import FIG3, FIG4, GOLDEN
+from robot_perception.beliefs import Gaussian
+from robot_perception.book import monobot as book
+from robot_perception.book.monobot import FIG3, FIG4, GOLDEN
+from robot_perception.chapters.monobot import rail
+from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 
 RUNS = 400
 RNG = np.random.default_rng
+FIGURES = pytest.mark.parametrize("noises", [FIG3, FIG4], ids=["fig3", "fig4"])
 
 
-def study(base, seed=0, **changes):
-    return rail.run(replace(base, **({"runs": RUNS} | changes)), rng=RNG(seed))
+def ride(seed=0, runs=RUNS, **setting):
+    return book.ride(book.monobot(**setting), runs, RNG(seed))
 
 
-@pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
+@FIGURES
+@pytest.mark.parametrize("changes", [{}, {"landmarks": 3, "shape": "at rest", "steps": 7}])
+def test_world_is_that_of_the_simulation_and_filter_that_of_the_library(noises, changes):
+    """The chapter about the anchor still takes both from there."""
+    config = rail.Config(runs=5, **noises | changes)
+    world = rail.simulate(config, rng=RNG(3))
+    other = rail.Result(config, world, rail.refilter(config, world))
+    found = ride(3, 5, **noises | changes)
+    for name in ("positions", "measurements", "means", "landmark_errors", "vehicle_errors"):
+        ours, theirs = getattr(found, name), getattr(other, name)
+        np.testing.assert_allclose(ours, theirs, atol=1e-12, err_msg=name)
+    np.testing.assert_allclose(found.deviations, other.deviations, atol=1e-12)
+    np.testing.assert_allclose(found.gains, other.gains, atol=1e-12)
+    assert found.landmarks_at == other.landmarks_at
+
+
+@FIGURES
+def test_anchor_is_that_of_the_library(noises):
+    """By the covariances, which need no draws."""
+    plain = rail.Config(landmarks=2, reference="anchor", **noises)
+    found, other = book.stated(book.monobot(2, anchor=True, **noises)), rail.covariances(plain)
+    np.testing.assert_allclose(found.P, other.covs[0], atol=1e-12)
+    np.testing.assert_allclose(found.K, other.gains[0], atol=1e-12)
+    np.testing.assert_allclose(found.S, other.innovation_covs[0], atol=1e-12)
+
+
+@FIGURES
 @pytest.mark.parametrize("landmarks", [1, 3])
-@pytest.mark.parametrize("reference", ["none", "anchor"])
-def test_errors_are_as_large_as_the_filter_says(base, landmarks, reference):
-    result = study(base, landmarks=landmarks, reference=reference)
-    errors = np.concatenate([result.vehicle_errors[..., None], result.landmark_errors], axis=-1)
+@pytest.mark.parametrize("anchor", [False, True])
+def test_errors_are_as_large_as_the_filter_says(noises, landmarks, anchor):
+    found = ride(landmarks=landmarks, anchor=anchor, **noises)
+    errors = np.concatenate([found.vehicle_errors[..., None], found.landmark_errors], axis=-1)
     low, high = average_bounds(landmarks + 1, RUNS, 1 - 1e-4)
     for step in (0, 1, 7, 100):
         # whitened by the square root, as the covariance of many measurements is close to singular
-        nees = normalised_squared(errors[:, step], result.filtered.covs[0, step])
+        nees = normalised_squared(errors[:, step], found.P[step])
         assert low < nees.mean() < high, f"step {step}"
 
 
-@pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
-@pytest.mark.parametrize("reference", ["none", "anchor"])
-def test_innovations_are_white_and_of_the_stated_size(base, reference):
-    result = study(base, landmarks=2, reference=reference)
-    S = result.filtered.innovation_covs[0]
-    nis = normalised_squared(result.filtered.innovations, S)
-    low, high = average_bounds(S.shape[-1], RUNS * base.steps, 1 - 1e-4)
+@FIGURES
+def test_innovations_are_white_and_of_the_stated_size(noises):
+    config = rail.Config(runs=RUNS, landmarks=2, **noises)
+    found = rail.refilter(config, rail.simulate(config, rng=RNG(0)))
+    S = found.innovation_covs[0]
+    nis = normalised_squared(found.innovations, S)
+    low, high = average_bounds(2, RUNS * config.steps, 1 - 1e-4)
     assert low < nis.mean() < high
-    white = np.stack(
-        [
-            z @ np.linalg.inv(np.linalg.cholesky(s)).T
-            for z, s in zip(result.filtered.innovations.transpose(1, 0, 2), S, strict=True)
-        ]
-    )
+    roots = np.linalg.inv(np.linalg.cholesky(S))
+    white = np.einsum("kij,rkj->kri", roots, found.innovations)
     for lag in (1, 2, 5):
         correlation = np.mean(white[lag:] * white[:-lag])
         assert abs(correlation) < 4 / np.sqrt(white[lag:].size)
@@ -52,46 +78,127 @@ def test_innovations_are_white_and_of_the_stated_size(base, reference):
 
 @pytest.mark.parametrize("landmarks", [1, 20])
 def test_limit_of_the_error_has_the_closed_form_variance(landmarks):
-    result = study(FIG3, landmarks=landmarks, steps=60, runs=2000)
-    form = rail.limit(landmarks)
-    common = result.last_errors.mean(axis=1)
+    common = ride(runs=2000, landmarks=landmarks, steps=60).landmark_errors[:, -1].mean(axis=1)
     low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], 2000) / 2000
-    assert low < np.mean(common**2) / form.landmark_variance < high
-
-
-@pytest.mark.parametrize("landmarks", [1, 5])
-def test_information_grows_in_the_end_at_the_rate_of_the_closed_form(landmarks):
-    total = rail.total_information(replace(FIG3, landmarks=landmarks))[:, 0, 0]
-    assert total[-1] - total[-2] == pytest.approx(rail.limit(landmarks).information_rate, rel=1e-9)
+    assert low < np.mean(common**2) / book.limit(landmarks).landmark_variance < high
 
 
 def test_share_explained_by_the_first_measurement_is_the_ratio_of_variances():
     """Estimates later in time differ from the first by what is orthogonal to the last error."""
-    share = steady.ends(study(FIG3, steps=40, runs=4000)).explained
+    errors = ride(runs=4000, steps=40).landmark_errors[..., 0]
+    share = intervals.explained(errors[:, 0], errors[:, -1])
     assert share.low < GOLDEN / 2 < share.high
 
 
+def test_first_error_is_all_of_the_last_if_only_the_start_is_unknown_to_the_map():
+    errors = ride(runs=50, first_measurement_factor=0.0, **FIG4).landmark_errors[..., 0]
+    assert intervals.explained(errors[:, 0], errors[:, -1]).estimate == pytest.approx(1)
+
+
+@pytest.mark.parametrize("changes", [{"start_deviation": 0.0}, {"landmarks": 5}, {"reach": 2.0}])
+def test_a_share_by_covariance_is_the_squared_correlation_of_many_runs(changes):
+    found = ride(9, 4000, **FIG4 | changes)
+    measured = intervals.explained(*found.landmark_errors[:, [0, -1]].mean(axis=2).T)
+    before, after = found.P[[0, -1], 1:, 1:].mean(axis=(1, 2))
+    assert measured.low - 0.02 < after / before < measured.high + 0.02
+
+
 def test_same_seed_same_result_and_a_run_does_not_depend_on_its_number():
-    few, again, many = (study(FIG4, seed=3, runs=n) for n in (4, 4, 60))
-    np.testing.assert_array_equal(few.filtered.means, again.filtered.means)
-    np.testing.assert_allclose(few.filtered.means, many.filtered.means[:4], atol=1e-12)
-    assert not np.allclose(study(FIG4, seed=4, runs=4).last_errors, few.last_errors)
+    few, again, many = (ride(3, runs, **FIG4) for runs in (4, 4, 60))
+    np.testing.assert_array_equal(few.means, again.means)
+    np.testing.assert_allclose(few.means, many.means[:4], atol=1e-12)
+    assert not np.allclose(ride(4, 4, **FIG4).means, few.means)
 
 
-def test_configurations_hold_what_the_captions_print():
-    assert FIG3.start_deviation == FIG3.motion_deviation == FIG3.measurement_deviation == 1.0
-    np.testing.assert_array_equal(FIG3.motion_deviations, np.ones(100))
-    assert (FIG4.start, FIG4.landmarks_at, FIG4.steps) == (-1.0, 1.0, 100)
-    assert FIG4.plan[0] == -1.0
-    assert FIG4.plan[-1] == pytest.approx(-1.0)
-    commands, distances = np.diff(FIG4.plan), 1.0 - FIG4.plan
-    np.testing.assert_allclose(FIG4.motion_deviations / np.abs(commands), FIG4.motion_share)
-    np.testing.assert_allclose(
-        FIG4.measurement_deviations[:, 0] / distances, FIG4.measurement_share
+def test_noises_are_what_the_captions_print():
+    three, four = book.monobot(**FIG3), book.monobot(**FIG4)
+    assert three.P0 == 1
+    np.testing.assert_array_equal(three.V, np.ones(100))
+    np.testing.assert_array_equal(three.W, np.ones((101, 1)))
+    assert (four.path[0], len(four.u)) == (-1.0, 100)
+    assert four.path[-1] == pytest.approx(-1.0)
+    np.testing.assert_allclose(np.sqrt(four.V) / np.abs(four.u), FIG4["motion_share"])
+    distance = np.abs(1.0 - four.path)
+    np.testing.assert_allclose(np.sqrt(four.W[:, 0]) / distance, FIG4["measurement_share"])
+
+
+@FIGURES
+def test_an_anchor_leaves_less_than_half_of_the_error(noises):
+    tied, plain = (
+        book.stated(book.monobot(2, anchor=anchor, **noises)) for anchor in (True, False)
     )
-
-
-@pytest.mark.parametrize("base", [FIG3, FIG4], ids=["fig3", "fig4"])
-def test_an_anchor_leaves_less_than_half_of_the_error(base):
-    tied, plain = (study(base, landmarks=2, reference=name) for name in ("anchor", "none"))
     assert tied.deviations[-1, 1] < 0.5 * plain.deviations[-1, 1]
+
+
+# What is known --------------------------------------------------------------------------------
+
+
+def test_likelihood_is_level_along_a_shift_and_curved_across():
+    robot, places = book.monobot(**FIG3), np.linspace(-3, 3, 25)
+    _, z = book.drive(robot, 1, RNG(1))
+    values = book.log_likelihood(robot, z[0], places, places)
+    assert values.max() == 0
+    for offset in (-5, 0, 9):
+        assert np.ptp(np.diagonal(values, offset)) < 1e-9
+    # across: the information on the distance at the start, with the first measurement's own 1/W
+    curvature = np.diff(values[12], 2) / np.diff(places)[0] ** 2
+    np.testing.assert_allclose(curvature, -GOLDEN, rtol=1e-6)
+
+
+@FIGURES
+def test_measurements_and_the_start_together_know_what_the_filter_knows(noises):
+    """With a prior on the start the information is the inverse of the filter's covariance."""
+    robot = book.monobot(2, 20, **noises | {"start_deviation": 300.0})
+    known = book.information(robot)
+    gap = np.linalg.inv(book.stated(robot).P) - known
+    assert np.abs(gap).max() < 1e-4 * np.abs(known).max()
+
+
+def test_information_for_one_landmark_is_that_of_neighbouring_fibonacci_numbers():
+    known = book.information(book.monobot(**FIG3))[:, 0, 0]
+    fibonacci = [1, 1]
+    for _ in range(14):
+        fibonacci.append(fibonacci[-2] + fibonacci[-1])
+    ratios = np.divide(fibonacci[1:], fibonacci[:-1])
+    np.testing.assert_allclose(known[:8], ratios[::2])
+    assert known[-1] == pytest.approx(GOLDEN)
+
+
+@FIGURES
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_own_gain_is_what_tells_a_landmark_from_the_others(noises, n):
+    """Equal landmarks: every gain is one number on the diagonal and another beside it."""
+    K = book.stated(book.monobot(n, 20, **noises)).K
+    gains = K[:, 1:]
+    beside = gains[:, 0, -1] if n > 1 else 0.0
+    diagonal = gains[:, 0, 0] - beside
+    common, own = book.parts(K)
+    np.testing.assert_allclose(common, diagonal + n * beside, atol=1e-12 * gains.max())
+    np.testing.assert_allclose(own, (1 - 1 / n) * diagonal, atol=1e-12 * gains.max())
+
+
+def test_true_covariance_of_a_shared_error_is_that_of_many_runs():
+    robot = book.monobot(3, 12, **FIG3)
+    r, z = book.drive(robot, 4000, RNG(2))
+    found = book.filtered(robot, np.repeat(z[..., :1], 3, axis=-1))
+    errors = np.concatenate([found.means[:, -1, :1] - r[:, -1:], found.means[:, -1, 1:] - 1], 1)
+    exact = book.with_one_error(robot, found.K)
+    np.testing.assert_allclose(np.cov(errors.T), exact, atol=0.1 * exact.max())
+
+
+def test_shared_piece_keeps_the_ends_of_all_runs():
+    config = replace(rail.FIG4, runs=6)
+    world = rail.simulate(config, rng=RNG(1))
+    result = rail.Result(config, world, rail.refilter(config, world))
+    found = rail.ends(result)
+    np.testing.assert_array_equal(found.first, result.first_errors[:, 0])
+    np.testing.assert_array_equal(found.last, result.last_errors[:, 0])
+
+
+def test_start_stands_alone_before_the_first_measurement():
+    """What a belief without cross-covariance forgets, and nothing else."""
+    start = Gaussian(np.array([-1.0]), np.array([[0.01]]))
+    right = book.first_measurement(start, np.array([2.0]), np.array([0.04]))
+    wrong = book.forgetful(start, np.array([2.0]), np.array([0.04]))
+    np.testing.assert_array_equal(wrong.mean, right.mean)
+    np.testing.assert_array_equal(wrong.cov, np.diag(np.diag(right.cov)))

@@ -52,3 +52,15 @@ def test_real_corridor_is_a_monobot():
     assert low < nis.mean() < high
     wall = stretch.track + stretch.measurements
     assert abs(run.means[0, -1, 1] - np.median(wall)) < 0.1
+
+
+def test_innovations_of_the_corridor_are_rather_small_and_not_too_small():
+    stretch = recordings.CORRIDOR.read().result
+    here, there = (recordings.filter_corridor(stretch, origin=origin) for origin in (0.0, 100.0))
+    said = recordings.compared(here, there)
+    assert said["shift"] == pytest.approx(100)
+    assert np.ptp(there.means - here.means) < 1e-9
+    assert said["start"] < said["wall"] < 1.1 * said["start"]
+    assert said["share"] == pytest.approx(0.52, abs=0.01)
+    assert said["count"] == 15
+    assert 5 < said["percentile"] < 10

@@ -1,13 +1,9 @@
-"""Drawings of the chapter: numbers and axes in, axes out.
-
-The runs of an experiment are a namespace with ``positions``, ``measurements``, ``means``,
-``vehicle_errors``, ``landmark_errors`` (runs first), ``deviations`` (measurements × states), and
-``gains`` (steps × vehicle and landmark), as the notebook makes it.
-"""
+"""Drawings of the chapter: numbers and axes in, axes out."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +16,11 @@ from robot_perception.teaching.figures.style import MEANING, AxesRow, band, elli
 
 MEASUREMENTS = "measurements after the first"
 
+Runs = Any
+"""Runs of an experiment, as the notebook makes them, or `rail.Result`: ``positions``,
+``measurements``, ``means``, ``vehicle_errors`` and ``landmark_errors`` (runs first), ``deviations``
+(measurements × states), and ``gains`` (steps × vehicle and landmark)."""
+
 VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
 """What the variants of the filter mean, in the order of the chapter."""
 
@@ -27,7 +28,7 @@ VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored"
 # The rail --------------------------------------------------------------------------------------
 
 
-def trajectory(ax: Axes, runs: SimpleNamespace, run: int) -> Axes:
+def trajectory(ax: Axes, runs: Runs, run: int) -> Axes:
     """Draw one run as in the first column of Fig. 4: true path, estimates with ±2σ, sightings.
 
     A sighting is where one measurement alone, from the true path, puts the first landmark; every
@@ -57,7 +58,7 @@ def trajectory(ax: Axes, runs: SimpleNamespace, run: int) -> Axes:
     ),
     height=3.3,
 )
-def error_fan(ax: Axes, runs: SimpleNamespace, *, picked: int | None = None) -> Axes:
+def error_fan(ax: Axes, runs: Runs, *, picked: int | None = None) -> Axes:
     """Draw the first landmark's error in all runs inside the stated ±2σ, one run picked out."""
     errors = runs.landmark_errors[..., 0].T
     last = len(errors) - 1
@@ -93,7 +94,7 @@ def _errors(
     return ax
 
 
-def gains(ax: Axes, runs: SimpleNamespace) -> Axes:
+def gains(ax: Axes, runs: Runs) -> Axes:
     """Draw the gains of vehicle and first landmark on that landmark's innovation, as in Fig. 4."""
     vehicle, landmark = runs.gains.T
     k = np.arange(1, len(vehicle) + 1)
@@ -111,7 +112,7 @@ def gains(ax: Axes, runs: SimpleNamespace) -> Axes:
     return ax
 
 
-def one_run(axes: AxesRow, runs: SimpleNamespace, run: int) -> AxesRow:
+def one_run(axes: AxesRow, runs: Runs, run: int) -> AxesRow:
     """Draw one run on two axes (path, landmark error) or four (and vehicle, gains), cleared.
 
     Errors stand inside the stated ±2σ; a dot is where a landmark's began.
@@ -147,7 +148,7 @@ def watched(axes: AxesRow, state: SimpleNamespace) -> None:
     cols=2,
     height=9.2,
 )
-def fig4(axes: np.ndarray, results: Sequence[SimpleNamespace]) -> np.ndarray:
+def fig4(axes: np.ndarray, results: Sequence[Runs]) -> np.ndarray:
     """Draw a run with one landmark and one with more, a column each, as the rows of Fig. 4."""
     for column, runs in zip(axes.T, results, strict=True):
         one_run(column, runs, 0)
@@ -165,7 +166,7 @@ def common_scales(axes: np.ndarray) -> np.ndarray:
     return axes
 
 
-def study(axes: AxesRow, runs: SimpleNamespace) -> None:
+def study(axes: AxesRow, runs: Runs) -> None:
     """Draw the landmark errors of all runs and the gains, on scales that all states share."""
     for ax in axes:
         ax.clear()
