@@ -1,8 +1,15 @@
-"""Every link of the built site has its target: the file, and the place on the page."""
+"""Every link of the built site has its target: the file, and the place on the page; by number."""
 
+import re
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
+
+import pytest
+from bs4 import BeautifulSoup
+
+from tests.site.contents import PAGES
 
 
 class Names(HTMLParser):
@@ -58,3 +65,28 @@ def test_links_without_a_target_are_named(tmp_path: Path) -> None:
         "two.html: #d",
         "two.html: #x",
     ]
+
+
+@cache
+def read(file: Path) -> BeautifulSoup:
+    """Return a page of the site."""
+    return BeautifulSoup(file.read_text("utf-8"), "html.parser")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_captions_are_numbered_and_links_have_targets(name: str, site: Path) -> None:
+    """Captions count from one, by chapter; a link to a figure shows the number of its target."""
+    file = site / f"{name}.html"
+    captions = read(file).select("main figure.rp-figure > figcaption")
+    numbers = [caption.select_one(".rp-number").text for caption in captions]
+    counted = [re.fullmatch(r"Fig\. (?:(.*)\.)?(\d+)", number) for number in numbers]
+    assert all(counted), numbers
+    assert [int(match[2]) for match in counted] == list(range(1, 1 + len(numbers)))
+    assert len({match[1] for match in counted}) <= 1
+    for link in read(file).select("article a[href*='#fig-']:not(.headerlink)"):
+        other, _, target = link["href"].partition("#")  # a heading may begin with the same word
+        figure = read((file.parent / other).resolve() if other else file).find(id=target)
+        assert figure.name == "figure", target
+        number = figure.select_one(".rp-number").text
+        assert number == link.text or not link.text.startswith("Fig. ")
+        assert link.text
