@@ -69,6 +69,7 @@ def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
         told(values)
         return once(*values)
 
+    remembered.cache_clear = once.cache_clear
     return remembered
 
 

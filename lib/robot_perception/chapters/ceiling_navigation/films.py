@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from data_synth.ceiling import CeilingCamera
