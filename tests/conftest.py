@@ -1,8 +1,11 @@
-"""What holds for all tests: no deadlines, whose worker a test is, no claim is computed twice."""
+"""What holds for all tests: no deadlines, whose worker a test is, a bound of memory, claims once."""
 
+import gc
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,6 +18,11 @@ settings.register_profile("book", settings(), deadline=None)  # no test asserts 
 settings.load_profile("book")
 
 VISITS = "tests/site/test_pages.py::"
+MOST = 1.0e9
+"""Bytes that a worker may hold after a file of tests, before it forgets films and worlds."""
+REMEMBER = ("data_synth.", "robot_perception.chapters.", "robot_perception.book.")
+"""Packages that hold what they have rendered."""
+
 COMPUTED: list[str] = []
 """Claims of the book that the running test has computed."""
 
@@ -46,6 +54,24 @@ def pytest_collection_finish() -> None:
         return find(self, size)
 
     studies.Claim.find = noted
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forgets() -> Iterator[None]:
+    """After a file of tests let go of what worlds and chapters hold, where that is much."""
+    yield
+    if _held() > MOST:
+        for name in [name for name in sys.modules if name.startswith(REMEMBER)]:
+            for value in vars(sys.modules[name]).values():
+                if hasattr(value, "cache_clear"):
+                    value.cache_clear()
+        gc.collect()
+
+
+def _held() -> int:
+    """Return the bytes of memory that this process holds; none where the system does not say."""
+    pages = Path("/proc/self/statm")
+    return int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
 
 
 @pytest.hookimpl(wrapper=True)

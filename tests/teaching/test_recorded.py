@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from robot_perception import chapters
 from robot_perception.beliefs import Gaussian
 from robot_perception.teaching import recorded as module
 from robot_perception.teaching.recorded import Recorded, recorded
+from robot_perception.teaching.records import records
 from robot_perception.teaching.structures import Packed, packed, unpacked
 
 
@@ -176,6 +178,13 @@ def test_what_is_stored_is_not_computed(stored):
     assert COMPUTED == [(5, 2.0)]
 
 
+def test_what_is_no_number_is_stored_too(folder):
+    made(lambda count, scale=2.0: (np.nan, np.array([np.inf])), ((3,),)).write()
+    one, two = made(calls=((3,),))(3)
+    assert np.isnan(one)
+    assert np.isinf(two).all()
+
+
 def other_code(file: Path, monkeypatch: pytest.MonkeyPatch) -> Recorded:
     monkeypatch.setattr(module, "code_digest", lambda name: "other code")
     return made()
@@ -250,3 +259,26 @@ def test_what_would_be_read_otherwise_is_not_stored(folder, monkeypatch):
 def test_it_keeps_the_words_of_the_function():
     assert made().__doc__ == "Count."
     assert made().__name__ == "compute"
+
+
+# Those of the book -------------------------------------------------------------------------------
+
+LARGEST = 1_000_000  # bytes
+ALL = chapters.states()
+
+
+def test_stored_results_have_names_of_their_own():
+    names = [found.store for found in (*chapters.recordings(), *ALL)]
+    assert len(set(names)) == len(names) > len(ALL) > 0
+
+
+@pytest.mark.parametrize("found", ALL, ids=lambda found: found.store)
+def test_what_the_book_reads_is_what_was_stored(found: Recorded, monkeypatch):
+    monkeypatch.undo()
+    assert found.is_stored()
+    assert (records() / f"{found.store}.npz").stat().st_size <= LARGEST
+
+
+def test_an_unknown_chapter_has_no_states():
+    with pytest.raises(ValueError, match="no chapter 'sailing'"):
+        chapters.states(["sailing"])

@@ -54,17 +54,17 @@ class Recorded(Generic[P, Result]):
             return self._stored[call]
         return self._compute(*args, **kwargs)
 
-    def is_current(self) -> bool:
-        """Tell whether what is stored comes from this code, and is what was stored."""
+    def is_stored(self) -> bool:
+        """Tell whether results of these calls are stored, and nobody has replaced their numbers."""
         try:
-            said = self._summary()
+            said, data = self._summary(), self._file().read_bytes()
         except FileNotFoundError:
             return False
-        return (said["code"], said["content"], said["calls"]) == (
-            code_digest(self._module),
-            _hash(self._file().read_bytes()),
-            _hash("\n".join(self._calls).encode()),
-        )
+        return (said["content"], said["calls"]) == (_hash(data), self._called())
+
+    def is_current(self) -> bool:
+        """Tell whether what is stored is what this code computes."""
+        return self.is_stored() and self._summary()["code"] == code_digest(self._module)
 
     def write(self) -> Path:
         """Compute the results and store them; return the file.
@@ -123,6 +123,9 @@ class Recorded(Generic[P, Result]):
         told(values)
         return values
 
+    def _called(self) -> str:
+        return _hash("\n".join(self._calls).encode())
+
     def _describe(self, day: str, words: dict[str, str]) -> None:
         """Write the summary: of what the states are, what computed them, and their hash."""
         self.__dict__.pop("_stored", None)
@@ -131,7 +134,7 @@ class Recorded(Generic[P, Result]):
             "date": day,
             "code": code_digest(self._module),
             "content": _hash(self._file().read_bytes()),
-            "calls": _hash("\n".join(self._calls).encode()),
+            "calls": self._called(),
             "result": {name: text for name, text in words.items() if name != "structure"},
         }
         with written(self._file().with_suffix(".json")) as beside:

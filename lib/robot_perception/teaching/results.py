@@ -72,6 +72,7 @@ def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
         live = compute.__module__ == LIVE  # where a reader edits what it reaches
         return once(_code(compute) if live else None, *values)
 
+    remembered.cache_clear = once.cache_clear
     return remembered
 
 

@@ -35,7 +35,7 @@ LEARNING = {
 """How a model takes in what is seen: α is 0, 0.05, 0.2, or 0.05 where the colours fit."""
 
 
-@lru_cache(maxsize=1)
+@recorded("following-visit")
 def visited() -> tuple[Moment, ...]:
     """Return the visit that is shown, picture by picture."""
     return tuple(moments(VISIT, Kind()))

@@ -14,6 +14,7 @@ from data_synth.companion.hall import make_hall
 from data_synth.companion.visits import (
     START,
     Order,
+    Sight,
     Stance,
     Visit,
     Visitor,
@@ -90,10 +91,14 @@ class Kind:
 class Moment:
     """A picture of a visit, what is found in it, and what is so.
 
+    The picture is made again where it is asked for.
+
     Parameters
     ----------
-    image : (240, 320, 3)
-        Red, green and blue.
+    seed, brief, frame
+        Which picture it is, of which visit.
+    noise
+        State of the source of its noise, a PCG-64, before it was taken.
     state
         Of the interaction, after this picture.
     pose : (3,)
@@ -109,7 +114,10 @@ class Moment:
         Where the tutor is, m; not a number before he comes.
     """
 
-    image: UInt8[np.ndarray, "240 320 3"] = field(repr=False)
+    seed: int
+    brief: bool
+    frame: int
+    noise: tuple[int, ...] = field(repr=False)
     state: str
     pose: Float[np.ndarray, " 3"]
     faces: tuple[SeenFace, ...]
@@ -118,6 +126,35 @@ class Moment:
     box: Float[np.ndarray, " 4"]
     truth: Float[np.ndarray, " 4"]
     tutor: Float[np.ndarray, " 2"]
+
+    @property
+    def image(self) -> UInt8[np.ndarray, "240 320 3"]:
+        """The picture: red, green and blue."""
+        rng = np.random.Generator(np.random.PCG64())
+        rng.bit_generator.state = _state(*self.noise)
+        return _seen(visit(self.seed, self.brief), self.pose, self.frame, rng).image
+
+
+def _noise(rng: np.random.Generator) -> tuple[int, ...]:
+    """Return the state of a PCG-64 in numbers."""
+    said = rng.bit_generator.state
+    return *said["state"].values(), said["has_uint32"], said["uinteger"]
+
+
+def _state(state: int, inc: int, has_uint32: int, uinteger: int) -> dict[str, Any]:
+    """Return the state of a PCG-64 as it takes it."""
+    return {
+        "bit_generator": "PCG64",
+        "state": {"state": state, "inc": inc},
+        "has_uint32": has_uint32,
+        "uinteger": uinteger,
+    }
+
+
+def _seen(happens: Visit, pose: np.ndarray, frame: int, rng: np.random.Generator) -> Sight:
+    """Return what the robot's camera sees in a picture of a visit."""
+    people = happens.at(frame)
+    return see(happens.hall, CAMERA, pose, people, rng=rng, phase=0.8 * frame)
 
 
 @lru_cache(maxsize=4)
@@ -287,7 +324,7 @@ def moments(seed: int, kind: Kind) -> Iterator[Moment]:
     state, pose = rules.start(), np.array(START)
     for frame in range(happens.frames):
         people = happens.at(frame)
-        seen = see(happens.hall, CAMERA, pose, people, rng=rng, phase=0.8 * frame)
+        noise, seen = _noise(rng), _seen(happens, pose, frame, rng)
         index = next((k for k, (who, _) in enumerate(people) if who is happens.tutor), None)
         face = NOTHING if index is None else seen.faces[index]
         after, _ = rules.step(state, robot.perceive(seen.image, state.name, face))
@@ -298,7 +335,7 @@ def moments(seed: int, kind: Kind) -> Iterator[Moment]:
             truth, there = seen.boxes[index], np.array([people[index][1].x, people[index][1].y])
         followed = after.name == "follow"
         yield Moment(
-            seen.image, after.name, pose, robot.faces, robot.hands, robot.held,
+            seed, kind.brief, frame, noise, after.name, pose, robot.faces, robot.hands, robot.held,
             robot.followed.box if followed else NOTHING, truth, there,
         )  # fmt: skip
         state, pose = after, _driven(pose, *robot.command(after.name), happens)
