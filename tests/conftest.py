@@ -1,4 +1,4 @@
-"""What holds for all tests: no deadlines, whose worker a test is, a bound of memory, claims once."""
+"""What holds for all tests: no deadlines, whose worker a test is, bounded memory, claims once."""
 
 import gc
 import os
