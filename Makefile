@@ -60,9 +60,9 @@ lab: .venv/.lab ## open the notebooks in JupyterLab
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
 
-reproduce: .venv/.book ## recompute every claim in full, and the stored results; runs the other slow tests
-	$(BIN)/robot-perception claims --run full --write book/_data/claims.json --workers $(JOBS)
-	$(BIN)/robot-perception store --workers $(JOBS)
+reproduce: .venv/.book ## recompute rows, stored results and claims in full, of all or of CHAPTERS='walls monobot'; the slow tests
+	$(BIN)/robot-perception store --anew $(CHAPTERS:%=--chapter %) --workers $(JOBS)
+	$(BIN)/robot-perception claims --run full $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
 	$(BIN)/python -m pytest -m slow -k 'not full_numbers' tests
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import click
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from joblib.parallel import get_active_backend
@@ -18,6 +19,7 @@ from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.records import records
+from robot_perception.teaching.rows import Rows
 from tests.teaching.entries import claim
 
 
@@ -184,11 +186,11 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
         def is_current(self):
             return self.current
 
-        def record(self):
-            self.done.append("recorded")
+        def record(self, *, anew):
+            self.done.append("anew" if anew else "recorded")
 
         def rows(self):
-            return [1, 2, 3]
+            return Rows(pd.DataFrame({"film": [1, 2, 3]}), "film", {})
 
         def trials(self):
             return [{"film": k} for k in self.replicates]
@@ -210,6 +212,9 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
     assert other.startswith("walls.c (as declared): NOT the same; `robot-perception store --only")
     assert line == "c: 1, recorded 2"
     assert [study.done for study in studies] == [[], ["recorded", 2], ["recorded", 2]]
+    first, *_ = run("store", "--anew", "--only", "walls.a").stdout.splitlines()
+    assert first == "walls.a (as declared): recorded, 3 rows, the same"
+    assert studies[0].done == ["anew"]
 
 
 def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(

@@ -17,11 +17,15 @@ DRAWN = 3
     help="Only this stored result, or the rows of this study; may be repeated.",
 )
 @click.option("--keys", is_flag=True, help="Only renew the keys of results that are the stored.")
+@click.option(
+    "--anew", is_flag=True, help="Compute rows that are current as well, from the first trial on."
+)
 @with_workers
 def store(
     stems: tuple[str, ...],
     names: tuple[str, ...],
     keys: bool,
+    anew: bool,
     workers: int | None,
     dask: str | None,
     ray: str | None,
@@ -35,6 +39,7 @@ def store(
     from tqdm import tqdm
 
     from robot_perception import chapters
+    from robot_perception.teaching.trials import forget_anew
 
     try:
         stems = stems or chapters.CHAPTERS
@@ -48,9 +53,11 @@ def store(
         with working(workers, dask, ray):
             for one in tqdm(chosen, desc="results", unit="result", disable=None):
                 if hasattr(one, "replicates"):
-                    click.echo(_renew_rows(one) if keys else _record(one))
+                    click.echo(_renew_rows(one) if keys else _record(one, anew))
                 else:
                     click.echo(_renew(one) if keys else _store(one))
+        if anew:
+            forget_anew()
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
 
@@ -60,13 +67,17 @@ def _name(one) -> str:
     return one.store if hasattr(one, "store") else f"{one.stem}.{one.name}"
 
 
-def _record(study) -> str:
+def _record(study, anew: bool) -> str:
     """Record the rows of a study unless they are there; return what was done."""
     said = f"{_name(study)} ({study.changed or 'as declared'})"
-    if study.is_current():
+    current = study.is_current()
+    if current and not anew:
         return f"{said}: current"
-    study.record()
-    return f"{said}: recorded, {len(study.rows())} rows"
+    before = study.rows().table if current else None
+    study.record(anew=anew)
+    rows = study.rows()
+    same = "" if before is None else f", {'the same' if rows.same(before) else 'NOT the same'}"
+    return f"{said}: recorded, {len(rows)} rows{same}"
 
 
 def _renew_rows(study) -> str:

@@ -29,6 +29,7 @@ from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from itertools import product
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,8 @@ from robot_perception.teaching.studies import Claim
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
 AS_DECLARED = "as declared"
+KEPT, ANEW = "trials", "trials-anew"
+"""Folders of trials in the cache."""
 _TOLD: set[tuple[str | None, str]] = set()
 
 log = logging.getLogger(__name__)
@@ -186,11 +189,14 @@ class Trials:
         What this computer has computed before with the same code is not computed again.
         """
         chosen = self.but(**levels) if levels else self
-        code = self.code()
-        rng = np.random.default_rng(self.seed)  # the trials have generators of their own
-        found = sweep(partial(_kept, chosen, code), chosen.trials(), rng=rng, desc=self.name)
+        found = chosen._computed(KEPT)
         note = f"Computed just now: {_counted(chosen)}."
         return Rows(framed(found), self.replicate, dict(chosen.fixed), note)
+
+    def _computed(self, folder: str) -> list[dict[str, Any]]:
+        """Return what all trials give; those that a folder of the cache has are not computed."""
+        task, rng = partial(_kept, self, self.code(), folder), np.random.default_rng(self.seed)
+        return sweep(task, self.trials(), rng=rng, desc=self.name)  # trials have own generators
 
     def rows(self) -> Rows:
         """Return the recorded rows; of a study that was changed since, rows of a few replicates.
@@ -236,9 +242,13 @@ class Trials:
         recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
         return recorded is not None and recorded.fits(self.code(), self._declared())
 
-    def record(self) -> None:
-        """Compute all trials that this computer does not have, and record their rows."""
-        table = self.run().table
+    def record(self, *, anew: bool = False) -> None:
+        """Compute all trials that this computer does not have, and record their rows.
+
+        With `anew` what it has of other runs does not count, only what this one left when it was
+        interrupted.
+        """
+        table = framed(self._computed(ANEW if anew else KEPT))
         recorded_rows.write(
             self.stem, self.name, self.changed or AS_DECLARED, table, self.code(), self._declared()
         )
@@ -375,14 +385,21 @@ def _imported(
     return replace(own, axes=axes, fixed=fixed, changed=changed)
 
 
-def _kept(study: Trials, code: str | None, where: dict[str, Any], *, rng: object) -> dict[str, Any]:
+def forget_anew() -> None:
+    """Forget the trials of a run that computed all anew; the next one begins at the start."""
+    rmtree(cache_directory() / ANEW, ignore_errors=True)
+
+
+def _kept(
+    study: Trials, code: str | None, folder: str, where: dict[str, Any], *, rng: object
+) -> dict[str, Any]:
     """Return a trial, from this computer if it was computed before by the same code."""
     if code is None:
         return study.trial(**where)
     libraries = [(library, version(library)) for library in LIBRARIES]
     drawn = (study.seed, study.key(where[study.replicate])) if study.draws() else None
     key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
-    file = cache_directory() / "trials" / f"{study.stem}.{study.name}-{hashed(key)}.json"
+    file = cache_directory() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):
         return _unplain(json.loads(file.read_text("utf-8")))
     plain = {name: np.asarray(value).tolist() for name, value in study.trial(**where).items()}
