@@ -202,6 +202,7 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
     studies = [Trials("a", True), Trials("b", False), Trials("c", False, ["c: 1, recorded 2"])]
     monkeypatch.setattr(chapters, "trials", lambda stems: studies)
     monkeypatch.setattr(chapters, "recordings", lambda stems: [])
+    monkeypatch.setattr(chapters, "states", lambda stems: [])
     assert run("store").stdout.splitlines() == [
         "walls.a (as declared): current",
         "walls.b (as declared): recorded, 3 rows",
@@ -251,6 +252,7 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
     found = [Recorded("a", current=True), Recorded("b", same=True), Recorded("c", same=False)]
     monkeypatch.setattr(chapters, "recordings", lambda stems: [*found, Recorded("d")])
     monkeypatch.setattr(chapters, "trials", lambda stems: [])
+    monkeypatch.setattr(chapters, "states", lambda stems: [])
     assert run("store", "--keys").stdout.splitlines() == [
         "a: current",
         "b: the same, keys renewed",
