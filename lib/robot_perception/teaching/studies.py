@@ -40,6 +40,8 @@ from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdi
 Config = TypeVar("Config")
 Result = TypeVar("Result")
 
+STOPPING = "as many as the study has"
+"""When there are enough replicates, unless a claim says otherwise."""
 IN_MEMORY = 64
 """So many results of all studies stay in the memory of a process."""
 
@@ -122,7 +124,7 @@ class Claim:
     paper_value: str = ""
     value: Callable[..., Interval] | None = None
     sabotages: "tuple[Change | Any, ...]" = ()
-    stopping: str = "as many as the study has"
+    stopping: str = STOPPING
 
     def __post_init__(self) -> None:
         for name in ("id", "place", "statement", "method"):

@@ -43,7 +43,7 @@ from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.dependencies import hashed
 from robot_perception.teaching.results import LIBRARIES
 from robot_perception.teaching.rows import Rows, framed
-from robot_perception.teaching.studies import Claim
+from robot_perception.teaching.studies import STOPPING, Claim
 
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
@@ -295,7 +295,7 @@ class Trials:
         id: str,
         *,
         sabotage: Mapping[str, "Trials"],
-        stopping: str = "as many as are declared",
+        stopping: str = STOPPING,
         **words: Any,
     ) -> Callable[[Callable[[Rows], Finding]], Claim]:
         """Declare a claim on the function that says what rows show of it.
