@@ -2,13 +2,15 @@
 
 import inspect
 import traceback
+from types import SimpleNamespace
 
 import pytest
+from IPython.core.compilerop import CachingCompiler
 
 from robot_perception.book import covariance_intersection
 from robot_perception.files import DamagedFile
 from robot_perception.teaching import cells, dependencies
-from robot_perception.teaching.cells import BOOK, code_of, study_cells
+from robot_perception.teaching.cells import BOOK, LIVE, code_of, study_cells
 
 SETUP = """import numpy as np
 from math import floor, sin as wave
@@ -258,6 +260,16 @@ def test_in_a_notebook_the_last_definition_counts(book, live):
 def test_in_a_notebook_magics_and_cells_that_were_not_run_through_are_passed_over(book, live):
     expected = digest(book)
     assert code_of(live("%timeit trial(3)", *TEXTS, "%%time\nLEVEL = 7").trial) == expected
+
+
+def test_where_no_history_is_kept_what_was_compiled_counts(book, monkeypatch):
+    """So nbval runs a notebook; the compiler is IPython's own."""
+    expected, compiler = digest(book), CachingCompiler()
+    shell = SimpleNamespace(user_ns={"__name__": LIVE, "In": [""]}, compile=compiler)
+    monkeypatch.setattr("IPython.get_ipython", lambda: shell)
+    for text in TEXTS:
+        exec(compile(text, compiler.cache(text, 1), "exec"), shell.user_ns)
+    assert code_of(shell.user_ns["trial"]) == expected
 
 
 def test_without_a_notebook_what_is_typed_has_no_hash(monkeypatch):

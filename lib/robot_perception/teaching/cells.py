@@ -91,11 +91,20 @@ def sources(module: str) -> tuple[str, ...] | None:
         except ModuleNotFoundError:
             return None
         shell = get_ipython()
-        return None if shell is None else tuple(shell.user_ns.get("In", ()))
+        return None if shell is None else _run_in(shell)
     spec = find_spec(module)
     if spec is None or not spec.origin or not spec.origin.endswith(".py"):
         return None
     return (Path(spec.origin).read_text("utf-8"),)
+
+
+def _run_in(shell: Any) -> tuple[str, ...]:
+    """Return the texts of the cells that were run; where no history is kept, as compiled."""
+    history = tuple(shell.user_ns.get("In", ()))
+    if any(history):
+        return history
+    compiled = getattr(getattr(shell, "compile", None), "_filename_map", ())  # nbval keeps none
+    return tuple("".join(linecache.getlines(name)) for name in compiled)
 
 
 @cache
