@@ -83,7 +83,7 @@ def sought(dx: int, dy: int, spread: float, particles: int) -> Sought:
     one, truth = scene(SHOWN), START + np.array([dx, dy, 0, 0])
     sigmas = SIGMAS * spread / SIGMAS[0]
     rules = replace(RULES, sigmas=tuple(sigmas.tolist()), particles=particles)
-    tracker = PatternTracker(one.pattern(), rules)
+    tracker = PatternTracker(shown(), rules)
     image = seen(one.picture(truth), np.random.default_rng(1))
     _, info = tracker.step(tracker.start(START), image, rng=np.random.default_rng(2))
     walk = START[:2] + spread * np.random.default_rng(3).standard_normal((200, 2))
@@ -209,7 +209,7 @@ def hidden(share: float, tolerance: str, side: int) -> Hidden:
     one, truth = scene(SHOWN), START + SIGMAS * [0.6, -0.5, 0.4, 0.3]
     image = cover(one.picture(truth), scene(OTHER).ground, truth, share, side)
     rules = replace(TOLERANCES[tolerance], particles=3000)
-    tracker, pattern = PatternTracker(one.pattern(), rules), one.pattern()
+    tracker, pattern = PatternTracker(shown(), rules), shown()
     image = seen(image, np.random.default_rng(1))
     _, info = tracker.step(tracker.start(START), image, rng=np.random.default_rng(2))
     return Hidden(image, truth, info.pose, pattern.seen(info.pose), info.good, bool(info.lost))
@@ -255,7 +255,7 @@ def film() -> Film:
     rng, one = np.random.default_rng(5), scene(SHOWN)
     truth = path(FRAMES, rng)
     truth[JUMP:, 0] += 6 * SIGMAS[0] * np.sign(START[0] - truth[JUMP, 0])
-    tracker = PatternTracker(one.pattern(), RULES)
+    tracker = PatternTracker(shown(), RULES)
     state, images, poses, clouds, match = tracker.start(START), [], [], [], []
     for k, place in enumerate(truth):
         image = one.picture(place)
