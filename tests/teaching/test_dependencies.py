@@ -175,6 +175,19 @@ def test_a_recording_that_arrives_expires_who_names_it(
     assert expired(before, house) == pages
 
 
+@pytest.mark.parametrize("cell", ["import house", "from house.rooms import unused"])
+def test_a_page_that_asks_its_own_module_reaches_no_more_than_its_cells(house: Path, cell: str):
+    """Its pictures may come before what they are made of."""
+    asks = "from robot_perception.book import hero"
+    before = {}
+    for name, text in (("plain", "pass"), ("own", asks)):
+        cells = [nbformat.v4.new_code_cell(one) for one in (text, cell)]
+        page = house / "book/hero.ipynb"
+        write(page, nbformat.writes(nbformat.v4.new_notebook(cells=cells)))
+        before[name] = keys(house)["hero"]
+    assert before["own"] == before["plain"] is not None
+
+
 def test_bytecode_expires_nothing_and_a_page_without_code_has_no_key(house: Path):
     before = keys(house)
     write(house / "house/__pycache__/records.pyc", "anything")

@@ -208,7 +208,8 @@ class Dependencies:
         for name in sorted(modules):
             digest.update(name.encode() + self.imports.files[name].read_bytes())
         for notebook in self._read_by(cells):
-            digest.update(notebook.read_bytes())
+            if notebook != page:  # one that asks its own module is the cells that stand here
+                digest.update(notebook.read_bytes())
         for file in self.data(named):
             digest.update(file.name.encode())
             text = file.read_bytes()
@@ -226,17 +227,19 @@ class Dependencies:
         """Return the modules that run when cells do: those they import, and what those import."""
         return self.imports.reached(self.imported(cells))
 
-    def imported(self, cells: Iterable[ast.Module]) -> Iterator[str]:
-        """Yield the modules that cells import themselves, or by the cells of other notebooks."""
-        files = self.imports.files
+    def imported(
+        self, cells: Iterable[ast.Module], asked: frozenset[Path] = frozenset()
+    ) -> Iterator[str]:
+        """Yield the modules that cells import, those of other notebooks' cells too."""
+        cells, files = list(cells), self.imports.files
         for node in (node for cell in cells for node in ast.walk(cell)):
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names if alias.name in files)
             elif isinstance(node, ast.ImportFrom) and node.module in files:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
                 yield from (name if name in files else node.module for name in names)
-        for page in self.notebooks(cells):
-            yield from self.imported(code(page))
+        for page in {*self.notebooks(cells)} - asked:
+            yield from self.imported(code(page), asked | {page})
 
     def notebooks(self, cells: Iterable[ast.Module]) -> Iterator[Path]:
         """Yield the notebooks whose modules cells import."""

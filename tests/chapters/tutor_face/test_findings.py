@@ -1,38 +1,23 @@
-"""What the chapter tells a reader to find, in every state of its explorer."""
+"""What the chapter tells a reader to find, beyond what its explorer asserts itself."""
 
 import numpy as np
 import pytest
 from scipy.stats import fisher_exact
 
-from robot_perception.chapters.tutor_face import bets, views
-from robot_perception.chapters.tutor_face.explorers import asked
-from tests.chapters.findings import ExplorerTests
-from tests.chapters.ledger import recorded
-
-
-class TestExplorers(ExplorerTests):
-    explorers = (asked,)
-
-
-def states():
-    return [(setting, asked.state(**setting)) for setting in asked.parameters()]
-
-
-def test_with_ten_eigenimages_each_tutor_is_nearest_to_a_picture_of_his_own():
-    tutors = [(s, of) for s, of in states() if of.true is not None and s["count"] >= 10]
-    assert len(tutors) == 3 * 2 * 4
-    assert all(of.distances.argmin() == of.true for _, of in tutors)
+from robot_perception.book import tutor_face as tutor
 
 
 def test_a_looser_limit_lets_in_whoever_passed_a_tighter_one():
     limits = {}
-    for setting, of in states():
-        limits.setdefault((setting["who"], setting["count"]), []).append(of.most)
+    for setting in tutor.ask.parameters():
+        most = tutor.ask.state(**setting).most
+        limits.setdefault((setting["who"], setting["count"]), []).append(most)
     assert all((np.diff(row) >= 0).all() for row in limits.values())
 
 
 def test_presets_show_what_the_page_says():
-    named = {name: asked.state(**{**asked.default, **v}) for name, v in asked.presets.items()}
+    ask = tutor.ask
+    named = {name: ask.state(**ask.default | values) for name, values in ask.presets.items()}
     assert named["a stranger"].named is not None
     assert named["a stranger, half accepted"].most < named["a stranger"].most
     face = named["one eigenimage"].face
@@ -40,58 +25,77 @@ def test_presets_show_what_the_page_says():
     assert off[0] > off[1]
 
 
-def test_the_hero_knows_one_of_two():
-    met = views.met()
-    assert sorted(name is None for name in met.names) == [False, True]
-    assert "person 1" in met.names
-
-
-def test_the_film_bridges_its_misses_and_its_window_grows_in_them():
-    _, seen = views.filmed()
-    misses, held, _ = seen.bridged()
-    assert misses >= 10
-    assert held / misses > 0.7
-    assert seen.share[seen.missed].mean() > 1.2 * seen.share[1:][~seen.missed[1:]].mean()
-
-
-def test_the_right_answers_of_the_bets_are_what_is_recorded():
-    assert bets.STRANGER["right"] == "some four in ten pass"
-    passed = recorded()["eigenfaces"].evidence["strangers accepted"]
-    assert 0.3 < passed.low < 0.4 < passed.high < 0.5
-    assert bets.LAST["right"] == "there is no difference"
-    table = recorded()["kalman-roi"].tables["held"]
-    ours, last = (table[name, "short"] for name in table.rows)
-    assert abs(ours.estimate - last.estimate) < 0.05
-
-
-def test_only_the_darkest_faces_are_found_less_often():
-    table = recorded()["face-detect"].tables["tones"]
-    counts = [table[name, "people"] for name in table.rows]
-    rates = [table[name, "found"] for name in table.rows]
-    assert all(of.estimate == 1 for of in rates[:-1])
-    found = round(counts[-1] * rates[-1].estimate)
-    others = int(sum(counts[:-1]))
-    beside = [[found, int(counts[-1]) - found], [others, 0]]
-    assert fisher_exact(beside).pvalue < 0.001
-
-
-def test_many_walking_particles_lose_the_face_more_often_than_few_that_are_steered():
-    table = recorded()["icondensation-face"].tables["lost"]
-    steered, plain, many, alone = (table[name, "lost"] for name in table.rows)
-    assert many.low > steered.high
-    assert alone.high < plain.low
-    assert alone.estimate > steered.estimate
-
-
 def test_words_name_who_comes_and_whom_he_is_taken_for():
-    state = asked.state(who="a stranger", count=20, accepted=0.95)
-    assert "a stranger" in state.words()
-    assert state.words().endswith(f"tutor {state.named + 1}.")
-    assert not state.right
+    setting = {"who": "a stranger", "count": 20, "accepted": 0.95}
+    state, words = tutor.asked(**setting), tutor.ask.described(**setting)
+    assert state.true is None
+    assert "a stranger" in words
+    assert words.endswith(f"tutor {state.named + 1}.")
 
 
 def test_a_face_is_asked_for_that_the_gallery_does_not_hold():
-    face = views.asked("the first tutor", 20, 0.95).face
-    learnt = views.identifying.shown()[0].part(views.TUTORS, range(views.ENROLLED))[0]
+    face = tutor.asked("the first tutor", 20, 0.95).face
+    learnt, _ = tutor.part(tutor.faces(tutor.GALLERY), range(3), range(tutor.ENROLLED))
     assert np.abs(learnt - face).max(axis=(1, 2)).min() > 0.05
-    assert views.space(20).mean == pytest.approx(learnt.mean(axis=0))
+    assert tutor.tutors(20).mean == pytest.approx(learnt.mean(axis=0))
+
+
+def test_no_face_is_missed_in_the_world_that_the_page_shows():
+    every = tutor.PEOPLE * (tutor.ENROLLED + tutor.LATER) + tutor.STRANGERS * tutor.LATER
+    assert len(tutor.faces(tutor.GALLERY)) == every
+
+
+def test_the_hero_knows_one_of_two():
+    names = tutor.two_people().names
+    assert sorted(name is None for name in names) == [False, True]
+    assert "person 1" in names
+
+
+def test_the_film_bridges_its_misses_and_its_window_grows_in_them():
+    steps = tutor.track(tutor.CHOOSING[1], "short", frames=90)
+    gaps = [step for step in steps if tutor.at_face(step.whole, step.truth) is None]
+    assert len(gaps) >= 10
+    assert np.mean([tutor.near(step.box, step.truth) for step in gaps]) > 0.7
+    share = np.array([step.searched for step in steps[1:]])
+    missed = np.array([step.missed for step in steps[1:]])
+    assert share[missed].mean() > 1.2 * share[~missed].mean()
+
+
+# What the text says of the rows
+
+
+def test_strangers_pass_and_more_eigenimages_show_more_of_a_face():
+    table = tutor.by_count(tutor.recognised.rows())
+    assert table["20", "strangers"].low > 0.3
+    left = [table[count, "left"].estimate for count in table.rows]
+    assert left == sorted(left, reverse=True)
+
+
+def test_the_detector_looks_at_less_than_a_third_of_the_picture():
+    assert tutor.bridged.rows().mean("searched", scene="short").high < 1 / 3
+
+
+def test_who_began_the_link_has_it_more_often_verified_than_with_the_nearest_face():
+    rows = tutor.linked.rows()
+    verified, near, told = (
+        rows.mean("has", rule=rule) for rule in ("verified", "nearest", "verified, told")
+    )
+    assert near.estimate < verified.low
+    assert verified.high < told.low
+    assert rows.rate("alone", rule="nearest").high < 0.5
+
+
+def test_only_the_darkest_faces_are_found_less_often():
+    frontal = tutor.detected.rows().where(turn=0)
+    found = [frontal.of("found", tone=tone) for tone in range(6)]
+    assert all(of.all() for of in found[:-1])
+    dark, others = found[-1], sum(len(of) for of in found[:-1])
+    assert fisher_exact([[dark.sum(), (~dark).sum()], [others, 0]]).pvalue < 0.001
+
+
+def test_many_walking_particles_lose_the_face_more_often_than_few_that_are_steered():
+    rows = tutor.steered.rows()
+    steered, plain, many, alone = (rows.mean("lost", filter=name) for name in tutor.FILTERS)
+    assert many.low > steered.high
+    assert alone.high < plain.low
+    assert alone.estimate > steered.estimate

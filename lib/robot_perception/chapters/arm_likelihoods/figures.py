@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from robot_perception.chapters.arm_likelihoods import views
 from robot_perception.chapters.arm_likelihoods.scene import AWAY, AWAYS, BEND, BENDS
 from robot_perception.chapters.arm_likelihoods.summing import FINE
-from robot_perception.chapters.tutor_face.figures import picture
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.maps import picture
 from robot_perception.teaching.figures.style import MEANING, label
 
 _HALF = 2.5

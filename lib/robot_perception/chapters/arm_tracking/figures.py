@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from robot_perception.chapters.arm_likelihoods.figures import outline
 from robot_perception.chapters.arm_tracking import views
 from robot_perception.chapters.arm_tracking.tracking import HELD
-from robot_perception.chapters.tutor_face.figures import picture
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn, figure
+from robot_perception.teaching.figures.maps import picture
 from robot_perception.teaching.figures.style import MEANING, band, label
 from robot_perception.teaching.tables import Table
 

@@ -1,3 +1,1 @@
 """Is it you?: faces found, recognised, and followed while they are missed."""
-
-STUDIES = ("detecting", "identifying", "linking", "bridging", "steering")

@@ -1,38 +1,24 @@
-"""Figures of the chapter "Is it you?"."""
+"""Figures of the chapter "Is it you?".
+
+What they draw is made in the notebook: a namespace with the names that a drawing reads.
+"""
+
+from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.tutor_face import views
-from robot_perception.chapters.tutor_face.detecting import TURNS
+from robot_perception.companion.faces.eigenfaces import Eigenfaces
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.maps import picture, square
 from robot_perception.teaching.figures.style import MEANING, band
-from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 
 
-def picture(ax: Axes, image: np.ndarray) -> None:
-    """Show a picture on axes without scales."""
-    most = 255 if image.dtype == np.uint8 else 1.0
-    ax.imshow(image, cmap="gray", vmin=0, vmax=most, interpolation="nearest")
-    ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
-    ax.set_xticks([])
-    ax.set_yticks([])
-    ax.grid(visible=False)
-
-
-def square(ax: Axes, box: Float[np.ndarray, " 4"], colour: str, **kwargs: object) -> None:
-    """Draw the outline of a box."""
-    left, top, wide, high = box
-    u = left + wide * np.array([0, 1, 1, 0, 0])
-    v = top + high * np.array([0, 0, 1, 1, 0])
-    ax.plot(u, v, color=colour, **kwargs)
-
-
-def card(ax: Axes, met: views.Met) -> Axes:
+def card(ax: Axes, met: SimpleNamespace) -> Axes:
     """Draw the faces that were found on the axes of a picture."""
     for box, name in zip(met.boxes, met.names, strict=True):
         colour = MEANING["wrong" if name is None else "right"]
@@ -50,9 +36,8 @@ def card(ax: Axes, met: views.Met) -> Axes:
     height=3.9,
     gridspec_kw=_PHOTO,
 )
-def hero(ax: Axes) -> Axes:
+def hero(ax: Axes, met: SimpleNamespace) -> Axes:
     """Draw two people of whom the robot knows one."""
-    met = views.met()
     picture(ax, met.image)
     return card(ax, met)
 
@@ -64,13 +49,12 @@ def hero(ax: Axes) -> Axes:
     caption="Share of the faces that the cascade finds, by the turn of the head. Bands: 95 %.",
     height=2.8,
 )
-def turns(ax: Axes, table: Table) -> Axes:
-    """Draw the recorded rate by the turn of the head."""
-    row: list[Interval] = list(table.rows["found"])
-    band(ax, np.array(TURNS), *(np.array([getattr(of, end) for of in row]) for end in
-                                ("low", "high")), MEANING["camera"])  # fmt: skip
-    ax.plot(TURNS, [of.estimate for of in row], "-o", color=MEANING["camera"], markersize=4)
-    ax.set(xlabel="turn of the head (°)", ylabel="found", xlim=(0, TURNS[-1]), ylim=(0, 1.02))
+def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
+    """Draw the rate by the turn of the head."""
+    low, high = np.array([(of.low, of.high) for of in found]).T
+    band(ax, np.array(degrees), low, high, MEANING["camera"])
+    ax.plot(degrees, [of.estimate for of in found], "-o", color=MEANING["camera"], markersize=4)
+    ax.set(xlabel="turn of the head (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.02))
     return ax
 
 
@@ -84,9 +68,8 @@ def turns(ax: Axes, table: Table) -> Axes:
     height=1.7,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.84, "wspace": 0.06},
 )
-def space(axes: np.ndarray) -> None:
+def space(axes: np.ndarray, gallery: Eigenfaces) -> None:
     """Draw the mean face and the first eigenimages."""
-    gallery = views.space(20)
     picture(axes[0], gallery.mean)
     axes[0].set_title("Ψ")
     for k, (ax, image) in enumerate(zip(axes[1:], gallery.images, strict=False)):
@@ -94,7 +77,7 @@ def space(axes: np.ndarray) -> None:
         ax.set_title(f"u{k + 1}")
 
 
-def asking(axes: np.ndarray, state: views.Asked) -> None:
+def asking(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw a face, what eigenimages make of it, and its distances; axes cleared first."""
     left, middle, right = axes
     for ax in axes:

@@ -7,8 +7,9 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Int64
 
-from robot_perception.chapters.tutor_face.scene import DETECTOR, SAME
+from robot_perception.chapters.tutor_face.scene import SAME
 from robot_perception.companion.boxes import overlap
+from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import enrol
 from robot_perception.datasets import read_image
 from robot_perception.evaluation.intervals import proportion
@@ -21,6 +22,7 @@ HALF = 5
 KNOWN = 15
 """People in the gallery where the others are strangers."""
 COUNTS = (1, 5, 10, 20, 40)
+DETECTOR = FaceDetector()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,7 +5,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
-from robot_perception.chapters.tutor_face.figures import picture, square
 from robot_perception.chapters.tutor_following import views
 from robot_perception.chapters.tutor_following.scene import SAME
 from robot_perception.chapters.tutor_following.training import stored
@@ -14,6 +13,7 @@ from robot_perception.companion.hands.features import SIZE
 from robot_perception.companion.interaction import StateTable
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.maps import picture, square
 from robot_perception.teaching.figures.style import MEANING, band, label
 from robot_perception.teaching.tables import Table
 

@@ -1,4 +1,4 @@
-"""Drawing maps: points, segments and axes in metres, for every chapter that has a map."""
+"""Drawing maps, points, segments and axes in metres, and pictures with boxes, for every chapter."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,3 +37,21 @@ def plan(ax: Axes, points: np.ndarray, *, margin: float = 0.4) -> Axes:
     ax.set_xlabel("x (m)")
     ax.set_ylabel("y (m)")
     return ax
+
+
+def picture(ax: Axes, image: np.ndarray) -> None:
+    """Show a picture on axes without scales."""
+    most = 255 if image.dtype == np.uint8 else 1.0
+    ax.imshow(image, cmap="gray", vmin=0, vmax=most, interpolation="nearest")
+    ax.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(visible=False)
+
+
+def square(ax: Axes, box: np.ndarray, colour: str, **kwargs: object) -> None:
+    """Draw the outline of a box: left, top, width and height."""
+    left, top, wide, high = box
+    u = left + wide * np.array([0, 1, 1, 0, 0])
+    v = top + high * np.array([0, 0, 1, 1, 0])
+    ax.plot(u, v, color=colour, **kwargs)
