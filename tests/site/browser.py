@@ -16,6 +16,8 @@ FLAGS = (
 )
 WINDOW = {"width": 1280, "height": 800}
 TELEPHONE = {"width": 390, "height": 844}
+PATIENCE_MS = 120_000
+"""For a page to open on a machine that is busy; no test asserts a time."""
 
 
 def executable() -> str | None:

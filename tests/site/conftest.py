@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
-from tests.site.browser import WINDOW, launch
+from tests.site.browser import PATIENCE_MS, WINDOW, launch
 from tests.site.counts import COUNTS
 
 ROOT = Path(__file__).parents[2]
@@ -106,6 +106,7 @@ def visit(browser: Browser, address: str, site: Path) -> Iterator[Callable[..., 
 
     def make(**options: object) -> Visit:
         context = browser.new_context(**({"viewport": WINDOW} | options))
+        context.set_default_navigation_timeout(PATIENCE_MS)
         contexts.append(context)
         return Visit(context.new_page(), (address, site.as_uri()))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, BrowserContext
 
-from tests.site.browser import WINDOW
+from tests.site.browser import PATIENCE_MS, WINDOW
 from tests.site.conftest import Visit
 
 HERE = Path(__file__).parent
@@ -52,6 +52,7 @@ def visits(browser: Browser, page: Path) -> Iterator[Callable[..., Visit]]:
 
     def make(**options: object) -> Visit:
         context = browser.new_context(**({"viewport": WINDOW} | options))
+        context.set_default_navigation_timeout(PATIENCE_MS)
         contexts.append(context)
         visit = Visit(context.new_page(), (page.parent.as_uri(),))
         visit.page.goto(page.as_uri())
