@@ -1,5 +1,6 @@
-"""Seeds and numbers that this chapter shares with "Follow me"."""
+"""Seeds and numbers that this chapter shares with "Follow me", and pictures as both want them."""
 
+import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
@@ -18,3 +19,8 @@ EIGENIMAGES = 20
 def cut(image: UInt8[np.ndarray, "rows columns"], box: Float[np.ndarray, " 4"]) -> np.ndarray:
     """Return the face in a box, as the recogniser wants it."""
     return crop(image, box)
+
+
+def grey(frame: UInt8[np.ndarray, "rows columns 3"]) -> UInt8[np.ndarray, "rows columns"]:
+    """Return a picture without its colours."""
+    return cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)
