@@ -10,7 +10,7 @@ from tests.site.budgets import Chapter
 WORDS, NUMBERS = 4000, 5
 FIGURES, EXPLORERS, QUESTIONS, BETS = 12, 5, 3, 3
 CELLS, VISIBLE = 60, 16
-OF_STUDIES = 90, 35
+OF_STUDIES = 120, 35
 """Cells in all and those that show their code, where the notebook computes."""
 BEFORE_FIGURE, BEFORE_EXPLORER = 350, 700
 
