@@ -11,6 +11,7 @@ import pytest
 
 from robot_perception import chapters
 from robot_perception.beliefs import Gaussian
+from robot_perception.ceiling.mosaic import Links
 from robot_perception.teaching import recorded as module
 from robot_perception.teaching.recorded import Recorded, recorded
 from robot_perception.teaching.records import records
@@ -83,6 +84,14 @@ def test_a_value_is_made_again_of_its_text_and_its_numbers(value):
 def test_all_values_together_are_made_again():
     for ours, theirs in zip(unpacked(packed(VALUES)), VALUES, strict=True):
         assert the_same(ours, theirs)
+
+
+def test_fields_that_no_argument_sets_are_stored_too():
+    there = {"a": np.array([1.0, 2, 0.1, 1]), "b": np.array([3.0, 2, 0.2, 1])}
+    links = Links().add(there, np.zeros(2), 0.1)
+    (found,) = unpacked(packed([links])).means().values()
+    (true,) = links.means().values()
+    np.testing.assert_array_equal(found.mean, true.mean)
 
 
 def test_what_stands_in_it_twice_is_stored_once():

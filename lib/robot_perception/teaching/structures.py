@@ -82,7 +82,7 @@ class _Packer:
         if isinstance(value, Mapping):
             return ["mapping", [[self.plan(key), self.plan(value[key])] for key in value]]
         if is_dataclass(value) and not isinstance(value, type):
-            return self._object(value, [f.name for f in fields(value) if f.init])
+            return self._object(value, [f.name for f in fields(value)])
         if isinstance(value, tuple) and hasattr(value, "_fields"):
             return self._object(value, value._fields)
         if type(value) in (list, tuple):
@@ -146,12 +146,21 @@ def _made(plan: list[Any], arrays: Mapping[str, np.ndarray]) -> Any:
         case "object":
             module, name, parts = rest
             made = {part: _made(value, arrays) for part, value in parts.items()}
-            return _class(module, name)(**made)
+            return _object(_class(module, name), made)
         case "list":
             return [_made(item, arrays) for item in rest[0]]
         case "tuple":
             return tuple(_made(item, arrays) for item in rest[0])
     raise ValueError(f"nothing is made as {how!r}")
+
+
+def _object(kind: type, parts: Mapping[str, Any]) -> Any:
+    """Make a dataclass or named tuple; fields that no argument sets are set afterwards."""
+    after = {f.name for f in fields(kind) if not f.init} if is_dataclass(kind) else set()
+    made = kind(**{name: value for name, value in parts.items() if name not in after})
+    for name in after & parts.keys():
+        object.__setattr__(made, name, parts[name])
+    return made
 
 
 def _class(module: str, name: str) -> type:

@@ -120,9 +120,10 @@ def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bo
 def _pixels(fig: Figure) -> np.ndarray:
     stream = io.BytesIO()
     with mpl.rc_context(STYLE):
-        fig.savefig(stream, format="rgba", dpi="figure", facecolor=GROUND)
-    width, height = map(int, fig.bbox.size)
-    return np.frombuffer(stream.getvalue(), np.uint8).reshape(height, width, 4)[..., :3]
+        fig.savefig(
+            stream, format="png", dpi="figure", facecolor=GROUND, pil_kwargs={"compress_level": 1}
+        )
+    return np.asarray(Image.open(stream).convert("RGB"))
 
 
 def _size(image: np.ndarray) -> str:
