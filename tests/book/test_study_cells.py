@@ -149,7 +149,8 @@ def test_what_may_not_be_imported_is_found():
         "import numpy as np, json\nfrom data_synth import office\nfrom robot_perception import slam"
     )
     assert not forbidden(f"{allowed}\nfrom robot_perception.chapters.walls import figures")
-    for line in ("import matplotlib", "from tests import book", "from robot_perception.cli import main",
+    for line in ("import matplotlib", "from tests import book",
+                 "from robot_perception.cli import main",
                  "def f():\n    import torch"):  # fmt: skip
         assert len(forbidden(f"{allowed}\n{line}")) == 1
 
