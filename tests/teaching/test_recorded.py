@@ -96,7 +96,11 @@ def test_fields_that_no_argument_sets_are_stored_too():
 
 def test_what_stands_in_it_twice_is_stored_once():
     long = np.arange(1000.0)
-    assert len(packed([long, long]).arrays["f8"]) == 1000
+    parts = packed([long, long, long.copy()])
+    assert len(parts.arrays["f8"]) == 2000
+    one, two, three = unpacked(parts)
+    assert one is two
+    assert one is not three
 
 
 @pytest.mark.parametrize("value", [{1, 2}, lambda: 0, np.array([object()]), 1j, [Ellipsis]])

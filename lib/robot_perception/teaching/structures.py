@@ -60,7 +60,7 @@ def packed(value: Any) -> Packed:
 
 def unpacked(parts: Packed) -> Any:
     """Make the value again."""
-    return _made(json.loads(parts.structure), parts.arrays)
+    return _made(json.loads(parts.structure), parts.arrays, {})
 
 
 class _Packer:
@@ -119,7 +119,8 @@ class _Packer:
         return start
 
 
-def _made(plan: list[Any], arrays: Mapping[str, np.ndarray]) -> Any:
+def _made(plan: list[Any], arrays: Mapping[str, np.ndarray], known: dict[str, np.ndarray]) -> Any:
+    """Make a value; arrays that are ``known`` were one object and are one again."""
     how, *rest = plan
 
     def numbers(dtype: str, start: int, count: int) -> np.ndarray:
@@ -134,23 +135,30 @@ def _made(plan: list[Any], arrays: Mapping[str, np.ndarray]) -> Any:
             return numbers(*rest, 1)[0]
         case "array":
             dtype, start, shape = rest
-            return numbers(dtype, start, int(np.prod(shape))).reshape(shape)
+            if repr(plan) not in known:
+                flat = numbers(dtype, start, int(np.prod(shape)))
+                known[repr(plan)] = flat.reshape(shape)
+            return known[repr(plan)]
         case "texts":
             return np.array(rest[0])
         case "picture":
             start, count = rest
-            data = arrays["u1"][start : start + count].tobytes()
-            return np.asarray(Image.open(io.BytesIO(data), formats=("WEBP",)))
+            if repr(plan) not in known:
+                data = arrays["u1"][start : start + count].tobytes()
+                known[repr(plan)] = np.asarray(Image.open(io.BytesIO(data), formats=("WEBP",)))
+            return known[repr(plan)]
         case "mapping":
-            return {_made(key, arrays): _made(value, arrays) for key, value in rest[0]}
+            return {
+                _made(key, arrays, known): _made(value, arrays, known) for key, value in rest[0]
+            }
         case "object":
             module, name, parts = rest
-            made = {part: _made(value, arrays) for part, value in parts.items()}
+            made = {part: _made(value, arrays, known) for part, value in parts.items()}
             return _object(_class(module, name), made)
         case "list":
-            return [_made(item, arrays) for item in rest[0]]
+            return [_made(item, arrays, known) for item in rest[0]]
         case "tuple":
-            return tuple(_made(item, arrays) for item in rest[0])
+            return tuple(_made(item, arrays, known) for item in rest[0])
     raise ValueError(f"nothing is made as {how!r}")
 
 
