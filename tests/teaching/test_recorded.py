@@ -89,7 +89,8 @@ def test_all_values_together_are_made_again():
 def test_fields_that_no_argument_sets_are_stored_too():
     there = {"a": np.array([1.0, 2, 0.1, 1]), "b": np.array([3.0, 2, 0.2, 1])}
     links = Links().add(there, np.zeros(2), 0.1)
-    (found,) = unpacked(packed([links])).means().values()
+    (again,) = unpacked(packed([links]))
+    (found,) = again.means().values()
     (true,) = links.means().values()
     np.testing.assert_array_equal(found.mean, true.mean)
 
