@@ -92,7 +92,7 @@ def test_fields_that_no_argument_sets_are_stored_too():
     (again,) = unpacked(packed([links]))
     (found,) = again.means().values()
     (true,) = links.means().values()
-    np.testing.assert_array_equal(found.mean, true.mean)
+    np.testing.assert_array_equal(found.pose, true.pose)
 
 
 def test_what_stands_in_it_twice_is_stored_once():
