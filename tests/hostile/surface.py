@@ -12,16 +12,19 @@ from types import ModuleType
 PAGES = Path(__file__).parents[2] / "book" / "library"
 
 
+MADE = ("teaching", "book")
+
+
 def modules() -> tuple[str, ...]:
     """Return the names of the public modules: those of the library's pages, and all worlds.
 
-    `teaching` makes the book; no stranger calls it, and it does not check types.
+    `teaching` makes the book of what `book` holds; no stranger calls them, and they check no types.
     """
     pages = "\n".join(page.read_text("utf-8") for page in sorted(PAGES.glob("*.md")))
     documented = re.findall(r"automodule:: (robot_perception\S*)", pages)
     synth = import_module("data_synth")
     worlds = [found.name for found in walk_packages(synth.__path__, "data_synth.")]
-    return (*(name for name in documented if room_of(name) != "teaching"), *worlds)
+    return (*(name for name in documented if room_of(name) not in MADE), *worlds)
 
 
 def room_of(module: str) -> str:

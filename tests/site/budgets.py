@@ -8,9 +8,11 @@ from bs4 import BeautifulSoup, NavigableString, Tag
 NO_PROSE = (
     "script, noscript, style, svg, table, form, fieldset, button, .cell_input, .rp-source, "
     ".highlight, .rp-badges, .rp-controls, .rp-table, .rp-cards, .rp-check, .rp-bet, "
-    "details.sd-dropdown"
+    "details.sd-dropdown, details.hide > summary"
 )
-"""What is no prose of the main line: code, drawings, tables, controls, badges and folds."""
+"""What is no prose of the main line: code, drawings, tables, controls, badges, folds and labels."""
+TRY = re.compile(r"Try it\.")
+"""Begins what a reader may do, as an exercise is."""
 
 BLOCKS = ("p", "li", "h1", "h2", "h3", "figcaption", "dd", "dt")
 """Elements that hold a paragraph."""
@@ -58,8 +60,10 @@ class Chapter:
         for node in self.text.find_all(BLOCKS):
             above = {id(parent) for parent in (node, *node.parents)}
             inside = node.find_parent(BLOCKS) is not None
-            if not inside and not above & hidden:
-                yield node, _plain(node, hidden)
+            if inside or above & hidden:
+                continue
+            if not TRY.match(text := _plain(node, hidden)):
+                yield node, text
 
     def words(self) -> int:
         """Count the words of the main line."""

@@ -50,7 +50,11 @@ while not Path("go").exists():
 FEW = ["walls", "tutor_face"]
 """Points that are dragged, and films that are computed: what a chapter may ask of JupyterLab."""
 
-EXPLORERS = [name for name in NOTEBOOKS if "explore" in (BOOK / f"{name}.ipynb").read_text("utf-8")]
+EXPLORERS = [
+    name
+    for name in NOTEBOOKS
+    if re.search("explore|Exploration", (BOOK / f"{name}.ipynb").read_text("utf-8"))
+]
 """Notebooks that have explorers, as far as their text tells."""
 
 

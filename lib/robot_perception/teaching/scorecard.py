@@ -120,14 +120,15 @@ def _links(entry: Entry, claim: Claim, title: str) -> str:
     function = inspect.unwrap(claim.compute)
     module, line = function.__module__, inspect.getsourcelines(function)[1]
     place = f"{module.removeprefix('robot_perception.').replace('.', '/')}.py, line {line}"
-    tests = f"tests.chapters.{entry.chapter}.test_claims"
+    tests, test = f"tests.chapters.{entry.chapter}.test_claims", "TestLedger"
     if isinstance(claim.study, Trials):
         cell = Path(inspect.getsourcefile(function) or "").name
-        place, tests = f"book/{cell.replace('[', ', cell ').rstrip(']')}", "tests.book.test_claims"
+        place = f"book/{cell.replace('[', ', cell ').rstrip(']')}"
+        tests, test = "tests.book.test_claims", "test_the_record_says_what_the_rows_say"
     links = [
         ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
         ("Computed by", address(module, function.__qualname__), place),
-        ("Tested by", address(tests, "TestLedger"), f"{tests.replace('.', '/')}.py"),
+        ("Tested by", address(tests, test), f"{tests.replace('.', '/')}.py"),
     ]
     items = "".join(
         f'<li>{what} <a href="{escape(page)}">{escape(text)}</a></li>'
