@@ -9,8 +9,8 @@ class TestLedger(LedgerTests):
     stem = "ceiling_navigation"
     pictures = MappingProxyType({"mosaic-fig9": 0.01, "visual-memory": 0.01})
     rounding = MappingProxyType(
-        # where the servo stops hangs on single pixels: a tenth of a millimetre
-        {"erratum-mosaic": 1e-13, "pose-from-pattern": 1e-13, "pose-up-to-scale": 1e-4}
+        # where the servo stops hangs on single pixels: two tenths of a millimetre
+        {"erratum-mosaic": 1e-13, "pose-from-pattern": 1e-13, "pose-up-to-scale": 2e-4}
     )
     open_when_quick = frozenset({"key-image-conditions", "visual-memory"})
 
