@@ -236,8 +236,8 @@ WRITERS: dict[str, tuple[Callable, str]] = {
     "stored result": (save_result, "robot_perception.teaching.storage._bytes"),
     "kept result": (lambda f: results._write(f, 1), "pathlib.Path.write_bytes"),
     "ledger": (lambda f: Ledger(()).write(f), "pathlib.Path.write_text"),
-    "trajectory": (lambda f: history().to_csv(f), "numpy.savetxt"),
-    "trajectory for tools": (lambda f: history().to_tum(f), "numpy.savetxt"),
+    "trajectory": (lambda f: history().to_csv(f, overwrite=True), "numpy.savetxt"),
+    "trajectory for tools": (lambda f: history().to_tum(f, overwrite=True), "numpy.savetxt"),
     "registry": (lambda f: entries._append(f, ["a"]), "pathlib.Path.write_text"),
 }
 

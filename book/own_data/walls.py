@@ -1,10 +1,10 @@
 """Walls from scans: python walls.py carmen|graph LOG OUT, or array RANGES POSES OUT"""
 
-import sys
-
+import click
 import numpy as np
 
-from robot_perception.datasets import read_carmen_log, read_graph_log, read_ranges, read_track
+from robot_perception import datasets
+from robot_perception.scripts import Recording, Results, script
 from robot_perception.walls import Extraction, Gate, RangeNoise, build_map
 
 FIELD = np.deg2rad([-90.0, 90.0])  # directions of the first and last beam of an array
@@ -15,25 +15,30 @@ POSES = np.diag([0.03, 0.03, np.deg2rad(0.4)]) ** 2  # covariance of a pose, m a
 LEAST_SCANS = 4  # a wall seen in fewer is left out
 
 
-def main(kind: str, *files: str) -> None:
+@script
+@click.argument("kind", type=click.Choice(["carmen", "graph", "array"]))
+@click.argument("log", type=Recording())
+@click.argument("way", type=Recording(), required=False)
+@click.argument("out", type=Results())
+def main(kind, log, way, out, force):
+    """Walls from scans: carmen LOG OUT, graph LOG OUT, or array RANGES POSES OUT."""
+    if (kind == "array") != (way is not None):
+        raise ValueError("array needs RANGES, POSES and OUT, the others LOG and OUT")
     if kind == "array":
-        ranges, poses = read_ranges(files[0], max_range=MAX_RANGE), read_track(files[1]).poses
-        angles = np.linspace(*FIELD, ranges.shape[1])
+        ranges = datasets.read_ranges(log, max_range=MAX_RANGE)
+        angles, poses = np.linspace(*FIELD, ranges.shape[1]), datasets.read_track(way).poses
     else:
-        log = (read_carmen_log if kind == "carmen" else read_graph_log)(files[0])
-        ranges, angles, poses = log.ranges, log.angles, log.poses
+        read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
+        found = read(log, timed=False)
+        ranges, angles, poses = found.ranges, found.angles, found.poses
     found, report = build_map(ranges, angles, poses, WALLS, GATE, pose_cov=POSES)
     found = found.seen_in(LEAST_SCANS)
-    rows = np.column_stack([found.ends.reshape(-1, 4), found.scans])
-    np.savetxt(files[-1], rows, "%.6g", ",", header="x1_m,y1_m,x2_m,y2_m,scans", comments="")
+    columns = dict(zip(("x1_m", "y1_m", "x2_m", "y2_m"), found.ends.reshape(-1, 4).T, strict=True))
+    datasets.write_columns(out[""], columns | {"scans": found.scans}, overwrite=force)
     print(f"scans: {len(ranges)}, walls: {len(found)} of {found.lengths.sum():.1f} m in all")
     print(f"readings: {report.readings}, from nothing: {report.no_return}")
     print(f"void: {report.not_a_number + report.not_positive}")
 
 
 if __name__ == "__main__":
-    try:
-        files = {"carmen": 2, "graph": 2, "array": 3}.get("".join(sys.argv[1:2]))
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) - 2 == files else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

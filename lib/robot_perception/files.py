@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from robot_perception.checks import flag, instance
+
 LOST = FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError
 
 
@@ -73,3 +75,28 @@ def written(path: Path | str) -> Iterator[Path]:
         beside = Path(folder) / path.name
         yield beside
         os.replace(beside, path)
+
+
+def destination(path: Path | str, *, overwrite: bool) -> Path:
+    """Return the path of a file to write.
+
+    Parameters
+    ----------
+    path
+        The file.
+    overwrite
+        Whether it may be there already.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it has no folder.
+    FileExistsError
+        If it is there and must not be.
+    """
+    path = Path(instance("path", path, str, os.PathLike))
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
+    if path.is_file() and not flag("overwrite", overwrite):
+        raise FileExistsError(f"{path} is there already; overwrite=True replaces it")
+    return path

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robot_perception import datasets
-from robot_perception.datasets.writing import whole_file
+from robot_perception.files import written
 from robot_perception.geometry import se2, se3
 from tests.unchecked import unchecked
 
@@ -125,19 +125,41 @@ def test_an_interrupted_film_leaves_what_was_there(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        datasets.write_video(tmp_path / "film.avi", frames(), rate=5)
+        datasets.write_video(tmp_path / "film.avi", frames(), rate=5, overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["film.avi"]
     assert (tmp_path / "film.avi").read_text() == "old"
 
 
 def test_a_file_appears_when_all_of_it_is_written(tmp_path):
-    with whole_file(tmp_path / "a.txt") as beside:
+    with written(tmp_path / "a.txt") as beside:
         beside.write_text("new")
         assert beside.suffix == ".txt"
         assert not (tmp_path / "a.txt").exists()
     assert (tmp_path / "a.txt").read_text() == "new"
     with pytest.raises(FileNotFoundError, match=r"none is no folder: cannot write a\.txt there"):
         datasets.write_ply(tmp_path / "none" / "a.txt", POINTS)
+
+
+WRITE = {
+    "columns": lambda to, **how: datasets.write_columns(to, {"a": [1.0]}, **how),
+    "tum": lambda to, **how: datasets.write_tum(to, TIMES, POSES, **how),
+    "kitti": lambda to, **how: datasets.write_kitti(to, POSES, **how),
+    "ply": lambda to, **how: datasets.write_ply(to, POINTS, **how),
+    "mot": lambda to, **how: datasets.write_mot(to, np.array([1]), np.array([1]), **how),
+    "video": lambda to, **how: datasets.write_video(to, iter([FRAME] * 2), rate=5, **how),
+}
+
+
+@pytest.mark.parametrize("kind", WRITE)
+def test_no_writer_takes_the_place_of_a_file_without_leave(kind, tmp_path):
+    assert set(WRITE) == {name[6:] for name in dir(datasets) if name.startswith("write_")}
+    file = tmp_path / "out.avi"
+    file.write_text("mine")
+    with pytest.raises(FileExistsError, match=r"out\.avi is there already; overwrite=True"):
+        WRITE[kind](file)
+    assert file.read_text() == "mine"
+    WRITE[kind](file, overwrite=True)
+    assert file.read_bytes() != b"mine"
 
 
 FRAME = np.zeros((16, 16, 3), np.uint8)

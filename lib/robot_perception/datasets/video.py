@@ -9,8 +9,8 @@ from jaxtyping import UInt8
 from robot_perception import checks
 from robot_perception.datasets.images import CorruptImage
 from robot_perception.datasets.logs import as_path
-from robot_perception.datasets.writing import whole_file
 from robot_perception.extras import needing
+from robot_perception.files import destination, written
 
 CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 """By the ending of a film's name, what OpenCV writes without more being installed."""
@@ -62,7 +62,11 @@ def _frames(film, path: Path, promised: int) -> Iterator[np.ndarray]:
 
 
 def write_video(
-    path: str | Path, frames: Iterable[UInt8[np.ndarray, "height width 3"]], *, rate: float
+    path: str | Path,
+    frames: Iterable[UInt8[np.ndarray, "height width 3"]],
+    *,
+    rate: float,
+    overwrite: bool = False,
 ) -> int:
     """Write a film, whole or not at all, and return how many frames it has.
 
@@ -75,6 +79,8 @@ def write_video(
         one. One row or column is repeated where a side is odd, which films cannot be.
     rate
         Frames in a second.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -84,17 +90,18 @@ def write_video(
         If the name has another ending, there is no frame, one has another shape, or a side of less
         than 16 px.
     OSError
-        If OpenCV cannot write such a film, or there is no such folder.
+        If OpenCV cannot write such a film, there is no such folder, or the file is there and must
+        not be.
     """
     with needing():
         import cv2
 
-    path, rate = as_path(path), checks.positive("rate", rate)
+    path, rate = destination(path, overwrite=overwrite), checks.positive("rate", rate)
     codec = checks.one_of("the ending of path", path.suffix.lower(), CODECS)
     if not 0.01 <= rate <= 1000:
         raise ValueError(f"rate must be from 0.01 to 1000 frames in a second, got {rate:g}")
     film, count, shape = None, 0, ("height", "width", 3)
-    with whole_file(path) as beside:
+    with written(path) as beside:
         try:
             for frame in checks.iterable("frames", frames):
                 if not isinstance(frame, np.ndarray) or frame.dtype != np.uint8:

@@ -1,46 +1,18 @@
 """Results in the formats that other tools read, each file whole or not there at all."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from robot_perception import checks
-from robot_perception.datasets.logs import as_path
-from robot_perception.files import written
+from robot_perception.files import destination, written
 
 
-@contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
-    """Give a name to write to; what stands there becomes the file when all is written.
-
-    If it is not, because of an error or an interruption, the file stays as it was.
-
-    Parameters
-    ----------
-    path
-        The file, in a folder that exists.
-
-    Yields
-    ------
-    Path
-        The same name, in a folder of its own.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such folder.
-    """
-    path = as_path(path)
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
-    with written(path) as beside:
-        yield beside
-
-
-def write_columns(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]) -> None:
+def write_columns(
+    path: str | Path, columns: Mapping[str, Sequence | np.ndarray], *, overwrite: bool = False
+) -> None:
     """Write columns as CSV, their names in the first line, as `read_columns` reads them.
 
     Parameters
@@ -49,6 +21,8 @@ def write_columns(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]
         The file, in a folder that exists.
     columns : name -> (rows,)
         Finite numbers, or texts without commas and line breaks.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -57,7 +31,10 @@ def write_columns(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]
         has a comma or a line break.
     FileNotFoundError
         If there is no such folder.
+    FileExistsError
+        If the file is there and must not be.
     """
+    path = destination(path, overwrite=overwrite)
     if not checks.instance("columns", columns, Mapping):
         raise ValueError("columns must be one at least, got none")
     cells = {_cell("columns", name): _cells(name, values) for name, values in columns.items()}
@@ -69,7 +46,11 @@ def write_columns(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]
 
 
 def write_tum(
-    path: str | Path, times: Float[np.ndarray, " k"], poses: Float[np.ndarray, "k 4 4"]
+    path: str | Path,
+    times: Float[np.ndarray, " k"],
+    poses: Float[np.ndarray, "k 4 4"],
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Write a trajectory as ``timestamp tx ty tz qx qy qz qw``, as `read_track` reads it.
 
@@ -81,6 +62,8 @@ def write_tum(
         s, rising.
     poses : (k, 4, 4)
         Of the robot in the world, m; `geometry.se3.from_se2` makes them of poses in the plane.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -88,7 +71,10 @@ def write_tum(
         If the times do not rise, or there is not a rigid motion for each.
     FileNotFoundError
         If there is no such folder.
+    FileExistsError
+        If the file is there and must not be.
     """
+    path = destination(path, overwrite=overwrite)
     from scipy.spatial.transform import Rotation
 
     times = checks.array("times", times, ("k",))
@@ -101,7 +87,9 @@ def write_tum(
     _write(path, [" ".join(f"{value:.9f}" for value in row) for row in rows])
 
 
-def write_kitti(path: str | Path, poses: Float[np.ndarray, "k 4 4"]) -> None:
+def write_kitti(
+    path: str | Path, poses: Float[np.ndarray, "k 4 4"], *, overwrite: bool = False
+) -> None:
     """Write poses of a camera as the KITTI benchmark does: 3 × 4 by rows, a line for each picture.
 
     Parameters
@@ -111,6 +99,8 @@ def write_kitti(path: str | Path, poses: Float[np.ndarray, "k 4 4"]) -> None:
     poses : (k, 4, 4)
         ``T_first_camera`` of the left camera in the frame that it had at the first picture, m: x to
         the right, y down, z ahead.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -118,7 +108,10 @@ def write_kitti(path: str | Path, poses: Float[np.ndarray, "k 4 4"]) -> None:
         If a pose is no rigid motion.
     FileNotFoundError
         If there is no such folder.
+    FileExistsError
+        If the file is there and must not be.
     """
+    path = destination(path, overwrite=overwrite)
     rows = _poses(poses)[:, :3].reshape(-1, 12)
     _write(path, [" ".join(f"{value:.9e}" for value in row) for row in rows])
 
@@ -127,6 +120,8 @@ def write_ply(
     path: str | Path,
     points: Float[np.ndarray, "n 3"],
     colours: UInt8[np.ndarray, "n 3"] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Write points as PLY, in text, as viewers of point clouds read it.
 
@@ -138,6 +133,8 @@ def write_ply(
         m.
     colours : (n, 3)
         Red, green and blue of each.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -147,7 +144,10 @@ def write_ply(
         If points or colours are of another shape, or a number is not finite.
     FileNotFoundError
         If there is no such folder.
+    FileExistsError
+        If the file is there and must not be.
     """
+    path = destination(path, overwrite=overwrite)
     points = checks.array("points", points, ("n", 3))
     header = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
     header += [f"property double {axis}" for axis in "xyz"]
@@ -169,6 +169,7 @@ def write_mot(
     boxes: Float[np.ndarray, "n 4"] | None = None,
     points: Float[np.ndarray, "n 3"] | None = None,
     confidences: Float[np.ndarray, " n"] | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write tracks as the MOT challenge does, ``frame,id,left,top,`` ``width,height,conf,x,y,z``.
 
@@ -188,6 +189,8 @@ def write_mot(
         Places in the world, m.
     confidences : (n,)
         How sure it is.
+    overwrite
+        Whether the file may be there already.
 
     Raises
     ------
@@ -196,7 +199,10 @@ def write_mot(
         number is not finite.
     FileNotFoundError
         If there is no such folder.
+    FileExistsError
+        If the file is there and must not be.
     """
+    path = destination(path, overwrite=overwrite)
     frames = checks.integers("frames", frames, ("n",), 1)
     n, beside = len(frames), f"frames {frames.shape}"
     identities = checks.integers("identities", identities, (n,), 1, beside)
@@ -242,6 +248,6 @@ def _cell(name: str, value: str) -> str:
     return value
 
 
-def _write(path: str | Path, lines: list[str]) -> None:
-    with whole_file(path) as beside:
+def _write(path: Path, lines: list[str]) -> None:
+    with written(path) as beside:
         beside.write_text("".join(f"{line}\n" for line in lines), "utf-8")

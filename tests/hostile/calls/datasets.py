@@ -132,8 +132,8 @@ CALLS = {
     datasets.read_track: lambda: call(TABLE),
     datasets.read_vehicle: lambda: call(FOLDER / "car.mat"),
     datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
-    datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}),
-    datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None]),
+    datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}, overwrite=True),
+    datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None], overwrite=True),
     datasets.write_mot: lambda: call(
         FOLDER / "out.txt",
         np.array([1, 2]),
@@ -141,12 +141,15 @@ CALLS = {
         boxes=np.ones((2, 4)),
         points=np.ones((2, 3)),
         confidences=np.ones(2),
+        overwrite=True,
     ),
     datasets.write_ply: lambda: call(
-        FOLDER / "out.ply", np.ones((2, 3)), np.ones((2, 3), np.uint8)
+        FOLDER / "out.ply", np.ones((2, 3)), np.ones((2, 3), np.uint8), overwrite=True
     ),
-    datasets.write_tum: lambda: call(FOLDER / "out.tum", TIMES, np.array([np.eye(4)] * 3)),
+    datasets.write_tum: lambda: call(
+        FOLDER / "out.tum", TIMES, np.array([np.eye(4)] * 3), overwrite=True
+    ),
     datasets.write_video: lambda: call(
-        FOLDER / "out.avi", [np.zeros((16, 16, 3), np.uint8)], rate=10.0
+        FOLDER / "out.avi", [np.zeros((16, 16, 3), np.uint8)], rate=10.0, overwrite=True
     ),
 }

@@ -1,6 +1,5 @@
 """The planar filter over a whole drive."""
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
-from robot_perception.files import written
+from robot_perception.files import destination, written
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
@@ -234,7 +233,7 @@ class History:
         """The start and all poses, (k + 1, 3), m, m, rad."""
         return np.vstack([self.start, self.poses])
 
-    def to_tum(self, path: str | Path) -> None:
+    def to_tum(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write the trajectory as ``timestamp tx ty tz qx qy qz qw``, a line for each step.
 
         That is what trajectory tools read: s and m, the heading as a quaternion about z. The start
@@ -244,6 +243,8 @@ class History:
         ----------
         path
             File to write, in a folder that exists.
+        overwrite
+            Whether the file may be there already.
 
         Raises
         ------
@@ -251,25 +252,29 @@ class History:
             If a step has no time.
         FileNotFoundError
             If there is no such folder.
+        FileExistsError
+            If the file is there and must not be.
         """
+        path = destination(path, overwrite=overwrite)
         x, y, heading = self.poses.T
         none = np.zeros(len(x))
         quaternion = none, none, np.sin(heading / 2), np.cos(heading / 2)
         columns = np.column_stack([self._known_times(), x, y, none, *quaternion])
-        with written(_in_a_folder(path)) as beside:
+        with written(path) as beside:
             np.savetxt(beside, columns, fmt="%.9f")
 
-    def to_csv(self, path: str | Path) -> None:
+    def to_csv(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write the trajectory with its covariances as CSV, a line for each step.
 
         The first line names the columns and their units; covariances are those of x, y and heading.
-        Path and errors, ``ValueError`` and ``FileNotFoundError``, are those of :meth:`to_tum`.
+        Parameters and errors are those of :meth:`to_tum`.
         """
+        path = destination(path, overwrite=overwrite)
         rows, cols = np.triu_indices(3)
         columns = np.column_stack([self._known_times(), self.poses, self.pose_covs[:, rows, cols]])
         names = "time_s,x_m,y_m,heading_rad,cov_xx,cov_xy,cov_xh,cov_yy,cov_yh,cov_hh"
         formats = ["%.9f"] * 4 + ["%.12g"] * 6
-        with written(_in_a_folder(path)) as beside:
+        with written(path) as beside:
             np.savetxt(beside, columns, fmt=formats, delimiter=",", header=names, comments="")
 
     def _known_times(self) -> np.ndarray:
@@ -280,13 +285,6 @@ class History:
                 f"the first is step {without[0]}"
             )
         return self.times
-
-
-def _in_a_folder(path: str | Path) -> Path:
-    path = Path(checks.instance("path", path, str, os.PathLike))
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
-    return path
 
 
 def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> History:

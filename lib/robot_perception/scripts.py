@@ -1,0 +1,142 @@
+"""What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, final
+
+from robot_perception.extras import needing
+
+with needing():
+    import click
+
+Main = Callable[..., None]
+
+
+class Recording(click.ParamType):
+    """An argument that names a file or a folder to read; it becomes a `pathlib.Path`."""
+
+    name = "recording"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path of what is there, packed or not."""
+        path = Path(value)
+        packed = path.with_suffix("") if path.suffix == ".gz" else Path(f"{path}.gz")
+        if not path.exists() and not packed.is_file():  # readers of text take the one for the other
+            self.fail(f"{value}: no such file or folder", param, ctx)
+        return path
+
+
+@final
+class Places(Mapping[str, Path]):
+    """Where results go, by the endings of their names.
+
+    Parameters
+    ----------
+    stem
+        What their names begin with.
+    endings
+        What follows, such as ``.csv`` or ``_map.csv``; nothing if the stem is the name.
+    """
+
+    def __init__(self, stem: str, endings: tuple[str, ...]) -> None:
+        self.stem = stem
+        self._paths = {ending: Path(f"{stem}{ending}") for ending in endings}
+
+    def __getitem__(self, ending: str) -> Path:
+        """Return the path of one result."""
+        return self._paths[ending]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._paths)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+
+class Results(click.ParamType):
+    """An argument that says what the names of results begin with; it becomes `Places`.
+
+    Parameters
+    ----------
+    endings
+        Those of all files that the script may write.
+    """
+
+    name = "results"
+
+    def __init__(self, *endings: str) -> None:
+        self.endings = endings or ("",)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the places, in a folder that is there."""
+        places = Places(str(value), self.endings)
+        for path in places.values():
+            if not path.parent.is_dir():
+                self.fail(f"{path.parent} is no folder: cannot write {path} there", param, ctx)
+            if path.is_dir():
+                self.fail(f"{path} is a folder, not a file to write", param, ctx)
+        return places
+
+
+class Script(click.Command):
+    """A command that refuses to write over what it reads, and ends in one line on bad input."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Check the places of results; then run the script."""
+        values = list(ctx.params.values())
+        recordings = [value for value in values if isinstance(value, Path)]
+        results = [path for value in values if isinstance(value, Places) for path in value.values()]
+        try:
+            check_results(results, recordings, overwrite=ctx.params.get("force", False))
+            return super().invoke(ctx)
+        except (OSError, ValueError, ModuleNotFoundError) as error:
+            raise click.ClickException(str(error)) from error
+
+
+def check_results(results: list[Path], recordings: list[Path], *, overwrite: bool) -> None:
+    """Raise if a result would take the place of a recording, or of any file without leave.
+
+    Parameters
+    ----------
+    results
+        What will be written.
+    recordings
+        What will be read: files, and folders with all that is in them.
+    overwrite
+        Whether other files may be written over.
+
+    Raises
+    ------
+    ValueError
+        If a result is, under whatever name, one of the recordings, or a file in one.
+    FileExistsError
+        If there is such a file, and leave is not given.
+    """
+    there = [path for path in results if path.exists()]
+    for path in there:
+        for recording in recordings:
+            if _holds(recording, path):
+                raise ValueError(f"{path} would be written over, and it is read: {recording}")
+    if there and not overwrite and any(path.is_file() for path in there):
+        names = ", ".join(str(path) for path in there)
+        raise FileExistsError(f"{names}: there already; --force writes over what is there")
+
+
+def script(main: Main) -> Script:
+    """Make a script of a function whose parameters are arguments and options of `click`.
+
+    Its docstring is the help; it gets ``--force``, which reaches it as ``force``, if it has an
+    argument of type `Results`.
+    """
+    if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
+        told = "Write over files that are there."
+        main = click.option("--force", is_flag=True, help=told)(main)
+    return click.command(cls=Script, context_settings={"help_option_names": ["-h", "--help"]})(main)
+
+
+def _holds(recording: Path, path: Path) -> bool:
+    """Tell whether a file is a recording, or lies in the folder that is one."""
+    if recording.is_dir():
+        return path.resolve().is_relative_to(recording.resolve())
+    return recording.exists() and os.path.samefile(recording, path)
