@@ -104,7 +104,7 @@ def table(path: Path, names: str, columns: list[np.ndarray]) -> None:
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
 def test_scripts_are_short_and_on_the_page(script):
     lines = (SCRIPTS / script).read_text("utf-8").splitlines()
-    assert sum(map(bool, lines)) <= (110 if script in LONGER else 40)
+    assert sum(map(bool, lines)) <= (120 if script in LONGER else 50)
     assert f"```{{literalinclude}} own_data/{script}\n" in PAGE
     assert f"{{download}}`{script} <own_data/{script}>`" in PAGE
 
@@ -763,9 +763,9 @@ FILES = EXAMPLES | {
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("ekf_slam.py", r"EKF-SLAM on a robot's log: python ekf_slam.py polar\|points"),
+        ("ekf_slam.py", "points"),
         ("ekf_slam.py sonar commands.csv observations.csv d", "polar"),
-        ("ekf_slam.py polar none.csv observations.csv d", "No such file.*none.csv"),
+        ("ekf_slam.py polar none.csv observations.csv d", "none.csv: no such file or folder"),
         ("ekf_slam.py points commands.csv observations.csv d", "observations.csv, .* column x_m"),
         ("ekf_slam.py polar commands.csv truth.csv d", "truth.csv, line 1: no column range_m"),
         ("ekf_slam.py polar commands.csv degrees.csv d", "line 2: bearing_rad is '16', beyond 7"),
@@ -777,36 +777,39 @@ FILES = EXAMPLES | {
         ("ekf_slam.py polar commands.csv observations.csv no/d", "no is no folder"),
         ("walls.py array mm.csv poses.csv w.csv", "no reading is below 80 m; are they in metres"),
         ("walls.py array one.csv poses.csv w.csv", "have a pose for each scan, got 1 and 2"),
-        ("walls.py array one.csv none.csv w.csv", "No such file.*none.csv"),
+        ("walls.py array one.csv none.csv w.csv", "none.csv: no such file or folder"),
         ("walls.py carmen one.csv w.csv", "one.csv, line 1: does not begin with a keyword"),
-        ("walls.py graph none.log w.csv", "No such file.*none.log"),
-        ("walls.py graph", "Walls from scans: python walls.py"),
-        ("rank.py", "What your sensors cannot tell you"),
-        ("rank.py landmarks gps", "no sensor gps; there are landmarks, anchor"),
+        ("walls.py graph none.log w.csv", "none.log: no such file or folder"),
+        ("walls.py graph", "Missing argument 'FILES...'"),
+        ("rank.py", "distances"),
+        ("rank.py landmarks gps", "'gps' is not one of 'landmarks', 'anchor'"),
         ("judge.py commands.csv truth.csv", "commands.csv, line 1: no column x_m"),
         ("judge.py later.csv truth.csv", "the paths are empty"),
-        ("judge.py truth.csv none.csv", "No such file.*none.csv"),
-        ("judge.py truth.csv", "python judge.py ESTIMATE TRUTH"),
-        ("stereo_slam.py .", r"python stereo_slam.py FOLDER OUT \[WHEELS\]"),
-        ("stereo_slam.py none out", "No such file.*calib.txt"),
+        ("judge.py truth.csv none.csv", "none.csv: no such file or folder"),
+        ("judge.py truth.csv", "Missing argument 'TRUTH'"),
+        ("stereo_slam.py .", "Missing argument 'OUT'"),
+        ("stereo_slam.py none out", "none: no such file or folder"),
         ("stereo_slam.py . out", "calib.txt: the matrices are not those of a rectified pair"),
         ("stereo_slam.py half out", "image_l: there is no such folder"),
         ("stereo_slam.py alone out", "image_l: 1 pictures of left have no partner: 1"),
         ("stereo_slam.py grey out", "left and right have 0 matches by descriptor"),
-        ("people.py here.csv out", r"python people.py detections\|legs FILE OUT"),
-        ("people.py sonar here.csv out", "People round a robot"),
-        ("people.py detections none.csv out", "No such file.*none.csv"),
+        ("people.py here.csv out", "'here.csv' is not one of 'detections', 'legs'"),
+        ("people.py sonar here.csv out", "'sonar' is not one of"),
+        ("people.py detections none.csv out", "none.csv: no such file or folder"),
         ("people.py detections commands.csv out", "line 1: no column distance_m and"),
         ("people.py detections radar.csv out", "radar.csv: SENSORS has no rules for radar"),
         ("people.py detections nameless.csv out", "nameless.csv, line 2: sensor is empty"),
         ("people.py detections turned.csv out", "direction_rad is '90', beyond 7: is the unit"),
         ("people.py detections here.csv out later.csv", "later.csv: no pose at the time of a"),
-        ("people.py detections here.csv no/out", "no is no folder: cannot write no/out there"),
-        ("people.py legs none.npz out", "No such file.*none.npz"),
+        (
+            "people.py detections here.csv no/out",
+            "no is no folder: cannot write no/out\\.\\w+ there",
+        ),
+        ("people.py legs none.npz out", "none.npz: no such file or folder"),
         ("people.py legs here.csv out", "here.csv, line 1: "),
-        ("track.py ellipse film.avi 1,2,3,4", r"python track.py ellipse\|camshift\|shape FILM BOX"),
-        ("track.py head film.avi 1,2,3,4 out", "Follow a thing in a film"),
-        ("track.py ellipse none.avi 1,2,3,4 out", "no such film: none.avi"),
+        ("track.py ellipse film.avi 1,2,3,4", "Missing argument 'OUT'"),
+        ("track.py head film.avi 1,2,3,4 out", "'head' is not one of 'ellipse'"),
+        ("track.py ellipse none.avi 1,2,3,4 out", "none.avi: no such file or folder"),
         ("track.py ellipse here.csv 1,2,3,4 out", "here.csv: no film, or a damaged one"),
         ("track.py ellipse grey 1,2,3,4 out", r"grey: no file fits pattern '\*.jpg'"),
         (
@@ -816,31 +819,31 @@ FILES = EXAMPLES | {
         ("track.py shape film.avi 1,2,0,4 out", "BOX must have an area, got '1,2,0,4'"),
         ("track.py shape film.avi flat.csv out", "outline"),
         ("track.py ellipse film.avi 900,900,9,9 out", "ellipse must reach into the image"),
-        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write out.mp4"),
+        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write no/out.mp4"),
         (
             "ceiling.py film.avi",
-            "A mosaic of a ceiling from a film of it: python ceiling.py FILM OUT",
+            "Missing argument 'OUT'",
         ),
-        ("ceiling.py none.avi out", "no such film: none.avi"),
+        ("ceiling.py none.avi out", "none.avi: no such file or folder"),
         ("ceiling.py here.csv out", "here.csv: no film, or a damaged one"),
         ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
-        ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out there"),
-        ("arms.py film.avi out", "The angles of both arms from a film"),
+        ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out\\.\\w+ there"),
+        ("arms.py film.avi out", "Missing argument 'POSE'"),
         ("arms.py film.avi 0.3,0.2 rest out", "LENGTHS must be 3 numbers between commas, got"),
         (
             "arms.py film.avi 0.3,0.2,0.2 1,2 out",
             "POSE must be 8 numbers between commas, got '1,2'",
         ),
         ("arms.py film.avi 0.3,0.2,a rest out", "LENGTHS must be 3 numbers"),
-        ("arms.py none.avi 0.3,0.2,0.2 rest out", "no such film: none.avi"),
+        ("arms.py none.avi 0.3,0.2,0.2 rest out", "none.avi: no such file or folder"),
         ("arms.py film.avi 0.3,0.2,0.2 rest out", "image must show a face, found none"),
-        ("faces.py film.avi out", "Who is where in a film, .*: python faces.py GALLERY FILM OUT"),
-        ("faces.py none film.avi out", "No such file.*none"),
+        ("faces.py film.avi out", "out: no such file or folder"),
+        ("faces.py none film.avi out", "none: no such file or folder"),
         ("faces.py grey/image_l film.avi out", "the gallery needs a folder for each person"),
         ("faces.py half film.avi out", "image_r: two pictures with a face are needed at least"),
     ],
 )
-def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch):
+def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch, capsys):
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     for folder, left, right in (("half", 0, 1), ("alone", 2, 1), ("grey", 1, 1)):
@@ -855,14 +858,17 @@ def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     script, *words = command.split()
     monkeypatch.setattr(sys, "argv", [script, *words])
-    with unchecked(), pytest.raises(SystemExit, match=message) as end:
+    with unchecked(), pytest.raises(SystemExit) as end:
         runpy.run_path(str(SCRIPTS / script), run_name="__main__")
-    assert "\n" not in str(end.value)
+    said = capsys.readouterr().err.splitlines()
+    assert re.search(message, said[-1])
+    assert end.value.code == (2 if said[0].startswith("Usage: ") else 1)
     assert not list(tmp_path.glob("**/*out*"))
 
 
 def test_bad_input_shows_no_traceback(tmp_path):
     command = [sys.executable, SCRIPTS / "judge.py", "none.csv", "none.csv"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1
-    assert done.stderr == "[Errno 2] No such file or directory: 'none.csv'\n"
+    assert done.returncode == 2
+    assert done.stderr.endswith("none.csv: no such file or folder\n")
+    assert "Traceback" not in done.stderr

@@ -1,10 +1,10 @@
 """The angles of both arms from a film of an upper body: python arms.py FILM LENGTHS POSE OUT"""
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
 
+import click
 import cv2
 import numpy as np
 from tqdm import tqdm
@@ -13,6 +13,7 @@ from robot_perception import datasets
 from robot_perception.arms.body_model import Measures
 from robot_perception.arms.tracker import ArmRules, ArmTracker, find_face
 from robot_perception.cameras import Pinhole
+from robot_perception.scripts import Recording, Results, script
 
 FOCAL = 1.0  # focal length over the width of a picture; 1.0 is a view of 53 degrees
 RULES = ArmRules(particles=400)
@@ -65,19 +66,23 @@ def drawn(image: np.ndarray, state, lost: bool) -> np.ndarray:
     return image
 
 
-def main(film: str, lengths: str, pose: str, out: str) -> None:
+@script
+@click.argument("film", type=Recording())
+@click.argument("lengths")
+@click.argument("pose")
+@click.argument("out", type=Results(".mp4", ".csv"))
+def main(film, lengths, pose, out, force):
+    """The angles of both arms from a film of an upper body, by the lengths of its arms."""
     arm = tuple(numbers(lengths, 3, "LENGTHS").tolist())
     told = None if pose == "rest" else np.radians(numbers(pose, 8, "POSE"))
     rows: list[tuple] = []
     pictures = tracked(iter(tqdm(datasets.read_video(film), "pictures")), arm, told, rows)
-    count = datasets.write_video(f"{out}.mp4", pictures, rate=RATE)
+    count = datasets.write_video(out[".mp4"], pictures, rate=RATE, overwrite=force)
     names = ["frame", *ANGLES, *(f"{name}_sigma" for name in ANGLES), "lost"]
-    datasets.write_columns(f"{out}.csv", dict(zip(names, zip(*rows, strict=True), strict=True)))
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    datasets.write_columns(out[".csv"], columns, overwrite=force)
     print(f"pictures: {count}, of which lost: {sum(row[-1] for row in rows)}")
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 5 else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

@@ -1,9 +1,9 @@
 """A mosaic of a ceiling from a film of it: python ceiling.py FILM OUT"""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import cv2
 import numpy as np
 from PIL import Image
@@ -14,6 +14,7 @@ from robot_perception.ceiling.mapping import Mapper, MapRules, consistent
 from robot_perception.ceiling.mosaic import Mosaic, paint
 from robot_perception.files import written
 from robot_perception.geometry import se3
+from robot_perception.scripts import Recording, Results, script
 
 HEIGHT, FOCAL = None, None  # m below the ceiling, and px of the film; None: all is in px
 CENTRE = None  # where the optical axis meets the picture, px of the film; None: its middle
@@ -28,7 +29,7 @@ WAY, PATTERN = (230, 30, 30), (0, 90, 200)  # colours
 Seen = tuple[int, dict[str, np.ndarray]]  # a picture's number, from 0, and the patterns in it
 
 
-def pictures(film: str, what: str) -> Iterator[np.ndarray]:
+def pictures(film: Path, what: str) -> Iterator[np.ndarray]:
     """The pictures that are used: grey, corrected, WIDE."""
     for k, image in enumerate(tqdm(datasets.read_video(film), what)):
         if k % EVERY == 0:
@@ -38,7 +39,7 @@ def pictures(film: str, what: str) -> Iterator[np.ndarray]:
             yield cv2.resize(grey, (WIDE, high), interpolation=cv2.INTER_AREA)
 
 
-def camera(film: str) -> tuple[float, tuple[float, float]]:
+def camera(film: Path) -> tuple[float, tuple[float, float]]:
     """Z/f, m for a px of a picture, or 1, and the centre of a picture, px."""
     if (HEIGHT is None) != (FOCAL is None):
         raise ValueError("HEIGHT and FOCAL are needed both, or none")
@@ -50,7 +51,7 @@ def camera(film: str) -> tuple[float, tuple[float, float]]:
     return (1.0 if HEIGHT is None else HEIGHT / (FOCAL * smaller)), tuple(middle)
 
 
-def build(film: str, mapper: Mapper) -> tuple[Mosaic, list[Seen], dict[str, int]]:
+def build(film: Path, mapper: Mapper) -> tuple[Mosaic, list[Seen], dict[str, int]]:
     """The mosaic, what was seen in which picture, and how many pictures were skipped, and why."""
     rng, state, seen = np.random.default_rng(SEED), None, []
     counts = dict.fromkeys(("pictures", "empty", "blind", "found", "closed"), 0)
@@ -86,25 +87,28 @@ def drawn(greys: np.ndarray, shown: np.ndarray, way: np.ndarray, places: dict) -
     return picture
 
 
-def main(film: str, out: str) -> None:
-    if not Path(out).parent.is_dir():
-        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
+@script
+@click.argument("film", type=Recording())
+@click.argument("out", type=Results(".tum", ".csv", ".png"))
+def main(film, out, force):
+    """A mosaic of a ceiling, and the way below it, from a film."""
     scale, centre = camera(film)
     mosaic, seen, counts = build(film, Mapper(scale, centre, RULES))
     numbers = np.array([k for k, _ in seen])
     agreed = [consistent(mosaic, sightings, RULES.gate)[0] for _, sightings in seen]
     way = np.array([mosaic.locate(sightings)[0] for sightings in agreed])
-    datasets.write_tum(f"{out}.tum", numbers * EVERY / RATE, se3.from_se2(way))
+    datasets.write_tum(out[".tum"], numbers * EVERY / RATE, se3.from_se2(way), overwrite=force)
     unit = "px" if HEIGHT is None else "m"
     x, y, heading = np.array([*mosaic.poses.values()]).T
     often = [sum(name in sightings for sightings in agreed) for name in mosaic.poses]
     columns = {"pattern": [*mosaic.poses], f"x_{unit}": x, f"y_{unit}": y, "heading_rad": heading}
-    datasets.write_columns(f"{out}.csv", columns | {"pictures": often})
+    columns |= {"pictures": often}
+    datasets.write_columns(out[".csv"], columns, overwrite=force)
     located = set(numbers.tolist())
     used = (image for k, image in enumerate(pictures(film, "painting")) if k in located)
     greys, shown, corner = paint(used, way, centre=mosaic.centre, scale=scale)
     places = {name: (pose[:2] - corner) / scale for name, pose in mosaic.poses.items()}
-    with written(f"{out}.png") as file:
+    with written(out[".png"]) as file:
         picture = drawn(greys, shown, (way[:, :2] - corner) / scale, places)
         Image.fromarray(picture).save(file, "png")
     lost = f"before the first pattern: {counts['empty']}, without a known one: {counts['blind']}"
@@ -117,7 +121,4 @@ def main(film: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 3 else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

@@ -1,11 +1,12 @@
 """EKF-SLAM on a robot's log: python ekf_slam.py polar|points COMMANDS OBSERVATIONS OUT"""
 
-import sys
 from itertools import repeat
 
+import click
 import numpy as np
 
-from robot_perception.datasets import read_columns
+from robot_perception.datasets import read_columns, write_columns
+from robot_perception.scripts import Recording, Results, script
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -21,7 +22,13 @@ GATE = 0.99  # share of right observations that is let in; misread names stay ou
 START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  # m, m, rad
 
 
-def main(kind: str, commands: str, observations: str, out: str) -> None:
+@script
+@click.argument("kind", type=click.Choice(list(SENSORS)))
+@click.argument("commands", type=Recording())
+@click.argument("observations", type=Recording())
+@click.argument("out", type=Results(".csv", ".tum", "_map.csv"))
+def main(kind, commands, observations, out, force):
+    """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]
     times, *speeds = read_columns(commands, MOVES).values()
     name = ["landmark"]
@@ -34,15 +41,12 @@ def main(kind: str, commands: str, observations: str, out: str) -> None:
     steps = map(planar.Step, motions, seen, repeat(()), merged.times[1:])
     found = planar.Association("known" if ids.min() >= 0 else "gated", level=GATE)
     run = planar.run_filter(START, steps, planar.Settings(sensor, association=found))
-    run.to_csv(f"{out}.csv")
-    run.to_tum(f"{out}.tum")
-    places = np.column_stack([run.belief.ids, run.belief.landmarks])
-    np.savetxt(f"{out}_map.csv", places, "%.6g", ",", header="landmark,x_m,y_m", comments="")
+    run.to_csv(out[".csv"], overwrite=force)
+    run.to_tum(out[".tum"], overwrite=force)
+    (x, y), names = run.belief.landmarks.T, run.belief.ids
+    write_columns(out["_map.csv"], {"landmark": names, "x_m": x, "y_m": y}, overwrite=force)
     print(f"steps: {len(seen)}, not between commands: {merged.early + merged.late}\n{run.counts}")
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 5 and sys.argv[1] in SENSORS else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

@@ -1,9 +1,9 @@
 """Who is where in a film, or in a folder of pictures: python faces.py GALLERY FILM OUT"""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import cv2
 import numpy as np
 from tqdm import tqdm
@@ -12,6 +12,7 @@ from robot_perception import datasets
 from robot_perception.companion.boxes import crop
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
+from robot_perception.scripts import Recording, Results, script
 
 KINDS = {".jpg", ".jpeg", ".png"}  # of the pictures of the gallery
 PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
@@ -24,9 +25,9 @@ NOBODY = "?"  # the name of those who are not in the gallery
 KNOWN, UNKNOWN = (0, 220, 0), (230, 30, 30)  # colours
 
 
-def gallery(folder: str) -> tuple[Eigenfaces, int]:
+def gallery(folder: Path) -> tuple[Eigenfaces, int]:
     """Everybody who has a folder there, and how many pictures have no face that was found."""
-    people = sorted(path for path in Path(folder).iterdir() if path.is_dir())
+    people = sorted(path for path in folder.iterdir() if path.is_dir())
     if not people:
         raise ValueError(f"{folder}: the gallery needs a folder for each person")
     faces, names, skipped = [], [], 0
@@ -58,20 +59,25 @@ def seen(pictures, known: Eigenfaces, rows: list) -> Iterator[np.ndarray]:
         yield drawn
 
 
-def main(people: str, film: str, out: str) -> None:
+@script
+@click.argument("people", metavar="GALLERY", type=Recording())
+@click.argument("film", type=Recording())
+@click.argument("out", type=Results(".mp4", ".csv"))
+def main(people, film, out, force):
+    """Who is where in a film, or in a folder of pictures."""
     known, skipped = gallery(people)
     rows: list[tuple] = []
-    if Path(film).is_dir():
+    if film.is_dir():
         pictures = datasets.read_images(film, PATTERN, colour=True)
     else:
         pictures = datasets.read_video(film)
     frames = seen(tqdm(pictures, "pictures"), known, rows)
-    count = datasets.write_video(f"{out}.mp4", frames, rate=RATE)
+    count = datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
     numbers = np.array(getattr(pictures, "numbers", range(1, count + 1)))
     columns = list(zip(*rows, strict=True)) or [()] * 7
     named = dict(zip(("frame", "x", "y", "w", "h", "name", "distance"), columns, strict=True))
     named["frame"] = numbers[list(named["frame"])] if rows else ()
-    datasets.write_columns(f"{out}.csv", named)
+    datasets.write_columns(out[".csv"], named, overwrite=force)
     print(f"gallery: {len(known.people)} people, {len(known.names)} pictures, skipped: {skipped}")
     print(f"pictures: {count}, faces: {len(rows)}")
     for name in (*known.people, NOBODY):
@@ -79,7 +85,4 @@ def main(people: str, film: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 4 else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

@@ -1,21 +1,25 @@
 """NEES and trajectory errors of your own run: python judge.py ESTIMATE TRUTH"""
 
-import sys
-
+import click
 import numpy as np
 
 from robot_perception.datasets import read_track
 from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error, end_error, relative_error_over
 from robot_perception.geometry import wrap_angle
+from robot_perception.scripts import Recording, script
 
 GAP = 0.5  # longest gap of the truth that is bridged, s
 DISTANCE = 1.0  # over which relative errors are taken, m
 
 
-def main(estimate_file: str, truth_file: str) -> None:
-    estimate = read_track(estimate_file)
-    truth, covered = read_track(truth_file).at(estimate.times, longest_gap=GAP)
+@script
+@click.argument("estimate", type=Recording())
+@click.argument("truth", type=Recording())
+def main(estimate, truth):
+    """NEES and trajectory errors of your own run."""
+    estimate = read_track(estimate)
+    truth, covered = read_track(truth).at(estimate.times, longest_gap=GAP)
     print(f"poses: {len(covered)}, covered by the truth: {covered.sum()}")
     poses, truth = estimate.poses[covered], truth[covered]
     end, relative = end_error(poses, truth), relative_error_over(poses, truth, DISTANCE)
@@ -37,7 +41,4 @@ def main(estimate_file: str, truth_file: str) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 3 else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

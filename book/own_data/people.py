@@ -1,9 +1,9 @@
 """People round a robot: python people.py detections|legs FILE OUT [POSES]"""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import cv2
 import numpy as np
 from tqdm import tqdm
@@ -14,6 +14,7 @@ from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
+from robot_perception.scripts import Recording, Results, script
 
 SENSORS = {  # any name may join: how much it is believed, and when its silence ends a belief, s
     "laser": SensorRules(alpha=0.3, patience=3.0, reach=6.0),
@@ -32,7 +33,7 @@ RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a sec
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 
-def from_table(file: str) -> list[Reading]:
+def from_table(file: Path) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
     limits = {"time_s": np.inf} | DISTANCE | DIRECTION
     times, *numbers, names = datasets.read_columns(file, limits, texts=["sensor"]).values()
@@ -46,9 +47,9 @@ def from_table(file: str) -> list[Reading]:
     return found
 
 
-def from_laser(file: str) -> tuple[list[Reading], np.ndarray]:
+def from_laser(file: Path) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
-    archive = file.endswith(".npz")
+    archive = file.suffix == ".npz"
     log = (datasets.read_leg_scans if archive else datasets.read_carmen_log)(file)
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
@@ -85,9 +86,13 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
         yield picture
 
 
-def main(kind: str, file: str, out: str, way: str = "") -> None:
-    if not Path(out).parent.is_dir():
-        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
+@script
+@click.argument("kind", type=click.Choice(["detections", "legs"]))
+@click.argument("file", type=Recording())
+@click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
+@click.argument("way", type=Recording(), required=False)
+def main(kind, file, out, way, force):
+    """People round a robot, by detections of any sensors or by the legs in laser scans."""
     readings, poses = from_laser(file) if kind == "legs" else (from_table(file), None)
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
@@ -110,18 +115,17 @@ def main(kind: str, file: str, out: str, way: str = "") -> None:
     rows = np.repeat(used, [len(one[3]) for one in shown])
     (x, y), (weight, static) = places.T, marks.T
     columns = {"time_s": times[rows], "person": numbers, "x_m": x, "y_m": y}
-    datasets.write_columns(f"{out}.csv", columns | {"weight": weight, "static": static})
+    columns |= {"weight": weight, "static": static}
+    datasets.write_columns(out[".csv"], columns, overwrite=force)
     flat = np.stack([x, y, 0 * x], axis=-1)
-    datasets.write_mot(f"{out}_mot.txt", rows + 1, numbers, points=flat, confidences=weight)
-    datasets.write_video(f"{out}.mp4", tqdm(film(shown, times[used]), "film"), rate=RATE)
+    how = {"points": flat, "confidences": weight, "overwrite": force}
+    datasets.write_mot(out["_mot.txt"], rows + 1, numbers, **how)
+    pictures = tqdm(film(shown, times[used]), "film")
+    datasets.write_video(out[".mp4"], pictures, rate=RATE, overwrite=force)
     print(f"readings: {len(times)}, without a pose: {len(times) - len(used)}")
     print(f"detections: {sum(len(seen) for seen, _ in readings)}, people: {len({*numbers})}")
     print(f"at once: {max(len(one[3]) for one in shown)}, static: {len({*numbers[static > 0]})}")
 
 
 if __name__ == "__main__":
-    try:
-        right = len(sys.argv) in (4, 5) and sys.argv[1] in ("detections", "legs")
-        sys.exit(main(*sys.argv[1:]) if right else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

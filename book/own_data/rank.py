@@ -1,9 +1,9 @@
 """What your sensors cannot tell you: python rank.py SENSOR [SENSOR …]"""
 
-import sys
-
+import click
 import sympy
 
+from robot_perception.scripts import script
 from robot_perception.slam import observability
 from robot_perception.slam.observability import symbolic
 
@@ -28,7 +28,10 @@ SENSORS = {
 }
 
 
-def main(names: list[str]) -> None:
+@script
+@click.argument("names", type=click.Choice(list(SENSORS)), nargs=-1, required=True)
+def main(names):
+    """What your sensors cannot tell you."""
     sensors = [SENSORS[name] for name in names]
     for analysis in (symbolic.trajectory_matrix, symbolic.lie_matrix):
         found = symbolic.read(analysis(sensors, LANDMARKS), sensors)
@@ -39,7 +42,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    unknown = [name for name in sys.argv[1:] if name not in SENSORS]
-    if unknown:
-        sys.exit(f"no sensor {', '.join(unknown)}; there are {', '.join(SENSORS)}")
-    sys.exit(main(sys.argv[1:]) if sys.argv[1:] else __doc__)
+    main()

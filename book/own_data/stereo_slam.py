@@ -1,8 +1,6 @@
 """SLAM with a stereo camera: python stereo_slam.py FOLDER OUT [WHEELS]"""
 
-import sys
-from pathlib import Path
-
+import click
 import cv2
 import numpy as np
 from tqdm import tqdm
@@ -12,6 +10,7 @@ from robot_perception.cameras import level_mount
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
+from robot_perception.scripts import Recording, Results, script
 from robot_perception.slam import planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
@@ -31,7 +30,7 @@ FILTER = visual.Options(particles=100, stable=2)  # landmarks are seen in more t
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
 
 
-def by_wheels(file: str, times: np.ndarray) -> list[planar.Odometry]:
+def by_wheels(file, times: np.ndarray) -> list[planar.Odometry]:
     when, *speeds = datasets.read_columns(file, COMMANDS).values()
     held = hold(when, np.column_stack(speeds), times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
@@ -66,12 +65,15 @@ def film(lefts, looks, path, places):
         yield np.hstack([cv2.resize(picture, (HIGH * left.shape[1] // left.shape[0], HIGH)), plan])
 
 
-def main(folder: str, out: str, wheels: str = "") -> None:
+@script
+@click.argument("root", metavar="FOLDER", type=Recording())
+@click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", ".mp4"))
+@click.argument("wheels", type=Recording(), required=False)
+def main(root, out, wheels, force):
+    """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
-    if not Path(out).parent.is_dir():
-        raise FileNotFoundError(f"{Path(out).parent} is no folder: cannot write {out} there")
-    root, told, rng = Path(folder), CALIBRATION, np.random.default_rng(1)
+    told, rng = CALIBRATION, np.random.default_rng(1)
     told = datasets.read_calibration(root / told) if isinstance(told, str) else told
     sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
     pairs = datasets.StereoSequence(*sides)
@@ -105,11 +107,12 @@ def main(folder: str, out: str, wheels: str = "") -> None:
     own = rao_blackwellised.lineage(ancestors)[:, best]
     path = np.array(poses)[np.arange(len(own)), own]
     robot, shades = se3.from_se2(path), np.array(greys, dtype=np.uint8)[names]
-    datasets.write_tum(f"{out}.tum", times, robot)
-    datasets.write_kitti(f"{out}_kitti.txt", se3.between(robot[:1] @ MOUNT, robot @ MOUNT))
-    datasets.write_ply(f"{out}.ply", places.mean, np.stack([shades] * 3, axis=1))
-    frames = film(pairs.left, looks, path[:, :2], places.mean[:, :2])
-    datasets.write_video(f"{out}.mp4", tqdm(frames, "film", len(pairs)), rate=RATE)
+    datasets.write_tum(out[".tum"], times, robot, overwrite=force)
+    seen_from = se3.between(robot[:1] @ MOUNT, robot @ MOUNT)
+    datasets.write_kitti(out["_kitti.txt"], seen_from, overwrite=force)
+    datasets.write_ply(out[".ply"], places.mean, np.stack([shades] * 3, axis=1), overwrite=force)
+    frames = tqdm(film(pairs.left, looks, path[:, :2], places.mean[:, :2]), "film", len(pairs))
+    datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
     used = sum(known.sum() for _, known, _ in looks)
     way = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum()
     print(f"pairs: {len(pairs)}, motion: {'wheels' if wheels else NO_WHEELS}, guessed: {guessed}")
@@ -118,7 +121,4 @@ def main(folder: str, out: str, wheels: str = "") -> None:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) in (3, 4) else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

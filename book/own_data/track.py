@@ -1,9 +1,9 @@
 """Follow a thing in a film: python track.py ellipse|camshift|shape FILM BOX OUT"""
 
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import click
 import cv2
 import numpy as np
 from tqdm import tqdm
@@ -16,6 +16,7 @@ from robot_perception.appearance.colour_shape import ColourShapeRules, ColourSha
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadState, HeadTracker
 from robot_perception.appearance.single_cues import WindowTracker
+from robot_perception.scripts import Recording, Results, script
 
 PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
 RATE = 10.0  # of the film that is written: pictures in a second
@@ -108,29 +109,34 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
         yield drawn
 
 
-def main(kind: str, film: str, box: str, out: str) -> None:
+@script
+@click.argument("kind", type=click.Choice(list(TRACKERS)))
+@click.argument("film", type=Recording())
+@click.argument("box")
+@click.argument("out", type=Results(".mp4", ".csv", "_outlines.csv"))
+def main(kind, film, box, out, force):
+    """Follow a thing in a film, or in a folder of pictures, from its box in the first one."""
     outline, rows = first_outline(box), []
-    if Path(film).is_dir():
+    if film.is_dir():
         pictures = datasets.read_images(film, PATTERN, colour=True)
     else:
         pictures = datasets.read_video(film)
     frames = follow(kind, tqdm(pictures, "pictures"), outline, rows)
-    count = datasets.write_video(f"{out}.mp4", frames, rate=RATE)
+    count = datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
     numbers = np.array(getattr(pictures, "numbers", range(1, count + 1)))
     outlines, lost = zip(*rows, strict=True)
     low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
     corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
     told = dict(zip("xywh", np.hstack([corner, size]).T, strict=True))  # x and y count from 1
-    datasets.write_columns(f"{out}.csv", {"frame": numbers, **told, "lost": np.array(lost) * 1})
+    columns = {"frame": numbers, **told, "lost": np.array(lost) * 1}
+    datasets.write_columns(out[".csv"], columns, overwrite=force)
     u, v = np.vstack(outlines).T
     whose = np.repeat(numbers, [len(line) for line in outlines])
-    datasets.write_columns(f"{out}_outlines.csv", {"frame": whose, "u_px": u, "v_px": v})
+    columns = {"frame": whose, "u_px": u, "v_px": v}
+    datasets.write_columns(out["_outlines.csv"], columns, overwrite=force)
     print(f"pictures: {count}, of which lost: {sum(lost)}")
     print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 5 and sys.argv[1] in TRACKERS else __doc__)
-    except (OSError, ValueError) as error:
-        sys.exit(str(error))
+    main()

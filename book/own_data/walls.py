@@ -17,20 +17,19 @@ LEAST_SCANS = 4  # a wall seen in fewer is left out
 
 @script
 @click.argument("kind", type=click.Choice(["carmen", "graph", "array"]))
-@click.argument("log", type=Recording())
-@click.argument("way", type=Recording(), required=False)
+@click.argument("files", type=Recording(), nargs=-1, required=True)
 @click.argument("out", type=Results())
-def main(kind, log, way, out, force):
+def main(kind, files, out, force):
     """Walls from scans: carmen LOG OUT, graph LOG OUT, or array RANGES POSES OUT."""
-    if (kind == "array") != (way is not None):
-        raise ValueError("array needs RANGES, POSES and OUT, the others LOG and OUT")
+    if len(files) != (2 if kind == "array" else 1):
+        raise ValueError("array takes RANGES and POSES, the others one LOG; then comes OUT")
     if kind == "array":
-        ranges = datasets.read_ranges(log, max_range=MAX_RANGE)
-        angles, poses = np.linspace(*FIELD, ranges.shape[1]), datasets.read_track(way).poses
+        ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
+        angles, poses = np.linspace(*FIELD, ranges.shape[1]), datasets.read_track(files[1]).poses
     else:
         read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
-        found = read(log, timed=False)
-        ranges, angles, poses = found.ranges, found.angles, found.poses
+        log = read(files[0], timed=False)  # a map needs no times
+        ranges, angles, poses = log.ranges, log.angles, log.poses
     found, report = build_map(ranges, angles, poses, WALLS, GATE, pose_cov=POSES)
     found = found.seen_in(LEAST_SCANS)
     columns = dict(zip(("x1_m", "y1_m", "x2_m", "y2_m"), found.ends.reshape(-1, 4).T, strict=True))

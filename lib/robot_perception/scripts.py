@@ -85,7 +85,8 @@ class Script(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Check the places of results; then run the script."""
         values = list(ctx.params.values())
-        recordings = [value for value in values if isinstance(value, Path)]
+        several = [value if isinstance(value, tuple) else (value,) for value in values]
+        recordings = [one for values in several for one in values if isinstance(one, Path)]
         results = [path for value in values if isinstance(value, Places) for path in value.values()]
         try:
             check_results(results, recordings, overwrite=ctx.params.get("force", False))
@@ -132,7 +133,8 @@ def script(main: Main) -> Script:
     if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
         told = "Write over files that are there."
         main = click.option("--force", is_flag=True, help=told)(main)
-    return click.command(cls=Script, context_settings={"help_option_names": ["-h", "--help"]})(main)
+    words = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}  # -5,3 is none
+    return click.command(cls=Script, context_settings=words)(main)
 
 
 def _holds(recording: Path, path: Path) -> bool:

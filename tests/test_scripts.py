@@ -1,0 +1,131 @@
+"""The scripts' frame: no result takes the place of what is read, nor of a file without leave."""
+
+import hashlib
+import os
+import runpy
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from robot_perception.scripts import Places, Recording, Results, check_results, script
+
+SCRIPTS = Path(__file__).parents[1] / "book" / "own_data"
+COMMANDS = {  # words of each; what it reads may be one of its own results
+    "arms.py": ["{input}", "0.3,0.25,0.2", "rest", "{out}"],
+    "ceiling.py": ["{input}", "{out}"],
+    "ekf_slam.py": ["polar", "{input}", "{input}", "{out}"],
+    "faces.py": [".", "{input}", "{out}"],
+    "judge.py": None,  # these two write nothing
+    "rank.py": None,
+    "people.py": ["detections", "{input}", "{out}"],
+    "stereo_slam.py": [".", "{out}", "{input}"],
+    "track.py": ["camshift", "{input}", "1,1,9,9", "{out}"],
+    "walls.py": ["carmen", "{input}", "{out}"],
+}
+WRITING = [name for name, words in COMMANDS.items() if words]
+
+
+def command(name: str) -> click.Command:
+    return runpy.run_path(str(SCRIPTS / name))["main"]
+
+
+def endings(main: click.Command) -> tuple[str, ...]:
+    (found,) = (one.type.endings for one in main.params if isinstance(one.type, Results))
+    return found
+
+
+def test_every_script_is_in_the_table():
+    assert set(COMMANDS) == {path.name for path in SCRIPTS.glob("*.py")}
+    for name in COMMANDS:
+        kinds = [type(one.type) for one in command(name).params]
+        assert (Results in kinds) == (name in WRITING)
+
+
+@pytest.mark.parametrize("name", WRITING)
+def test_a_script_refuses_to_write_over_what_it_reads(name, tmp_path, monkeypatch):
+    """Under its own name, by a link of either kind, and with --force as well."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [name])
+    main = command(name)
+    for ending in endings(main):
+        for link in (None, os.symlink, os.link):
+            mine, result = Path("mine.bin"), Path(f"out{ending}")
+            mine.write_bytes(b"recorded once")
+            link(mine, result) if link else mine.rename(result)
+            words = [w.format(input=mine if link else result, out="out") for w in COMMANDS[name]]
+            for force in ([], ["--force"]):
+                done = CliRunner().invoke(main, [*words, *force])
+                assert done.exit_code == 1
+                assert f"{result} would be written over, and it is read" in done.output
+            assert result.read_bytes() == b"recorded once"
+            result.unlink()
+
+
+@pytest.mark.parametrize("name", WRITING)
+def test_a_script_asks_before_a_file_is_written_over(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main = command(name)
+    Path("in").mkdir()
+    Path("in/mine.bin").write_bytes(b"no recording at all")
+    words = [w.format(input="in/mine.bin", out="out") for w in COMMANDS[name]]
+    words = ["in" if w == "." else w for w in words]
+    for ending in endings(main):
+        result = Path(f"out{ending}")
+        result.write_bytes(b"of last week")
+        done = CliRunner().invoke(main, words)
+        assert done.exit_code == 1
+        assert f"{result}: there already; --force writes over" in done.output
+        forced = CliRunner().invoke(main, [*words, "--force"])
+        assert forced.exit_code == 1  # now it is the recording that is wrong
+        assert "there already" not in forced.output
+        assert result.read_bytes() == b"of last week"
+        result.unlink()
+
+
+def test_a_file_in_a_folder_that_is_read_is_not_written_over(tmp_path):
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    (folder / "1.png").write_bytes(b"mine")
+    with pytest.raises(ValueError, match=r"1\.png would be written over"):
+        check_results([folder / "1.png"], [folder], overwrite=True)
+    check_results([folder / "2.png"], [folder], overwrite=False)
+    (tmp_path / "also").symlink_to(folder)
+    with pytest.raises(ValueError, match=r"1\.png would be written over"):
+        check_results([folder / "1.png"], [tmp_path / "also"], overwrite=True)
+
+
+def test_results_need_a_folder_and_recordings_must_be_there(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    @script
+    @click.argument("seen", type=Recording())
+    @click.argument("out", type=Results(".csv"))
+    def main(seen, out, force):
+        """Copy."""
+        assert isinstance(out, Places)
+        out[".csv"].write_bytes(Path(seen).read_bytes() if seen.exists() else b"")
+
+    Path("a.txt.gz").write_bytes(b"packed")
+    run = CliRunner().invoke
+    assert run(main, ["a.txt", "out"]).exit_code == 0  # the readers find it
+    assert "a.csv: no such file or folder" in run(main, ["a.csv", "b"]).output
+    assert "no is no folder: cannot write no/b.csv there" in run(main, ["a.txt", "no/b"]).output
+    Path("b.csv").mkdir()
+    assert "b.csv is a folder" in run(main, ["a.txt", "b"]).output
+    before = hashlib.sha256(Path("out.csv").read_bytes()).digest()
+    assert run(main, ["out.csv", "out", "--force"]).exit_code == 1
+    assert hashlib.sha256(Path("out.csv").read_bytes()).digest() == before
+
+
+def test_an_error_is_one_line_and_a_number_below_zero_is_no_option():
+    @script
+    @click.argument("box")
+    def main(box):
+        """Fail."""
+        raise ValueError(f"got {box!r}")
+
+    done = CliRunner().invoke(main, ["-5,3,20,20"])
+    assert (done.exit_code, done.output) == (1, "Error: got '-5,3,20,20'\n")
