@@ -33,6 +33,7 @@ EXTRAS = {
     "robot_perception.chapters": "book",
     "robot_perception.evaluation.progress": "data",
     "robot_perception.evaluation.sweep": "book",
+    "robot_perception.scripts": "data",
     "robot_perception.teaching": "book",
     "robot_perception.cli": "data",
     "robot_perception.datasets": "data",

@@ -263,7 +263,7 @@ def room(tmp_path_factory):
 )
 def test_walls_are_those_of_the_room(room, words):
     folder, nothing = room
-    said = run(folder, "walls.py", *words, "walls.csv")
+    said = run(folder, "walls.py", *words, "walls.csv", "--force")
     found = np.loadtxt(folder / "walls.csv", delimiter=",", skiprows=1)
     assert len(found) == 4
     ends = found[:, :4].reshape(-1, 2, 2)
@@ -387,7 +387,7 @@ def test_stereo_slam_knows_the_way_better_than_wheels(corridor, wheels):
     words = ["wheels.csv"] * wheels
     report = roll(path, LARGE, rng=np.random.default_rng(2))
     lost = absolute_error(write_wheels(folder / "wheels.csv", report), path, aligned=False)
-    said = run(folder, "stereo_slam.py", ".", "run", *words)
+    said = run(folder, "stereo_slam.py", ".", "run", *words, "--force")
     assert f"pairs: 40, motion: {'wheels' if wheels else 'stereo'}, guessed: 0\n" in said
     track = read_track(folder / "run.tum")
     np.testing.assert_allclose(track.times, TICK * np.arange(40))
@@ -418,7 +418,7 @@ def test_stereo_slam_of_a_car(tmp_path):
     alone = write_wheels(tmp_path / "wheels.csv", roll(truth, LARGE, rng=np.random.default_rng(1)))
     lost = absolute_error(alone, truth, aligned=False)
     for words, share in ((["wheels.csv"], 1.0), ([], 0.5)):
-        run(tmp_path, "stereo_slam.py", str(folder), "run", *words)
+        run(tmp_path, "stereo_slam.py", str(folder), "run", *words, "--force")
         track = read_track(tmp_path / "run.tum")
         assert absolute_error(track.poses, truth, aligned=False) < share * lost
 
@@ -582,7 +582,7 @@ def test_track_of_a_real_head(tmp_path):
         (tmp_path / "img" / file.name).symlink_to(file)
     marked = read_boxes(folder / "groundtruth_rect.csv").boxes[:40]
     for kind in ("ellipse", "camshift"):
-        run(tmp_path, "track.py", kind, "img", "56,20,31,45", "run")
+        run(tmp_path, "track.py", kind, "img", "56,20,31,45", "run", "--force")
         boxes = read_boxes(tmp_path / "run.csv").boxes
         low = np.maximum(boxes[:, :2], marked[:, :2])
         high = np.minimum(*((b[:, :2] + b[:, 2:]) for b in (boxes, marked)))

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import runpy
-import sys
 from pathlib import Path
 
 import click
@@ -17,11 +16,11 @@ COMMANDS = {  # words of each; what it reads may be one of its own results
     "arms.py": ["{input}", "0.3,0.25,0.2", "rest", "{out}"],
     "ceiling.py": ["{input}", "{out}"],
     "ekf_slam.py": ["polar", "{input}", "{input}", "{out}"],
-    "faces.py": [".", "{input}", "{out}"],
+    "faces.py": ["people", "{input}", "{out}"],
     "judge.py": None,  # these two write nothing
     "rank.py": None,
     "people.py": ["detections", "{input}", "{out}"],
-    "stereo_slam.py": [".", "{out}", "{input}"],
+    "stereo_slam.py": ["people", "{out}", "{input}"],
     "track.py": ["camshift", "{input}", "1,1,9,9", "{out}"],
     "walls.py": ["carmen", "{input}", "{out}"],
 }
@@ -48,7 +47,7 @@ def test_every_script_is_in_the_table():
 def test_a_script_refuses_to_write_over_what_it_reads(name, tmp_path, monkeypatch):
     """Under its own name, by a link of either kind, and with --force as well."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [name])
+    Path("people").mkdir()
     main = command(name)
     for ending in endings(main):
         for link in (None, os.symlink, os.link):
@@ -64,14 +63,23 @@ def test_a_script_refuses_to_write_over_what_it_reads(name, tmp_path, monkeypatc
             result.unlink()
 
 
+def test_an_outline_is_read_as_well(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("film.mp4", "out_outlines.csv"):
+        Path(name).write_bytes(b"mine")
+    words = ["shape", "film.mp4", "out_outlines.csv", "out", "--force"]
+    done = CliRunner().invoke(command("track.py"), words)
+    assert "out_outlines.csv would be written over" in done.output
+
+
 @pytest.mark.parametrize("name", WRITING)
 def test_a_script_asks_before_a_file_is_written_over(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     main = command(name)
+    Path("people").mkdir()
     Path("in").mkdir()
     Path("in/mine.bin").write_bytes(b"no recording at all")
     words = [w.format(input="in/mine.bin", out="out") for w in COMMANDS[name]]
-    words = ["in" if w == "." else w for w in words]
     for ending in endings(main):
         result = Path(f"out{ending}")
         result.write_bytes(b"of last week")
@@ -85,13 +93,15 @@ def test_a_script_asks_before_a_file_is_written_over(name, tmp_path, monkeypatch
         result.unlink()
 
 
-def test_a_file_in_a_folder_that_is_read_is_not_written_over(tmp_path):
+def test_a_picture_in_a_folder_that_is_read_is_not_written_over(tmp_path):
     folder = tmp_path / "pictures"
     folder.mkdir()
     (folder / "1.png").write_bytes(b"mine")
     with pytest.raises(ValueError, match=r"1\.png would be written over"):
         check_results([folder / "1.png"], [folder], overwrite=True)
     check_results([folder / "2.png"], [folder], overwrite=False)
+    (folder / "run.tum").write_bytes(b"of last week")  # a result of a run in that folder
+    check_results([folder / "run.tum"], [folder], overwrite=True)
     (tmp_path / "also").symlink_to(folder)
     with pytest.raises(ValueError, match=r"1\.png would be written over"):
         check_results([folder / "1.png"], [tmp_path / "also"], overwrite=True)

@@ -4,16 +4,19 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
 
-import click
-import cv2
 import numpy as np
-from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.arms.body_model import Measures
 from robot_perception.arms.tracker import ArmRules, ArmTracker, find_face
 from robot_perception.cameras import Pinhole
+from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
+
+with needing():
+    import click
+    import cv2
+    from tqdm import tqdm
 
 FOCAL = 1.0  # focal length over the width of a picture; 1.0 is a view of 53 degrees
 RULES = ArmRules(particles=400)

@@ -3,18 +3,21 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import click
-import cv2
 import numpy as np
-from PIL import Image
-from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.ceiling.mapping import Mapper, MapRules, consistent
 from robot_perception.ceiling.mosaic import Mosaic, paint
+from robot_perception.extras import needing
 from robot_perception.files import written
 from robot_perception.geometry import se3
 from robot_perception.scripts import Recording, Results, script
+
+with needing():
+    import click
+    import cv2
+    from PIL import Image
+    from tqdm import tqdm
 
 HEIGHT, FOCAL = None, None  # m below the ceiling, and px of the film; None: all is in px
 CENTRE = None  # where the optical axis meets the picture, px of the film; None: its middle

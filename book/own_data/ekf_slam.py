@@ -2,13 +2,16 @@
 
 from itertools import repeat
 
-import click
 import numpy as np
 
 from robot_perception.datasets import read_columns, write_columns
+from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
 from robot_perception.slam import planar
 from robot_perception.streams import merge
+
+with needing():
+    import click
 
 DELAY = 0.0  # from a command to its effect, s
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s

@@ -3,16 +3,19 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import click
-import cv2
 import numpy as np
-from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.companion.boxes import crop
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
+from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
+
+with needing():
+    import click
+    import cv2
+    from tqdm import tqdm
 
 KINDS = {".jpg", ".jpeg", ".png"}  # of the pictures of the gallery
 PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files

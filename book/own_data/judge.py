@@ -1,13 +1,16 @@
 """NEES and trajectory errors of your own run: python judge.py ESTIMATE TRUTH"""
 
-import click
 import numpy as np
 
 from robot_perception.datasets import read_track
 from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
 from robot_perception.evaluation.trajectories import absolute_error, end_error, relative_error_over
+from robot_perception.extras import needing
 from robot_perception.geometry import wrap_angle
 from robot_perception.scripts import Recording, script
+
+with needing():
+    import click
 
 GAP = 0.5  # longest gap of the truth that is bridged, s
 DISTANCE = 1.0  # over which relative errors are taken, m

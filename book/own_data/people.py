@@ -3,18 +3,21 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import click
-import cv2
 import numpy as np
-from tqdm import tqdm
 
 from robot_perception import datasets
+from robot_perception.extras import needing
 from robot_perception.geometry import se2
 from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
 from robot_perception.scripts import Recording, Results, script
+
+with needing():
+    import click
+    import cv2
+    from tqdm import tqdm
 
 SENSORS = {  # any name may join: how much it is believed, and when its silence ends a belief, s
     "laser": SensorRules(alpha=0.3, patience=3.0, reach=6.0),

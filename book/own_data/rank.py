@@ -1,11 +1,13 @@
 """What your sensors cannot tell you: python rank.py SENSOR [SENSOR …]"""
 
-import click
-import sympy
-
+from robot_perception.extras import needing
 from robot_perception.scripts import script
 from robot_perception.slam import observability
 from robot_perception.slam.observability import symbolic
+
+with needing():
+    import click
+    import sympy
 
 LANDMARKS = 2  # in the map
 

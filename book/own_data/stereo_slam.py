@@ -1,18 +1,21 @@
 """SLAM with a stereo camera: python stereo_slam.py FOLDER OUT [WHEELS]"""
 
-import click
-import cv2
 import numpy as np
-from tqdm import tqdm
 
 from robot_perception import datasets, landmarks
 from robot_perception.cameras import level_mount
+from robot_perception.extras import needing
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
 from robot_perception.scripts import Recording, Results, script
 from robot_perception.slam import planar, rao_blackwellised, visual
 from robot_perception.streams import hold
+
+with needing():
+    import click
+    import cv2
+    from tqdm import tqdm
 
 LEFT, RIGHT = ("image_l", "*.png"), ("image_r", "*.png")  # folder, and which files of it
 CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, cy), baseline)

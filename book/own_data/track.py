@@ -3,10 +3,7 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import click
-import cv2
 import numpy as np
-from tqdm import tqdm
 
 from robot_perception import datasets
 from robot_perception.appearance.affine_snake import SnakeRules
@@ -16,7 +13,13 @@ from robot_perception.appearance.colour_shape import ColourShapeRules, ColourSha
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadState, HeadTracker
 from robot_perception.appearance.single_cues import WindowTracker
+from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
+
+with needing():
+    import click
+    import cv2
+    from tqdm import tqdm
 
 PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
 RATE = 10.0  # of the film that is written: pictures in a second
@@ -35,9 +38,9 @@ Outline = np.ndarray  # (n, 2), columns and rows, px
 Step = Callable[[np.ndarray], tuple[Outline, bool]]  # from a picture to an outline, whether lost
 
 
-def first_outline(box: str) -> Outline:
+def first_outline(box: Path | str) -> Outline:
     """The ellipse in a box u,v,width,height, or the outline in a file."""
-    if Path(box).is_file():
+    if isinstance(box, Path):
         return np.column_stack(list(datasets.read_columns(box, COLUMNS).values()))
     try:
         u, v, width, height = map(float, box.split(","))
@@ -112,7 +115,7 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
 @script
 @click.argument("kind", type=click.Choice(list(TRACKERS)))
 @click.argument("film", type=Recording())
-@click.argument("box")
+@click.argument("box", type=Recording(or_words=True))
 @click.argument("out", type=Results(".mp4", ".csv", "_outlines.csv"))
 def main(kind, film, box, out, force):
     """Follow a thing in a film, or in a folder of pictures, from its box in the first one."""

@@ -1,11 +1,14 @@
 """Walls from scans: python walls.py carmen|graph LOG OUT, or array RANGES POSES OUT"""
 
-import click
 import numpy as np
 
 from robot_perception import datasets
+from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
 from robot_perception.walls import Extraction, Gate, RangeNoise, build_map
+
+with needing():
+    import click
 
 FIELD = np.deg2rad([-90.0, 90.0])  # directions of the first and last beam of an array
 MAX_RANGE = 80.0  # a reading of an array from here on means "nothing there", m

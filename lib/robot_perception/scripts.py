@@ -11,18 +11,41 @@ with needing():
     import click
 
 Main = Callable[..., None]
+READ_IN_FOLDERS = {
+    ".bmp",
+    ".gif",
+    ".jpeg",
+    ".jpg",
+    ".pgm",
+    ".png",
+    ".ppm",
+    ".tif",
+    ".tiff",
+    ".webp",
+}
 
 
 class Recording(click.ParamType):
-    """An argument that names a file or a folder to read; it becomes a `pathlib.Path`."""
+    """An argument that names a file or a folder to read; it becomes a `pathlib.Path`.
+
+    Parameters
+    ----------
+    or_words
+        Whether it may be words as well, which stay a text where there is no such file.
+    """
 
     name = "recording"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+    def __init__(self, *, or_words: bool = False) -> None:
+        self.or_words = or_words
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of what is there, packed or not."""
         path = Path(value)
         packed = path.with_suffix("") if path.suffix == ".gz" else Path(f"{path}.gz")
         if not path.exists() and not packed.is_file():  # readers of text take the one for the other
+            if self.or_words:
+                return value
             self.fail(f"{value}: no such file or folder", param, ctx)
         return path
 
@@ -103,14 +126,14 @@ def check_results(results: list[Path], recordings: list[Path], *, overwrite: boo
     results
         What will be written.
     recordings
-        What will be read: files, and folders with all that is in them.
+        What will be read: files, and folders with all pictures in them.
     overwrite
         Whether other files may be written over.
 
     Raises
     ------
     ValueError
-        If a result is, under whatever name, one of the recordings, or a file in one.
+        If a result is, under whatever name, one of the recordings, or a picture in one.
     FileExistsError
         If there is such a file, and leave is not given.
     """
@@ -138,7 +161,8 @@ def script(main: Main) -> Script:
 
 
 def _holds(recording: Path, path: Path) -> bool:
-    """Tell whether a file is a recording, or lies in the folder that is one."""
+    """Tell whether a file is a recording, or a picture in the folder that is one."""
     if recording.is_dir():
-        return path.resolve().is_relative_to(recording.resolve())
+        inside = path.resolve().is_relative_to(recording.resolve())
+        return inside and path.suffix.lower() in READ_IN_FOLDERS
     return recording.exists() and os.path.samefile(recording, path)
