@@ -16,10 +16,9 @@ from robot_perception.datasets.entries import (
 )
 from robot_perception.datasets.graph import GraphLog, read_graph_log
 from robot_perception.datasets.images import (
-    CorruptImage,
     ImageSequence,
     StereoSequence,
-    read_image,
+    picture_files,
     read_images,
 )
 from robot_perception.datasets.leg_scans import LegScans, Sector, read_leg_scans
@@ -33,6 +32,7 @@ from robot_perception.datasets.mrclam import (
     read_mrclam,
 )
 from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
+from robot_perception.datasets.pictures import CorruptImage, read_image
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.stereo import (
     Calibration,
@@ -61,7 +61,7 @@ from robot_perception.datasets.victoria import (
     read_landmark_graph,
     read_vehicle,
 )
-from robot_perception.datasets.video import read_video, write_video
+from robot_perception.datasets.video import Film, read_film, read_video, write_video
 from robot_perception.datasets.writing import (
     write_columns,
     write_kitti,
@@ -82,6 +82,7 @@ __all__ = [
     "DepthPair",
     "DownloadError",
     "FileStatus",
+    "Film",
     "Fixes",
     "GraphLog",
     "ImageSequence",
@@ -107,11 +108,13 @@ __all__ = [
     "fetch",
     "find",
     "path",
+    "picture_files",
     "read_boxes",
     "read_calibration",
     "read_carmen_log",
     "read_columns",
     "read_depth_pair",
+    "read_film",
     "read_fixes",
     "read_graph_log",
     "read_image",

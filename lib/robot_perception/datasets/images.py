@@ -1,79 +1,35 @@
-"""Pictures, one by one and in sequences: read when they are asked for, and none that is damaged."""
+"""Sequences of pictures: in the order of their numbers, each read when it is asked for."""
 
-import io
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
+from fnmatch import fnmatchcase
+from itertools import compress, pairwise
+from operator import not_
 from pathlib import Path
-from types import ModuleType
 from typing import final
 
 import numpy as np
 from jaxtyping import UInt8
 
-from robot_perception.checks import flag, instance, whole
+from robot_perception.checks import flag, instance, number, whole
 from robot_perception.datasets.logs import as_path
-from robot_perception.extras import needing
-from robot_perception.files import DamagedFile, reading
+from robot_perception.datasets.names import numbering
+from robot_perception.datasets.pictures import CorruptImage, read_image
 
-NUMBER = re.compile(r"(?<!\d)(\d{1,19})\D*\Z")  # nanoseconds since 1970 have 19 digits
-FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF", "GIF", "WEBP")  # none starts another program
-BYTES = ("1", "L", "LA", "P", "RGB", "RGBA")  # kinds of pictures that eight bits can show
-
-
-class Content(io.BytesIO):
-    """The copy of a file in memory, as errors of Pillow name it."""
-
-    def __repr__(self) -> str:
-        return ""
-
-
-class CorruptImage(DamagedFile):
-    """A picture, or a sequence of them, that cannot be used; the message names the file."""
-
-
-def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "height width ..."]:
-    """Read a picture, strictly: a damaged or truncated one is refused, not patched up with grey.
-
-    Parameters
-    ----------
-    path
-        The file: PNG, JPEG, PPM or PGM, BMP, TIFF, GIF or WebP.
-    colour
-        Whether to keep its colours.
-
-    Returns
-    -------
-    (height, width) or (height, width, 3)
-        Grey values, or red, green and blue.
-
-    Raises
-    ------
-    CorruptImage
-        If the file is empty, damaged, no picture, or one of more than eight bits.
-    FileNotFoundError
-        If there is no such file.
-    """
-    path, colour = as_path(path), flag("colour", colour)
-    pillow = load_pillow()
-    content = path.read_bytes()
-    if not content:
-        raise CorruptImage(f"{path}: the file is empty")
-    with reading(path, "no picture, or a damaged one", CorruptImage):
-        with pillow.open(Content(content), formats=FORMATS) as picture:
-            picture.verify()  # checksums, of formats that have them; then it must be opened anew
-        with pillow.open(Content(content), formats=FORMATS) as picture:
-            if picture.mode in BYTES:
-                return np.array(picture.convert("RGB" if colour else "L"))
-    raise CorruptImage(f"{path}: a picture of kind {picture.mode}, not of eight bits")
-
-
-def load_pillow() -> ModuleType:
-    """Return Pillow's module of pictures; the other readers do without it."""
-    with needing():
-        from PIL import Image
-    return Image
+ENDINGS = (
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".bmp",
+    ".tif",
+    ".tiff",
+    ".webp",
+    ".ppm",
+    ".pgm",
+    ".pbm",
+    ".gif",
+)
+"""Of the names of pictures, in small or in capital letters."""
 
 
 @final
@@ -91,6 +47,12 @@ class ImageSequence:
         A number for each, rising.
     colour
         Whether to keep the colours.
+    times
+        When each was taken, s, rising; none if their names do not tell.
+    skipped
+        Files that were beside them and are none of them.
+    composed
+        Whether a number is put together from several, so that its steps are uneven.
 
     Raises
     ------
@@ -98,28 +60,36 @@ class ImageSequence:
         If the first picture cannot be read; on reading, also if another one cannot or has another
         size.
     ValueError
-        If there is no file, or the numbers are not as many or do not rise.
+        If there is no file, the numbers or times are not as many, or they do not rise.
     """
 
     paths: tuple[Path, ...]
     numbers: tuple[int, ...]
     colour: bool = False
+    times: tuple[float, ...] | None = None
+    skipped: tuple[Path, ...] = ()
+    composed: bool = False
     size: tuple[int, int] = field(init=False)
     """Width and height, px."""
 
     def __post_init__(self) -> None:
-        for name, kinds in {"paths": (str, Path), "numbers": (int,)}.items():
+        kinds = {"paths": (str, Path), "numbers": (int,), "skipped": (str, Path)}
+        for name in kinds:
             for value in instance(name, getattr(self, name), tuple):
-                instance(name, value, *kinds)
+                instance(name, value, *kinds[name])
         flag("colour", self.colour)
+        flag("composed", self.composed)
         if not self.paths or len(self.paths) != len(self.numbers):
             raise ValueError(
                 "paths must be one at least, and as many as numbers,"
                 f" got {len(self.paths)} and {len(self.numbers)}"
             )
-        wrong = next((pair for pair in pairwise(self.numbers) if pair[0] >= pair[1]), None)
-        if wrong:
-            raise ValueError(f"numbers must rise, got {wrong[0]} before {wrong[1]}")
+        _check_rising("numbers", self.numbers)
+        if self.times is not None:
+            times = [number("times", time) for time in instance("times", self.times, tuple)]
+            if len(times) != len(self.paths):
+                raise ValueError(f"times must be {len(self.paths)} for paths, got {len(times)}")
+            _check_rising("times", times)
         height, width = read_image(self.paths[0]).shape
         object.__setattr__(self, "size", (width, height))
 
@@ -129,7 +99,9 @@ class ImageSequence:
     def __getitem__(self, at: int | slice) -> "UInt8[np.ndarray, '...'] | ImageSequence":
         """Read one picture, or return a part of the sequence."""
         if isinstance(at, slice):
-            return ImageSequence(self.paths[at], self.numbers[at], self.colour)
+            times = self.times and self.times[at]
+            kept = self.colour, times, self.skipped, self.composed
+            return ImageSequence(self.paths[at], self.numbers[at], *kept)
         path = self.paths[whole("at", at)]
         picture = read_image(path, colour=self.colour)
         size = picture.shape[1::-1]
@@ -145,26 +117,93 @@ class ImageSequence:
 
     @property
     def gaps(self) -> tuple[range, ...]:
-        """Numbers that are missing, where the step from one to the next is the usual one."""
+        """Numbers that are missing, where the step from one to the next is the usual one.
+
+        None are told of numbers that are put together from several.
+        """
         pairs = list(pairwise(self.numbers))
-        if not pairs:
+        if not pairs or self.composed:
             return ()
         step = sorted(b - a for a, b in pairs)[(len(pairs) - 1) // 2]
         missing = (range(a + step, b - step // 2, step) for a, b in pairs)
         return tuple(gap for gap in missing if gap)
 
 
-def read_images(
-    folder: str | Path, pattern: str = "*.png", *, colour: bool = False, allow_gaps: bool = False
-) -> ImageSequence:
-    """Find the pictures of a sequence in a folder, by the last number in each file's name.
+def _check_rising(name: str, values: Iterable[float]) -> None:
+    """Raise ``ValueError`` unless each value is above the one before."""
+    wrong = next((pair for pair in pairwise(values) if pair[0] >= pair[1]), None)
+    if wrong:
+        raise ValueError(f"{name} must rise, got {wrong[0]} before {wrong[1]}")
+
+
+def picture_files(
+    folder: str | Path, pattern: str | None = None
+) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Find the pictures in a folder by their names.
+
+    What is hidden is no picture, such as the ``._1.png`` that macOS puts beside ``1.png``.
 
     Parameters
     ----------
     folder
         Where they are.
     pattern
-        Which files they are, such as ``left*.jpg``.
+        Which files they are, such as ``left*.jpg``, in small or in capital letters; if none is
+        given, all that end as pictures do.
+
+    Returns
+    -------
+    pictures
+        Files, in the order of the alphabet.
+    skipped
+        What else is there and fits the pattern.
+
+    Raises
+    ------
+    NotADirectoryError
+        If there is no such folder.
+    """
+    folder = as_path(folder, "folder")
+    if pattern is not None:
+        pattern = instance("pattern", pattern, str)
+        if not pattern or "/" in pattern or "**" in pattern:
+            raise ValueError(f"pattern must be of names in the folder, got {pattern!r}")
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: there is no such folder")
+    there = sorted(
+        path
+        for path in folder.iterdir()
+        if pattern is None or fnmatchcase(path.name.lower(), pattern.lower())
+    )
+    fits = [
+        not path.name.startswith(".")
+        and path.is_file()
+        and (pattern is not None or path.suffix.lower() in ENDINGS)
+        for path in there
+    ]
+    return tuple(compress(there, fits)), tuple(compress(there, map(not_, fits)))
+
+
+def read_images(
+    folder: str | Path,
+    pattern: str | None = None,
+    *,
+    colour: bool = False,
+    allow_gaps: bool = False,
+) -> ImageSequence:
+    """Find the pictures of a sequence in a folder, in the order of the numbers in their names.
+
+    The number that counts is the one that changes from name to name: whole or decimal, such as the
+    time stamp 1305031102.175304 with six decimals, which then is counted in microseconds. If
+    several change, the first counts first.
+
+    Parameters
+    ----------
+    folder
+        Where they are.
+    pattern
+        Which files they are, such as ``left*.jpg``, in small or in capital letters; if none is
+        given, all that end as pictures do.
     colour
         Whether to keep the colours.
     allow_gaps
@@ -173,32 +212,22 @@ def read_images(
     Raises
     ------
     CorruptImage
-        If no file fits, a name has no number or that of another file, numbers are missing, or the
-        first picture cannot be read.
+        If no file fits, a name has no number, more numbers than the others or those of another
+        file, numbers are missing, or the first picture cannot be read.
     NotADirectoryError
         If there is no such folder.
     """
-    folder, allow_gaps = as_path(folder, "folder"), flag("allow_gaps", allow_gaps)
-    pattern = instance("pattern", pattern, str)
-    if not pattern or "/" in pattern or "**" in pattern:
-        raise ValueError(f"pattern must be of names in the folder, got {pattern!r}")
-    if not folder.is_dir():
-        raise NotADirectoryError(f"{folder}: there is no such folder")
-    files: dict[int, Path] = {}
-    for path in sorted(folder.glob(pattern)):
-        found = NUMBER.search(path.stem)
-        if not found:
-            raise CorruptImage(f"{path}: the name has no number")
-        if (other := files.setdefault(int(found[1]), path)) != path:
-            raise CorruptImage(f"{path}: has the number of {other.name}")
+    files, skipped = picture_files(folder, pattern)
+    allow_gaps = flag("allow_gaps", allow_gaps)
     if not files:
-        raise CorruptImage(f"{folder}: no file fits pattern {pattern!r}")
-    numbers = tuple(sorted(files))
-    sequence = ImageSequence(tuple(files[number] for number in numbers), numbers, colour)
+        fits = "is a picture" if pattern is None else f"fits pattern {pattern!r}"
+        raise CorruptImage(f"{folder}: no file {fits}")
+    paths, numbers, times, composed = numbering(files)
+    sequence = ImageSequence(paths, numbers, colour, times, skipped, composed)
     if sequence.gaps and not allow_gaps:
         raise CorruptImage(
             f"{folder}: pictures between {numbers[0]} and {numbers[-1]} are missing:"
-            f" {name_gaps(sequence.gaps)} ({sum(map(_length, sequence.gaps))} in all;"
+            f" {name_gaps(sequence.gaps)} ({count_gaps(sequence.gaps)} in all;"
             " allow_gaps=True reads the others)"
         )
     return sequence
@@ -206,7 +235,12 @@ def read_images(
 
 def name_gaps(gaps: tuple[range, ...]) -> str:
     """Return missing numbers in words, the first few of many gaps."""
-    return _first(str(gap[0]) if gap[0] == gap[-1] else f"{gap[0]} to {gap[-1]}" for gap in gaps)
+    return first(str(gap[0]) if gap[0] == gap[-1] else f"{gap[0]} to {gap[-1]}" for gap in gaps)
+
+
+def count_gaps(gaps: tuple[range, ...]) -> int:
+    """Return how many numbers are missing."""
+    return sum(map(_length, gaps))
 
 
 def _length(gap: range) -> int:
@@ -214,7 +248,7 @@ def _length(gap: range) -> int:
     return (gap[-1] - gap[0]) // gap.step + 1
 
 
-def _first(numbers: Iterable[object], most: int = 8) -> str:
+def first(numbers: Iterable[object], most: int = 8) -> str:
     """Return numbers in words, the first few of many."""
     words = list(map(str, numbers))
     return ", ".join(words[:most]) + (", …" if len(words) > most else "")
@@ -253,8 +287,7 @@ class StereoSequence:
             if numbers:
                 folder = Path(getattr(self, name).paths[0]).parent
                 raise CorruptImage(
-                    f"{folder}: {len(numbers)} pictures of {name} have no partner:"
-                    f" {_first(numbers)}"
+                    f"{folder}: {len(numbers)} pictures of {name} have no partner: {first(numbers)}"
                 )
         if self.left.size != self.right.size:
             raise CorruptImage(

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from robot_perception.datasets.images import CorruptImage, read_image
 from robot_perception.datasets.logs import CorruptLog, as_path, to_numbers
+from robot_perception.datasets.pictures import CorruptImage, read_image
 
 
 @dataclass(frozen=True, eq=False, slots=True)

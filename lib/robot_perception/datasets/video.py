@@ -1,14 +1,27 @@
-"""Films, frame by frame."""
+"""Films and folders of pictures, frame by frame."""
 
+import re
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import final
 
 import numpy as np
 from jaxtyping import UInt8
 
 from robot_perception import checks
-from robot_perception.datasets.images import CorruptImage
+from robot_perception.checks import instance
+from robot_perception.datasets.containers import missing_bytes
+from robot_perception.datasets.images import (
+    ENDINGS,
+    ImageSequence,
+    count_gaps,
+    first,
+    name_gaps,
+    read_images,
+)
 from robot_perception.datasets.logs import as_path
+from robot_perception.datasets.pictures import LARGEST, CorruptImage
 from robot_perception.extras import needing
 from robot_perception.files import destination, written
 
@@ -19,23 +32,145 @@ SMALLEST = 16
 """Least height and width of a film that is written, px: some encoders fail below 8."""
 
 
-def read_video(path: str | Path) -> Iterator[UInt8[np.ndarray, "height width 3"]]:
-    """Yield the frames of a film.
+CONTROL = re.compile(rb"[\0-\x08\x0e-\x1a\x1c-\x1f]")  # bytes that no text has
+TRIED = 30  # pictures at the beginning of a film, whose times tell its rate
+MOST = 2**31  # pictures of a film; a header that promises more does not know
+
+
+@final
+@dataclass(eq=False, slots=True)
+class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
+    """The pictures of a film or of a folder, once and in order: red, green and blue.
 
     Parameters
     ----------
     path
-        The file, of any format that OpenCV reads.
+        The file or the folder.
+    size
+        Width and height of a picture, px.
+    rate
+        Pictures in a second; none if nothing tells.
+    promised
+        How many pictures the header of the film speaks of, which may be more or fewer than it
+        holds; none if it does not say. Of a folder, how many there are.
+    pictures
+        Their numbers, their times (s, or none) and themselves, as they are read.
+    remarks
+        Sentences on what is not as it should be, with what was skipped.
+    numbers, times
+        Of the pictures that were read so far: a film's count from 1, a folder's stand in the names
+        of its files; times are in seconds, and there are none where nothing tells them.
+    finished
+        Whether all were read.
+    """
 
-    Yields
-    ------
-    (height, width, 3)
-        Red, green and blue.
+    path: Path
+    size: tuple[int, int]
+    rate: float | None
+    promised: int | None
+    pictures: Iterator[tuple[int, float | None, np.ndarray]]
+    remarks: list[str]
+    numbers: list[int] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    finished: bool = False
+
+    def __next__(self) -> UInt8[np.ndarray, "height width 3"]:
+        """Read the next picture."""
+        if self.finished:
+            raise StopIteration
+        try:
+            number, time, picture = next(self.pictures)
+        except StopIteration:
+            self.finished = True
+            if self.missing:
+                self.remarks.append(
+                    f"the film promises {self.promised} pictures and holds {self.count}"
+                )
+            raise
+        self.numbers.append(number)
+        if time is not None:
+            self.times.append(time)
+        return picture
+
+    @property
+    def count(self) -> int:
+        """How many pictures were read so far."""
+        return len(self.numbers)
+
+    @property
+    def missing(self) -> int:
+        """How many pictures were promised and are not there; 0 until all were read."""
+        return max((self.promised or 0) - self.count, 0) if self.finished else 0
+
+
+def read_film(path: str | Path, pattern: str | None = None) -> Film:
+    """Read a film, or a folder of pictures as one.
+
+    Parameters
+    ----------
+    path
+        The file, as `read_video` reads it, or the folder, as `read_images` does. Where pictures are
+        missing in a folder it goes on, and says so.
+    pattern
+        Which files of a folder they are, such as ``left*.jpg``; if none is given, all pictures.
 
     Raises
     ------
     CorruptImage
-        If the file is no film, or ends before as many frames as it promises.
+        If the film or the names in the folder cannot be used; while reading, if a picture of a
+        folder is damaged or has another size.
+    FileNotFoundError
+        If there is neither.
+    """
+    path = as_path(path)
+    if pattern is not None:
+        instance("pattern", pattern, str)
+    if not path.is_dir():
+        return read_video(path)
+    sequence = read_images(path, pattern, colour=True, allow_gaps=True)
+    times = sequence.times or (None,) * len(sequence)
+    step = np.median(np.diff(sequence.times)) if sequence.times and len(sequence) > 1 else 0
+    return Film(
+        path,
+        sequence.size,
+        float(1 / step) if step else None,
+        len(sequence),
+        zip(sequence.numbers, times, sequence, strict=True),
+        _remarks(sequence),
+    )
+
+
+def _remarks(sequence: ImageSequence) -> list[str]:
+    """Return sentences on what a folder lacks and what was skipped in it."""
+    remarks = []
+    if sequence.gaps:
+        count = count_gaps(sequence.gaps)
+        remarks.append(f"{count} pictures are missing: {name_gaps(sequence.gaps)}")
+    if sequence.skipped:
+        names = [path.name for path in sequence.skipped]
+        remarks.append(f"{len(names)} files are no pictures, skipped: {first(names)}")
+    return remarks
+
+
+def read_video(path: str | Path) -> Film:
+    """Read a film to its end, whatever its header promises.
+
+    It is turned as a telephone says that it was held. `Film.rate` is that of the header, unless the
+    times of the first pictures contradict it. A film that was cut is refused where the file tells
+    that: AVI, MP4, Matroska, WebM, ASF and MJPEG. Of other formats, and where pictures in the
+    middle are damaged, `Film.missing` has how many fewer there are than the header promises.
+
+    Parameters
+    ----------
+    path
+        The file, of any format that OpenCV reads. Lists of other files are none, and neither are
+        single pictures.
+
+    Raises
+    ------
+    CorruptImage
+        If the file is no film, has no picture that can be read or one of more than 2**26 pixels,
+        or was cut.
     FileNotFoundError
         If there is no such file.
     """
@@ -45,20 +180,90 @@ def read_video(path: str | Path) -> Iterator[UInt8[np.ndarray, "height width 3"]
     path = as_path(path)
     if not path.is_file():
         raise FileNotFoundError(f"no such film: {path}")
-    film = cv2.VideoCapture(str(path))
-    promised = int(film.get(cv2.CAP_PROP_FRAME_COUNT))
-    if not film.isOpened() or promised < 1:
+    with path.open("rb") as file:
+        head = file.read(512)
+    if head and not CONTROL.search(head) and not head.startswith(b"YUV4MPEG2"):
+        raise CorruptImage(f"{path}: a text, such as a list of films, and no film")
+    if path.suffix.lower() in ENDINGS and path.suffix.lower() != ".gif":
+        raise CorruptImage(f"{path}: a picture, and no film; read_film takes the folder of many")
+    if lost := missing_bytes(path):
+        raise CorruptImage(f"{path}: no whole film: it was cut, {lost} bytes are missing")
+    film = _opened(path)
+    promised, told = (film.get(p) for p in (cv2.CAP_PROP_FRAME_COUNT, cv2.CAP_PROP_FPS))
+    shape, stamps = _beginning(film)
+    if shape is None:
         raise CorruptImage(f"{path}: no film, or a damaged one")
-    return _frames(film, path, promised)
+    rate = None if head.startswith(b"\xff\xd8") else _rate(told, stamps)
+    return Film(
+        path,
+        shape,
+        rate,
+        int(promised) if 0 < promised < MOST else None,
+        _frames(path, rate),
+        _shape_of_pixels(film),
+    )
 
 
-def _frames(film, path: Path, promised: int) -> Iterator[np.ndarray]:
-    """Yield the frames of an open film, as many as it promises."""
-    for k in range(promised):
+def _opened(path: Path):
+    """Return OpenCV's film, which turns pictures as they were held."""
+    import cv2
+
+    backend = cv2.CAP_FFMPEG if cv2.videoio_registry.hasBackend(cv2.CAP_FFMPEG) else cv2.CAP_ANY
+    film = cv2.VideoCapture(str(path.absolute()), backend)  # no protocol stands before a full path
+    film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
+    pixels = film.get(cv2.CAP_PROP_FRAME_WIDTH) * film.get(cv2.CAP_PROP_FRAME_HEIGHT)
+    if pixels > LARGEST:
+        raise CorruptImage(f"{path}: frames of {pixels:.0f} px are more than the {LARGEST} allowed")
+    return film
+
+
+def _beginning(film) -> tuple[tuple[int, int] | None, list[float]]:
+    """Return the size of the first picture, if there is one, and times of some, s, that rise."""
+    import cv2
+
+    there, picture = film.read()
+    if not there:
+        return None, []
+    stamps = [film.get(cv2.CAP_PROP_POS_MSEC) / 1000]
+    while len(stamps) < TRIED and film.grab():
+        stamps.append(film.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+        if not stamps[-1] > stamps[-2]:  # of the last ones some formats do not know it
+            stamps.pop()
+            break
+    return picture.shape[1::-1], stamps
+
+
+def _rate(told: float, stamps: list[float]) -> float | None:
+    """Return the rate that the header tells, or that of the first pictures where it is far off."""
+    seen = (len(stamps) - 1) / (stamps[-1] - stamps[0]) if len(stamps) > 1 else told
+    rate = told if seen / 1.25 < told < seen * 1.25 else seen
+    return rate if 0 < rate < np.inf else None
+
+
+def _frames(path: Path, rate: float | None) -> Iterator[tuple[int, float | None, np.ndarray]]:
+    """Yield the numbers, the times and the frames of a film, to its end."""
+    import cv2
+
+    film, number, time = _opened(path), 0, None
+    while True:
         there, frame = film.read()
         if not there:
-            raise CorruptImage(f"{path}: the film ends after {k} of {promised} frames")
-        yield np.ascontiguousarray(frame[..., ::-1])
+            return
+        number += 1
+        if rate is not None:
+            stamp = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            time = stamp if time is None or stamp > time else time + 1 / rate
+        yield number, time, np.ascontiguousarray(frame[..., ::-1])
+
+
+def _shape_of_pixels(film) -> list[str]:
+    """Return a sentence on pixels that are not square, if they are not."""
+    import cv2
+
+    wide, high = (film.get(p) for p in (cv2.CAP_PROP_SAR_NUM, cv2.CAP_PROP_SAR_DEN))
+    if min(wide, high) > 0 and wide != high:
+        return [f"pixels are not square but {wide:.0f} wide and {high:.0f} high"]
+    return []
 
 
 def write_video(
@@ -78,7 +283,7 @@ def write_video(
         Red, green and blue, each (height, width, 3), all of one size; they are asked for one by
         one. One row or column is repeated where a side is odd, which films cannot be.
     rate
-        Frames in a second.
+        Frames in a second, such as `Film.rate`.
     overwrite
         Whether the file may be there already.
 
@@ -90,8 +295,8 @@ def write_video(
         If the name has another ending, there is no frame, one has another shape, or a side of less
         than 16 px.
     OSError
-        If OpenCV cannot write such a film, there is no such folder, or the file is there and must
-        not be.
+        If OpenCV cannot write such a film, not all of it could be written, there is no such folder,
+        or the file is there and must not be.
     """
     with needing():
         import cv2
@@ -124,4 +329,17 @@ def write_video(
                 film.release()
         if film is None:
             raise ValueError("frames must be one at least, got none")
+        _check_written(path, beside, count)
     return count
+
+
+def _check_written(path: Path, beside: Path, count: int) -> None:
+    """Raise ``OSError`` unless a film that was written can be read to its end.
+
+    OpenCV does not say when a disk is full.
+    """
+    there, film = 0, _opened(beside)
+    while film.grab():
+        there += 1
+    if there != count or missing_bytes(beside):
+        raise OSError(f"{path}: of {count} frames only {there} could be written; is the disk full?")

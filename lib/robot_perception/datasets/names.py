@@ -1,0 +1,151 @@
+"""What the numbers in the names of pictures say: their order, and when they were taken."""
+
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+from robot_perception.datasets.pictures import CorruptImage
+
+DIGITS = re.compile(r"(?<!\d)\d{1,19}(?!\d)")  # nanoseconds since 1970 have 19 digits
+CLOCK = 946_684_800, 4_102_444_800  # s since 1970: the years from 2000 to 2099
+UNITS = 1, 10**3, 10**6, 10**9  # of a second, in which clocks count
+
+
+class Numbering(NamedTuple):
+    """Files in the order of the numbers in their names.
+
+    Parameters
+    ----------
+    paths
+        The files in order.
+    numbers
+        A number for each, rising: the one that changes from name to name. A decimal number is
+        counted in units of its last decimal. Of several that change, as many as tell the files
+        apart are put together, each as wide as the widest.
+    times
+        Seconds, where a number that changes is a time stamp: a decimal number, or a whole one of
+        seconds, milliseconds, microseconds or nanoseconds since 1970 in the years 2000 to 2099.
+    composed
+        Whether a number is put together from several.
+    """
+
+    paths: tuple[Path, ...]
+    numbers: tuple[int, ...]
+    times: tuple[float, ...] | None
+    composed: bool
+
+
+class _Column(NamedTuple):
+    """The same number of all names, and of which unit in a second, if it is a time."""
+
+    keys: list[int]
+    unit: int | None
+
+    def padded(self) -> list[str]:
+        """Return the numbers, each as wide as the widest."""
+        width = len(str(max(self.keys)))
+        return [f"{key:0{width}}" for key in self.keys]
+
+
+def numbering(paths: Sequence[Path]) -> Numbering:
+    """Bring files into the order of the numbers in their names.
+
+    Raises
+    ------
+    CorruptImage
+        If a name has no number of 19 digits at most, more of them or fewer than the others, or the
+        same as another, or if decimal numbers cannot be told from two counters.
+    """
+    columns = _columns(paths)
+    changing = [column for column in columns if len(set(column.keys)) > 1] or columns[-1:]
+    keys = list(zip(*(column.keys for column in changing), strict=True))
+    order = sorted(range(len(paths)), key=keys.__getitem__)
+    for one, other in pairwise(order):
+        if keys[one] == keys[other]:
+            raise CorruptImage(f"{paths[other]}: has the number of {paths[one].name}")
+    used = next(
+        k for k in range(1, len(keys[0]) + 1) if len({key[:k] for key in keys}) == len(keys)
+    )
+    words = list(zip(*(column.padded() for column in changing[:used]), strict=True))
+    return Numbering(
+        paths=tuple(paths[k] for k in order),
+        numbers=tuple(int("".join(words[k])) for k in order),
+        times=_times(changing, order),
+        composed=used > 1,
+    )
+
+
+def _times(columns: list[_Column], order: list[int]) -> tuple[float, ...] | None:
+    """Return the seconds of the first time stamps that rise in this order."""
+    for keys, unit in columns:
+        if unit and all(keys[one] < keys[other] for one, other in pairwise(order)):
+            return tuple(keys[k] / unit for k in order)
+    return None
+
+
+def _columns(paths: Sequence[Path]) -> list[_Column]:
+    """Return the numbers of all names, column by column; two with a point between may be one."""
+    found = [DIGITS.findall(path.stem) for path in paths]
+    for path, digits in zip(paths, found, strict=True):
+        if not digits:
+            raise CorruptImage(f"{path}: the name has no number")
+        if len(digits) != len(found[0]):
+            raise CorruptImage(
+                f"{path}: the name has {len(digits)} numbers, that of {paths[0].name} has"
+                f" {len(found[0])}; a pattern tells which are meant"
+            )
+    between = [DIGITS.split(path.stem)[1:-1] for path in paths]
+    columns, at = list(zip(*found, strict=True)), 0
+    result = []
+    while at < len(columns):
+        point = at + 1 < len(columns) and all(texts[at] == "." for texts in between)
+        joined = _decimal(paths, columns[at], columns[at + 1]) if point else None
+        result.append(joined or _whole(columns[at]))
+        at += 2 if joined else 1
+    return result
+
+
+def _whole(digits: Sequence[str]) -> _Column:
+    """Return whole numbers, which may be times."""
+    keys = list(map(int, digits))
+    return _Column(keys, next((unit for unit in UNITS if _is_clock(keys, unit)), None))
+
+
+def _is_clock(keys: Sequence[int], unit: int = 1) -> bool:
+    """Return whether numbers are times of this century."""
+    return all(CLOCK[0] * unit <= key < CLOCK[1] * unit for key in keys)
+
+
+def _decimal(paths: Sequence[Path], whole: Sequence[str], behind: Sequence[str]) -> _Column | None:
+    """Return decimal numbers, unless what stands round the points are two counters.
+
+    Parts of a second are told from a counter by their size, by zeros in front, which a counter does
+    not have, and by zeros at the end, which a decimal number does not have.
+    """
+    seconds, parts = list(map(int, whole)), list(map(int, behind))
+    stamps, widths = _is_clock(seconds), {len(text) for text in behind}
+    if not stamps and len(set(seconds)) == 1:
+        return None
+    widest = max(widths)
+    decimals = [int(text.ljust(widest, "0")) for text in behind]
+    told = [text for text in behind if len(text) > 1]
+    if len(widths) > 1 and not any(text.startswith("0") for text in told):
+        if any(text.endswith("0") for text in told):  # seconds, and micro- or nanoseconds
+            unit = 10 ** (6 if widest <= 6 else 9)
+            keys = [unit * a + b for a, b in zip(seconds, parts, strict=True)]
+            return _Column(keys, unit) if stamps else None
+        if not stamps and _order(seconds, parts) != _order(seconds, decimals):
+            raise CorruptImage(
+                f"{paths[0]}: the names may be decimal numbers or hold two counters; fill up with"
+                " zeros"
+            )
+    unit = 10**widest
+    return _Column([unit * a + b for a, b in zip(seconds, decimals, strict=True)], unit)
+
+
+def _order(*columns: Sequence[int]) -> list[int]:
+    """Return the places of numbers in their order."""
+    keys = list(zip(*columns, strict=True))
+    return sorted(range(len(keys)), key=keys.__getitem__)
