@@ -1,5 +1,7 @@
 """Pictures and sequences: read back, read late, gaps counted, damage named with its file."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,6 +16,7 @@ from robot_perception.datasets import (
     read_image,
     read_images,
 )
+from robot_perception.datasets.names import numbering
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng(0)
@@ -74,9 +77,6 @@ def test_what_is_no_picture_of_bytes_is_refused(tmp_path):
     (tmp_path / "a.png").write_text("not a picture")
     with pytest.raises(CorruptImage, match=r"a\.png: no picture, or a damaged one"):
         read_image(tmp_path / "a.png")
-    deep = save(tmp_path / "b.png", GREY.astype(np.uint16) * 256)
-    with pytest.raises(CorruptImage, match=r"b\.png: a picture of kind I;16, not of eight bits"):
-        read_image(deep)
     with pytest.raises(FileNotFoundError):
         read_image(tmp_path / "c.png")
 
@@ -186,15 +186,134 @@ def test_names_without_numbers_and_with_the_same_are_named(tmp_path):
     save(tmp_path / "cover.png")
     with pytest.raises(CorruptImage, match=r"cover\.png: the name has no number"):
         read_images(tmp_path, "c*")
+    save(tmp_path / "3" / "a_1.png")
+    save(tmp_path / "3" / "b_1_2.png")
+    with pytest.raises(CorruptImage, match=r"b_1_2\.png: the name has 2 numbers, that of a_1\.png"):
+        read_images(tmp_path / "3")
+    (tmp_path / "4").mkdir()
+    with pytest.raises(CorruptImage, match=r"4: no file is a picture"):
+        read_images(tmp_path / "4")
     with pytest.raises(NotADirectoryError, match="there is no such folder"):
         read_images(tmp_path / "elsewhere")
     with pytest.raises(ValueError, match="pattern must be of names in the folder"):
         read_images(tmp_path, "../*.png")
 
 
-def test_the_last_number_of_a_name_counts(tmp_path):
-    folder(tmp_path, [3, 4], "cam1_2024_frame{}left.png")
-    assert read_images(tmp_path).numbers == (3, 4)
+NAMES = {  # in order: what they say, the numbers, the times
+    "one changes": (["cam1_2024_frame9left", "cam1_2024_frame10left"], (9, 10), None),
+    "the first changes": (["frame9_of_20", "frame10_of_20"], (9, 10), None),
+    "stamps of TUM RGB-D": (
+        ["1305031102.175304", "1305031102.975326", "1305031103.011200"],
+        (1305031102175304, 1305031102975326, 1305031103011200),
+        (1305031102.175304, 1305031102.975326, 1305031103.0112),
+    ),
+    "stamps within a second": (
+        ["1305031102.175304", "1305031102.211214"],
+        (1305031102175304, 1305031102211214),
+        (1305031102.175304, 1305031102.211214),
+    ),
+    "stamps as Python writes them": (
+        ["1305031102.05", "1305031102.1", "1305031102.25"],
+        (130503110205, 130503110210, 130503110225),
+        (1305031102.05, 1305031102.1, 1305031102.25),
+    ),
+    "whole seconds and nanoseconds": (
+        ["1305031102.5304000", "1305031102.175304000", "1305031103.1"],
+        (1305031102005304000, 1305031102175304000, 1305031103000000001),
+        (1305031102.005304, 1305031102.175304, 1305031103.0),
+    ),
+    "nanoseconds": (
+        ["1403715274512143104", "1403715275512143104"],
+        (1403715274512143104, 1403715275512143104),
+        (1403715274.512143104, 1403715275.512143104),
+    ),
+    "microseconds": (
+        ["img_1403715274512143", "img_1403715274562143"],
+        (1403715274512143, 1403715274562143),
+        (1403715274.512143, 1403715274.562143),
+    ),
+    "seconds of a film": (
+        ["0.033333", "0.066667", "1.000000"],
+        (33333, 66667, 1000000),
+        (0.033333, 0.066667, 1.0),
+    ),
+    "a counter with a stamp": (
+        [
+            "frame0008_1305031102.175304",
+            "frame0009_1305031102.211214",
+            "frame0010_1305031103.011200",
+        ],
+        (8, 9, 10),
+        (1305031102.175304, 1305031102.211214, 1305031103.0112),
+    ),
+    "scenes of KITTI": (["000001_10", "000001_11", "000002_10"], (110, 111, 210), None),
+    "counters with a point": (["scene1.9", "scene1.10", "scene2.1"], (109, 110, 201), None),
+    "a day and an hour": (
+        ["IMG_20240131_235959", "IMG_20240201_000001"],
+        (20240131, 20240201),
+        None,
+    ),
+    "bursts": (
+        ["IMG_20240131_235959_002", "IMG_20240131_235959_010", "IMG_20240201_000001_001"],
+        (20240131235959002, 20240131235959010, 20240201000001001),
+        None,
+    ),
+    "a point without meaning": (["shot.1.0008", "shot.1.0009"], (8, 9), None),
+}
+
+
+@pytest.mark.parametrize("kind", NAMES)
+@pytest.mark.parametrize("ending", [".png", ".PNG", ".jpg"])
+def test_pictures_are_in_the_order_of_the_whole_numbers(kind, ending, tmp_path):
+    names, numbers, times = NAMES[kind]
+    for k, name in enumerate(names):
+        save(tmp_path / f"{name}{ending}", np.full((20, 30), 40 * k, np.uint8))
+    found = read_images(tmp_path, allow_gaps=True)
+    assert [path.stem for path in found.paths] == names
+    assert found.numbers == numbers
+    assert (found.times is None) == (times is None)
+    np.testing.assert_allclose(found.times or (), times or (), rtol=0, atol=3e-7)
+    assert [int(picture[0, 0]) for picture in found] == [40 * k for k in range(len(names))]
+    assert found[1:].times == (times and found.times[1:])
+
+
+@given(
+    st.lists(st.integers(0, 4 * 10**15), min_size=2, max_size=20, unique=True), st.integers(0, 6)
+)
+def test_stamps_have_the_order_of_their_times(microseconds, shift):
+    """Whatever their decimals, as long as all have as many."""
+    exact = sorted(10**15 + stamp // 10**shift * 10**shift for stamp in set(microseconds))
+    exact = sorted(set(exact))
+    paths = [Path(f"{stamp // 10**6}.{stamp % 10**6:06}.png") for stamp in exact]
+    found = numbering(sorted(paths, key=lambda path: path.name[::-1]))
+    assert list(found.paths) == paths
+    if len(exact) > 1:
+        np.testing.assert_allclose(found.times, np.array(exact) / 1e6, rtol=0, atol=5e-7)
+
+
+@given(st.lists(st.integers(0, 10**6), min_size=1, max_size=20, unique=True), st.booleans())
+def test_counters_have_their_own_order(numbers, padded):
+    paths = [Path(f"left_{n:07}.png" if padded else f"left_{n}.png") for n in numbers]
+    assert numbering(paths).numbers == tuple(sorted(numbers))
+
+
+def test_names_that_can_be_read_in_two_ways_are_refused():
+    with pytest.raises(CorruptImage, match=r"may be decimal numbers or hold two counters"):
+        numbering([Path(f"{name}.png") for name in ("0.25", "0.5", "1.75")])
+
+
+def test_hidden_files_and_what_is_no_picture_are_skipped_and_told(tmp_path):
+    folder(tmp_path, [1, 2], "{}.png")
+    (tmp_path / "._1.png").write_bytes(b"\0\5\x16\7")  # as macOS writes it on other drives
+    (tmp_path / ".thumbnails").mkdir()
+    (tmp_path / "3.png").mkdir()
+    (tmp_path / "times.txt").write_text("1\n2\n")
+    found = read_images(tmp_path)
+    assert found.numbers == (1, 2)
+    assert [path.name for path in found.skipped] == ["._1.png", ".thumbnails", "3.png", "times.txt"]
+    assert [path.name for path in read_images(tmp_path, "*.png").skipped] == ["._1.png", "3.png"]
+    assert found[1:].skipped == found.skipped
+    assert images.picture_files(tmp_path, "*.gif") == ((), ())
 
 
 def test_sequences_made_by_hand_must_fit(tmp_path):
@@ -207,6 +326,13 @@ def test_sequences_made_by_hand_must_fit(tmp_path):
         ]:
             with pytest.raises(ValueError, match=message):
                 ImageSequence(paths, numbers)
+        for times, message in [
+            ((1.0,), "times must be 2 for paths, got 1"),
+            ((1.0, 1.0), "times must rise, got 1.0 before 1.0"),
+            ((1.0, np.nan), "times must be finite"),
+        ]:
+            with pytest.raises(ValueError, match=message):
+                ImageSequence((path, path), (1, 2), times=times)
         with pytest.raises(TypeError, match=r"at must be a whole number, got '0'"):
             ImageSequence((path,), (1,))["0"]
 

@@ -38,15 +38,15 @@ class Numbering(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """The same number of all names, and of which unit in a second, if it is a time."""
+    """The same number of all names, how many digits the longest has, and its unit in a second."""
 
     keys: list[int]
-    unit: int | None
+    width: int
+    unit: int | None  # none where it is no time
 
     def padded(self) -> list[str]:
-        """Return the numbers, each as wide as the widest."""
-        width = len(str(max(self.keys)))
-        return [f"{key:0{width}}" for key in self.keys]
+        """Return the digits of the numbers, all as many."""
+        return [f"{key:0{self.width}}" for key in self.keys]
 
 
 def numbering(paths: Sequence[Path]) -> Numbering:
@@ -79,7 +79,7 @@ def numbering(paths: Sequence[Path]) -> Numbering:
 
 def _times(columns: list[_Column], order: list[int]) -> tuple[float, ...] | None:
     """Return the seconds of the first time stamps that rise in this order."""
-    for keys, unit in columns:
+    for keys, _, unit in columns:
         if unit and all(keys[one] < keys[other] for one, other in pairwise(order)):
             return tuple(keys[k] / unit for k in order)
     return None
@@ -110,7 +110,8 @@ def _columns(paths: Sequence[Path]) -> list[_Column]:
 def _whole(digits: Sequence[str]) -> _Column:
     """Return whole numbers, which may be times."""
     keys = list(map(int, digits))
-    return _Column(keys, next((unit for unit in UNITS if _is_clock(keys, unit)), None))
+    unit = next((unit for unit in UNITS if _is_clock(keys, unit)), None)
+    return _Column(keys, max(map(len, digits)), unit)
 
 
 def _is_clock(keys: Sequence[int], unit: int = 1) -> bool:
@@ -134,15 +135,20 @@ def _decimal(paths: Sequence[Path], whole: Sequence[str], behind: Sequence[str])
     if len(widths) > 1 and not any(text.startswith("0") for text in told):
         if any(text.endswith("0") for text in told):  # seconds, and micro- or nanoseconds
             unit = 10 ** (6 if widest <= 6 else 9)
-            keys = [unit * a + b for a, b in zip(seconds, parts, strict=True)]
-            return _Column(keys, unit) if stamps else None
+            return _scaled(seconds, parts, unit) if stamps else None
         if not stamps and _order(seconds, parts) != _order(seconds, decimals):
             raise CorruptImage(
                 f"{paths[0]}: the names may be decimal numbers or hold two counters; fill up with"
                 " zeros"
             )
     unit = 10**widest
-    return _Column([unit * a + b for a, b in zip(seconds, decimals, strict=True)], unit)
+    return _scaled(seconds, decimals, unit)
+
+
+def _scaled(seconds: list[int], parts: list[int], unit: int) -> _Column:
+    """Return times of seconds and parts of them."""
+    keys = [unit * second + part for second, part in zip(seconds, parts, strict=True)]
+    return _Column(keys, len(str(max(keys))), unit)
 
 
 def _order(*columns: Sequence[int]) -> list[int]:

@@ -22,6 +22,8 @@ BYTES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr")  # o
 DEEP = ("I;16", "I;16B", "I;16L", "I;16N", "I")  # grey values of sixteen bits
 LARGEST = 2**26
 """Most pixels of a picture or a frame: 8192 × 8192, some 200 MB in colour."""
+TOO_MANY = f"more than the {LARGEST} px of the largest picture that is read"
+ANIMATED = ("PNG", "GIF", "WEBP")  # other formats hold previews or pages beside a picture
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by the colour type of a PNG
 WHOLE = ((0, 0, 1, 1),)  # first column and row, steps
 INTERLACED = (
@@ -34,7 +36,8 @@ INTERLACED = (
     (0, 1, 1, 2),
 )
 MARKER = re.compile(rb"\xff[^\0\xff\xd0-\xd7]")  # that ends the rows of a JPEG
-MORE_ROWS = b"\x5a\xa5\x3c\x69\x96\xc3\x12\xed" * 8
+ROWS = b"\x5a\xa5\x3c\x69\x96\xc3\x12\xed" * 8  # compressed pixels, whatever they show
+MORE_ROWS = ROWS + b"".join(b"\xff" + bytes([restart]) + ROWS for restart in range(0xD0, 0xD8))
 
 
 class Content(io.BytesIO):
@@ -81,8 +84,11 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     content = path.read_bytes()
     if not content:
         raise CorruptImage(f"{path}: the file is empty")
-    with reading(path, "no picture, or a damaged one", CorruptImage):
-        with _opened(content) as picture:
+    with (
+        reading(path, "no picture, or a damaged one", CorruptImage),
+        warnings.catch_warnings(action="ignore"),  # what is not refused is read right
+    ):
+        with _opened(path, content) as picture:
             _check(path, picture)
             picture.verify()  # checksums, of formats that have them; then it must be opened anew
         found = _decoded(path, content, colour)
@@ -98,21 +104,21 @@ def load_pillow() -> ModuleType:
     return Image
 
 
-def _opened(content: bytes):
-    """Return Pillow's picture, of which the header is read."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of many pixels, for which there is a limit of our own
-        return load_pillow().open(Content(content), formats=FORMATS)
+def _opened(path: Path, content: bytes):
+    """Return Pillow's picture, of which the header is read, or raise before it asks for memory."""
+    pillow = load_pillow()
+    try:
+        picture = pillow.open(Content(content), formats=FORMATS)
+    except pillow.DecompressionBombError as error:  # twice what it warns of
+        raise CorruptImage(f"{path}: {TOO_MANY} ({error})") from error
+    if picture.width * picture.height > LARGEST:
+        raise CorruptImage(f"{path}: {picture.width} x {picture.height} px: {TOO_MANY}")
+    return picture
 
 
 def _check(path: Path, picture) -> None:
-    """Raise ``CorruptImage`` for what is no picture of ours, before any memory is asked for."""
-    if picture.width * picture.height > LARGEST:
-        raise CorruptImage(
-            f"{path}: {picture.width} x {picture.height} px are more than the {LARGEST} px"
-            " of the largest picture that is read"
-        )
-    if picture.format != "TIFF" and picture.format != "MPO" and getattr(picture, "n_frames", 1) > 1:
+    """Raise ``CorruptImage`` for what is no picture of ours."""
+    if picture.format in ANIMATED and picture.n_frames > 1:
         raise CorruptImage(f"{path}: an animation of {picture.n_frames} pictures, not one picture")
     if picture.mode not in BYTES + DEEP:
         raise CorruptImage(
@@ -124,7 +130,7 @@ def _decoded(path: Path, content: bytes, colour: bool) -> np.ndarray:
     """Return the pixels of a picture, upright."""
     from PIL import ImageOps
 
-    with _opened(content) as stored:
+    with _opened(path, content) as stored:
         picture = ImageOps.exif_transpose(stored)
     if picture.mode not in DEEP:
         return np.array(picture.convert("RGB" if colour else "L"))

@@ -1,0 +1,281 @@
+"""Pictures as they come: every kind that a camera or a program writes, and what is none."""
+
+import io
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from robot_perception import datasets
+from robot_perception.datasets import CorruptImage, images, pictures, read_image
+
+RNG = np.random.default_rng(0)
+SMOOTH = cv2.GaussianBlur(RNG.integers(0, 256, (44, 60, 3), dtype=np.uint8), (0, 0), 3)
+COLOUR = cv2.normalize(SMOOTH, None, 0, 255, cv2.NORM_MINMAX)
+GREY = COLOUR[..., 1].copy()
+UPRIGHT = {  # by the orientation of the EXIF standard: how the stored picture becomes upright
+    1: lambda a: a,
+    2: lambda a: a[:, ::-1],
+    3: lambda a: a[::-1, ::-1],
+    4: lambda a: a[::-1],
+    5: lambda a: a.swapaxes(0, 1),
+    6: lambda a: np.rot90(a, -1),
+    7: lambda a: a[::-1, ::-1].swapaxes(0, 1),
+    8: lambda a: np.rot90(a),
+}
+EXACT = {".png", ".bmp", ".tif", ".tiff", ".ppm"}
+
+
+@pytest.mark.parametrize("capital", [False, True])
+@pytest.mark.parametrize("ending", images.ENDINGS)
+def test_pictures_of_every_ending_are_read(ending, capital, tmp_path):
+    """In a folder, where none is named, and with what OpenCV reads as an oracle."""
+    grey = ending in {".pgm", ".pbm", ".gif"}
+    path = tmp_path / f"shot_1{ending.upper() if capital else ending}"
+    stored = Image.fromarray(GREY if grey else COLOUR)
+    stored = stored.convert("1") if ending == ".pbm" else stored
+    stored.save(path, Image.registered_extensions()[ending])
+    (found,) = datasets.read_images(tmp_path, colour=True)
+    if ending != ".gif":  # some versions of OpenCV do not read it
+        oracle = cv2.imread(str(path), cv2.IMREAD_COLOR)[..., ::-1]
+        assert np.abs(found.astype(int) - oracle).max() <= (0 if grey or ending in EXACT else 4)
+    assert Image.registered_extensions()[ending] in pictures.FORMATS
+    assert datasets.picture_files(tmp_path) == ((path,), ())
+    assert len(datasets.read_images(tmp_path, f"shot*{ending}")) == 1
+
+
+@pytest.mark.parametrize("orientation", UPRIGHT)
+@pytest.mark.parametrize("ending", [".jpg", ".png", ".tif", ".webp"])
+def test_a_picture_is_turned_as_the_camera_was_held(ending, orientation, tmp_path):
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    Image.fromarray(COLOUR).save(tmp_path / f"a{ending}", exif=exif, quality=95)
+    Image.fromarray(COLOUR).save(tmp_path / f"b{ending}", quality=95)
+    for colour in (False, True):
+        found = read_image(tmp_path / f"a{ending}", colour=colour)
+        plain = read_image(tmp_path / f"b{ending}", colour=colour)
+        np.testing.assert_array_equal(found, UPRIGHT[orientation](plain))
+
+
+MODES = {
+    "1": (".png", lambda a: a.convert("1")),
+    "L": (".png", lambda a: a.convert("L")),
+    "LA": (".png", lambda a: a.convert("LA")),
+    "P": (".png", lambda a: a.quantize(64)),
+    "RGBA": (".png", lambda a: a.convert("RGBA")),
+    "CMYK": (".jpg", lambda a: a.convert("CMYK")),
+    "CMYK of TIFF": (".tif", lambda a: a.convert("CMYK")),
+    "YCbCr of TIFF": (".tif", lambda a: a.convert("YCbCr")),
+}
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_pictures_of_every_kind_of_eight_bits_are_read(mode, tmp_path):
+    ending, turned = MODES[mode]
+    stored = turned(Image.fromarray(COLOUR))
+    stored.save(tmp_path / f"a{ending}")
+    right = np.asarray(stored.convert("RGB"))
+    found = read_image(tmp_path / f"a{ending}", colour=True)
+    assert np.abs(found.astype(int) - right).max() <= (0 if ending == ".png" else 24)
+    assert np.abs(found.astype(int) - right).mean() < 2
+    assert read_image(tmp_path / f"a{ending}").shape == GREY.shape
+
+
+@pytest.mark.parametrize("ending", [".png", ".tif", ".pgm"])
+@pytest.mark.parametrize("colour", [False, True])
+def test_of_sixteen_bits_the_upper_eight_are_taken(ending, colour, tmp_path):
+    deep = RNG.integers(0, 2**16, (40, 60)).astype(np.uint16)
+    deep[0, :2] = 0, 3
+    path = tmp_path / f"a{ending}"
+    cv2.imwrite(str(path), deep)
+    found = read_image(path, colour=colour)
+    np.testing.assert_array_equal(
+        found, np.repeat(deep[..., None] >> 8, 3, 2) if colour else deep >> 8
+    )
+    np.testing.assert_array_equal(found, cv2.imread(str(path), int(colour)))
+    for factor in (256, 257):  # eight bits that a program made longer
+        cv2.imwrite(str(path), GREY.astype(np.uint16) * factor)
+        np.testing.assert_array_equal(read_image(path), GREY)
+    for dark in (np.zeros_like(deep), np.where(deep > 2**15, 65535, 0).astype(np.uint16)):
+        cv2.imwrite(str(path), dark)  # a lens that is covered, and a mask
+        np.testing.assert_array_equal(read_image(path), dark >> 8)
+
+
+def test_depths_are_no_grey_values(tmp_path):
+    depth = RNG.integers(2500, 20000, (40, 60)).astype(np.uint16)  # 5000 a metre, as of TUM RGB-D
+    depth[:, :7] = 0
+    cv2.imwrite(str(tmp_path / "a.png"), depth)
+    with pytest.raises(CorruptImage, match=r"a\.png: a picture of depths \(2120 of 2400 px are"):
+        read_image(tmp_path / "a.png")
+    cv2.imwrite(str(tmp_path / "a.tif"), depth / np.float32(5000))
+    with pytest.raises(CorruptImage, match=r"a\.tif: a picture of kind F, not of eight or sixteen"):
+        read_image(tmp_path / "a.tif")
+    Image.fromarray(depth.astype(np.int32) * 99).save(tmp_path / "b.tif")
+    with pytest.raises(CorruptImage, match=r"b\.tif: a picture of more than sixteen bits"):
+        read_image(tmp_path / "b.tif")
+
+
+# ---- rows that are missing -----------------------------------------------------------------------
+
+
+def encoded(pixels, kind, **how) -> bytearray:
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, kind, **how)
+    return bytearray(file.getvalue())
+
+
+def taller_png(content: bytearray, height: int) -> bytearray:
+    """Let a PNG promise more rows, with right checksums."""
+    struct.pack_into(">I", content, 20, height)
+    struct.pack_into(">I", content, 29, zlib.crc32(content[12:29]))
+    return content
+
+
+def taller_jpeg(content: bytearray, height: int) -> bytearray:
+    at = max(content.find(b"\xff\xc0"), content.find(b"\xff\xc2"))
+    struct.pack_into(">H", content, at + 5, height)
+    return content
+
+
+def taller_gif(content: bytearray, height: int) -> bytearray:
+    struct.pack_into("<H", content, 8, height)
+    struct.pack_into("<H", content, content.find(b"\x2c", 13 + 768) + 7, height)
+    return content
+
+
+def taller_bmp(content: bytearray, height: int) -> bytearray:
+    struct.pack_into("<i", content, 22, height)
+    return content
+
+
+def taller_webp(content: bytearray, height: int) -> bytearray:
+    struct.pack_into("<H", content, content.find(b"\x9d\x01\x2a") + 5, height)
+    return content
+
+
+def taller_pgm(content: bytearray, height: int) -> bytearray:
+    return content.replace(b"60 44", b"60 %d" % height)
+
+
+def taller_tiff(content: bytearray, height: int) -> bytearray:
+    (at,) = struct.unpack_from("<I", content, 4)
+    (count,) = struct.unpack_from("<H", content, at)
+    for entry in range(at + 2, at + 2 + 12 * count, 12):
+        tag, kind = struct.unpack_from("<HH", content, entry)
+        if tag in (257, 278):  # length, rows in a strip
+            struct.pack_into("<H" if kind == 3 else "<I", content, entry + 8, height)
+    return content
+
+
+ROWS = {
+    "grey PNG": lambda: (encoded(GREY, "PNG"), taller_png),
+    "colour PNG": lambda: (encoded(COLOUR, "PNG"), taller_png),
+    "PNG of one bit": lambda: (encoded(GREY > 99, "PNG"), taller_png),
+    "PNG of 16 bits": lambda: (encoded(GREY.astype(np.uint16), "PNG"), taller_png),
+    "JPEG": lambda: (encoded(COLOUR, "JPEG"), taller_jpeg),
+    "grey JPEG": lambda: (encoded(GREY, "JPEG"), taller_jpeg),
+    "progressive JPEG": lambda: (encoded(COLOUR, "JPEG", progressive=True), taller_jpeg),
+    "JPEG with restarts": lambda: (encoded(COLOUR, "JPEG", restart_marker_rows=1), taller_jpeg),
+    "GIF": lambda: (encoded(GREY, "GIF"), taller_gif),
+    "BMP": lambda: (encoded(GREY, "BMP"), taller_bmp),
+    "WebP": lambda: (encoded(COLOUR, "WEBP"), taller_webp),
+    "PGM": lambda: (encoded(GREY, "PPM"), taller_pgm),
+    "TIFF": lambda: (encoded(GREY, "TIFF"), taller_tiff),
+    "TIFF, LZW": lambda: (encoded(GREY, "TIFF", compression="tiff_lzw"), taller_tiff),
+    "TIFF, deflated": lambda: (encoded(GREY, "TIFF", compression="tiff_deflate"), taller_tiff),
+}
+
+
+@pytest.mark.parametrize("kind", ROWS)
+@pytest.mark.parametrize("height", [64, 88, 400])
+def test_rows_that_are_missing_are_not_made_up(kind, height, tmp_path):
+    content, taller = ROWS[kind]()
+    (path := tmp_path / "a").write_bytes(content)
+    assert read_image(path).shape == (44, 60)
+    path.write_bytes(taller(content, height))
+    with pytest.raises(CorruptImage, match=r"a: (no picture, or a|a) damaged"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("size", [(7, 5), (8, 8), (33, 19), (1, 1), (3, 100)])
+@pytest.mark.parametrize("mode", ["1", "L", "P", "RGB", "RGBA", "I;16"])
+def test_whole_pngs_have_all_their_rows(size, mode, tmp_path):
+    """Interlaced ones, too, put together here of the passes of the standard."""
+    grey = RNG.integers(0, 256, size[::-1]).astype(np.uint8)
+    deep = grey.astype(np.uint16) + 3
+    stored = Image.fromarray(deep) if mode == "I;16" else Image.fromarray(grey).convert(mode)
+    stored.save(tmp_path / "a.png")
+    assert read_image(tmp_path / "a.png").shape == grey.shape
+    rows = b"".join(
+        b"\0" + grey[y::down, x::across][k].tobytes()
+        for x, y, across, down in pictures.INTERLACED
+        for k in range(grey[y::down, x::across].shape[0])
+        if grey[y::down, x::across].size
+    )
+    head = struct.pack(">IIBBBBB", *size, 8, 0, 0, 0, 1)
+    for cut in (0, 1):
+        parts = ((b"IHDR", head), (b"IDAT", zlib.compress(rows[: len(rows) - cut])), (b"IEND", b""))
+        content = b"".join(
+            struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+            for name, body in parts
+        )
+        (tmp_path / "b.png").write_bytes(b"\x89PNG\r\n\x1a\n" + content)
+        if cut:
+            with pytest.raises(CorruptImage, match=r"b\.png: (no picture, or a|a) damaged"):
+                read_image(tmp_path / "b.png")
+        else:
+            np.testing.assert_array_equal(read_image(tmp_path / "b.png"), grey)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    value=st.integers(0, 255),
+    size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
+    progressive=st.booleans(),
+    tail=st.sampled_from([b"", b"\0" * 9, b"\xff\xd8 a second picture \xff\xd9", b"ftyp" * 40]),
+)
+def test_whole_jpegs_of_one_colour_have_all_their_rows(
+    value, size, progressive, tail, tmp_path_factory
+):
+    """And what telephones put behind a picture is none of it."""
+    path = tmp_path_factory.mktemp("flat") / "a.jpg"
+    flat = np.full((*size, 3), value, np.uint8)
+    path.write_bytes(encoded(flat, "JPEG", progressive=progressive, quality=90) + tail)
+    assert np.abs(read_image(path, colour=True).astype(int) - flat).max() <= 3
+
+
+# ---- what is no picture of ours ------------------------------------------------------------------
+
+
+def test_pictures_larger_than_any_here_ask_for_no_memory(tmp_path):
+    content = taller_png(encoded(GREY, "PNG"), 10_000)
+    struct.pack_into(">I", content, 16, 17_000)
+    (tmp_path / "a.png").write_bytes(taller_png(content, 10_000))
+    assert len(content) < 4000
+    with pytest.raises(CorruptImage, match=r"a\.png: 17000 x 10000 px: more than the 67108864"):
+        read_image(tmp_path / "a.png")
+    flat = encoded(GREY, "GIF")
+    struct.pack_into("<HH", flat, 6, 65_000, 65_000)
+    (tmp_path / "a.gif").write_bytes(flat)
+    with pytest.raises(CorruptImage, match=r"a\.gif: more than the 67108864"):
+        read_image(tmp_path / "a.gif")
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "png"])
+def test_an_animation_is_no_picture(kind, tmp_path):
+    frames = [Image.fromarray(np.roll(COLOUR, k, axis=0)) for k in range(5)]
+    frames[0].save(tmp_path / f"a.{kind}", save_all=True, append_images=frames[1:])
+    with pytest.raises(CorruptImage, match=rf"a\.{kind}: an animation of 5 pictures, not one"):
+        read_image(tmp_path / f"a.{kind}")
+
+
+def test_of_a_picture_with_a_preview_the_picture_is_read(tmp_path):
+    """As telephones write it: two JPEG files in one."""
+    small = Image.fromarray(COLOUR[::2, ::2].copy())
+    Image.fromarray(COLOUR).save(tmp_path / "a.jpg", "MPO", save_all=True, append_images=[small])
+    assert read_image(tmp_path / "a.jpg").shape == GREY.shape
