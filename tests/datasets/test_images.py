@@ -258,6 +258,7 @@ NAMES = {  # in order: what they say, the numbers, the times
         (20240131235959002, 20240131235959010, 20240201000001001),
         None,
     ),
+    "months and days": (["2024.01.31", "2024.02.01"], (131, 201), None),
     "a point without meaning": (["shot.1.0008", "shot.1.0009"], (8, 9), None),
 }
 

@@ -1,38 +1,331 @@
-"""Films: read back, and damage named with its file."""
+"""Films as they come: read to their end, upright, with their own rate, whatever the header says."""
 
+import re
+import struct
+import subprocess
+import sys
+from itertools import count
+
+import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
-from robot_perception.datasets import CorruptImage, read_video
+from robot_perception.datasets import CorruptImage, read_film, read_video, video, write_video
 from tests.datasets.films import write_film
 
 COLOURS = np.array([[200, 40, 60], [40, 180, 60], [30, 60, 220]], dtype=np.uint8)
 FRAMES = np.broadcast_to(COLOURS[:, None, None], (3, 48, 64, 3))
+NOISE = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+SMOOTH = cv2.normalize(cv2.GaussianBlur(NOISE, (0, 0), 3), None, 0, 255, cv2.NORM_MINMAX)
+MOVING = [np.roll(SMOOTH, k, axis=1) for k in range(40)]
+KINDS = {  # by the ending: what this OpenCV writes
+    "mp4": "mp4v",
+    "m4v": "mp4v",
+    "mov": "MJPG",
+    "3gp": "mp4v",
+    "avi": "MJPG",
+    "AVI": "XVID",
+    "mkv": "mp4v",
+    "webm": "VP80",
+    "wmv": "WMV2",
+    "asf": "WMV2",
+    "flv": "FLV1",
+    "swf": "FLV1",
+    "mjpeg": "MJPG",
+    "mjpg": "MJPG",
+    "vob": "MPG2",
+    "mpg": "MPG1",
+    "m2v": "MPG2",
+    "ts": "MPG2",
+    "m2ts": "MPG2",
+    "mxf": "MPG2",
+    "y4m": "I420",
+}
+TELL = {"mp4", "m4v", "mov", "3gp", "avi", "AVI", "mkv", "webm", "wmv", "asf", "mjpeg", "mjpg"}
+ONCE = {}
 
 
-def test_frames_come_back_in_order_red_green_blue(tmp_path):
-    write_film(tmp_path / "a.avi", FRAMES)
-    read = np.array(list(read_video(tmp_path / "a.avi")))
-    assert read.shape == FRAMES.shape
-    assert np.abs(read.astype(int) - FRAMES).max() < 12  # JPEG
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return request.param
 
 
-def test_a_film_that_ends_early_is_refused(tmp_path):
-    write_film(tmp_path / "a.avi", np.repeat(FRAMES, 20, axis=0))
-    whole = (tmp_path / "a.avi").read_bytes()
-    (tmp_path / "b.avi").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(CorruptImage, match=r"b\.avi"):
-        list(read_video(tmp_path / "b.avi"))
+@pytest.fixture
+def film(kind, tmp_path):
+    """A film of forty pictures at 12.5 a second."""
+    if kind not in ONCE:
+        path = tmp_path / f"once.{kind}"
+        code = cv2.VideoWriter_fourcc(*KINDS[kind])
+        rate = 25 if KINDS[kind].startswith("MPG") else 12.5  # what their standards allow
+        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate, (64, 48))
+        if not writer.isOpened():
+            pytest.skip(f"this OpenCV writes no {kind}")
+        for frame in MOVING:
+            writer.write(frame[..., ::-1])
+        writer.release()
+        ONCE[kind] = rate, path.read_bytes()
+        path.unlink()
+    path = tmp_path / f"film.{kind}"
+    path.write_bytes(ONCE[kind][1])
+    return path
 
 
-@pytest.mark.parametrize("content", [b"", b"no film", b"RIFF" + bytes(200)])
-def test_what_is_no_film_is_refused(tmp_path, content):
-    path = tmp_path / "c.avi"
-    path.write_bytes(content)
-    with pytest.raises(CorruptImage, match=r"c\.avi"):
-        read_video(path)
+def shift(frame: np.ndarray) -> int:
+    """Return by how many columns a picture was rolled."""
+    grey = SMOOTH.mean(axis=2)
+    apart = [np.abs(np.roll(grey, k, axis=1) - frame.mean(axis=2)).mean() for k in range(64)]
+    return int(np.argmin(apart))
 
 
-def test_a_missing_film_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"d\.avi"):
-        read_video(tmp_path / "d.avi")
+def test_a_film_is_read_to_its_end(kind, film):
+    found = read_film(film)
+    assert found.size == (64, 48)
+    assert (found.count, found.missing, found.finished) == (0, 0, False)
+    assert [shift(frame) for frame in found] == list(range(40))
+    assert (found.count, found.missing, found.finished) == (40, 0, True)
+    assert found.numbers == list(range(1, 41))
+    assert found.remarks == []
+    assert next(found, None) is None
+
+
+def test_a_film_has_its_own_rate_and_times(kind, film):
+    found, rate = read_video(film), ONCE[kind][0]
+    list(found)
+    if kind in {"mjpeg", "mjpg"}:  # nothing in them tells
+        assert (found.rate, found.times) == (None, [])
+        return
+    assert found.rate == pytest.approx(rate, rel=1e-3)
+    assert len(found.times) == 40
+    steps = np.diff(found.times)
+    np.testing.assert_allclose(steps[2 if kind == "m2v" else 0 :], 1 / rate, atol=2e-3)
+
+
+def test_a_film_that_was_cut_is_refused_where_it_can_be_told(kind, film):
+    """Of the others what is there is read; what is missing is told if the header promises it."""
+    whole = film.read_bytes()
+    for length in (0, 20, len(whole) // 2, len(whole) * 19 // 20):
+        film.write_bytes(whole[:length])
+        if kind in TELL or length <= 20:
+            with pytest.raises(CorruptImage, match=rf"film\.{kind}: no (whole )?film"):
+                read_video(film)
+        else:
+            found = read_video(film)
+            assert [shift(frame) for frame in found][:-1] == list(range(found.count - 1))
+            assert 10 < found.count < 41
+            if kind in {"flv", "mxf"}:
+                assert found.missing == 40 - found.count
+                assert found.remarks == [f"the film promises 40 pictures and holds {found.count}"]
+
+
+# ---- what stands in the header -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("turn", "matrix"),
+    [(0, (1, 0, 0, 1)), (3, (0, 1, -1, 0)), (2, (-1, 0, 0, -1)), (1, (0, -1, 1, 0))],
+)
+def test_a_film_is_turned_as_the_telephone_was_held(turn, matrix, tmp_path):
+    write_video(tmp_path / "a.mp4", MOVING, rate=10)
+    plain = next(read_video(tmp_path / "a.mp4"))
+    content = bytearray((tmp_path / "a.mp4").read_bytes())
+    at = content.find(b"tkhd") + 44  # the matrix of the track, of a header of version 0
+    for place, value in zip((0, 4, 12, 16), matrix, strict=True):
+        struct.pack_into(">i", content, at + place, value * 2**16)
+    (tmp_path / "b.mp4").write_bytes(content)
+    found = read_video(tmp_path / "b.mp4")
+    upright = np.rot90(plain, turn)
+    assert found.size == upright.shape[1::-1]
+    np.testing.assert_array_equal(next(found), upright)
+
+
+def test_of_a_variable_rate_each_picture_has_its_time(tmp_path):
+    """An animated GIF has a duration for each."""
+    frames, lasting = [Image.fromarray(frame) for frame in MOVING[:5]], [100, 50, 200, 100, 100]
+    frames[0].save(tmp_path / "a.gif", save_all=True, append_images=frames[1:], duration=lasting)
+    found = read_video(tmp_path / "a.gif")
+    assert len(list(found)) == 5
+    np.testing.assert_allclose(found.times, [0, 0.1, 0.15, 0.35, 0.45], atol=1e-9)
+    assert found.rate == pytest.approx(5 / 0.55)
+
+
+def test_a_header_that_contradicts_the_times_does_not_tell_the_rate():
+    times = [k / 30 for k in range(20)]
+    assert video._rate(29.97, times) == 29.97
+    assert video._rate(1000.0, times) == pytest.approx(30)
+    assert video._rate(0.0, times) == pytest.approx(30)
+    assert video._rate(25.0, [0.0]) == 25.0
+    assert video._rate(0.0, [0.0]) is None
+    assert video._rate(np.nan, [0.0]) is None
+
+
+def test_a_film_that_promises_too_much_is_read(tmp_path):
+    """The header of ASF counts a pause before its first picture, that of an AVI is made to lie."""
+    writer = cv2.VideoWriter(str(tmp_path / "a.wmv"), cv2.VideoWriter_fourcc(*"WMV2"), 30, (64, 48))
+    for frame in MOVING[:2]:
+        writer.write(frame)
+    writer.release()
+    write_film(tmp_path / "b.avi", np.stack(MOVING))
+    content = bytearray((tmp_path / "b.avi").read_bytes())
+    for place in (content.find(b"avih") + 24, content.find(b"strh") + 40):  # numbers of pictures
+        assert struct.unpack_from("<I", content, place) == (40,)
+        struct.pack_into("<I", content, place, 100)
+    (tmp_path / "b.avi").write_bytes(content)
+    for name, there, promised in (("a.wmv", 2, 66), ("b.avi", 40, 100)):
+        found = read_video(tmp_path / name)
+        assert len(list(found)) == there
+        assert (found.promised, found.missing) == (promised, promised - there)
+        assert found.remarks == [f"the film promises {promised} pictures and holds {there}"]
+
+
+def test_a_recording_that_was_not_finished_is_read_to_its_end(tmp_path):
+    """Its recorder did not know its length, and promised none."""
+    write_film(tmp_path / "a.avi", np.stack(MOVING))
+    content = bytearray((tmp_path / "a.avi").read_bytes())
+    for unknown in (0, 2**32 - 1):
+        struct.pack_into("<I", content, 4, unknown)
+        (tmp_path / "a.avi").write_bytes(content[: len(content) * 3 // 4])
+        found = list(read_video(tmp_path / "a.avi"))
+        assert [shift(frame) for frame in found] == list(range(len(found)))
+        assert 20 < len(found) < 40
+
+
+def test_pixels_that_are_not_square_are_told(tmp_path):
+    head = b"YUV4MPEG2 W64 H48 F25:1 Ip A16:15 C420\n"
+    (tmp_path / "a.y4m").write_bytes(head + (b"FRAME\n" + b"a" * (64 * 48 * 3 // 2)) * 3)
+    found = read_video(tmp_path / "a.y4m")
+    assert len(list(found)) == 3
+    assert found.remarks == ["pixels are not square but 16 wide and 15 high"]
+
+
+# ---- what is no film -----------------------------------------------------------------------------
+
+PLAYLIST = "#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:10,\na.ts\n#EXT-X-ENDLIST\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("l.m3u8", PLAYLIST),
+        ("film.mp4", PLAYLIST),
+        ("l.ffconcat", "ffconcat version 1.0\nfile a.ts\n"),
+        ("l.sdp", "v=0\nc=IN IP4 127.0.0.1\nm=video 5004 RTP/AVP 96\n"),
+        ("l.mpd", '<?xml version="1.0"?><MPD xmlns="urn:mpeg:dash:schema:mpd:2011"></MPD>'),
+        ("l.m3u", "\ufeff#EXTM3U\nmüde.ts\n"),
+        ("l.txt", "no film"),
+    ],
+)
+def test_a_list_of_films_is_no_film(name, content, tmp_path):
+    write_film(tmp_path / "a.ts", np.stack(MOVING))
+    (tmp_path / name).write_text(content, encoding="utf-8")
+    with pytest.raises(CorruptImage, match=rf"{re.escape(name)}: a text, such as a list of films"):
+        read_video(tmp_path / name)
+
+
+def test_the_name_of_a_film_is_no_pattern(tmp_path):
+    for name in ("img00.png", "img01.png", "img%02d.png"):
+        Image.fromarray(SMOOTH).save(tmp_path / name)
+    with pytest.raises(
+        CorruptImage, match=r"img%02d\.png: a picture, and no film; read_film takes"
+    ):
+        read_video(tmp_path / "img%02d.png")
+    for name in ("run%02d.avi", "concat:a|b.avi", "Zürich 1.mp4"):
+        assert write_video(tmp_path / name, MOVING, rate=10) == 40
+        assert len(list(read_video(tmp_path / name))) == 40
+        (tmp_path / name).unlink()
+
+
+def test_what_is_no_film_is_refused(tmp_path):
+    for name, content in {
+        "a.avi": b"",
+        "b.avi": b"RIFF" + bytes(200),
+        "._c.mp4": b"\0\5\x16\7\0\2\0\0Mac OS X" + bytes(60),  # beside c.mp4
+        "d.mp4": b"\0\0\0\x18ftypmp42" + bytes(12),
+        "e.webm": b"\x1a\x45\xdf\xa3" + bytes(40),
+    }.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(CorruptImage, match=rf"{re.escape(name)}: no film, or a damaged one"):
+            read_video(tmp_path / name)
+    for read in (read_video, read_film):
+        with pytest.raises(FileNotFoundError, match=r"f\.avi"):
+            read(tmp_path / "f.avi")
+
+
+def test_frames_larger_than_any_here_ask_for_no_memory(tmp_path):
+    (tmp_path / "a.y4m").write_bytes(b"YUV4MPEG2 W16000 H16000 F25:1 C420\nFRAME\n" + bytes(99))
+    with pytest.raises(CorruptImage, match=r"a\.y4m: frames of 256000000 px are more than"):
+        read_video(tmp_path / "a.y4m")
+
+
+# ---- folders -------------------------------------------------------------------------------------
+
+
+def test_a_folder_of_pictures_is_a_film(tmp_path):
+    names = ["1305031102.175304", "1305031102.275304", "1305031102.375304", "1305031102.575304"]
+    for frame, name in zip(MOVING, names, strict=False):
+        Image.fromarray(frame).save(tmp_path / f"{name}.PNG")
+    (tmp_path / "._1305031102.175304.PNG").write_bytes(b"\0\5\x16\7")
+    found = read_film(tmp_path)
+    assert (found.size, found.promised, found.rate) == ((64, 48), 4, pytest.approx(10, rel=1e-5))
+    assert [shift(frame) for frame in found] == [0, 1, 2, 3]
+    assert found.times == [float(name) for name in names]
+    assert found.numbers == [int(name.replace(".", "")) for name in names]
+    assert found.missing == 0
+    assert [path.name[:2] for path in found.skipped] == ["._"]
+    assert found.remarks == [
+        "pictures that are missing: 1 (1305031102475304)",
+        "files that are skipped: 1 (._1305031102.175304.PNG)",
+    ]
+
+
+def test_a_folder_of_counted_pictures_has_no_rate(tmp_path):
+    for k, ending in zip(count(8), ["jpg", "png", "jpg", "bmp"], strict=False):
+        Image.fromarray(SMOOTH).save(tmp_path / f"frame{k}.{ending}")
+    found = read_film(tmp_path)
+    assert len(list(found)) == 4
+    assert (found.rate, found.times, found.numbers) == (None, [], [8, 9, 10, 11])
+    assert read_film(tmp_path, "*8.JPG").promised == 1
+    with pytest.raises(CorruptImage, match=r"no file fits pattern '\*\.gif'"):
+        read_film(tmp_path, "*.gif")
+    Image.fromarray(SMOOTH[1:]).save(tmp_path / "frame12.png")
+    with pytest.raises(
+        CorruptImage, match=r"frame12\.png: 64 x 47 px, but frame8\.jpg has 64 x 48"
+    ):
+        list(read_film(tmp_path))
+
+
+# ---- writing -------------------------------------------------------------------------------------
+
+FULL = """
+import resource, sys
+import numpy as np
+from robot_perception import datasets
+
+frames = np.random.default_rng(0).integers(0, 256, (60, 240, 320, 3), dtype=np.uint8)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+try:
+    print(datasets.write_video(sys.argv[1], frames, rate=10, overwrite=True))
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("room", [4096, 200_000, 1_000_000])
+@pytest.mark.parametrize("ending", ["mp4", "avi"])
+def test_a_film_that_does_not_fit_on_the_disk_is_no_success(ending, room, tmp_path):
+    path = tmp_path / f"film.{ending}"
+    path.write_text("old")
+    run = [sys.executable, "-c", FULL, str(path), str(room)]
+    said = subprocess.run(run, capture_output=True, text=True, check=True).stdout
+    assert re.search(r"film\.\w+: of 60 frames only \d+ could be written; is the disk full\?", said)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("ending", ["mp4", "avi"])
+@pytest.mark.parametrize(
+    "rate", [0.01, 1 / 3, 9.99, 24000 / 1001, 27.364821, 30.0003, 240.0, 1000.0]
+)
+def test_a_film_is_written_at_any_rate(ending, rate, tmp_path):
+    assert write_video(tmp_path / f"a.{ending}", MOVING[:5], rate=rate) == 5
+    assert read_video(tmp_path / f"a.{ending}").rate == pytest.approx(rate, abs=1e-3)

@@ -10,6 +10,7 @@ from robot_perception.datasets.pictures import CorruptImage
 
 DIGITS = re.compile(r"(?<!\d)\d{1,19}(?!\d)")  # nanoseconds since 1970 have 19 digits
 CLOCK = 946_684_800, 4_102_444_800  # s since 1970: the years from 2000 to 2099
+LEAST = 3  # decimals of a time of a film; one or two may be anything, such as a month and a day
 UNITS = 1, 10**3, 10**6, 10**9  # of a second, in which clocks count
 
 
@@ -25,8 +26,9 @@ class Numbering(NamedTuple):
         counted in units of its last decimal. Of several that change, as many as tell the files
         apart are put together, each as wide as the widest.
     times
-        Seconds, where a number that changes is a time stamp: a decimal number, or a whole one of
-        seconds, milliseconds, microseconds or nanoseconds since 1970 in the years 2000 to 2099.
+        Seconds, where a number that changes is a time stamp: one of seconds, milliseconds,
+        microseconds or nanoseconds since 1970 in the years 2000 to 2099, or a decimal number with
+        three decimals at least.
     composed
         Whether a number is put together from several.
     """
@@ -141,8 +143,8 @@ def _decimal(paths: Sequence[Path], whole: Sequence[str], behind: Sequence[str])
                 f"{paths[0]}: the names may be decimal numbers or hold two counters; fill up with"
                 " zeros"
             )
-    unit = 10**widest
-    return _scaled(seconds, decimals, unit)
+    found = _scaled(seconds, decimals, 10**widest)
+    return found if stamps or widest >= LEAST else found._replace(unit=None)
 
 
 def _scaled(seconds: list[int], parts: list[int], unit: int) -> _Column:

@@ -56,7 +56,9 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     pictures
         Their numbers, their times (s, or none) and themselves, as they are read.
     remarks
-        Sentences on what is not as it should be, with what was skipped.
+        Sentences on what is not as it should be, for who started the program.
+    skipped
+        Files of the folder that are none of the pictures.
     numbers, times
         Of the pictures that were read so far: a film's count from 1, a folder's stand in the names
         of its files; times are in seconds, and there are none where nothing tells them.
@@ -70,6 +72,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     promised: int | None
     pictures: Iterator[tuple[int, float | None, np.ndarray]]
     remarks: list[str]
+    skipped: tuple[Path, ...] = ()
     numbers: list[int] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     finished: bool = False
@@ -137,6 +140,7 @@ def read_film(path: str | Path, pattern: str | None = None) -> Film:
         len(sequence),
         zip(sequence.numbers, times, sequence, strict=True),
         _remarks(sequence),
+        sequence.skipped,
     )
 
 
@@ -145,10 +149,10 @@ def _remarks(sequence: ImageSequence) -> list[str]:
     remarks = []
     if sequence.gaps:
         count = count_gaps(sequence.gaps)
-        remarks.append(f"{count} pictures are missing: {name_gaps(sequence.gaps)}")
+        remarks.append(f"pictures that are missing: {count} ({name_gaps(sequence.gaps)})")
     if sequence.skipped:
         names = [path.name for path in sequence.skipped]
-        remarks.append(f"{len(names)} files are no pictures, skipped: {first(names)}")
+        remarks.append(f"files that are skipped: {len(names)} ({first(names)})")
     return remarks
 
 
