@@ -99,8 +99,10 @@ def test_of_sixteen_bits_the_upper_eight_are_taken(ending, colour, tmp_path):
     )
     np.testing.assert_array_equal(found, cv2.imread(str(path), int(colour)))
     for factor in (256, 257):  # eight bits that a program made longer
-        cv2.imwrite(str(path), GREY.astype(np.uint16) * factor)
-        np.testing.assert_array_equal(read_image(path), GREY)
+        cv2.imwrite(str(path), np.maximum(GREY, 9)[1:].astype(np.uint16) * factor)
+        np.testing.assert_array_equal(read_image(path), np.maximum(GREY, 9)[1:])
+        cv2.imwrite(str(path), np.where(GREY < 9, 0, GREY).astype(np.uint16) * factor)
+        np.testing.assert_array_equal(read_image(path), np.where(GREY < 9, 0, GREY))
     for dark in (np.zeros_like(deep), np.where(deep > 2**15, 65535, 0).astype(np.uint16)):
         cv2.imwrite(str(path), dark)  # a lens that is covered, and a mask
         np.testing.assert_array_equal(read_image(path), dark >> 8)
@@ -237,15 +239,17 @@ def test_whole_pngs_have_all_their_rows(size, mode, tmp_path):
     value=st.integers(0, 255),
     size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
     progressive=st.booleans(),
+    restarts=st.integers(0, 2),
     tail=st.sampled_from([b"", b"\0" * 9, b"\xff\xd8 a second picture \xff\xd9", b"ftyp" * 40]),
 )
 def test_whole_jpegs_of_one_colour_have_all_their_rows(
-    value, size, progressive, tail, tmp_path_factory
+    value, size, progressive, restarts, tail, tmp_path_factory
 ):
     """And what telephones put behind a picture is none of it."""
     path = tmp_path_factory.mktemp("flat") / "a.jpg"
     flat = np.full((*size, 3), value, np.uint8)
-    path.write_bytes(encoded(flat, "JPEG", progressive=progressive, quality=90) + tail)
+    how = {"progressive": progressive, "quality": 90, "restart_marker_rows": restarts}
+    path.write_bytes(encoded(flat, "JPEG", **how) + tail)
     assert np.abs(read_image(path, colour=True).astype(int) - flat).max() <= 3
 
 
