@@ -188,7 +188,7 @@ def read_video(path: str | Path) -> Film:
     with path.open("rb") as file:
         head = file.read(512)
     if head and not CONTROL.search(head) and not head.startswith(b"YUV4MPEG2"):
-        raise CorruptImage(f"{path}: a text, such as a list of films, and no film")
+        raise CorruptImage(f"{path}: no film, or a damaged one: a text, such as a list of films")
     if path.suffix.lower() in ENDINGS and path.suffix.lower() != ".gif":
         raise CorruptImage(f"{path}: a picture, and no film; read_film takes the folder of many")
     if lost := missing_bytes(path):
