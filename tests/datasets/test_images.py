@@ -286,6 +286,17 @@ def test_pictures_are_in_the_order_of_the_whole_numbers(kind, ending, tmp_path):
     assert len(read_images(tmp_path, f"*{ending.lower()}", allow_gaps=True)) == len(names)
 
 
+def test_of_one_name_the_last_number_counts(tmp_path):
+    assert read_images(folder(tmp_path, [7], "cam1_{}.png")).numbers == (7,)
+
+
+def test_numbers_that_are_put_together_have_no_gaps(tmp_path):
+    for scene in range(4):
+        folder(tmp_path, [10, 11], f"{scene:06}_{{}}.png")
+    found = read_images(tmp_path)
+    assert (len(found), found.gaps, found[2:].gaps) == (8, (), ())
+
+
 @given(
     st.lists(st.integers(0, 4 * 10**15), min_size=2, max_size=20, unique=True), st.integers(0, 6)
 )

@@ -31,7 +31,6 @@ CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 SMALLEST = 16
 """Least height and width of a film that is written, px: some encoders fail below 8."""
 
-
 CONTROL = re.compile(rb"[\0-\x08\x0e-\x1a\x1c-\x1f]")  # bytes that no text has
 TRIED = 30  # pictures at the beginning of a film, for its rate, and behind a damaged one
 MOST = 2**31  # pictures of a film; a header that promises more does not know
