@@ -16,6 +16,7 @@ def read_carmen_log(
     max_range: float | None = None,
     field_of_view: tuple[float, float] | None = None,
     timed: bool = True,
+    time_unit: str = "s",
 ) -> LaserLog:
     """Read the laser scans of a CARMEN log, plain or gzip.
 
@@ -35,8 +36,10 @@ def read_carmen_log(
         Directions of the first and last beam in rad. Without it, scans must have 180, 181, 360 or
         361 beams, whose directions are conventional (see `logs.beam_angles`).
     timed
-        Whether the times of the scans must differ and lie within a week. The Orebro log, for one,
-        has no times: all are 0.
+        Whether the times of the scans must differ and be those of a recording. The Orebro log, for
+        one, has no times: all are 0.
+    time_unit
+        What the file counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Returns
     -------
@@ -47,7 +50,7 @@ def read_carmen_log(
     ------
     CorruptLog
         If the file is empty, damaged, not what its name says, or holds no scan; at the first line
-        that cannot be read.
+        that cannot be read, or whose numbers are in another unit.
     FileNotFoundError
         If there is no such file.
 
@@ -55,7 +58,7 @@ def read_carmen_log(
     ----------
     Carnegie Mellon Robot Navigation Toolkit (CARMEN), log file format of the logger module.
     """
-    logs.check_reading(max_range, timed)
+    logs.check_reading(max_range, timed, time_unit)
     lines = Lines(path)
     readings, tails = [], []
     angles = np.empty(0)
@@ -70,7 +73,7 @@ def read_carmen_log(
             raise lines.error(logs.OTHER_BEAMS)
         lines.expect(words, 2 + beams + TAIL)
         readings.append(lines.readings(words[2 : 2 + beams]))
-        tails.append(lines.numbers(words[2 + beams : -2]))  # without host and the logger's clock
-    return LaserLog(
-        **logs.make_laser_log(lines, readings, angles, tails, max_range=max_range, timed=timed)
-    )
+        tail = lines.numbers(words[2 + beams : -2])  # without host and the logger's own clock
+        tails.append((lines.number, tail))
+    how = {"max_range": max_range, "timed": timed, "time_unit": time_unit}
+    return LaserLog(**logs.make_laser_log(lines, readings, angles, tails, **how))

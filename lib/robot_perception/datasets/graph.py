@@ -7,22 +7,34 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.datasets import logs
+from robot_perception.datasets import limits, logs
 from robot_perception.datasets.logs import LaserLog, Lines
+from robot_perception.datasets.tracks import UNIT_LENGTH, headings
 
-VERTICES = (b"VERTEX2", b"VERTEX_SE2")
-EDGES = (b"EDGE2", b"EDGE_SE2")
+IN_SPACE = b"VERTEX_SE3:QUAT", b"EDGE_SE3:QUAT"
+POSE_LENGTH = {  # x y theta, or x y z qx qy qz qw
+    b"VERTEX2": 3,
+    b"VERTEX_SE2": 3,
+    b"VERTEX_SE3:QUAT": 7,
+    b"EDGE2": 3,
+    b"EDGE_SE2": 3,
+    b"EDGE_SE3:QUAT": 7,
+}
+VERTICES = tuple(keyword for keyword in POSE_LENGTH if keyword.startswith(b"VERTEX"))
 SCAN = b"ROBOTLASER1"
-VERTEX_LENGTH = 5  # keyword id x y theta
-EDGE_LENGTH = 12  # keyword i j dx dy dtheta and six information terms
+FLAT = 1e-3  # of a pose in the plane: height in m, and sines of half the roll and pitch
 HEADER = 9  # keyword type start fov resolution maxrange accuracy mode n
 TAIL = 14  # lx ly ltheta x y theta tv rv fs ss ta t host t
 
-# Upper triangle of the information matrix: TORO writes xx xy yy tt xt yt, g2o xx xy xt yy yt tt.
+# Upper triangle of the information matrix: TORO writes xx xy yy tt xt yt, g2o xx xy xt yy yt tt and
+# in space, by rows, that of x y z qx qy qz, where qz of a small turn is half of it.
 INFORMATION_ORDER = {
     b"EDGE2": np.array([[0, 1, 4], [1, 2, 5], [4, 5, 3]]),
     b"EDGE_SE2": np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]),
+    b"EDGE_SE3:QUAT": np.array([[0, 1, 5], [1, 6, 10], [5, 10, 20]]),
 }
+INFORMATION_LENGTH = {b"EDGE2": 6, b"EDGE_SE2": 6, b"EDGE_SE3:QUAT": 21}
+HALF_TURN = np.outer([1, 1, 0.5], [1, 1, 0.5])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,15 +69,25 @@ class GraphLog(LaserLog):
 
 
 def read_graph_log(
-    path: str | Path, *, max_range: float | None = None, timed: bool = True
+    path: str | Path,
+    *,
+    max_range: float | None = None,
+    timed: bool = True,
+    time_unit: str = "s",
 ) -> GraphLog:
     """Read a pose-graph log with laser scans, plain or gzip.
 
-    Lines are ``VERTEX2 id x y theta`` (or ``VERTEX_SE2``), each followed by its scan
+    Lines are ``VERTEX2 id x y theta`` (or ``VERTEX_SE2``), each followed by its scans
     ``ROBOTLASER1 type start fov resolution maxrange accuracy mode n r1 … rn m [m values] lx ly
     ltheta x y theta tv rv fs ss ta t host t``, and ``EDGE2 i j dx dy dtheta`` (or ``EDGE_SE2``)
-    with six information terms. A vertex need not have a scan, but a scan must have a vertex right
-    before it: were the last vertex enough, a misspelt one would hand its scan to another.
+    with six information terms. A vertex need not have a scan, but a scan must have a vertex, or
+    another scan of it, right before it: were the last vertex enough, a misspelt one would hand its
+    scan to another.
+
+    ``VERTEX_SE3:QUAT id x y z qx qy qz qw`` and ``EDGE_SE3:QUAT i j dx dy dz qx qy qz qw``, with 21
+    information terms, are read where all vertices have one height and nothing rolls or pitches.
+    Then height, roll and pitch are known, and the information of the others is its own part of the
+    matrix.
 
     Parameters
     ----------
@@ -76,7 +98,9 @@ def read_graph_log(
         largest reading of the log decides (see `logs.no_return_threshold`), not the scans' own
         ``maxrange``, which the known logs set to 50 m and do not keep to.
     timed
-        Whether the times of the scans must differ and lie within a week.
+        Whether the times of the scans must differ and be those of a recording.
+    time_unit
+        What the file counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Returns
     -------
@@ -87,7 +111,7 @@ def read_graph_log(
     ------
     CorruptLog
         If the file is empty, damaged, not what its name says, or holds no scan; at the first line
-        that cannot be read.
+        that cannot be read, does not lie in the plane, or whose numbers are in another unit.
     FileNotFoundError
         If there is no such file.
 
@@ -95,14 +119,14 @@ def read_graph_log(
     ----------
     CARMEN's ROBOTLASER1 message; the TORO and g2o file formats.
     """
-    logs.check_reading(max_range, timed)
+    logs.check_reading(max_range, timed, time_unit)
     lines = Lines(path)
     rows: dict[int, int] = {}
     vertices, owners, scans, edges = [], [], [], []
-    vertex_place = None
-    for words in lines.of(SCAN, *VERTICES, *EDGES):
+    place = None  # of the last vertex or scan
+    for words in lines.of(SCAN, *POSE_LENGTH):
         if words[0] == SCAN:
-            if vertex_place is None or lines.place != vertex_place + 1:
+            if place is None or lines.place != place + 1:
                 raise lines.error("no vertex stands right before the scan")
             scans.append(_parse_scan(lines, words))
             if scans[-1].readings.size != scans[0].readings.size:
@@ -110,14 +134,17 @@ def read_graph_log(
             if scans[-1].field != scans[0].field:
                 raise lines.error("its first angle or resolution differs from the first scan's")
             owners.append(len(vertices) - 1)
+            place = lines.place
         elif words[0] in VERTICES:
-            lines.expect(words, VERTEX_LENGTH)
+            lines.expect(words, 2 + POSE_LENGTH[words[0]])
             number = lines.integer(words, 1)
             if number in rows:
                 raise lines.error("repeats the id of an earlier vertex")
             rows[number] = len(vertices)
-            vertices.append(lines.numbers(words[2:]))
-            vertex_place = lines.place
+            vertices.append(_Vertex(lines.number, *_in_plane(lines, words[0], words[2:])))
+            if abs(vertices[-1].height - vertices[0].height) > FLAT:
+                raise lines.error(NOT_FLAT)
+            place = lines.place
         else:
             edges.append(_parse_edge(lines, words))
     lost = [edge.line for edge in edges if not rows.keys() >= set(edge.ends)]
@@ -126,10 +153,13 @@ def read_graph_log(
     start, resolution = scans[0].field
     readings, tails = [scan.readings for scan in scans], [scan.tail for scan in scans]
     angles = start + resolution * np.arange(readings[0].size)
+    how = {"max_range": max_range, "timed": timed, "time_unit": time_unit}
+    poses = np.array([vertex.pose for vertex in vertices])
+    lines.check(poses, [vertex.line for vertex in vertices], *POSE_CHECKS)
     return GraphLog(
-        **logs.make_laser_log(lines, readings, angles, tails, max_range=max_range, timed=timed),
+        **logs.make_laser_log(lines, readings, angles, tails, **how),
         vertex_ids=np.array(list(rows)),
-        vertices=np.array(vertices),
+        vertices=poses,
         scan_vertices=np.array(owners),
         edges=np.array([[rows[i] for i in edge.ends] for edge in edges], int).reshape(-1, 2),
         motions=np.array([edge.motion for edge in edges]).reshape(-1, 3),
@@ -137,10 +167,21 @@ def read_graph_log(
     )
 
 
+NOT_FLAT = "it does not lie in one plane with the others, and scans make no map of planes in space"
+POSE_CHECKS = limits.far_places(0, 1), limits.no_headings(2)
+MOTION_CHECKS = limits.far_places(0, 1), limits.wide_angles(2)
+
+
 class _Scan(NamedTuple):
     field: tuple[float, float]  # first angle and resolution
     readings: Float[np.ndarray, " beams"]
-    tail: Float[np.ndarray, "12"]  # lx ly ltheta x y theta tv rv fs ss ta t
+    tail: tuple[int, Float[np.ndarray, "12"]]  # line; lx ly ltheta x y theta tv rv fs ss ta t
+
+
+class _Vertex(NamedTuple):
+    line: int
+    pose: Float[np.ndarray, "3"]
+    height: float
 
 
 class _Edge(NamedTuple):
@@ -153,13 +194,34 @@ class _Edge(NamedTuple):
 def _parse_scan(lines: Lines, words: list[bytes]) -> _Scan:
     end = HEADER + lines.integer(words, HEADER - 1, least=1)
     lines.expect(words, end + 1 + lines.integer(words, end) + TAIL)
-    _, start, _, resolution, *_ = lines.numbers(words[1:HEADER]).tolist()
+    head = lines.numbers(words[1:HEADER])
+    lines.check(head[None], [lines.number], limits.wide_angles(1, 3))
     tail = lines.numbers(words[end:-2])[2 - TAIL :]  # without host and the logger's own clock
-    return _Scan((start, resolution), lines.readings(words[HEADER:end]), tail)
+    field = float(head[1]), float(head[3])
+    return _Scan(field, lines.readings(words[HEADER:end]), (lines.number, tail))
 
 
 def _parse_edge(lines: Lines, words: list[bytes]) -> _Edge:
-    lines.expect(words, EDGE_LENGTH)
+    kind, size = words[0], 3 + POSE_LENGTH[words[0]]
+    lines.expect(words, size + INFORMATION_LENGTH[kind])
     ends = lines.integer(words, 1), lines.integer(words, 2)
-    values = lines.numbers(words[3:])
-    return _Edge(lines.number, ends, values[:3], values[3:][INFORMATION_ORDER[words[0]]])
+    motion, height = _in_plane(lines, kind, words[3:size])
+    if abs(height) > FLAT:
+        raise lines.error(NOT_FLAT)
+    lines.check(motion[None], [lines.number], *MOTION_CHECKS)
+    information = lines.numbers(words[size:])[INFORMATION_ORDER[kind]]
+    information = information * HALF_TURN if kind in IN_SPACE else information
+    return _Edge(lines.number, ends, motion, information)
+
+
+def _in_plane(
+    lines: Lines, kind: bytes, words: list[bytes]
+) -> tuple[Float[np.ndarray, "3"], float]:
+    """Return the pose x, y, theta that words tell, and its height."""
+    values = lines.numbers(words)
+    if kind not in IN_SPACE:
+        return values, 0.0
+    lines.check(values[None, 3:], [lines.number], UNIT_LENGTH)
+    if np.hypot(*values[3:5]) > FLAT:
+        raise lines.error(NOT_FLAT)
+    return np.append(values[:2], headings(values[None, 3:])), float(values[2])

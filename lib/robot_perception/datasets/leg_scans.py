@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
-from robot_perception.datasets.logs import CorruptLog, as_path
+from robot_perception.datasets import limits
+from robot_perception.datasets.logs import CorruptLog, as_path, in_seconds
+from robot_perception.datasets.tables import FARTHEST
 from robot_perception.files import reading
 
 NEEDED = ("stamp", "ranges", "angle_min", "angle_increment", "range_min", "range_max")
@@ -75,7 +77,7 @@ class LegScans:
         return len(self.times)
 
 
-def read_leg_scans(path: str | Path) -> LegScans:
+def read_leg_scans(path: str | Path, *, time_unit: str = "s") -> LegScans:
     """Read scans at leg height from a NumPy archive.
 
     Readings that are NaN, beyond the scanner's range or nearer than its least distance, which
@@ -85,14 +87,16 @@ def read_leg_scans(path: str | Path) -> LegScans:
     ----------
     path
         File with the arrays ``stamp`` (s), ``ranges`` (m), ``angle_min``, ``angle_increment``
-        (rad), ``range_min`` and ``range_max`` (m); with marks also ``leg_scan``, ``leg_xy`` (m) and
-        ``label_sector_deg_m`` (degrees, degrees, m).
+        (rad), ``range_min`` and ``range_max`` (m; it may be infinite); with marks also
+        ``leg_scan``, ``leg_xy`` (m) and ``label_sector_deg_m`` (degrees, degrees, m).
+    time_unit
+        What ``stamp`` counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Raises
     ------
     CorruptLog
         If the file cannot be read, an array is missing or of another shape, a number is not finite,
-        time does not rise or a mark is in no scan.
+        time does not rise, times or angles are in another unit, or a mark is in no scan.
     FileNotFoundError
         If there is no such file.
 
@@ -102,6 +106,7 @@ def read_leg_scans(path: str | Path) -> LegScans:
     2015.
     """
     path = as_path(path)
+    limits.per_second(time_unit)
     with (
         reading(path, "no NumPy archive, or a damaged one", CorruptLog),
         np.load(path, allow_pickle=False) as found,
@@ -112,21 +117,30 @@ def read_leg_scans(path: str | Path) -> LegScans:
     if missing:
         raise CorruptLog(f"{path}: has no array {', '.join(missing)}")
     try:
-        return _scans(arrays, marked)
+        return _scans(path, arrays, marked, time_unit)
+    except CorruptLog:
+        raise
     except (ValueError, TypeError) as error:
         raise CorruptLog(f"{path}: {error}") from error
 
 
-def _scans(arrays: dict[str, np.ndarray], marked: bool) -> LegScans:
-    first, step, nearest, farthest = (checks.array(name, arrays[name], ()) for name in NEEDED[2:])
+def _scans(path: Path, arrays: dict[str, np.ndarray], marked: bool, time_unit: str) -> LegScans:
+    first, step, nearest = (checks.array(name, arrays[name], ()) for name in NEEDED[2:5])
+    farthest = checks.array("range_max", arrays["range_max"], (), finite=False)
+    if not farthest > nearest:
+        raise ValueError(f"range_max must be above range_min, got {farthest:g} and {nearest:g}")
     checks.positive("angle_increment", float(step))
     times = checks.array("stamp", arrays["stamp"], ("scans",))
     if not times.size or (np.diff(times) <= 0).any():
         raise ValueError("stamp must rise, one at least")
+    times = in_seconds(path, times, time_unit)
     ranges = checks.array("ranges", arrays["ranges"], (len(times), "beams"), finite=False)
-    nothing = ~((ranges >= nearest) & (ranges <= farthest) & (ranges > 0))
+    nothing = ~((ranges >= nearest) & (ranges <= min(farthest, FARTHEST)) & (ranges > 0))
     ranges = np.where(nothing, np.inf, ranges)
     angles = float(first) + float(step) * np.arange(ranges.shape[1])
+    if abs(first) > limits.TURN or np.ptp(angles) > limits.TURN:
+        ends = f"from {angles[0]:g} to {angles[-1]:g}"
+        raise ValueError(f"beams must lie within a turn, got {ends}: are these radians?")
     if not marked:
         none = np.zeros(0, dtype=np.int64)
         return LegScans(times, ranges, angles, none, np.zeros((0, 2)), None)

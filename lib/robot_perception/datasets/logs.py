@@ -1,12 +1,15 @@
 """What every reader of recordings shares: lines, read strictly, and laser scans."""
 
+import codecs
+import csv
 import gzip
 import os
 import re
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, final
@@ -15,13 +18,22 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception.checks import flag, instance, number, reals
+from robot_perception.datasets import limits
+from robot_perception.datasets.limits import Check
 from robot_perception.files import DamagedFile
 
 GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes
 LARGEST_RATIO = 100  # of text to file beyond LARGEST_TEXT; known logs have 11
-LONGEST_LOG = 7 * 86400.0  # s
-KEYWORD = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\Z")
+KEYWORD = re.compile(rb"[A-Za-z][A-Za-z0-9_:]*\Z")
+QUOTED = re.compile(rb'"[^"]*"')
+ENCODINGS = {  # by the byte order mark; that of UTF-32 begins as that of UTF-16
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF32_LE: "utf-32-le",
+    codecs.BOM_UTF32_BE: "utf-32-be",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
 CONTROL_BYTES = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 FIELDS_OF_VIEW_DEG = {180: (-90, 89), 181: (-90, 90), 360: (-90, 89.5), 361: (-90, 90)}
 
@@ -29,11 +41,13 @@ KINDS = {  # by the keyword that tells them: what a file is, and what reads it
     "FLASER": ("a CARMEN log", "read_carmen_log"),
     "VERTEX2": ("a pose graph", "read_graph_log"),
     "VERTEX_SE2": ("a pose graph", "read_graph_log"),
+    "VERTEX_SE3:QUAT": ("a pose graph", "read_graph_log"),
     "ODOMETRY": ("a chain of motions", "read_landmark_graph"),
 }
 
 NOT_FINITE = "a value is NaN or infinite"
 SHORT = "fewer values than announced"
+UNTIMED = "timed=False reads the log all the same"
 OTHER_BEAMS = "its number of beams differs from the first scan's"
 
 # What laser loggers write where nothing came back: (lowest, highest) largest reading of such a log,
@@ -42,8 +56,6 @@ OTHER_BEAMS = "its number of beams differs from the first scan's"
 # Acapulco hold 50 to 51.25 m there.
 NO_RETURN_CODES = ((80.0, np.inf, 80.0), (50.0, 52.0, 50.0), (32.759, 32.767, 32.759))
 
-Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
-"""Why rows of a table are bad, and which are."""
 FINITE: Check = (NOT_FINITE, lambda rows: ~np.isfinite(rows).all(axis=1))
 
 
@@ -64,7 +76,7 @@ class ReadReport:
         Lines that became data, by keyword.
     others
         Lines of kinds this reader does not read, by keyword; comments are ``"#"``, empty lines
-        ``"blank"``.
+        ``"blank"``, and lines that go on in a quoted text ``"continued"``.
     """
 
     path: Path
@@ -122,9 +134,10 @@ def as_path(path: str | os.PathLike[str], name: str = "path") -> Path:
     return Path(instance(name, path, str, os.PathLike))
 
 
-def check_reading(max_range: float | None, timed: bool) -> None:
+def check_reading(max_range: float | None, timed: bool, time_unit: str) -> None:
     """Raise unless the options of a laser log's reader are as they should be."""
     flag("timed", timed)
+    limits.per_second(time_unit)
     if max_range is not None and not number("max_range", max_range, finite=False) > 0:
         raise ValueError(f"max_range must be positive, got {max_range}")
 
@@ -132,6 +145,9 @@ def check_reading(max_range: float | None, timed: bool) -> None:
 @final
 class Lines:
     """The lines of a text recording, plain or gzip, read once and strictly, and counted.
+
+    They end as on Linux, Windows or an old Macintosh. The text is UTF-8, with a byte order mark or
+    without, or UTF-16 or UTF-32 with one.
 
     Parameters
     ----------
@@ -156,6 +172,9 @@ class Lines:
         self.place = 0  # number among the lines that are neither blank nor comment
         self.kept: Counter[str] = Counter()
         self.others: Counter[str] = Counter()
+        self._comments: list[bytes] = []
+        self._points_only = True
+        self._marks: set[int] = set()
 
     def error(self, reason: str, line: int | None = None) -> CorruptLog:
         """Return the error that names a line, the present one if none is given."""
@@ -163,18 +182,52 @@ class Lines:
 
     def words(self) -> Iterator[list[bytes]]:
         """Yield the words of each line that is neither blank nor comment."""
-        text = self._text()
-        for self.number, line in enumerate(text.split(b"\n"), start=1):
-            if len(line) > LONGEST_LINE:
-                raise self.error(f"longer than {LONGEST_LINE} bytes")
-            if CONTROL_BYTES.search(line) or not (line.isascii() or _is_utf8(line)):
-                raise self.error("not text")
-            words = line.split()
-            if not words or words[0].startswith(b"#"):
-                self.others["#" if words else "blank"] += 1
-            else:
-                self.place += 1
-                yield words
+        for line in self._lines():
+            if self._counts(line):
+                yield line.split()
+
+    def rows(self) -> Iterator[list[bytes]]:
+        """Yield the cells of each row of a table.
+
+        The first row tells what stands between them: semicolons, tabs, commas or blanks. A cell in
+        quotes may hold all of these, line breaks and, twice, quotes.
+        """
+        lines, separator = self._lines(), None
+        for line in lines:
+            if self._counts(line):
+                if self.place == 1:
+                    separator = _separator(line)
+                    self._points_only = separator == b","
+                yield self._cells(line, separator, lines)
+
+    def headings(self) -> Iterator[list[bytes]]:
+        """Yield the cells of the comments that stood before the first row, the last one first."""
+        for line in reversed(self._comments):
+            line = line.lstrip(b"# \t")
+            if line.count(b'"') % 2 == 0:
+                yield self._cells(line, _separator(line), iter(()))
+
+    def check(
+        self, rows: Float[np.ndarray, "rows columns"], numbers: Sequence[int], *checks: Check
+    ) -> None:
+        """Raise at the first of rows that fails a check; numbers are those of their lines."""
+        for reason, is_bad in checks:
+            bad = is_bad(rows)
+            if bad.any():
+                raise self.error(reason, numbers[int(np.argmax(bad))])
+
+    def points(self, cells: list[bytes]) -> list[bytes]:
+        """Return cells that hold numbers, with decimal points where the table has commas.
+
+        Commas that separate cells are no decimal commas, and one table does not have both marks.
+        """
+        text = b"".join(cells)
+        self._marks |= {mark for mark in b",." if mark in text}
+        if self._points_only or b"," not in text:
+            return cells
+        if len(self._marks) > 1:
+            raise self.error("decimal commas and decimal points")
+        return [cell.replace(b",", b".") for cell in cells]
 
     def of(self, *keywords: bytes) -> Iterator[list[bytes]]:
         """Yield the words of each line that begins with one of the keywords; count the rest.
@@ -219,9 +272,10 @@ class Lines:
         """Return one of the words as an integer that is not too small."""
         if len(words) <= place:
             raise self.error(SHORT)
-        if not words[place].isdigit() or len(words[place]) > 18 or int(words[place]) < least:
+        word = words[place]
+        if not word.isdigit() or len(word) > 19 or not least <= int(word) < 2**63:
             raise self.error(f"an id or a count is not an integer of at least {least}")
-        return int(words[place])
+        return int(word)
 
     def readings(self, words: list[bytes]) -> Float[np.ndarray, " words"]:
         """Return words as distances."""
@@ -231,12 +285,49 @@ class Lines:
         return values
 
     def expect(self, words: list[bytes], length: int) -> None:
-        """Raise if a line has too few or too many words."""
+        """Raise if a line has too few or too many words; empty ones at its end are taken off."""
+        while len(words) > length and not words[-1]:
+            words.pop()
         if len(words) != length:
             raise self.error(SHORT if len(words) < length else "more values than announced")
 
+    def _lines(self) -> Iterator[bytes]:
+        text = self._text()
+        for self.number, line in enumerate(text.split(b"\n"), start=1):
+            if len(line) > LONGEST_LINE:
+                raise self.error(f"longer than {LONGEST_LINE} bytes")
+            if CONTROL_BYTES.search(line) or not (line.isascii() or _is_utf8(line)):
+                raise self.error("not text in UTF-8")
+            yield line
+
+    def _counts(self, line: bytes) -> bool:
+        """Tell whether a line is neither blank nor comment, and count those that are."""
+        start = line.lstrip()[:1]
+        if start and start != b"#":
+            self.place += 1
+            return True
+        self.others["#" if start else "blank"] += 1
+        if start and not self.place:
+            self._comments.append(line)
+        return False
+
+    def _cells(self, line: bytes, separator: bytes | None, more: Iterator[bytes]) -> list[bytes]:
+        """Return the cells of a line, and of those after it if they go on in its quotes."""
+        if b'"' not in line:
+            return [cell.strip() for cell in line.split(separator)]
+        first, mark = self.number, (separator or b" ").decode()
+        texts = (f"{text.decode()}\n" for text in chain([line.strip(b" ")], more))
+        rows = csv.reader(texts, delimiter=mark, skipinitialspace=mark != " ", strict=True)
+        try:
+            cells = next(rows)
+        except csv.Error as error:
+            raise self.error(f"its quotes are wrong ({error})", first) from error
+        self.others["continued"] += self.number - first
+        self.number = first
+        return [cell.encode().strip() for cell in cells]
+
     def _text(self) -> bytes:
-        """Return the text without its last line end."""
+        """Return the text in UTF-8, lines parted by line feeds, without its last line end."""
         size = self.path.stat().st_size
         if not size:
             raise CorruptLog(f"{self.path}: the file is empty")
@@ -254,7 +345,32 @@ class Lines:
                 raise self.error(f"the gzip file is damaged here ({error})", line) from error
         if len(text) > limit:
             raise CorruptLog(f"{self.path}: {size} bytes unpack to more than {limit}")
-        return bytes(text.removesuffix(b"\n"))
+        text = self._as_utf8(bytes(text))
+        if b"\r" in text:
+            text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        return text.removesuffix(b"\n")
+
+    def _as_utf8(self, text: bytes) -> bytes:
+        for mark, encoding in ENCODINGS.items():
+            if text.startswith(mark):
+                try:
+                    return text[len(mark) :].decode(encoding).encode()
+                except UnicodeError as error:
+                    raise self.error(f"not text in {encoding.upper()} ({error})", 1) from error
+        return text
+
+
+def _separator(line: bytes) -> bytes | None:
+    """Return what stands between the cells of a table with such a first line; blanks are none.
+
+    Numbers between tabs may be aligned by several, or by blanks; names and texts are not.
+    """
+    outside = QUOTED.sub(b"x", line).strip()
+    if b";" in outside:
+        return b";"
+    if b"\t" in outside and b",\t" not in outside:
+        return None if are_numbers(outside.replace(b",", b".").split()) else b"\t"
+    return b"," if b"," in outside or len(outside.split()) < 2 else None
 
 
 def _is_utf8(line: bytes) -> bool:
@@ -272,10 +388,28 @@ def to_numbers(words: list[bytes]) -> Float[np.ndarray, " words"]:
     return np.array(words, dtype=float)
 
 
+def are_numbers(words: list[bytes]) -> bool:
+    """Tell whether all words are numbers."""
+    try:
+        to_numbers(words)
+    except ValueError:
+        return False
+    return True
+
+
+def in_seconds(
+    path: Path, times: Float[np.ndarray, "*k"], time_unit: str
+) -> Float[np.ndarray, "*k"]:
+    """Return times in s, or raise `CorruptLog` if they cannot be those of a recording."""
+    if fault := limits.time_fault(times, time_unit):
+        raise CorruptLog(f"{path}: {fault}")
+    return times / limits.UNITS[time_unit]
+
+
 def read_table(
     path: str | Path, what: str, columns: int, checks: Sequence[Check] = ()
 ) -> tuple[Float[np.ndarray, "rows columns"], ReadReport]:
-    """Return the rows of a file of ``columns`` finite numbers a line that pass all checks.
+    """Return the rows of a table of ``columns`` finite numbers a line that pass all checks.
 
     ``what`` is the keyword under which the report counts the lines.
 
@@ -285,25 +419,22 @@ def read_table(
         If the file is damaged or holds no line, or a line is bad.
     """
     lines = Lines(path)
-    places: list[int] = []
+    numbers: list[int] = []
     table: list[bytes] = []
-    for words in lines.words():
+    for words in lines.rows():
         if len(words) != columns:
             lines.expect(words, columns)
-        places.append(lines.number)
-        table += words
-    lines.kept[what] = len(places)
+        numbers.append(lines.number)
+        table += lines.points(words)
+    lines.kept[what] = len(numbers)
     lines.need(what)
     try:
         rows = to_numbers(table).reshape(-1, columns)
     except ValueError:  # one word of all is no number: find it
-        for lines.number, start in zip(places, range(0, len(table), columns), strict=True):
+        for lines.number, start in zip(numbers, range(0, len(table), columns), strict=True):
             lines.numbers(table[start : start + columns])
         raise
-    for reason, is_bad in (FINITE, *checks):
-        bad = is_bad(rows)
-        if bad.any():
-            raise lines.error(reason, places[int(np.argmax(bad))])
+    lines.check(rows, numbers, FINITE, *checks)
     return rows, lines.report()
 
 
@@ -318,35 +449,41 @@ def make_laser_log(
     lines: Lines,
     readings: list[Float[np.ndarray, " beams"]],
     angles: Float[np.ndarray, " beams"],
-    tails: list[Float[np.ndarray, " tail"]],
+    tails: list[tuple[int, Float[np.ndarray, " tail"]]],
     *,
     max_range: float | None,
     timed: bool,
+    time_unit: str,
 ) -> dict[str, Any]:
     """Return the fields of a `LaserLog` after its lines were read.
 
-    A tail is what follows the readings: laser pose and robot pose (m and rad) first, time (s) last.
+    A tail is the number of a scan's line and what follows its readings: laser pose and robot pose
+    (m and rad) first, time last.
 
     Raises
     ------
     CorruptLog
-        If the log should be ``timed`` and the times of its scans are all the same or span more than
-        a week.
+        If a pose is too far away or its heading none, or the log should be ``timed`` and the times
+        of its scans are all the same or those of no recording.
     """
-    ranges, tail = np.array(readings), np.array(tails)
-    times = tail[:, -1]
-    if timed and len(times) > 1 and not 0 < np.ptp(times) <= LONGEST_LOG:
-        raise CorruptLog(
-            f"{lines.path}: the times of its {len(times)} scans span {np.ptp(times):g} s"
-            " (timed=False reads the log all the same)"
-        )
+    numbers, tail = [number for number, _ in tails], np.array([values for _, values in tails])
+    checks = limits.far_places(0, 1, 3, 4), limits.no_headings(2), limits.no_headings(5)
+    lines.check(tail, numbers, *checks)
+    ranges, times = np.array(readings), tail[:, -1]
+    if timed:
+        try:
+            in_seconds(lines.path, times, time_unit)
+        except CorruptLog as error:
+            raise CorruptLog(f"{error} ({UNTIMED})") from None
+        if len(times) > 1 and not np.ptp(times):
+            raise CorruptLog(f"{lines.path}: its {len(times)} times are all the same ({UNTIMED})")
     limit = no_return_threshold(ranges) if max_range is None else float(max_range)
     return {
         "ranges": np.where(ranges >= limit, np.inf, ranges),
         "angles": angles,
         "poses": tail[:, :3],
         "odometry": tail[:, 3:6],
-        "times": times,
+        "times": times / limits.UNITS[time_unit],
         "max_range": limit,
         "report": lines.report(),
     }
@@ -362,8 +499,8 @@ def beam_angles(
     """
     if field_of_view is not None:
         ends = reals("field_of_view", field_of_view)
-        if ends.shape != (2,) or not np.isfinite(ends).all():
-            raise ValueError(f"field_of_view must be two finite angles, got {field_of_view}")
+        if ends.shape != (2,) or not (np.abs(ends) <= limits.TURN).all():
+            raise ValueError(f"field_of_view must be two angles within a turn, got {field_of_view}")
         return np.linspace(*ends, beams)
     if beams not in FIELDS_OF_VIEW_DEG:
         return None

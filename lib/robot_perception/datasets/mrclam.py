@@ -9,11 +9,13 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from robot_perception.datasets import limits
+from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
-    Check,
     CorruptLog,
     ReadReport,
     as_path,
+    in_seconds,
     read_table,
     repeats,
 )
@@ -120,7 +122,7 @@ class Mrclam:
     reports: tuple[ReadReport, ...]
 
 
-def read_mrclam(folder: str | Path) -> Mrclam:
+def read_mrclam(folder: str | Path, *, time_unit: str = "s") -> Mrclam:
     """Read a data set of the UTIAS multi-robot collection, its files plain or gzip.
 
     The files are ``Barcodes.dat`` (subject, barcode), ``Landmark_Groundtruth.dat`` (subject x y σx
@@ -128,11 +130,18 @@ def read_mrclam(folder: str | Path) -> Mrclam:
     (time barcode range bearing) and ``RobotN_Groundtruth.dat`` (time x y heading). Barcodes of no
     known subject are counted (``unknown``); they are misreadings of the camera, not bad lines.
 
+    Parameters
+    ----------
+    folder
+        Where the files are.
+    time_unit
+        What they count time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+
     Raises
     ------
     CorruptLog
         If a file is empty, damaged or not what its name says; at the first line that cannot be
-        read or goes back in time.
+        read, goes back in time or has numbers in another unit.
     FileNotFoundError
         If a file is missing.
 
@@ -142,10 +151,16 @@ def read_mrclam(folder: str | Path) -> Mrclam:
     dataset", International Journal of Robotics Research 30(8), 2011, doi:10.1177/0278364911398404.
     """
     folder, reports = as_path(folder, "folder"), []
+    limits.per_second(time_unit)
 
     def table(name: str, what: str, columns: int, checks: Sequence[Check]) -> np.ndarray:
         rows, report = read_table(folder / f"{name}.dat.gz", what, columns, checks)
         reports.append(report)
+        return rows
+
+    def timed(name: str, what: str, columns: int, checks: Sequence[Check]) -> np.ndarray:
+        rows = table(name, what, columns, checks)
+        rows[:, 0] = in_seconds(reports[-1].path, rows[:, 0], time_unit)
         return rows
 
     codes = table("Barcodes", "barcode", 2, BARCODES).astype(int)
@@ -158,9 +173,9 @@ def read_mrclam(folder: str | Path) -> Mrclam:
         raise CorruptLog(f"{folder}: subjects {sorted(lost)} have a barcode and no position")
     robots = {}
     for number in ROBOTS:
-        wheels = table(f"Robot{number}_Odometry", "odometry", 3, COMMANDS)
-        seen = table(f"Robot{number}_Measurement", "measurement", 4, MEASUREMENTS)
-        truth = table(f"Robot{number}_Groundtruth", "pose", 4, TRUTH)
+        wheels = timed(f"Robot{number}_Odometry", "odometry", 3, COMMANDS)
+        seen = timed(f"Robot{number}_Measurement", "measurement", 4, MEASUREMENTS)
+        truth = timed(f"Robot{number}_Groundtruth", "pose", 4, TRUTH)
         who = np.array([subjects.get(int(barcode), 0) for barcode in seen[:, 1]])
         is_robot = np.isin(who, ROBOTS)
         robots[number] = MrclamRobot(
@@ -194,6 +209,7 @@ LANDMARKS = (
     ("a subject or barcode is not a positive integer", lambda rows: _is_no_count(rows[:, :1])),
     ("names a subject or barcode a second time", lambda rows: repeats(rows[:, :1])),
     ("a standard deviation is negative", lambda rows: (rows[:, 3:] < 0).any(axis=1)),
+    limits.far_places(1, 2),
 )
 COMMANDS = (IN_ORDER,)
 MEASUREMENTS = (
@@ -201,5 +217,12 @@ MEASUREMENTS = (
     ("a range is not positive", lambda rows: rows[:, 2] <= 0),
     IN_ORDER,
     ("sees a barcode a second time in one image", lambda rows: repeats(rows[:, :2])),
+    limits.far_places(2),
+    limits.wide_angles(3),
 )
-TRUTH = (IN_ORDER, ("has the time of an earlier line", lambda rows: repeats(rows[:, :1])))
+TRUTH = (
+    IN_ORDER,
+    ("has the time of an earlier line", lambda rows: repeats(rows[:, :1])),
+    limits.far_places(1, 2),
+    limits.no_headings(3),
+)

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.checks import array, whole
-from robot_perception.datasets.logs import ReadReport, read_table
+from robot_perception.datasets import limits
+from robot_perception.datasets.logs import ReadReport, in_seconds, read_table
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,10 +64,17 @@ class Relations:
         return np.flatnonzero(found), first[place[found]]
 
 
-def read_relations(path: str | Path) -> Relations:
+def read_relations(path: str | Path, *, time_unit: str = "s") -> Relations:
     """Read a relations file, plain or gzip.
 
     A line is ``t1 t2 x y z roll pitch yaw``: the pose at t2 seen from the pose at t1.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time_unit
+        What it counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Returns
     -------
@@ -77,7 +85,7 @@ def read_relations(path: str | Path) -> Relations:
     ------
     CorruptLog
         If the file is empty, damaged, not what its name says, or holds no relation; at the first
-        line that cannot be read.
+        line that cannot be read, or whose numbers are in another unit.
     FileNotFoundError
         If there is no such file.
 
@@ -87,5 +95,8 @@ def read_relations(path: str | Path) -> Relations:
     measuring the accuracy of SLAM algorithms", Autonomous Robots 27, 2009,
     doi:10.1007/s10514-009-9155-6.
     """
-    table, report = read_table(path, "relation", 8)
-    return Relations(table[:, :2], table[:, 2:], report)
+    limits.per_second(time_unit)
+    checks = limits.far_places(2, 3, 4), limits.wide_angles(5, 6, 7)
+    table, report = read_table(path, "relation", 8, checks)
+    times = in_seconds(report.path, table[:, :2], time_unit)
+    return Relations(times, table[:, 2:], report)

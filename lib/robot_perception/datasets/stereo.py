@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
+from robot_perception.datasets import limits
 from robot_perception.datasets.images import StereoSequence, read_images
-from robot_perception.datasets.logs import Check, CorruptLog, Lines, as_path, read_table, repeats
+from robot_perception.datasets.limits import Check
+from robot_perception.datasets.logs import CorruptLog, Lines, as_path, read_table, repeats
 
 if TYPE_CHECKING:
     from robot_perception.cameras import StereoRig
@@ -164,10 +166,10 @@ def read_calibration(path: str | Path) -> Calibration:
     """
     path = as_path(path)
     lines, matrices = Lines(path), []
-    for words in lines.words():
+    for words in lines.rows():
         if len(matrices) < 2:
             lines.expect(words := words[words[0].endswith(b":") :], 12)
-            matrices.append(lines.numbers(words).reshape(3, 4))
+            matrices.append(lines.numbers(lines.points(words)).reshape(3, 4))
     if len(matrices) < 2:
         raise CorruptLog(f"{path}: there must be two projection matrices, got {len(matrices)}")
     left, right = matrices
@@ -187,13 +189,15 @@ def read_calibration(path: str | Path) -> Calibration:
 def _poses(path: Path) -> dict[int, Float[np.ndarray, "4 4"]]:
     """Return the poses by the numbers of their pictures."""
     lines, poses = Lines(path), {}
-    for count, words in enumerate(lines.words()):
-        numbered = len(words) == 13
+    for count, words in enumerate(lines.rows()):
+        numbered = len(words) == 13 and bool(words[-1])
         number = lines.integer(words, 0) if numbered else count
         lines.expect(words := words[numbered:], 12)
         if number in poses:
             raise lines.error("names a picture a second time")
-        poses[number] = np.vstack([lines.numbers(words).reshape(3, 4), [0, 0, 0, 1]])
+        values = lines.numbers(lines.points(words))
+        lines.check(values[None], [lines.number], limits.far_places(3, 7, 11))
+        poses[number] = np.vstack([values.reshape(3, 4), [0, 0, 0, 1]])
         if not _is_rigid(poses[number]):
             raise lines.error("the pose is no rigid motion")
     return poses
@@ -271,6 +275,7 @@ POSES: tuple[Check, ...] = (
         "the pose is no rigid motion",
         lambda rows: np.array([not _is_rigid(row) for row in rows[:, 1:].reshape(-1, 4, 4)]),
     ),
+    limits.far_places(4, 8, 12),
 )
 FACTORS: tuple[Check, ...] = (
     ("a pose's or landmark's number is no whole number", lambda rows: _no_id(rows[:, :2])),

@@ -1,18 +1,33 @@
 """One's own tables: columns by name, and the readings of a laser, a line a scan."""
 
+import re
 from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception.checks import instance, instances, number
-from robot_perception.datasets.logs import CorruptLog, Lines, as_path, to_numbers
+from robot_perception.datasets import limits as sensible
+from robot_perception.datasets.logs import (
+    CorruptLog,
+    Lines,
+    are_numbers,
+    as_path,
+    in_seconds,
+    to_numbers,
+)
 from robot_perception.files import reading
 
 FARTHEST = 1e6
 """A reading beyond it is no distance, m, unless it is one of those that mean "no return"."""
 NOTHING = (float(np.finfo(np.float32).max), float(np.finfo(float).max))
+TIME = "time_s"
+LARGEST_WHOLE = 2.0**63 - 1024  # the last number below what 64 bits hold
+WHOLE = re.compile(rb"[+-]?[0-9]+\Z")
+FORMULA = re.compile(r"'*[=+\-@]")
+"""A text that a spreadsheet would compute, but for a ``'`` that is written before it."""
 
 
 def read_columns(
@@ -22,10 +37,14 @@ def read_columns(
     optional: Collection[str] = (),
     integers: Collection[str] = (),
     texts: Collection[str] = (),
+    time_unit: str = "s",
 ) -> dict[str, np.ndarray]:
     """Read columns of a CSV file, plain or gzip, by the names in its first line.
 
-    Columns of other names are left out; empty lines and lines that begin with ``#`` are comments.
+    Cells are parted by semicolons, tabs, commas or blanks, as in the first line, and may be quoted;
+    where it is not commas, numbers may have decimal commas. Columns of other names are left out;
+    empty lines and lines that begin with ``#`` are comments, of which one before the first row may
+    hold the names.
 
     Parameters
     ----------
@@ -38,29 +57,32 @@ def read_columns(
     integers
         Which of them hold whole numbers.
     texts
-        Further columns to read, which hold words.
+        Further columns to read, which hold words. The ``'`` that keeps a spreadsheet from computing
+        a text such as ``'=1`` is left out, and so are blanks at its ends.
+    time_unit
+        What the column ``time_s`` counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Returns
     -------
     dict
-        By name, those of the columns that the file has, each (rows,); those of words last.
+        By name, those of the columns that the file has, each (rows,), times in s; those of words
+        last.
 
     Raises
     ------
     CorruptLog
         If the file is empty or damaged, lacks a column or names it twice, or has no row; at the
         first line that has too few or too many cells, or a number that is not finite, not whole or
-        beyond its limit.
+        beyond its limit; if the times of ``time_s`` are in another unit.
     FileNotFoundError
         If there is no such file.
     """
     for name, limit in instance("limits", limits, Mapping).items():
         number(f"limits[{name!r}]", limit, finite=False)
     optional, integers = instances("optional", optional, str), instances("integers", integers, str)
-    texts = instances("texts", texts, str)
+    texts, ticks = instances("texts", texts, str), sensible.per_second(time_unit)
     lines = Lines(path)
-    rows = _cells(lines)
-    header = [name.decode("utf-8-sig") for name in next(rows, [])]
+    header, rows = _header(lines, {*limits, *texts} - {*optional})
     missing = [name for name in limits if name not in header and name not in optional]
     missing += [f"of texts {name}" for name in texts if name not in header and name not in optional]
     if missing:
@@ -72,30 +94,37 @@ def read_columns(
     if twice:
         raise lines.error(f"column {twice[0]} is there twice")
     places = [header.index(name) for name in wanted]
-    bounds = np.array([limits[name] for name in wanted])
     whole = np.array([name in integers for name in wanted])
-    table, told = [], {name: [] for name in words}
+    bounds = np.array([limits[name] for name in wanted])
+    bounds = np.where(whole, np.minimum(bounds, LARGEST_WHOLE), bounds)
+    scales = np.array([ticks if name == TIME else 1 for name in wanted])
+    table, told, exact = [], {name: [] for name in words}, {name: [] for name in integers}
     for row in rows:
         lines.expect(row, len(header))
-        values = np.array([_number(row[place]) for place in places])
-        good = (np.abs(values) <= bounds) & np.isfinite(values)
+        cells = lines.points([row[place] for place in places])
+        values = np.array([_number(cell) for cell in cells])
+        good = (np.abs(values / scales) <= bounds) & np.isfinite(values)
         good &= ~whole | (values == np.round(values))
         if not good.all():
             k = int(np.argmin(good))
             cell = row[places[k]].decode()
             raise lines.error(f"{wanted[k]} is {cell!r}, {_reason(values[k], bounds[k])}")
         for name in words:
-            told[name].append(row[header.index(name)].decode("utf-8", "replace"))
+            told[name].append(_unguarded(row[header.index(name)].decode()))
             if not told[name][-1]:
                 raise lines.error(f"{name} is empty")
+        for name, cell, value, is_whole in zip(wanted, cells, values, whole, strict=True):
+            if is_whole:
+                exact[name].append(int(cell) if WHOLE.match(cell) else int(value))
         table.append(values)
     lines.kept["row"] = len(table)
     lines.need("row")
     columns = dict(zip(wanted, np.array(table).T, strict=True))
-    return {
-        name: values.astype(np.int64) if name in integers else values
-        for name, values in columns.items()
-    } | {name: np.array(values) for name, values in told.items()}
+    columns |= {name: np.array(column) for name, column in exact.items() if name in columns}
+    if TIME in columns:
+        seconds = in_seconds(lines.path, columns[TIME], time_unit)
+        columns[TIME] = seconds if ticks > 1 else columns[TIME]
+    return columns | {name: np.array(values) for name, values in told.items()}
 
 
 def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "scans beams"]:
@@ -134,10 +163,10 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
             _check_readings(stored)
     else:
         lines, rows = Lines(path), []
-        for row in _cells(lines):
-            lines.expect(row, len(rows[0]) if rows else len(row))
+        for row in lines.rows():
+            lines.expect(row, len(rows[0]) if rows else _width(row))
             try:
-                rows.append(to_numbers(row))
+                rows.append(to_numbers(lines.points(row)))
             except ValueError:
                 raise lines.error("a value is not a number") from None
         lines.kept["scan"] = len(rows)
@@ -164,18 +193,37 @@ def _check_readings(stored: np.ndarray) -> None:
         raise ValueError("a reading is no distance in metres")
 
 
-def _cells(lines: Lines) -> Iterator[list[bytes]]:
-    """Yield the cells of each line of a CSV file."""
-    for words in lines.words():
-        yield [cell.strip() for cell in b" ".join(words).split(b",")]
+def _header(lines: Lines, needed: set[str]) -> tuple[list[str], Iterator[list[bytes]]]:
+    """Return the names of columns and the rows after them.
+
+    The names are in the first row, or in a comment before it that has all that are needed.
+    """
+    rows = lines.rows()
+    first = next(rows, [])
+    header = _names(first)
+    if not needed <= set(header):
+        for cells in lines.headings():
+            if needed <= set(_names(cells)):
+                return _names(cells), chain([first] if first else [], rows)
+    return header, rows
+
+
+def _names(cells: list[bytes]) -> list[str]:
+    return [_unguarded(cell.decode()) for cell in cells[: _width(cells)]]
+
+
+def _width(cells: list[bytes]) -> int:
+    """Return how many cells there are before the empty ones at the end."""
+    return max((place for place, cell in enumerate(cells, start=1) if cell), default=0)
+
+
+def _unguarded(text: str) -> str:
+    return text[1:] if text.startswith("'") and FORMULA.match(text) else text
 
 
 def _number(cell: bytes) -> float:
     """Return a cell as a number, NaN if it is none."""
-    try:
-        return float(to_numbers([cell])[0])
-    except ValueError:
-        return np.nan
+    return float(to_numbers([cell])[0]) if are_numbers([cell]) else np.nan
 
 
 def _reason(value: float, bound: float) -> str:

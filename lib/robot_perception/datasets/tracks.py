@@ -7,11 +7,14 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception.checks import array, check_covariance, number
-from robot_perception.datasets.logs import Check, CorruptLog, Lines, read_table
+from robot_perception.datasets import limits
+from robot_perception.datasets.limits import Check
+from robot_perception.datasets.logs import CorruptLog, Lines, are_numbers, in_seconds, read_table
 from robot_perception.datasets.tables import read_columns
 from robot_perception.geometry import wrap_angle
 
 POSE = ("time_s", "x_m", "y_m", "heading_rad")
+LARGEST = {"time_s": np.inf, "x_m": limits.FARTHEST, "y_m": limits.FARTHEST, "heading_rad": np.inf}
 COVARIANCE = ("cov_xx", "cov_xy", "cov_xh", "cov_yy", "cov_yh", "cov_hh")
 
 
@@ -76,7 +79,7 @@ class Track:
         return poses, covered
 
 
-def read_track(path: str | Path) -> Track:
+def read_track(path: str | Path, *, time_unit: str = "s") -> Track:
     """Read a trajectory from a CSV or a TUM file, plain or gzip.
 
     CSV has columns ``time_s, x_m, y_m, heading_rad`` and may have the covariances ``cov_xx, cov_xy,
@@ -84,27 +87,56 @@ def read_track(path: str | Path) -> Track:
     columns are left out. A TUM line is ``timestamp tx ty tz qx qy qz qw``, of which the plane takes
     the position and the heading: height, roll and pitch are left out.
 
+    Parameters
+    ----------
+    path
+        The file.
+    time_unit
+        What it counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+
     Raises
     ------
     CorruptLog
-        If the file is empty or damaged, lacks a column, or the covariances are none; at the first
-        line that cannot be read, does not come after the one before, or has a quaternion that is
-        not of unit length or turns the robot onto its side.
+        If the file is empty or damaged, lacks a column, the covariances are none, or times are in
+        another unit; at the first line that cannot be read, does not come after the one before, has
+        a place or a heading in another unit, or a quaternion that is not of unit length or turns
+        the robot onto its side.
     FileNotFoundError
         If there is no such file.
     """
+    limits.per_second(time_unit)
     lines = Lines(path)
-    if b"," not in b"".join(next(lines.words(), [])):
-        rows, _ = read_table(path, "pose", 8, (*QUATERNION, RISING))
-        qx, qy, qz, qw = rows[:, 4:].T
-        heading = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy**2 + qz**2))
-        return Track(rows[:, 0], np.column_stack([rows[:, 1:3], heading]))
-    columns = read_columns(path, dict.fromkeys((*POSE, *COVARIANCE), np.inf), optional=COVARIANCE)
+    if _is_tum(lines):
+        checks = UNIT_LENGTH, UPRIGHT, RISING, limits.far_places(1, 2, 3)
+        rows, _ = read_table(path, "pose", 8, checks)
+        times = in_seconds(lines.path, rows[:, 0], time_unit)
+        return Track(times, np.column_stack([rows[:, 1:3], headings(rows[:, 4:])]))
+    largest = LARGEST | dict.fromkeys(COVARIANCE, np.inf)
+    columns = read_columns(path, largest, optional=COVARIANCE, time_unit=time_unit)
     times, *poses = (columns[name] for name in POSE)
     if (np.diff(times) <= 0).any():
         k = int(np.argmax(np.diff(times) <= 0))
-        raise CorruptLog(f"{lines.path}: times must rise, got {times[k]:g} before {times[k + 1]:g}")
-    return Track(times, np.column_stack(poses), _covariances(lines.path, columns))
+        two = f"{times[k]:.15g} before {times[k + 1]:.15g}"
+        raise CorruptLog(f"{lines.path}: times must rise, got {two}")
+    poses = np.column_stack(poses)
+    reason, unlike = limits.no_headings(2)
+    if unlike(poses).any():
+        k = int(np.argmax(unlike(poses)))
+        raise CorruptLog(f"{lines.path}, pose {k + 1} of {poses[k, 2]:g} rad: {reason}")
+    return Track(times, poses, _covariances(lines.path, columns))
+
+
+def headings(quaternions: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
+    """Return the headings, in rad, of unit quaternions qx qy qz qw."""
+    qx, qy, qz, qw = quaternions.T
+    return np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy**2 + qz**2))
+
+
+def _is_tum(lines: Lines) -> bool:
+    """Tell whether a file has no names of columns: numbers first, and no comment that has them."""
+    first = lines.points(next(lines.rows(), []))
+    named = ({*POSE} <= {cell.decode() for cell in cells} for cells in lines.headings())
+    return any(are_numbers([cell]) for cell in first) and not any(named)
 
 
 def _covariances(path: Path, columns: dict[str, np.ndarray]) -> Float[np.ndarray, "k 3 3"] | None:
@@ -127,13 +159,11 @@ RISING: Check = (
     "its time does not lie after that of the line before",
     lambda rows: np.diff(rows[:, 0], prepend=-np.inf) <= 0,
 )
-QUATERNION: tuple[Check, ...] = (
-    (
-        "its quaternion qx qy qz qw is not of unit length",
-        lambda rows: np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 1e-3,
-    ),
-    (
-        "its quaternion qx qy qz qw turns the robot onto its side",
-        lambda rows: np.hypot(rows[:, 4], rows[:, 5]) > np.sqrt(0.5),
-    ),
+UNIT_LENGTH: Check = (
+    "its quaternion qx qy qz qw is not of unit length",
+    lambda rows: np.abs(np.linalg.norm(rows[:, -4:], axis=1) - 1) > 1e-3,
+)
+UPRIGHT: Check = (
+    "its quaternion qx qy qz qw turns the robot onto its side",
+    lambda rows: np.hypot(rows[:, 4], rows[:, 5]) > np.sqrt(0.5),
 )

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport, as_path
+from robot_perception.datasets import limits
+from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport, as_path, in_seconds
 from robot_perception.files import reading
 
 MOTION, SIGHTING = b"ODOMETRY", b"LANDMARK"
@@ -95,7 +96,7 @@ def read_landmark_graph(path: str | Path) -> LandmarkGraph:
     ------
     CorruptLog
         If the file is empty, damaged or holds no motion; at the first line that is bad, breaks the
-        chain or repeats another.
+        chain, repeats another or has numbers in another unit.
     FileNotFoundError
         If there is no such file.
 
@@ -128,8 +129,9 @@ def read_landmark_graph(path: str | Path) -> LandmarkGraph:
         if pose not in poses:  # only now: sightings may stand before their poses
             raise lines.error("its pose is not among those the motions lead to", number)
     order = sorted(seen, key=lambda key: poses[key[0]])  # stable: one pose's keep their order
-    motions, motion_covs = _split(lines, steps, 3)
-    values, value_covs = _split(lines, [seen[key] for key in order], 2)
+    motions, motion_covs = _split(lines, steps, 3, limits.far_places(0, 1), limits.wide_angles(2))
+    seen_from = [seen[key] for key in order]
+    values, value_covs = _split(lines, seen_from, 2, limits.far_places(0, 1))
     return LandmarkGraph(
         motions,
         motion_covs,
@@ -142,7 +144,7 @@ def read_landmark_graph(path: str | Path) -> LandmarkGraph:
 
 
 def _split(
-    lines: Lines, numbered: list[tuple[int, np.ndarray]], n: int
+    lines: Lines, numbered: list[tuple[int, np.ndarray]], n: int, *checks: limits.Check
 ) -> tuple[Float[np.ndarray, "m n"], Float[np.ndarray, "m n n"]]:
     """Return vectors, and covariances from their upper triangles, row by row."""
     rows, cols = np.triu_indices(n)
@@ -150,38 +152,44 @@ def _split(
     covs = np.zeros((len(table), n, n))
     covs[:, rows, cols] = covs[:, cols, rows] = table[:, n:]
     bad = np.linalg.eigvalsh(covs)[:, 0] <= 0
-    if bad.any():
-        raise lines.error("its matrix is not positive definite", numbered[int(np.argmax(bad))][0])
+    indefinite = "its matrix is not positive definite", lambda _: bad
+    lines.check(table, [number for number, _ in numbered], indefinite, *checks)
     return table[:, :n], covs
 
 
-def read_vehicle(path: str | Path) -> VehicleLog:
+def read_vehicle(path: str | Path, *, time_unit: str = "ms") -> VehicleLog:
     """Read the car's speed and steering from a MATLAB file.
 
     Parameters
     ----------
     path
-        File with the arrays ``time`` (ms), ``speed`` (m/s) and ``steering`` (rad).
+        File with the arrays ``time``, ``speed`` (m/s) and ``steering`` (rad).
+    time_unit
+        What it counts time in: ``"s"``, ``"ms"`` as the car did, ``"us"`` or ``"ns"``.
 
     Raises
     ------
     CorruptLog
-        If it cannot be read, an array is missing, of another length or not finite, or time does
-        not rise.
+        If it cannot be read, an array is missing, of another length or not finite, time does not
+        rise, or times or angles are in another unit.
     FileNotFoundError
         If there is no such file.
     """
-    time, speed, steering = _columns(path, "time", "speed", "steering")
-    return VehicleLog(time / 1e3, speed, steering)
+    time, speed, steering = _columns(path, time_unit, "time", "speed", "steering")
+    if (np.abs(steering) > limits.TURN).any():
+        raise CorruptLog(f"{path}: steering is beyond a full turn: are these radians?")
+    return VehicleLog(time, speed, steering)
 
 
-def read_fixes(path: str | Path) -> Fixes:
+def read_fixes(path: str | Path, *, time_unit: str = "ms") -> Fixes:
     """Read the satellite fixes from a MATLAB file.
 
     Parameters
     ----------
     path
-        File with the arrays ``timeGps`` (ms), ``Lo_m`` and ``La_m`` (m east and north).
+        File with the arrays ``timeGps``, ``Lo_m`` and ``La_m`` (m east and north).
+    time_unit
+        As for `read_vehicle`.
 
     Raises
     ------
@@ -190,8 +198,11 @@ def read_fixes(path: str | Path) -> Fixes:
     FileNotFoundError
         If there is no such file.
     """
-    time, east, north = _columns(path, "timeGps", "Lo_m", "La_m")
-    return Fixes(time / 1e3, np.stack([east, north], axis=1))
+    time, east, north = _columns(path, time_unit, "timeGps", "Lo_m", "La_m")
+    positions = np.stack([east, north], axis=1)
+    if (np.abs(positions) > limits.FARTHEST).any():
+        raise CorruptLog(f"{path}: a fix lies beyond {limits.FARTHEST:g} m: are these metres?")
+    return Fixes(time, positions)
 
 
 READ_MATLAB = """
@@ -206,12 +217,13 @@ numpy.savez(sys.stdout.buffer, **found)
 """
 
 
-def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
-    """Return arrays of a MATLAB file, the first of which must rise.
+def _columns(path: str | Path, time_unit: str, *names: str) -> list[Float[np.ndarray, " k"]]:
+    """Return arrays of a MATLAB file, the first of which are times, which must rise, in s.
 
     Another process reads the file, since a damaged one can end the interpreter inside SciPy.
     """
     path = as_path(path)
+    limits.per_second(time_unit)
     path.open("rb").close()  # raises if there is none
     command = [sys.executable, "-c", READ_MATLAB, str(path), *names]
     try:
@@ -237,4 +249,4 @@ def _columns(path: str | Path, *names: str) -> list[Float[np.ndarray, " k"]]:
     falls = np.flatnonzero(np.diff(columns[0]) <= 0)
     if falls.size:
         raise CorruptLog(f"{path}: {names[0]} does not rise after row {falls[0] + 1}")
-    return columns
+    return [in_seconds(path, columns[0], time_unit), *columns[1:]]

@@ -1,0 +1,113 @@
+"""What times, places and angles of a recording can be: numbers beyond are in another unit.
+
+Times may be counted from 1970 or from anywhere else, but end before the year 2286 and span a week
+at most. Ten readings and more follow each other, in the median, within half a minute and not within
+10 µs; of fewer there is no telling. Places may be far from the origin of their map, as UTM
+coordinates are, but not farther than 1e8 m.
+
+Headings may be unwrapped, so that they go beyond one turn. Then each is within a turn of the one
+before, as it is if they are wrapped. Degrees break that where they jump or wrap, or pass twenty
+turns (126 rad), which a robot does only if it circles all day; and where headings beyond a turn are
+all whole numbers, they were written in degrees. Degrees in small steps with decimals that stay
+below 126 cannot be told from radians.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from robot_perception.checks import one_of
+
+UNITS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
+"""Units of time, by what a second holds of them."""
+NAMES = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+LATEST = 1e10  # s since 1970
+LONGEST = 7 * 86400.0  # s
+STEPS = 1e-5, 30.0  # s, least and largest median
+READINGS = 10  # from so many on the median is looked at
+USUAL_STEP = 0.1  # s
+
+FARTHEST = 1e8  # m
+TURN = 2 * np.pi + 1e-3  # rad: a full turn of a sensor that counts in float32, too
+MOST_TURNS = 20
+
+Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
+"""Why rows of a table are bad, and which are."""
+
+
+def per_second(time_unit: Any) -> int:
+    """Return what a second holds of a unit of time, or raise ``ValueError``."""
+    return UNITS[one_of("time_unit", time_unit, UNITS)]
+
+
+def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
+    """Return why numbers, in any order, are no times of a recording; nothing if they may be."""
+    fault = _fault(times / UNITS[time_unit])
+    if not fault:
+        return ""
+    others = [unit for unit in UNITS if unit != time_unit and not _fault(times / UNITS[unit])]
+    if not others:
+        return f"{fault}, which no recording does"
+    unit = min(others, key=lambda unit: _strangeness(times / UNITS[unit]))
+    hint = f"time_unit={unit!r} (in a script: --time-unit {unit})"
+    return f"{fault}; these times look like {NAMES[unit]}: {hint}"
+
+
+def far_places(*columns: int) -> Check:
+    """Return a check that the columns of a table are places in m."""
+    columns = list(columns)
+    return (
+        f"a place lies beyond {FARTHEST:g} m: are these metres?",
+        lambda rows: (np.abs(rows[:, columns]) > FARTHEST).any(axis=1),
+    )
+
+
+def wide_angles(*columns: int) -> Check:
+    """Return a check that the columns of a table are angles within a turn, in rad."""
+    columns = list(columns)
+    return (
+        "an angle is beyond a full turn: are these radians?",
+        lambda rows: (np.abs(rows[:, columns]) > TURN).any(axis=1),
+    )
+
+
+def no_headings(column: int) -> Check:
+    """Return a check that a column of a table holds the headings of one drive, in rad."""
+    return (
+        "its heading goes on by more than a turn, or is beyond "
+        f"{MOST_TURNS} turns or a whole number as all are: are these radians?",
+        lambda rows: _unlike_headings(rows[:, column]),
+    )
+
+
+def _unlike_headings(headings: Float[np.ndarray, " k"]) -> Bool[np.ndarray, " k"]:
+    bad = np.abs(np.diff(headings, prepend=headings[:1])) > TURN
+    bad |= np.abs(headings) > MOST_TURNS * TURN
+    if (headings == np.round(headings)).all():
+        bad |= np.abs(headings) > TURN
+    return bad
+
+
+def _fault(times: Float[np.ndarray, "*k"]) -> str:
+    farthest, span = np.abs(times).max(initial=0.0), np.ptp(times) if times.size else 0.0
+    if span > LONGEST:
+        return f"its {times.size} times span {span:g} s, more than a week"
+    if farthest > LATEST:
+        return f"its times reach {farthest:g} s"
+    step = _median_step(times)
+    if times.size >= READINGS and step and not STEPS[0] <= step <= STEPS[1]:
+        return f"its {times.size} times are {step:g} s apart"
+    return ""
+
+
+def _median_step(times: Float[np.ndarray, "*k"]) -> float:
+    """Return the median step between different times, 0 if all are the same."""
+    steps = np.diff(np.unique(times))
+    return float(np.median(steps)) if steps.size else 0.0
+
+
+def _strangeness(times: Float[np.ndarray, "*k"]) -> float:
+    step = _median_step(times)
+    return abs(np.log10(step / USUAL_STEP)) if step else 0.0
