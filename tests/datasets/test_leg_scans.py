@@ -37,6 +37,19 @@ def test_every_number_is_read_back(tmp_path):
     assert scans.sector == Sector(np.deg2rad(-15), np.deg2rad(30), 5.0)
 
 
+def test_a_scanner_without_a_farthest_range_reads_all_that_is_a_distance(tmp_path):
+    ranges = np.array([[1.0, np.inf, 3e38], [np.nan, 0.05, 90.0], [2.0, 0.0, -np.inf]])
+    scans = read_leg_scans(written(tmp_path, PLAIN | {"range_max": np.inf, "ranges": ranges}))
+    inf = np.inf
+    np.testing.assert_array_equal(scans.ranges, [[1, inf, inf], [inf, inf, 90], [2, inf, inf]])
+
+
+def test_a_full_turn_of_float32_is_one(tmp_path):
+    beams = np.float32(2 * np.pi) / np.float32(719)
+    turn = {"angle_min": np.float32(-np.pi), "angle_increment": beams, "ranges": np.ones((3, 720))}
+    assert read_leg_scans(written(tmp_path, PLAIN | turn)).angles[-1] == pytest.approx(np.pi)
+
+
 def test_a_recording_without_marks_has_no_sector(tmp_path):
     scans = read_leg_scans(written(tmp_path, PLAIN))
     assert scans.sector is None
@@ -61,6 +74,10 @@ def test_a_sector_holds_what_lies_within():
         ({"ranges": np.ones((2, 3))}, r"ranges must be \(3, beams\), got \(2, 3\)"),
         ({"ranges": np.array(["a"])}, "ranges must be real numbers"),
         ({"angle_increment": np.float64(0.0)}, "angle_increment must be positive"),
+        ({"range_max": np.nan}, "range_max must be above range_min, got nan and 0.1"),
+        ({"range_max": 0.1}, "range_max must be above range_min, got 0.1 and 0.1"),
+        ({"angle_min": -135.0}, "beams must lie within a turn, got from -135 to -134.5"),
+        ({"angle_increment": 45.0}, "beams must lie within a turn, got from -0.5 to 89.5"),
         ({"leg_scan": np.array([0, 2, 1])}, "leg_scan must not fall, and be below 3"),
         ({"leg_scan": np.array([0, 2, 3])}, "leg_scan must not fall, and be below 3"),
         ({"leg_scan": np.array([0, 2])}, r"leg_xy must be \(2, 2\), got \(3, 2\)"),

@@ -93,7 +93,7 @@ KINDS = {
     "CARMEN": Kind(read_carmen_log, "a.log", FLASER, lambda w: ([1], [*range(2, len(w) - 2)])),
     "graph": Kind(read_graph_log, "a.log", test_graph.GOOD, graph),
     "chain": Kind(read_landmark_graph, "a.txt", test_victoria.LINES, chain),
-    "relations": Kind(read_relations, "a.relations", [b"1 2 3 4 5 6 7 8"] * 3, plain),
+    "relations": Kind(read_relations, "a.relations", [b"1 2 3 4 5 0.6 0.7 0.8"] * 3, plain),
     "TUM": Kind(read_track, "a.tum", [b"1 0 0 0 0 0 0 1", b"#", b"2 1 0 0 0 0 0 1"], plain),
     "wheels": utias("Odometry"),
     "camera": utias("Measurement"),

@@ -168,7 +168,7 @@ def read_graph_log(
 
 
 NOT_FLAT = "it does not lie in one plane with the others, and scans make no map of planes in space"
-POSE_CHECKS = limits.far_places(0, 1), limits.no_headings(2)
+POSE_CHECKS = limits.far_places(0, 1), *limits.no_headings(2)
 MOTION_CHECKS = limits.far_places(0, 1), limits.wide_angles(2)
 
 

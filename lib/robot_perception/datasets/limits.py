@@ -5,11 +5,12 @@ at most. Ten readings and more follow each other, in the median, within half a m
 10 µs; of fewer there is no telling. Places may be far from the origin of their map, as UTM
 coordinates are, but not farther than 1e8 m.
 
-Headings may be unwrapped, so that they go beyond one turn. Then each is within a turn of the one
-before, as it is if they are wrapped. Degrees break that where they jump or wrap, or pass twenty
-turns (126 rad), which a robot does only if it circles all day; and where headings beyond a turn are
-all whole numbers, they were written in degrees. Degrees in small steps with decimals that stay
-below 126 cannot be told from radians.
+Headings may be unwrapped, so that they go beyond one turn. Then each is near the one before; where
+they are wrapped, within about a turn of it: a turn and a half, since known logs let headings pass π
+a little before they wrap them. Degrees break that where they jump or wrap, or pass twenty turns
+(126 rad), which a robot does only if it circles all day; and where headings beyond a turn are all
+whole numbers, they were written in degrees. Degrees in small steps with decimals that stay below
+126 cannot be told from radians.
 """
 
 from collections.abc import Callable
@@ -31,7 +32,7 @@ USUAL_STEP = 0.1  # s
 
 FARTHEST = 1e8  # m
 TURN = 2 * np.pi + 1e-3  # rad: a full turn of a sensor that counts in float32, too
-MOST_TURNS = 20
+MOST_TURNS, LARGEST_JUMP = 20, 1.5  # turns
 
 Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
 """Why rows of a table are bad, and which are."""
@@ -73,21 +74,25 @@ def wide_angles(*columns: int) -> Check:
     )
 
 
-def no_headings(column: int) -> Check:
-    """Return a check that a column of a table holds the headings of one drive, in rad."""
+def no_headings(column: int) -> tuple[Check, ...]:
+    """Return checks that a column of a table holds the headings of one drive, in rad."""
+    degrees = "are these degrees?"
+
+    def jumps(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
+        return np.abs(np.diff(rows[:, column], prepend=rows[:1, column])) > LARGEST_JUMP * TURN
+
+    def winds(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
+        return np.abs(rows[:, column]) > MOST_TURNS * TURN
+
+    def counts(rows: np.ndarray) -> Bool[np.ndarray, " rows"]:
+        whole = (rows[:, column] == np.round(rows[:, column])).all()
+        return whole & (np.abs(rows[:, column]) > TURN)
+
     return (
-        "its heading goes on by more than a turn, or is beyond "
-        f"{MOST_TURNS} turns or a whole number as all are: are these radians?",
-        lambda rows: _unlike_headings(rows[:, column]),
+        (f"its heading is {LARGEST_JUMP} turns or more from the one before: {degrees}", jumps),
+        (f"its heading is beyond {MOST_TURNS} turns: {degrees}", winds),
+        (f"its heading is beyond a turn, and all are whole numbers: {degrees}", counts),
     )
-
-
-def _unlike_headings(headings: Float[np.ndarray, " k"]) -> Bool[np.ndarray, " k"]:
-    bad = np.abs(np.diff(headings, prepend=headings[:1])) > TURN
-    bad |= np.abs(headings) > MOST_TURNS * TURN
-    if (headings == np.round(headings)).all():
-        bad |= np.abs(headings) > TURN
-    return bad
 
 
 def _fault(times: Float[np.ndarray, "*k"]) -> str:

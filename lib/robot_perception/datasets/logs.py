@@ -197,7 +197,7 @@ class Lines:
             if self._counts(line):
                 if self.place == 1:
                     separator = _separator(line)
-                    self._points_only = separator == b","
+                    self._points_only = separator != b";" and b"\t" not in line
                 yield self._cells(line, separator, lines)
 
     def headings(self) -> Iterator[list[bytes]]:
@@ -219,12 +219,12 @@ class Lines:
     def points(self, cells: list[bytes]) -> list[bytes]:
         """Return cells that hold numbers, with decimal points where the table has commas.
 
-        Commas that separate cells are no decimal commas, and one table does not have both marks.
+        Only between semicolons or tabs are there decimal commas, and no table has both marks.
         """
+        if self._points_only:
+            return cells
         text = b"".join(cells)
         self._marks |= {mark for mark in b",." if mark in text}
-        if self._points_only or b"," not in text:
-            return cells
         if len(self._marks) > 1:
             raise self.error("decimal commas and decimal points")
         return [cell.replace(b",", b".") for cell in cells]
@@ -467,7 +467,7 @@ def make_laser_log(
         of its scans are all the same or those of no recording.
     """
     numbers, tail = [number for number, _ in tails], np.array([values for _, values in tails])
-    checks = limits.far_places(0, 1, 3, 4), limits.no_headings(2), limits.no_headings(5)
+    checks = limits.far_places(0, 1, 3, 4), *limits.no_headings(2), *limits.no_headings(5)
     lines.check(tail, numbers, *checks)
     ranges, times = np.array(readings), tail[:, -1]
     if timed:

@@ -224,5 +224,5 @@ TRUTH = (
     IN_ORDER,
     ("has the time of an earlier line", lambda rows: repeats(rows[:, :1])),
     limits.far_places(1, 2),
-    limits.no_headings(3),
+    *limits.no_headings(3),
 )

@@ -190,7 +190,7 @@ def _poses(path: Path) -> dict[int, Float[np.ndarray, "4 4"]]:
     """Return the poses by the numbers of their pictures."""
     lines, poses = Lines(path), {}
     for count, words in enumerate(lines.rows()):
-        numbered = len(words) == 13 and bool(words[-1])
+        numbered = len(words) > 12 and bool(words[12])
         number = lines.integer(words, 0) if numbered else count
         lines.expect(words := words[numbered:], 12)
         if number in poses:

@@ -42,7 +42,7 @@ def read_columns(
     """Read columns of a CSV file, plain or gzip, by the names in its first line.
 
     Cells are parted by semicolons, tabs, commas or blanks, as in the first line, and may be quoted;
-    where it is not commas, numbers may have decimal commas. Columns of other names are left out;
+    between semicolons or tabs numbers may have decimal commas. Columns of other names are left out;
     empty lines and lines that begin with ``#`` are comments, of which one before the first row may
     hold the names.
 

@@ -119,10 +119,12 @@ def read_track(path: str | Path, *, time_unit: str = "s") -> Track:
         two = f"{times[k]:.15g} before {times[k + 1]:.15g}"
         raise CorruptLog(f"{lines.path}: times must rise, got {two}")
     poses = np.column_stack(poses)
-    reason, unlike = limits.no_headings(2)
-    if unlike(poses).any():
-        k = int(np.argmax(unlike(poses)))
-        raise CorruptLog(f"{lines.path}, pose {k + 1} of {poses[k, 2]:g} rad: {reason}")
+    for reason, is_bad in limits.no_headings(2):
+        if (bad := is_bad(poses)).any():
+            k = int(np.argmax(bad))
+            raise CorruptLog(
+                f"{lines.path}: heading_rad is {poses[k, 2]:g} in row {k + 1}, {reason}"
+            )
     return Track(times, poses, _covariances(lines.path, columns))
 
 
@@ -136,7 +138,7 @@ def _is_tum(lines: Lines) -> bool:
     """Tell whether a file has no names of columns: numbers first, and no comment that has them."""
     first = lines.points(next(lines.rows(), []))
     named = ({*POSE} <= {cell.decode() for cell in cells} for cells in lines.headings())
-    return any(are_numbers([cell]) for cell in first) and not any(named)
+    return (not first or any(are_numbers([cell]) for cell in first)) and not any(named)
 
 
 def _covariances(path: Path, columns: dict[str, np.ndarray]) -> Float[np.ndarray, "k 3 3"] | None:

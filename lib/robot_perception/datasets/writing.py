@@ -1,13 +1,21 @@
 """Results in the formats that other tools read, each file whole or not there at all."""
 
+import re
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from robot_perception import checks
+from robot_perception.datasets.logs import CONTROL_BYTES
+from robot_perception.datasets.tables import FORMULA
 from robot_perception.files import destination, written
+
+PLAIN = re.compile(r"[\w.:/-]+\Z")
+"""A text that needs no quotes."""
+POSE_DECIMALS, POINT_DECIMALS = 9, 6  # of s and m; of m and px
 
 
 def write_columns(
@@ -15,12 +23,17 @@ def write_columns(
 ) -> None:
     """Write columns as CSV, their names in the first line, as `read_columns` reads them.
 
+    Numbers are written so that they read back as they are, whole ones of any length too. Texts that
+    need it stand in quotes, with every line break as one line feed and without blanks at the ends.
+    One that a spreadsheet would take for a formula, since it begins with ``=``, ``+``, ``-`` or
+    ``@``, gets a ``'`` before it.
+
     Parameters
     ----------
     path
         The file, in a folder that exists.
     columns : name -> (rows,)
-        Finite numbers, or texts without commas and line breaks.
+        Finite numbers, or texts.
     overwrite
         Whether the file may be there already.
 
@@ -28,7 +41,7 @@ def write_columns(
     ------
     ValueError
         If there is no column, they differ in length, a number is not finite, or a name or a text
-        has a comma or a line break.
+        has a control character.
     FileNotFoundError
         If there is no such folder.
     FileExistsError
@@ -37,12 +50,12 @@ def write_columns(
     path = destination(path, overwrite=overwrite)
     if not checks.instance("columns", columns, Mapping):
         raise ValueError("columns must be one at least, got none")
-    cells = {_cell("columns", name): _cells(name, values) for name, values in columns.items()}
-    lengths = {name: len(values) for name, values in cells.items()}
-    if len(set(lengths.values())) > 1:
+    names = [_text("columns", name) for name in columns]
+    cells = [_cells(name, values) for name, values in columns.items()]
+    if len({len(column) for column in cells}) > 1:
+        lengths = dict(zip(names, map(len, cells), strict=True))
         raise ValueError(f"columns must be of one length, got {lengths}")
-    rows = [",".join(row) for row in zip(*cells.values(), strict=True)]
-    _write(path, [",".join(cells), *rows])
+    _write(path, [",".join(row) for row in (names, *zip(*cells, strict=True))])
 
 
 def write_tum(
@@ -84,7 +97,7 @@ def write_tum(
     checks.shaped("poses", poses, (len(times), 4, 4), f"times {times.shape}")
     turns = Rotation.from_matrix(poses[:, :3, :3]).as_quat() if len(poses) else np.zeros((0, 4))
     rows = np.column_stack([times, poses[:, :3, 3], turns])
-    _write(path, [" ".join(f"{value:.9f}" for value in row) for row in rows])
+    _write(path, [" ".join(f"{value:.{POSE_DECIMALS}f}" for value in row) for row in rows])
 
 
 def write_kitti(
@@ -113,7 +126,7 @@ def write_kitti(
     """
     path = destination(path, overwrite=overwrite)
     rows = _poses(poses)[:, :3].reshape(-1, 12)
-    _write(path, [" ".join(f"{value:.9e}" for value in row) for row in rows])
+    _write(path, [" ".join(f"{value:.{POSE_DECIMALS}f}" for value in row) for row in rows])
 
 
 def write_ply(
@@ -151,7 +164,7 @@ def write_ply(
     points = checks.array("points", points, ("n", 3))
     header = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
     header += [f"property double {axis}" for axis in "xyz"]
-    rows = [" ".join(f"{value:.6f}" for value in point) for point in points]
+    rows = [" ".join(f"{value:.{POINT_DECIMALS}f}" for value in point) for point in points]
     if colours is not None:
         if not isinstance(colours, np.ndarray) or colours.dtype != np.uint8:
             raise TypeError(f"colours must be an array of bytes, got {checks.shown(colours)}")
@@ -174,6 +187,8 @@ def write_mot(
     """Write tracks as the MOT challenge does, ``frame,id,left,top,`` ``width,height,conf,x,y,z``.
 
     The file counts columns and rows of pixels from 1. What is not given is -1, a confidence 1.
+    Boxes and points have six decimals, confidences as many as they need. Without rows the file is
+    empty.
 
     Parameters
     ----------
@@ -220,9 +235,13 @@ def write_mot(
     if boxes is not None:
         parts["boxes"] = parts["boxes"] + [1, 1, 0, 0]
     order = np.lexsort([identities, frames])
-    table = np.hstack([parts["boxes"], parts["confidences"], parts["points"]])[order]
-    rows = zip(frames[order].tolist(), identities[order].tolist(), table.tolist(), strict=True)
-    _write(path, [f"{k},{i}," + ",".join(f"{value:.6g}" for value in row) for k, i, row in rows])
+    table = [frames, identities, *parts["boxes"].T, *parts["confidences"].T, *parts["points"].T]
+    exact = (True, True, *[False] * 4, True, *[False] * 3)
+    cells = [
+        [_exact(value) if as_is else _decimal(value) for value in column[order].tolist()]
+        for column, as_is in zip(table, exact, strict=True)
+    ]
+    _write(path, [",".join(row) for row in zip(*cells, strict=True)])
 
 
 def _poses(poses: np.ndarray) -> np.ndarray:
@@ -235,17 +254,42 @@ def _poses(poses: np.ndarray) -> np.ndarray:
 def _cells(name: str, values: Sequence | np.ndarray) -> list[str]:
     what = f"columns[{name!r}]"
     if isinstance(values, list | tuple) and all(isinstance(value, str) for value in values):
-        return [_cell(what, value) for value in values]
+        return [_text(what, value) for value in values]
     if isinstance(values, np.ndarray) and values.dtype.kind == "U":
-        return [_cell(what, value) for value in values.ravel().tolist()]
+        return [_text(what, value) for value in values.ravel().tolist()]
     numbers = checks.array(what, values, ("rows",))
-    return [f"{value:.15g}" for value in numbers.tolist()]
+    told = np.asarray(values).tolist()
+    if told and all(isinstance(value, Integral) for value in told):
+        return [str(int(value)) for value in told]
+    return [_exact(value) for value in numbers.tolist()]
 
 
-def _cell(name: str, value: str) -> str:
-    if not checks.instance(name, value, str) or set(value) & set(",\n\r"):
-        raise ValueError(f"{name} must have texts without comma and line break, got {value!r}")
-    return value
+def _exact(value: float) -> str:
+    """Return the shortest decimal number that is read as this one."""
+    return repr(value).removesuffix(".0")
+
+
+def _decimal(value: float) -> str:
+    """Return a number to the last decimal of a point, without zeros at its end."""
+    text = f"{value:.{POINT_DECIMALS}f}".rstrip("0").removesuffix(".")
+    return "0" if text == "-0" else text
+
+
+def _text(name: str, value: str) -> str:
+    """Return a text as a cell of a table."""
+    lines = checks.instance(name, value, str).replace("\r\n", "\n").replace("\r", "\n")
+    text = lines.strip(" \t\n\v\f")
+    if not _is_writable(text):
+        raise ValueError(f"{name} must have texts without control characters, got {value!r}")
+    text = f"'{text}" if FORMULA.match(text) else text
+    return text if PLAIN.match(text) else '"' + text.replace('"', '""') + '"'
+
+
+def _is_writable(text: str) -> bool:
+    try:
+        return not CONTROL_BYTES.search(text.encode())
+    except UnicodeEncodeError:
+        return False
 
 
 def _write(path: Path, lines: list[str]) -> None:
