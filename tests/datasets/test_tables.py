@@ -1,6 +1,7 @@
 """One's own tables and trajectories: what was written is read back, the rest stops at its line."""
 
 import gzip
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -127,6 +128,19 @@ def test_a_run_is_read_back_as_it_was_written(tmp_path):
         np.testing.assert_allclose(track.poses, run.poses, atol=1e-8)
     np.testing.assert_allclose(full.covs, run.pose_covs, rtol=1e-11)
     assert flat.covs is None
+
+
+def test_a_run_far_from_the_origin_keeps_its_decimals(tmp_path):
+    made = drive(np.random.default_rng(5))
+    run = run_filter(made.start, made.steps, Settings(CartesianSensor(R)))
+    times = 1.7e9 + np.arange(len(run.poses)) / 7
+    run = replace(run, times=times, poses=np.add(run.poses, [458074.604, 5429380.172, 0]))
+    run.to_csv(tmp_path / "run.csv")
+    run.to_tum(tmp_path / "run.tum")
+    for name in ("run.csv", "run.tum"):
+        track = read_track(tmp_path / name)
+        np.testing.assert_allclose(track.times, times, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(track.poses, run.poses, rtol=0, atol=1e-6)
 
 
 @given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), st.floats(-3.1, 3.1), st.sampled_from([-1, 1]))

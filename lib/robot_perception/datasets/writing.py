@@ -229,7 +229,7 @@ def write_mot(
     parts = {
         name: np.full((n, size or 1), 1.0 if name == "confidences" else -1.0)
         if value is None
-        else checks.array(name, value, (n, size) if size else (n,), beside).reshape(n, -1)
+        else checks.array(name, value, (n, size) if size else (n,), beside).reshape(n, size or 1)
         for name, (value, size) in told.items()
     }
     if boxes is not None:
