@@ -107,6 +107,13 @@ def test_names_may_stand_behind_a_hash(kind, separator, mark):
     assert kind.outcome(b"#" + quoted) == kind.outcome(kind.good)
 
 
+@pytest.mark.parametrize("kind", (TABLES | NAMED).values(), ids=TABLES | NAMED)
+def test_a_comment_may_have_quotes_of_any_kind(kind):
+    comments = [b'# "odd', b'# "rgb" trajectory, "desk', b'# "", "a"b', b"# it's"]
+    text = b"\n".join([*comments, kind.good])
+    assert kind.outcome(text) == kind.outcome(b"# x\n" * 4 + kind.good)
+
+
 def test_names_may_be_parted_by_other_marks_than_numbers(tmp_path):
     """As numpy.savetxt writes a header and rows."""
     (tmp_path / "a.csv").write_text("# time_s,x_m,y_m,heading_rad\n0 1 2 3\n1 1 2 3\n")

@@ -8,6 +8,7 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -200,12 +201,14 @@ class Lines:
                     self._points_only = separator != b";" and b"\t" not in line
                 yield self._cells(line, separator, lines)
 
-    def headings(self) -> Iterator[list[bytes]]:
-        """Yield the cells of the comments that stood before the first row, the last one first."""
+    def headings(self) -> list[list[bytes]]:
+        """Return the cells of the comments that stood before the first row, the last one first."""
+        found = []
         for line in reversed(self._comments):
             line = line.lstrip(b"# \t")
-            if line.count(b'"') % 2 == 0:
-                yield self._cells(line, _separator(line), iter(()))
+            with suppress(CorruptLog):  # a comment may have quotes of any kind
+                found.append(self._cells(line, _separator(line), iter(())))
+        return found
 
     def check(
         self, rows: Float[np.ndarray, "rows columns"], numbers: Sequence[int], *checks: Check

@@ -120,7 +120,7 @@ def read_columns(
     lines.kept["row"] = len(table)
     lines.need("row")
     columns = dict(zip(wanted, np.array(table).T, strict=True))
-    columns |= {name: np.array(column) for name, column in exact.items() if name in columns}
+    columns |= {name: np.array(exact[name], np.int64) for name in integers if name in columns}
     if TIME in columns:
         seconds = in_seconds(lines.path, columns[TIME], time_unit)
         columns[TIME] = seconds if ticks > 1 else columns[TIME]
