@@ -43,6 +43,7 @@ TABLES = {name: test_lines.KINDS[name] for name in ("relations", "TUM", "wheels"
         datasets.read_kitti, "poses.txt", [b"1" + POSE, b"0" + POSE.replace(b"2", b"3")],
         plain, pictures,
     ),
+    "KITTI's own": Kind(datasets.read_kitti, "poses.txt", [POSE.strip()] * 2, plain, pictures),
 }  # fmt: skip
 ALL = test_lines.KINDS | TABLES | NAMED
 
@@ -130,6 +131,15 @@ def test_texts_keep_what_stands_in_quotes(tmp_path):
     (tmp_path / "a.csv").write_text(text)
     notes = read_columns(tmp_path / "a.csv", {"time_s": 9}, texts=["note"])["note"]
     assert notes.tolist() == ['left, then "right"', "two\n# lines\n\nand more", '5" wide']
+
+
+def test_names_may_hold_what_parts_cells(tmp_path):
+    (tmp_path / "a.csv").write_text('"a;b","c\td",x\n1,2,3\n')
+    limits = {"a;b": 9, "c\td": 9, "x": 9}
+    found = read_columns(tmp_path / "a.csv", limits)
+    assert {name: column.tolist() for name, column in found.items()} == dict(
+        zip(limits, [[1], [2], [3]], strict=True)
+    )
 
 
 def test_every_line_of_a_quoted_text_is_counted(tmp_path):
