@@ -82,9 +82,9 @@ def test_a_vertex_may_have_two_scans(tmp_path):
     np.testing.assert_array_equal(log.ranges, RANGES)
 
 
-def in_space(keyword, ids, pose, *, height=0.0, roll=0.0, information=None) -> bytes:
+def in_space(keyword, ids, pose, *, height=0.0, tilt=(0, 0), information=None) -> bytes:
     """Return a vertex or an edge as g2o writes it of a pose in space."""
-    turn = Rotation.from_euler("ZYX", [pose[2], 0, roll]).as_quat()
+    turn = Rotation.from_euler("ZYX", [pose[2], *tilt]).as_quat()
     terms = [] if information is None else information[np.triu_indices(6)]
     values = [*pose[:2], height, *turn, *terms]
     return " ".join([keyword, *map(str, ids), *(repr(float(v)) for v in values)]).encode()
@@ -121,15 +121,16 @@ def test_a_graph_in_space_that_lies_in_a_plane_is_read(tmp_path):
     ("line", "change", "reason"),
     [
         (2, {"height": 0.5}, "it does not lie in one plane with the others"),
-        (2, {"height": 0.25, "roll": 0.1}, "it does not lie in one plane with the others"),
+        (2, {"height": 0.25, "tilt": (0, 0.1)}, "it does not lie in one plane with the others"),
+        (2, {"height": 0.25, "tilt": (0.1, 0)}, "it does not lie in one plane with the others"),
         (8, {"height": 0.1, "information": np.eye(6)}, "it does not lie in one plane with the"),
-        (8, {"roll": 0.1, "information": np.eye(6)}, "it does not lie in one plane with the"),
+        (8, {"tilt": (0, 0.1), "information": np.eye(6)}, "it does not lie in one plane with the"),
     ],
 )
 def test_a_graph_that_leaves_the_plane_stops_at_its_line(tmp_path, line, change, reason):
     lines = space_lines(information=np.eye(6))
     keyword, *ids = lines[line].decode().split()[: 2 if line < 8 else 3]
-    lines[line] = in_space(keyword, ids, POSES[1], **change)
+    lines[line] = in_space(keyword, ids, np.zeros(3), **change)
     with pytest.raises(CorruptLog, match=rf"a\.g2o, line {line + 1}: {reason}"):
         read_graph_log(write(tmp_path / "a.g2o", lines))
 
