@@ -390,10 +390,10 @@ def test_readings_in_the_wrong_order_are_refused():
     later, _ = run(RULES, [seen(1.0, "laser", (2, 0)), seen(1.0, "camera", (2, 0))])
     assert len(later) == 1  # another sensor may speak at the same time
     with pytest.raises(
-        ValueError, match=r"must not be older than the last reading, of 1 s, got 0.5"
+        ValueError, match=r"must not be older than the last reading, of 1.0 s, got 0.5"
     ):
         Aggregator(RULES).step(later, seen(0.5, "sonar", (2, 0)), STILL)
-    with pytest.raises(ValueError, match=r"detections of the laser at 1 s were there already"):
+    with pytest.raises(ValueError, match=r"detections of the laser at 1.0 s were there already"):
         Aggregator(RULES).step(later, seen(1.0, "laser", (2, 0)), STILL)
 
 

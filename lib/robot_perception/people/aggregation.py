@@ -516,12 +516,12 @@ def _elapsed(hypotheses: Hypotheses, detections: Detections) -> float:
     last = hypotheses.heard.get(detections.sensor, -np.inf)
     if detections.time < hypotheses.time:
         raise ValueError(
-            f"detections must not be older than the last reading, of {hypotheses.time:.6g} s,"
-            f" got {detections.time:.6g} s"
+            "detections must not be older than the last reading, of"
+            f" {checks.shown(hypotheses.time)} s, got {checks.shown(detections.time)} s"
         )
     if detections.time == last:
         raise ValueError(
-            f"detections of the {detections.sensor} at {last:.6g} s were there already"
+            f"detections of the {detections.sensor} at {checks.shown(last)} s were there already"
         )
     return 0.0 if hypotheses.time == -np.inf else detections.time - hypotheses.time
 

@@ -313,8 +313,8 @@ def _sight(state: State, persons: Hypotheses, rules: Behaviours, limit: str) -> 
     time = persons.time
     if time < max(state.seen, state.since):
         raise ValueError(
-            f"persons must not be older than the state, got {time:.6g} s after "
-            f"{max(state.seen, state.since):.6g} s"
+            f"persons must not be older than the state, got {checks.shown(time)} s after "
+            f"{checks.shown(max(state.seen, state.since))} s"
         )
     near = persons.mean[:, 0] <= getattr(rules, limit)
     distance = np.where(near, persons.mean[:, 0], np.inf)
