@@ -1,11 +1,13 @@
 """Where the work is done: processes of this machine, Dask or Ray."""
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import click
 
+SAFE_PATH = "PYTHONSAFEPATH"
 _OPTIONS = (
     click.option("--workers", type=int, metavar="N", help="Work in N processes (-1: every core)."),
     click.option("--dask", metavar="ADDRESS", help="Work on the Dask cluster of this scheduler."),
@@ -25,6 +27,8 @@ def with_workers(command: Callable[..., Any]) -> Callable[..., Any]:
 @contextmanager
 def working(workers: int | None, dask: str | None, ray: str | None) -> Iterator[None]:
     """Let every sweep inside work on so many processes, on a Dask cluster or on Ray.
+
+    What lies in the current folder is no module of the processes that start here.
 
     Raises
     ------
@@ -55,10 +59,24 @@ def working(workers: int | None, dask: str | None, ray: str | None) -> Iterator[
         finally:
             shutdown()
     elif workers:
-        with parallel_config("loky", n_jobs=workers):
+        with _safe_path(), parallel_config("loky", n_jobs=workers):
             yield
     else:
+        with _safe_path():
+            yield
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Keep the current folder out of the path of the processes that start inside."""
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = "1"
+    try:
         yield
+    finally:
+        del os.environ[SAFE_PATH]
+        if before is not None:
+            os.environ[SAFE_PATH] = before
 
 
 @contextmanager

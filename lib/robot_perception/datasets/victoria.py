@@ -220,12 +220,13 @@ numpy.savez(sys.stdout.buffer, **found)
 def _columns(path: str | Path, time_unit: str, *names: str) -> list[Float[np.ndarray, " k"]]:
     """Return arrays of a MATLAB file, the first of which are times, which must rise, in s.
 
-    Another process reads the file, since a damaged one can end the interpreter inside SciPy.
+    Another process reads the file, since a damaged one can end the interpreter inside SciPy. What
+    lies in the current folder is no module of that process.
     """
     path = as_path(path)
     limits.per_second(time_unit)
     path.open("rb").close()  # raises if there is none
-    command = [sys.executable, "-c", READ_MATLAB, str(path), *names]
+    command = [sys.executable, "-P", "-c", READ_MATLAB, str(path), *names]
     try:
         done = subprocess.run(command, capture_output=True, timeout=MATLAB_SECONDS)
     except subprocess.TimeoutExpired as error:

@@ -56,11 +56,11 @@ def badges(*claim_ids: str) -> Shown:
 
 
 def _badge(entry: Entry) -> str:
-    title = f"{entry.statement} {entry.note}".strip()
+    title, name = f"{entry.statement} {entry.note}".strip(), escape(entry.id)
     return (
-        f'<a class="{style(entry.verdict)}" id="claim-{entry.id}" href="scorecard.html#{entry.id}" '
-        f'title="{escape(title)}"><span class="rp-badge-verdict">{entry.verdict}</span> '
-        f'<span class="rp-badge-id">{escape(entry.id)}</span> '
+        f'<a class="{style(entry.verdict)}" id="claim-{name}" href="scorecard.html#{name}" '
+        f'title="{escape(title)}"><span class="rp-badge-verdict">{escape(entry.verdict)}</span> '
+        f'<span class="rp-badge-id">{name}</span> '
         f'<span class="rp-badge-place">{escape(entry.place)}</span></a>'
     )
 
@@ -106,15 +106,15 @@ def _registered(before: int, every: int) -> str:
 
 
 def _row(entry: Entry, registered: int) -> str:
-    about = "" if entry.value is None else entry.value.about
+    name, about = escape(entry.id), "" if entry.value is None else entry.value.about
     if registered:
         about += f"; registered {'once' if registered == 1 else f'{registered} times'}"
     return (
-        f'<tr><th scope="row"><a href="scorecard.html#{entry.id}">{escape(entry.id)}</a> '
+        f'<tr><th scope="row"><a href="scorecard.html#{name}">{name}</a> '
         f"<small>{escape(paper(entry.paper).citation)}, {escape(entry.place)}</small>"
         f"<p>{escape(entry.statement)}</p>{conditions(entry)}</th>"
         f"<td>{escape(in_words(entry.value))}<br><small>{escape(about)}</small></td>"
-        f'<td><span class="{style(entry.verdict)}">{entry.verdict}</span></td></tr>'
+        f'<td><span class="{style(entry.verdict)}">{escape(entry.verdict)}</span></td></tr>'
     )
 
 
@@ -127,7 +127,7 @@ def conditions(entry: Entry) -> str:
 
 def style(verdict: str, kind: str = "rp-badge") -> str:
     """Return the classes of something that is coloured by a verdict."""
-    return f"{kind} rp-badge--{verdict.replace(' ', '-')}"
+    return f"{kind} rp-badge--{escape(verdict.replace(' ', '-'))}"
 
 
 def in_words(value: Interval | None) -> str:

@@ -32,6 +32,7 @@ from robot_perception.teaching.figures.output import (
     opening,
 )
 from robot_perception.teaching.figures.svg import Marks
+from robot_perception.teaching.media import data_element
 from robot_perception.teaching.states import WEBP, Frame, pack, render
 
 __all__ = ["Drag", "Explorer", "choice", "explore", "explorers_in", "slider", "timeline", "toggle"]
@@ -296,16 +297,14 @@ class Explorer(anywidget.AnyWidget):
         controls = self._controls.values()
         defaults, sizes = [c.default for c in controls], [len(c.values) for c in controls]
         self._default = frames[np.ravel_multi_index(defaults, sizes)]
-        spec = json.dumps(self.spec, ensure_ascii=False).replace("</", "<\\/")
-        states = pack(frames).replace("</", "<\\/")
+        spec, states = json.dumps(self.spec, ensure_ascii=False), pack(frames)
         name = sha256((spec + states).encode()).hexdigest()[:12]
         start = opening(self.spec["figure"], self._name)
         return (
             f'<div class="explorer" id="explorer-{name}">{start}'
             f'<div class="rp-canvas">{self._default.element(inline=True)}</div>'
             f"{figcaption(self._caption)}</figure>"
-            f'<script type="application/json" class="rp-spec">{spec}</script>'
-            f'<script type="application/json" class="rp-states">{states}</script></div>'
+            f"{data_element('rp-spec', spec)}{data_element('rp-states', states)}</div>"
         )
 
     @contextmanager

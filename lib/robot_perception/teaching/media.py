@@ -33,10 +33,16 @@ def with_mathematics(text: str) -> str:
     return _MATHEMATICS.sub(r'<span class="math">\\(\1\\)</span>', escape(text, quote=False))
 
 
+def data_element(kind: str, text: str) -> str:
+    """Write JSON for a script of the page; a text in it can neither end nor nest the element."""
+    text = text.replace("<", r"\u003c")
+    return f'<script type="application/json" class="{kind}">{text}</script>'
+
+
 def html_table(label: str, kind: str, head: str, rows: str) -> str:
     """Write a table that can be scrolled where it is wider than the page."""
     return (
-        f'<div class="rp-table" role="region" tabindex="0" aria-label="{label}">'
+        f'<div class="rp-table" role="region" tabindex="0" aria-label="{escape(label)}">'
         f'<table class="{kind}"><thead><tr>{head}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )

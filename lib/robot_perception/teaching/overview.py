@@ -5,7 +5,7 @@ from html import escape
 
 from robot_perception.teaching.badges import EXPLAINED, SHEETS, recorded, style
 from robot_perception.teaching.ledger import Ledger, verdicts
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.outputs import output
 from robot_perception.teaching.papers import PAPERS
 
@@ -40,9 +40,5 @@ def overview(titles: Mapping[str, str]) -> Shown:
         told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
         lines.append(f"{paper.citation}: {told or TO_COME}")
     head = "".join(f'<th scope="col">{name}</th>' for name in HEAD)
-    html = (
-        '<div class="rp-table" role="region" tabindex="0" aria-label="Papers and verdicts">'
-        f'<table class="rp-papers"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
+    html = html_table("Papers and verdicts", "rp-papers", head, "".join(rows))
     return output(html, "\n".join(lines), *SHEETS)

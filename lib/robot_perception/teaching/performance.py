@@ -131,7 +131,8 @@ class Record:
         """Return where and when was measured, and how many targets were reached."""
         rows = len(self.work) + len(self.latencies)
         text = f"{self.reached} of {rows} targets reached on {self.date}"
-        html = f"<p>{text}, on {escape(self.machine)}, one thread; {escape(self.versions)}.</p>"
+        where = f"{text}, on {self.machine}, one thread; {self.versions}."
+        html = f"<p>{escape(where)}</p>"
         return Shown({"text/html": html, "text/plain": text})
 
     def themes(self) -> Table:
@@ -174,7 +175,7 @@ def _table(theme: str, rows: list[Work]) -> str:
     head = "".join(
         f'<th scope="col">{name}</th>' for name in ("Work", "Ours", "Peer", "Ratio", "Target")
     )
-    return html_table(escape(theme), "rp-performance", head, "".join(map(_row, rows)))
+    return html_table(theme, "rp-performance", head, "".join(map(_row, rows)))
 
 
 def _row(work: Work) -> str:

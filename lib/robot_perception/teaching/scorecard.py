@@ -100,17 +100,18 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         for name, text, about in numbers
     )
     where = f"{paper(entry.paper).citation}, {entry.place}"
+    name, verdict = escape(entry.id), escape(entry.verdict)
     rows = claim.study.rows().note if isinstance(claim.study, Trials) else ""
     return (
-        f'<article class="{style(entry.verdict, "rp-claim")}" id="{entry.id}" '
-        f'data-verdict="{entry.verdict}" data-paper="{escape(entry.paper)}" '
-        f'aria-labelledby="{entry.id}-says">'
+        f'<article class="{style(entry.verdict, "rp-claim")}" id="{name}" '
+        f'data-verdict="{verdict}" data-paper="{escape(entry.paper)}" '
+        f'aria-labelledby="{name}-says">'
         f'<p class="rp-claim-head"><span class="{style(entry.verdict, "rp-badge")}">'
-        f'{entry.verdict}</span> <a href="#{entry.id}">{escape(entry.id)}</a> '
+        f'{verdict}</span> <a href="#{name}">{name}</a> '
         f"<small>{escape(where)}</small></p>"
-        f'<h3 id="{entry.id}-says">{escape(entry.statement)}</h3>{conditions(entry)}'
+        f'<h3 id="{name}-says">{escape(entry.statement)}</h3>{conditions(entry)}'
         f'<dl class="rp-claim-numbers">{listed}</dl>{_links(entry, claim, title)}'
-        f"<details><summary>How we know<span class='rp-hidden'>: {escape(entry.id)}</span>"
+        f"<details><summary>How we know<span class='rp-hidden'>: {name}</span>"
         f"</summary>{_details(entry, rows)}</details></article>"
     )
 
@@ -166,7 +167,7 @@ def _details(entry: Entry, rows: str = "") -> str:
         for name, table in entry.tables.items()
     )
     return (
-        f"<dl>{listed}<dt>Compute it</dt><dd><code>{command}</code></dd>"
+        f"<dl>{listed}<dt>Compute it</dt><dd><code>{escape(command)}</code></dd>"
         f"<dt>Recorded</dt><dd>{escape(entry.date)}: {escape(entry.versions)}</dd></dl>{tables}"
     )
 

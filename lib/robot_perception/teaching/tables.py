@@ -169,7 +169,7 @@ class Table:
         caption = ". ".join(part for part in (about, words) if part)
         words_only = any(isinstance(c, str) for cells in self.rows.values() for c in cells)
         kind = "rp-results rp-words" if words_only else "rp-results"
-        label = escape(self.about or self.corner or "Results", quote=True)
+        label = self.about or self.corner or "Results"
         head = f'<th scope="col">{escape(self.corner)}</th>{head}'
         below = f'<p class="rp-defined">{caption}.</p>' if caption else ""
         return html_table(label, kind, head, body) + below

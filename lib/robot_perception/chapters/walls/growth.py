@@ -161,7 +161,7 @@ def _shapely_ends_with(n: int) -> int:
     """Return the exit code of a process that simplifies a worst-case chain with shapely."""
     chain = f"from {__name__} import worst_case; chain, tolerance = worst_case({n}), 0.1"
     program = f"import shapely; {chain}; {PEERS['shapely'][0]}"
-    return subprocess.run([sys.executable, "-c", program], capture_output=True).returncode
+    return subprocess.run([sys.executable, "-P", "-c", program], capture_output=True).returncode
 
 
 def _steps_without_history(chain: np.ndarray, tolerance: float) -> int:

@@ -25,7 +25,7 @@ from robot_perception.teaching.figures.output import (
 )
 from robot_perception.teaching.figures.style import GROUND, STYLE
 from robot_perception.teaching.figures.webp import check_image, to_animated_webp, to_webp
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.media import Shown, data_element
 
 KEY_FRAMES = 5
 """Frames that stand for a film on paper; the first of them where no script runs."""
@@ -150,7 +150,7 @@ def _markup(
     height, width = images[0].shape[:2]
     columns = KEY_FRAMES if width < 1.6 * height else 3  # on paper
     numbers = {"count": count, "duration": duration, "width": width, "height": height}
-    spec = json.dumps(numbers | {"alt": alt, "poster": poster}).replace("</", "<\\/")
+    spec = json.dumps(numbers | {"alt": alt, "poster": poster})
     canvas = "rp-canvas rp-drawing" if drawing else "rp-canvas"
     key = sha256(data + alt.encode()).hexdigest()[:12]
     states = base64.b64encode(data).decode()
@@ -160,8 +160,7 @@ def _markup(
         f'<div class="rp-film" id="film-{key}">{opening("rp-figure", name)}'
         f'<div class="{canvas}" style="--rp-columns: {columns}">{keys}</div>'
         f"{figcaption(caption)}</figure>"
-        f'<script type="application/json" class="rp-spec">{spec}</script>'
-        f'<script type="application/json" class="rp-states">"{states}"</script>'
+        f"{data_element('rp-spec', spec)}{data_element('rp-states', json.dumps(states))}"
         f"{script}</div>"
     )
 
