@@ -2,7 +2,10 @@
 
 import json
 import logging
+import os
 import shutil
+import stat
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -15,7 +18,7 @@ from PIL import Image
 
 from robot_perception import datasets
 from robot_perception.datasets import entries
-from robot_perception.files import DamagedFile, reading, written
+from robot_perception.files import UNFINISHED, DamagedFile, reading, written
 from robot_perception.slam import planar
 from robot_perception.teaching import recordings, results, storage
 from robot_perception.teaching.ledger import Ledger
@@ -220,6 +223,34 @@ def test_a_write_that_is_interrupted_leaves_the_old_file_or_none(before, stop, t
         beside.write_bytes(b"new")
     assert file.read_bytes() == b"new"
     assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
+def test_a_file_that_is_written_again_keeps_who_may_read_it(mode, tmp_path):
+    file = tmp_path / "file.txt"
+    file.touch()
+    file.chmod(mode)
+    with written(file) as beside:
+        beside.write_bytes(b"new")
+    assert stat.S_IMODE(file.stat().st_mode) == mode
+    fresh = tmp_path / "fresh.txt"
+    with written(fresh) as beside:
+        beside.write_bytes(b"new")
+    (tmp_path / "plain.txt").touch()
+    assert fresh.stat().st_mode == (tmp_path / "plain.txt").stat().st_mode
+
+
+def test_what_a_kill_has_left_goes_a_day_later(tmp_path):
+    names = [".robot-perception-a1b2c3d4", ".robot-perception-x0x0x0x0", ".mine"]
+    for name, hours in zip(names, (25, 23, 1000), strict=True):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file.txt").write_text("half")
+        then = time.time() - hours * 3600
+        os.utime(tmp_path / name, (then, then))
+    with written(tmp_path / "file.txt") as beside:
+        assert beside.parent.name.startswith(UNFINISHED)
+        beside.write_bytes(b"new")
+    assert {file.name for file in tmp_path.iterdir()} == {"file.txt", *names[1:]}
 
 
 def history() -> planar.History:

@@ -1,13 +1,18 @@
 """Files: one error for a damaged one, and none that is written by half."""
 
 import os
-import tempfile
+import shutil
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from robot_perception.checks import flag, instance
 
+UNFINISHED = ".robot-perception-"
+"""How the folders are called in which files are made before they appear in their place."""
+A_DAY = 86400.0
 LOST = FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError
 
 
@@ -50,7 +55,7 @@ def written(path: Path | str) -> Iterator[Path]:
     """Give a place to write to, which becomes the file at the end: whole, or not at all.
 
     Whatever ends the writing before, an error or the key that interrupts, leaves the file as it
-    was.
+    was. Who may read and write it stays as it was, too.
 
     Parameters
     ----------
@@ -71,10 +76,41 @@ def written(path: Path | str) -> Iterator[Path]:
     if path.exists() and not path.is_file():  # a terminal or a pipe has no place beside it
         yield path
         return
-    with tempfile.TemporaryDirectory(prefix=".", dir=path.parent) as folder:
-        beside = Path(folder) / path.name
+    with workspace(path.parent) as folder:
+        beside = folder / path.name
         yield beside
+        if path.exists():
+            shutil.copymode(path, beside)
         os.replace(beside, path)
+
+
+@contextmanager
+def workspace(folder: Path) -> Iterator[Path]:
+    """Give a hidden folder inside a folder, which is gone at the end.
+
+    What a process that was killed has left there goes a day later.
+
+    Parameters
+    ----------
+    folder
+        On whose disk files are to be made.
+
+    Yields
+    ------
+    Path
+        The hidden folder.
+
+    Raises
+    ------
+    OSError
+        If nothing can be written there.
+    """
+    for left in folder.glob(f"{UNFINISHED}*"):
+        with suppress(OSError):  # others may take it away at the same time
+            if time.time() - left.stat().st_mtime > A_DAY:
+                shutil.rmtree(left)
+    with TemporaryDirectory(prefix=UNFINISHED, dir=folder) as made:
+        yield Path(made)
 
 
 def destination(path: Path | str, *, overwrite: bool) -> Path:

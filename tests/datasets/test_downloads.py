@@ -159,6 +159,27 @@ def test_archive_that_is_none_is_named(room, server):
         fetch("album")
 
 
+def test_archive_that_is_encrypted_is_named(room, server):
+    locked = ALBUM.replace(b"PK\1\2\x14\3\x14\0\0", b"PK\1\2\x14\3\x14\0\1")
+    assert locked != ALBUM
+    registry = room.book / "registry.txt"
+    registry.write_text(registry.read_text().replace(sha(ALBUM), sha(locked)))
+    server.answer = lambda handler: handler.send(locked)
+    with pytest.raises(DownloadError, match=r"album/pictures\.zip: .* failed: .*encrypted"):
+        fetch("album")
+    assert leftovers(room) == ["pictures.zip"]
+
+
+def test_what_a_kill_has_left_of_unpacking_is_no_part_of_the_recording(room):
+    fetch("album")
+    for file in list((room.cache / "album/img").iterdir())[:150]:
+        put(room.cache / "album/.robot-perception-a1b2c3d4/img", file.name)
+        file.unlink()
+    assert find("album") is None
+    assert len(fetch("album")) == 300
+    assert find("album") == room.cache / "album"
+
+
 # ---- failures ------------------------------------------------------------------------------------
 
 

@@ -4,7 +4,15 @@ import gzip
 
 import pytest
 
-from robot_perception.datasets import DatasetMissing, UnknownDataset, find, path, status, store
+from robot_perception.datasets import (
+    DatasetMissing,
+    UnknownDataset,
+    fetch,
+    find,
+    path,
+    status,
+    store,
+)
 from tests.datasets.conftest import PACKED, TEXT, put
 
 
@@ -107,6 +115,16 @@ def test_directory_that_is_none_is_named(room, monkeypatch, kind):
         with pytest.raises(NotADirectoryError) as failure:
             function("hall")
         assert str(failure.value) == f"ROBOT_PERCEPTION_DATA is {place}, which is not a directory"
+
+
+@pytest.mark.parametrize("variable", ["ROBOT_PERCEPTION_DATA", "ROBOT_PERCEPTION_CACHE"])
+def test_directory_of_somebody_unknown_is_named(room, monkeypatch, variable):
+    monkeypatch.setenv(variable, "~nobody-of-that-name/x")
+    for function in (find, path, status, fetch):
+        with pytest.raises(NotADirectoryError) as failure:
+            function("hall")
+        expected = f"{variable} is ~nobody-of-that-name/x, whose home is not known"
+        assert str(failure.value) == expected
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from robot_perception.files import DamagedFile
 from robot_perception.teaching import dependencies
 from robot_perception.teaching.dependencies import (
     IRRELEVANT,
@@ -287,6 +288,19 @@ def test_a_chapter_is_no_part_of_the_digest_of_another():
     assert not {name for name in monobot if "teaching" in name or "chapters.walls" in name}
     assert "robot_perception.chapters" not in monobot  # or the next chapter would change it
     assert code_digest("robot_perception.slam.monobot") != code_digest("robot_perception.kalman")
+
+
+@pytest.mark.parametrize("name", [".robot-perception-a1b2c3d4/claims.json", "rows/.half.npz"])
+def test_what_is_hidden_among_the_records_changes_no_page(house, name):
+    before = keys(house)
+    write(house / "book/_data" / name, '{"claims": [{"id": ')
+    assert keys(house) == before
+
+
+def test_a_ledger_that_is_damaged_is_named(house):
+    write(house / "book/_data/claims.json", '{"claims": [{"id": ')
+    with pytest.raises(DamagedFile, match=r"_data/claims\.json: is not what is recorded there"):
+        keys(house)
 
 
 def test_no_table_lies_beside_the_code_that_no_digest_would_see():

@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import logging
 import os
 import re
 import shlex
@@ -23,6 +24,10 @@ SETS, REGISTRY = "sets.toml", "registry.txt"
 ARCHIVES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz")
 BOOK = Path(__file__).parent
 NEEDED = ("title", "licence", "origin")
+UNWRITABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
+"""Characters that no line of a text file can hold: control characters and halves of pairs."""
+
+log = logging.getLogger(__name__)
 
 
 class UnknownDataset(LookupError):  # noqa: N818 - it names the thing, not the failure
@@ -121,28 +126,54 @@ def data_directory() -> Path | None:
     NotADirectoryError
         If it is set to something that is no directory.
     """
-    named = os.environ.get(DATA_VARIABLE, "")
-    if not named:
-        return None
-    directory = Path(named).expanduser()
-    if not directory.is_dir():
+    directory = named_by(DATA_VARIABLE)
+    if directory is not None and not directory.is_dir():
         raise NotADirectoryError(f"{DATA_VARIABLE} is {directory}, which is not a directory")
     return directory
+
+
+def named_by(variable: str) -> Path | None:
+    """Return the directory that a variable of the environment names, if that is set.
+
+    Raises
+    ------
+    NotADirectoryError
+        If it begins with the home of a user who is not known.
+    """
+    named = os.environ.get(variable, "")
+    try:
+        return Path(named).expanduser() if named else None
+    except RuntimeError as error:
+        raise NotADirectoryError(f"{variable} is {named}, whose home is not known") from error
 
 
 def registry() -> Mapping[str, Dataset]:
     """Return all known data sets by name: the book's, then those of the reader's own registry.
 
+    If the reader's own is not as it should be, a warning names its file, and only the book's are
+    known.
+
     Raises
     ------
     ValueError
-        If a registry is not as it should be; the message names file and data set.
+        If the book's registry is not as it should be; the message names file and data set.
+    NotADirectoryError
+        If ``ROBOT_PERCEPTION_DATA`` names no directory.
     """
     known = dict(_load(BOOK))
     own = data_directory()
     if own is not None:
-        known |= _load(own)
+        try:
+            known |= _load(own)
+        except DamagedFile as error:
+            _warn(f"{error}: until that is mended only the book's data sets are known")
     return MappingProxyType(known)
+
+
+@lru_cache
+def _warn(text: str) -> None:
+    """Say once what is wrong with a registry, which is read often."""
+    log.warning(text)
 
 
 def dataset(name: str) -> Dataset:
@@ -157,10 +188,15 @@ def dataset(name: str) -> Dataset:
     ------
     UnknownDataset
         If there is none; the message lists those there are.
+    ValueError
+        If there is none, and the reader's own registry, where it may stand, cannot be read.
     """
     known = registry()
     if instance("name", name, str) in known:
         return known[name]
+    own = data_directory()
+    if own is not None:
+        _load(own)
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     raise UnknownDataset(f"no data set {name!r}{hint} (known: {', '.join(known)})")
@@ -178,6 +214,9 @@ def add_dataset(
 ) -> Dataset:
     """Add a folder to a registry: a line a file with its hash, and the table that says whose it is.
 
+    What ends the writing leaves the registry as it was, or lines without a table, which nobody
+    reads and the next attempt replaces.
+
     Parameters
     ----------
     folder
@@ -193,14 +232,15 @@ def add_dataset(
     ------
     ValueError
         If title, licence or origin is missing, the name is taken or no name for a data set, the
-        folder is empty or not in the reader's own directory, or there is no registry to add to.
+        folder is empty or not in the reader's own directory, there is no registry to add to, or a
+        text or the name of a file cannot be written in one.
     """
     folder = Path(os.path.abspath(instance("folder", folder, str, os.PathLike)))
     if not folder.is_dir():
         raise ValueError(f"folder must be a directory, got {folder}")
     told = {"title": title, "licence": licence, "origin": origin}
     for word, text in (told | {"note": note, "url": "" if url is None else url}).items():
-        instance(word, text, str)
+        _check_writable(word, instance(word, text, str).replace("\n", " "))
         if word in told and not text.strip():
             raise ValueError(f"{folder.name} has no {word}: a recording without one is not added")
     directory = data_directory() if to is None else Path(instance("to", to, str, os.PathLike))
@@ -225,6 +265,10 @@ def add_dataset(
     ]
     if not files:
         raise ValueError(f"{folder} holds no files")
+    for _, name in files:
+        _check_writable("the name of a file", name.as_posix())
+        if "\\" in name.as_posix():
+            raise ValueError(f"the name of a file must be without \\, got {name.as_posix()!r}")
     lines, size = [], 0
     for place, name in files:
         words = [f"{folder.name}/{name.as_posix()}", load_pooch().file_hash(str(place))]
@@ -233,21 +277,30 @@ def add_dataset(
         size += place.stat().st_size
     fields = told | ({"note": note} if note else {}) | {"bytes": size}
     table = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in fields.items()]
-    _append(directory / REGISTRY, lines)
-    _append(directory / SETS, [f"[{folder.name}]", *table])
+    _append(directory / REGISTRY, lines, without=(f"{folder.name}/",))
+    _append(directory / SETS, [f"[{folder.name}]", *table])  # from now on the lines are read
     return _load(directory)[folder.name]
 
 
-def _append(file: Path, lines: list[str]) -> None:
-    before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if file.exists() else ""
+def _check_writable(name: str, text: str) -> None:
+    """Raise ``ValueError`` if a text cannot stand on a line of a file."""
+    if UNWRITABLE.search(text):
+        raise ValueError(f"{name} must be without control characters, got {text!r}")
+
+
+def _append(file: Path, lines: list[str], without: tuple[str, ...] = ()) -> None:
+    """Append lines to a file; those before that begin in some way go."""
+    before = file.read_text(encoding="utf-8").split("\n") if file.exists() else []
+    kept = "\n".join(line for line in before if not line.lstrip("'").startswith(without))
+    start = f"{kept.rstrip()}\n\n" if kept.strip() else ""
     with written(file) as beside:
-        beside.write_text(before + "\n".join(lines) + "\n", encoding="utf-8")
+        beside.write_text(start + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _load(directory: Path) -> Mapping[str, Dataset]:
     """Return the data sets of one registry; none if there is none."""
-    files = directory / SETS, directory / REGISTRY
-    if not any(file.exists() for file in files):
+    files = [file for file in (directory / SETS, directory / REGISTRY) if file.exists()]
+    if not files:
         return {}
     try:
         return _parse(directory, *((f.stat().st_mtime_ns, f.stat().st_size) for f in files))
@@ -263,15 +316,17 @@ def _parse(directory: Path, *_stamps: tuple[int, int]) -> Mapping[str, Dataset]:
     files: dict[str, list[DataFile]] = {}
     for place, sha256 in shelf.registry.items():
         folder, _, name = place.partition("/")
-        inside = name and ".." not in PurePosixPath(place).parts
+        inside = name and "\\" not in place and ".." not in PurePosixPath(place).parts
         if not inside or not re.fullmatch(r"[0-9a-f]{64}", sha256):
             raise DamagedFile(f"{directory / REGISTRY}: {place} is not FOLDER/FILE with its sha256")
         files.setdefault(folder, []).append(DataFile(name, sha256, shelf.urls.get(place)))
     with reading(directory / SETS, "cannot be read"):
-        sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8"))
-    if sets.keys() != files.keys():
-        apart = ", ".join(sorted(sets.keys() ^ files.keys()))
-        raise DamagedFile(f"{directory}: {apart} must stand in both {SETS} and {REGISTRY}")
+        there = (directory / SETS).exists()  # not when the first `add_dataset` was killed
+        sets = tomllib.loads((directory / SETS).read_text(encoding="utf-8")) if there else {}
+    if without := sorted(files.keys() - sets.keys()):
+        _warn(f"{directory / REGISTRY}: {', '.join(without)} left out, without a table in {SETS}")
+    if empty := sorted(sets.keys() - files.keys()):
+        raise DamagedFile(f"{directory / SETS}: {', '.join(empty)} without files in {REGISTRY}")
     with reading(directory / SETS, "cannot be read"):
         return {name: _dataset(directory, name, sets[name], tuple(files[name])) for name in sets}
 

@@ -4,6 +4,7 @@ import errno
 import gzip
 import hashlib
 import logging
+import lzma
 import os
 import tarfile
 import zlib
@@ -12,7 +13,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from tarfile import TarError
-from tempfile import TemporaryDirectory
 from typing import Literal, final
 from zipfile import BadZipFile, ZipFile
 
@@ -25,12 +25,16 @@ from robot_perception.datasets.entries import (
     data_directory,
     dataset,
     load_pooch,
+    named_by,
     registry,
     some,
 )
 from robot_perception.extras import needing
+from robot_perception.files import UNFINISHED, workspace
 
 CACHE_VARIABLE = "ROBOT_PERCEPTION_CACHE"
+UNPACKING = BadZipFile, TarError, RuntimeError, EOFError, zlib.error, lzma.LZMAError
+"""What an archive raises that is damaged, encrypted, or packed in a way that nobody knows."""
 
 
 class DatasetMissing(FileNotFoundError):  # noqa: N818 - it names the thing, not the failure
@@ -63,9 +67,14 @@ class FileStatus:
 
 
 def cache_directory() -> Path:
-    """Return the directory of downloads: ``ROBOT_PERCEPTION_CACHE`` or the platform's own."""
-    named = os.environ.get(CACHE_VARIABLE, "")
-    return Path(named).expanduser() if named else Path(load_pooch().os_cache("robot-perception"))
+    """Return the directory of downloads: ``ROBOT_PERCEPTION_CACHE`` or the platform's own.
+
+    Raises
+    ------
+    NotADirectoryError
+        If that begins with the home of a user who is not known.
+    """
+    return named_by(CACHE_VARIABLE) or Path(load_pooch().os_cache("robot-perception"))
 
 
 def find(name: str, file: str | None = None) -> Path | None:
@@ -262,7 +271,9 @@ def _members(folder: Path, known: Dataset) -> list[Path]:
     return sorted(
         place
         for place in folder.rglob("*")
-        if place.is_file() and place != folder / known.files[0].name
+        if place.is_file()
+        and place != folder / known.files[0].name
+        and not place.relative_to(folder).parts[0].startswith(UNFINISHED)
     )
 
 
@@ -333,7 +344,7 @@ def _download(known: Dataset, file: DataFile, url: str, timeout: float, progress
             shelf.fetch(place, downloader=downloader)
         if known.members:
             _unpack(cache / place)
-    except (OSError, ValueError, BadZipFile, TarError) as error:
+    except (*UNPACKING, OSError, ValueError) as error:
         raise DownloadError(f"{failed}: {_cause(error, timeout)}") from error
     if known.members and not _is_complete(cache / known.name, known):
         held = len(_members(cache / known.name, known))
@@ -343,7 +354,7 @@ def _download(known: Dataset, file: DataFile, url: str, timeout: float, progress
 
 def _unpack(archive: Path) -> None:
     """Put the files of an archive beside it, each of them whole."""
-    with TemporaryDirectory(prefix=".", dir=archive.parent) as folder:
+    with workspace(archive.parent) as folder:
         if archive.suffix == ".zip":
             with ZipFile(archive) as packed:
                 packed.extractall(folder)
@@ -351,7 +362,7 @@ def _unpack(archive: Path) -> None:
             with tarfile.open(archive) as packed:
                 safe = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
                 packed.extractall(folder, **safe)
-        for place in filter(Path.is_file, sorted(Path(folder).rglob("*"))):
+        for place in filter(Path.is_file, sorted(folder.rglob("*"))):
             target = archive.parent / place.relative_to(folder)
             target.parent.mkdir(parents=True, exist_ok=True)
             os.replace(place, target)

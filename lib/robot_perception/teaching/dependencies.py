@@ -19,6 +19,7 @@ from pathlib import Path
 import grimp
 
 from robot_perception.datasets import find, registry
+from robot_perception.files import reading
 
 NOTEBOOKS = "robot_perception.book."
 """Above the modules that are the study cells of notebooks."""
@@ -194,7 +195,9 @@ class Dependencies:
             file: _calls(file.relative_to(folder))
             for folder in folders
             for file in sorted(folder.rglob("*"))
-            if file.is_file() and file.suffix != ".py" and IRRELEVANT.isdisjoint(file.parts)
+            if file.is_file()
+            and file.suffix != ".py"
+            and not any(map(_is_irrelevant, file.relative_to(folder).parts))
         }
 
     def key(self, page: Path) -> str | None:
@@ -213,10 +216,11 @@ class Dependencies:
         for file in self.data(named):
             digest.update(file.name.encode())
             text = file.read_bytes()
-            if file.name == LEDGER:
-                text = claims_of(page.stem, named, text)
-            elif file.name == REGISTRATIONS:
-                text = registrations_of(named, text)
+            with reading(file, "is not what is recorded there"):
+                if file.name == LEDGER:
+                    text = claims_of(page.stem, named, text)
+                elif file.name == REGISTRATIONS:
+                    text = registrations_of(named, text)
             digest.update(text)
         for name in registry():  # a page differs with its recording there or not
             if name in named or name not in self._named:
@@ -307,6 +311,11 @@ def _file(module: str) -> Path:
     top, *rest = module.split(".")
     path = Path(find_spec(top).origin).parent.joinpath(*rest)
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
+def _is_irrelevant(part: str) -> bool:
+    """Tell whether nothing depends on what lies there: what is hidden may be unfinished, too."""
+    return part in IRRELEVANT or part.startswith(".")
 
 
 def _calls(file: Path) -> frozenset[str]:

@@ -259,8 +259,9 @@ class Ledger:
 
     def write(self, path: Path | str) -> None:
         """Store the ledger in a file, at once or not at all; ``OSError`` if it cannot be."""
+        text = self.to_json()
         with written(path) as beside:
-            beside.write_text(self.to_json(), encoding="utf-8")
+            beside.write_text(text, encoding="utf-8")
 
 
 def agrees(claim: Claim, recorded: Entry) -> bool:
