@@ -30,8 +30,15 @@ def run():
 
 @pytest.fixture
 def three(monkeypatch):
-    """A book of three claims; the second fails as long as its switch is on."""
+    """A book of three claims; the second fails as long as its switch is on.
+
+    What is called "meanwhile" happens once while the first is computed.
+    """
     switch = {"broken": True}
+
+    def first(size):
+        switch.pop("meanwhile", lambda: None)()
+        return Finding(exact(1.0 + (size is Size.FULL)))
 
     def second(size):
         if switch["broken"]:
@@ -39,7 +46,7 @@ def three(monkeypatch):
         return Finding(exact(2.0))
 
     claims = (
-        claim("first", compute=lambda size: Finding(exact(1.0 + (size is Size.FULL)))),
+        claim("first", compute=first),
         claim("second", compute=second),
         claim("third", compute=lambda size: Finding(exact(3.0))),
     )
@@ -99,6 +106,37 @@ def test_the_quick_size_is_recorded_without_the_full_one(run, three, tmp_path):
     result = run("claims", "--run", "quick", "--write", file)
     assert result.exit_code == 0, result.output
     assert file.read_text() == text
+
+
+@pytest.mark.parametrize("size", ["full", "quick"])
+def test_what_others_write_meanwhile_stays(run, three, tmp_path, size):
+    file, three["broken"] = tmp_path / "claims.json", False
+    own = "--claim", "first", "--claim", "second", "--write", file
+    if size == "quick":
+        run("claims", "--run", "full", *own)
+    other = "claims", "--run", "full", "--claim", "third", "--write", file
+    three["meanwhile"] = lambda: run(*other)
+    result = run("claims", "--run", size, *own)
+    assert result.exit_code == 0, result.output
+    assert "meanwhile" not in three
+    assert [e.id for e in Ledger.read(file).entries] == ["first", "second", "third"]
+
+
+def test_a_new_file_takes_no_quick_size_alone(run, three, tmp_path):
+    file = tmp_path / "new.json"
+    result = run("claims", "--run", "quick", "--claim", "first", "--write", file)
+    assert result.exit_code == 1
+    assert "new.json has no record of first: --run full makes one" in result.output
+    assert not file.exists()
+
+
+def test_claims_of_rows_alone_have_no_quick_size(run, tmp_path):
+    file = tmp_path / "new.json"
+    words = "claims", "--run", "quick", "--claim", "fisher-one-landmark", "--write", file
+    result = run(*words)
+    assert result.exit_code == 1
+    assert "1 of 1 claims have no quick size: --run full records them" in result.output
+    assert not file.exists()
 
 
 def test_a_claim_that_fails_does_not_lose_the_others(run, three, tmp_path):

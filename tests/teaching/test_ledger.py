@@ -7,10 +7,12 @@ from dataclasses import replace
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
+from robot_perception.files import DamagedFile
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.ledger import (
     Entry,
     Ledger,
+    Sabotaged,
     different,
     entry,
     numbers,
@@ -19,7 +21,7 @@ from robot_perception.teaching.ledger import (
 )
 from robot_perception.teaching.studies import Change, Study
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict
+from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide
 from tests.teaching.entries import claim
 
 TABLE = Table({"plain": [Interval(2.0, 1.0, 3.0), "lost"]}, {"end (m)": "at the end", "map": ""})
@@ -136,6 +138,52 @@ def test_a_file_is_replaced_whole(tmp_path):
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"claims": [{"id": 1}]}', "\x00"])
 def test_reading_no_ledger_is_a_clear_error(text):
     with pytest.raises(ValueError, match="not a claim ledger"):
+        Ledger.from_json(text)
+
+
+@pytest.mark.parametrize("basis", Basis)
+@pytest.mark.parametrize("value", [0.8, 1.0, 1.5, 2.0, 2.4, None])
+def test_what_a_claim_gives_contradicts_nothing_and_any_other_verdict_does(basis, value):
+    found = Finding(None, note="–") if value is None else Finding(finding(value).value)
+    made = replace(entry(some(), found), basis=str(basis), sabotages=())
+    made = replace(made, verdict=str(decide(basis, made.accepted, made.value)))
+    assert len(Ledger.from_json(Ledger((made,)).to_json()).entries) == 1
+    for verdict in {*Verdict} - {Verdict(made.verdict)}:
+        text = Ledger((replace(made, verdict=str(verdict)),)).to_json()
+        with pytest.raises(ValueError, match=f"called {verdict}, its numbers say {made.verdict}"):
+            Ledger.from_json(text)
+        told = (Sabotaged("half of it", str(verdict), made.value),)
+        text = Ledger((replace(made, sabotages=told),)).to_json()
+        with pytest.raises(ValueError, match=f"with half of it is called {verdict}, its value sa"):
+            Ledger.from_json(text)
+
+
+WRONG = {
+    "unknown verdict": ({"verdict": "proven"}, "verdict of some-claim must be one of"),
+    "unknown basis": ({"basis": "faith"}, "basis of some-claim must be one of"),
+    "no condition": ({"conditions": []}, "called conditional, its numbers say reproduced"),
+    "another value": ({"value": None}, "called conditional, its numbers say untestable"),
+    "no range": ({"accepted": None}, "called conditional, its numbers say illustrated"),
+    "no day": ({"date": "yesterday"}, "isoformat"),
+    "no name": ({"id": " "}, "id must not be empty"),
+    "no text": ({"place": 3}, "place.* str"),
+    "a condition of no words": ({"conditions": [None]}, "conditions.*str"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG.values(), ids=WRONG)
+def test_a_ledger_that_contradicts_itself_is_refused_with_its_file(change, message, tmp_path):
+    plain = record(some(), versions="").to_plain()
+    file = tmp_path / "claims.json"
+    file.write_text(json.dumps({"claims": [plain | change]}))
+    with pytest.raises(DamagedFile, match=rf"claims\.json: no claim ledger.*{message}"):
+        Ledger.read(file)
+
+
+def test_a_claim_that_stands_in_it_twice_is_named(tmp_path):
+    made = record(some(), versions="")
+    text = Ledger((made, replace(made, note="Another."))).to_json()
+    with pytest.raises(ValueError, match="some-claim stands in it twice"):
         Ledger.from_json(text)
 
 

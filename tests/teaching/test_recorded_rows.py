@@ -1,6 +1,7 @@
 """Recorded rows come back as they were, or not at all."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -39,6 +40,14 @@ def recorded(book):
     write(*NAMES, "as declared", TABLE, "code", "levels")
     write(*NAMES, "gain=2", OTHER, "code", "other levels")
     return file_of(*NAMES)
+
+
+def test_rows_that_are_recorded_at_the_same_time_are_all_there(book):
+    names = [f"gain={k}" for k in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda name: write(*NAMES, name, TABLE, name, "levels"), names))
+    assert sorted(variants(*NAMES)) == names
+    assert [read(*NAMES, name).code for name in names] == names
 
 
 def replaced(file, variant, name, values):

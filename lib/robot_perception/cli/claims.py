@@ -2,6 +2,7 @@
 
 import platform
 import traceback
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,6 +57,8 @@ def claims(
     try:
         chosen = _chosen(stems, ids)
         before = _recorded(write)
+        if write is not None and size == "quick":
+            chosen = _with_quick_size(chosen, before, write)
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
     failed: list[str] = []
@@ -86,6 +89,31 @@ def _chosen(stems: tuple[str, ...], ids: tuple[str, ...]) -> tuple["Claim", ...]
     return tuple(claim for claim in declared if not ids or claim.id in ids)
 
 
+def _with_quick_size(
+    chosen: tuple["Claim", ...], before: "Ledger", file: Path
+) -> tuple["Claim", ...]:
+    """Return the claims whose quick size can be recorded; say how many are left out.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or one of them has no record of the full size.
+    """
+    from robot_perception.teaching.claims import Size
+
+    both = tuple(claim for claim in chosen if Size.QUICK in claim.study.sizes)
+    without = f"{len(chosen) - len(both)} of {len(chosen)} claims have no quick size"
+    if not both:
+        raise ValueError(f"{without}: --run full records them")
+    known = {entry.id for entry in before.entries}
+    new = [claim.id for claim in both if claim.id not in known]
+    if new:
+        raise ValueError(f"{file} has no record of {', '.join(new)}: --run full makes one")
+    if len(both) < len(chosen):
+        click.echo(f"{without} and stay as they are recorded", err=True)
+    return both
+
+
 def _recorded(file: Path | None) -> "Ledger":
     """Return the ledger of a file that is to be written, an empty one if it is new."""
     from robot_perception.teaching.ledger import Ledger
@@ -102,11 +130,8 @@ def _computed(
     """Compute claims, one after the other; each is written as soon as it is there."""
     from tqdm import tqdm
 
-    from robot_perception import chapters
-    from robot_perception.teaching.claims import Size
     from robot_perception.teaching.ledger import Ledger, entry, record, renewed
 
-    order = [claim.id for claim in chapters.claims()]
     made: list[Entry] = []
     failed: list[str] = []
     bar = tqdm(chosen, desc="claims", unit="claim", disable=None)
@@ -119,15 +144,25 @@ def _computed(
             if size == "full":
                 _with_rows(claim)
                 made.append(record(claim, versions=_versions()))
-            elif Size.QUICK not in claim.study.sizes:
-                continue  # all of it is recorded at the full size
             else:
                 made.append(renewed(claim, before[claim.id]))
-            before.merged(made, order).write(write)
+            _write(made[-1], size, write)
         except Exception as error:  # one claim that fails must not lose the others
             click.echo("".join(traceback.format_exception(error)), err=True)
             failed.append(claim.id)
     return Ledger(tuple(made)), failed
+
+
+def _write(made: "Entry", size: str, file: Path) -> None:
+    """Put an entry in its place in a ledger, which others may have written meanwhile."""
+    from robot_perception import chapters
+    from robot_perception.teaching.locks import changing
+
+    with changing(file):
+        now = _recorded(file)
+        if size == "quick":
+            made = replace(now[made.id], quick=made.quick, sabotages=made.sabotages)
+        now.merged([made], [claim.id for claim in chapters.claims()]).write(file)
 
 
 def _with_rows(claim: "Claim") -> None:

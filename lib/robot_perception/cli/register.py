@@ -19,22 +19,25 @@ def register(ids: tuple[str, ...], remark: str, same: bool) -> None:
     from robot_perception.teaching import registration
     from robot_perception.teaching.badges import recorded
     from robot_perception.teaching.ledger import agrees
+    from robot_perception.teaching.locks import changing
 
     declared = {claim.id: claim for claim in chapters.claims()}
     unknown = sorted(set(ids) - declared.keys())
     if unknown:
         raise click.ClickException(f"no claim {unknown[0]!r}; there are {', '.join(declared)}")
     try:
-        before = registration.read()
-        made = [registration.anew(declared[name], before, remark, same=same) for name in ids]
         other = [name for name in ids if same and not agrees(declared[name], recorded()[name])]
         if other:
             raise ValueError(f"{other[0]} is not the same: its rows give another value or verdict")
-        refused = set(registration.reused([*before, *made])) - set(registration.reused(before))
+        with changing(registration.file()):
+            before = registration.read()
+            made = [registration.anew(declared[name], before, remark, same=same) for name in ids]
+            every = [*before, *made]
+            refused = set(registration.reused(every)) - set(registration.reused(before))
+            if refused:
+                raise ValueError(f"{'; '.join(sorted(refused))}: draw new replicates")
+            registration.write(every)
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
-    if refused:
-        raise click.ClickException(f"{'; '.join(sorted(refused))}: draw new replicates")
-    registration.write([*before, *made])
     for one in made:
         click.echo(f"{one.claim}: registration {one.number}, {one.replicates}")

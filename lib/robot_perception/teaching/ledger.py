@@ -2,21 +2,28 @@
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+from robot_perception import checks
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.files import reading, written
 from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Turn, Verdict, turn
+from robot_perception.teaching.verdicts import Accepted, Basis, Turn, Verdict, decide, turn
 
 DIGITS = 10
 """Significant digits that are recorded: processors differ in the eleventh."""
+TEXTS = (
+    *("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method"),
+    *("verdict", "note", "date", "versions"),
+)
+"""Fields of an entry that are texts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +108,15 @@ class Entry:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> "Entry":
-        """Return the entry of :meth:`to_plain`."""
+        """Return the entry of :meth:`to_plain`.
+
+        Raises
+        ------
+        ValueError
+            If a part is missing, a word is unknown, or the numbers contradict a verdict.
+        TypeError
+            If a part is of another type.
+        """
         row = dict(plain)
         missing = [name for name in cls.__slots__[:-3] if name not in row]
         if missing:
@@ -118,7 +133,33 @@ class Entry:
             for found in row["sabotages"]
         )
         row["tables"] = {name: Table.from_plain(value) for name, value in row["tables"].items()}
-        return cls(**row)
+        made = cls(**row)
+        made._check()
+        return made
+
+    def _check(self) -> None:
+        for name in TEXTS:
+            checks.instance(name, getattr(self, name), str)
+        checks.instances("conditions", self.conditions, str)
+        checks.instances("text of a sabotage", [found.text for found in self.sabotages], str)
+        if not self.id.strip():
+            raise ValueError("id must not be empty")
+        if self.date:
+            date.fromisoformat(self.date)
+        checks.one_of(f"verdict of {self.id}", self.verdict, tuple(Verdict))
+        checks.one_of(f"basis of {self.id}", self.basis, tuple(Basis))
+        follows = decide(self.basis, self.accepted, self.value)
+        if self.conditions and None not in (self.accepted, self.value):
+            follows = Verdict.CONDITIONAL
+        if self.verdict != follows:
+            raise ValueError(f"{self.id} is called {self.verdict}, its numbers say {follows}")
+        for found in self.sabotages:
+            follows = decide(self.basis, self.accepted, found.value)
+            if found.verdict != follows:
+                raise ValueError(
+                    f"{self.id} with {found.text} is called {found.verdict}, its value says "
+                    f"{follows}"
+                )
 
 
 def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> Entry:
@@ -236,12 +277,17 @@ class Ledger:
         Raises
         ------
         ValueError
-            If the text is no ledger.
+            If the text is no ledger, or contradicts itself: a claim stands in it twice, or with a
+            verdict that its numbers do not give.
         """
         try:
-            return cls(tuple(Entry.from_plain(row) for row in json.loads(text)["claims"]))
+            found = tuple(Entry.from_plain(row) for row in json.loads(text)["claims"])
+            twice = [name for name, times in Counter(e.id for e in found).items() if times > 1]
+            if twice:
+                raise ValueError(f"{', '.join(twice)} stands in it twice")
         except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
             raise ValueError(f"the text is not a claim ledger: {error}") from error
+        return cls(found)
 
     @classmethod
     def read(cls, path: Path | str) -> "Ledger":

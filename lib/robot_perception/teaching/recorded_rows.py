@@ -18,6 +18,7 @@ import pandas as pd
 
 from robot_perception.files import reading, written
 from robot_perception.teaching import storage
+from robot_perception.teaching.locks import changing
 from robot_perception.teaching.records import records
 
 RTOL = 1e-6
@@ -104,40 +105,44 @@ def write(
     """Record the rows of a variant; those of others stay. Return the file."""
     file = file_of(stem, study)
     file.parent.mkdir(exist_ok=True)
-    variants, summary = {}, {}
-    if file.exists():
-        stored, summary = _read(file, file.stat().st_mtime_ns)
-        variants, summary = dict(stored.variants), dict(summary)
     columns = {name: _plain(table[name]) for name in table}
-    variants[variant] = columns
-    words = storage.save(file, _Stored(variants))
     start = f"variants/{variant}/"
-    summary[variant] = {
-        "code": code,
-        "declared": declared,
-        "content": content(columns),
-        "date": date.today().isoformat(),
-        "processor": processor(),
-        "columns": {name: words[f"{start}{name}"] for name in columns},
-    }
-    _describe(file, summary)
+    with changing(file):
+        variants, summary = {}, {}
+        if file.exists():
+            stored, summary = _read(file, file.stat().st_mtime_ns)
+            variants, summary = dict(stored.variants), dict(summary)
+        variants[variant] = columns
+        words = storage.save(file, _Stored(variants))
+        summary[variant] = {
+            "code": code,
+            "declared": declared,
+            "content": content(columns),
+            "date": date.today().isoformat(),
+            "processor": processor(),
+            "columns": {name: words[f"{start}{name}"] for name in columns},
+        }
+        _describe(file, summary)
     return file
 
 
 def renew(stem: str, study: str, variant: str, code: str | None, declared: str) -> None:
     """Record that other code gives the rows of a variant; the rows stay."""
     file = file_of(stem, study)
-    _, summary = _read(file, file.stat().st_mtime_ns)
-    _describe(file, summary | {variant: summary[variant] | {"code": code, "declared": declared}})
+    with changing(file):
+        _, summary = _read(file, file.stat().st_mtime_ns)
+        keys = {"code": code, "declared": declared}
+        _describe(file, summary | {variant: summary[variant] | keys})
 
 
 def drop(stem: str, study: str, variants: set[str]) -> None:
     """Forget the variants of a study that nobody declares."""
     file = file_of(stem, study)
-    stored, summary = _read(file, file.stat().st_mtime_ns)
-    kept = {name: columns for name, columns in stored.variants.items() if name not in variants}
-    storage.save(file, _Stored(kept))
-    _describe(file, {name: said for name, said in summary.items() if name not in variants})
+    with changing(file):
+        stored, summary = _read(file, file.stat().st_mtime_ns)
+        kept = {name: columns for name, columns in stored.variants.items() if name not in variants}
+        storage.save(file, _Stored(kept))
+        _describe(file, {name: said for name, said in summary.items() if name not in variants})
 
 
 def variants(stem: str, study: str) -> tuple[str, ...]:

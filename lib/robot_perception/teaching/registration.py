@@ -67,14 +67,27 @@ def read(path: Path | None = None) -> tuple[Registration, ...]:
     Raises
     ------
     DamagedFile
-        If the file has another form.
+        If the file has another form, or the numbers of a claim do not follow each other.
     OSError
         If it cannot be read.
     """
     path = file() if path is None else path
     with reading(path, "no list of registrations"), path.open(encoding="utf-8", newline="") as text:
         rows = list(csv.DictReader(text, delimiter="\t", strict=True))
-        return tuple(Registration(**row | {"number": int(row["number"])}) for row in rows)
+        found = tuple(Registration(**row | {"number": int(row["number"])}) for row in rows)
+        _check(found)
+        return found
+
+
+def _check(registrations: Iterable[Registration]) -> None:
+    """Raise ``ValueError`` unless days are dates, and each claim is numbered from 0 or 1 on."""
+    last: dict[str, int] = {}
+    for one in registrations:
+        date.fromisoformat(one.day)
+        before = last.get(one.claim, 0)
+        if one.number not in (before, before + 1):
+            raise ValueError(f"{one.claim} is numbered {one.number} after {before}")
+        last[one.claim] = one.number
 
 
 def write(registrations: Iterable[Registration], path: Path | None = None) -> None:
