@@ -153,18 +153,22 @@ def test_pictures_are_of_a_closed_list_of_formats(kind, tmp_path):
 
 
 def test_a_kept_result_that_cannot_be_read_is_computed_anew(tmp_path, caplog):
-    file = tmp_path / "kept"
-    results._write(file, (np.arange(3000) * 0.37, "text" * 50))
-    whole = file.read_bytes()
+    file = tmp_path / "kept.npz"
+    right = np.arange(3000) * 0.37, "text" * 50
+    results._write(file, right)
+    whole, refused = file.read_bytes(), 0
     for content in damaged(whole, 80):
         caplog.clear()
         file.write_bytes(content)
-        assert results._read(file) is None
-        assert "kept is damaged and computed anew" in caplog.text
-    body = b"\x80\x05 no pickle of these versions"
-    file.write_bytes(results.hashlib.sha256(body).digest() + body)
-    assert results._read(file) is None
-    assert "computed anew" in caplog.text
+        found = results._read(file)
+        if found is None:
+            refused += 1
+            assert f"{file}: " in caplog.text
+            assert "computed anew" in caplog.text
+        else:  # a bit of the archive's dates
+            assert same(found[0][0], right[0])
+            assert found[0][1] == right[1]
+    assert refused > 60
 
 
 @pytest.mark.parametrize("part", ["npz", "json"])
@@ -265,7 +269,7 @@ def save_result(file: Path) -> None:
 
 WRITERS: dict[str, tuple[Callable, str]] = {
     "stored result": (save_result, "robot_perception.teaching.storage._bytes"),
-    "kept result": (lambda f: results._write(f, 1), "pathlib.Path.write_bytes"),
+    "kept result": (lambda f: results._write(f, 1), "robot_perception.teaching.storage._bytes"),
     "ledger": (lambda f: Ledger(()).write(f), "pathlib.Path.write_text"),
     "trajectory": (lambda f: history().to_csv(f, overwrite=True), "numpy.savetxt"),
     "trajectory for tools": (lambda f: history().to_tum(f, overwrite=True), "numpy.savetxt"),

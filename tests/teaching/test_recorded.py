@@ -16,6 +16,7 @@ from robot_perception.teaching import recorded as module
 from robot_perception.teaching.recorded import Recorded, recorded
 from robot_perception.teaching.records import records
 from robot_perception.teaching.structures import Packed, packed, unpacked
+from robot_perception.teaching.verdicts import Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,8 @@ def picture(seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 256, (6, 8, 3)).astype(np.uint8)
 
 
+TABLE = np.zeros((2,), [("at", "<f8", (3,)), ("hit", "?"), ("name", "<U2"), ("n", "<i4")])
+TABLE["at"], TABLE["name"], TABLE["n"] = np.arange(6.0).reshape(2, 3), ["ab", "c"], [7, -1]
 VALUES = [
     None,
     True,
@@ -48,6 +51,8 @@ VALUES = [
     np.array([[True, False]]),
     np.array(2.0),
     np.array(["ab", "c"]),
+    np.array(["ab", "c"], dtype="<U9"),
+    np.zeros((0, 2), dtype="<U3"),
     np.zeros((0, 2)),
     np.arange(4, dtype=np.int32),
     np.float32(0.1),
@@ -55,6 +60,10 @@ VALUES = [
     np.bool_(True),
     picture(),
     np.asfortranarray(picture()),
+    Verdict.REFUTED,
+    TABLE,
+    TABLE[:0],
+    TABLE.view(np.recarray),
     Gaussian(np.array([[1.0, 2.0]]), np.eye(2)[None]),
 ]
 
@@ -77,8 +86,9 @@ def the_same(one: object, other: object) -> bool:
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-def test_a_value_is_made_again_of_its_text_and_its_numbers(value):
-    assert the_same(unpacked(packed(value)), value)
+@pytest.mark.parametrize("pictures", [True, False])
+def test_a_value_is_made_again_of_its_text_and_its_numbers(value, pictures):
+    assert the_same(unpacked(packed(value, pictures=pictures)), value)
 
 
 def test_all_values_together_are_made_again():
@@ -111,13 +121,21 @@ def test_what_cannot_be_stored_is_refused(value):
 
 
 @pytest.mark.parametrize("value", [Other(1.0), Pair(1.0, 2)])
-def test_no_class_of_another_package_is_ever_made(value):
+def test_no_value_of_another_package_is_stored(value):
+    with pytest.raises(TypeError, match=f"cannot be stored: {__name__}"):
+        packed(value)
+
+
+@pytest.mark.parametrize("plan", [["object", "os", "stat_result", {}], ["member", "re", "A", "A"]])
+def test_no_class_of_another_package_is_ever_made(plan):
     with pytest.raises(ValueError, match="is none of the book's packages"):
-        unpacked(packed(value))
+        unpacked(Packed(json.dumps(plan), {}))
 
 
-def test_nothing_is_called_but_dataclasses():
-    text = json.dumps(["object", "robot_perception.files", "reading", {}])
+@pytest.mark.parametrize("how", [["object", {}], ["member", "A"]])
+@pytest.mark.parametrize("name", ["reading", "os.system", "DamagedFile"])
+def test_nothing_is_called_but_dataclasses(how, name):
+    text = json.dumps([how[0], "robot_perception.files", name, how[1]])
     with pytest.raises(ValueError, match="is no dataclass"):
         unpacked(Packed(text, {}))
 

@@ -1,6 +1,8 @@
 """What is kept is computed once, and never stale: code, libraries and arguments are in its name."""
 
 import multiprocessing
+import os
+import pickle
 import time
 from dataclasses import dataclass
 from enum import Enum
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 from robot_perception.datasets.store import CACHE_VARIABLE
-from robot_perception.teaching import results
+from robot_perception.teaching import results, structures
 from robot_perception.teaching.results import kept
 
 LIBRARY = "robot_perception.kalman"
@@ -38,6 +40,7 @@ class Kind(Enum):
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setattr(results, "WORTH_KEEPING", 0.0)
+    monkeypatch.setattr(structures, "PACKAGES", (*structures.PACKAGES, __name__))
     return tmp_path / "computed"
 
 
@@ -125,7 +128,7 @@ def test_other_code_and_other_libraries_are_another_result(what, monkeypatch):
     assert len(first) == len(second) == 1
 
 
-@pytest.mark.parametrize("at", [0, 31, 32, 100, -1])
+@pytest.mark.parametrize("at", [0, 50, 100, -22])
 def test_a_damaged_file_is_computed_again_with_a_word_about_it(folder, at, caplog):
     one, _ = counted()
     one(1.0)
@@ -136,7 +139,105 @@ def test_a_damaged_file_is_computed_again_with_a_word_about_it(folder, at, caplo
     other, calls = counted()
     assert other(1.0).values[1] == 2.0
     assert len(calls) == 1
-    assert "is damaged and computed anew" in caplog.text
+    assert "computed anew" in caplog.text
+
+
+class Planted:
+    """Runs code where a pickle of it is read."""
+
+    def __reduce__(self):
+        return exec, ("raise SystemExit('a planted file was run')",)
+
+
+def test_a_planted_file_runs_nothing(folder, caplog):
+    one, _ = counted()
+    one(1.0)
+    (file,) = files(folder)
+    np.savez(file, structure=np.array(Planted(), dtype=object))
+    for content in (file.read_bytes(), pickle.dumps(Planted())):
+        file.write_bytes(content)
+        other, calls = counted()
+        assert other(1.0).values[1] == 2.0
+        assert len(calls) == 1
+        assert "computed anew" in caplog.text
+
+
+@pytest.mark.parametrize("made", [{1, 2}, lambda: 0, np.random.default_rng(0)])
+def test_what_no_file_can_hold_is_kept_in_memory_alone(folder, made, caplog):
+    def make(number):
+        return made
+
+    make.__module__ = LIBRARY
+    assert kept(make)(1) is made
+    assert not files(folder)
+    assert "is not kept: cannot be stored" in caplog.text
+
+
+def test_locks_go_when_their_work_is_done(folder):
+    one, _ = counted()
+    one(1.0)
+    assert [file.suffix for file in folder.iterdir()] == [".npz"]
+
+
+HOURS = {
+    "computed/new-1.npz": 100,
+    "computed/old-2.npz": 31 * 24,
+    "computed/pickled-3": 25,
+    "computed/pickled-4": 23,
+    "computed/held-5.lock": 23,
+    "computed/left-6.lock": 25,
+    "computed/.robot-perception-a1b2c3d4/half.npz": 9999,
+    "trials/walls.some-7.json": 29 * 24,
+    "trials/walls.some-8.json": 31 * 24,
+    "trials-anew/walls.some-9.json": 31 * 24,
+    "locks/claims.json-10.lock": 25,
+    "carmen_intel/intel.log": 9999,
+}
+STAY = {0, 3, 4, 6, 7, 11}
+
+
+def cached(tmp_path, size=10):
+    for place, hours in HOURS.items():
+        file = tmp_path / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(bytes(size))
+        then = time.time() - hours * 3600
+        os.utime(file, (then, then))
+
+
+def left(tmp_path):
+    return [k for k, place in enumerate(HOURS) if (tmp_path / place).exists()]
+
+
+def test_what_nobody_has_used_for_long_is_removed(tmp_path):
+    cached(tmp_path)
+    done = results.prune()
+    assert left(tmp_path) == sorted(STAY)
+    assert (done.removed, done.removed_bytes, done.left, done.left_bytes) == (6, 60, 4, 40)
+    assert results.prune().removed == 0
+
+
+def test_of_too_much_the_oldest_goes(tmp_path, monkeypatch):
+    cached(tmp_path)
+    monkeypatch.setattr(results, "MOST_BYTES", 35)
+    assert results.prune().left_bytes == 30
+    assert left(tmp_path) == sorted(STAY - {7})
+
+
+def test_what_is_used_stays(tmp_path, folder):
+    one, _ = counted()
+    one(1.0)
+    (file,) = files(folder)
+    os.utime(file, (0, 0))
+    other, calls = counted()
+    other(1.0)
+    assert not calls
+    assert results.prune().removed == 0
+
+
+def test_an_empty_cache_has_nothing_to_remove(tmp_path, monkeypatch):
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "nowhere"))
+    assert results.prune() == results.Pruned(0, 0, 0, 0)
 
 
 def test_without_a_place_to_keep_it_is_computed_each_time(monkeypatch):

@@ -20,12 +20,16 @@ DRAWN = 3
 @click.option(
     "--anew", is_flag=True, help="Compute rows that are current as well, from the first trial on."
 )
+@click.option(
+    "--prune", is_flag=True, help="Only remove what this computer has kept and not used for long."
+)
 @with_workers
 def store(
     stems: tuple[str, ...],
     names: tuple[str, ...],
     keys: bool,
     anew: bool,
+    prune: bool,
     workers: int | None,
     dask: str | None,
     ray: str | None,
@@ -36,6 +40,9 @@ def store(
     before. After a change of code that should change no result, --keys leaves what is stored as it
     is and says which results have changed after all; of a study it computes a few trials anew.
     """
+    if prune:
+        click.echo(_prune())
+        return
     from tqdm import tqdm
 
     from robot_perception import chapters
@@ -60,6 +67,15 @@ def store(
             forget_anew()
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
+
+
+def _prune() -> str:
+    """Remove old results and trials of this computer; return what was done."""
+    from robot_perception.teaching import results
+
+    done = results.prune()
+    removed = f"{done.removed} files removed, {done.removed_bytes / 1e6:.1f} MB"
+    return f"{removed}; {done.left} left, {done.left_bytes / 1e6:.1f} MB"
 
 
 def _name(one) -> str:

@@ -9,12 +9,20 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from robot_perception.datasets.store import cache_directory
+from robot_perception.evaluation.progress import PAGE_VARIABLE
 from robot_perception.teaching.dependencies import hashed
 
+LOCKS = "locks"
+"""Folder of the cache."""
 SOON = 2.0
 """Who waits longer says so, s."""
 
 log = logging.getLogger(__name__)
+
+
+def say(text: str, *parts: object) -> None:
+    """Say what goes on with the files of this computer; a page of the book is no place for it."""
+    log.log(logging.INFO if os.environ.get(PAGE_VARIABLE) == "1" else logging.WARNING, text, *parts)
 
 
 @contextmanager
@@ -36,10 +44,10 @@ def alone(place: Path, what: str) -> Iterator[None]:
         try:
             lock.acquire(timeout=SOON)
         except Timeout:
-            log.warning("another process works on %s; waiting until it ends", what)
+            say("another process works on %s; waiting until it ends", what)
             lock.acquire()
     except OSError as error:
-        log.warning("no lock for %s (%s)", what, error)
+        say("no lock for %s (%s)", what, error.strerror)
     try:
         yield
     finally:
@@ -50,4 +58,4 @@ def changing(file: Path) -> AbstractContextManager[None]:
     """Let one process at a time read a record and write it anew."""
     place = Path(os.path.realpath(file))
     name = f"{place.name}-{hashed(str(place))}.lock"
-    return alone(cache_directory() / "locks" / name, str(place))
+    return alone(cache_directory() / LOCKS / name, str(place))

@@ -4,30 +4,35 @@ What took longer than half a second is kept in the folder of downloads, below ``
 be deleted at any time. Its name is a hash of all it depends on: the code of the function and all
 that it imports, the libraries, and the arguments. So a stale result is never read. Two processes
 that need the same at the same time compute it once: the second waits for the first.
+
+A file holds numbers and how they belong together (:mod:`.structures`), no code: whoever may write
+there can change numbers, and run nothing. What nobody has used for a month is removed, and the
+oldest where all together are too large.
 """
 
 import hashlib
 import inspect
-import io
 import logging
+import os
+import re
 import time
-from collections.abc import Callable
-from contextlib import nullcontext, suppress
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache, wraps
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-import joblib
-from filelock import FileLock
-
 from robot_perception.checks import shown
 from robot_perception.datasets.store import cache_directory
-from robot_perception.files import DamagedFile, reading, written
+from robot_perception.files import A_DAY, LOST, DamagedFile, reading
+from robot_perception.teaching import storage
 from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import PACKAGES, code_digest
+from robot_perception.teaching.locks import LOCKS, alone, say
+from robot_perception.teaching.structures import Packed, packed, unpacked
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -37,6 +42,12 @@ WORTH_KEEPING = 0.5
 """What takes less to compute is not kept on disk, s."""
 IN_MEMORY = 64
 """So many results of one function stay in the memory of a process."""
+COMPUTED, TRIALS, TRIALS_ANEW = "computed", "trials", "trials-anew"
+"""Folders of the cache: of results, and of trials of studies."""
+UNUSED = 30 * A_DAY
+"""What was not used for so long is removed, s."""
+MOST_BYTES = 4_000_000_000
+"""Kept results and trials take at most so much room."""
 
 log = logging.getLogger(__name__)
 
@@ -98,27 +109,23 @@ def keep(
     for library in LIBRARIES:
         digest.update(f"{library} {version(library)}\n".encode())
     digest.update(f"{own.__qualname__} {arguments!r}".encode())
-    folder = cache_directory() / "computed"
-    file = folder / f"{own.__name__}-{digest.hexdigest()[:20]}"
+    name = re.sub(r"\W", "_", own.__name__)
+    file = cache_directory() / COMPUTED / f"{name}-{digest.hexdigest()[:20]}.npz"
     found = _read(file)
     if found is not None:
         return found[0]
-    lock: Any = nullcontext()
-    with suppress(OSError):  # no room, or no right to write: compute it without
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(file.with_suffix(".lock"))
-        lock.acquire()
-        lock.release()
-    with lock:
+    lock = file.with_suffix(".lock")
+    with alone(lock, own.__qualname__):
         found = _read(file)  # another process may have computed it while this one waited
-        if found is not None:
-            return found[0]
-        start = time.perf_counter()
-        result = call()
-        if time.perf_counter() - start > WORTH_KEEPING:
-            with suppress(OSError):
-                _write(file, result)
-    return result
+        if found is None:
+            start = time.perf_counter()
+            found = (call(),)
+            if time.perf_counter() - start > WORTH_KEEPING:
+                _write(file, found[0])
+                _prune_once()
+        with suppress(OSError):  # who waits for it has it open, and then finds the result
+            lock.unlink()
+    return found[0]
 
 
 def _code(function: Callable[..., Any]) -> str | None:
@@ -146,24 +153,77 @@ def told(value: object) -> None:
 def _read(file: Path) -> tuple[Any] | None:
     """Return what a file holds; nothing if it is not there or damaged."""
     try:
-        stored = file.read_bytes()
-    except OSError:
-        return None
-    body = stored[32:]
-    if hashlib.sha256(body).digest() != stored[:32]:
-        log.warning("%s is damaged and computed anew", file.name)
-        return None
-    try:
         with reading(file, "no result that is kept"):
-            return (joblib.load(io.BytesIO(body)),)
-    except DamagedFile as error:  # whole, but of other versions of what it is made of
+            found = (unpacked(storage.load(file, Packed)),)
+            use(file)
+            return found
+    except LOST:
+        return None
+    except DamagedFile as error:  # or whole, but of other versions of what it is made of
         log.warning("%s: computed anew", error)
         return None
 
 
 def _write(file: Path, result: Any) -> None:
-    """Store a result behind its hash, at once or not at all."""
-    body = io.BytesIO()
-    joblib.dump(result, body, compress=1)
-    with written(file) as beside:
-        beside.write_bytes(hashlib.sha256(body.getvalue()).digest() + body.getvalue())
+    """Store a result, at once or not at all; not what no file can hold."""
+    try:
+        storage.save(file, packed(result, pictures=False), finite=False, level=1)
+    except TypeError as error:
+        say("%s is not kept: %s", file.stem, error)
+    except OSError as error:  # no room, or no right to write
+        say("%s is not kept: %s", file.stem, error.strerror)
+
+
+def use(file: Path) -> None:
+    """Note that a kept file was used, so that it stays."""
+    with suppress(OSError):
+        os.utime(file)
+
+
+@dataclass(frozen=True, slots=True)
+class Pruned:
+    """What was removed of the cache, and what was left: numbers of files, and bytes."""
+
+    removed: int
+    removed_bytes: int
+    left: int
+    left_bytes: int
+
+
+def prune() -> Pruned:
+    """Remove kept results and trials that nobody has used for long, and the oldest of too many.
+
+    What earlier versions have kept and locks that nobody holds go a day after their last use.
+    """
+    now, kept, removed = time.time(), [], []
+    for file in _cached():
+        with suppress(FileNotFoundError):  # another process may remove it, too
+            about = file.stat()
+            entry = (about.st_mtime, about.st_size, file)
+            unused = UNUSED if file.suffix in (".npz", ".json") else A_DAY
+            (removed if now - about.st_mtime > unused else kept).append(entry)
+    size = sum(size for _, size, _ in kept)
+    kept.sort(key=lambda entry: entry[0], reverse=True)
+    while size > MOST_BYTES:
+        removed.append(kept.pop())
+        size -= removed[-1][1]
+    for _, _, file in removed:
+        with suppress(OSError):
+            file.unlink()
+    return Pruned(len(removed), sum(size for _, size, _ in removed), len(kept), size)
+
+
+@lru_cache
+def _prune_once() -> None:
+    """Prune once in each process that keeps anything."""
+    gone = prune()
+    if gone.removed:
+        log.info("%d old results were removed, %.0f MB", gone.removed, gone.removed_bytes / 1e6)
+
+
+def _cached() -> Iterator[Path]:
+    """Yield the files of the cache that are no recordings."""
+    for name in (COMPUTED, TRIALS, TRIALS_ANEW, LOCKS):
+        folder = cache_directory() / name
+        with suppress(FileNotFoundError, NotADirectoryError):
+            yield from (file for file in folder.iterdir() if file.is_file())

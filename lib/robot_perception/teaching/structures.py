@@ -1,20 +1,23 @@
-"""Values of any make as one text and a few arrays: what `teaching.recorded` stores.
+"""Values of any make as one text and a few arrays: what is recorded, and what is kept.
 
-The text, in JSON, says how a value is made of tuples, lists, mappings, dataclasses and named tuples
-of the book's packages, and where its numbers lie in one array for each type. Pictures are WebP
-without loss. Reading makes the same value again, of the same types.
+The text, in JSON, says how a value is made of tuples, lists, mappings, dataclasses, named tuples
+and enumerations of the book's packages or of a notebook, and where its numbers lie in one array for
+each type. Pictures may be WebP without loss. Reading makes the same value again, of the same types,
+and runs nothing but the types' own checks.
 """
 
 import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from robot_perception.teaching.cells import LIVE
 from robot_perception.teaching.dependencies import PACKAGES
 
 
@@ -44,15 +47,22 @@ class Packed:
         )
 
 
-def packed(value: Any) -> Packed:
+def packed(value: Any, *, pictures: bool = True) -> Packed:
     """Take a value apart.
+
+    Parameters
+    ----------
+    value
+        What is to be stored.
+    pictures
+        Whether pictures become WebP, which takes long and little room.
 
     Raises
     ------
     TypeError
         If there is something in it of a type that cannot be stored.
     """
-    packer = _Packer()
+    packer = _Packer(pictures)
     structure = json.dumps(packer.plan(value), ensure_ascii=False, separators=(",", ":"))
     arrays = {kind: np.concatenate(parts) for kind, parts in packer.parts.items()}
     return Packed(structure, arrays)
@@ -66,13 +76,16 @@ def unpacked(parts: Packed) -> Any:
 class _Packer:
     """Lays the numbers of a value one after the other; what stands in it twice is laid once."""
 
-    def __init__(self) -> None:
+    def __init__(self, pictures: bool) -> None:
+        self._pictures = pictures
         self.parts: dict[str, list[np.ndarray]] = {}
         self._ends: dict[str, int] = {}
         self._laid: dict[int, tuple[np.ndarray, list[Any]]] = {}
 
     def plan(self, value: Any) -> list[Any]:
         """Return how a value is made."""
+        if isinstance(value, Enum):
+            return ["member", *_named(type(value)), value.name]
         if value is None or isinstance(value, bool | int | str):
             return ["as it is", value]
         if isinstance(value, float) and type(value) is float:
@@ -90,12 +103,11 @@ class _Packer:
         raise TypeError(f"cannot be stored: {type(value).__name__}")
 
     def _object(self, value: Any, names: Any) -> list[Any]:
-        kind = type(value)
         parts = {name: self.plan(getattr(value, name)) for name in names}
-        return ["object", kind.__module__, kind.__qualname__, parts]
+        return ["object", *_named(type(value)), parts]
 
     def _array(self, value: np.ndarray | np.generic) -> list[Any]:
-        if isinstance(value, np.generic):
+        if isinstance(value, np.generic) and value.dtype.kind in "fiub":
             return ["number", value.dtype.str, self._lay(np.asarray(value).reshape(1))]
         if id(value) not in self._laid:
             self._laid[id(value)] = value, self._laid_out(value)
@@ -103,10 +115,15 @@ class _Packer:
 
     def _laid_out(self, value: np.ndarray) -> list[Any]:
         if value.dtype.kind == "U":
-            return ["texts", value.tolist()]
+            again = np.array(texts := value.tolist())
+            same = (again.dtype, again.shape) == (value.dtype, value.shape)
+            return ["texts", texts, *([] if same else [value.dtype.str, list(value.shape)])]
+        if value.dtype.names:
+            columns = {name: self.plan(np.asarray(value)[name]) for name in value.dtype.names}
+            return ["columns", isinstance(value, np.recarray), list(value.shape), columns]
         if value.dtype.kind not in "fiub":
             raise TypeError(f"cannot be stored: an array of {value.dtype}")
-        if value.dtype == np.uint8 and value.ndim == 3 and value.shape[2] == 3:
+        if self._pictures and value.dtype == np.uint8 and value.ndim == 3 and value.shape[2] == 3:
             data = np.frombuffer(_webp(value), np.uint8)
             return ["picture", self._lay(data), len(data)]
         return ["array", value.dtype.str, self._lay(value.ravel()), list(value.shape)]
@@ -140,13 +157,25 @@ def _made(plan: list[Any], arrays: Mapping[str, np.ndarray], known: dict[str, np
                 known[repr(plan)] = flat.reshape(shape)
             return known[repr(plan)]
         case "texts":
-            return np.array(rest[0])
+            texts, *more = rest
+            return np.array(texts, dtype=more[0]).reshape(more[1]) if more else np.array(texts)
         case "picture":
             start, count = rest
             if repr(plan) not in known:
                 data = arrays["u1"][start : start + count].tobytes()
                 known[repr(plan)] = np.asarray(Image.open(io.BytesIO(data), formats=("WEBP",)))
             return known[repr(plan)]
+        case "columns":
+            records, shape, columns = rest
+            made = {name: _made(column, arrays, known) for name, column in columns.items()}
+            kinds = [(n, column.dtype, column.shape[len(shape) :]) for n, column in made.items()]
+            table = np.empty(shape, kinds)
+            for name, column in made.items():
+                table[name] = column
+            return table.view(np.recarray) if records else table
+        case "member":
+            module, name, member = rest
+            return _class(module, name, Enum)[member]
         case "mapping":
             return {
                 _made(key, arrays, known): _made(value, arrays, known) for key, value in rest[0]
@@ -171,16 +200,33 @@ def _object(kind: type, parts: Mapping[str, Any]) -> Any:
     return made
 
 
-def _class(module: str, name: str) -> type:
-    """Return a dataclass or named tuple of the book's packages; nothing else is ever called."""
-    if module.partition(".")[0] not in PACKAGES:
+def _class(module: str, name: str, base: type | None = None) -> Any:
+    """Return a dataclass or named tuple, or a type of some base; nothing else is ever called."""
+    if module.partition(".")[0] not in (*PACKAGES, LIVE):
         raise ValueError(f"{module} is none of the book's packages")
     kind = import_module(module)
     for part in name.split("."):
         kind = getattr(kind, part)
-    if not (isinstance(kind, type) and (is_dataclass(kind) or hasattr(kind, "_fields"))):
+    known = isinstance(kind, type) and (
+        issubclass(kind, base) if base else is_dataclass(kind) or hasattr(kind, "_fields")
+    )
+    if not known:
         raise ValueError(f"{module}.{name} is no dataclass")
     return kind
+
+
+def _named(kind: type) -> tuple[str, str]:
+    """Return module and name of a type that can be read again.
+
+    Raises
+    ------
+    TypeError
+        If it is of another package, or made inside a function.
+    """
+    module, name = kind.__module__, kind.__qualname__
+    if module.partition(".")[0] not in (*PACKAGES, LIVE) or "<locals>" in name:
+        raise TypeError(f"cannot be stored: {module}.{name}")
+    return module, name
 
 
 def _webp(picture: np.ndarray) -> bytes:

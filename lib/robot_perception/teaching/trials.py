@@ -41,15 +41,13 @@ from robot_perception.teaching import recorded_rows
 from robot_perception.teaching.cells import BOOK, code_of
 from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.dependencies import hashed
-from robot_perception.teaching.results import LIBRARIES
+from robot_perception.teaching.results import LIBRARIES, TRIALS, TRIALS_ANEW, use
 from robot_perception.teaching.rows import Rows, framed
 from robot_perception.teaching.studies import STOPPING, Claim
 
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
 AS_DECLARED = "as declared"
-KEPT, ANEW = "trials", "trials-anew"
-"""Folders of trials in the cache."""
 _TOLD: set[tuple[str | None, str]] = set()
 
 log = logging.getLogger(__name__)
@@ -189,7 +187,7 @@ class Trials:
         What this computer has computed before with the same code is not computed again.
         """
         chosen = self.but(**levels) if levels else self
-        found = chosen._computed(KEPT)
+        found = chosen._computed(TRIALS)
         note = f"Computed just now: {_counted(chosen)}."
         return Rows(framed(found), self.replicate, dict(chosen.fixed), note)
 
@@ -248,7 +246,7 @@ class Trials:
         With `anew` what it has of other runs does not count, only what this one left when it was
         interrupted.
         """
-        table = framed(self._computed(ANEW if anew else KEPT))
+        table = framed(self._computed(TRIALS_ANEW if anew else TRIALS))
         recorded_rows.write(
             self.stem, self.name, self.changed or AS_DECLARED, table, self.code(), self._declared()
         )
@@ -387,7 +385,7 @@ def _imported(
 
 def forget_anew() -> None:
     """Forget the trials of a run that computed all anew; the next one begins at the start."""
-    rmtree(cache_directory() / ANEW, ignore_errors=True)
+    rmtree(cache_directory() / TRIALS_ANEW, ignore_errors=True)
 
 
 def _kept(
@@ -401,7 +399,9 @@ def _kept(
     key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
     file = cache_directory() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):
-        return _unplain(json.loads(file.read_text("utf-8")))
+        found = json.loads(file.read_text("utf-8"))
+        use(file)
+        return _unplain(found)
     plain = {name: np.asarray(value).tolist() for name, value in study.trial(**where).items()}
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
