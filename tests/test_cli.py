@@ -16,6 +16,7 @@ from robot_perception.cli import main
 from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.evaluation.intervals import exact
+from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.claims import Finding, Size
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.records import records
@@ -59,6 +60,20 @@ def test_table_has_a_line_per_claim(run):
     assert result.exit_code == 0, result.output
     for known in chapters.claims():
         assert any(line.startswith(f"{known.id} ") for line in result.output.splitlines())
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "cp437"])
+@pytest.mark.parametrize("words", [("claims",), ("claims", "--json"), ("datasets", "list")])
+def test_a_file_of_another_encoding_takes_what_is_printed(encoding, words):
+    """Python encodes so what Windows sends to a file."""
+    printed = CliRunner(charset=encoding).invoke(main, list(words))
+    assert printed.exit_code == 0, printed.output
+    if "--json" in words:
+        assert Ledger.from_json(printed.stdout_bytes.decode("utf-8")) == recorded()
+    else:
+        lines = printed.stdout_bytes.decode(encoding).splitlines()
+        assert len(lines) > len(chapters.CHAPTERS)
+        assert not any("?" * 3 in line for line in lines)
 
 
 def test_only_what_was_asked_for_is_printed(run):

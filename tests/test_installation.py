@@ -214,7 +214,10 @@ datasets.write_video("film.avi", film, rate=10.0)
 """
 RUNS = {
     "": [],
-    "data": [[str(OWN / "judge.py")]],
+    "data": [
+        [str(OWN / "judge.py")],
+        ["-m", "robot_perception", "datasets", "list"],
+    ],
     "symbolic": [],
     "vision": [],
     "data,symbolic": [[str(OWN / "rank.py"), "landmarks", "anchor"]],
@@ -222,7 +225,12 @@ RUNS = {
         ["-c", FILM],
         [str(OWN / "track.py"), "camshift", "film.avi", "20,20,16,20", "run"],
     ],
-    "book": [["-m", "robot_perception", "--help"]],
+    "book": [
+        ["-m", "robot_perception", "--help"],
+        ["-m", "robot_perception", "claims", "--json"],
+        ["-m", "robot_perception", "register", "--help"],
+        ["-m", "robot_perception", "store", "--prune"],
+    ],
 }
 """What is run where the base and these extras are installed; a word of usage counts as a run."""
 

@@ -3,6 +3,8 @@
 Only what a command needs is imported, when it runs, so that ``--help`` answers at once.
 """
 
+import sys
+
 import click
 
 from robot_perception import __version__
@@ -17,6 +19,8 @@ from robot_perception.cli.store import store
 @click.version_option(__version__, prog_name="robot-perception")
 def main() -> None:
     """An executable book on how mobile robots perceive: its claims and its recordings."""
+    if hasattr(sys.stdout, "reconfigure"):  # not every encoding of a file has all our characters
+        sys.stdout.reconfigure(errors="replace")
 
 
 main.add_command(claims)

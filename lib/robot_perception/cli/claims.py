@@ -68,7 +68,7 @@ def claims(
     else:
         with working(workers, dask, ray):
             ledger, failed = _computed(chosen, size, before, write)
-    click.echo(ledger.to_json() if as_json else as_text(ledger))
+    click.echo(ledger.to_json().encode() if as_json else as_text(ledger))
     if failed:
         raise click.ClickException(
             f"{len(failed)} claims could not be computed: {', '.join(failed)}"
