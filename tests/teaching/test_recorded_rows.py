@@ -76,6 +76,30 @@ def test_rows_come_back_exactly_with_their_types(recorded):
     assert recorded == recorded_rows.folder() / "small.study.npz"
 
 
+@pytest.mark.parametrize(
+    "levels",
+    [
+        [None, "old", "None"],
+        [None, None, None],
+        [None, 0.1 + 0.2, 3],
+        ["old", 3, True],
+        ["\x10", "\x10null", "null"],
+        [np.float64(0.5), None, "0.5"],
+    ],
+)
+def test_levels_that_are_no_text_come_back_as_they_were(book, levels):
+    table = TABLE.assign(rule=pd.Series(levels, dtype=object))
+    file = write(*NAMES, "as declared", table, "code", "levels")
+    found = read(*NAMES, "as declared").table.rule.tolist()
+    assert found == levels
+    assert [type(one) for one in found] == [type(getattr(one, "item", lambda: one)())
+                                            for one in levels]  # fmt: skip
+    stored = storage.load(file, recorded_rows._Stored).variants["as declared"]["rule"]
+    replaced(file, "as declared", "rule", [*stored[:2], "odd"])
+    with pytest.raises(DamagedFile):
+        read(*NAMES, "as declared")
+
+
 def test_a_variant_that_is_recorded_leaves_the_others(recorded):
     pd.testing.assert_frame_equal(read(*NAMES, "gain=2").table, OTHER)
     write(*NAMES, "gain=2", TABLE[:1], "new code", "other levels")

@@ -1,5 +1,7 @@
 """Rows are asked by name, and answer as pandas, NumPy and `evaluation.intervals` would."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -119,6 +121,34 @@ def test_what_there_is_not_is_said_with_what_there_is():
             ask("speed")
     with pytest.raises(ValueError, match=r"no row has light 0\.7; there are \(0\.5, 1\.0\)"):
         ROWS.mean("error", light=0.7)
+    with pytest.raises(ValueError, match=r"no row has rule \(\); there are"):
+        ROWS.where(rule=())
+    with pytest.raises(ValueError, match=r"no row has light 1\.0; there are"):
+        ROWS.where(light=0.5).where(light=(0.5, 1.0))
+
+
+@pytest.mark.parametrize("kind", [tuple, list])
+@pytest.mark.parametrize("levels", [("new", "odd"), ("odd", "new"), ("odd", None)])
+def test_a_level_that_no_row_has_is_named_beside_those_that_there_are(levels, kind):
+    odd = ", ".join(repr(level) for level in levels if level != "new")
+    with pytest.raises(ValueError, match=rf"no row has rule {odd}; there are \('old', 'new'\)"):
+        ROWS.where(rule=kind(levels))
+    with pytest.raises(ValueError, match="no row has film 52, 53; there are"):
+        ROWS.where(film=range(50, 54))
+
+
+def test_no_level_is_a_level():
+    rule = pd.Series([None if one == "new" else one for one in TABLE.rule], dtype=object)
+    rows = Rows(TABLE.assign(rule=rule), "film", {})
+    assert rows.levels("rule") == ("old", None)
+    np.testing.assert_array_equal(rows.of("error", rule=None), NEW.error)
+    assert len(rows.where(rule=(None, "old"))) == len(TABLE)
+    for some in (rows, replace(rows, table=rows.table[::-1])):
+        means = some.per("rule")
+        assert means.levels("rule") == some.levels("rule")
+        assert means.of("error", rule=None).item() == pytest.approx(NEW.error.mean())
+    assert rows.ratio("error", ("rule", None, "old")) == ROWS.ratio("error", ("rule", "new", "old"))
+    assert tuple(rows.by("rule", {"rows": len}).rows) == ("old", "None")
 
 
 def test_a_table_has_a_row_for_each_level():

@@ -22,6 +22,8 @@ from robot_perception.teaching.locks import changing
 from robot_perception.teaching.records import records
 
 RTOL = 1e-6
+MARK = "\x10"
+"""Data link escape: what follows in a column of text is JSON of what is no text."""
 FEATURES = ("AVX512_SKX", "AVX2", "SSE42")
 """What makes a kind of processor, from the most to the least."""
 
@@ -87,7 +89,7 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
         columns = parts.variants[variant]
         if content(columns) != said["content"]:
             raise ValueError("its numbers are not those that were recorded")
-        table = pd.DataFrame({name: columns[name] for name in said["columns"]})
+        table = pd.DataFrame({name: _levels(columns[name]) for name in said["columns"]})
         return Recorded(table, said["code"], said["declared"], said["date"], said["processor"])
 
 
@@ -197,8 +199,25 @@ def processor() -> str:
 
 
 def _plain(column: pd.Series) -> np.ndarray:
+    """Return a column as it is stored: text that is none begins with `MARK`, and is JSON."""
     values = column.to_numpy()
-    return values.astype(str) if values.dtype.kind not in "fiub" else values
+    return values if values.dtype.kind in "fiub" else np.array([*map(_text, values)], dtype=str)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str) and not value.startswith(MARK):
+        return value
+    return MARK + json.dumps(value.item() if isinstance(value, np.generic) else value)
+
+
+def _levels(values: np.ndarray) -> np.ndarray | pd.Series:
+    """Return a column as it was before it was stored."""
+    if values.dtype.kind != "U" or not np.char.startswith(values, MARK).any():
+        return values
+    said = [
+        json.loads(text[len(MARK) :]) if text.startswith(MARK) else text for text in values.tolist()
+    ]
+    return pd.Series(said, dtype=object)  # a guess would make NaN of None
 
 
 def _describe(file: Path, summary: Mapping[str, Any]) -> None:

@@ -54,15 +54,17 @@ class Rows:
         KeyError
             If there is no such column.
         ValueError
-            If no row has that level.
+            If no row has one of the levels, or no row all that are asked for together.
         """
         table = self.table
         for name, level in levels.items():
-            self._column(name)
-            wanted = level if isinstance(level, tuple | list | range) else (level,)
-            table = table[table[name].isin(list(wanted))]
-            if not len(table):
-                raise ValueError(f"no row has {name} {level!r}; there are {self.levels(name)}")
+            there = self.levels(name)
+            wanted = list(level) if isinstance(level, tuple | list | range) else [level]
+            missing = [one for one in wanted if one not in there]
+            table = table[table[name].isin(wanted)]
+            if missing or not len(table):
+                asked = ", ".join(map(repr, missing)) if missing else repr(level)
+                raise ValueError(f"no row has {name} {asked}; there are {there}")
         return replace(self, table=table)
 
     def of(self, measure: str, **levels: Any) -> np.ndarray:
@@ -88,8 +90,10 @@ class Rows:
     def per(self, *names: str) -> "Rows":
         """Return the means of all measures for each replicate, or for each of the columns named."""
         keys = list(names or (self.replicate,))
-        table = self.table.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
-        return replace(self, table=table)
+        groups = self.table.groupby(keys, sort=False, dropna=False)
+        first = self.table.drop_duplicates(keys)[keys]  # the index of groups has NaN for None
+        means = groups.mean(numeric_only=True)
+        return replace(self, table=first.reset_index(drop=True).join(means.reset_index(drop=True)))
 
     def mean(self, measure: str, unit: str = "", **levels: Any) -> Interval:
         """Return the mean of a measure with its bootstrap interval over the rows."""
