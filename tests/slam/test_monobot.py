@@ -24,7 +24,6 @@ from robot_perception.slam.monobot import (
     Reference,
     first_measurement,
     motion,
-    one_landmark_term,
     relative_system,
     run_filter,
     run_filter_stepwise,
@@ -252,7 +251,9 @@ def test_one_landmark_sum_is_the_general_sum():
     before[:, 0, 0] += V
     deviations = np.sqrt(np.diagonal(before, axis1=1, axis2=2))
     correlation = before[:, 0, 1] / deviations.prod(axis=1)
-    terms = one_landmark_term(*deviations.T, correlation, np.sqrt(W[1:, 0]))
+    r, f = deviations.T
+    s = r**2 - 2 * correlation * r * f + f**2 + W[1:, 0]  # eq. (17)
+    terms = np.array([[1.0, -1.0], [-1.0, 1.0]]) / s[:, None, None]
     general = fisher_information(sensor_matrix(1), run.innovation_covs[0])
     np.testing.assert_allclose(np.cumsum(terms, axis=0), general, rtol=1e-11)
 

@@ -92,8 +92,7 @@ def test_levels_that_are_no_text_come_back_as_they_were(book, levels):
     file = write(*NAMES, "as declared", table, "code", "levels")
     found = read(*NAMES, "as declared").table.rule.tolist()
     assert found == levels
-    assert [type(one) for one in found] == [type(getattr(one, "item", lambda: one)())
-                                            for one in levels]  # fmt: skip
+    assert [type(one) for one in found] == [type(np.asarray(one).tolist()) for one in levels]
     stored = storage.load(file, recorded_rows._Stored).variants["as declared"]["rule"]
     replaced(file, "as declared", "rule", [*stored[:2], "odd"])
     with pytest.raises(DamagedFile):

@@ -28,7 +28,7 @@ from robot_perception.landmarks.classes import DescriptorClasses, raw_variances,
 
 
 @runtime_checkable
-class Looks(Protocol):
+class DescriptorStatistics(Protocol):
     """How N landmarks look: first descriptors, means, sums of squared deviations, numbers."""
 
     @property
@@ -57,7 +57,7 @@ class Asked(Protocol):
         """The mean descriptor of each newcomer."""
 
     @property
-    def looks(self) -> Looks:
+    def looks(self) -> DescriptorStatistics:
         """How the landmarks look."""
 
 
@@ -167,8 +167,9 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
 """What there is to choose from, by name."""
 
 
-def _looks(asked: Asked) -> Looks:
-    return checks.instance("asked.looks", checks.instance("asked", asked, Asked).looks, Looks)
+def _looks(asked: Asked) -> DescriptorStatistics:
+    looks = checks.instance("asked", asked, Asked).looks
+    return checks.instance("asked.looks", looks, DescriptorStatistics)
 
 
 def _classes(asked: Asked) -> DescriptorClasses:

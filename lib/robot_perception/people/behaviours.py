@@ -89,6 +89,10 @@ class State:
 class Behaviours:
     """What a robot does with people, by distances, times and speeds, all of them ours.
 
+    Each of the behaviours `guide`, `follow` and `survey` takes the state, which is what it
+    remembers, and the persons who are there now. It returns the state after that and the command to
+    the robot, and raises ``ValueError`` if the persons are older than the state.
+
     Parameters
     ----------
     reach
@@ -136,24 +140,7 @@ class Behaviours:
 
         It waits for a first visitor. When they are away for longer than the patience it stops and
         asks them to come back; when they are there again it goes on; after a time it gives up.
-
-        Parameters
-        ----------
-        state
-            What it remembers.
-        persons
-            Who is there now.
-
-        Returns
-        -------
-        State
-        Command
-            Where the route leads is not its business: the speed is that along the route.
-
-        Raises
-        ------
-        ValueError
-            If the persons are older than the state.
+        Where the route leads is not its business: the speed is that along the route.
         """
         time, at = _sight(state, persons, self, "reach")
         go = Command(speed=self.speed)
@@ -174,23 +161,6 @@ class Behaviours:
         within the largest speeds, v not negative, and 0 while the person is beside or behind. Where
         the person is comes from the hypotheses, whichever sensor confirms them, so that it may be a
         back.
-
-        Parameters
-        ----------
-        state
-            What it remembers.
-        persons
-            Who is there now.
-
-        Returns
-        -------
-        State
-        Command
-
-        Raises
-        ------
-        ValueError
-            If the persons are older than the state.
         """
         time, at = _sight(state, persons, self, "reach")
         if at >= 0:
@@ -215,22 +185,10 @@ class Behaviours:
 
         Parameters
         ----------
-        state
-            What it remembers.
-        persons
-            Who is there now.
+        state, persons
+            What it remembers, and who is there now.
         finished
             Whether the last question has just been answered.
-
-        Returns
-        -------
-        State
-        Command
-
-        Raises
-        ------
-        ValueError
-            If the persons are older than the state.
         """
         finished = checks.flag("finished", finished)
         time, at = _sight(state, persons, self, "close")

@@ -461,58 +461,6 @@ def relative_system(
     return Motion(eye, V * ones), Sensor(eye, W * eye)
 
 
-def one_landmark_term(
-    vehicle_deviation: np.ndarray,
-    landmark_deviation: np.ndarray,
-    correlation: np.ndarray,
-    measurement_deviation: np.ndarray,
-) -> Float[np.ndarray, "... 2 2"]:
-    r"""Return one term of the information of a monobot with one landmark.
-
-    .. math::
-        s = \sigma_r^2 - 2\rho\sigma_r\sigma_f + \sigma_f^2 + \sigma_w^2, \qquad
-        J_k = \frac1s \begin{bmatrix} 1 & -1 \\ -1 & 1 \end{bmatrix}
-
-    Parameters
-    ----------
-    vehicle_deviation, landmark_deviation, measurement_deviation : (…,)
-        :math:`\sigma_r, \sigma_f, \sigma_w`, m, before the update.
-    correlation : (…,)
-        :math:`\rho` of vehicle and landmark.
-
-    Returns
-    -------
-    (…, 2, 2)
-
-    Raises
-    ------
-    ValueError
-        If a deviation is negative, the correlation beyond ±1, or :math:`s` is 0.
-
-    References
-    ----------
-    Andrade-Cetto, eq. (17).
-    """
-    own = _variances("vehicle_deviation", vehicle_deviation)
-    other = _variances("landmark_deviation", landmark_deviation)
-    sensor = _variances("measurement_deviation", measurement_deviation)
-    correlation = checks.array("correlation", correlation)
-    if np.abs(correlation).max(initial=0.0) > 1:
-        raise ValueError(f"correlation must be from -1 to 1, got {checks.shown(correlation)}")
-    checks.check_batches(
-        vehicle_deviation=own.shape,
-        landmark_deviation=other.shape,
-        correlation=correlation.shape,
-        measurement_deviation=sensor.shape,
-    )
-    s = own**2 - 2 * correlation * (own * other) + other**2 + sensor**2
-    if not (s > 0).all():
-        raise ValueError(
-            "vehicle_deviation, landmark_deviation and measurement_deviation leave no noise"
-        )
-    return np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.asarray(s)[..., None, None]  # eq. (17)
-
-
 def _counted(landmarks: int, name: str = "landmarks", most: int | None = MOST_LANDMARKS) -> int:
     """Return the number of landmarks, or raise ``ValueError`` if there is none."""
     if checks.whole(name, landmarks) < 1:

@@ -29,7 +29,7 @@ from jaxtyping import Bool, Float, Int
 from robot_perception import checks
 from robot_perception.observations import Observations
 from robot_perception.particles import StepInfo, effective_number
-from robot_perception.slam.planar.motions import Motion
+from robot_perception.slam.planar.motions import PlanarMotion
 from robot_perception.slam.rao_blackwellised import (
     ParticleMaps,
     add_landmarks,
@@ -307,7 +307,7 @@ class VisualSlam:
     def step(
         self,
         state: VisualMaps,
-        motion: Motion | None,
+        motion: PlanarMotion | None,
         observations: Observations,
         descriptors: Float[np.ndarray, "m d"],
         *,

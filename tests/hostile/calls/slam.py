@@ -20,7 +20,6 @@ POSE = np.array([1.0, 2.0, 0.5])
 
 START, MEASUREMENTS, STEPS = Gaussian(np.zeros(1), np.eye(1)), np.ones((2, 4, 3)), np.ones(3)
 REFERENCE = monobot.Reference(1, np.ones((2, 3)), 0.1)
-DEVIATIONS = (np.ones(2), np.ones(2), 0.5 * np.ones(2), np.ones(2))
 NOISES = {"motion_variance": 0.1, "measurement_variance": 0.2}
 
 RANGES, POINTS = planar.RangeBearing(0.01 * EYE), planar.CartesianSensor(0.01 * EYE)
@@ -109,7 +108,6 @@ CALLS = {
     monobot.run_referenced: lambda: call(START, STEPS, MEASUREMENTS, REFERENCE, **NOISES),
     monobot.settled: lambda: call(2, start_variance=0.0, **NOISES),
     monobot.relative_system: lambda: call(2, **NOISES),
-    monobot.one_landmark_term: lambda: call(*DEVIATIONS),
     planar.Association: lambda: call("gated", 0.9, 0.99),
     planar.CartesianSensor: lambda: call(EYE),
     planar.RangeBearing: lambda: call(EYE, 0.1),

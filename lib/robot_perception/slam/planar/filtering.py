@@ -13,7 +13,7 @@ from jaxtyping import Float
 from robot_perception import checks
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief, checked_places
-from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, PlanarMotion, Velocity
 from robot_perception.slam.planar.sensors import (
     Compass,
     Fix,
@@ -48,7 +48,7 @@ class Innovation:
 
 def predict(
     belief: MapBelief,
-    motion: Motion,
+    motion: PlanarMotion,
     at: Float[np.ndarray, "..."] | None = None,
     after: Float[np.ndarray, "..."] | None = None,
 ) -> MapBelief:

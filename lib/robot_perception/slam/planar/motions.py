@@ -119,11 +119,12 @@ class Velocity:
         return F, G @ by_command
 
 
-Motion = Odometry | Velocity
+PlanarMotion = Odometry | Velocity
+"""How a robot has moved in the plane since the step before."""
 
 
 def dead_reckoning(
-    start: Float[np.ndarray, "3"], motions: Iterable[Motion | None]
+    start: Float[np.ndarray, "3"], motions: Iterable[PlanarMotion | None]
 ) -> Float[np.ndarray, "poses 3"]:
     """Return the poses by the motions alone, (k + 1, 3) with the start; ``None`` is no motion.
 

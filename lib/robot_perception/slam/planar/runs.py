@@ -14,7 +14,7 @@ from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
 from robot_perception.slam.planar.filtering import checked_anchors
-from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, PlanarMotion, Velocity
 from robot_perception.slam.planar.sensors import (
     Compass,
     Fix,
@@ -49,7 +49,7 @@ class Step:
         If the time is not finite.
     """
 
-    motion: Motion | None
+    motion: PlanarMotion | None
     observations: Observations | None = None
     fixes: tuple[Fix, ...] = ()
     time: float | None = None
@@ -397,7 +397,7 @@ class _Run:
             points=self.points,
         )
 
-    def _predict(self, k: int, motion: Motion) -> None:
+    def _predict(self, k: int, motion: PlanarMotion) -> None:
         if self.point is None:
             self.work.predict(motion)
         elif self.truth is None:

@@ -12,7 +12,7 @@ from robot_perception.geometry import rotation, wrap_angle
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import MapBelief
 from robot_perception.slam.planar.filtering import Anchors, Innovation, checked_anchors, pose_of
-from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, PlanarMotion, Velocity
 from robot_perception.slam.planar.sensors import (
     Compass,
     Fix,
@@ -84,7 +84,7 @@ def measurement_matrix(
 
 def predict(
     belief: MapBelief,
-    motion: Motion,
+    motion: PlanarMotion,
     at: np.ndarray | None = None,
     after: np.ndarray | None = None,
 ) -> MapBelief:

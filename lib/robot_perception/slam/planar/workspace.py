@@ -7,7 +7,7 @@ from scipy.linalg.blas import dsyrk
 
 from robot_perception.slam.planar import kernels
 from robot_perception.slam.planar.belief import MapBelief, trusted
-from robot_perception.slam.planar.motions import Motion
+from robot_perception.slam.planar.motions import PlanarMotion
 from robot_perception.slam.planar.sensors import Fix, LandmarkSensor
 
 SYMMETRY = 1e-9  # relative; as in beliefs.check_covariance
@@ -53,7 +53,7 @@ class Workspace:
         return cov
 
     def predict(
-        self, motion: Motion, at: np.ndarray | None = None, after: np.ndarray | None = None
+        self, motion: PlanarMotion, at: np.ndarray | None = None, after: np.ndarray | None = None
     ) -> None:
         """Move the robot; see :func:`~robot_perception.slam.planar.predict`."""
         at = self.mean[:3].copy() if at is None else at

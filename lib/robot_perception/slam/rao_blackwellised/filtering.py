@@ -15,7 +15,7 @@ from robot_perception import checks
 from robot_perception.beliefs import normalise
 from robot_perception.observations import Observations
 from robot_perception.particles import Scheme, StepInfo, effective_number, systematic
-from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, PlanarMotion, Velocity
 from robot_perception.slam.rao_blackwellised import kernels
 from robot_perception.slam.rao_blackwellised.belief import (
     ParticleMaps,
@@ -73,7 +73,7 @@ def forward_mount(
     return T_robot_camera
 
 
-def predict(maps: ParticleMaps, motion: Motion, *, rng: np.random.Generator) -> ParticleMaps:
+def predict(maps: ParticleMaps, motion: PlanarMotion, *, rng: np.random.Generator) -> ParticleMaps:
     r"""Return the particles after a motion, each moved by a draw of its own.
 
     .. math:: s_t^{[m]} \sim p(s_t \mid s_{t-1}^{[m]}, u_t)
@@ -281,7 +281,7 @@ def resample(
 
 def step(
     maps: ParticleMaps,
-    motion: Motion,
+    motion: PlanarMotion,
     observations: Observations,
     mount: Float[np.ndarray, "4 4"],
     *,

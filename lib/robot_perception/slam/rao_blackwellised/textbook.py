@@ -14,7 +14,7 @@ from robot_perception.beliefs import Gaussian, normalise
 from robot_perception.geometry import compose
 from robot_perception.observations import Observations
 from robot_perception.particles import effective_number, systematic
-from robot_perception.slam.planar.motions import Motion, Odometry, Velocity
+from robot_perception.slam.planar.motions import Odometry, PlanarMotion, Velocity
 from robot_perception.slam.rao_blackwellised import kernels
 from robot_perception.slam.rao_blackwellised.filtering import checked_seen
 
@@ -71,7 +71,7 @@ def camera_pose(
     return T_world_robot @ mount
 
 
-def predict(particle: Particle, motion: Motion, *, rng: np.random.Generator) -> Particle:
+def predict(particle: Particle, motion: PlanarMotion, *, rng: np.random.Generator) -> Particle:
     """Return the particle after a motion with noise drawn for it alone."""
     checks.instance("particle", particle, Particle)
     checks.instance("motion", motion, Odometry, Velocity)
