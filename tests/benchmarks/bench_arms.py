@@ -14,12 +14,11 @@ from robot_perception.arms.likelihoods import (
     EdgeCue,
     PatchCue,
     look,
-    patch_histograms,
-    patch_histograms_textbook,
 )
 from robot_perception.arms.tracker import ArmTracker
 from robot_perception.chapters.arm_tracking.timing import IMAGES, SHAPES, WHOLE
 from robot_perception.chapters.arm_tracking.tracking import CAMERA
+from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
 from tests.benchmarks.harness import Row, Timing
 
 MOST = 1.15
@@ -56,7 +55,9 @@ def rows() -> list[Row | Timing]:
     patches, grey = model.place(REST), cv2.cvtColor(film.frames[19], cv2.COLOR_RGB2GRAY)
     seen = look(film.frames[20], grey)
     surface = model.surface(states, patches)
-    reference = patch_histograms(look(film.frames[0]), model.surface(REST[None], patches))[0][0]
+    covered = seen.channels, surface.points, surface.visible
+    rest = model.surface(REST[None], patches)
+    reference = patch_histograms(look(film.frames[0]).channels, rest.points, rest.visible)[0][0]
     tracker = ArmTracker(CAMERA)
 
     def finer(times: int) -> BodyModel:
@@ -79,9 +80,8 @@ def rows() -> list[Row | Timing]:
         np.testing.assert_array_equal(fast.visible, plain.visible)
 
     def same_colours() -> None:
-        pair = [function(seen, surface)[0] for function in (patch_histograms,
-                                                            patch_histograms_textbook)]  # fmt: skip
-        np.testing.assert_allclose(*pair)
+        functions = patch_histograms, patch_histograms_textbook
+        np.testing.assert_allclose(*(function(*covered)[0] for function in functions))
 
     return [
         Row(
@@ -102,8 +102,8 @@ def rows() -> list[Row | Timing]:
         ),
         Row(
             work=f"arms by the colours of their patches, {PARTICLES} particles",
-            ours=lambda: patch_histograms(seen, surface),
-            peer=lambda: patch_histograms_textbook(seen, surface),
+            ours=lambda: patch_histograms(*covered),
+            peer=lambda: patch_histograms_textbook(*covered),
             peer_name="as written",
             ratio=20.0,
             agree=same_colours,

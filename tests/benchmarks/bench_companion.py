@@ -7,7 +7,11 @@ from data_synth.companion.face_films import FaceScene, film_faces
 from data_synth.companion.walks import WalkScene, film_walk
 from robot_perception.chapters.tutor_following.training import stored
 from robot_perception.companion.boxes import overlap
-from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
+from robot_perception.companion.cues import (
+    patch_histograms,
+    patch_histograms_textbook,
+    patch_points,
+)
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import HandDetector
@@ -57,7 +61,8 @@ def rows() -> list[Row]:
 
     def same_colours() -> None:
         functions = patch_histograms, patch_histograms_textbook
-        both = [function(walk.frames[0], states, PATCHES) for function in functions]
+        points = patch_points(states, PATCHES)
+        both = [function(walk.frames[0], points) for function in functions]
         np.testing.assert_allclose(both[0][0], both[1][0])
 
     return [
@@ -84,8 +89,8 @@ def rows() -> list[Row]:
         ),
         Row(
             work="tutor patches, four, for 200 particles",
-            ours=lambda: patch_histograms(walk.frames[0], states, PATCHES),
-            peer=lambda: patch_histograms_textbook(walk.frames[0], states, PATCHES),
+            ours=lambda: patch_histograms(walk.frames[0], patch_points(states, PATCHES)),
+            peer=lambda: patch_histograms_textbook(walk.frames[0], patch_points(states, PATCHES)),
             peer_name="as written",
             ratio=20.0,
             agree=same_colours,

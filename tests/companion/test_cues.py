@@ -13,12 +13,15 @@ from robot_perception.companion.cues import (
     edge_distances,
     patch_histograms,
     patch_histograms_textbook,
+    patch_points,
 )
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng(0)
 IMAGE = RNG.integers(0, 256, (40, 60, 3), dtype=np.uint8)
 PATCHES = np.array([[-0.5, -0.5, 1.0, 1.0], [0.2, -1.0, 0.4, 2.0]])
+POINTS = patch_points(np.array([[20.0, 20.0, 0.1, 15.0]]), PATCHES)
+SEEN = np.ones(POINTS.shape[:3], dtype=bool)
 
 
 def drawn(count, seed=1):
@@ -31,18 +34,61 @@ def drawn(count, seed=1):
 
 @pytest.mark.parametrize(("bins", "grid"), [(8, 8), (2, 3), (256, 5), (5, 16)])
 def test_the_kernel_is_the_textbook(bins, grid):
-    states = drawn(60)
-    for ours, theirs in zip(
-        patch_histograms(IMAGE, states, PATCHES, bins=bins, grid=grid),
-        patch_histograms_textbook(IMAGE, states, PATCHES, bins=bins, grid=grid),
-        strict=True,
-    ):
-        np.testing.assert_allclose(ours, theirs, atol=1e-12)
+    points = patch_points(drawn(60), PATCHES, grid=grid)
+    visible = np.random.default_rng(3).random(points.shape[:3]) < 0.7
+    for more in ((), (visible,)):
+        for ours, theirs in zip(
+            patch_histograms(IMAGE, points, *more, bins=bins),
+            patch_histograms_textbook(IMAGE, points, *more, bins=bins),
+            strict=True,
+        ):
+            np.testing.assert_allclose(ours, theirs, atol=1e-12)
+
+
+@pytest.mark.parametrize("grid", [2, 3, 16])
+def test_points_are_those_of_the_grid_scaled_turned_and_moved(grid):
+    states, steps = drawn(20), (np.arange(grid) + 0.5) / grid
+    along, down = (part.ravel() for part in np.meshgrid(steps, steps))
+    found = patch_points(states, PATCHES, grid=grid)
+    for own, (x, y, theta, s) in zip(found, states, strict=True):
+        turn = s * np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+        for points, (left, top, wide, high) in zip(own, PATCHES, strict=True):
+            there = np.stack([left + wide * along, top + high * down])
+            np.testing.assert_allclose(points, np.add((turn @ there).T, (x, y)), atol=1e-12)
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_each_channel_is_counted_alone_and_what_is_hidden_is_not(channels):
+    picture = RNG.integers(0, 256, (30, 20, channels), dtype=np.uint8)
+    points = RNG.uniform(-2, 32, (5, 3, 40, 2))
+    visible = RNG.random((5, 3, 40)) < 0.5
+    found, share = patch_histograms(picture, points, visible)
+    assert found.shape == (5, 3, channels, 8)
+    for c in range(channels):
+        alone, _ = patch_histograms(picture[..., c : c + 1], points, visible)
+        np.testing.assert_array_equal(alone[:, :, 0], found[:, :, c])
+    only, _ = patch_histograms(picture, points[:1, :1, visible[0, 0]])
+    np.testing.assert_allclose(only[0, 0], found[0, 0])
+    assert share[0, 0] <= visible[0, 0].mean()
+    gone = np.where(visible[..., None], points, np.nan)
+    np.testing.assert_array_equal(patch_histograms(picture, gone)[0], found)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 64, 65])
+def test_points_at_the_ends_of_a_picture_fall_on_its_pixels_or_outside(size):
+    picture = np.zeros((size, size, 1), np.uint8)
+    ends = np.array([-0.5, 0.5, size - 0.5])
+    at = np.concatenate([ends, np.nextafter(ends, -9), np.nextafter(ends, 1e3)])
+    points = np.stack([at, np.zeros(at.size)], axis=-1)[None, :, None]
+    inside = (np.floor(at + 0.5) >= 0) & (np.floor(at + 0.5) < size)
+    for function in (patch_histograms, patch_histograms_textbook):
+        np.testing.assert_array_equal(function(picture, points)[1][0], inside)
 
 
 def test_a_patch_that_covers_whole_pixels_counts_each_once():
     state = np.array([[10.0 + 7.5, 5.0 + 7.5, 0.0, 16.0]])
-    found, inside = patch_histograms(IMAGE, state, np.array([[-0.5, -0.5, 1, 1]]), grid=16)
+    points = patch_points(state, np.array([[-0.5, -0.5, 1, 1]]), grid=16)
+    found, inside = patch_histograms(IMAGE, points)
     assert inside[0, 0] == 1
     for c in range(3):
         expected = np.bincount(IMAGE[5:21, 10:26, c].ravel() // 32, minlength=8) / 256
@@ -55,14 +101,15 @@ def test_turned_and_scaled_the_same_colours_are_seen():
     upright = np.array([[14.0, 22.0, 0.0, 12.0]])
     turned = np.array([[38.0 - 22.0, 14.0, np.pi / 2, 12.0]])
     patch = np.array([[-0.3, 0.11, 0.9, 0.36]])
-    one, _ = patch_histograms(IMAGE[:39, :39], upright, patch, grid=7)
-    other, _ = patch_histograms(image, turned, patch, grid=7)
+    one, _ = patch_histograms(IMAGE[:39, :39], patch_points(upright, patch, grid=7))
+    other, _ = patch_histograms(image, patch_points(turned, patch, grid=7))
     np.testing.assert_allclose(one, other)
 
 
 def test_what_lies_outside_is_left_out_and_told():
     state = np.array([[-0.5, 20.0, 0.0, 10.0], [500.0, 20.0, 0.0, 10.0]])
-    found, inside = patch_histograms(IMAGE, state, np.array([[-0.5, -0.5, 1, 1]]), grid=10)
+    points = patch_points(state, np.array([[-0.5, -0.5, 1, 1]]), grid=10)
+    found, inside = patch_histograms(IMAGE, points)
     np.testing.assert_allclose(inside[:, 0], [0.5, 0.0])
     np.testing.assert_allclose(found[0].sum(axis=-1), 1)
     assert not found[1].any()
@@ -134,11 +181,17 @@ def test_the_measure_is_the_root_mean_square_and_outside_is_far():
 @pytest.mark.parametrize(
     ("wrong", "error", "text"),
     [
-        (lambda: patch_histograms(IMAGE.astype(float), drawn(1), PATCHES), TypeError, "image must"),
-        (lambda: patch_histograms(IMAGE[..., 0], drawn(1), PATCHES), ValueError, "image must be"),
-        (lambda: patch_histograms(IMAGE, -drawn(1), PATCHES), ValueError, "a positive scale"),
-        (lambda: patch_histograms(IMAGE, drawn(1), PATCHES * 0), ValueError, "patches must be one"),
-        (lambda: patch_histograms(IMAGE, drawn(1), PATCHES, bins=1), ValueError, "bins must be"),
+        (lambda: patch_histograms(IMAGE.astype(float), POINTS), TypeError, "picture must hold by"),
+        (lambda: patch_histograms(IMAGE[..., 0], POINTS), ValueError, "picture must be"),
+        (lambda: patch_histograms(IMAGE[:0], POINTS), ValueError, "picture must be"),
+        (lambda: patch_histograms(IMAGE, POINTS[:, :, :0]), ValueError, "points must be one"),
+        (lambda: patch_histograms(IMAGE, POINTS[..., :1]), ValueError, "points must be"),
+        (lambda: patch_histograms(IMAGE, POINTS, SEEN[:, :1]), ValueError, "visible must be"),
+        (lambda: patch_histograms(IMAGE, POINTS, 1.0 * SEEN), TypeError, "visible must be truth"),
+        (lambda: patch_histograms(IMAGE, POINTS, bins=1), ValueError, "bins must be"),
+        (lambda: patch_points(-drawn(1), PATCHES), ValueError, "a positive scale"),
+        (lambda: patch_points(drawn(1), PATCHES * 0), ValueError, "patches must be one"),
+        (lambda: patch_points(drawn(1), PATCHES, grid=1), ValueError, "grid must be"),
         (lambda: bhattacharyya(np.ones(3), np.ones(4)), ValueError, "must have the same bins"),
         (lambda: bhattacharyya(-np.ones(3), np.ones(3)), ValueError, "candidate must not be"),
         (lambda: edge_distances(IMAGE), ValueError, "grey must be"),

@@ -22,7 +22,7 @@ from numba import njit
 from robot_perception import checks
 from robot_perception.arms.body_model import REST, BodyModel, Contours, Patches, Surface
 from robot_perception.companion.boxes import colour_picture
-from robot_perception.companion.cues import bhattacharyya
+from robot_perception.companion.cues import bhattacharyya, patch_histograms
 from robot_perception.extras import needing
 
 with needing():
@@ -43,8 +43,6 @@ __all__ = [
     "edge_weight",
     "look",
     "mean_square",
-    "patch_histograms",
-    "patch_histograms_textbook",
     "sampled",
     "square_of_sum",
     "sum_of_squares",
@@ -95,7 +93,7 @@ class EdgeRules:
 
 
 @final
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Look:
     """What a picture says, computed once for all states.
 
@@ -121,6 +119,11 @@ class Look:
     static: Float[np.ndarray, "height width"]
     moving: Float[np.ndarray, "height width"]
     most: float
+
+    @cached_property
+    def channels(self) -> UInt8[np.ndarray, "height width 4"]:
+        """`CHANNELS` of each pixel."""
+        return np.dstack([self.image, self.grey])
 
     @property
     def moves(self) -> bool:
@@ -387,66 +390,6 @@ class EdgeCue:
         return self.weight * mean_square(distances, bodies.contours.visible, self.sigma, self.price)
 
 
-def patch_histograms(
-    seen: Look, surface: Surface, bins: int = 8
-) -> tuple[Float[np.ndarray, "m p 4 bins"], Float[np.ndarray, "m p"]]:
-    r"""Return the histograms of patches on the limbs.
-
-    .. math:: h_{j,x}^c = c_H \sum_{u \in B_x} \delta_j(b_u^c), \qquad c \in \{R, G, B, I\}
-
-    The pixels u are those nearest to the visible points of a patch.
-
-    Parameters
-    ----------
-    seen
-        A picture.
-    surface
-        Points of p patches in m states.
-    bins
-        Of each channel.
-
-    Returns
-    -------
-    (m, p, 4, bins)
-        Shares; all 0 for a patch of which nothing is seen.
-    (m, p)
-        Which share of the patch's points is seen.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than 2 bins or more than 256.
-    """
-    bins = checks.whole("bins", bins, 2, 256)
-    checks.instance("seen", seen, Look)
-    checks.instance("surface", surface, Surface)
-    shape = surface.visible.shape[:2]
-    found, share = np.zeros((*shape, len(CHANNELS), bins)), np.zeros(shape)
-    _count(seen.image, seen.grey, surface.points, surface.visible, bins, found, share)
-    return found, share
-
-
-def patch_histograms_textbook(
-    seen: Look, surface: Surface, bins: int = 8
-) -> tuple[Float[np.ndarray, "m p 4 bins"], Float[np.ndarray, "m p"]]:
-    """Return the same as `patch_histograms`, written as the equation is."""
-    shape = checks.instance("surface", surface, Surface).visible.shape[:2]
-    checks.instance("seen", seen, Look)
-    bins = checks.whole("bins", bins, 2, 256)
-    found, share = np.zeros((*shape, len(CHANNELS), bins)), np.zeros(shape)
-    picture = np.dstack([seen.image, seen.grey]).astype(int)
-    height, width = seen.grey.shape
-    for at in np.ndindex(*shape):
-        u, v = np.floor(surface.points[at] + 0.5).astype(int).T
-        inside = surface.visible[at] & (u >= 0) & (u < width) & (v >= 0) & (v < height)
-        share[at] = inside.mean()
-        if inside.any():
-            values = picture[v[inside], u[inside]] * bins // 256
-            for c in range(len(CHANNELS)):
-                found[at][c] = np.bincount(values[:, c], minlength=bins) / inside.sum()
-    return found, share
-
-
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchCue:
@@ -510,17 +453,21 @@ class PatchCue:
     def squared(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m p"]:
         """Return the sum of D² over the channels of each patch."""
         _both(seen, bodies)
-        surface = bodies.surface(self.patches)
-        found = np.empty(surface.visible.shape[:2])
-        _compare(
-            seen.image, seen.grey, surface.points, surface.visible, np.sqrt(self.reference),
-            np.array(self.channels), self.least, self.price, found,
-        )  # fmt: skip
-        return found
+        surface, bins = bodies.surface(self.patches), self.reference.shape[2]
+        found, share = patch_histograms(seen.channels, surface.points, surface.visible, bins=bins)
+        alike = _sum(np.sqrt(found) * np.sqrt(self.reference))
+        squared = _sum(np.maximum(1.0 - alike, 0.0)[..., list(self.channels)])
+        enough = (share > 0) & (share >= self.least)
+        return np.where(enough, squared, self.price * len(self.channels))
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""
         return -(self.squared(seen, bodies) @ self.weights) / (2 * self.sigma**2)
+
+
+def _sum(terms: np.ndarray) -> np.ndarray:
+    """Return the sum along the last axis, one term after the other, whatever their number."""
+    return np.add.accumulate(terms, axis=-1)[..., -1]
 
 
 def confidences(
@@ -701,59 +648,3 @@ def _gather(distance, points, most, found):  # pragma: no cover - compiled
             u, v = points[i, j]
             inside = -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5
             found[i, j] = distance[int(v + 0.5), int(u + 0.5)] if inside else most
-
-
-@no_type_check
-@njit(cache=True)
-def _tally(image, grey, points, visible, bins, counts):  # pragma: no cover - compiled
-    """Count the values of one patch; return how many points of it are seen."""
-    height, width = grey.shape
-    counts[:] = 0
-    seen = 0
-    for g in range(len(points)):
-        u, v = points[g]
-        if not (visible[g] and -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5):
-            continue
-        row, column = int(v + 0.5), int(u + 0.5)
-        seen += 1
-        for c in range(3):
-            counts[c, image[row, column, c] * bins // 256] += 1
-        counts[3, grey[row, column] * bins // 256] += 1
-    return seen
-
-
-@no_type_check
-@njit(cache=True)
-def _count(image, grey, points, visible, bins, found, share):  # pragma: no cover - compiled
-    counts = np.empty((4, bins), dtype=np.int64)
-    for i in range(points.shape[0]):
-        for p in range(points.shape[1]):
-            seen = _tally(image, grey, points[i, p], visible[i, p], bins, counts)
-            share[i, p] = seen / points.shape[2]
-            if seen:
-                for c in range(4):
-                    for j in range(bins):
-                        found[i, p, c, j] = counts[c, j] / seen
-
-
-@no_type_check
-@njit(cache=True)
-def _compare(
-    image, grey, points, visible, roots, channels, least, price, found
-):  # pragma: no cover - compiled
-    bins = roots.shape[2]
-    counts = np.empty((4, bins), dtype=np.int64)
-    for i in range(points.shape[0]):
-        for p in range(points.shape[1]):
-            seen = _tally(image, grey, points[i, p], visible[i, p], bins, counts)
-            if seen == 0 or seen < least * points.shape[2]:
-                found[i, p] = price * len(channels)
-                continue
-            total = 0.0
-            for c in channels:
-                alike = 0.0
-                for j in range(bins):
-                    if counts[c, j]:
-                        alike += np.sqrt(counts[c, j] / seen) * roots[p, c, j]
-                total += max(1.0 - alike, 0.0)
-            found[i, p] = total

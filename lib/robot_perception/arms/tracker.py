@@ -36,12 +36,12 @@ from robot_perception.arms.likelihoods import (
     confidences,
     edge_weight,
     look,
-    patch_histograms,
     summed,
 )
 from robot_perception.beliefs import ParticleSet
 from robot_perception.cameras import Pinhole
 from robot_perception.companion.boxes import check_box, colour_picture
+from robot_perception.companion.cues import patch_histograms
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
 from robot_perception.particles import StepInfo, auxiliary, condensation, importance
@@ -445,7 +445,9 @@ class ArmTracker:
         states = pose + 0.3 * np.tile(self.rules.noise, 2) * rng.standard_normal((count, 8))
         patches = model.place(pose)
         surface = model.surface(pose[None], patches)
-        reference = patch_histograms(seen, surface, self.rules.bins)[0][0]
+        reference = patch_histograms(
+            seen.channels, surface.points, surface.visible, bins=self.rules.bins
+        )[0][0]
         first = First(seen, model, pose, patches, reference)
         made = [{name: maker(first) for name, maker in makers.items()}
                 for makers in (self.cues, self.bounds)]  # fmt: skip

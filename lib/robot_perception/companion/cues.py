@@ -12,11 +12,11 @@ Companion Robot", which section IV uses.
 from typing import Any, no_type_check
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Bool, Float, UInt8
 from numba import njit
 
 from robot_perception import checks
-from robot_perception.companion.boxes import colour_picture, grey_picture
+from robot_perception.companion.boxes import grey_picture
 from robot_perception.extras import needing
 
 with needing():
@@ -28,92 +28,116 @@ __all__ = [
     "edge_distances",
     "patch_histograms",
     "patch_histograms_textbook",
+    "patch_points",
 ]
 
 States = Float[np.ndarray, "m 4"]
-Histograms = Float[np.ndarray, "m p 3 bins"]
 
 
-def patch_histograms(
-    image: UInt8[np.ndarray, "height width 3"],
-    states: States,
-    patches: Float[np.ndarray, "p 4"],
-    *,
-    bins: int = 8,
-    grid: int = 8,
-) -> tuple[Histograms, Float[np.ndarray, "m p"]]:
-    r"""Return the colour histograms of patches that many states put into a picture.
-
-    .. math:: h_{j,x}^c = c_H \sum_{u \in B_x} \delta_j(b_u^c), \qquad c \in \{R, G, B\}
-
-    The pixels u are those nearest to a grid of points of the patch, so that the cost of a state
-    does not depend on its scale.
+def patch_points(
+    states: States, patches: Float[np.ndarray, "p 4"], *, grid: int = 8
+) -> Float[np.ndarray, "m p n 2"]:
+    """Return the points of a grid on each patch where many states put it.
 
     Parameters
     ----------
-    image : (height, width, 3)
-        Red, green, blue.
     states : (m, 4)
         x, y, θ, s.
     patches : (p, 4)
         Left, top, width and height in the target's frame.
-    bins
-        Of each channel.
     grid
         Points along each side of a patch.
 
     Returns
     -------
-    (m, p, 3, bins)
-        Shares; all 0 for a patch of which nothing lies in the picture.
+    (m, p, grid², 2)
+        Column and row, px.
+
+    Raises
+    ------
+    ValueError
+        If a scale or a patch has no size, or a number is out of range.
+    """
+    states, patches = _states(states), checks.array("patches", patches, ("p", 4))
+    if not len(patches) or not patches[:, 2:].min() > 0:
+        raise ValueError("patches must be one at least, with a width and a height")
+    grid = checks.whole("grid", grid, 2, 256)
+    found = np.empty((len(states), len(patches), grid**2, 2))
+    _place(states, patches, grid, found)
+    return found
+
+
+def patch_histograms(
+    picture: UInt8[np.ndarray, "height width channels"],
+    points: Float[np.ndarray, "m p n 2"],
+    visible: Bool[np.ndarray, "m p n"] | None = None,
+    *,
+    bins: int = 8,
+) -> tuple[Float[np.ndarray, "m p channels bins"], Float[np.ndarray, "m p"]]:
+    r"""Return the histograms of patches in a picture, channel by channel.
+
+    .. math:: h_{j,x}^c = c_H \sum_{u \in B_x} \delta_j(b_u^c)
+
+    The pixels u are those nearest to the points of the patch, so that the cost of a state does not
+    depend on its scale.
+
+    Parameters
+    ----------
+    picture : (height, width, channels)
+        Colours, and what else there is of each pixel, such as its intensity.
+    points : (m, p, n, 2)
+        Of p patches in m states, column and row, px, as of `patch_points`.
+    visible : (m, p, n), optional
+        Which of them are seen; all, if left out.
+    bins
+        Of each channel.
+
+    Returns
+    -------
+    (m, p, channels, bins)
+        Shares; all 0 for a patch of which nothing is seen in the picture.
     (m, p)
-        Which share of the patch lies in the picture.
+        Which share of the patch's points is seen there.
 
     Raises
     ------
     TypeError
-        If the image does not hold bytes.
+        If the picture does not hold bytes, or what is visible no truth values.
     ValueError
-        If the image is not in colour, a scale or a patch has no size, or a number is out of range.
+        If the shapes disagree, a patch has no point, or there are fewer than 2 bins or more than
+        256.
 
     References
     ----------
     Section V, "Color cues".
     """
-    image, states, patches, bins, grid = _checked(image, states, patches, bins, grid)
-    found = np.zeros((len(states), len(patches), 3, bins))
-    inside = np.zeros((len(states), len(patches)))
-    _count(image, states, patches, bins, grid, found, inside)
+    picture, points, visible, bins = _checked(picture, points, visible, bins)
+    shape = points.shape[:2]
+    found, inside = np.zeros((*shape, picture.shape[2], bins)), np.zeros(shape)
+    _count(picture, points, visible, found, inside)
     return found, inside
 
 
 def patch_histograms_textbook(
-    image: UInt8[np.ndarray, "height width 3"],
-    states: States,
-    patches: Float[np.ndarray, "p 4"],
+    picture: UInt8[np.ndarray, "height width channels"],
+    points: Float[np.ndarray, "m p n 2"],
+    visible: Bool[np.ndarray, "m p n"] | None = None,
     *,
     bins: int = 8,
-    grid: int = 8,
-) -> tuple[Histograms, Float[np.ndarray, "m p"]]:
+) -> tuple[Float[np.ndarray, "m p channels bins"], Float[np.ndarray, "m p"]]:
     """Return the same as `patch_histograms`, written as the equation is."""
-    image, states, patches, bins, grid = _checked(image, states, patches, bins, grid)
-    found = np.zeros((len(states), len(patches), 3, bins))
-    inside = np.zeros((len(states), len(patches)))
-    steps = (np.arange(grid) + 0.5) / grid
-    along, down = (part.ravel() for part in np.meshgrid(steps, steps))
-    height, width = image.shape[:2]
-    for i, (x, y, theta, s) in enumerate(states):
-        turn = s * np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
-        for k, (left, top, wide, high) in enumerate(patches):
-            points = np.stack([left + wide * along, top + high * down], axis=1) @ turn.T + (x, y)
-            u, v = np.floor(points + 0.5).astype(int).T
-            within = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-            inside[i, k] = within.mean()
-            if within.any():
-                seen = image[v[within], u[within]].astype(int) * bins // 256
-                for c in range(3):
-                    counts = np.bincount(seen[:, c], minlength=bins)
-                    found[i, k, c] = counts / counts.sum()
+    picture, points, visible, bins = _checked(picture, points, visible, bins)
+    height, width, channels = picture.shape
+    shape = points.shape[:2]
+    found, inside = np.zeros((*shape, channels, bins)), np.zeros(shape)
+    for at in np.ndindex(*shape):
+        u, v = np.floor(points[at] + 0.5).T
+        seen = visible[at] & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        inside[at] = seen.mean()
+        if seen.any():
+            values = picture[v[seen].astype(int), u[seen].astype(int)].astype(int) * bins // 256
+            for c in range(channels):
+                found[at][c] = np.bincount(values[:, c], minlength=bins) / seen.sum()
     return found, inside
 
 
@@ -244,43 +268,56 @@ def _states(states: Any) -> np.ndarray:
     return states
 
 
-def _checked(image: Any, states: Any, patches: Any, bins: Any, grid: Any) -> tuple:
-    image = colour_picture("image", image)
-    patches = checks.array("patches", patches, ("p", 4))
-    if not len(patches) or not patches[:, 2:].min() > 0:
-        raise ValueError("patches must be one at least, with a width and a height")
-    return (
-        image,
-        _states(states),
-        patches,
-        checks.whole("bins", bins, 2, 256),
-        checks.whole("grid", grid, 2, 256),
-    )
+def _checked(picture: Any, points: Any, visible: Any, bins: Any) -> tuple:
+    picture = checks.instance("picture", picture, np.ndarray)
+    if picture.dtype != np.uint8:
+        raise TypeError(f"picture must hold bytes (uint8), got {picture.dtype}")
+    if picture.ndim != 3 or not picture.size:
+        raise ValueError(f"picture must be (height, width, channels), got {picture.shape}")
+    points = checks.array("points", points, ("m", "p", "n", 2), finite=False)
+    if not points.shape[2]:
+        raise ValueError(f"points must be one at least in a patch, got {points.shape}")
+    visible = np.ones(points.shape[:3], bool) if visible is None else np.asarray(visible)
+    if visible.dtype != bool:
+        raise TypeError(f"visible must be truth values, got {visible.dtype}")
+    checks.shaped("visible", visible, points.shape[:3], beside=f"points {points.shape}")
+    return picture, points, visible, checks.whole("bins", bins, 2, 256)
 
 
 @no_type_check
 @njit(cache=True)
-def _count(image, states, patches, bins, grid, found, inside):  # pragma: no cover - compiled
-    height, width = image.shape[:2]
+def _place(states, patches, grid, found):  # pragma: no cover - compiled
     for i in range(len(states)):
         x, y, theta, s = states[i]
         cos, sin = s * np.cos(theta), s * np.sin(theta)
         for k in range(len(patches)):
             left, top, wide, high = patches[k]
-            seen = 0
             for a in range(grid):
                 q = top + high * (a + 0.5) / grid
                 for b in range(grid):
                     p = left + wide * (b + 0.5) / grid
-                    u = int(np.floor(cos * p - sin * q + x + 0.5))
-                    v = int(np.floor(sin * p + cos * q + y + 0.5))
-                    if 0 <= u < width and 0 <= v < height:
-                        seen += 1
-                        for c in range(3):
-                            found[i, k, c, image[v, u, c] * bins // 256] += 1
-            inside[i, k] = seen / (grid * grid)
+                    found[i, k, a * grid + b, 0] = cos * p - sin * q + x
+                    found[i, k, a * grid + b, 1] = sin * p + cos * q + y
+
+
+@no_type_check
+@njit(cache=True)
+def _count(picture, points, visible, found, inside):  # pragma: no cover - compiled
+    height, width, channels = picture.shape
+    bins, count = found.shape[3], points.shape[2]
+    for i in range(points.shape[0]):
+        for k in range(points.shape[1]):
+            seen = 0
+            for g in range(count):
+                u, v = np.floor(points[i, k, g, 0] + 0.5), np.floor(points[i, k, g, 1] + 0.5)
+                if not (visible[i, k, g] and 0 <= u < width and 0 <= v < height):
+                    continue
+                seen += 1
+                for c in range(channels):
+                    found[i, k, c, picture[int(v), int(u), c] * bins // 256] += 1
+            inside[i, k] = seen / count
             if seen:
-                for c in range(3):
+                for c in range(channels):
                     for j in range(bins):
                         found[i, k, c, j] /= seen
 

@@ -31,6 +31,7 @@ from robot_perception.companion.cues import (
     contour_distances,
     edge_distances,
     patch_histograms,
+    patch_points,
 )
 from robot_perception.extras import needing
 from robot_perception.particles import condensation
@@ -382,7 +383,8 @@ class TutorTracker:
 
     def _colours(self, image: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rules = self.rules
-        return patch_histograms(image, states, self.model.patches, bins=rules.bins, grid=rules.grid)
+        points = patch_points(states, self.model.patches, grid=rules.grid)
+        return patch_histograms(colour_picture("image", image), points, bins=rules.bins)
 
     def _moved(self, states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return a draw of the motion, a random walk, from each state."""

@@ -71,8 +71,6 @@ CALLS = {
     likelihoods.mean_square: lambda: call(FAR, VISIBLE, 1.0, 3.0),
     likelihoods.EdgeCue: lambda: call(0.6, 0.5, None, 4.0, 1.0),
     likelihoods.EdgeCue.distances: lambda: call(EDGE, SEEN, BODIES),
-    likelihoods.patch_histograms: lambda: call(SEEN, SURFACE, 4),
-    likelihoods.patch_histograms_textbook: lambda: call(SEEN, SURFACE, 4),
     likelihoods.PatchCue: lambda: call(PATCHES, EVEN, (0, 1), np.ones(6), 0.4, 0.3, 0.1),
     likelihoods.PatchCue.squared: lambda: call(PATCH, SEEN, BODIES),
     likelihoods.confidences: lambda: call(EVEN, (0, 1), 0.7),

@@ -13,6 +13,8 @@ COLOUR = np.random.default_rng(1).integers(0, 256, (40, 50, 3), dtype=np.uint8)
 BOX = np.array([5.0, 6.0, 20.0, 24.0])
 BOXES = BOX[None]
 STATES = np.array([[20.0, 20, 0.1, 15], [25.0, 18, 0.0, 12]])
+POINTS = cues.patch_points(STATES, tutor.PATCHES, grid=4)
+SEEN_OF_THEM = np.ones((2, 4, 16), dtype=bool)
 EVEN = np.full((4, 3, 4), 0.25)
 FACES = np.random.default_rng(2).uniform(0, 1, (6, 5, 4))
 NAMES = ["a", "a", "a", "b", "b", "b"]
@@ -106,8 +108,9 @@ CALLS = {
     cascade.HandDetector.find: lambda: call(HANDS, GREY, BOX, (24.0, 30.0)),
     cascade.HandDetector.windows: lambda: call(HANDS, GREY, (24.0, 30.0)),
     cascade.HandDetector.stages_passed: lambda: call(HANDS, GREY, np.array([3.0, 4.0, 26.0, 26.0])),
-    cues.patch_histograms: lambda: call(COLOUR, STATES, tutor.PATCHES, bins=4, grid=4),
-    cues.patch_histograms_textbook: lambda: call(COLOUR, STATES, tutor.PATCHES, bins=4, grid=4),
+    cues.patch_points: lambda: call(STATES, tutor.PATCHES, grid=4),
+    cues.patch_histograms: lambda: call(COLOUR, POINTS, SEEN_OF_THEM, bins=4),
+    cues.patch_histograms_textbook: lambda: call(COLOUR, POINTS, SEEN_OF_THEM, bins=4),
     cues.bhattacharyya: lambda: call(EVEN, EVEN),
     cues.edge_distances: lambda: call(GREY, thresholds=(60.0, 140.0), most=10.0),
     cues.contour_distances: lambda: call(np.ones((40, 50)), STATES, tutor.SILHOUETTE),

@@ -15,7 +15,7 @@ from robot_perception.chapters.arm_likelihoods.scene import (
     Glance,
     glance,
 )
-from robot_perception.companion.cues import bhattacharyya, patch_histograms
+from robot_perception.companion.cues import bhattacharyya, patch_histograms, patch_points
 from robot_perception.evaluation.intervals import (
     Interval,
     bootstrap_mean,
@@ -46,10 +46,11 @@ def field(shown: Glance) -> Float[np.ndarray, "rows columns"]:
     joints = first.model.joints(first.state[None])[0, 0]
     u, v = first.model.pixels(joints[2:].mean(axis=0))
     square = np.array([[-0.5, -0.5, 1.0, 1.0]])
-    hand, _ = patch_histograms(first.seen.image, np.array([[u, v, 0.0, SIDE]]), square)
+    there = patch_points(np.array([[u, v, 0.0, SIDE]]), square)
+    hand, _ = patch_histograms(first.seen.image, there)
     x, y = (part.ravel() for part in np.meshgrid(COLUMNS, ROWS))
     states = np.column_stack([x, y, np.zeros(x.size), np.full(x.size, SIDE)]).astype(float)
-    seen, _ = patch_histograms(shown.image, states, square)
+    seen, _ = patch_histograms(shown.image, patch_points(states, square))
     squared = (bhattacharyya(seen, hand) ** 2).sum(axis=(1, 2))
     return np.exp(-(squared - squared.min()) / (2 * SIGMA**2)).reshape(len(ROWS), len(COLUMNS))
 
@@ -226,7 +227,8 @@ def contrasts(shown: Glance) -> Float[np.ndarray, " patches"]:
     for p, points in enumerate(surface.points[0]):
         middle, reach = points.mean(axis=0), 24.0
         ring = np.array([[x, y, 0.0, 10.0] for x, y in middle + reach * _circle(8)])
-        seen, inside = patch_histograms(first.seen.image, ring, np.array([[-0.5, -0.5, 1.0, 1.0]]))
+        there = patch_points(ring, np.array([[-0.5, -0.5, 1.0, 1.0]]))
+        seen, inside = patch_histograms(first.seen.image, there)
         around = seen[inside[:, 0] > 0.5, 0]
         squared = bhattacharyya(around, first.reference[p, list(COLOUR)]) ** 2
         found[p] = squared.mean() if len(around) else 0.0

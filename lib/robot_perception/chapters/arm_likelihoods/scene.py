@@ -18,11 +18,11 @@ from robot_perception.arms.likelihoods import (
     Look,
     PatchCue,
     look,
-    patch_histograms,
     summed,
 )
 from robot_perception.arms.tracker import First
 from robot_perception.cameras import Pinhole
+from robot_perception.companion.cues import patch_histograms
 from robot_perception.teaching.tables import Table
 
 CAMERA = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
@@ -109,7 +109,8 @@ def glance(
     begin = look(rest)
     told = motion[0] + off
     patches = model.place(told)
-    reference = patch_histograms(begin, model.surface(told[None], patches))[0][0]
+    surface = model.surface(told[None], patches)
+    reference = patch_histograms(begin.channels, surface.points, surface.visible)[0][0]
     seen = look(now, look(before).grey)
     wrists = shown.stage.pixels(shown.joints[2, :, 2])
     first = First(begin, model, told, patches, reference)

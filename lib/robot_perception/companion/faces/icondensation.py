@@ -28,6 +28,7 @@ from robot_perception.companion.cues import (
     contour_distances,
     edge_distances,
     patch_histograms,
+    patch_points,
 )
 from robot_perception.extras import needing
 from robot_perception.particles import effective_number, systematic
@@ -264,7 +265,8 @@ class FaceFilter:
         )
 
     def _colours(self, image: np.ndarray, states: np.ndarray) -> np.ndarray:
-        return patch_histograms(image, _framed(states), PATCHES, bins=self.rules.bins)[0]
+        points = patch_points(_framed(states), PATCHES)
+        return patch_histograms(colour_picture("image", image), points, bins=self.rules.bins)[0]
 
     def _walked(self, states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         rules, noise = self.rules, rng.standard_normal(states.shape)
