@@ -163,7 +163,7 @@ def test_constant_velocity_is_found_and_goes_on():
     states = np.linspace(0.2, 0.8, 30)[:, None] * np.r_[np.ones(6), 0, 0]
     dynamics = learn(states, order=2)
     assert dynamics.order == 2
-    ahead = dynamics.step(np.r_[states[-1], states[-2]], rng=np.random.default_rng(0))
+    ahead = dynamics.propagate(np.r_[states[-1], states[-2]], rng=np.random.default_rng(0))
     np.testing.assert_allclose(ahead[:8], 2 * states[-1] - states[-2], atol=1e-6)
     np.testing.assert_array_equal(ahead[8:], states[-1])
 
@@ -186,14 +186,14 @@ def test_noise_has_its_covariance_and_can_be_left_out():
     rng = np.random.default_rng(0)
     B = 0.1 * rng.normal(size=(8, 8))
     dynamics = Dynamics(0.5 * np.eye(8), np.full(8, 5.0), B)
-    moved = dynamics.step(np.ones((200_000, 8)), rng=rng, noise=2.0)
+    moved = dynamics.propagate(np.ones((200_000, 8)), rng=rng, noise=2.0)
     np.testing.assert_allclose(np.cov(moved.T), 4 * B @ B.T, atol=0.01)
-    np.testing.assert_array_equal(dynamics.step(np.ones(8), rng=rng, noise=0.0), 5.5)
+    np.testing.assert_array_equal(dynamics.propagate(np.ones(8), rng=rng, noise=0.0), 5.5)
 
 
 def test_lengths_are_reflected_at_zero():
     dynamics = Dynamics(-np.eye(8), np.zeros(8), np.zeros((8, 8)))
-    moved = dynamics.step(np.ones((2, 8)), rng=np.random.default_rng(0))
+    moved = dynamics.propagate(np.ones((2, 8)), rng=np.random.default_rng(0))
     np.testing.assert_array_equal(moved[0], [-1, -1, -1, 1, 1, 1, -1, -1])
 
 

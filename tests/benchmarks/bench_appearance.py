@@ -6,7 +6,7 @@ import numpy as np
 from robot_perception.appearance import head_ellipse
 from robot_perception.appearance.colour_histograms import box_histograms, histogram
 from robot_perception.appearance.colour_spaces import Binning
-from robot_perception.appearance.head_ellipse import Ellipse, HeadState, HeadTracker
+from robot_perception.appearance.head_ellipse import Ellipse, HeadTracker
 from tests.benchmarks.harness import Row
 
 SIZE = (320, 240)
@@ -85,7 +85,7 @@ def _scores(half_width: int, ratio: float | None = None) -> Row:
 
 def _step() -> Row:
     tracker, image, head = HeadTracker(), picture(), Ellipse(160, 120, 25)
-    state = HeadState(head, tracker.colours(image, head))
+    state = tracker.start(image, head)
 
     def agree() -> None:
         after, info = tracker.step(state, image)

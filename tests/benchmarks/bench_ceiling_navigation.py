@@ -24,9 +24,8 @@ def _taught() -> tuple[list[np.ndarray], np.ndarray, list[MapState], list[dict]]
     path = taught_path("line", step=0.05)[:PICTURES] - np.array([1.0, 0.0, 0.0])
     images = [eye.image(pose) for pose in path]
     mapper = Mapper(SCALE, MOUNT.middle)
-    state, info = mapper.start(images[0], rng=rng)
-    states, sightings = [state], [dict(info.sightings)]
-    for image in images[1:]:
+    state, states, sightings = mapper.start(), [], []
+    for image in images:
         state, info = mapper.step(state, image, rng=rng)
         states.append(state)
         sightings.append(dict(info.sightings))

@@ -33,10 +33,11 @@ def rows() -> list[Row]:
     states = np.random.default_rng(5).normal([160, 120, 0, 110], [30, 20, 0.05, 8], (200, 4))
 
     def windowed() -> list:
-        follower, state, found = FaceTracker(detector), None, []
+        follower, found = FaceTracker(detector), []
+        state = follower.start()
         for grey in greys:
             state, _ = follower.step(state, grey)
-            found.append(None if state is None else state.box)
+            found.append(state.box)
         return found
 
     def whole() -> list:

@@ -13,10 +13,10 @@ from robot_perception.observations import Observations
 from robot_perception.slam.planar import Odometry
 from robot_perception.slam.rao_blackwellised import (
     ParticleMaps,
+    RaoBlackwellisedSlam,
     associate_each,
     associate_shared,
     forward_mount,
-    step,
     textbook,
 )
 from tests.benchmarks.harness import Row, Timing
@@ -50,9 +50,9 @@ def look(places: np.ndarray, rng: np.random.Generator, seen: int = SEEN) -> Obse
 
 def run(maps: ParticleMaps, looks: list[Observations]) -> ParticleMaps:
     """Return the belief after steps."""
-    rng = np.random.default_rng(0)
+    slam, rng = RaoBlackwellisedSlam(MOUNT), np.random.default_rng(0)
     for seen in looks:
-        maps, _ = step(maps, MOTION, seen, MOUNT, rng=rng)
+        maps, _ = slam.step(maps, MOTION, seen, rng=rng)
     return maps
 
 

@@ -38,9 +38,10 @@ def film(count: int = 14, ahead: float = 0.05, turn: float = 0.0, *, seed: int =
 def mapped(pictures: np.ndarray, rules: MapRules | None = None, scale: float = SCALE) -> Run:
     """Return states and what was seen in each picture, always from the same seed."""
     mapper, rng = Mapper(scale, CENTRE, rules or MapRules()), np.random.default_rng(1)
-    found = [mapper.start(pictures[0], rng=rng)]
-    for picture in pictures[1:]:
-        found.append(mapper.step(found[-1][0], picture, rng=rng))
+    state, found = mapper.start(), []
+    for picture in pictures:
+        state, info = mapper.step(state, picture, rng=rng)
+        found.append((state, info))
     return tuple(found)
 
 

@@ -16,16 +16,16 @@ from robot_perception.ceiling.mapping import (
     Mapper,
     MapRules,
     MapState,
+    PatternTrackers,
     Sought,
     consistent,
-    follow,
     inside,
     look_for,
 )
 from robot_perception.ceiling.mosaic import Links, Mosaic, adjust
 from robot_perception.ceiling.patterns import PatternRules, WindowRules, make_pattern
 from robot_perception.ceiling.recognition import recognise
-from robot_perception.ceiling.tracker import PatternTracker, TrackerRules, step_all
+from robot_perception.ceiling.tracker import PatternTracker, TrackerRules
 from robot_perception.geometry import se2
 from tests.ceiling.ceilings import BLANK, CENTRE, MOUNT, SCALE, camera, driven, film, mapped, run
 from tests.ceiling.pictures import SIZE, cluttered, drawn, rectangle
@@ -133,7 +133,7 @@ def test_the_same_seed_gives_the_same_numbers():
     for name, place in first[1].sightings.items():
         np.testing.assert_array_equal(place, second[1].sightings[name])
     mapper, other = Mapper(SCALE, CENTRE), gen(2)
-    state, _ = mapper.start(pictures[0], rng=other)
+    state, _ = mapper.step(mapper.start(), pictures[0], rng=other)
     state, _ = mapper.step(state, pictures[1], rng=other)
     assert (run()[1][0].pose != state.pose).any()
 
@@ -194,7 +194,7 @@ def pieces(monkeypatch):
 def test_known_patterns_are_looked_for_in_every_so_many_pictures(every, pieces):
     asked = []
     mapper, rng = Mapper(SCALE, CENTRE, MapRules(every=every)), gen(1)
-    state, _ = mapper.start(film()[0], rng=rng)
+    state, _ = mapper.step(mapper.start(), film()[0], rng=rng)
     for picture in film()[1:7]:
         before = len(pieces)
         state, _ = mapper.step(state, picture, rng=rng)
@@ -249,22 +249,33 @@ def test_repeated_windows_are_taken_only_where_nothing_better_is_in_view():
         ("area", rectangle(u, 120, 50, 40, 0.2), 60) for u in (90.0, 230.0)
     ]  # and nothing else
     picture = drawn(twins)
-    with pytest.raises(ValueError, match="distinctive window"):
-        Mapper(1.0, CENTRE, MapRules(repeated=0.3)).start(picture, rng=gen())
-    _, info = Mapper(1.0, CENTRE, MapRules(repeated=1.0)).start(picture, rng=gen())
-    assert len(info.new) == 2
-    alone = cluttered(4)
-    strict, lax = (
-        Mapper(1.0, CENTRE, MapRules(repeated=share)).start(alone, rng=gen())[1]
-        for share in (0.0, 1.0)
-    )
+
+    def first(picture, share):
+        mapper = Mapper(1.0, CENTRE, MapRules(repeated=share))
+        return mapper.step(mapper.start(), picture, rng=gen())[1]
+
+    assert not first(picture, 0.3).new
+    assert len(first(picture, 1.0).new) == 2
+    strict, lax = (first(cluttered(4), share) for share in (0.0, 1.0))
     assert len(strict.new) > 1
     assert strict.new == lax.new
 
 
-def test_a_blank_ceiling_has_no_map():
-    with pytest.raises(ValueError, match="image must have a distinctive window, got none"):
-        Mapper(SCALE, CENTRE).start(BLANK, rng=gen())
+def test_blank_pictures_give_no_map_and_the_first_other_one_begins_it():
+    mapper, rng = Mapper(SCALE, CENTRE), gen(1)
+    state = mapper.start()
+    for _ in range(3):
+        state, info = mapper.step(state, BLANK, rng=rng)
+        assert (state.mosaic.poses, state.count) == ({}, 0)
+        assert (info.located, info.new, info.sightings) == (False, (), {})
+    state, info = mapper.step(state, film()[0], rng=rng)
+    first, told = run()[0]
+    assert info.located
+    assert state.count == first.count == 1
+    assert info.new == told.new == (*state.mosaic.poses,)
+    for name, place in told.sightings.items():
+        np.testing.assert_array_equal(info.sightings[name], place)
+    np.testing.assert_array_equal(state.mosaic.poses["0"], np.zeros(3))
 
 
 def test_a_blank_picture_later_lets_the_motion_go_on():
@@ -403,23 +414,29 @@ PATTERN = make_pattern(PICTURE, (160.0, 120.0), (64.0, 64.0))
 RULES = TrackerRules(sigmas=(2.0, 2.0, 0.02, 0.01))
 
 
-def followed(states, picture, border=0.0, **more):
-    return follow({"a": PATTERN, "b": PATTERN}, states, picture, RULES, border, rng=gen(), **more)
+BOTH = PatternTrackers({"a": PATTERN, "b": PATTERN}, RULES)
 
 
-def test_follow_is_one_tracker_after_the_other():
-    tracker = PatternTracker(PATTERN, RULES)
-    states = {"a": tracker.start(AT), "b": tracker.start(AT + np.array([1.0, 2, 0, 0]))}
+def followed(states, picture, **more):
+    after, info = replace(BOTH, **more).step(states, picture, rng=gen())
+    return after, info.patterns, info.lost
+
+
+def test_several_are_followed_one_after_the_other():
+    tracker, places = PatternTracker(PATTERN, RULES), {"b": AT, "a": AT + np.array([1.0, 2, 0, 0])}
+    states = BOTH.start(places)
     after, infos, lost = followed(states, PICTURE)
-    expected, told = step_all(dict.fromkeys("ab", tracker), states, PICTURE, rng=gen())
+    assert [*states] == [*after] == [*infos] == ["b", "a"]
     assert not lost
-    for name in "ab":
-        np.testing.assert_array_equal(after[name].pose, expected[name].pose)
-        np.testing.assert_array_equal(infos[name].correlation, told[name].correlation)
+    draw = gen()
+    for name, place in places.items():
+        state, info = tracker.step(tracker.start(place), PICTURE, rng=draw)
+        np.testing.assert_array_equal(after[name].particles.states, state.particles.states)
+        np.testing.assert_array_equal(infos[name].correlation, info.correlation)
         assert np.hypot(*(after[name].pose - AT)[:2]) < 2
 
 
-def test_follow_lets_go_what_is_unseen_or_at_the_border():
+def test_a_pattern_is_let_go_where_it_is_unseen_or_at_the_border():
     states = {"a": PatternTracker(PATTERN, RULES).start(AT)}
     for patience in (1, 2, 3):
         now = states
@@ -437,9 +454,13 @@ def test_follow_lets_go_what_is_unseen_or_at_the_border():
     assert not infos["a"].lost
 
 
-def test_follow_needs_a_pattern_for_each():
-    with pytest.raises(ValueError, match=r"tracked must have patterns, got none for \['c'\]"):
+def test_what_is_followed_has_a_pattern():
+    with pytest.raises(ValueError, match=r"state must have patterns, got none for \['c'\]"):
         followed({"c": PatternTracker(PATTERN, RULES).start(AT)}, PICTURE)
+    with pytest.raises(ValueError, match=r"poses must have patterns, got none for \['c'\]"):
+        BOTH.start({"c": AT})
+    with pytest.raises(ValueError, match="pose must have a positive scale"):
+        BOTH.start({"a": AT * [1, 1, 1, -1]})
 
 
 LOOK = MapRules(tracker=RULES, border=20.0)
@@ -658,7 +679,8 @@ def test_rules_hand_down_those_of_their_parts():
     rules = MapRules(
         patterns=PatternRules(most=25), windows=WindowRules(most=2, size=(48, 40)), enough=1
     )
-    state, info = Mapper(SCALE, CENTRE, rules).start(film()[0], rng=gen())
+    mapper = Mapper(SCALE, CENTRE, rules)
+    state, info = mapper.step(mapper.start(), film()[0], rng=gen())
     assert len(info.new) == 2
     for pattern in state.patterns.values():
         assert len(pattern.places) <= 25
@@ -687,9 +709,9 @@ def test_a_mapper_needs_its_kinds():
         with pytest.raises(TypeError, match="state must be a MapState, got 5"):
             Mapper(SCALE, CENTRE).step(5, BLANK, rng=gen())
         with pytest.raises(TypeError, match="rng must be a Generator, got 5"):
-            Mapper(SCALE, CENTRE).start(BLANK, rng=5)
+            Mapper(SCALE, CENTRE).step(Mapper(SCALE, CENTRE).start(), BLANK, rng=5)
         with pytest.raises(ValueError, match=r"image must be \('?height'?, '?width'?\), got"):
-            Mapper(SCALE, CENTRE).start(BLANK[0], rng=gen())
+            Mapper(SCALE, CENTRE).step(Mapper(SCALE, CENTRE).start(), BLANK[0], rng=gen())
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.patterns import (
     Decay,
-    PatternRules,
     correlations,
     deviations,
     make_pattern,
@@ -23,7 +22,6 @@ from robot_perception.ceiling.tracker import (
     TrackerRules,
     log_likelihoods,
     smoothing,
-    step_all,
 )
 from tests.ceiling.pictures import cluttered, moved, smooth
 from tests.unchecked import unchecked
@@ -350,22 +348,6 @@ def test_one_seed_gives_the_same_numbers():
     one, same, other = (TRACKER.step(TRACKER.start(START), IMAGE, rng=rng(s))[0] for s in (1, 1, 2))
     np.testing.assert_array_equal(one.particles.states, same.particles.states)
     assert (one.pose != other.pose).all()
-
-
-def test_all_steps_are_the_single_ones():
-    rules = PatternRules(most=40)
-    second = PatternTracker(make_pattern(IMAGE, (90, 100), rules=rules), replace(RULES, passes=1))
-    trackers = {"b": second, "a": TRACKER, "rests": TRACKER}
-    states = {"a": TRACKER.start(START), "b": second.start(np.array([90, 100, 0, 1.0]))}
-    after, infos = step_all(trackers, states, IMAGE, rng=rng(7))
-    assert [*after] == [*infos] == ["a", "b"]
-    draw = rng(7)
-    for name in ("a", "b"):
-        state, info = trackers[name].step(states[name], IMAGE, rng=draw)
-        np.testing.assert_array_equal(after[name].particles.states, state.particles.states)
-        np.testing.assert_array_equal(infos[name].cov, info.cov)
-    with pytest.raises(ValueError, match="states must have trackers"):
-        step_all({"a": TRACKER}, states, IMAGE, rng=rng())
 
 
 # Bad input ---------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ MODEL = model()
 TRACKER = SkinTracker(CENTRE, FOCAL, SIZE, MODEL)
 DEGREE = np.deg2rad(1.0)
 FACE = (0.7, 15 * DEGREE, 4 * DEGREE)
-START = SkinState()
+START = TRACKER.start()
 RNG = np.random.default_rng(0)
 NOISE = RNG.integers(0, 256, (*SIZE[::-1], 3), dtype=np.uint8)
 
@@ -131,7 +131,7 @@ def test_shares_are_means_over_windows_that_go_on_across_the_seam():
 
 
 def test_an_image_that_is_missing_or_of_another_size_is_refused():
-    state, rng = SkinState(), np.random.default_rng(0)
+    state, rng = TRACKER.start(), np.random.default_rng(0)
     image = picture([FACE])
     for wrong, reason in {
         "missing": (None, "image must be an array of bytes.*None"),

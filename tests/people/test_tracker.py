@@ -62,10 +62,10 @@ def test_without_motion_it_is_the_aggregation():
 
 def test_who_was_verified_once_stays_so_and_who_is_gone_is_forgotten():
     three = known((2.0, 0.0), (2.0, 1.0), (2.0, np.pi - 0.05))
-    verified, chosen = VERIFIER.step(VERIFIER.start(), three, np.array([0.1, 0.05 - np.pi]))
-    assert chosen.tolist() == [True, False, True]
+    verified, info = VERIFIER.step(VERIFIER.start(), three, np.array([0.1, 0.05 - np.pi]))
+    assert info.chosen.tolist() == [True, False, True]
     assert verified == set(three.identity[[0, 2]].tolist())
-    after, chosen = VERIFIER.step(verified, three.select(~chosen), np.zeros(0))
-    assert (after, chosen.tolist()) == (frozenset(), [False])
-    after, chosen = VERIFIER.step(verified, three, np.zeros(0))
-    assert (after, chosen.tolist()) == (verified, [True, False, True])
+    after, info = VERIFIER.step(verified, three.select(~info.chosen), np.zeros(0))
+    assert (after, info.chosen.tolist()) == (frozenset(), [False])
+    after, info = VERIFIER.step(verified, three, np.zeros(0))
+    assert (after, info.chosen.tolist()) == (verified, [True, False, True])

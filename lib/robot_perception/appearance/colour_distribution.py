@@ -242,7 +242,7 @@ class Dynamics:
         """How many states before the next one it asks for."""
         return self.A.shape[1] // SIZE
 
-    def step(
+    def propagate(
         self, states: Float[np.ndarray, "*batch n"], *, rng: np.random.Generator, noise: float = 1.0
     ) -> Float[np.ndarray, "*batch n"]:
         r"""Return the next states, with what they need of those before.

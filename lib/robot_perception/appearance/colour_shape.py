@@ -360,7 +360,7 @@ class ColourShapeTracker:
         looks: list[_Look | None] = []
 
         def move(states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-            return self.dynamics.step(states, rng=rng, noise=self.rules.noise)
+            return self.dynamics.propagate(states, rng=rng, noise=self.rules.noise)
 
         def log_likelihood(states: np.ndarray) -> np.ndarray:
             watch("draw and propagate")

@@ -288,6 +288,23 @@ class HeadTracker:
         counts = np.bincount(numbers, minlength=self.binning.count).astype(float)
         return shares(counts) if self.rules.measure == "shares" else counts
 
+    def start(self, image: UInt8[np.ndarray, "height width 3"], ellipse: Ellipse) -> HeadState:
+        """Return the state after the first image, in which the head is told: it has its colours.
+
+        Parameters
+        ----------
+        image : (height, width, 3)
+            Red, green, blue.
+        ellipse
+            The head.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `colours`.
+        """
+        return HeadState(ellipse, self.colours(image, ellipse), size=image.shape[1::-1])
+
     def step(
         self,
         state: HeadState,

@@ -8,6 +8,7 @@ patterns where too few are left, and put them into the mosaic (eq. 3).
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -47,9 +48,10 @@ __all__ = [
     "MapRules",
     "MapState",
     "Mapper",
+    "PatternTrackers",
+    "PatternsInfo",
     "Sought",
     "consistent",
-    "follow",
     "inside",
     "look_for",
 ]
@@ -148,7 +150,7 @@ class MapState:
     links
         Poses of patterns relative to each other, over all pictures.
     count
-        Pictures used.
+        Pictures used; none before the first pattern.
     """
 
     mosaic: Mosaic
@@ -166,7 +168,7 @@ class MapState:
         for name in ("pose", "motion"):
             object.__setattr__(self, name, checks.array(name, getattr(self, name), (3,)))
         checks.instance("links", self.links, Links)
-        object.__setattr__(self, "count", checks.whole("count", self.count, 1))
+        object.__setattr__(self, "count", checks.whole("count", self.count, 0))
         for name in ("patterns", "tracked"):
             own = MappingProxyType(dict(getattr(self, name)))
             object.__setattr__(self, name, own)
@@ -183,7 +185,7 @@ class MapInfo:
     tracking
         What each tracker says.
     located
-        Whether a known pattern was seen; if not, the pose is a guess.
+        Whether a known pattern was seen, or the first one made; if not, the pose is a guess.
     new
         Names of the patterns that were made.
     lost
@@ -240,36 +242,11 @@ class Mapper:
     def _middle(self) -> Float[np.ndarray, " 2"]:
         return np.array(self.centre)
 
-    def start(
-        self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
-    ) -> tuple[MapState, MapInfo]:
-        """Return the state after the first picture, whose first pattern is the mosaic's frame.
-
-        Parameters
-        ----------
-        image : (height, width)
-            Grey values, corrected (`.correction`).
-        rng
-            Source of randomness.
-
-        Raises
-        ------
-        TypeError
-            If an argument is of another type.
-        ValueError
-            If no distinctive window is in the picture, as on a blank ceiling.
-        """
-        image, rng = picture("image", image), checks.generator("rng", rng)
-        empty = Mosaic({}, self.scale, self._middle)
+    def start(self) -> MapState:
+        """Return the state before the first picture: nothing is known."""
         nowhere = np.zeros(3)
-        state = MapState(empty, {}, {}, nowhere, nowhere, Links())
-        state, sightings, new = self._make(state, image, None, {}, rng)
-        if not new:
-            raise ValueError(
-                "image must have a distinctive window, got none, as of a blank ceiling"
-            )
-        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
-        return replace(state, links=links), MapInfo(sightings, {}, True, new)
+        empty = Mosaic({}, self.scale, self._middle)
+        return MapState(empty, {}, {}, nowhere, nowhere, Links(), 0)
 
     def step(
         self,
@@ -280,12 +257,16 @@ class Mapper:
     ) -> tuple[MapState, MapInfo]:
         """Return the state after a picture.
 
+        The first pattern that is made is the mosaic's frame. As long as no picture has a
+        distinctive window, as of a blank ceiling, there is none: the state stays as it is, and the
+        robot is not located.
+
         Parameters
         ----------
         state
             Before it.
         image : (height, width)
-            Grey values, corrected.
+            Grey values, corrected (`.correction`).
         rng
             Source of randomness.
 
@@ -299,9 +280,11 @@ class Mapper:
         checks.instance("state", state, MapState)
         checks.generator("rng", rng)
         rules, image = self.rules, picture("image", image)
-        tracked, infos, lost = follow(
-            state.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
-        )
+        if not state.mosaic.poses:
+            return self._begun(state, image, rng)
+        trackers = PatternTrackers(state.patterns, rules.tracker, rules.border)
+        tracked, told = trackers.step(state.tracked, image, rng=rng)
+        infos = told.patterns
         sightings, slid = consistent(
             state.mosaic,
             {name: infos[name].pose for name in tracked if not infos[name].lost},
@@ -327,8 +310,17 @@ class Mapper:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
         together = together | sightings
         links = state.links.add(together, centre=self._middle, scale=self.scale)
-        seen = MapInfo(sightings, infos, located, new, lost + slid, found, closed)
+        seen = MapInfo(sightings, infos, located, new, told.lost + slid, found, closed)
         return replace(state, links=links), seen
+
+    def _begun(
+        self, state: MapState, image: np.ndarray, rng: np.random.Generator
+    ) -> tuple[MapState, MapInfo]:
+        """Return the state with the first patterns, if the picture has a distinctive window."""
+        state, sightings, new = self._make(state, image, None, {}, rng)
+        links = state.links.add(sightings, centre=self._middle, scale=self.scale)
+        after = replace(state, links=links, count=state.count + bool(new))
+        return after, MapInfo(sightings, {}, bool(new), new)
 
     def _again(
         self, state: MapState, sought: "Sought", rng: np.random.Generator
@@ -468,62 +460,119 @@ def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
     return replace(mosaic, poses=mosaic.poses | fitted.poses)
 
 
-def follow(
-    patterns: Mapping[str, Pattern],
-    tracked: Mapping[str, PatternState],
-    image: UInt8[np.ndarray, "height width"],
-    rules: TrackerRules,
-    border: float,
-    *,
-    patience: int = 3,
-    rng: np.random.Generator,
-) -> tuple[dict[str, PatternState], dict[str, PatternInfo], tuple[str, ...]]:
-    """Return the states of patterns after a picture, what was seen, and which were let go.
+@dataclass(frozen=True, eq=False, slots=True)
+class PatternsInfo:
+    """What a picture showed of several patterns.
+
+    Parameters
+    ----------
+    patterns
+        What the tracker of each says, by name.
+    lost
+        Names of those that were let go.
+    """
+
+    patterns: Mapping[str, PatternInfo]
+    lost: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PatternTrackers:
+    """Follows several patterns, each by a tracker of its own, and lets go what leaves.
 
     Parameters
     ----------
     patterns
         By name.
-    tracked
-        States before, by name.
-    image : (height, width)
-        Grey values.
     rules
         Of the trackers.
     border
-        One whose centre comes closer to the border is let go, px.
+        A pattern whose centre comes closer to the border is let go, px.
     patience
         So is one that is not seen in that many pictures in a row.
-    rng
-        Source of randomness.
 
     Raises
     ------
-    TypeError
-        If an argument is of another type.
     ValueError
-        If a state has no pattern, or a number is out of its range.
+        If a number is out of its range.
     """
-    checks.entries("patterns", patterns, Pattern)
-    checks.entries("tracked", tracked, PatternState)
-    checks.instance("rules", rules, TrackerRules)
-    patience, rng = checks.whole("patience", patience, 1), checks.generator("rng", rng)
-    border = checks.not_negative("border", border)
-    unknown = [name for name in tracked if name not in patterns]
-    if unknown:
-        raise ValueError(f"tracked must have patterns, got none for {checks.shown(unknown)}")
-    layers = Layers(image)
-    after: dict[str, PatternState] = {}
-    infos: dict[str, PatternInfo] = {}
-    for name, state in tracked.items():
-        tracker = PatternTracker(patterns[name], rules)
-        after[name], infos[name] = tracker.step(state, layers, rng=rng)
-    lost = tuple(
-        name
-        for name, state in after.items()
-        if state.lost >= patience or not inside(state.pose, image.shape, border)
-    )
-    return {name: s for name, s in after.items() if name not in lost}, infos, lost
+
+    patterns: Mapping[str, Pattern]
+    rules: TrackerRules = field(default_factory=TrackerRules)
+    border: float = 0.0
+    patience: int = 3
+
+    def __post_init__(self) -> None:
+        checks.entries("patterns", self.patterns, Pattern)
+        checks.instance("rules", self.rules, TrackerRules)
+        object.__setattr__(self, "border", checks.not_negative("border", self.border))
+        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 1))
+
+    def start(self, poses: Mapping[str, Float[np.ndarray, " 4"]]) -> Mapping[str, PatternState]:
+        """Return the states of patterns whose places are known.
+
+        Parameters
+        ----------
+        poses
+            (x, y, θ, s) of each, by name.
+
+        Raises
+        ------
+        ValueError
+            If a place is not four numbers with a positive scale, or there is no pattern of its
+            name.
+        """
+        poses = _sightings.sightings("poses", poses)
+        self._known("poses", poses)
+        return {name: self._tracker(name).start(pose) for name, pose in poses.items()}
+
+    def step(
+        self,
+        state: Mapping[str, PatternState],
+        image: UInt8[np.ndarray, "height width"],
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[Mapping[str, PatternState], PatternsInfo]:
+        """Return the states after a picture, without those that were let go.
+
+        Parameters
+        ----------
+        state
+            Before it, by name; patterns that are not named are not looked for.
+        image : (height, width)
+            Grey values.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If a state has no pattern.
+        """
+        checks.entries("state", state, PatternState)
+        checks.generator("rng", rng)
+        self._known("state", state)
+        layers = Layers(image)
+        steps = {
+            name: self._tracker(name).step(one, layers, rng=rng) for name, one in state.items()
+        }
+        lost = tuple(
+            name
+            for name, (one, _) in steps.items()
+            if one.lost >= self.patience or not inside(one.pose, image.shape, self.border)
+        )
+        after = {name: one for name, (one, _) in steps.items() if name not in lost}
+        return after, PatternsInfo({name: info for name, (_, info) in steps.items()}, lost)
+
+    def _tracker(self, name: str) -> PatternTracker:
+        return PatternTracker(self.patterns[name], self.rules)
+
+    def _known(self, name: str, asked: Mapping[str, Any]) -> None:
+        unknown = [one for one in asked if one not in self.patterns]
+        if unknown:
+            raise ValueError(f"{name} must have patterns, got none for {checks.shown(unknown)}")
 
 
 def look_for(

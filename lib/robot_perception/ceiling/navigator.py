@@ -16,9 +16,9 @@ from robot_perception import checks
 from robot_perception.ceiling.contours import picture
 from robot_perception.ceiling.mapping import (
     MapRules,
+    PatternTrackers,
     Sought,
     consistent,
-    follow,
     inside,
     look_for,
 )
@@ -225,9 +225,9 @@ class Navigator:
         checks.instance("state", state, ReplayState)
         checks.generator("rng", rng)
         image, rules = picture("image", image), self.rules
-        tracked, infos, _ = follow(
-            self.patterns, state.tracked, image, rules.tracker, rules.border, rng=rng
-        )
+        trackers = PatternTrackers(self.patterns, rules.tracker, rules.border)
+        tracked, told = trackers.step(state.tracked, image, rng=rng)
+        infos = told.patterns
         sightings, slid = consistent(
             self.mosaic,
             {name: infos[name].pose for name in tracked if not infos[name].lost},

@@ -15,9 +15,7 @@ Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomo
 visual memory and pattern tracking".
 """
 
-from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
@@ -41,10 +39,8 @@ __all__ = [
     "TrackerRules",
     "log_likelihoods",
     "smoothing",
-    "step_all",
 ]
 
-Name = TypeVar("Name", bound=Hashable)
 FORBIDDEN = 1e6
 """Minus the logarithm of the likelihood of what is hardly in the picture; finite, as all may be."""
 SMALLEST = 0.05
@@ -346,42 +342,6 @@ class PatternTracker:
             after = PatternState(particles, state.lost + 1)
         info = PatternInfo(after.pose, _cov(after), C, away, good, lost, taken.effective)
         return after, info
-
-
-def step_all(
-    trackers: Mapping[Name, PatternTracker],
-    states: Mapping[Name, PatternState],
-    image: UInt8[np.ndarray, "height width"],
-    *,
-    rng: np.random.Generator,
-) -> tuple[dict[Name, PatternState], dict[Name, PatternInfo]]:
-    """Return the states of several patterns after a picture, each by its own tracker.
-
-    Parameters
-    ----------
-    trackers
-        By name.
-    states
-        Before the picture, by name; those of trackers that are not named here rest.
-    image : (height, width)
-        Grey values.
-    rng
-        Source of randomness.
-
-    Raises
-    ------
-    ValueError
-        If a state has no tracker.
-    """
-    checks.instance("trackers", trackers, Mapping)
-    checks.instance("states", states, Mapping)
-    unknown = [name for name in states if name not in trackers]
-    if unknown:
-        raise ValueError(f"states must have trackers, got none for {checks.shown(unknown)}")
-    layers = Layers(image)
-    found = {name: trackers[name].step(state, layers, rng=rng) for name, state in states.items()}
-    after = {name: state for name, (state, _) in found.items()}
-    return after, {name: info for name, (_, info) in found.items()}
 
 
 def log_likelihoods(

@@ -4,7 +4,7 @@ A hypothesis is a normal distribution of distance and direction :math:`(r, \varp
 robot, with a weight. A reading predicts all hypotheses to its time, is associated with them, merged
 into those that it confirms, and lowers the weights of the others:
 
-``Aggregator(rules).step(hypotheses, detections, motion) -> (Hypotheses, AggregationInfo)``
+``Aggregator(rules).step(state, detections, motion) -> (Hypotheses, AggregationInfo)``
 
 Which sensors there are is open: one more takes a detector that returns normal distributions, a name
 and its :class:`SensorRules` under that name.
@@ -360,7 +360,7 @@ class Aggregator:
 
     def step(
         self,
-        hypotheses: Hypotheses,
+        state: Hypotheses,
         detections: Detections,
         motion: Float[np.ndarray, "3"],
     ) -> tuple[Hypotheses, AggregationInfo]:
@@ -381,7 +381,7 @@ class Aggregator:
 
         Parameters
         ----------
-        hypotheses
+        state
             Before the reading.
         detections
             The reading. Readings of several sensors may have the same time, of one sensor not.
@@ -400,15 +400,15 @@ class Aggregator:
         ----------
         Schaffernicht et al., eqs (2) to (6).
         """
-        checks.instance("hypotheses", hypotheses, Hypotheses)
+        checks.instance("state", state, Hypotheses)
         checks.instance("detections", detections, Detections)
         rules = self.rules
         sensor = _sensor(detections, rules)
-        elapsed = _elapsed(hypotheses, detections)
+        elapsed = _elapsed(state, detections)
         readings = Gaussian(_clear(detections.positions.mean), detections.positions.cov)
         if not (_determinants(readings.cov) > 0).all():
             raise ValueError("detections must have regular covariances, got a singular one")
-        before = predict(hypotheses, elapsed, motion, rules.walk)
+        before = predict(state, elapsed, motion, rules.walk)
         distances = _distances(readings.mean, readings.cov, before.mean, before.cov)  # eq. (2)
         assignment = greedy(distances, rules.limit)
         matched = assignment >= 0
@@ -429,7 +429,7 @@ class Aggregator:
 
         new, m = readings.mean[~matched], int((~matched).sum())
         start = rules.threshold + _alphas(sensor, new[:, 1]) * (1 - rules.threshold)
-        now, fresh = np.full(m, detections.time), hypotheses.following + np.arange(m)
+        now, fresh = np.full(m, detections.time), state.following + np.arange(m)
         identities = np.empty(len(matched), dtype=np.int64)
         identities[matched], identities[~matched] = before.identity[j], fresh
         after = Hypotheses(
@@ -440,8 +440,8 @@ class Aggregator:
             np.concatenate([before.born[kept], now]),
             np.concatenate([np.where(seen, detections.time, before.last_seen)[kept], now]),
             np.concatenate([np.where(seen | missed, detections.time, before.charged)[kept], now]),
-            {**hypotheses.heard, detections.sensor: detections.time},
-            hypotheses.following + m,
+            {**state.heard, detections.sensor: detections.time},
+            state.following + m,
         )
         after, absorbed, compared = _united(after, rules)
         for stays, goes in absorbed:

@@ -347,6 +347,10 @@ class SkinTracker:
         odds = np.exp(self.model.log_ratio(band)) * self.rules.prior / (1 - self.rules.prior)
         return odds / (1 + odds)
 
+    def start(self) -> SkinState:
+        """Return what is known before the first image: nothing."""
+        return SkinState()
+
     def step(
         self,
         state: SkinState,

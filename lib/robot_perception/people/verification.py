@@ -1,6 +1,6 @@
 """One cue after the other: a sensor detects, another verifies, as the paper's forerunners do.
 
-``Verifier(reach).step(verified, hypotheses, directions) -> (verified, chosen)``
+``Verifier(reach).step(state, hypotheses, directions) -> (state, VerificationInfo)``
 """
 
 from collections.abc import Set
@@ -12,6 +12,19 @@ from jaxtyping import Bool, Float
 from robot_perception import checks
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import Hypotheses
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class VerificationInfo:
+    """What a step of a verifier saw.
+
+    Parameters
+    ----------
+    chosen : (n,)
+        Which of the hypotheses are verified.
+    """
+
+    chosen: Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +58,10 @@ class Verifier:
 
     def step(
         self,
-        verified: Set[int],
+        state: frozenset[int],
         hypotheses: Hypotheses,
         directions: Float[np.ndarray, " d"],
-    ) -> tuple[frozenset[int], Bool[np.ndarray, " n"]]:
+    ) -> tuple[frozenset[int], VerificationInfo]:
         r"""Return who has been verified by now, and which hypotheses these are.
 
         A hypothesis is verified by a direction :math:`\psi` with :math:`|\varphi - \psi| \le` the
@@ -56,7 +69,7 @@ class Verifier:
 
         Parameters
         ----------
-        verified
+        state
             Identities of those who were verified before.
         hypotheses
             Of the sensor that detects, n.
@@ -67,17 +80,16 @@ class Verifier:
         -------
         frozenset
             Identities; those of hypotheses that are gone are forgotten.
-        (n,)
-            Which of the hypotheses are verified.
+        VerificationInfo
 
         Raises
         ------
         ValueError
             If a direction is not finite.
         """
-        checks.instance("verified", verified, Set)
+        checks.instance("state", state, Set)
         checks.instance("hypotheses", hypotheses, Hypotheses)
         directions = checks.array("directions", directions, ("d",))
         off = np.abs(wrap_angle(hypotheses.mean[:, 1, None] - directions))
-        chosen = (off <= self.reach).any(axis=1) | np.isin(hypotheses.identity, list(verified))
-        return frozenset(hypotheses.identity[chosen].tolist()), chosen
+        chosen = (off <= self.reach).any(axis=1) | np.isin(hypotheses.identity, list(state))
+        return frozenset(hypotheses.identity[chosen].tolist()), VerificationInfo(chosen)

@@ -39,7 +39,8 @@ def square(u, v, side):
 def run(boxes, rules=RULES):
     """Follow boxes (None where none is found); return states and what was seen."""
     detector = Told()
-    tracker, state, found = FaceTracker(detector, rules), None, []
+    tracker, found = FaceTracker(detector, rules), []
+    state = tracker.start()
     for box in boxes:
         detector.boxes = np.zeros((0, 4)) if box is None else np.atleast_2d(box)
         state, info = tracker.step(state, IMAGE)
@@ -86,7 +87,7 @@ def test_its_errors_are_as_large_as_it_says():
             seen = truth[:3] + side * rng.normal(0, [0.05, 0.05, 0.08])
             tracker.detector.boxes = square(*seen)[None]
             state, _ = tracker.step(state, IMAGE)
-            if state is None:
+            if state.belief is None:
                 break
         else:
             error = state.belief.mean - truth
@@ -158,18 +159,29 @@ def test_another_face_in_the_window_is_not_taken():
 def test_a_face_is_given_up_after_its_patience():
     rules = replace(RULES, patience=3)
     found = run([square(160, 120, 40), *[None] * 5], rules)
-    assert [state is None for state, _ in found] == [False, False, False, False, True, True]
+    assert [state.belief is None for state, _ in found] == [False, False, False, False, True, True]
     assert found[-1][1].whole
+    assert found[-1][0].box is None
+    assert found[-1][0].missed == 0
 
 
 def test_who_is_followed_first_may_be_chosen():
     two = np.array([square(80, 100, 60), square(220, 100, 40)])
     tracker = FaceTracker(Told(two), RULES)
-    assert tracker.step(None, IMAGE)[0].belief.mean[0] == 80
-    assert tracker.step(None, IMAGE, choose=lambda boxes: 1)[0].belief.mean[0] == 220
-    state, info = tracker.step(None, IMAGE, choose=lambda boxes: None)
-    assert state is None
+    nobody = tracker.start()
+    assert tracker.step(nobody, IMAGE)[0].belief.mean[0] == 80
+    last, none = (replace(tracker, choose=lambda boxes, one=one: one) for one in (1, None))
+    assert last.step(nobody, IMAGE)[0].belief.mean[0] == 220
+    state, info = none.step(nobody, IMAGE)
+    assert state.belief is None
     assert info.taken is None
+
+
+@pytest.mark.parametrize("ask", [FaceTracker.predict, FaceTracker.window, FaceTracker.sides])
+def test_nothing_is_expected_of_nobody(ask):
+    tracker = FaceTracker(Told(), RULES)
+    with pytest.raises(ValueError, match="state must be of a face that is followed, got none"):
+        ask(tracker, tracker.start())
 
 
 @pytest.mark.parametrize(
@@ -182,7 +194,9 @@ def test_who_is_followed_first_may_be_chosen():
         (lambda: RegionState(Gaussian(np.zeros(4), np.eye(4))), "belief.mean must be"),
         (lambda: FaceTracker(Told()).start(np.zeros(4)), "box must have"),
         (
-            lambda: FaceTracker(Told(square(9, 9, 5)[None])).step(None, IMAGE, choose=lambda b: 4),
+            lambda: FaceTracker(Told(square(9, 9, 5)[None]), choose=lambda boxes: 4).step(
+                RegionState(), IMAGE
+            ),
             "choose",
         ),
     ],

@@ -260,10 +260,8 @@ def test_what_is_wrong_is_named(trained, wrong, error, text):
 def test_the_detector_is_a_detector_of_boxes_for_a_tracker(trained):
     image, truth = picture(np.random.default_rng(4))
     detector = replace(HandDetector(trained[0]), step=1)
-    tracker = FaceTracker(detector)
-    state, _ = tracker.step(
-        None, image, choose=lambda boxes: int(overlap(truth[1:], boxes)[0].argmax())
-    )
+    tracker = FaceTracker(detector, choose=lambda found: int(overlap(truth[1:], found)[0].argmax()))
+    state, _ = tracker.step(tracker.start(), image)
     after, info = tracker.step(state, image)
     assert info.taken is not None
     assert overlap(after.box[None], truth[1:]).max() > 0.5

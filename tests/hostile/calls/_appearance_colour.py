@@ -36,6 +36,7 @@ CALLS = {
     heads.HeadState: lambda: call(HEAD, COLOURS, (1, -2), 0, (50, 40)),
     heads.HeadTracker: lambda: call(BINNING, RULES),
     heads.HeadTracker.colours: lambda: call(TRACKER, IMAGE, HEAD),
+    heads.HeadTracker.start: lambda: call(TRACKER, IMAGE, HEAD),
     heads.HeadTracker.step: lambda: call(TRACKER, STATE, IMAGE, half_width=6.2),
     heads.candidate_scores: lambda: call(
         *(INDEX, (25, 20), COLOURS),

@@ -36,7 +36,7 @@ CALLS = {
     colours.describe: lambda: call(CLOUD, AXES),
     colours.warp: lambda: call(CLOUD, FOUND, FOUND),
     colours.Dynamics: lambda: call(np.eye(8), np.zeros(8), np.eye(8)),
-    colours.Dynamics.step: lambda: call(DYNAMICS, STATES, rng=rng(), noise=1.0),
+    colours.Dynamics.propagate: lambda: call(DYNAMICS, STATES, rng=rng(), noise=1.0),
     colours.learn: lambda: call(STATES, order=1, ridge=0.1),
     colour_shape.ColourShapeRules: lambda: call(
         3,

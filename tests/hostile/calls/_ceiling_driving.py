@@ -18,7 +18,8 @@ RECOGNITION = RecognitionRules(refined=4)
 RULES = mapping.MapRules(*PARTS, RECOGNITION, border=5.0)
 MAPPER = mapping.Mapper(0.01, CENTRE, RULES)
 PATTERNS, PLACES = {"a": PATTERN}, {"a": POSES[0]}
-TRACKED = {"a": tracker.PatternTracker(PATTERN, FEW).start(POSES[0])}
+TRACKERS = mapping.PatternTrackers(PATTERNS, FEW, 5.0)
+TRACKED = TRACKERS.start(PLACES)
 NOWHERE = np.zeros(3)
 MOSAIC = Mosaic({"a": NOWHERE, "b": np.array([0.1, 0.0, 0.0]), "c": NOWHERE}, 0.01, MIDDLE)
 STATE = mapping.MapState(MOSAIC, PATTERNS | {"b": PATTERN, "c": PATTERN}, TRACKED, NOWHERE,
@@ -38,11 +39,13 @@ CALLS = {
         MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1
     ),
     mapping.Mapper: lambda: call(0.01, CENTRE, RULES),
-    mapping.Mapper.start: lambda: call(MAPPER, IMAGE, rng=rng()),
+    mapping.Mapper.start: lambda: call(MAPPER),
     mapping.Mapper.step: lambda: call(MAPPER, STATE, IMAGE, rng=rng()),
     mapping.Sought: lambda: call(IMAGE, SOUGHT.edges, SOUGHT.contours, SOUGHT.field),
     mapping.Sought.of: lambda: call(IMAGE, ContourRules()),
-    mapping.follow: lambda: call(PATTERNS, TRACKED, IMAGE, FEW, 5.0, patience=3, rng=rng()),
+    mapping.PatternTrackers: lambda: call(PATTERNS, FEW, 5.0, 3),
+    mapping.PatternTrackers.start: lambda: call(TRACKERS, PLACES),
+    mapping.PatternTrackers.step: lambda: call(TRACKERS, TRACKED, IMAGE, rng=rng()),
     mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
     mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
     mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),

@@ -77,7 +77,6 @@ CALLS = {
     tracker.PatternTracker: lambda: call(PATTERN, FOLLOWS),
     tracker.PatternTracker.start: lambda: call(TRACKER, POSES[0]),
     tracker.PatternTracker.step: lambda: call(TRACKER, STATE, IMAGE, rng=rng()),
-    tracker.step_all: lambda: call({"0": TRACKER}, {"0": STATE}, IMAGE, rng=rng()),
     tracker.log_likelihoods: lambda: call(np.array([[0.9, 0.3], [0.5, np.nan]]), DECAY, FOLLOWS),
     recognition.RecognitionRules: lambda: call(2.0, 0.35, 0.2, 8.0, (1.0,), 30, 6.0, 0.4),
     recognition.EdgeField: lambda: call(EDGES),

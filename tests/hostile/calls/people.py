@@ -28,7 +28,7 @@ PIXELS = np.array([[110, 140, 200], [120, 150, 210]], dtype=np.uint8)
 MODEL = scenes.model()
 TRACKER = skin.SkinTracker(scenes.CENTRE, scenes.FOCAL, scenes.SIZE, MODEL)
 FACE = scenes.picture([(0.7, 0.3, 0.1)])
-START = skin.SkinState()
+START = TRACKER.start()
 TRACKER.step(START, FACE, rng=np.random.default_rng(0))
 SQUARE = np.array([[0.15, 0], [0, 0.15], [-0.15, 0], [0, -0.15]])
 CLICKS = np.random.default_rng(0).standard_normal((4, 400))
@@ -77,6 +77,7 @@ CALLS = {
     ),
     skin.SkinTracker.detect: lambda: call(TRACKER, skin.SkinState((CLOUD,))),
     skin.SkinTracker.skin: lambda: call(TRACKER, FACE),
+    skin.SkinTracker.start: lambda: call(TRACKER),
     skin.SkinTracker.step: lambda: call(
         *(TRACKER, skin.SkinState((CLOUD,)), FACE),
         rng=np.random.default_rng(0),

@@ -56,6 +56,7 @@ MAPS = rao_blackwellised.ParticleMaps(PARTICLES, np.array([4]), PLACES, SPREADS)
 POINT, OTHER = (
     Observations(np.array([name]), np.array([[-2.0, -1.0, 2.0]]), 0.1 * Q[None]) for name in (4, 5)
 )
+NAMED = rao_blackwellised.RaoBlackwellisedSlam(MOUNT, 2)
 LOOKS = np.ones((1, 4))
 FEW = visual.Options(2, 0)
 SLAM = visual.VisualSlam(MOUNT, FEW)
@@ -173,7 +174,13 @@ CALLS = {
     ),
     rao_blackwellised.add_landmarks: lambda: call(MAPS, OTHER, MOUNT, np.ones((2, 1), dtype=bool)),
     rao_blackwellised.resample: lambda: call(MAPS, **drawing()),
-    rao_blackwellised.step: lambda: call(MAPS, MOTION, POINT, MOUNT, **drawing()),
+    rao_blackwellised.RaoBlackwellisedSlam: lambda: call(
+        MOUNT, 2, 1.0, effective_number, systematic
+    ),
+    rao_blackwellised.RaoBlackwellisedSlam.start: lambda: call(NAMED, POSE),
+    rao_blackwellised.RaoBlackwellisedSlam.step: lambda: call(
+        NAMED, MAPS, MOTION, POINT, rng=np.random.default_rng(0)
+    ),
     rao_blackwellised.printed_number: lambda: call(np.zeros(2)),
     rao_blackwellised.lineage: lambda: call([np.array([0, 0]), np.array([1, 0])]),
     rao_blackwellised.associate_shared: lambda: call(

@@ -14,13 +14,13 @@ from robot_perception.particles import effective_number
 from robot_perception.slam.planar import Odometry, Velocity, dead_reckoning
 from robot_perception.slam.rao_blackwellised import (
     ParticleMaps,
+    RaoBlackwellisedSlam,
     add_landmarks,
     forward_mount,
     lineage,
     predict,
     printed_number,
     resample,
-    step,
     textbook,
     update,
 )
@@ -36,6 +36,7 @@ from tests.unchecked import unchecked
 
 seeds = st.integers(0, 10**6)
 STILL = Odometry(np.zeros(3), np.zeros((3, 3)))
+SLAM = RaoBlackwellisedSlam(MOUNT)
 
 
 def tilted_mount(rng):
@@ -168,7 +169,7 @@ def test_a_drive_is_the_textbooks(seed):
     one, two = np.random.default_rng(seed), np.random.default_rng(seed)
     for motion, look in zip(world.motions, world.looks, strict=True):
         old = np.array([name in particles[0].landmarks for name in look.ids.tolist()])
-        maps, _ = step(maps, motion, look, MOUNT, rng=one)
+        maps, _ = SLAM.step(maps, motion, look, rng=one)
         particles = [textbook.predict(p, motion, rng=two) for p in particles]
         particles = [textbook.update(p, look[old], MOUNT) for p in particles]
         particles = textbook.resample(particles, rng=two)
@@ -196,7 +197,7 @@ def test_with_one_particle_and_perfect_odometry_the_map_is_the_kalman_map():
     world = drive(np.random.default_rng(3), slip=0.0, steps=30)
     maps, evidence, rng = world.start(1), 0.0, np.random.default_rng(0)
     for motion, look in zip(world.motions, world.looks, strict=True):
-        maps, info = step(maps, motion, look, MOUNT, rng=rng)
+        maps, info = SLAM.step(maps, motion, look, rng=rng)
         evidence += info.log_evidence
         assert not info.resampled
     assert_close(maps.poses[0], world.poses[-1], 1e-12)
@@ -216,7 +217,7 @@ def test_the_map_of_each_particle_is_the_exact_one_given_its_path():
     maps, rng = world.start(8), np.random.default_rng(1)
     poses, ancestors = [], []
     for motion, look in zip(world.motions, world.looks, strict=True):
-        maps, info = step(maps, motion, look, MOUNT, rng=rng)
+        maps, info = SLAM.step(maps, motion, look, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
     assert any((row != np.arange(8)).any() for row in ancestors)
@@ -266,7 +267,7 @@ def test_many_particles_find_their_way_where_the_wheels_and_one_particle_do_not(
         for count in (1, 50):
             maps, rng = world.start(count), np.random.default_rng(seed)
             for motion, look in zip(world.motions, world.looks, strict=True):
-                maps, _ = step(maps, motion, look, MOUNT, rng=rng)
+                maps, _ = SLAM.step(maps, motion, look, rng=rng)
             errors[count].append(np.hypot(*(maps.pose - world.poses[-1])[:2]))
     wheels, one, many = (np.mean(errors[count]) for count in (0, 1, 50))
     assert many < 0.4 * wheels
@@ -323,7 +324,7 @@ def test_no_step_changes_the_belief_before():
     kept = []
     for motion, look in zip(world.motions, world.looks, strict=True):
         kept.append((maps, maps.poses.copy(), maps.particles.log_weights.copy(), maps.covs))
-        maps, _ = step(maps, motion, look, MOUNT, rng=rng)
+        maps, _ = SLAM.step(maps, motion, look, rng=rng)
     for maps, poses, log_weights, covs in kept:
         np.testing.assert_array_equal(maps.poses, poses)
         np.testing.assert_array_equal(maps.particles.log_weights, log_weights)
@@ -408,9 +409,10 @@ def test_selective_resampling_draws_less_often_than_constant_and_more_than_never
     world = drive(np.random.default_rng(11), steps=40, seen=2, slip=0.3)
     counts = {}
     for share in (0.0, 0.5, 1.0):
-        maps, rng, counts[share] = world.start(30), np.random.default_rng(0), 0
+        slam = RaoBlackwellisedSlam(MOUNT, 30, share)
+        maps, rng, counts[share] = slam.start(world.poses[0]), np.random.default_rng(0), 0
         for motion, look in zip(world.motions, world.looks, strict=True):
-            maps, info = step(maps, motion, look, MOUNT, rng=rng, share=share)
+            maps, info = slam.step(maps, motion, look, rng=rng)
             assert info.resampled == (info.effective < share * 30)
             counts[share] += info.resampled
     assert counts[0.0] == 0 < counts[0.5] < counts[1.0]
@@ -541,7 +543,7 @@ def test_without_observations_nothing_is_learnt():
     np.testing.assert_allclose(after.particles.weights, maps.particles.weights, rtol=1e-14)
     np.testing.assert_array_equal(seen.log_likelihoods, 0.0)
     np.testing.assert_allclose(seen.log_evidence, 0.0, atol=1e-15)
-    after, info = step(ParticleMaps.start(np.zeros(3), 4), STILL, none, MOUNT, rng=rng)
+    after, info = SLAM.step(ParticleMaps.start(np.zeros(3), 4), STILL, none, rng=rng)
     assert after.means.shape == (4, 0, 3)
     assert info.effective == pytest.approx(4)
     assert add_landmarks(maps, none, MOUNT).ids.tolist() == maps.ids.tolist()
@@ -550,7 +552,7 @@ def test_without_observations_nothing_is_learnt():
 def test_an_observation_without_a_name_is_left_out_of_a_step():
     maps, rng = ParticleMaps.start(np.zeros(3), 2), np.random.default_rng(0)
     values, noise = np.ones((2, 3)), np.tile(np.eye(3), (2, 1, 1))
-    maps, _ = step(maps, STILL, Observations(np.array([-1, 5]), values, noise), MOUNT, rng=rng)
+    maps, _ = SLAM.step(maps, STILL, Observations(np.array([-1, 5]), values, noise), rng=rng)
     assert maps.ids.tolist() == [5]
     np.testing.assert_allclose(maps.means[0, 0], (MOUNT @ np.ones(4))[:3])
 
@@ -624,6 +626,13 @@ def wrong_look(**changed):
         (lambda m: m.landmarks(2), "particle must be from 0 to 1, got 2"),
         (lambda m: printed_number(np.full(3, -np.inf)), "log_weights must not all be -inf"),
         (lambda m: printed_number(np.array([0.0, np.nan])), "log_weights must be finite or -inf"),
+        (
+            lambda m: RaoBlackwellisedSlam(MOUNT, criterion=2),
+            "criterion must be a function, got 2",
+        ),
+        (lambda m: RaoBlackwellisedSlam(2 * MOUNT), "mount must be a rotation"),
+        (lambda m: RaoBlackwellisedSlam(MOUNT, 0), "particles must be at least 1, got 0"),
+        (lambda m: RaoBlackwellisedSlam(MOUNT, share=2.0), "share must be"),
         (lambda m: ParticleMaps.start(np.zeros(3), 0), "count must be at least 1, got 0"),
     ],
 )

@@ -133,14 +133,12 @@ def mapped(
     rng: np.random.Generator,
 ) -> Run:
     """Return the run of a robot that builds a mosaic on a path, with Z/f as it believes it."""
-    mapper, state = Mapper(scale, MOUNT.middle, rules), None
+    mapper = Mapper(scale, MOUNT.middle, rules)
+    state = mapper.start()
     seen, poses, closed, born = [], [], [], {}
     for pose in true:
         image = camera.image(pose, rng=rng, exposure=NOISE)
-        if state is None:
-            state, info = mapper.start(image, rng=rng)
-        else:
-            state, info = mapper.step(state, image, rng=rng)
+        state, info = mapper.step(state, image, rng=rng)
         for name in info.new:
             there = in_camera(info.sightings[name], centre=np.array(CENTRE), scale=SCALE)
             born[name] = se2.compose(pose, there)

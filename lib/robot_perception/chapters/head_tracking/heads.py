@@ -248,12 +248,12 @@ HAIR = 0.6
 def first_state(first: Start, variant: Variant) -> tuple[HeadTracker, HeadState]:
     """Return the tracker of a variant and its state after the first image."""
     tracker = HeadTracker(Binning(variant.space, variant.bins), variant.rules)
-    model = tracker.colours(first.image, first.ellipse)
-    whole = model.sum()
+    state = tracker.start(first.image, first.ellipse)
+    model, whole = state.model, state.model.sum()
     if variant.views:
         hair = histogram(tracker.binning.index(first.image), tracker.binning.count, first.hair)
         model = two_views(model, hair * (whole / hair.sum()))
-    return tracker, HeadState(first.ellipse, model * (variant.mass * whole / model.sum()))
+    return tracker, replace(state, model=model * (variant.mass * whole / model.sum()))
 
 
 def follow(

@@ -86,9 +86,9 @@ def verified(run: Tracked) -> Tracked:
     for time, some, stays in zip(times, run.hypotheses, run.static, strict=True):
         since = camera[(recording.times[camera] > last) & (recording.times[camera] <= time)]
         seen = [recording.found(k).positions.mean[:, 1] for k in since.tolist()]
-        known, chosen = verifier.step(known, some, np.concatenate([*seen, []]))
-        found.append(some.select(chosen))
-        static.append(stays[chosen])
+        known, info = verifier.step(known, some, np.concatenate([*seen, []]))
+        found.append(some.select(info.chosen))
+        static.append(stays[info.chosen])
         last = time
     return replace(run, hypotheses=tuple(found), static=tuple(static))
 

@@ -109,9 +109,10 @@ def _filter(
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, rb.ParticleMaps]:
     still = Odometry(np.zeros(3), np.zeros((3, 3)))
-    maps, poses, ancestors = rb.ParticleMaps.start(start, count), [], []
+    slam = rb.RaoBlackwellisedSlam(MOUNT, count)
+    maps, poses, ancestors = slam.start(start), [], []
     for motion, frame in zip([still, *moved], frames, strict=True):
-        maps, info = rb.step(maps, motion, frame, MOUNT, rng=rng)
+        maps, info = slam.step(maps, motion, frame, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
     lineage = rb.lineage(ancestors)[:, maps.best]

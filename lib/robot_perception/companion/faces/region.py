@@ -92,26 +92,29 @@ class RegionRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RegionState:
-    """What is known of a face.
+    """What is known of a face, or that none is followed.
 
     Parameters
     ----------
     belief
-        Middle, side and their velocities (6,): px, px a picture.
+        Middle, side and their velocities (6,): px, px a picture; ``None`` if no face is followed.
     missed
         For how many pictures it has not been seen.
     """
 
-    belief: Gaussian
+    belief: Gaussian | None = None
     missed: int = 0
 
     def __post_init__(self) -> None:
-        checks.vector("belief.mean", checks.instance("belief", self.belief, Gaussian).mean, 6)
+        if self.belief is not None:
+            checks.vector("belief.mean", checks.instance("belief", self.belief, Gaussian).mean, 6)
         checks.whole("missed", self.missed, 0)
 
     @property
-    def box(self) -> Float[np.ndarray, " 4"]:
-        """The estimated box: left, top, width and height, px."""
+    def box(self) -> Float[np.ndarray, " 4"] | None:
+        """The estimated box: left, top, width and height, px; ``None`` if no face is followed."""
+        if self.belief is None:
+            return None
         u, v, side = self.belief.mean[:3]
         side = max(side, 1.0)
         return np.array([u - side / 2, v - side / 2, side, side])
@@ -143,6 +146,14 @@ class RegionInfo:
     searched: int
 
 
+def _followed(state: RegionState) -> Gaussian:
+    """Return the belief of a face that is followed."""
+    belief = checks.instance("state", state, RegionState).belief
+    if belief is None:
+        raise ValueError("state must be of a face that is followed, got none")
+    return belief
+
+
 def _largest(boxes: Float[np.ndarray, "n 4"]) -> int | None:
     return int(boxes[:, 2].argmax()) if len(boxes) else None
 
@@ -158,6 +169,9 @@ class FaceTracker:
         Of faces, or of whatever has a box: anything with a method ``find(image, window, sides)``.
     rules
         Noise and thresholds.
+    choose
+        Function of boxes (n, 4) that says which of them to follow, if any, where no face is
+        followed; by default the largest.
 
     References
     ----------
@@ -167,13 +181,20 @@ class FaceTracker:
 
     detector: Detector = field(default_factory=FaceDetector)
     rules: RegionRules = field(default_factory=RegionRules)
+    choose: Callable[[np.ndarray], int | None] = _largest
 
     def __post_init__(self) -> None:
         checks.instance("detector", self.detector, Detector)
         checks.instance("rules", self.rules, RegionRules)
+        checks.instance("choose", self.choose, Callable)
 
-    def start(self, box: Float[np.ndarray, " 4"]) -> RegionState:
-        """Return what is known of a face after a first detection: it may move either way."""
+    def start(self, box: Float[np.ndarray, " 4"] | None = None) -> RegionState:
+        """Return what is known of a face after a first detection: it may move either way.
+
+        Without a box no face is followed yet.
+        """
+        if box is None:
+            return RegionState()
         box = check_box("box", box)
         measured, noise = self._measured(box)
         spread = np.diag([4 * self.rules.acceleration**2] * 2 + [4 * self.rules.growth**2])
@@ -182,7 +203,7 @@ class FaceTracker:
 
     def predict(self, state: RegionState) -> RegionState:
         """Return what is expected of the next picture, before it is looked at."""
-        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        rules, belief = self.rules, _followed(state)
         F = np.kron(np.array([[1, 1], [0, 1]]), np.eye(3))
         scales = np.diag([rules.acceleration**2, rules.acceleration**2, rules.growth**2])
         Q = np.kron(Q_discrete_white_noise(2, 1.0, 1.0), scales)
@@ -195,7 +216,7 @@ class FaceTracker:
         It reaches beyond the estimated face by ``sigmas`` standard deviations of its middle and
         half its side together, and by the margin.
         """
-        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        rules, belief = self.rules, _followed(state)
         u, v, side = belief.mean[:3]
         side = max(side, 1.0)
         spread = np.sqrt(np.diag(belief.cov)[:2] + belief.cov[2, 2] / 4)
@@ -208,7 +229,7 @@ class FaceTracker:
         They are ``sigmas`` standard deviations off the estimate, and by the margin more, as a
         detection is not exact.
         """
-        rules, belief = self.rules, checks.instance("state", state, RegionState).belief
+        rules, belief = self.rules, _followed(state)
         side, spread = max(belief.mean[2], 1.0), float(np.sqrt(belief.cov[2, 2]))
         reach = rules.sigmas * spread
         low = max(side - reach, 1.0) / (1 + rules.margin)
@@ -216,44 +237,36 @@ class FaceTracker:
 
     def step(
         self,
-        state: RegionState | None,
+        state: RegionState,
         image: UInt8[np.ndarray, "height width"],
-        *,
-        choose: Callable[[np.ndarray], int | None] = _largest,
-    ) -> tuple[RegionState | None, RegionInfo]:
+    ) -> tuple[RegionState, RegionInfo]:
         """Return what is known after a picture.
+
+        Where no face is followed the whole picture is searched for one; a face that is missed for
+        too long is given up.
 
         Parameters
         ----------
         state
-            Before it; ``None`` if no face is followed.
+            Before it.
         image : (height, width)
             Grey values.
-        choose
-            Function of boxes (n, 4) that says which of them to follow, if any, where no face is
-            followed; by default the largest.
-
-        Returns
-        -------
-        state or None
-            ``None`` if there is no face, or the one that was followed is given up.
-        RegionInfo
 
         Raises
         ------
         TypeError, ValueError
             As the detector; also if the choice is of no box.
         """
+        checks.instance("state", state, RegionState)
         height, width = grey_picture("image", image).shape
-        checks.instance("choose", choose, Callable)
         everything = np.array([0.0, 0.0, width, height])
-        if state is None:
+        if state.belief is None:
             boxes = check_boxes("boxes", self.detector.find(image))
-            taken = choose(boxes)
+            taken = self.choose(boxes)
             if taken is not None:
                 taken = checks.whole("choose(boxes)", taken, 0, len(boxes) - 1)
             info = RegionInfo(everything, True, boxes, taken, width * height)
-            return (None if taken is None else self.start(boxes[taken])), info
+            return self.start(None if taken is None else boxes[taken]), info
         expected = self.predict(state)
         window = self.window(expected)
         searched = within(image, window)[0].size
@@ -269,7 +282,7 @@ class FaceTracker:
             mean, cov = update(expected.belief.mean, expected.belief.cov, measured, noise, H)
             return RegionState(Gaussian(mean, (cov + cov.T) / 2)), info
         if state.missed >= self.rules.patience or searched == 0:
-            return None, info
+            return self.start(), info
         return RegionState(expected.belief, state.missed + 1), info
 
     def _measured(self, box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from robot_perception.slam.rao_blackwellised.association import associate_each, associate_shared
 from robot_perception.slam.rao_blackwellised.belief import ParticleMaps
 from robot_perception.slam.rao_blackwellised.filtering import (
+    RaoBlackwellisedSlam,
     Weighing,
     add_landmarks,
     forward_mount,
@@ -10,12 +11,12 @@ from robot_perception.slam.rao_blackwellised.filtering import (
     predict,
     printed_number,
     resample,
-    step,
     update,
 )
 
 __all__ = [
     "ParticleMaps",
+    "RaoBlackwellisedSlam",
     "Weighing",
     "add_landmarks",
     "associate_each",
@@ -25,6 +26,5 @@ __all__ = [
     "predict",
     "printed_number",
     "resample",
-    "step",
     "update",
 ]

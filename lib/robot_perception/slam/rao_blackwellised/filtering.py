@@ -1,5 +1,7 @@
 r"""The Rao-Blackwellised particle filter, one step at a time.
 
+``RaoBlackwellisedSlam(mount).step(state, motion, observations, *, rng) -> (state, StepInfo)``
+
 Each function takes a belief and returns a new one. Equation numbers are those of Gil, Payá,
 Reinoso, Fernández and Puerto, "Simultaneous localization and mapping in indoor environments using
 SIFT features", VIIP 2006. :mod:`.textbook` has it with one particle and one landmark at a time.
@@ -7,6 +9,7 @@ SIFT features", VIIP 2006. :mod:`.textbook` has it with one particle and one lan
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -266,9 +269,7 @@ def resample(
     count = len(checks.instance("maps", maps, ParticleMaps))
     checks.generator("rng", rng)
     checks.share("share", share)
-    for name, function in (("criterion", criterion), ("scheme", scheme)):
-        if not callable(function):
-            raise TypeError(f"{name} must be a function, got {checks.shown(function)}")
+    _check_functions(criterion=criterion, scheme=scheme)
     effective = checks.number("criterion", criterion(maps.particles.log_weights), finite=False)
     if effective >= share * count:
         return maps, StepInfo(effective, False, np.arange(count), 0.0)
@@ -279,53 +280,97 @@ def resample(
     return descended(maps, ancestors), StepInfo(effective, True, ancestors, 0.0)
 
 
-def step(
-    maps: ParticleMaps,
-    motion: PlanarMotion,
-    observations: Observations,
-    mount: Float[np.ndarray, "4 4"],
-    *,
-    rng: np.random.Generator,
-    share: float = 0.5,
-    criterion: Criterion = effective_number,
-    scheme: Scheme = systematic,
-) -> tuple[ParticleMaps, StepInfo]:
-    """Return the belief after a motion and what was then seen, with names that are known.
-
-    The particles move, are weighed by the observed landmarks that are in the map, and drawn anew if
-    need be; then observed landmarks that are not in the map are put into it. Observations without a
-    name (-1) are left out.
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class RaoBlackwellisedSlam:
+    """Finds where a robot is, and the landmarks that its camera sees, by names that are known.
 
     Parameters
     ----------
-    maps
-        Belief before.
-    motion
-        See :func:`predict`.
-    observations, mount
-        See :func:`update`.
-    rng, share, criterion, scheme
-        See :func:`resample`.
-
-    Returns
-    -------
-    maps : ParticleMaps
-    info : StepInfo
+    mount : (4, 4)
+        T_robot_camera.
+    particles
+        Number M, at least 1.
+    share, criterion, scheme
+        When and how particles are drawn anew, see :func:`resample`.
 
     Raises
     ------
     ValueError
-        Where :func:`update`, :func:`add_landmarks` and :func:`resample` raise.
+        If the mount is no rigid motion, there is no particle, or the share is not from 0 to 1.
+
+    References
+    ----------
+    Gil et al., section 3.
     """
-    maps = predict(maps, motion, rng=rng)
-    ids = checks.instance("observations", observations, Observations).ids
-    old = np.array([name in maps.slots for name in ids.tolist()], dtype=bool)
-    maps, seen = update(maps, observations if old.all() else observations[old], mount)
-    maps, info = resample(maps, rng=rng, share=share, criterion=criterion, scheme=scheme)
-    new = ~old & (ids >= 0)
-    if new.any():
-        maps = add_landmarks(maps, observations[new], mount)
-    return maps, StepInfo(info.effective, info.resampled, info.ancestors, seen.log_evidence)
+
+    mount: Float[np.ndarray, "4 4"]
+    particles: int = 100
+    share: float = 0.5
+    criterion: Criterion = effective_number
+    scheme: Scheme = systematic
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mount", checked_mount(self.mount))
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1))
+        checks.share("share", self.share)
+        _check_functions(criterion=self.criterion, scheme=self.scheme)
+
+    def start(self, pose: Float[np.ndarray, "3"]) -> ParticleMaps:
+        """Return empty maps with all particles at one pose.
+
+        Parameters
+        ----------
+        pose : (3,)
+            m, m, rad.
+
+        Raises
+        ------
+        ValueError
+            If the pose is not (3,) or not finite.
+        """
+        return ParticleMaps.start(pose, self.particles)
+
+    def step(
+        self,
+        state: ParticleMaps,
+        motion: PlanarMotion,
+        observations: Observations,
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[ParticleMaps, StepInfo]:
+        """Return the belief after a motion and what was then seen, with names that are known.
+
+        The particles move, are weighed by the observed landmarks that are in the map, and drawn
+        anew if need be; then observed landmarks that are not in the map are put into it.
+        Observations without a name (-1) are left out.
+
+        Parameters
+        ----------
+        state
+            Belief before.
+        motion
+            See :func:`predict`.
+        observations
+            See :func:`update`.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        ValueError
+            Where :func:`update`, :func:`add_landmarks` and :func:`resample` raise.
+        """
+        maps = predict(checks.instance("state", state, ParticleMaps), motion, rng=rng)
+        ids = checks.instance("observations", observations, Observations).ids
+        old = np.array([name in maps.slots for name in ids.tolist()], dtype=bool)
+        maps, seen = update(maps, observations if old.all() else observations[old], self.mount)
+        how = {"share": self.share, "criterion": self.criterion, "scheme": self.scheme}
+        maps, info = resample(maps, rng=rng, **how)
+        new = ~old & (ids >= 0)
+        if new.any():
+            maps = add_landmarks(maps, observations[new], self.mount)
+        return maps, StepInfo(info.effective, info.resampled, info.ancestors, seen.log_evidence)
 
 
 def printed_number(log_weights: Float[np.ndarray, "M"]) -> float:
@@ -406,6 +451,12 @@ def checked_mount(mount: np.ndarray) -> np.ndarray:
     if not kernels.is_rigid(mount, 1e-9):
         raise ValueError(f"mount must be a rotation and a translation, got {mount.tolist()}")
     return mount
+
+
+def _check_functions(**functions: Callable) -> None:
+    for name, function in functions.items():
+        if not callable(function):
+            raise TypeError(f"{name} must be a function, got {checks.shown(function)}")
 
 
 def _shared_columns(maps: ParticleMaps, names: list[int]) -> tuple[list[int], np.ndarray]:
