@@ -56,25 +56,21 @@ def camera(film: Path) -> tuple[float, tuple[float, float]]:
 
 def build(film: Path, mapper: Mapper) -> tuple[Mosaic, list[Seen], dict[str, int]]:
     """The mosaic, what was seen in which picture, and how many pictures were skipped, and why."""
-    rng, state, seen = np.random.default_rng(SEED), None, []
+    rng, state, seen = np.random.default_rng(SEED), mapper.start(), []
     counts = dict.fromkeys(("pictures", "empty", "blind", "found", "closed"), 0)
     for k, image in enumerate(pictures(film, "mosaic")):
         counts["pictures"] += 1
-        if state is None:
-            try:
-                state, info = mapper.start(image, rng=rng)
-            except ValueError:  # no distinctive window yet
-                counts["empty"] += 1
-                continue
-        else:
-            state, info = mapper.step(state, image, rng=rng)
+        state, info = mapper.step(state, image, rng=rng)
+        if not state.mosaic.poses:  # no distinctive window yet
+            counts["empty"] += 1
+            continue
         counts["found"] += len(info.found)
         counts["closed"] += info.closed
         if info.located:
             seen.append((k, dict(info.sightings)))
         else:
             counts["blind"] += 1
-    if state is None:
+    if not state.mosaic.poses:
         raise ValueError(f"{film}: no picture has a distinctive window, as of a blank ceiling")
     return state.mosaic, seen, counts
 

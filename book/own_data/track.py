@@ -1,6 +1,7 @@
 """Follow a thing in a film: python track.py ellipse|camshift|shape FILM BOX OUT"""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from robot_perception.appearance.colour_distribution import Dynamics
 from robot_perception.appearance.colour_histograms import histogram, two_views
 from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
 from robot_perception.appearance.colour_spaces import Binning
-from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadState, HeadTracker
+from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadTracker
 from robot_perception.appearance.single_cues import WindowTracker
 from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script
@@ -54,12 +55,12 @@ def first_outline(box: Path | str) -> Outline:
 def by_ellipse(image: np.ndarray, outline: Outline) -> Step:
     (u, v), (width, height) = (outline.max(axis=0) + outline.min(axis=0)) / 2, np.ptp(outline, 0)
     ellipse = Ellipse(round(u), round(v), round(np.sqrt(width * height / 4.8)))  # of equal area
-    model, (high, wide) = HEAD.colours(image, ellipse), image.shape[:2]
+    state, (high, wide) = HEAD.start(image, ellipse), image.shape[:2]
     top = np.arange(high)[:, None] < ellipse.v - HAIR * ellipse.half_height
     if (top & (inside := ellipse.mask((wide, high)))).any():
         hair = histogram(HEAD.binning.index(image), HEAD.binning.count, top & inside)
-        model = two_views(model, hair * (model.sum() / hair.sum()))
-    state = HeadState(ellipse, model)
+        model = two_views(state.model, hair * (state.model.sum() / hair.sum()))
+        state = replace(state, model=model)
 
     def step(image: np.ndarray) -> tuple[Outline, bool]:
         nonlocal state

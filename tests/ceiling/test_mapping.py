@@ -724,7 +724,7 @@ def test_a_mapper_needs_its_kinds():
         ({"pose": np.zeros(2)}, ValueError, r"pose must be \(3,\), got \(2,\)"),
         ({"motion": np.full(3, np.inf)}, ValueError, "motion must be finite, got"),
         ({"links": 5}, TypeError, "links must be a Links, got 5"),
-        ({"count": 0}, ValueError, "count must be at least 1, got 0"),
+        ({"count": -1}, ValueError, "count must be at least 0, got -1"),
     ],
 )
 def test_a_state_is_checked(wrong, error, said):
