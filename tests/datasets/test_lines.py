@@ -24,6 +24,7 @@ from robot_perception.datasets import (
     read_stereo_features,
     read_track,
 )
+from robot_perception.datasets.space_tracks import READERS
 from tests.datasets import test_graph, test_mrclam, test_stereo, test_victoria
 from tests.datasets.writing import carmen_truth
 
@@ -89,12 +90,19 @@ def utias(name):
 
 FLASER = carmen_truth(scans=3).lines
 FACTORS = [b"1 7 115 65 79 1 1 7", b"3 9 65 15 10 0.5 0 7"]
+TURNED = b"0 1 0 1 0 0 1 2 1 0 0 3"
 KINDS = {
     "CARMEN": Kind(read_carmen_log, "a.log", FLASER, lambda w: ([1], [*range(2, len(w) - 2)])),
     "graph": Kind(read_graph_log, "a.log", test_graph.GOOD, graph),
     "chain": Kind(read_landmark_graph, "a.txt", test_victoria.LINES, chain),
     "relations": Kind(read_relations, "a.relations", [b"1 2 3 4 5 0.6 0.7 0.8"] * 3, plain),
     "TUM": Kind(read_track, "a.tum", [b"1 0 0 0 0 0 0 1", b"#", b"2 1 0 0 0 0 0 1"], plain),
+    "TUM in space": Kind(
+        READERS["TUM"], "a.tum", [b"1 0 0 0 1 0 0 0", b"#", b"2 1 2 3 0 0 0 1"], plain
+    ),
+    "KITTI poses": Kind(
+        READERS["KITTI"], "a.txt", [b"1 0 0 1 0 1 0 2 0 0 1 3", b"#", TURNED], plain
+    ),
     "wheels": utias("Odometry"),
     "camera": utias("Measurement"),
     "stereo": Kind(

@@ -9,8 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from robot_perception.evaluation import trajectories
 from robot_perception.evaluation.spatial import (
+    Similarity,
     absolute_error,
     align,
+    align_poses,
+    associate,
     relative_error,
     relative_error_over,
 )
@@ -87,6 +90,40 @@ def test_a_similarity_is_found_again(seed, scale):
     np.testing.assert_allclose(rigid.motion, motion, atol=1e-8)
 
 
+@given(SEEDS, st.floats(0.1, 10))
+@settings(max_examples=30)
+def test_moved_poses_stand_where_their_positions_are_moved_and_turn_alike(seed, scale):
+    rng = np.random.default_rng(seed)
+    path, _ = poses(rng)
+    similarity = Similarity(scale, se3.exp(rng.uniform(-1, 1, 6)))
+    moved = similarity.move(path)
+    np.testing.assert_allclose(moved[:, :3, 3], similarity.act(path[:, :3, 3]), atol=1e-9)
+    between, before = se3.between(moved[:-1], moved[1:]), se3.between(path[:-1], path[1:])
+    np.testing.assert_allclose(between[:, :3, :3], before[:, :3, :3], atol=1e-9)
+    np.testing.assert_allclose(between[:, :3, 3], scale * before[:, :3, 3], atol=1e-9)
+
+
+def test_each_alignment_takes_away_what_it_may():
+    rng = np.random.default_rng(2)
+    _, truth = poses(rng)
+    estimate = Similarity(0.5, se3.exp(rng.uniform(-1, 1, 6))).move(truth)
+    left = {}
+    for alignment in ("none", "se3", "sim3"):
+        moved, similarity = align_poses(estimate, truth, alignment)
+        left[alignment] = absolute_error(moved[:, :3, 3], truth[:, :3, 3])
+        assert similarity.scale == pytest.approx(2.0 if alignment == "sim3" else 1.0)
+    assert left["none"] > left["se3"] > left["sim3"]
+    assert left["sim3"] == pytest.approx(0, abs=1e-9)
+
+
+def test_poses_without_a_partner_in_time_are_left_out():
+    estimate = np.array([0.0, 1.0, 2.0, 3.0])
+    truth = np.array([-0.02, 0.51, 0.98, 1.5, 2.03])
+    assert associate(estimate, truth, 0.025).tolist() == [[0, 0], [1, 2]]
+    assert associate(truth, estimate, 0.025).tolist() == [[0, 0], [2, 1]]
+    assert associate(estimate, truth[:0], 1.0).shape == (0, 2)
+
+
 def test_absolute_error_by_hand():
     truth = np.zeros((4, 3))
     estimate = np.array([[1.0, 2, 2], [0, 0, 0], [0, 3, 4], [0, 0, 0]])
@@ -158,6 +195,13 @@ TETRAHEDRON = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
         (lambda: align(PATH[:1], PATH[:1], True), "do not determine a rotation"),
         (lambda: align(TETRAHEDRON, -TETRAHEDRON, False), "do not determine a rotation"),
         (lambda: align(PATH, PATH, 1), "scaled must be True or False, got 1"),
+        (lambda: align_poses(STILL, STILL, "se(3)"), "alignment must be one of 'none', 'se3', 'si"),
+        (lambda: align_poses(STILL, STILL, "se3"), "do not determine a rotation"),
+        (lambda: align_poses(PATH, PATH, "se3"), r"two paths of poses \(k, 4, 4\)"),
+        (lambda: Similarity(2.0, np.eye(4)).move(2 * STILL), "poses must have the last row"),
+        (lambda: associate(np.ones(2), np.arange(2), 0.1), "estimate must be times that rise"),
+        (lambda: associate(np.arange(2), np.ones(2), 0.1), "truth must be times that rise"),
+        (lambda: associate(np.arange(2), np.arange(2), -1), "most must not be negative, got -1"),
         (lambda: relative_error(PATH, PATH, 1), r"two paths of poses \(k, 4, 4\)"),
         (lambda: relative_error(2 * STILL, STILL, 1), "estimate must have the last row"),
         (lambda: relative_error(STILL, STILL, 4), "steps must be from 1 to 3, got 4"),

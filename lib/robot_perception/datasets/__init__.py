@@ -34,6 +34,7 @@ from robot_perception.datasets.mrclam import (
 from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
 from robot_perception.datasets.pictures import CorruptImage, read_image
 from robot_perception.datasets.relations import Relations, read_relations
+from robot_perception.datasets.space_tracks import SpaceTrack, read_space_track, track_format
 from robot_perception.datasets.stereo import (
     Calibration,
     StereoDrive,
@@ -96,6 +97,7 @@ __all__ = [
     "Relations",
     "Sector",
     "Sightings",
+    "SpaceTrack",
     "StereoDrive",
     "StereoFeatures",
     "StereoSequence",
@@ -126,12 +128,14 @@ __all__ = [
     "read_plane_pair",
     "read_ranges",
     "read_relations",
+    "read_space_track",
     "read_stereo_features",
     "read_track",
     "read_vehicle",
     "read_video",
     "registry",
     "status",
+    "track_format",
     "write_columns",
     "write_kitti",
     "write_mot",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from robot_perception.checks import array, check_covariance, number
 from robot_perception.datasets import limits
@@ -60,23 +60,55 @@ class Track:
         ValueError
             If a time is not finite or the gap is not positive.
         """
-        times = array("times", times, ("m",))
-        if not number("longest_gap", longest_gap, finite=False) > 0:
-            raise ValueError(f"longest_gap must be positive, got {longest_gap}")
-        last = len(self.times) - 1
-        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), last)
-        before = np.maximum(after - 1, 0)  # of a track of one pose, that pose
-        gap = self.times[after] - self.times[before]
-        exact = (times == self.times[before]) | (times == self.times[after])
-        between = (times > self.times[before]) & (times < self.times[after])
-        covered = exact | (between & (gap <= longest_gap))
-        share = np.divide(times - self.times[before], gap, out=np.zeros_like(times), where=gap > 0)
+        before, after, share, covered = neighbours(self.times, times, longest_gap)
         step = self.poses[after] - self.poses[before]
         step[:, 2] = wrap_angle(step[:, 2])
         poses = self.poses[before] + share[:, None] * step
         poses[:, 2] = wrap_angle(poses[:, 2])
         poses[~covered] = np.nan
         return poses, covered
+
+
+def neighbours(
+    own: Float[np.ndarray, " k"], times: Float[np.ndarray, " m"], longest_gap: float
+) -> tuple[
+    Int[np.ndarray, " m"], Int[np.ndarray, " m"], Float[np.ndarray, " m"], Bool[np.ndarray, " m"]
+]:
+    """Return between which poses of a track times lie, how far along, and whether it covers them.
+
+    Parameters
+    ----------
+    own : (k,)
+        Times of the track, s, rising.
+    times : (m,)
+        s, in any order.
+    longest_gap
+        A gap between two poses that is longer than this, in s, is not bridged.
+
+    Returns
+    -------
+    before, after : (m,)
+        Numbers of the poses.
+    share : (m,)
+        0 at the one before, 1 at the one after.
+    covered : (m,)
+        Whether a time lies on the track and in no longer gap.
+
+    Raises
+    ------
+    ValueError
+        If a time is not finite or the gap is not positive.
+    """
+    times = array("times", times, ("m",))
+    if not number("longest_gap", longest_gap, finite=False) > 0:
+        raise ValueError(f"longest_gap must be positive, got {longest_gap}")
+    after = np.minimum(np.maximum(np.searchsorted(own, times), 1), len(own) - 1)
+    before = np.maximum(after - 1, 0)  # of a track of one pose, that pose
+    gap = own[after] - own[before]
+    exact = (times == own[before]) | (times == own[after])
+    between = (times > own[before]) & (times < own[after])
+    share = np.divide(times - own[before], gap, out=np.zeros_like(times), where=gap > 0)
+    return before, after, share, exact | (between & (gap <= longest_gap))
 
 
 def read_track(path: str | Path, *, time_unit: str = "s") -> Track:

@@ -1,4 +1,8 @@
-"""How far is an estimated path in space from the true one? Alignment, absolute, relative errors."""
+"""How far is an estimated path in space from the true one? Alignment, absolute, relative errors.
+
+Which poses belong together, how they are aligned and what counts as an error is as in evo
+(https://github.com/MichaelGrupp/evo), so that its numbers can stand beside ours.
+"""
 
 from dataclasses import dataclass
 
@@ -9,6 +13,8 @@ from scipy.spatial.transform import Rotation
 from robot_perception import checks
 from robot_perception.evaluation.trajectories import RelativeErrors, pairs_over
 from robot_perception.geometry import se3
+
+ALIGNMENTS = ("none", "se3", "sim3")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,6 +42,70 @@ class Similarity:
         """
         points = checks.array("points", points, (..., "n", 3))
         return se3.act(self.motion, self.scale * points)
+
+    def move(self, poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 4 4"]:
+        r"""Return where it takes poses: :math:`(R_i, p_i) \mapsto (R R_i,\; c R p_i + t)`.
+
+        Raises
+        ------
+        ValueError
+            If a pose is no rigid motion.
+        """
+        poses = checks.reals("poses", poses)
+        checks.shaped("poses", poses, ("k", 4, 4))
+        scaled = se3.checked("poses", poses).copy()
+        scaled[:, :3, 3] *= self.scale
+        return se3.compose(self.motion, scaled)
+
+
+def associate(
+    estimate: Float[np.ndarray, " k"], truth: Float[np.ndarray, " m"], most: float = 0.01
+) -> Int[np.ndarray, "pairs 2"]:
+    """Return which poses of two paths belong together by their times.
+
+    Each pose of the path that has fewer, of the estimate if they have as many, goes with the pose
+    of the other that is nearest in time; without one that is near enough it is left out.
+
+    Parameters
+    ----------
+    estimate : (k,)
+        Times of the estimated poses, s, rising.
+    truth : (m,)
+        Times of the true ones, s, rising.
+    most
+        Largest difference of two times, s.
+
+    Returns
+    -------
+    (pairs, 2)
+        Rows of (estimate, truth), in the order of time.
+
+    Raises
+    ------
+    ValueError
+        If times do not rise or are not finite, or the difference is negative.
+
+    References
+    ----------
+    Sturm et al. 2012 (see `absolute_error`), section IV; evo's `associate_trajectories`.
+    """
+    times = []
+    for name, own in (("estimate", estimate), ("truth", truth)):
+        own = checks.moderate(name, checks.array(name, own, ("k",)))
+        if (np.diff(own) <= 0).any():
+            raise ValueError(f"{name} must be times that rise, got one that does not")
+        times.append(own)
+    most = checks.not_negative("most", most)
+    swapped = len(times[0]) > len(times[1])
+    few, many = times[::-1] if swapped else times
+    if not few.size:
+        return np.zeros((0, 2), dtype=int)
+    after = np.minimum(np.searchsorted(many, few, side="right"), len(many) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(np.abs(many[after] - few) < np.abs(few - many[before]), after, before)
+    near = np.flatnonzero(np.abs(many[nearest] - few) <= most)
+    pairs = np.stack([near, nearest[near]], axis=1)
+    return pairs[:, ::-1] if swapped else pairs
 
 
 def align(
@@ -83,6 +153,40 @@ def align(
     motion = np.eye(4)
     motion[:3, :3], motion[:3, 3] = R, q_mean - scale * R @ p_mean  # eq 41
     return Similarity(scale, motion)
+
+
+def align_poses(
+    estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], alignment: str
+) -> tuple[Float[np.ndarray, "k 4 4"], Similarity]:
+    """Return estimated poses moved to where their positions fit the true ones best.
+
+    Parameters
+    ----------
+    estimate : (k, 4, 4)
+        Poses, m.
+    truth : (k, 4, 4)
+        True poses at the same times.
+    alignment
+        ``"none"``: both are in one frame. ``"se3"``: the frame is free, as of most SLAM.
+        ``"sim3"``: the scale, too, as of one camera.
+
+    Returns
+    -------
+    poses, similarity
+        The poses, and what moved them.
+
+    Raises
+    ------
+    ValueError
+        If the paths are empty, of different length or not of rigid motions, the word is none of
+        these, or where `align` raises.
+    """
+    estimate, truth = _paths("poses (k, 4, 4)", (4, 4), estimate, truth)
+    if checks.one_of("alignment", alignment, ALIGNMENTS) == "none":
+        found = Similarity(1.0, np.eye(4))
+    else:
+        found = align(estimate[:, :3, 3], truth[:, :3, 3], alignment == "sim3")
+    return found.move(estimate), found
 
 
 def absolute_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"]) -> float:

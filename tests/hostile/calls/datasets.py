@@ -10,7 +10,7 @@ from PIL import Image
 from scipy.io import savemat
 
 from robot_perception import datasets
-from robot_perception.datasets import DataFile, Dataset, Relations, Sector, Track
+from robot_perception.datasets import DataFile, Dataset, Relations, Sector, SpaceTrack, Track
 from tests.datasets.films import write_film
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 from tests.hostile.sweep import call
@@ -99,6 +99,10 @@ CALLS = {
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
     Sector.holds: lambda: call(Sector(-0.3, 0.3, 5.0), np.array([[1.0, 0.1]])),
     Track.at: lambda: call(datasets.read_track(TABLE), TIMES, longest_gap=2.0),
+    SpaceTrack: lambda: call(TIMES, np.array([np.eye(4)] * 3)),
+    SpaceTrack.at: lambda: call(
+        SpaceTrack(TIMES[:2], np.array([np.eye(4)] * 2)), TIMES, longest_gap=2.0
+    ),
     datasets.ImageSequence: lambda: call((PICTURE,), (0,), False, (0.5,), (), False),
     datasets.StereoSequence: lambda: call(SEQUENCE, SEQUENCE),
     datasets.add_dataset: adding,
@@ -138,6 +142,8 @@ CALLS = {
     datasets.read_relations: lambda: call(RELATIONS, time_unit="s"),
     datasets.read_track: lambda: call(TABLE, time_unit="s"),
     datasets.read_vehicle: lambda: call(FOLDER / "car.mat", time_unit="ms"),
+    datasets.read_space_track: lambda: call(TABLE, time_unit="s"),
+    datasets.track_format: lambda: call(TABLE),
     datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
     datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}, overwrite=True),
     datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None], overwrite=True),
