@@ -195,8 +195,8 @@ def test_nothing_in_range_is_nobody():
         (np.ones(180), LASER, r"angles must be \(180,\) for ranges \(180,\), got \(181,\)"),
         (np.where(LASER > 1, np.nan, 1.0), LASER, "ranges must be positive, got 33 of 181 NaN"),
         (np.zeros(181), LASER, "ranges must be positive, got 181 of 181"),
-        (np.ones(181), LASER[::-1], "angles must rise over at most one turn"),
-        (np.ones(181), 3 * LASER, "angles must rise over at most one turn"),
+        (np.ones(181), LASER[::-1], "angles must be strictly increasing"),
+        (np.ones(181), 3 * LASER, "angles span 9.425 rad, more than one turn"),
         (np.zeros(0), np.zeros(0), "ranges must be one reading at least"),
     ],
 )

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
+from robot_perception.geometry.angles import check_turn, closes
 from robot_perception.people._readings import check_readings
 from robot_perception.people.detections import polar
 
@@ -114,7 +115,8 @@ def segments(
     ranges : (n,)
         Readings, m; infinite where nothing came back, which ends a segment.
     angles : (n,)
-        Directions of the beams, rising, rad.
+        Directions of the beams, rising, rad. Of a full turn the last stands beside the first
+        (`geometry.closes`): a segment across them has a first reading after its last.
     rules
         What counts as similar.
 
@@ -124,8 +126,8 @@ def segments(
         If the shapes disagree, there is no beam, a reading is NaN or not positive, or the angles do
         not rise or span more than a turn.
     """
-    ranges, _ = _scan(ranges, angles)
-    return _cut(ranges, checks.instance("rules", rules, LegRules).jump)
+    ranges, angles = _scan(ranges, angles)
+    return _cut(ranges, closes(angles), checks.instance("rules", rules, LegRules).jump)
 
 
 def profiles(
@@ -141,12 +143,14 @@ def profiles(
     Parameters, and errors, are those of `segments`.
     """
     ranges, angles = _scan(ranges, angles)
-    spans = _cut(ranges, checks.instance("rules", rules, LegRules).jump)
-    spans = spans[spans[:, 1] - spans[:, 0] + 1 >= rules.least_readings]
+    ring = closes(angles)
+    spans = _cut(ranges, ring, checks.instance("rules", rules, LegRules).jump)
+    counts = (spans[:, 1] - spans[:, 0]) % len(ranges) + 1
+    spans, counts = (found[counts >= rules.least_readings] for found in (spans, counts))
     first, last = spans.T
-    counts = last - first + 1
     rows = np.repeat(np.arange(len(spans)), counts)
     taken = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts) + first[rows]
+    taken %= len(ranges)
 
     def mean(values: np.ndarray) -> np.ndarray:
         return np.bincount(rows, values, len(spans)) / counts
@@ -159,7 +163,7 @@ def profiles(
     end = begin + counts - 1
     along_x, along_y = x[end] - x[begin], y[end] - y[begin]
     chords = np.hypot(along_x, along_y)
-    gaps = (angles[last] - angles[first]) / (counts - 1)
+    gaps = (angles[last] - angles[first] + 2 * np.pi * (last < first)) / (counts - 1)
     widths = chords + middle_r * gaps
     # counter-clockwise beams: the scanner is to the left of the way from the first to the last
     ahead = along_x[rows] * (y - y[begin[rows]]) - along_y[rows] * (x - x[begin[rows]])
@@ -167,7 +171,9 @@ def profiles(
     bulges = mean(ahead) * counts / (inner * np.maximum(chords, np.finfo(float).tiny))
     outwards = 1 + np.pi / 8 * widths / np.hypot(middle_x, middle_y)
     middles = np.stack([middle_x, middle_y], axis=-1) * outwards[:, None]
-    sides = np.pad(ranges, 1, constant_values=np.inf)
+    sides = np.concatenate([ranges[-1:], ranges, ranges[:1]])
+    if not ring:
+        sides[[0, -1]] = np.inf
     free = (sides[first] > ranges[first]) | (sides[last + 2] > ranges[last])
     return Profiles(spans, middles, widths, deviations, bulges, free)
 
@@ -260,14 +266,20 @@ def _scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarra
     ranges = checks.array("ranges", ranges, ("n",), finite=False)
     angles = checks.array("angles", angles, ranges.shape, f"ranges {ranges.shape}")
     check_readings("ranges", ranges)
-    if (np.diff(angles) <= 0).any() or angles[-1] - angles[0] > 2 * np.pi:
-        raise ValueError("angles must rise over at most one turn")
-    return ranges, angles
+    return ranges, check_turn(angles)
 
 
-def _cut(ranges: np.ndarray, jump: float) -> np.ndarray:
+def _cut(ranges: np.ndarray, ring: bool, jump: float) -> np.ndarray:
     there = np.flatnonzero(np.isfinite(ranges))
     if not there.size:
         return np.zeros((0, 2), dtype=np.int64)
     apart = (np.diff(there) > 1) | (np.abs(np.diff(ranges[there])) > jump)
-    return np.stack([there[np.r_[True, apart]], there[np.r_[apart, True]]], axis=-1)
+    spans = np.stack([there[np.r_[True, apart]], there[np.r_[apart, True]]], axis=-1)
+    across = ring and np.isfinite(ranges[[0, -1]]).all() and abs(ranges[-1] - ranges[0]) <= jump
+    if across and len(spans) == 1:  # nothing ends: it begins, as good as anywhere, at the farthest
+        first = int(np.argmax(ranges))
+        return np.array([[first, (first - 1) % len(ranges)]])
+    if across:
+        spans[-1, 1] = spans[0, 1]
+        spans = spans[1:]
+    return spans

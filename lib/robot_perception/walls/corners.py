@@ -1,13 +1,13 @@
 """Point landmarks of one scan: corners where two walls meet, and thin round poles."""
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception.checks import array, instance, moderate, not_negative, positive, whole
 from robot_perception.gating import gate
+from robot_perception.geometry.angles import closes
 from robot_perception.observations import Observations, unnamed
 from robot_perception.walls.segments import (
     Extraction,
@@ -16,8 +16,8 @@ from robot_perception.walls.segments import (
     Segments,
     as_scan,
     check_acute,
+    cut,
     extract_segments,
-    find_breaks,
     to_points,
 )
 
@@ -150,7 +150,7 @@ def find_corners(
     Parameters
     ----------
     segments
-        Walls of one scan, in order of angle.
+        Walls of one scan, in the order of `extract_segments`.
     angles
         Directions of the beams of that scan, rad.
     rules
@@ -175,16 +175,20 @@ def find_corners(
             f"angles must be those of the scan, got {len(angles)} for {segments.spans.max() + 1}"
         )
     rho, theta = segments.lines[:, 0], segments.lines[:, 1]
-    turn = np.sin(theta[1:] - theta[:-1])
+    neighbours = np.stack([np.arange(len(segments)), np.roll(np.arange(len(segments)), -1)], -1)
+    if len(segments) < 2 or not closes(angles):
+        neighbours = neighbours[:-1]
+    turn = np.sin(theta[neighbours[:, 1]] - theta[neighbours[:, 0]])
     flat = np.abs(turn) < np.sin(rules.least_angle)
-    first = np.flatnonzero(~flat)
+    pairs = neighbours[~flat]
+    first, second = pairs.T
     normals = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    pairs = np.stack([first, first + 1], axis=-1)
     inverse = np.linalg.inv(normals[pairs])
     points = (inverse @ rho[pairs][..., None])[..., 0]
-    near, far = segments.ends[first, 1], segments.ends[first + 1, 0]
-    beams = angles[segments.spans[first + 1, 0]] - angles[segments.spans[first, 1]]
-    spacing = [_spacing(rho[i], points, beams) for i in (first, first + 1)]
+    near, far = segments.ends[first, 1], segments.ends[second, 0]
+    beams = angles[segments.spans[second, 0]] - angles[segments.spans[first, 1]]
+    beams = np.maximum(np.where(beams < 0, beams + 2 * np.pi, beams), 0)
+    spacing = [_spacing(rho[i], points, beams) for i in (first, second)]
     meet = np.hypot(*(near - points).T) <= rules.reach + spacing[0]
     meet &= np.hypot(*(far - points).T) <= rules.reach + spacing[1]
     meet &= beams <= 4.5 * np.min(np.diff(angles), initial=np.inf)
@@ -194,7 +198,7 @@ def find_corners(
     jacobian = np.stack([np.ones_like(lever), -lever], axis=-1)  # of A p by (ρ, θ) of each line
     spread = (jacobian[..., None, :] @ segments.covs[pairs] @ jacobian[..., None])[..., 0]
     covs = (inverse * spread.mT) @ inverse.mT + rules.edge**2 * np.eye(2)
-    kinds = tuple("concave" if inwards else "convex" for inwards in turn[first][meet] > 0)
+    kinds = tuple("concave" if inwards else "convex" for inwards in turn[~flat][meet] > 0)
     return unnamed(points, covs), kinds, int((~meet).sum()), int(flat.sum())
 
 
@@ -230,14 +234,14 @@ def find_poles(
     instance("rules", rules, LandmarkRules)
     ranges, angles = as_scan(ranges, angles)
     noise = rules.extraction.noise
-    valid = np.flatnonzero((ranges > 0) & np.isfinite(ranges))
-    r, a = ranges[valid], angles[valid]
-    points = to_points(r, a)
-    cuts = np.flatnonzero(find_breaks(r, a, noise, rules.extraction.grazing)) + 1
+    found = cut(ranges, angles, noise, rules.extraction.grazing)
+    r = ranges[found.order]
+    points = to_points(r, angles[found.order])
+    inner = slice(None if found.ring else 1, None if found.ring else -1)  # with two sides
     centres, covs, not_round = [], [], 0
-    for start, stop in pairwise(cuts):  # not the first and last stretch
+    for start, stop in zip(found.starts[inner], found.stops[inner], strict=True):
         wide = np.hypot(*(points[stop - 1] - points[start])) > 2 * rules.pole_radius + rules.reach
-        free = min(r[start - 1] - r[start], r[stop] - r[stop - 1]) > rules.step
+        free = min(r[start - 1] - r[start], r[stop % len(r)] - r[stop - 1]) > rules.step
         if wide or not free or stop - start < rules.least_on_pole:
             continue
         fit = fit_pole(points[start:stop], rules.pole_radius, noise.range_sigma)

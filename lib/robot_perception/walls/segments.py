@@ -24,6 +24,7 @@ from robot_perception.checks import (
     shaped,
     whole,
 )
+from robot_perception.geometry.angles import check_turn, closes
 from robot_perception.walls.chains import simplify
 
 
@@ -93,7 +94,8 @@ class Segments:
     ends
         First and last point, on the line, m.
     spans
-        Index of the first and the last reading of each segment in the scan.
+        Index of the first and the last reading of each segment in the scan; across the end of a
+        full turn the last one is the lower.
     """
 
     lines: Float[np.ndarray, "segments 2"]
@@ -165,11 +167,52 @@ def as_scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndar
         raise ValueError(
             f"ranges and angles must be one range per angle, got {ranges.shape} and {angles.shape}"
         )
-    if not np.isfinite(angles).all() or (np.diff(angles) <= 0).any():
-        raise ValueError("angles must be finite and strictly increasing")
-    if angles.size and angles[-1] - angles[0] > 2 * np.pi:
-        raise ValueError(f"angles span {angles[-1] - angles[0]:.3f} rad, more than one turn")
-    return ranges, angles
+    return ranges, check_turn(angles)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stretches:
+    """Runs of valid readings between break points.
+
+    Parameters
+    ----------
+    order
+        The valid readings in order, by their index in the scan. Where the scan closes the order
+        begins at a break; where it closes and nothing breaks it, at the farthest reading, which
+        also ends it.
+    starts, stops
+        Where in this order each stretch begins, and where the next one does.
+    ring
+        Whether the scan closes, so that the first stretch follows the last.
+    """
+
+    order: Int[np.ndarray, " valid"]
+    starts: Int[np.ndarray, " stretches"]
+    stops: Int[np.ndarray, " stretches"]
+    ring: bool
+
+    @property
+    def endless(self) -> bool:
+        """Whether there is one stretch, all the way round."""
+        return self.ring and self.order.size > 1 and bool(self.order[0] == self.order[-1])
+
+
+def cut(ranges: np.ndarray, angles: np.ndarray, noise: RangeNoise, grazing: float) -> Stretches:
+    """Cut a scan at its break points; see `find_breaks`."""
+    order, ring = np.flatnonzero((ranges > 0) & np.isfinite(ranges)), closes(angles)
+    if not order.size:
+        return Stretches(order, order, order, ring)
+    r, a = ranges[order], angles[order]
+    if ring:
+        r, a = np.append(r, r[0]), np.append(a, max(a[0] + 2 * np.pi, a[-1]))
+    breaks = np.flatnonzero(find_breaks(r, a, noise, grazing)) + 1
+    if ring and breaks.size:
+        order, breaks = np.roll(order, -breaks[0]), breaks[1:] - breaks[0]
+    elif ring:
+        order = np.roll(order, -np.argmax(ranges[order]))
+        order = np.append(order, order[0])
+    starts = np.concatenate([[0], breaks]).astype(np.int64)
+    return Stretches(order, starts, np.append(starts[1:], order.size), ring)
 
 
 def to_points(
@@ -313,7 +356,8 @@ def extract_segments(
     The readings are cut at break points, every stretch is split by
     :func:`~robot_perception.walls.simplify`, and a line is fitted to the readings of each piece;
     a reading at which a stretch was split belongs to neither side. Readings that are infinite,
-    NaN or not positive are left out and counted.
+    NaN or not positive are left out and counted. In a scan that goes all the way round, the last
+    beam stands beside the first (`geometry.closes`).
 
     Parameters
     ----------
@@ -327,7 +371,8 @@ def extract_segments(
     Returns
     -------
     segments, report
-        In the frame of the scanner, in order of angle; and what became of the readings.
+        In the frame of the scanner, in the order of their first readings, where a wall across the
+        end of a full turn comes last; and what became of the readings.
 
     Raises
     ------
@@ -341,20 +386,17 @@ def extract_segments(
     """
     ranges, angles = as_scan(ranges, angles)
     instance("settings", settings, Extraction)
-    valid = np.flatnonzero((ranges > 0) & np.isfinite(ranges))
-    r, a = ranges[valid], angles[valid]
+    found = cut(ranges, angles, settings.noise, settings.grazing)
+    r, a = ranges[found.order], angles[found.order]
     points = to_points(r, a)
-    breaks = find_breaks(r, a, settings.noise, settings.grazing) if valid.size else np.empty(0)
-    starts = np.r_[0, np.flatnonzero(breaks) + 1] if valid.size else np.empty(0, int)
-    stops = np.r_[starts[1:], valid.size][: starts.size]
     lines, covs, ends, spans = [], [], [], []
     lone = dropped = 0
-    for start, stop in zip(starts, stops, strict=True):
+    for start, stop in zip(found.starts, found.stops, strict=True):
         if stop - start < settings.least_readings:
             lone += int(stop - start)
             continue
         corners = start + simplify(points[start:stop], settings.tolerance)
-        for first, last in _pieces(corners):
+        for first, last in _pieces(corners, found.endless):
             span = slice(first, last + 1)
             extent = np.hypot(*(points[last] - points[first])) if last > first else 0.0
             if last + 1 - first < settings.least_readings or extent < settings.least_length:
@@ -364,19 +406,21 @@ def extract_segments(
             lines.append(line.mean)
             covs.append(line.cov)
             ends.append(project(line.mean, points[[first, last]]))
-            spans.append(valid[[first, last]])
+            spans.append(found.order[[first, last]])
+    spans = np.reshape(np.array(spans, dtype=np.int64), (-1, 2))
+    rows = np.argsort(spans[:, 0])
     segments = Segments(
-        np.reshape(lines, (-1, 2)),
-        np.reshape(covs, (-1, 2, 2)),
-        np.reshape(ends, (-1, 2, 2)),
-        np.reshape(np.array(spans, dtype=np.int64), (-1, 2)),
+        np.reshape(lines, (-1, 2))[rows],
+        np.reshape(covs, (-1, 2, 2))[rows],
+        np.reshape(ends, (-1, 2, 2))[rows],
+        spans[rows],
     )
     report = ScanReport(
         readings=ranges.size,
         no_return=int(np.isinf(ranges).sum()),
         not_a_number=int(np.isnan(ranges).sum()),
         not_positive=int((np.isfinite(ranges) & (ranges <= 0)).sum()),
-        stretches=int(starts.size),
+        stretches=int(found.starts.size),
         lone=lone,
         dropped=dropped,
     )
@@ -395,9 +439,13 @@ def project(
     return points - height[..., None] * normal
 
 
-def _pieces(corners: np.ndarray) -> list[tuple[int, int]]:
-    """First and last reading of each piece, without the readings at which the stretch was split."""
+def _pieces(corners: np.ndarray, endless: bool) -> list[tuple[int, int]]:
+    """First and last reading of each piece, without the readings at which the stretch was split.
+
+    An endless stretch was split where it begins and ends, too.
+    """
     firsts, lasts = corners[:-1].copy(), corners[1:].copy()
-    firsts[1:] += 1
-    lasts[:-1] -= 1
+    inner = 0 if endless else 1
+    firsts[inner:] += 1
+    lasts[: len(lasts) - inner] -= 1
     return list(zip(firsts.tolist(), lasts.tolist(), strict=True))

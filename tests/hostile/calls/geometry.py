@@ -11,6 +11,7 @@ SPACE = se3.exp(np.linspace(0.1, 0.6, 6))
 
 CALLS = {
     geometry.wrap_angle: lambda: call(4.0),
+    geometry.closes: lambda: call(np.linspace(-3.0, 3.0, 40)),
     geometry.rotation: lambda: call(0.5),
     geometry.compose: lambda: call(POSE, POSE),
     geometry.inverse: lambda: call(POSE),
