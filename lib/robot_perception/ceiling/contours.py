@@ -224,6 +224,20 @@ def picture(
     return image
 
 
+def picture_size(name: str, size: tuple[int, int] | None) -> tuple[int, int] | None:
+    """Return height and width of pictures, if they are known, or raise ``ValueError``."""
+    if size is None:
+        return None
+    height, width = checks.integers(name, size, (2,), 1).tolist()
+    return height, width
+
+
+def check_size(name: str, shape: tuple[int, ...], size: tuple[int, int] | None) -> None:
+    """Raise ``ValueError`` unless a picture is of the size of those before, if there are any."""
+    if size not in (None, shape):
+        raise ValueError(f"{name} must be {size} as the pictures before, got {shape}")
+
+
 def find_edges(
     image: UInt8[np.ndarray, "height width"], rules: ContourRules | None = None
 ) -> Edges:

@@ -20,9 +20,11 @@ from robot_perception.ceiling.contours import (
     ContourRules,
     Edges,
     Segment,
+    check_size,
     find_contours,
     find_edges,
     picture,
+    picture_size,
 )
 from robot_perception.ceiling.mosaic import Links, Mosaic, adjust, in_camera
 from robot_perception.ceiling.patterns import (
@@ -151,6 +153,8 @@ class MapState:
         Poses of patterns relative to each other, over all pictures.
     count
         Pictures used; none before the first pattern.
+    size : (height, width)
+        Of the pictures, px; nothing before the first.
     """
 
     mosaic: Mosaic
@@ -160,6 +164,7 @@ class MapState:
     motion: Float[np.ndarray, " 3"]
     links: Links
     count: int = 1
+    size: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         checks.instance("mosaic", self.mosaic, Mosaic)
@@ -169,6 +174,7 @@ class MapState:
             object.__setattr__(self, name, checks.array(name, getattr(self, name), (3,)))
         checks.instance("links", self.links, Links)
         object.__setattr__(self, "count", checks.whole("count", self.count, 0))
+        object.__setattr__(self, "size", picture_size("size", self.size))
         for name in ("patterns", "tracked"):
             own = MappingProxyType(dict(getattr(self, name)))
             object.__setattr__(self, name, own)
@@ -275,11 +281,12 @@ class Mapper:
         TypeError
             If an argument is of another type.
         ValueError
-            If the image is not (height, width).
+            If the image is not (height, width), or not of the size of those before.
         """
         checks.instance("state", state, MapState)
         checks.generator("rng", rng)
         rules, image = self.rules, picture("image", image)
+        check_size("image", image.shape, state.size)
         if not state.mosaic.poses:
             return self._begun(state, image, rng)
         trackers = PatternTrackers(state.patterns, rules.tracker, rules.border)
@@ -294,7 +301,7 @@ class Mapper:
         before, guess = state.pose, compose(state.pose, state.motion)
         located = bool(sightings)
         pose = state.mosaic.locate(sightings)[0] if located else guess
-        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
+        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1, size=image.shape)
         sought, found, closed, together = None, (), False, sightings
         if state.count % rules.every == 0 or not located:
             sought = Sought.of(image, rules.contours)
@@ -319,7 +326,7 @@ class Mapper:
         """Return the state with the first patterns, if the picture has a distinctive window."""
         state, sightings, new = self._make(state, image, None, {}, rng)
         links = state.links.add(sightings, centre=self._middle, scale=self.scale)
-        after = replace(state, links=links, count=state.count + bool(new))
+        after = replace(state, links=links, count=state.count + bool(new), size=image.shape)
         return after, MapInfo(sightings, {}, bool(new), new)
 
     def _again(
@@ -549,7 +556,7 @@ class PatternTrackers:
         TypeError
             If an argument is of another type.
         ValueError
-            If a state has no pattern.
+            If a state has no pattern, or the image is not of the size of those before.
         """
         checks.entries("state", state, PatternState)
         checks.generator("rng", rng)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
-from robot_perception.ceiling.contours import picture
+from robot_perception.ceiling.contours import check_size, picture, picture_size
 from robot_perception.ceiling.mapping import (
     MapRules,
     PatternTrackers,
@@ -52,6 +52,8 @@ class ReplayState:
         In how many pictures in a row no pattern of that key image was seen.
     count
         Pictures used.
+    size : (height, width)
+        Of the pictures, px; nothing before the first.
     """
 
     tracked: Mapping[str, PatternState]
@@ -59,6 +61,7 @@ class ReplayState:
     key: int = 0
     blind: int = 0
     count: int = 0
+    size: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         checks.entries("tracked", self.tracked, PatternState)
@@ -66,6 +69,7 @@ class ReplayState:
         object.__setattr__(self, "pose", checks.array("pose", self.pose, (3,)))
         for name in ("key", "blind", "count"):
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 0))
+        object.__setattr__(self, "size", picture_size("size", self.size))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -197,7 +201,7 @@ class Navigator:
             self.mosaic, {name: one.pose for name, one in tracked.items()}, self.rules.gate
         )
         tracked = {name: one for name, one in tracked.items() if name not in wrong}
-        return ReplayState(tracked, self.mosaic.locate(sightings)[0])
+        return ReplayState(tracked, self.mosaic.locate(sightings)[0], size=image.shape)
 
     def step(
         self,
@@ -221,10 +225,13 @@ class Navigator:
         ------
         TypeError
             If an argument is of another type.
+        ValueError
+            If the image is not (height, width), or not of the size of those before.
         """
         checks.instance("state", state, ReplayState)
         checks.generator("rng", rng)
         image, rules = picture("image", image), self.rules
+        check_size("image", image.shape, state.size)
         trackers = PatternTrackers(self.patterns, rules.tracker, rules.border)
         tracked, told = trackers.step(state.tracked, image, rng=rng)
         infos = told.patterns
@@ -245,7 +252,7 @@ class Navigator:
             )
             tracked |= again
             sightings |= {name: one.pose for name, one in again.items()}
-        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1)
+        state = replace(state, tracked=tracked, pose=pose, count=state.count + 1, size=image.shape)
         return self._towards(state, sightings)
 
     def _towards(

@@ -15,14 +15,14 @@ Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomo
 visual memory and pattern tracking".
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
 from robot_perception import checks
 from robot_perception.beliefs import ParticleSet
-from robot_perception.ceiling.contours import picture
+from robot_perception.ceiling.contours import check_size, picture, picture_size
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
 from robot_perception.extras import needing
 from robot_perception.geometry.angles import wrap_angle
@@ -116,17 +116,20 @@ class PatternState:
         Their mean; that of the angles is taken around the circle.
     lost
         In how many pictures in a row it was not seen.
+    size : (height, width)
+        Of the pictures, px; nothing before the first.
 
     Raises
     ------
     ValueError
-        If the particles are not one set of four numbers each, a scale is not positive, or the count
-        is negative.
+        If the particles are not one set of four numbers each, a scale is not positive, the count is
+        negative, or the size is none.
     """
 
     particles: ParticleSet
     pose: Float[np.ndarray, " 4"] = field(init=False)
     lost: int = 0
+    size: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         states = checks.instance("particles", self.particles, ParticleSet).states
@@ -134,6 +137,7 @@ class PatternState:
         if not (states[:, 3] > 0).all():
             raise ValueError(f"particles must have a positive scale, got {states[:, 3].min():g}")
         object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
+        object.__setattr__(self, "size", picture_size("size", self.size))
         object.__setattr__(self, "pose", _mean(self.particles))
 
 
@@ -152,7 +156,7 @@ class PatternInfo:
     deviation : (n,)
         Of each vector there, samples.
     good : (n,)
-        Which vectors are not bad.
+        Which vectors are not bad; one without a positive correlation, as of a blank picture, is.
     lost
         Whether more of the vectors in the picture are bad than the rules tolerate, or less than
         half are in it: the pattern is not where it is said to be, or hardly to be seen.
@@ -311,10 +315,11 @@ class PatternTracker:
         TypeError
             If an argument is of another type.
         ValueError
-            If the image is not (height, width).
+            If the image is not (height, width), or not of the size of those before.
         """
         checks.instance("state", state, PatternState)
         layers = image if isinstance(image, Layers) else Layers(image)
+        check_size("image", layers.shape, state.size)
         rules, particles = self.rules, state.particles
         for again in range(rules.passes + 1):
             spread = np.array(rules.sigmas) / 3**again
@@ -332,14 +337,14 @@ class PatternTracker:
                 )
 
             particles, taken = condensation(particles, move, weigh, rng=rng)
-        after = PatternState(particles)
+        after = PatternState(particles, size=layers.shape)
         C = layers.correlations(self.pattern, after.pose[None], rules.smoothing)[0]
         away = deviations(C, self.pattern.decay)
-        good = away <= rules.worst
+        good = (away <= rules.worst) & (C > 0)  # where the fall is steep, no likeness is near, too
         seen = max(int((~np.isnan(C)).sum()), (len(C) + 1) // 2)
         lost = seen - int(good.sum()) > _tolerated(rules, seen)
         if lost:
-            after = PatternState(particles, state.lost + 1)
+            after = replace(after, lost=state.lost + 1)
         info = PatternInfo(after.pose, _cov(after), C, away, good, lost, taken.effective)
         return after, info
 

@@ -36,7 +36,7 @@ CALLS = {
         *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5
     ),
     mapping.MapState: lambda: call(
-        MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1
+        MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1, (60, 80)
     ),
     mapping.Mapper: lambda: call(0.01, CENTRE, RULES),
     mapping.Mapper.start: lambda: call(MAPPER),
@@ -52,5 +52,5 @@ CALLS = {
     navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
     navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),
     navigator.Navigator.step: lambda: call(NAVIGATOR, REPLAY, IMAGE, rng=rng()),
-    navigator.ReplayState: lambda: call(TRACKED, NOWHERE, 0, 0, 0),
+    navigator.ReplayState: lambda: call(TRACKED, NOWHERE, 0, 0, 0, (60, 80)),
 }

@@ -70,7 +70,7 @@ CALLS = {
     tracker.TrackerRules: lambda: call(
         200, (5.0, 5.0, 0.05, 0.1), 4.0, 4.0, 0.3, "at worst", "difference", 0
     ),
-    tracker.PatternState: lambda: call(STATE.particles, 1),
+    tracker.PatternState: lambda: call(STATE.particles, 1, (60, 80)),
     tracker.smoothing: lambda: call(np.array([0.9, 1.4]), "scale"),
     tracker.Layers: lambda: call(IMAGE),
     tracker.Layers.correlations: lambda: call(tracker.Layers(IMAGE), PATTERN, POSES, "difference"),
