@@ -171,6 +171,28 @@ def test_more_than_half_of_the_matches_must_be_level(level, good):
             require_rectified(left, right)
 
 
+@pytest.mark.parametrize("shift", [-25.0, -6.0, -1.2])
+def test_swapped_eyes_are_noticed(shift):
+    image = texture(4)
+    left, right = detect(image), detect(shifted(image, shift, 0.0))
+    require_rectified(left, right)
+    with pytest.raises(ValueError, match=r"left and right seem to be swapped: of .* further to the"):
+        require_rectified(right, left)
+
+
+@pytest.mark.parametrize(("behind", "good"), [(6, True), (7, False)])
+def test_more_points_must_lie_before_the_eyes_than_behind_them(behind, good):
+    left = features(np.arange(28).reshape(14, 2) * 10 + 20, np.arange(14))
+    shifts = np.where(np.arange(14) < behind, 9.0, -9.0)
+    shifts[-2:] = 0.9  # as far away as may be: of no side
+    right = features(left.pixels + np.stack([shifts, np.zeros(14)], axis=1), np.arange(14))
+    if good:
+        require_rectified(left, right)
+    else:
+        with pytest.raises(ValueError, match=r"of 14 matches on equal rows 7 lie further .*, 5 fu"):
+            require_rectified(left, right)
+
+
 # ---- real pairs ----------------------------------------------------------------------------------
 
 
@@ -224,6 +246,8 @@ def test_kitti_pairs_give_points_that_move_with_the_camera():
     rig = drive.calibration.rig(drive.frames.size)
     left, right = drive.frames[0]
     require_rectified(detect(left), detect(right))
+    with pytest.raises(ValueError, match="swapped"):
+        require_rectified(detect(right), detect(left))
     before, after = (observe(*drive.frames[k], rig) for k in (0, 1))
     motion = se3.between(drive.poses[1], drive.poses[0])
     predicted = predict_pixels(before.points.mean, motion, rig.camera)

@@ -163,24 +163,27 @@ def observe(
 def require_rectified(
     left: Features, right: Features, rules: StereoRules = StereoRules(), *, least: int = 12
 ) -> None:
-    """Raise unless matches by descriptor alone lie on equal rows, as of a rectified pair.
+    """Raise unless matches by descriptor alone lie as those of a rectified pair do.
 
-    More than half must. Without this check a pair that is not rectified, or a rig that has been
-    knocked, gives few matches and wrong ones, and no error.
+    More than half must lie on equal rows; and of those the right picture must not show more further
+    to the right than further to the left, else the eyes are swapped. Without this check a pair that
+    is not rectified, a rig that has been knocked, or the right picture in the place of the left one
+    gives few matches and wrong ones, and no error.
 
     Parameters
     ----------
     left, right
         Features of the two pictures.
     rules
-        Rows and threshold.
+        Rows and threshold; a shift of less than the least disparity is of no side.
     least
         Fewest matches that can tell.
 
     Raises
     ------
     ValueError
-        If ``left`` and ``right`` are not a rectified pair, or have too few matches to tell.
+        If ``left`` and ``right`` are not a rectified pair, are swapped, or have too few matches to
+        tell.
     """
     check_both(left=left, right=right)
     checks.instance("rules", rules, StereoRules)
@@ -192,13 +195,21 @@ def require_rectified(
             f"left and right have {len(pairs)} matches by descriptor, at least {least} must tell "
             "whether the pair is rectified"
         )
-    offsets = right.pixels[pairs[:, 1], 1] - left.pixels[pairs[:, 0], 1]
-    level = np.count_nonzero(np.abs(offsets) <= rules.rows)
-    if 2 * level <= len(pairs):
+    shifts, offsets = (right.pixels[pairs[:, 1]] - left.pixels[pairs[:, 0]]).T
+    level = np.abs(offsets) <= rules.rows
+    if 2 * np.count_nonzero(level) <= len(pairs):
         raise ValueError(
             f"left and right are not a rectified pair: of {len(pairs)} matches by descriptor "
-            f"{level} lie within {rules.rows:g} rows, the median offset is "
+            f"{np.count_nonzero(level)} lie within {rules.rows:g} rows, the median offset is "
             f"{np.median(offsets):.1f} rows"
+        )
+    aside = rules.disparities[0]
+    wrong, good = (np.count_nonzero(side[level] >= aside) for side in (shifts, -shifts))
+    if wrong > good:
+        raise ValueError(
+            f"left and right seem to be swapped: of {np.count_nonzero(level)} matches on equal "
+            f"rows {wrong} lie further to the right in the right picture, {good} further to the "
+            "left, as points before two eyes do"
         )
 
 
