@@ -32,10 +32,12 @@ from robot_perception.datasets import (
     read_kitti,
     read_leg_scans,
     read_mrclam,
+    read_space_track,
     read_track,
     read_video,
     write_video,
 )
+from robot_perception.evaluation import spatial
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import se2, se3
@@ -44,6 +46,7 @@ from robot_perception.slam.planar import Odometry, Velocity, compound, dead_reck
 from robot_perception.streams import hold
 from tests.datasets import writing
 from tests.datasets.here import recording
+from tests.datasets.space import write_path
 from tests.unchecked import unchecked
 
 BOOK = Path(__file__).parents[1] / "book"
@@ -56,10 +59,11 @@ LONGER = (
     "arms.py",
     "ceiling.py",
     "faces.py",
+    "judge.py",
     "people.py",
     "stereo_slam.py",
     "track.py",
-)  # they draw
+)  # they draw, or judge paths in the plane and in space
 RECORDED = {  # what a console of the page runs on: the data set, and its file or folder
     "fr079_graph.log.gz": ("carmen_fr079", "fr079_graph.log.gz"),
     "kitti_stereo_straight": ("kitti_stereo_straight", None),
@@ -296,6 +300,69 @@ def test_ranks_are_those_of_theory(tmp_path):
 
 
 # NEES and trajectory errors ----------------------------------------------------------------------
+
+
+DRIVEN = np.linspace(0, 80, 81)
+
+
+def camera_drives(folder: Path, name: str, scale: float, kind: str = "TUM") -> None:
+    """Write the path of a camera that drives ahead, along its z axis, and turns to the right."""
+    poses = se3.exp(np.linspace([0, 0, 0, 0, 0, 0], [0, 0, 80, 0, 0.4, 0], 81))
+    poses[:, :3, 3] *= scale
+    write_path(folder / name, kind, DRIVEN, poses)
+
+
+@pytest.mark.parametrize("kind", ["TUM", "KITTI", "EuRoC", "space"])
+def test_a_camera_is_judged_in_space(tmp_path, kind):
+    """Twice too large, an estimate is metres off; with its scale free it is right."""
+    camera_drives(tmp_path, "estimate", 2.0, kind)
+    camera_drives(tmp_path, "truth", 1.0, kind)
+    found, true = (read_space_track(tmp_path / name).poses for name in ("estimate", "truth"))
+    for alignment in spatial.ALIGNMENTS:
+        said = run(tmp_path, "judge.py", "estimate", "truth", "--align", alignment)
+        moved, _ = spatial.align_poses(found, true, alignment)
+        error = spatial.absolute_error(moved[:, :3, 3], true[:, :3, 3])
+        assert numbers(said, "ATE:")[0] == pytest.approx(error, abs=0.0005)
+        assert (error < 1e-9) == (alignment == "sim3")
+        assert numbers(said, "poses:") == [81, 81, 81]
+    assert "scale 0.5000" in said
+
+
+def test_the_truth_in_space_is_taken_between_its_poses_if_asked_for(tmp_path):
+    camera_drives(tmp_path, "truth", 1.0)
+    rows = np.loadtxt(tmp_path / "truth")
+    np.savetxt(tmp_path / "later", rows + 0.3 * np.eye(8)[0])
+    changed(tmp_path, "judge.py", GAP="1.5")
+    said = run(tmp_path, "judge.py", "later", "truth", "--interpolate")
+    assert numbers(said, "poses:") == [81, 81, 80]
+    assert numbers(said, "ATE:")[0] == pytest.approx(0.3, abs=0.01)  # m, at 1 m/s
+    changed(tmp_path, "judge.py", NEAR="0.31")
+    assert numbers(run(tmp_path, "judge.py", "later", "truth"), "ATE:") == [0.0]
+
+
+def test_a_path_in_the_plane_beside_one_in_space_leaves_out_its_height_and_says_so(tmp_path):
+    names = "time_s,x_m,y_m,heading_rad"
+    table(tmp_path / "run.csv", names, [DRIVEN, DRIVEN, 0 * DRIVEN, 0 * DRIVEN])
+    lifted = se3.from_se2(np.stack([DRIVEN, 0 * DRIVEN, 0 * DRIVEN], axis=1), 3.0)
+    write_path(tmp_path / "truth.tum", "TUM", DRIVEN, lifted)
+    said = run(tmp_path, "judge.py", "run.csv", "truth.tum")
+    assert "in the plane, as run.csv: heights and tilts of truth.tum are left out" in said
+    assert numbers(said, "ATE:") == [0.0]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("kind", ["plane", "TUM"])
+def test_a_short_drive_has_no_error_over_a_distance(tmp_path, kind, count):
+    times = 0.4 * np.arange(count)
+    poses = np.stack([0.3 * np.arange(count), 0 * times, 0 * times], axis=1)
+    if kind == "plane":
+        table(tmp_path / "run", "time_s,x_m,y_m,heading_rad", [times, *poses.T])
+    else:
+        write_path(tmp_path / "run", kind, times, se3.from_se2(poses))
+    said = run(tmp_path, "judge.py", "run", "run")
+    assert "relative error over 1 m: none (distance must be from 0 to" in said
+    assert "nan" not in said
+    assert numbers(said, "ATE:") == [0.0]
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.25], ids=["consistent", "overconfident"])
@@ -750,6 +817,9 @@ FILES = EXAMPLES | {
     "falling.csv": "time_s,speed_m_s,turn_rate_rad_s\n1,1,0\n0,1,0\n",
     "mm.csv": "2000,2001,2002\n",
     "one.csv": "2,2.1,2.2\n",
+    "still.tum": "".join(f"{k} 1 2 3 0 0 0 1\n" for k in range(3)),
+    "later.tum": "".join(f"{k}.5 1 2 3 0 0 0 1\n" for k in range(3)),
+    "two.txt": 2 * "1 0 0 0 0 1 0 0 0 0 1 0\n",
     "later.csv": "time_s,x_m,y_m,heading_rad\n100,0,0,0\n101,1,0,0\n",
     "radar.csv": f"{SEEN}\n1,radar,2,0.1,0.1,0.1\n",
     "nameless.csv": f"{SEEN}\n1,,2,0.1,0.1,0.1\n",
@@ -785,6 +855,10 @@ FILES = EXAMPLES | {
         ("rank.py landmarks gps", "'gps' is not one of 'landmarks', 'anchor'"),
         ("judge.py commands.csv truth.csv", "commands.csv, line 1: no column x_m"),
         ("judge.py later.csv truth.csv", "the paths are empty"),
+        ("judge.py truth.csv truth.csv --align se3", "truth.csv is in the plane: --align and"),
+        ("judge.py still.tum still.tum --align se3", "do not determine a rotation"),
+        ("judge.py still.tum later.tum", "no pose of still.tum is at the time of one of later.tum"),
+        ("judge.py two.txt still.tum", "two.txt has 2 poses and still.tum 3"),
         ("judge.py truth.csv none.csv", "none.csv: no such file or folder"),
         ("judge.py truth.csv", "Missing argument 'TRUTH'"),
         ("stereo_slam.py .", "Missing argument 'OUT'"),

@@ -1,46 +1,124 @@
 """NEES and trajectory errors of your own run: python judge.py ESTIMATE TRUTH"""
 
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import click
 import numpy as np
 
-from robot_perception.datasets import read_track
+from robot_perception.datasets import Track, read_space_track, read_track, track_format
+from robot_perception.evaluation import spatial, trajectories
 from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
-from robot_perception.evaluation.trajectories import absolute_error, end_error, relative_error_over
-from robot_perception.extras import needing
 from robot_perception.geometry import wrap_angle
 from robot_perception.scripts import Recording, script
 
-with needing():
-    import click
-
 GAP = 0.5  # longest gap of the truth that is bridged, s
+NEAR = 0.01  # largest difference of two times that are one, in space, s
 DISTANCE = 1.0  # over which relative errors are taken, m
+FREE = "In space: what of the estimate is free, nothing (the default), its frame, its scale, too."
+BETWEEN = "In space: take the truth between its poses, not the pose that is nearest in time."
+
+
+def say(what: str, measured: Callable[[], str]) -> None:
+    """Print a measure, or why this run has none: it is too short, or does not turn."""
+    try:
+        print(f"{what}: {measured()}")
+    except ValueError as error:
+        print(f"{what}: none ({error})")
+
+
+def relative(how: ModuleType, poses: np.ndarray, true: np.ndarray) -> str:
+    """How far off a motion over some distance is, wherever it begins."""
+    errors = how.relative_error_over(poses, true, DISTANCE)
+    return f"{errors.translation_rms:.3f} m, {np.rad2deg(errors.rotation_rms):.2f} deg"
+
+
+def in_plane(estimate_file: Path, truth_file: Path) -> None:
+    """Errors of x, y and heading, and whether the covariances fit them."""
+    estimate, truth = read_track(estimate_file), read_track(truth_file)
+    true, covered = truth.at(estimate.times, longest_gap=GAP)
+    print(f"poses: {len(covered)}, covered by the truth: {covered.sum()}")
+    poses, true = estimate.poses[covered], true[covered]
+    print(f"ATE: {trajectories.absolute_error(poses, true, aligned=False):.3f} m")
+    say("ATE after alignment", lambda: f"{trajectories.absolute_error(poses, true, True):.3f} m")
+    say(f"relative error over {DISTANCE:g} m", lambda: relative(trajectories, poses, true))
+    end = trajectories.end_error(poses, true)
+    print(f"at the end: {end.position:.3f} m, {np.rad2deg(end.heading):.1f} deg")
+    say("NEES", lambda: consistency(estimate, true, covered))
+
+
+def consistency(estimate: Track, truth: np.ndarray, covered: np.ndarray) -> str:
+    """What the NEES says, in four lines."""
+    if estimate.covs is None:
+        raise ValueError("it needs covariances, which this file does not hold")
+    error = estimate.poses[covered] - truth
+    error[:, 2] = wrap_angle(error[:, 2])
+    nees = normalised_squared(error, estimate.covs[covered])
+    inside = coverage(nees[None], 3, independent=1).single_share
+    told = [f"{nees.mean():.2f} on average, 3 if the filter is consistent;"]
+    for count, what in ((1, "all errors are one"), (len(nees), "errors are independent")):
+        told.append("  by chance {:.2f} to {:.2f} if {}".format(*average_bounds(3, count), what))
+    return "\n".join([*told, f"  {inside:.1%} of the poses lie inside their 95 % region"])
+
+
+def together(estimate_file: Path, truth_file: Path, between: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Poses in space of the two files at the same times, or in the same order."""
+    estimate, truth = read_space_track(estimate_file), read_space_track(truth_file)
+    poses, true = estimate.poses, truth.poses
+    if estimate.times is None or truth.times is None:
+        if len(poses) != len(true):
+            told = f"{estimate_file} has {len(poses)} poses and {truth_file} {len(true)}"
+            raise ValueError(f"without times there must be as many poses in both, {told}")
+    elif between:
+        true, covered = truth.at(estimate.times, longest_gap=GAP)
+        poses, true = poses[covered], true[covered]
+    else:
+        first, second = spatial.associate(estimate.times, truth.times, NEAR).T
+        poses, true = poses[first], true[second]
+    print(f"poses: {len(estimate)}, of the truth: {len(truth)}, together: {len(poses)}")
+    if not len(poses):
+        raise ValueError(
+            f"no pose of {estimate_file} is at the time of one of {truth_file}"
+            + (
+                f", nor between two that are at most {GAP:g} s apart"
+                if between
+                else f", to {NEAR:g} s; --interpolate takes what lies between two"
+            )
+        )
+    return poses, true
+
+
+def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: bool) -> None:
+    """Errors of positions and rotations, as evo has them."""
+    poses, true = together(estimate_file, truth_file, between)
+    poses, found = spatial.align_poses(poses, true, alignment)
+    print(f"alignment: {alignment}, scale {found.scale:.4f}")
+    print(f"ATE: {spatial.absolute_error(poses[:, :3, 3], true[:, :3, 3]):.3f} m")
+    last = spatial.absolute_error(poses[-1:, :3, 3], true[-1:, :3, 3])
+    say(f"relative error over {DISTANCE:g} m", lambda: relative(spatial, poses, true))
+    print(f"at the end: {last:.3f} m")
 
 
 @script
 @click.argument("estimate", type=Recording())
 @click.argument("truth", type=Recording())
-def main(estimate, truth):
-    """NEES and trajectory errors of your own run."""
-    estimate = read_track(estimate)
-    truth, covered = read_track(truth).at(estimate.times, longest_gap=GAP)
-    print(f"poses: {len(covered)}, covered by the truth: {covered.sum()}")
-    poses, truth = estimate.poses[covered], truth[covered]
-    end, relative = end_error(poses, truth), relative_error_over(poses, truth, DISTANCE)
-    print(f"ATE: {absolute_error(poses, truth, aligned=False):.3f} m")
-    print(f"ATE after alignment: {absolute_error(poses, truth, aligned=True):.3f} m")
-    print(f"relative error over {DISTANCE:g} m: {relative.translation_rms:.3f} m")
-    print(f"at the end: {end.position:.3f} m, {np.rad2deg(end.heading):.1f} deg")
-    if estimate.covs is None:
-        print("NEES: needs covariances, which this file does not hold")
+@click.option("--align", type=click.Choice(spatial.ALIGNMENTS), default="none", help=FREE)
+@click.option("--interpolate", is_flag=True, help=BETWEEN)
+def main(estimate, truth, align, interpolate):
+    """Errors of your own run: CSV with headings in the plane; TUM, KITTI and EuRoC in space."""
+    kinds = {track_format(estimate): estimate, track_format(truth): truth}
+    if "plane" not in kinds:
+        in_space(estimate, truth, align, interpolate)
         return
-    error = poses - truth
-    error[:, 2] = wrap_angle(error[:, 2])
-    nees = normalised_squared(error, estimate.covs[covered])
-    inside = coverage(nees[None], 3, independent=1).single_share
-    print(f"NEES: {nees.mean():.2f} on average, 3 if the filter is consistent;")
-    for count, what in ((1, "all errors are one"), (len(nees), "errors are independent")):
-        print("  by chance {:.2f} to {:.2f} if {}".format(*average_bounds(3, count), what))
-    print(f"  {inside:.1%} of the poses lie inside their 95 % region")
+    if align != "none" or interpolate:
+        raise ValueError(
+            f"{kinds['plane']} is in the plane: --align and --interpolate are of space"
+        )
+    for kind, file in kinds.items():
+        if kind != "plane":
+            print(f"in the plane, as {kinds['plane']}: heights and tilts of {file} are left out")
+    in_plane(estimate, truth)
 
 
 if __name__ == "__main__":

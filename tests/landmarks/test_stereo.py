@@ -176,7 +176,9 @@ def test_swapped_eyes_are_noticed(shift):
     image = texture(4)
     left, right = detect(image), detect(shifted(image, shift, 0.0))
     require_rectified(left, right)
-    with pytest.raises(ValueError, match=r"left and right seem to be swapped: of .* further to the"):
+    with pytest.raises(
+        ValueError, match=r"left and right seem to be swapped: of .* further to the"
+    ):
         require_rectified(right, left)
 
 
