@@ -106,6 +106,7 @@ READERS = {
         datasets.read_track, rows("{!r},{!r},{!r},{!r}".format, "time_s,x_m,y_m,heading_rad")
     ),
     "TUM": Reader(datasets.read_track, rows("{!r} {!r} {!r} 0 0 0 0 1".format)),
+    "TUM in space": Reader(datasets.read_space_track, rows("{!r} {!r} {!r} 0 1 0 0 0".format)),
     "CARMEN": Reader(datasets.read_carmen_log, carmen),
     "graph": Reader(datasets.read_graph_log, graph),
     "MRCLAM": Reader(datasets.read_mrclam, mrclam, lambda found: found.robots[2].truth.times),

@@ -98,10 +98,16 @@ KINDS = {
     "relations": Kind(read_relations, "a.relations", [b"1 2 3 4 5 0.6 0.7 0.8"] * 3, plain),
     "TUM": Kind(read_track, "a.tum", [b"1 0 0 0 0 0 0 1", b"#", b"2 1 0 0 0 0 0 1"], plain),
     "TUM in space": Kind(
-        READERS["TUM"], "a.tum", [b"1 0 0 0 1 0 0 0", b"#", b"2 1 2 3 0 0 0 1"], plain
+        partial(READERS["TUM"], time_unit="s"),
+        "a.tum",
+        [b"1 0 0 0 1 0 0 0", b"#", b"2 1 2 3 0 0 0 1"],
+        plain,
     ),
     "KITTI poses": Kind(
-        READERS["KITTI"], "a.txt", [b"1 0 0 1 0 1 0 2 0 0 1 3", b"#", TURNED], plain
+        partial(READERS["KITTI"], time_unit="s"),
+        "a.txt",
+        [b"1 0 0 1 0 1 0 2 0 0 1 3", b"#", TURNED],
+        plain,
     ),
     "wheels": utias("Odometry"),
     "camera": utias("Measurement"),

@@ -70,6 +70,23 @@ def test_euroc_without_names_and_with_a_comma_at_the_end(tmp_path):
     np.testing.assert_allclose(read_space_track(path).poses, poses, atol=1e-10)
 
 
+@pytest.mark.parametrize("kind", ["TUM", "space"])
+def test_times_may_be_counted_in_other_units(kind, tmp_path):
+    times, poses = path_in_space(np.random.default_rng(7))
+    path = write_path(tmp_path / "path", kind, times * 1000, poses)
+    np.testing.assert_allclose(read_space_track(path, time_unit="ms").times, times, atol=1e-6)
+    with pytest.raises(CorruptLog, match="time_unit='ms'"):
+        read_space_track(path)
+
+
+def test_tum_between_commas_is_told_by_the_names_in_its_comment(tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("#timestamp,tx,ty,tz,qx,qy,qz,qw\n0,1,2,3,1,0,0,0\n1,1,2,3,1,0,0,0\n")
+    assert track_format(path) == "TUM"
+    turn = read_space_track(path).poses[0, :3, :3]
+    np.testing.assert_allclose(turn, np.diag([1, -1, -1]))  # half a turn about x, not none
+
+
 def test_a_path_in_the_plane_lies_at_height_nothing(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("time_s,x_m,y_m,heading_rad\n0,1,2,0\n1,2,2,1.5\n")
@@ -138,8 +155,13 @@ SHORT = "timestamp,p_RS_R_x,p_RS_R_y,p_RS_R_z,q_RS_w,q_RS_x,q_RS_y\n1,0,0,0,1,0,
         ("0,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", "line 2: its time is not in whole nanoseconds"),
         ("0,0,0,0,1,1,0,0\n", "line 1: its quaternion"),
         (SHORT, "no column time_s"),
+        ("#timestamp,tx,ty,tz,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n", "line 2: its quaternion"),
+        ("0 2e8 0 0 0 0 0 1\n", "line 1: a place lies beyond 1e\\+08 m"),
+        ("1 0 0 2e8 0 1 0 0 0 0 1 0\n", "line 1: a place lies beyond 1e\\+08 m"),
+        ("0,2e8,0,0,1,0,0,0\n", "line 1: a place lies beyond 1e\\+08 m"),
+        ("0 0 0 0 0 0 0 1\n9e9 0 0 0 0 0 0 1\n", "look like .*: time_unit='ns'"),
         ("0,0,0,0,1,0,0\n", "line 1: fewer values than announced"),
-        ("time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n", "row 1: its quaternion"),
+        ("time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0.5,0,1\n", "row 1: its quaternion"),
         ("time_s,x_m,y_m,qx,qy,qz,qw\n0,0,0,0,0,0,1\n", "no column z_m"),
         ("timestamp,tx,ty,tz,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", "no column time_s"),
         ("a,b\n1,2\n", "no column time_s"),

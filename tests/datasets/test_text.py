@@ -8,7 +8,13 @@ import pytest
 from PIL import Image
 
 from robot_perception import datasets
-from robot_perception.datasets import CorruptLog, read_columns, read_ranges, read_track
+from robot_perception.datasets import (
+    CorruptLog,
+    read_columns,
+    read_ranges,
+    read_space_track,
+    read_track,
+)
 from tests.datasets import test_lines
 from tests.datasets.test_lines import Kind, plain
 
@@ -32,8 +38,27 @@ NAMED = {  # by the names of columns
     "track": Kind(
         read_track, "a.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0.5", b"2,-1.5,0,1e-3"], plain
     ),
+    "track in space": Kind(
+        read_space_track,
+        "a.csv",
+        [b"time_s,x_m,y_m,z_m,qx,qy,qz,qw", b"1,0,0,2,0.6,0,0,-0.8", b"2,-1.5,0,1e-3,0,0,0,1"],
+        plain,
+    ),
+    "EuRoC": Kind(
+        read_space_track,
+        "a.csv",
+        [
+            b"timestamp,p_RS_R_x,p_RS_R_y,p_RS_R_z,q_RS_w,q_RS_x,q_RS_y,q_RS_z",
+            b"1403636580838555648,1.5,-2,3,0.6,0,0.8,0",
+            b"1403636580843555328,1.5,-2,3.25,1,0,0,0",
+        ],
+        plain,
+    ),
 }
-TABLES = {name: test_lines.KINDS[name] for name in ("relations", "TUM", "wheels", "camera")} | {
+IN_SPACE = ("TUM in space", "KITTI poses")
+TABLES = {
+    name: test_lines.KINDS[name] for name in ("relations", "TUM", "wheels", "camera", *IN_SPACE)
+} | {
     "stereo": test_lines.KINDS["stereo"],
     "ranges": Kind(partial(read_ranges, max_range=8.0), "a.csv", [b"1.5,inf", b"3,9"], plain),
     "calibration": Kind(

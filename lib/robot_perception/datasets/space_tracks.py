@@ -11,20 +11,24 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from robot_perception import checks
+from robot_perception.datasets import limits
+from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
     FINITE,
     SHORT,
-    Check,
     CorruptLog,
     Lines,
+    are_numbers,
+    in_seconds,
     read_table,
-    to_numbers,
 )
 from robot_perception.datasets.tables import read_columns
-from robot_perception.datasets.tracks import QUATERNION, RISING, neighbours, read_track
+from robot_perception.datasets.tracks import POSE, RISING, UNIT_LENGTH, neighbours, read_track
 
 SPACE = ("time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
-EUROC = (b"p_RS_R_x", b"p_RS_R_y", b"p_RS_R_z", b"q_RS_w", b"q_RS_x", b"q_RS_y", b"q_RS_z")
+EUROC = ("p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z")
+LARGEST = {"time_s": np.inf} | dict.fromkeys(SPACE[1:4], limits.FARTHEST)
+LARGEST |= dict.fromkeys(SPACE[4:], 1.001)
 SHORTEST = 1e3  # ns between two poses
 
 
@@ -107,14 +111,14 @@ class SpaceTrack:
 
 
 def track_format(path: str | Path) -> str:
-    """Return the format of a trajectory, told by its first line of data.
+    """Return the format of a trajectory, told by its first row and the names of its columns.
 
     Returns
     -------
     str
-        ``"TUM"`` (up to 10 words without commas), ``"KITTI"`` (more) or ``"EuRoC"`` (CSV without
-        names of columns, or with EuRoC's); of other CSV ``"space"`` if it has quaternions, else
-        ``"plane"``, which `read_track` reads.
+        Without names ``"KITTI"`` (12 numbers a line), ``"TUM"`` (others between blanks) or
+        ``"EuRoC"`` (others between commas); ``"EuRoC"`` by its names, ``"space"`` where there are
+        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads.
 
     Raises
     ------
@@ -124,90 +128,104 @@ def track_format(path: str | Path) -> str:
         If there is no such file.
     """
     lines = Lines(path)
-    words = next(lines.words(), [])
-    if not words:
+    row = lines.points(next(lines.rows(), []))
+    if not row:
         lines.need("pose")
-    cells = _cells(words)
-    if len(cells) == 1:
-        return "KITTI" if len(words) > 10 else "TUM"
-    names = [cell.split(b" ")[0] for cell in cells]
-    if _are_numbers(cells) or tuple(names[1:8]) == EUROC:
-        return "EuRoC"
-    return "space" if b"qw" in names else "plane"
+    blanks = row == next(Lines(path).words())
+    bare = any(are_numbers([cell]) for cell in row)
+    tables = [_names(cells) for cells in (lines.headings() if bare else [row])]
+    for names in tables:
+        if names[1:8] == EUROC:
+            return "EuRoC"
+        if {*SPACE} <= {*names} or {*POSE} <= {*names}:
+            return "plane" if {*POSE} <= {*names} else "space"
+    if blanks or len(row) == 12:
+        return "KITTI" if len(row) > 10 else "TUM"
+    if bare:
+        return "TUM" if any(len(names) >= 8 for names in tables) else "EuRoC"
+    return "space" if "qw" in tables[0] else "plane"
 
 
-def read_space_track(path: str | Path) -> SpaceTrack:
+def read_space_track(path: str | Path, *, time_unit: str = "s") -> SpaceTrack:
     """Read a trajectory in space, plain or gzip; `track_format` tells its format.
 
-    * TUM: ``timestamp tx ty tz qx qy qz qw``, s and m;
-    * KITTI: a matrix of 3 × 4 by rows, without times;
-    * EuRoC: CSV of ``timestamp, x, y, z, qw, qx, qy, qz`` and what may follow, the times in whole
-      nanoseconds, with or without names of columns;
+    * TUM: ``timestamp tx ty tz qx qy qz qw``, m;
+    * KITTI: a matrix of 3 × 4 by rows, m, without times;
+    * EuRoC: CSV of ``timestamp, x, y, z, qw, qx, qy, qz`` and what may follow, with or without
+      names of columns, the times always in whole nanoseconds;
     * CSV with the columns ``time_s, x_m, y_m, z_m, qx, qy, qz, qw``, others are left out;
     * CSV as `read_track` reads it lies in the plane z = 0.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time_unit
+        What it counts time in, but for EuRoC: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Raises
     ------
     CorruptLog
-        If the file is empty or damaged, lacks a column, or is of another format; at the first line
-        that cannot be read, does not come after the one before, or holds no rotation.
+        If the file is empty or damaged, lacks a column, or times are in another unit; at the first
+        line that cannot be read, does not come after the one before, holds no rotation, or a place
+        in another unit.
     FileNotFoundError
         If there is no such file.
     """
-    return READERS[track_format(path)](path)
+    limits.per_second(time_unit)
+    return READERS[track_format(path)](path, time_unit)
 
 
-def _read_tum(path: str | Path) -> SpaceTrack:
-    rows, _ = read_table(path, "pose", 8, (QUATERNION[0], RISING))
-    return SpaceTrack(rows[:, 0], _poses(rows[:, 1:4], rows[:, 4:]))
+def _read_tum(path: str | Path, time_unit: str) -> SpaceTrack:
+    rows, report = read_table(path, "pose", 8, (UNIT_LENGTH, RISING, limits.far_places(1, 2, 3)))
+    times = in_seconds(report.path, rows[:, 0], time_unit)
+    return SpaceTrack(times, _poses(rows[:, 1:4], rows[:, 4:]))
 
 
-def _read_kitti(path: str | Path) -> SpaceTrack:
+def _read_kitti(path: str | Path, time_unit: str) -> SpaceTrack:
     from scipy.spatial.transform import Rotation
 
-    rows, _ = read_table(path, "pose", 12, (ROTATION,))
+    rows, _ = read_table(path, "pose", 12, (ROTATION, limits.far_places(3, 7, 11)))
     matrices = rows.reshape(-1, 3, 4)
     nearest = Rotation.from_matrix(matrices[:, :, :3]).as_quat()
     return SpaceTrack(None, _poses(matrices[:, :, 3], nearest))
 
 
-def _read_euroc(path: str | Path) -> SpaceTrack:
+def _read_euroc(path: str | Path, time_unit: str) -> SpaceTrack:
     lines, rows, places = Lines(path), [], []
-    for words in lines.words():
-        cells = _cells(words)
-        if lines.place == 1 and not _are_numbers(cells):
+    for cells in lines.rows():
+        if lines.place == 1 and _names(cells)[1:8] == EUROC:
             continue
         if len(cells) < 8:
             raise lines.error(SHORT)
-        rows.append(lines.numbers(cells[:8]))
+        rows.append(lines.numbers(lines.points(cells[:8])))
         places.append(lines.number)
     lines.kept["pose"] = len(rows)
     lines.need("pose")
     table = np.array(rows)
     table = np.column_stack([table[:, :4], np.roll(table[:, 4:], -1, axis=1)])
-    for reason, is_bad in (NANOSECONDS, QUATERNION[0], RISING):
-        if (bad := is_bad(table)).any():
-            raise lines.error(reason, places[int(np.argmax(bad))])
-    return SpaceTrack(table[:, 0] / 1e9, _poses(table[:, 1:4], table[:, 4:]))
+    lines.check(table, places, NANOSECONDS, UNIT_LENGTH, RISING, limits.far_places(1, 2, 3))
+    times = in_seconds(lines.path, table[:, 0], "ns")
+    return SpaceTrack(times, _poses(table[:, 1:4], table[:, 4:]))
 
 
-def _read_columns(path: str | Path) -> SpaceTrack:
-    columns = read_columns(path, dict.fromkeys(SPACE, np.inf))
+def _read_columns(path: str | Path, time_unit: str) -> SpaceTrack:
+    columns = read_columns(path, LARGEST, time_unit=time_unit)
     table = np.column_stack([columns[name] for name in SPACE])
-    for reason, is_bad in (FINITE, QUATERNION[0], RISING):
+    for reason, is_bad in (FINITE, UNIT_LENGTH, RISING):
         if (bad := is_bad(table)).any():
             raise CorruptLog(f"{path}, row {np.argmax(bad) + 1}: {reason}")
     return SpaceTrack(table[:, 0], _poses(table[:, 1:4], table[:, 4:]))
 
 
-def _read_plane(path: str | Path) -> SpaceTrack:
+def _read_plane(path: str | Path, time_unit: str) -> SpaceTrack:
     from robot_perception.geometry import se3
 
-    track = read_track(path)
+    track = read_track(path, time_unit=time_unit)
     return SpaceTrack(track.times, se3.from_se2(track.poses))
 
 
-READERS: dict[str, Callable[[str | Path], SpaceTrack]] = {
+READERS: dict[str, Callable[[str | Path, str], SpaceTrack]] = {
     "TUM": _read_tum,
     "KITTI": _read_kitti,
     "EuRoC": _read_euroc,
@@ -228,18 +246,9 @@ def _poses(
     return poses
 
 
-def _cells(words: list[bytes]) -> list[bytes]:
-    """Return what stands between the commas of a line; one at its end is let pass."""
-    cells = [cell.strip() for cell in b" ".join(words).split(b",")]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
-
-
-def _are_numbers(cells: list[bytes]) -> bool:
-    try:
-        to_numbers(cells)
-    except ValueError:
-        return False
-    return True
+def _names(cells: list[bytes]) -> tuple[str, ...]:
+    """Return names of columns without the units that follow them."""
+    return tuple(cell.decode().partition(" ")[0] for cell in cells)
 
 
 def _is_no_rotation(rows: np.ndarray) -> np.ndarray:
