@@ -4,6 +4,15 @@
 stop at the first that cannot be read. What is written appears whole or not at all.
 """
 
+from robot_perception.datasets.bag_motion import BagMotion, read_bag_motion
+from robot_perception.datasets.bag_pictures import (
+    BagPictures,
+    BagStereo,
+    read_bag_film,
+    read_bag_stereo,
+)
+from robot_perception.datasets.bag_scans import BagScans, read_bag_log, read_bag_scans
+from robot_perception.datasets.bags import bag_topics, is_bag
 from robot_perception.datasets.boxes import Boxes, read_boxes
 from robot_perception.datasets.carmen import read_carmen_log
 from robot_perception.datasets.entries import (
@@ -72,6 +81,10 @@ from robot_perception.datasets.writing import (
 )
 
 __all__ = [
+    "BagMotion",
+    "BagPictures",
+    "BagScans",
+    "BagStereo",
     "Boxes",
     "Calibration",
     "Commands",
@@ -106,11 +119,18 @@ __all__ = [
     "UnknownDataset",
     "VehicleLog",
     "add_dataset",
+    "bag_topics",
     "dataset",
     "fetch",
     "find",
+    "is_bag",
     "path",
     "picture_files",
+    "read_bag_film",
+    "read_bag_log",
+    "read_bag_motion",
+    "read_bag_scans",
+    "read_bag_stereo",
     "read_boxes",
     "read_calibration",
     "read_carmen_log",

@@ -8,7 +8,9 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.datasets import limits
-from robot_perception.datasets.logs import CorruptLog, as_path, in_seconds
+from robot_perception.datasets.bag_scans import read_bag_scans
+from robot_perception.datasets.bags import Topics, check_topic, is_bag
+from robot_perception.datasets.logs import CorruptLog, ReadReport, as_path, in_seconds
 from robot_perception.datasets.tables import FARTHEST
 from robot_perception.files import reading
 
@@ -64,6 +66,8 @@ class LegScans:
         as one.
     sector
         Where all legs of a scan with marks are marked; ``None`` for a recording without marks.
+    report
+        What became of all messages, if they come from a ROS bag.
     """
 
     times: Float[np.ndarray, " scans"]
@@ -72,13 +76,14 @@ class LegScans:
     scans_of_legs: Int[np.ndarray, " legs"]
     legs: Float[np.ndarray, "legs 2"]
     sector: Sector | None
+    report: ReadReport | None = None
 
     def __len__(self) -> int:
         return len(self.times)
 
 
-def read_leg_scans(path: str | Path, *, time_unit: str = "s") -> LegScans:
-    """Read scans at leg height from a NumPy archive.
+def read_leg_scans(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> LegScans:
+    """Read scans at leg height from a NumPy archive or a ROS bag.
 
     Readings that are NaN, beyond the scanner's range or nearer than its least distance, which
     scanners report where nothing came back, become infinite.
@@ -88,9 +93,12 @@ def read_leg_scans(path: str | Path, *, time_unit: str = "s") -> LegScans:
     path
         File with the arrays ``stamp`` (s), ``ranges`` (m), ``angle_min``, ``angle_increment``
         (rad), ``range_min`` and ``range_max`` (m; it may be infinite); with marks also
-        ``leg_scan``, ``leg_xy`` (m) and ``label_sector_deg_m`` (degrees, degrees, m).
+        ``leg_scan``, ``leg_xy`` (m) and ``label_sector_deg_m`` (degrees, degrees, m). Or a bag, as
+        `read_bag_scans` reads it.
     time_unit
-        What ``stamp`` counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+        What ``stamp`` counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
+    topic
+        Of a bag, where several would do.
 
     Raises
     ------
@@ -105,8 +113,12 @@ def read_leg_scans(path: str | Path, *, time_unit: str = "s") -> LegScans:
     Leigh, Pineau, Olmedo and Zhang, "Person tracking and following with 2D laser scanners", ICRA
     2015.
     """
-    path = as_path(path)
+    path, topic = as_path(path), check_topic(topic)
     limits.per_second(time_unit)
+    if is_bag(path):
+        scans = read_bag_scans(path, topic)
+        ranges = np.where(np.isnan(scans.ranges), np.inf, scans.ranges)
+        return LegScans(scans.times, ranges, scans.angles, *_unmarked(), report=scans.report)
     with (
         reading(path, "no NumPy archive, or a damaged one", CorruptLog),
         np.load(path, allow_pickle=False) as found,
@@ -142,8 +154,7 @@ def _scans(path: Path, arrays: dict[str, np.ndarray], marked: bool, time_unit: s
         ends = f"from {angles[0]:g} to {angles[-1]:g}"
         raise ValueError(f"beams must lie within a turn, got {ends}: are these radians?")
     if not marked:
-        none = np.zeros(0, dtype=np.int64)
-        return LegScans(times, ranges, angles, none, np.zeros((0, 2)), None)
+        return LegScans(times, ranges, angles, *_unmarked())
     rows = checks.integers("leg_scan", arrays["leg_scan"], ("legs",), 0)
     if (np.diff(rows) < 0).any() or rows.max(initial=0) >= len(times):
         raise ValueError(f"leg_scan must not fall, and be below {len(times)}")
@@ -151,3 +162,8 @@ def _scans(path: Path, arrays: dict[str, np.ndarray], marked: bool, time_unit: s
     low, high, reach = checks.vector("label_sector_deg_m", arrays["label_sector_deg_m"], 3)
     sector = Sector(float(np.deg2rad(low)), float(np.deg2rad(high)), float(reach))
     return LegScans(times, ranges, angles, rows, legs, sector)
+
+
+def _unmarked() -> tuple[Int[np.ndarray, "0"], Float[np.ndarray, "0 2"], None]:
+    """Return the scans of legs, the legs and the sector of a recording without marks."""
+    return np.zeros(0, dtype=np.int64), np.zeros((0, 2)), None

@@ -78,15 +78,21 @@ class ReadReport:
     others
         Lines of kinds this reader does not read, by keyword; comments are ``"#"``, empty lines
         ``"blank"``, and lines that go on in a quoted text ``"continued"``.
+    unit
+        What was counted, if not lines: messages of a ROS bag, by their topic.
+    remarks
+        Sentences on what is not as it should be.
     """
 
     path: Path
     kept: Mapping[str, int]
     others: Mapping[str, int]
+    unit: str = "lines"
+    remarks: tuple[str, ...] = ()
 
     @property
     def lines(self) -> int:
-        """Number of lines of the file."""
+        """Number of lines of the file, or of messages."""
         return sum(self.kept.values()) + sum(self.others.values())
 
     def __str__(self) -> str:
@@ -95,7 +101,8 @@ class ReadReport:
             ", ".join(f"{count} {keyword}" for keyword, count in counts.items()) or "none"
             for counts in (self.kept, self.others)
         )
-        return f"{self.path.name}: {self.lines} lines; read {kept}; other kinds {others}"
+        told = f"{self.path.name}: {self.lines} {self.unit}; read {kept}; other kinds {others}"
+        return "; ".join([told, *self.remarks])
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -81,7 +81,26 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     """
     path, colour = as_path(path), flag("colour", colour)
     load_pillow()
-    content = path.read_bytes()
+    return decode(path, path.read_bytes(), colour=colour)
+
+
+def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarray, "..."]:
+    """Return the picture that the bytes of a file hold, as strictly as `read_image`.
+
+    Parameters
+    ----------
+    path
+        The file, or where else the bytes come from, as errors name it.
+    content
+        The bytes.
+    colour
+        Whether to keep its colours.
+
+    Raises
+    ------
+    CorruptImage
+        As of `read_image`.
+    """
     if not content:
         raise CorruptImage(f"{path}: the file is empty")
     with (
@@ -104,7 +123,7 @@ def load_pillow() -> ModuleType:
     return Image
 
 
-def _opened(path: Path, content: bytes):
+def _opened(path: Path | str, content: bytes):
     """Return Pillow's picture, of which the header is read, or raise before it asks for memory."""
     pillow = load_pillow()
     try:
@@ -116,7 +135,7 @@ def _opened(path: Path, content: bytes):
     return picture
 
 
-def _check(path: Path, picture) -> None:
+def _check(path: Path | str, picture) -> None:
     """Raise ``CorruptImage`` for what is no picture of ours."""
     if picture.format in ANIMATED and picture.n_frames > 1:
         raise CorruptImage(f"{path}: an animation of {picture.n_frames} pictures, not one picture")
@@ -126,7 +145,7 @@ def _check(path: Path, picture) -> None:
         )
 
 
-def _decoded(path: Path, content: bytes, colour: bool) -> np.ndarray:
+def _decoded(path: Path | str, content: bytes, colour: bool) -> np.ndarray:
     """Return the pixels of a picture, upright."""
     from PIL import ImageOps
 
@@ -134,11 +153,11 @@ def _decoded(path: Path, content: bytes, colour: bool) -> np.ndarray:
         picture = ImageOps.exif_transpose(stored)
     if picture.mode not in DEEP:
         return np.array(picture.convert("RGB" if colour else "L"))
-    grey = _upper_bits(path, np.asarray(picture))
+    grey = upper_bits(path, np.asarray(picture))
     return np.repeat(grey[..., None], 3, axis=2) if colour else grey
 
 
-def _upper_bits(path: Path, deep: np.ndarray) -> np.ndarray:
+def upper_bits(path: Path | str, deep: np.ndarray) -> np.ndarray:
     """Return the upper eight of sixteen bits, unless they are depths."""
     if deep.min() < 0 or deep.max() >= 2**16:
         raise CorruptImage(f"{path}: a picture of more than sixteen bits")
@@ -152,7 +171,7 @@ def _upper_bits(path: Path, deep: np.ndarray) -> np.ndarray:
     return (deep >> 8).astype(np.uint8)
 
 
-def _lacks_rows(path: Path, content: bytes, found: np.ndarray, colour: bool) -> bool:
+def _lacks_rows(path: Path | str, content: bytes, found: np.ndarray, colour: bool) -> bool:
     """Return whether a picture holds fewer rows than it says; Pillow makes up the others."""
     if content.startswith(b"\x89PNG"):
         return _png_lacks_rows(content)

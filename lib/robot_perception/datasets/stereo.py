@@ -172,7 +172,16 @@ def read_calibration(path: str | Path) -> Calibration:
             matrices.append(lines.numbers(lines.points(words)).reshape(3, 4))
     if len(matrices) < 2:
         raise CorruptLog(f"{path}: there must be two projection matrices, got {len(matrices)}")
-    left, right = matrices
+    found = rectified_pair(*matrices)
+    if found is None:
+        raise CorruptLog(f"{path}: the matrices are not those of a rectified pair")
+    return found
+
+
+def rectified_pair(
+    left: Float[np.ndarray, "3 4"], right: Float[np.ndarray, "3 4"]
+) -> Calibration | None:
+    """Return what two projection matrices tell, or nothing if they are of no rectified pair."""
     (fx, skew, cx, _), (low, fy, cy, _), _ = left.tolist()
     rectified = (
         (left[:, :3] == right[:, :3]).all()
@@ -182,7 +191,7 @@ def read_calibration(path: str | Path) -> Calibration:
         and skew == low == 0 < min(fx, fy)
     )
     if not rectified or not right[0, 3] < 0:
-        raise CorruptLog(f"{path}: the matrices are not those of a rectified pair")
+        return None
     return Calibration((fx, fy), (cx, cy), -float(right[0, 3]) / fx)
 
 

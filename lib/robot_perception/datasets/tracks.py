@@ -8,8 +8,16 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception.checks import array, check_covariance, number
 from robot_perception.datasets import limits
+from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
-from robot_perception.datasets.logs import CorruptLog, Lines, are_numbers, in_seconds, read_table
+from robot_perception.datasets.logs import (
+    CorruptLog,
+    Lines,
+    ReadReport,
+    are_numbers,
+    in_seconds,
+    read_table,
+)
 from robot_perception.datasets.tables import read_columns
 from robot_perception.geometry import wrap_angle
 
@@ -30,11 +38,14 @@ class Track:
         x, y in m and heading in rad.
     covs : (k, 3, 3), optional
         Their covariances.
+    report
+        What became of all messages, if it comes from a ROS bag.
     """
 
     times: Float[np.ndarray, " k"]
     poses: Float[np.ndarray, "k 3"]
     covs: Float[np.ndarray, "k 3 3"] | None = None
+    report: ReadReport | None = None
 
     def at(
         self, times: Float[np.ndarray, " m"], *, longest_gap: float
@@ -111,20 +122,23 @@ def neighbours(
     return before, after, share, exact | (between & (gap <= longest_gap))
 
 
-def read_track(path: str | Path, *, time_unit: str = "s") -> Track:
-    """Read a trajectory from a CSV or a TUM file, plain or gzip.
+def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Track:
+    """Read a trajectory from a CSV or a TUM file, plain or gzip, or from a ROS bag.
 
     CSV has columns ``time_s, x_m, y_m, heading_rad`` and may have the covariances ``cov_xx, cov_xy,
     cov_xh, cov_yy, cov_yh, cov_hh``, as `History.to_csv` of the planar filter writes them; other
     columns are left out. A TUM line is ``timestamp tx ty tz qx qy qz qw``, of which the plane takes
-    the position and the heading: height, roll and pitch are left out.
+    the position and the heading: height, roll and pitch are left out, as of a bag, which
+    `read_bag_motion` reads.
 
     Parameters
     ----------
     path
         The file.
     time_unit
-        What it counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+        What it counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
+    topic
+        Of a bag, where several would do.
 
     Raises
     ------
@@ -137,6 +151,11 @@ def read_track(path: str | Path, *, time_unit: str = "s") -> Track:
         If there is no such file.
     """
     limits.per_second(time_unit)
+    topic = check_topic(topic)
+    if is_bag(path):
+        from robot_perception.datasets.bag_motion import read_bag_motion  # which makes tracks
+
+        return read_bag_motion(path, topic).track()
     lines = Lines(path)
     if _is_tum(lines):
         checks = UNIT_LENGTH, UPRIGHT, RISING, limits.far_places(1, 2, 3)

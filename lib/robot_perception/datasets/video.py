@@ -11,6 +11,7 @@ from jaxtyping import UInt8
 
 from robot_perception import checks
 from robot_perception.checks import instance
+from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.containers import missing_bytes
 from robot_perception.datasets.images import (
     ENDINGS,
@@ -105,28 +106,36 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         return max((self.promised or 0) - self.count, 0) if self.finished else 0
 
 
-def read_film(path: str | Path, pattern: str | None = None) -> Film:
-    """Read a film, or a folder of pictures as one.
+def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = None) -> Film:
+    """Read a film, or a folder of pictures or a topic of a ROS bag as one.
 
     Parameters
     ----------
     path
-        The file, as `read_video` reads it, or the folder, as `read_images` does. Where pictures are
-        missing in a folder it goes on, and says so.
+        The file, as `read_video` reads it, or the folder, as `read_images` does, or the bag, as
+        `read_bag_film` does. Where pictures are missing in a folder it goes on, and says so.
     pattern
         Which files of a folder they are, such as ``left*.jpg``; if none is given, all pictures.
+    topic
+        Of a bag, where several would do.
 
     Raises
     ------
+    CorruptLog
+        If the bag is damaged, or no topic or more than one would do.
     CorruptImage
         If the film or the names in the folder cannot be used; while reading, if a picture of a
         folder is damaged or has another size.
     FileNotFoundError
         If there is neither.
     """
-    path = as_path(path)
+    path, topic = as_path(path), check_topic(topic)
     if pattern is not None:
         instance("pattern", pattern, str)
+    if is_bag(path):
+        from robot_perception.datasets.bag_pictures import read_bag_film  # which makes films
+
+        return read_bag_film(path, topic)
     if not path.is_dir():
         return read_video(path)
     sequence = read_images(path, pattern, colour=True, allow_gaps=True)

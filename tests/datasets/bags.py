@@ -1,0 +1,201 @@
+"""Writes ROS bags of every kind: what a robot would have recorded of known numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from scipy.spatial.transform import Rotation
+
+SQLITE, MCAP = StoragePlugin.SQLITE3, StoragePlugin.MCAP
+KINDS = {  # by the name of the bag: how it is packed
+    "plain.bag": None,
+    "bz2.bag": Writer1.CompressionFormat.BZ2,
+    "lz4.bag": Writer1.CompressionFormat.LZ4,
+    "sqlite": (SQLITE, CompressionMode.NONE),
+    "sqlite_file": (SQLITE, CompressionMode.FILE),
+    "sqlite_message": (SQLITE, CompressionMode.MESSAGE),
+    "mcap": (MCAP, CompressionMode.NONE),
+    "mcap_chunks": (MCAP, CompressionMode.STORAGE),
+}
+STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_HUMBLE)}
+STORES[1].register(
+    get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage")
+)
+START = 1_700_000_000 * 10**9  # ns
+
+
+@dataclass(frozen=True)
+class Said:
+    """A message: its topic, its type, its fields by name, when it was measured and recorded, s."""
+
+    topic: str
+    kind: str
+    fields: dict[str, Any]
+    time: float
+    logged: float | None = None
+    frame: str = ""
+
+
+def nanoseconds(time: float) -> int:
+    return START + round(time * 1e9)
+
+
+def write_bag(path: Path, messages: Sequence[Said]) -> Path:
+    """Write messages as the kind of bag that the name stands for, and return where it is."""
+    ros = 1 if path.suffix == ".bag" else 2
+    store, packing = STORES[ros], KINDS.get(path.name, KINDS["plain.bag" if ros == 1 else "mcap"])
+    if ros == 1:
+        writer = Writer1(path)
+        if packing:
+            writer.set_compression(packing)
+    else:
+        writer = Writer2(path, version=9, storage_plugin=packing[0])
+        writer.set_compression(packing[1], CompressionFormat.ZSTD)
+    with writer:
+        topics = {}
+        for one in sorted(messages, key=lambda one: one.time if one.logged is None else one.logged):
+            place = one.topic, one.kind
+            if place not in topics:
+                topics[place] = writer.add_connection(*place, typestore=store)
+            message = made(ros, one.kind, one.fields, one.time, one.frame)
+            pack = store.serialize_ros1 if ros == 1 else store.serialize_cdr
+            logged = one.time if one.logged is None else one.logged
+            writer.write(topics[place], nanoseconds(logged), pack(message, one.kind))
+    return path
+
+
+def made(ros: int, kind: str, fields: dict[str, Any], time: float | None, frame: str) -> Any:
+    """Return a message of a type; fields that are not told are 0."""
+    store = STORES[ros]
+    values = {}
+    for name, (form, of) in store.fielddefs[kind][1]:
+        given = fields.get(name, fields.get(name.lower()))
+        if name == "header" and time is not None:
+            values[name] = header(ros, time, frame)
+        elif given is not None and not isinstance(given, dict):
+            values[name] = given
+        elif form.name == "NAME":
+            values[name] = made(ros, of, given or {}, None, "")
+        elif form.name == "BASE":
+            values[name] = "" if of[0] == "string" else of[0].startswith("float") * 0.0 or 0
+        else:
+            element, count = of
+            values[name] = np.zeros(count or 0, element[1][0]) if element[0].name == "BASE" else []
+    return store.types[kind](**values)
+
+
+def header(ros: int, time: float, frame: str) -> Any:
+    types = STORES[ros].types
+    seconds, rest = divmod(nanoseconds(time), 10**9) if np.isfinite(time) else (0, 0)
+    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=rest)
+    extra = {"seq": 0} if ros == 1 else {}
+    return types["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **extra)
+
+
+# Types of messages -------------------------------------------------------------------------------
+
+
+def scan(time, ranges, *, topic="/scan", frame="laser", angles=(-1.0, 0.5), logged=None, **more):
+    """Return a laser scan, whose angles are the first and the step."""
+    fields = {
+        "angle_min": angles[0],
+        "angle_max": angles[0] + angles[1] * (len(ranges) - 1),
+        "angle_increment": angles[1],
+        "range_min": 0.1,
+        "range_max": 8.0,
+        "ranges": np.array(ranges, np.float32),
+    }
+    return Said(topic, "sensor_msgs/msg/LaserScan", fields | more, time, logged, frame)
+
+
+def pose_fields(T: np.ndarray) -> dict[str, Any]:
+    x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat().tolist()
+    at = dict(zip("xyz", T[:3, 3].tolist(), strict=True))
+    return {"position": at, "orientation": {"x": x, "y": y, "z": z, "w": w}}
+
+
+def odometry(time, T, *, topic="/odom", speed=0.0, turn=0.0, cov=None, body="base_link", **more):
+    """Return odometry at a pose (4, 4), with a planar covariance (3, 3)."""
+    full = np.zeros((6, 6))
+    full[np.ix_([0, 1, 5], [0, 1, 5])] = 0 if cov is None else cov
+    fields = {
+        "child_frame_id": body,
+        "pose": {"pose": pose_fields(T), "covariance": full.ravel()},
+        "twist": {"twist": {"linear": {"x": speed}, "angular": {"z": turn}}},
+    }
+    return Said(topic, "nav_msgs/msg/Odometry", fields, time, more.get("logged"), "odom")
+
+
+def stamped_pose(time, T, *, topic="/pose", frame="map"):
+    fields = {"pose": pose_fields(T)}
+    return Said(topic, "geometry_msgs/msg/PoseStamped", fields, time, None, frame)
+
+
+def transform(time, parent, child, T, *, topic="/tf_static", ros=2):
+    """Return a message with one transform of frames."""
+    at, turn = pose_fields(T).values()
+    fields = {"child_frame_id": child, "transform": {"translation": at, "rotation": turn}}
+    one = made(ros, "geometry_msgs/msg/TransformStamped", fields, time, parent)
+    return Said(topic, "tf2_msgs/msg/TFMessage", {"transforms": [one]}, time)
+
+
+def image(time, data, encoding, *, topic="/camera/image_raw", step=None, **more):
+    """Return a picture, whose data are its bytes by rows."""
+    high, wide = data.shape[:2]
+    rows = np.ascontiguousarray(data).reshape(high, -1).view(np.uint8)
+    fields = {"height": high, "width": wide, "encoding": encoding, "step": rows.shape[1]}
+    if step:
+        rows, fields["step"] = np.pad(rows, [(0, 0), (0, step - rows.shape[1])]), step
+    fields |= {"data": rows.ravel(), "is_bigendian": more.pop("is_bigendian", 0)}
+    return Said(topic, "sensor_msgs/msg/Image", fields, time, frame="camera", **more)
+
+
+def compressed(time, content, form="jpeg", *, topic="/camera/image_raw/compressed"):
+    fields = {"format": form, "data": np.frombuffer(content, np.uint8)}
+    return Said(topic, "sensor_msgs/msg/CompressedImage", fields, time, frame="camera")
+
+
+def camera_info(time, P, size, *, topic="/camera/camera_info", **more):
+    """Return the calibration of a camera by its matrix P (3, 4) and size (width, height)."""
+    P = np.asarray(P, dtype=float)
+    fields = {
+        "width": size[0],
+        "height": size[1],
+        "distortion_model": "plumb_bob",
+        "d": np.zeros(5),
+        "k": P[:, :3].ravel(),
+        "r": np.eye(3).ravel(),
+        "p": P.ravel(),
+    }
+    return Said(topic, "sensor_msgs/msg/CameraInfo", fields | more, time, frame="camera")
+
+
+def cloud(time, points, *, topic="/points", big=False, padded=0, names="xyz", ros=2):
+    """Return a cloud of points (n, 3), in single precision, with bytes between them."""
+    order = ">f4" if big else "<f4"
+    step = 4 * len(names) + padded
+    raw = np.zeros((len(points), step), np.uint8)
+    packed = np.ascontiguousarray(points, dtype=order).view(np.uint8)
+    raw[:, : packed.shape[1]] = packed
+    kind = "sensor_msgs/msg/PointField"
+    pieces = [
+        made(ros, kind, {"name": n, "offset": 4 * k, "datatype": 7, "count": 1}, None, "")
+        for k, n in enumerate(names)
+    ]
+    fields = {
+        "height": 1,
+        "width": len(points),
+        "fields": pieces,
+        "is_bigendian": big,
+        "point_step": step,
+        "row_step": step * len(points),
+        "data": raw.ravel(),
+        "is_dense": True,
+    }
+    return Said(topic, "sensor_msgs/msg/PointCloud2", fields, time, frame="laser")
