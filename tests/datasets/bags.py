@@ -148,7 +148,7 @@ def transform(time, parent, child, T, *, topic="/tf_static", ros=2):
 def image(time, data, encoding, *, topic="/camera/image_raw", step=None, **more):
     """Return a picture, whose data are its bytes by rows."""
     high, wide = data.shape[:2]
-    rows = np.ascontiguousarray(data).reshape(high, -1).view(np.uint8)
+    rows = np.ascontiguousarray(data).reshape(high, data[0].size).view(np.uint8)
     fields = {"height": high, "width": wide, "encoding": encoding, "step": rows.shape[1]}
     if step:
         rows, fields["step"] = np.pad(rows, [(0, 0), (0, step - rows.shape[1])]), step

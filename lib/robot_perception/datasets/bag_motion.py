@@ -24,6 +24,7 @@ POSES: dict[str, Callable[[Any], Any]] = {  # by the type of a message, how its 
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 PLANE = np.ix_([0, 1, 5], [0, 1, 5])  # of x, y, z and turns about them: x, y and heading
 UNIT = 1e-3  # by how much the length of a quaternion may be off
+LEAST_UP = 1e-6  # cosine between the axis up and that of the robot
 STILL = 1e-6  # m, and of a rotation matrix: a transform that changes less does not move
 
 Placed = dict[str, tuple[str, Float[np.ndarray, "4 4"]]]
@@ -70,8 +71,9 @@ class BagMotion:
             If the body lies on its side, as the optical frame of a camera does.
         """
         R = self.poses[:, :3, :3]
-        if (R[:, 2, 2] <= 0).any():
-            k = int(np.argmax(R[:, 2, 2] <= 0))
+        on_side = R[:, 2, 2] < LEAST_UP
+        if on_side.any():
+            k = int(np.argmax(on_side))
             raise CorruptLog(
                 f"{self.report.path}: pose {k + 1} of {self.topic} turns the robot onto its side,"
                 " so that it has no heading in the plane"

@@ -260,7 +260,7 @@ def _on_the_same_beams(
 
 
 def _alike(beams: np.ndarray, angles: np.ndarray) -> bool:
-    return abs((beams[1] - beams[0]) / (angles[1] - angles[0]) - 1) <= STEPS
+    return bool(abs((beams[1] - beams[0]) / (angles[1] - angles[0]) - 1) <= STEPS)
 
 
 def _resampled(readings: np.ndarray, beams: np.ndarray, angles: np.ndarray) -> np.ndarray:

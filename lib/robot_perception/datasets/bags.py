@@ -20,6 +20,7 @@ ENDINGS = (".bag", ".mcap", ".db3")
 """Of a ROS 1 bag, and of the files that hold the messages of a ROS 2 bag."""
 METADATA = "metadata.yaml"
 TELLTALE = b"rosbag2_bagfile_information"  # the first key of that file
+SQLITE, LARGEST_PAGE = b"SQLite format 3\0", 65536  # bytes, of which the header says 1
 SET_BACK = 10**9  # ns: a clock that falls by more was set, or the recording was played twice
 DAMAGED = "no ROS bag, or a damaged one"
 NOT_AFTER = "time stamp not after the one before"
@@ -274,9 +275,10 @@ def _source(path: Path) -> Path:
     for file in files:
         rest = file.with_name(f"{file.name}-wal")
         if rest.is_file() and rest.stat().st_size:
-            raise CorruptLog(
-                f"{path}: its recording was not ended, and messages are in {rest.name}"
-            )
+            told = f"its recording was not ended, and messages are in {rest.name}"
+            raise CorruptLog(f"{path}: {told}")
+        if file.suffix.lower() == ".db3" and (lost := _lost_pages(file)):
+            raise CorruptLog(f"{path}: {file.name} was cut, {lost} pages are missing")
     if not path.is_dir():
         if path.suffix.lower() not in ENDINGS:
             raise CorruptLog(f"{path}: {DAMAGED} (its name must end in {', '.join(ENDINGS)})")
@@ -298,6 +300,17 @@ def _stored(folder: Path) -> list[Path]:
         for path in folder.iterdir()
         if path.suffix.lower() in ENDINGS[1:] and not path.name.startswith(".")
     )
+
+
+def _lost_pages(file: Path) -> int:
+    """Return how many pages an SQLite file lacks, which its readers notice on those alone."""
+    with file.open("rb") as opened:
+        head = opened.read(100)
+    if len(head) < 100 or not head.startswith(SQLITE) or head[24:28] != head[92:96]:
+        return 0  # no such file, or by a writer that does not count its pages
+    size = int.from_bytes(head[16:18])
+    there = file.stat().st_size // (LARGEST_PAGE if size == 1 else size)
+    return max(int.from_bytes(head[28:32]) - there, 0)
 
 
 def _has_metadata(folder: Path) -> bool:
