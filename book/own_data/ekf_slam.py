@@ -4,9 +4,9 @@ from itertools import repeat
 
 import numpy as np
 
-from robot_perception.datasets import read_columns, write_columns
+from robot_perception.datasets import read_columns, read_commands, write_columns
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, topics
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -15,7 +15,6 @@ with needing():
 
 DELAY = 0.0  # from a command to its effect, s
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
-MOVES = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
 NAMED = {"time_s": np.inf, "landmark": 1e9}  # a landmark is optional
 SENSORS = {  # what else is in an observation, and its noise
     "polar": ({"range_m": 200, "bearing_rad": 7}, planar.RangeBearing(np.diag([0.1, 0.03]) ** 2)),
@@ -30,15 +29,16 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 @click.argument("commands", type=Recording())
 @click.argument("observations", type=Recording())
 @click.argument("out", type=Results(".csv", ".tum", "_map.csv"))
-def main(kind, commands, observations, out, force):
+@topics
+def main(kind, commands, observations, out, topic, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]
-    times, *speeds = read_columns(commands, MOVES).values()
+    told = read_commands(commands, topic=topic)
     name = ["landmark"]
     seen = read_columns(observations, NAMED | measured, optional=name, integers=name)
     ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which
     values = np.column_stack([seen[column] for column in measured])
-    merged = merge(times, np.column_stack(speeds), seen["time_s"], delay=DELAY)
+    merged = merge(told.times, told.velocities, seen["time_s"], delay=DELAY)
     motions = map(planar.Odometry, *planar.compound(merged.held, WHEELS))
     seen = [planar.Observations(ids[rows], values[rows]) for rows in merged.rows]
     steps = map(planar.Step, motions, seen, repeat(()), merged.times[1:])

@@ -12,7 +12,7 @@ from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, tell, topics
 
 with needing():
     import click
@@ -50,10 +50,12 @@ def from_table(file: Path) -> list[Reading]:
     return found
 
 
-def from_laser(file: Path) -> tuple[list[Reading], np.ndarray]:
+def from_laser(file: Path, topic: tuple[str, ...]) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
-    archive = file.suffix == ".npz"
-    log = (datasets.read_leg_scans if archive else datasets.read_carmen_log)(file)
+    archive, bag = file.suffix == ".npz", datasets.is_bag(file)
+    read = datasets.read_leg_scans if archive else datasets.read_carmen_log
+    log = datasets.read_bag_log(file, topic, still=True) if bag else read(file)
+    tell(log.report.remarks if bag else ())
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -94,13 +96,14 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("file", type=Recording())
 @click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
 @click.argument("way", type=Recording(), required=False)
-def main(kind, file, out, way, force):
+@topics
+def main(kind, file, out, way, topic, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
-    readings, poses = from_laser(file) if kind == "legs" else (from_table(file), None)
+    readings, poses = from_laser(file, topic) if kind == "legs" else (from_table(file), None)
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
     if way:
-        poses, covered = datasets.read_track(way).at(times, longest_gap=GAP)
+        poses, covered = datasets.read_track(way, topic=topic).at(times, longest_gap=GAP)
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

@@ -1,4 +1,4 @@
-"""SLAM with a stereo camera: python stereo_slam.py FOLDER OUT [WHEELS]"""
+"""SLAM with a stereo camera: python stereo_slam.py FOLDER|BAG OUT [WHEELS]"""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from robot_perception.extras import needing
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, tell, topics
 from robot_perception.slam import planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
@@ -23,7 +23,6 @@ TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are n
 GAPS = False  # whether numbers may be missing
 MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
-COMMANDS = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}  # a column's largest number
 NO_WHEELS = "stereo"  # the motion without them: by the pictures, or at "constant" velocity
 SIGMAS = {"stereo": [0.03, 0.03, 0.003], "constant": [0.1, 0.05, 0.02]}  # of it, m, m, rad
 PAIRS = landmarks.StereoRules(disparities=(8.0, np.inf))  # nearer than focal · baseline / 8 px
@@ -33,9 +32,22 @@ FILTER = visual.Options(particles=100, stable=2)  # landmarks are seen in more t
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
 
 
-def by_wheels(file, times: np.ndarray) -> list[planar.Odometry]:
-    when, *speeds = datasets.read_columns(file, COMMANDS).values()
-    held = hold(when, np.column_stack(speeds), times)
+def recorded(root, topic):
+    """The pairs of pictures, the cameras and the times, from a folder or a bag."""
+    if datasets.is_bag(root):
+        pairs = datasets.read_bag_stereo(root, topic)
+        tell(pairs.report.remarks)
+        return pairs, pairs.calibration.rig(pairs.size), pairs.times
+    told = CALIBRATION
+    told = datasets.read_calibration(root / told) if isinstance(told, str) else told
+    sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
+    pairs = datasets.StereoSequence(*sides)
+    return pairs, told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
+
+
+def by_wheels(file, topic, times: np.ndarray) -> list[planar.Odometry]:
+    told = datasets.read_commands(file, topic=topic)
+    held = hold(told.times, told.velocities, times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
 
@@ -69,20 +81,17 @@ def film(lefts, looks, path, places):
 
 
 @script
-@click.argument("root", metavar="FOLDER", type=Recording())
+@click.argument("root", metavar="FOLDER|BAG", type=Recording())
 @click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", ".mp4"))
 @click.argument("wheels", type=Recording(), required=False)
-def main(root, out, wheels, force):
+@topics
+def main(root, out, wheels, topic, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
-    told, rng = CALIBRATION, np.random.default_rng(1)
-    told = datasets.read_calibration(root / told) if isinstance(told, str) else told
-    sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
-    pairs = datasets.StereoSequence(*sides)
-    rig, times = told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
+    (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
-    moved = [None, *(by_wheels(wheels, times) if wheels else [None] * (len(pairs) - 1))]
+    moved = [None, *(by_wheels(wheels, topic, times) if wheels else [None] * (len(pairs) - 1))]
     slam, found = visual.VisualSlam(MOUNT, FILTER), None
     state, last = slam.start(np.zeros(3)), np.zeros(3)
     how, guessed, looks, steps, greys = {"costs": euclidean_mean, "rng": rng}, 0, [], [], []

@@ -1,10 +1,10 @@
-"""Walls from scans: python walls.py carmen|graph LOG OUT, or array RANGES POSES OUT"""
+"""Walls from scans: python walls.py carmen|graph|bag LOG OUT, or array RANGES POSES OUT"""
 
 import numpy as np
 
 from robot_perception import datasets
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, tell, topics
 from robot_perception.walls import Extraction, Gate, RangeNoise, build_map
 
 with needing():
@@ -19,20 +19,26 @@ LEAST_SCANS = 4  # a wall seen in fewer is left out
 
 
 @script
-@click.argument("kind", type=click.Choice(["carmen", "graph", "array"]))
+@click.argument("kind", type=click.Choice(["carmen", "graph", "bag", "array"]))
 @click.argument("files", type=Recording(), nargs=-1, required=True)
 @click.argument("out", type=Results())
-def main(kind, files, out, force):
-    """Walls from scans: carmen LOG OUT, graph LOG OUT, or array RANGES POSES OUT."""
+@topics
+def main(kind, files, out, topic, force):
+    """Walls from scans: carmen LOG OUT, graph LOG OUT, bag LOG OUT, or array RANGES POSES OUT."""
     if len(files) != (2 if kind == "array" else 1):
         raise ValueError("array takes RANGES and POSES, the others one LOG; then comes OUT")
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
-        angles, poses = np.linspace(*FIELD, ranges.shape[1]), datasets.read_track(files[1]).poses
+        angles = np.linspace(*FIELD, ranges.shape[1])
+        poses = datasets.read_track(files[1], topic=topic).poses
     else:
-        read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
-        log = read(files[0], timed=False)  # a map needs no times
+        if kind == "bag":
+            log = datasets.read_bag_log(files[0], topic)
+        else:
+            read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
+            log = read(files[0], timed=False)  # a map needs no times
         ranges, angles, poses = log.ranges, log.angles, log.poses
+        tell(log.report.remarks)
     found, report = build_map(ranges, angles, poses, WALLS, GATE, pose_cov=POSES)
     found = found.seen_in(LEAST_SCANS)
     columns = dict(zip(("x1_m", "y1_m", "x2_m", "y2_m"), found.ends.reshape(-1, 4).T, strict=True))

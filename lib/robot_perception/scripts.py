@@ -1,7 +1,7 @@
 """What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, final
 
@@ -145,6 +145,18 @@ def check_results(results: list[Path], recordings: list[Path], *, overwrite: boo
     if there and not overwrite and any(path.is_file() for path in there):
         names = ", ".join(str(path) for path in there)
         raise FileExistsError(f"{names}: there already; --force writes over what is there")
+
+
+def topics(main: Main) -> Main:
+    """Give a script the option ``--topic``, once or more, which reaches it as ``topic``."""
+    told = "Of a ROS bag in which several would do; may be given more than once."
+    return click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
+
+
+def tell(remarks: Iterable[str]) -> None:
+    """Print what of a recording is not as it should be, a sentence a line."""
+    for remark in remarks:
+        print(remark)
 
 
 def script(main: Main) -> Script:

@@ -15,6 +15,7 @@ from robot_perception.datasets.bag_scans import BagScans, read_bag_log, read_bag
 from robot_perception.datasets.bags import bag_topics, is_bag
 from robot_perception.datasets.boxes import Boxes, read_boxes
 from robot_perception.datasets.carmen import read_carmen_log
+from robot_perception.datasets.commands import Commands, read_commands
 from robot_perception.datasets.entries import (
     DataFile,
     Dataset,
@@ -33,7 +34,6 @@ from robot_perception.datasets.images import (
 from robot_perception.datasets.leg_scans import LegScans, Sector, read_leg_scans
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.datasets.mrclam import (
-    Commands,
     Mrclam,
     MrclamRobot,
     Sightings,
@@ -135,6 +135,7 @@ __all__ = [
     "read_calibration",
     "read_carmen_log",
     "read_columns",
+    "read_commands",
     "read_depth_pair",
     "read_film",
     "read_fixes",

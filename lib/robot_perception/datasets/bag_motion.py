@@ -11,8 +11,8 @@ from jaxtyping import Float
 from robot_perception.checks import check_covariance
 from robot_perception.datasets import bags
 from robot_perception.datasets.bags import Bag, Topics
+from robot_perception.datasets.commands import LARGEST, Commands
 from robot_perception.datasets.logs import CorruptLog, ReadReport
-from robot_perception.datasets.mrclam import Commands
 from robot_perception.datasets.tracks import Track
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -88,7 +88,7 @@ class BagMotion:
         Raises
         ------
         CorruptLog
-            If there are none, or all are 0 while the robot moves.
+            If there are none, one is beyond 50 m/s or 20 rad/s, or all are 0 while the robot moves.
         """
         path = self.report.path
         if self.velocities is None:
@@ -96,6 +96,12 @@ class BagMotion:
         moved = np.ptp(self.poses, axis=0).max(initial=0.0) > STILL
         if moved and not self.velocities.any():
             raise CorruptLog(f"{path}: {self.topic} holds velocities of 0 while the robot moves")
+        for name, values in zip(("speed_m_s", "turn_rate_rad_s"), self.velocities.T, strict=True):
+            farthest = np.abs(values).max(initial=0.0)
+            if farthest > LARGEST[name]:
+                raise CorruptLog(
+                    f"{path}: {name} of {self.topic} reaches {farthest:g}, beyond {LARGEST[name]}"
+                )
         return Commands(self.times, self.velocities)
 
 

@@ -1,15 +1,16 @@
 """Laser scans in ROS bags, and in clouds of points that lie in a plane."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.checks import flag
 from robot_perception.datasets import bags
-from robot_perception.datasets.bag_motion import ODOMETRY, motion_in, mount
+from robot_perception.datasets.bag_motion import ODOMETRY, BagMotion, motion_in, mount
 from robot_perception.datasets.bags import Bag, Topics
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.files import reading
@@ -95,7 +96,7 @@ def read_bag_scans(path: str | Path, topic: Topics = None) -> BagScans:
         return _scans_in(bag, topic)
 
 
-def read_bag_log(path: str | Path, topic: Topics = None) -> LaserLog:
+def read_bag_log(path: str | Path, topic: Topics = None, *, still: bool = False) -> LaserLog:
     """Read laser scans from a ROS bag with the poses that they were taken from.
 
     The poses are those of the odometry at the times of the scans, between two of them by straight
@@ -109,6 +110,8 @@ def read_bag_log(path: str | Path, topic: Topics = None) -> LaserLog:
         The bag, as `is_bag` describes it.
     topic
         Of the scans, as `read_bag_scans` takes it; several may name that of the odometry, too.
+    still
+        Whether a robot without any odometry is taken to stand still; its scanner is the origin.
 
     Returns
     -------
@@ -123,37 +126,57 @@ def read_bag_log(path: str | Path, topic: Topics = None) -> LaserLog:
     FileNotFoundError
         If there is none.
     """
-    topic = bags.check_topic(topic)
+    topic, still = bags.check_topic(topic), flag("still", still)
     with bags.opened(path) as bag:
         scans = _scans_in(bag, topic)
         named = () if isinstance(topic, str) else topic
-        motion = motion_in(bag, bag.choose((ODOMETRY,), named))
-        T = mount(bag, motion.body, scans.frame)
-        remarks = [*scans.report.remarks, *motion.report.remarks]
-        if T is None:
-            T = np.eye(4)
-            remarks.append(
-                f"the bag does not say where {scans.frame!r} is on {motion.body!r}:"
-                " taken to be the same place"
-            )
-        ranges, angles, place = _levelled(bag.path, scans, T)
-        robot, covered = motion.track().at(scans.times, longest_gap=LONGEST_GAP)
-        if not covered.any():
-            raise CorruptLog(
-                f"{bag.path}: no odometry of {motion.topic} at the time of a scan of {scans.topic}"
-            )
-        if lost := np.count_nonzero(~covered):
-            remarks.append(f"{scans.topic}: {lost} scans skipped, no odometry at their time")
-        kept = {scans.topic: int(covered.sum()), motion.topic: len(motion.times)}
-        return LaserLog(
-            ranges=ranges[covered],
-            angles=angles,
-            poses=se2.compose(robot[covered], place),
-            odometry=robot[covered],
-            times=scans.times[covered],
-            max_range=scans.farthest,
-            report=bag.report(kept, remarks),
+        if still and not bag.candidates((ODOMETRY,), named):
+            return _standing(scans)
+        return _driven(bag, scans, motion_in(bag, bag.choose((ODOMETRY,), named)))
+
+
+def _standing(scans: BagScans) -> LaserLog:
+    """Return scans of a robot that stands still."""
+    remark = "the bag holds no odometry: the robot is taken to stand still"
+    return LaserLog(
+        scans.ranges,
+        scans.angles,
+        np.zeros((len(scans.ranges), 3)),
+        np.zeros((len(scans.ranges), 3)),
+        scans.times,
+        scans.farthest,
+        replace(scans.report, remarks=(*scans.report.remarks, remark)),
+    )
+
+
+def _driven(bag: Bag, scans: BagScans, motion: BagMotion) -> LaserLog:
+    """Return scans with the poses that they were taken from."""
+    T = mount(bag, motion.body, scans.frame)
+    remarks = [*scans.report.remarks, *motion.report.remarks]
+    if T is None:
+        T = np.eye(4)
+        remarks.append(
+            f"the bag does not say where {scans.frame!r} is on {motion.body!r}:"
+            " taken to be the same place"
         )
+    ranges, angles, place = _levelled(bag.path, scans, T)
+    robot, covered = motion.track().at(scans.times, longest_gap=LONGEST_GAP)
+    if not covered.any():
+        raise CorruptLog(
+            f"{bag.path}: no odometry of {motion.topic} at the time of a scan of {scans.topic}"
+        )
+    if lost := np.count_nonzero(~covered):
+        remarks.append(f"{scans.topic}: {lost} scans skipped, no odometry at their time")
+    kept = {scans.topic: int(covered.sum()), motion.topic: len(motion.times)}
+    return LaserLog(
+        ranges[covered],
+        angles,
+        se2.compose(robot[covered], place),
+        robot[covered],
+        scans.times[covered],
+        scans.farthest,
+        bag.report(kept, remarks),
+    )
 
 
 def _scans_in(bag: Bag, wanted: Topics) -> BagScans:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception.datasets import limits
+from robot_perception.datasets.commands import Commands
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
     CorruptLog,
@@ -41,22 +42,6 @@ class SurveyedLandmarks:
     ids: Int[np.ndarray, " n"]
     positions: Float[np.ndarray, "n 2"]
     sigmas: Float[np.ndarray, "n 2"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Commands:
-    """Velocities a robot logged, each held until the next.
-
-    Parameters
-    ----------
-    times : (k,)
-        s, never falling.
-    velocities : (k, 2)
-        Forward speed in m/s and turn rate in rad/s.
-    """
-
-    times: Float[np.ndarray, " k"]
-    velocities: Float[np.ndarray, "k 2"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
