@@ -249,7 +249,7 @@ def read_bag_stereo(
         found = [_places(bag, name) for name in names]
         calibration = _calibration(path, names, infos)
         (first, left, _), (second, right, _) = found
-        mine, theirs = _matched(left, right, round(tolerance * 1e9))
+        mine, theirs = _matched(left, right, 1e9 * tolerance)
         if not len(mine):
             raise CorruptLog(
                 f"{path}: no picture of {names[0]} has one of {names[1]} within"
@@ -282,7 +282,7 @@ def _places(bag: Bag, topic: str) -> tuple[tuple[int, ...], np.ndarray, list[str
     return tuple(np.flatnonzero(kept).tolist()), times[kept], remarks
 
 
-def _matched(left: np.ndarray, right: np.ndarray, tolerance: int) -> tuple[np.ndarray, np.ndarray]:
+def _matched(left: np.ndarray, right: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return which times of both sides make pairs: each is the other's nearest, and near."""
     nearest = _nearest(right, left)
     mutual = _nearest(left, right)[nearest] == np.arange(len(left))

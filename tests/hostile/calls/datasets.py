@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 from robot_perception import datasets
 from robot_perception.datasets import DataFile, Dataset, Relations, Sector, SpaceTrack, Track
+from tests.datasets import bags
 from tests.datasets.films import write_film
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 from tests.hostile.sweep import call
@@ -27,6 +28,7 @@ RELATIONS = write(FOLDER / "pairs.txt", [b"1 2 0.1 0 0 0 0 0"])
 TABLE = write(FOLDER / "table.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0", b"2,1,0,0"])
 BOXES = write(FOLDER / "boxes.csv", [b"frame,x,y,w,h", b"1,3,4,10,12"])
 COLUMNS = write(FOLDER / "columns.csv", [b"time_s,x_m,wrong", b"1,0,0.5"])
+MOVES = write(FOLDER / "moves.csv", [b"time_s,speed_m_s,turn_rate_rad_s", b"1,0,0.5"])
 READINGS = write(FOLDER / "ranges.csv", [b"1,2", b"3,4"])
 TIMES = np.array([1.0, 2.0, 3.0])
 savemat(FOLDER / "car.mat", {"time": TIMES, "speed": TIMES, "steering": TIMES})
@@ -68,6 +70,20 @@ write(FEATURES / "VO_stereo_factors_large.txt", [b"1 7 9 8 8 0 0 1"])
 PICTURE = KITTI / "image_l" / "0.png"
 FILM = FOLDER / "film.avi"
 write_film(FILM, np.stack([np.dstack([GREY] * 3)] * 3))
+LEFT_EYE = np.array([[9.0, 0, 8, 0], [0, 9, 8, 0], [0, 0, 1, 0]])
+RIGHT_EYE = LEFT_EYE - np.eye(3, 4, 3)
+BAG = bags.write_bag(
+    FOLDER / "robot.bag",
+    [
+        *(bags.odometry(time, np.eye(4)) for time in TIMES),
+        *(bags.scan(time, [1.0, 2.0]) for time in TIMES),
+        bags.image(0, GREY, "mono8", topic="/left/image_rect"),
+        bags.image(0, GREY, "mono8", topic="/right/image_rect"),
+        bags.camera_info(0, LEFT_EYE, (16, 16), topic="/left/camera_info"),
+        bags.camera_info(0, RIGHT_EYE, (16, 16), topic="/right/camera_info"),
+    ],
+)
+MOTION = datasets.read_bag_motion(BAG)
 SEQUENCE = datasets.read_images(KITTI / "image_l")
 OWN = FOLDER / "own"
 (OWN / "mine").mkdir(parents=True)
@@ -94,6 +110,8 @@ def adding():
 
 CALIBRATION = datasets.read_kitti(KITTI).calibration
 CALLS = {
+    datasets.BagMotion.commands: lambda: call(MOTION),
+    datasets.BagMotion.track: lambda: call(MOTION),
     datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
     Dataset.file: lambda: call(SET, "a.txt"),
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
@@ -106,6 +124,13 @@ CALLS = {
     datasets.ImageSequence: lambda: call((PICTURE,), (0,), False, (0.5,), (), False),
     datasets.StereoSequence: lambda: call(SEQUENCE, SEQUENCE),
     datasets.add_dataset: adding,
+    datasets.bag_topics: lambda: call(BAG),
+    datasets.is_bag: lambda: call(BAG),
+    datasets.read_bag_film: lambda: call(BAG, "/left/image_rect"),
+    datasets.read_bag_log: lambda: call(BAG, ("/odom", "/scan"), still=True),
+    datasets.read_bag_motion: lambda: call(BAG, "/odom"),
+    datasets.read_bag_scans: lambda: call(BAG, "/scan"),
+    datasets.read_bag_stereo: lambda: call(BAG, None, tolerance=0.1),
     datasets.dataset: lambda: call("mine"),
     datasets.fetch: lambda: call("mine", "a.txt", progress=False, timeout=1.0),
     datasets.find: lambda: call("mine", "a.txt"),
@@ -119,7 +144,7 @@ CALLS = {
     datasets.read_depth_pair: lambda: call(PAIRS),
     datasets.read_image: lambda: call(PICTURE, colour=True),
     datasets.read_video: lambda: call(FILM),
-    datasets.read_film: lambda: call(KITTI / "image_l", "*.png"),
+    datasets.read_film: lambda: call(KITTI / "image_l", "*.png", topic="/a"),
     datasets.picture_files: lambda: call(KITTI / "image_l", "*.png"),
     datasets.read_images: lambda: call(KITTI / "image_l", "*.png", colour=True, allow_gaps=True),
     datasets.read_kitti: lambda: call(KITTI, allow_gaps=True),
@@ -136,14 +161,15 @@ CALLS = {
     datasets.read_fixes: lambda: call(FOLDER / "fix.mat", time_unit="ms"),
     datasets.read_graph_log: lambda: call(GRAPH, max_range=80.0, timed=True, time_unit="s"),
     datasets.read_landmark_graph: lambda: call(CHAIN),
-    datasets.read_leg_scans: lambda: call(FOLDER / "legs.npz", time_unit="s"),
+    datasets.read_leg_scans: lambda: call(FOLDER / "legs.npz", time_unit="s", topic="/a"),
     datasets.read_mrclam: lambda: call(UTIAS, time_unit="s"),
     datasets.read_ranges: lambda: call(READINGS, max_range=8.0),
     datasets.read_relations: lambda: call(RELATIONS, time_unit="s"),
-    datasets.read_track: lambda: call(TABLE, time_unit="s"),
+    datasets.read_track: lambda: call(TABLE, time_unit="s", topic="/a"),
     datasets.read_vehicle: lambda: call(FOLDER / "car.mat", time_unit="ms"),
     datasets.read_space_track: lambda: call(TABLE, time_unit="s"),
     datasets.track_format: lambda: call(TABLE),
+    datasets.read_commands: lambda: call(MOVES, time_unit="s", topic="/a"),
     datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
     datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}, overwrite=True),
     datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None], overwrite=True),
