@@ -1,0 +1,202 @@
+"""The scripts of "Your own data" on ROS bags: they give what they give on plain files."""
+
+import runpy
+from contextlib import chdir
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from data_synth import laser, stereo, textured_building
+from robot_perception.datasets import write_columns
+from robot_perception.geometry import se2, se3
+from tests.datasets import bags, writing
+from tests.test_own_data import SCRIPTS, changed
+from tests.unchecked import unchecked
+
+START = bags.START / 1e9  # s: bags count from 1970
+CORNERS = np.array([[-2.0, -1.5], [4.0, -1.5], [4.0, 2.5], [-2.0, 2.5]])
+NAMES = ("drive.bag", "sqlite", "mcap")
+BEAMS = np.deg2rad([-90.0, 0.5])  # the first, and the step
+SIZE = 361
+
+
+def play(folder: Path, script: str, *words: str, code: int = 0) -> str:
+    """Run a script in a folder, one of the page or a copy there, and return what it prints."""
+    own = folder / script
+    with unchecked(), chdir(folder):
+        main = runpy.run_path(str(own if own.exists() else SCRIPTS / script))["main"]
+        done = CliRunner().invoke(main, words)
+    assert done.exit_code == code, done.output
+    return done.stdout if code == 0 else done.output
+
+
+def numbers(path: Path, skip: int = 1, **how) -> np.ndarray:
+    return np.loadtxt(path, skiprows=skip, ndmin=2, **how)
+
+
+def table(path: Path, times: np.ndarray, **columns: np.ndarray) -> Path:
+    write_columns(path, {"time_s": times, **columns})
+    return path
+
+
+def same(folder: Path, plain: str, bag: str, *, times: bool = True, skip: int = 1, **how) -> None:
+    """Compare two results, whose first column may be times on two clocks."""
+    how = {"delimiter": ","} | how
+    a, b = (numbers(folder / name, skip, **how) for name in (plain, bag))
+    assert a.shape == b.shape
+    assert len(a)
+    a[:, 0] += START * times
+    np.testing.assert_allclose(a, b, rtol=1e-5, atol=2e-5)
+
+
+def before(ranges: np.ndarray, poses: np.ndarray, legs: np.ndarray) -> np.ndarray:
+    """Return scans in which legs, discs of 5 cm, stand before whatever was seen."""
+    angles = BEAMS[0] + BEAMS[1] * np.arange(SIZE)
+    for leg in legs:
+        x, y = se2.act(se2.inverse(poses), leg[None])[:, 0].T
+        across = np.abs(np.hypot(x, y)[:, None] * np.sin(angles - np.arctan2(y, x)[:, None]))
+        ahead = np.hypot(x, y)[:, None] * np.cos(angles - np.arctan2(y, x)[:, None])
+        hit = (across < 0.05) & (ahead > 0)
+        half = np.sqrt(np.maximum(0.05**2 - across**2, 0))
+        ranges = np.where(hit, np.minimum(ranges, ahead - half), ranges)
+    return ranges
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    """A room, scanned by a robot that drives: a CARMEN log, and what else a robot would record."""
+    folder = tmp_path_factory.mktemp("room")
+    faces = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
+    k = np.arange(24)
+    poses = np.round(np.stack([-1 + k / 8, 0.3 * np.sin(k), 0.1 * k - 1], axis=1), 9)
+    scanner = laser.Scanner(max_range=5.0)
+    ranges = laser.scan(faces, poses, scanner, rng=np.random.default_rng(1)).ranges
+    ranges = before(ranges, poses, np.array([[2.5, 0.5], [2.5, 0.75]]))
+    ranges = ranges.astype(np.float32).astype(float)
+    logged = np.where(np.isinf(ranges), 81.91, ranges)
+    rows = zip(logged, poses, poses, (0.25 * k).tolist(), strict=True)
+    writing.write(folder / "room.log", [writing.flaser(*row) for row in rows])
+    said = [
+        one
+        for time, pose, scan in zip(0.25 * k, poses, ranges, strict=True)
+        for one in (
+            bags.odometry(time, se3.from_se2(pose)),
+            bags.scan(time, scan, angles=BEAMS, range_min=0.01, range_max=30.0),
+        )
+    ]
+    said.append(bags.scan(0, [1.0], topic="/rear"))
+    for name in NAMES:
+        on_it = bags.transform(
+            0, "base_link", "laser", np.eye(4), ros=1 if name.endswith(".bag") else 2
+        )
+        bags.write_bag(folder / name, [*said, on_it])
+    return folder
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_walls(room, name):
+    plain = play(room, "walls.py", "carmen", "room.log", "plain.csv", "--force")
+    said = play(room, "walls.py", "bag", name, "bag.csv", "--force", "--topic", "/scan")
+    assert said == plain
+    same(room, "plain.csv", "bag.csv", times=False)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_people_by_their_legs(room, name):
+    plain = play(room, "people.py", "legs", "room.log", "plain", "--force")
+    said = play(room, "people.py", "legs", name, "bag", "--force", "--topic", "/scan")
+    assert said == plain
+    same(room, "plain.csv", "bag.csv")
+    way = play(room, "people.py", "legs", name, "way", name, "--force", "--topic", "/scan")
+    assert way == plain
+
+
+def test_what_is_wrong_with_a_bag_ends_with_one_line_and_what_is_left_out_is_told(room, tmp_path):
+    said = play(room, "walls.py", "bag", "mcap", str(tmp_path / "a.csv"), code=1)
+    assert "2 topics hold LaserScan or PointCloud2: /rear, /scan; say which" in said
+    assert len(said.splitlines()) == 1
+    wall, legs = np.full((3, SIZE), 3.0), np.array([[1.5, 0.1], [1.5, -0.15]])
+    seen = before(wall, np.zeros((3, 3)), legs)
+    still = [bags.scan(0.1 * k, seen[k], angles=BEAMS) for k in range(3)]
+    bags.write_bag(tmp_path / "still.bag", [*still, bags.scan(9, [1.0])])
+    said = play(tmp_path, "people.py", "legs", "still.bag", "out")
+    assert said.startswith(
+        "/scan: 1 scans skipped, with beams of another step\n"
+        "the bag holds no odometry: the robot is taken to stand still\nreadings: 3, "
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ekf_slam_and_judge(name, tmp_path):
+    """The commands, the estimate and the truth may each come from a bag."""
+    times = 0.1 * np.arange(30)
+    poses = np.stack([np.sin(times), 1 - np.cos(times), times], axis=1)
+    places = np.array([[2.0, 1.0], [1.0, 3.0], [-1.0, 2.0]])
+    speeds = {"speed_m_s": np.ones(30), "turn_rate_rad_s": np.ones(30)}
+    table(tmp_path / "moves.csv", times, **speeds)
+    near = np.array([se2.act(se2.inverse(pose), places) for pose in poses[1:]])
+    near += np.random.default_rng(1).normal(0, 0.05, near.shape)
+    seen = dict(zip(("x_m", "y_m"), near.reshape(-1, 2).T, strict=True))
+    seen["landmark"] = np.tile([1, 2, 3], 29)
+    when = np.repeat(times[1:], 3)
+    table(tmp_path / "seen.csv", when, **seen)
+    table(tmp_path / "later.csv", START + when, **seen)
+    said = [
+        bags.odometry(time, se3.from_se2(pose), speed=1.0, turn=1.0)
+        for time, pose in zip(times, poses, strict=True)
+    ]
+    bags.write_bag(tmp_path / name, said)
+    plain = play(tmp_path, "ekf_slam.py", "points", "moves.csv", "seen.csv", "plain")
+    assert play(tmp_path, "ekf_slam.py", "points", name, "later.csv", "bag") == plain
+    same(tmp_path, "plain.csv", "bag.csv")
+    same(tmp_path, "plain_map.csv", "bag_map.csv", times=False)
+    table(
+        tmp_path / "true.csv",
+        times,
+        **dict(zip(("x_m", "y_m", "heading_rad"), poses.T, strict=True)),
+    )
+    judged = play(tmp_path, "judge.py", "plain.csv", "true.csv")
+    assert play(tmp_path, "judge.py", "bag.csv", name) == judged
+    assert "poses: 29, covered by the truth: 29\n" in judged
+    assert "ATE: 0.000 m\n" in play(tmp_path, "judge.py", name, name, "--topic", "odom")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_stereo_slam(name, tmp_path):
+    """Pictures, calibration, their times and the speeds of the wheels."""
+    world = textured_building.make_textured_building(rng=np.random.default_rng(11))
+    path = textured_building.drive(world, rng=np.random.default_rng(12))[:6]
+    rig, times = stereo.Rig(), 0.1 * np.arange(6)
+    f, (u, v) = rig.focal_px, rig.centre_px
+    moves = se2.between(path[:-1], path[1:]) / 0.1
+    speeds = np.vstack([moves[:, [0, 2]], [0, 0]])
+    said, lines = [], []
+    for side, shift in (("l", 0.0), ("r", -f * rig.baseline)):
+        (tmp_path / f"image_{side}").mkdir()
+        lines.append(f"P0: {f} 0 {u} {shift} 0 {f} {v} 0 0 0 1 0\n")
+    for k, pair in enumerate(stereo.frames(world.scene, rig, path, rng=np.random.default_rng(13))):
+        said.append(
+            bags.odometry(times[k], se3.from_se2(path[k]), speed=speeds[k, 0], turn=speeds[k, 1])
+        )
+        for side, picture, line in (("l", pair.left, lines[0]), ("r", pair.right, lines[1])):
+            Image.fromarray(picture).save(tmp_path / f"image_{side}/{k}.png")
+            P = np.array(line.split()[1:], dtype=float).reshape(3, 4)
+            size = picture.shape[1::-1]
+            said += [
+                bags.image(times[k], picture, "mono8", topic=f"/{side}/image_rect"),
+                bags.camera_info(times[k], P, size, topic=f"/{side}/camera_info"),
+            ]
+    (tmp_path / "calib.txt").write_text("".join(lines))
+    table(tmp_path / "wheels.csv", times, speed_m_s=speeds[:, 0], turn_rate_rad_s=speeds[:, 1])
+    bags.write_bag(tmp_path / name, said)
+    rules = "landmarks.StereoRules(disparities=(2.0, np.inf))"
+    changed(tmp_path, "stereo_slam.py", PAIRS=rules)
+    for wheels in ([], ["wheels.csv"]):
+        plain = play(tmp_path, "stereo_slam.py", ".", "plain", *wheels, "--force")
+        of_bag = [name] * len(wheels)
+        assert play(tmp_path, "stereo_slam.py", name, "bag", *of_bag, "--force") == plain
+        same(tmp_path, "plain.tum", "bag.tum", skip=0, delimiter=" ")
+        same(tmp_path, "plain.ply", "bag.ply", times=False, skip=10, delimiter=" ")
