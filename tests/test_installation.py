@@ -157,6 +157,7 @@ CALLS = {
     "datasets.read_video('a.avi')": ("cv2", "vision"),
     "datasets.write_video('a.avi', [], rate=1.0)": ("cv2", "vision"),
     "datasets.dataset('kitti_stereo_turn')": ("pooch", "data"),
+    "datasets.read_track('a.bag')": ("rosbags", "ros"),
 }
 MISSING = """
 for name in names:
@@ -190,7 +191,7 @@ def test_an_error_of_our_own_is_none_of_a_missing_package():
 
 def test_every_module_of_an_extra_names_it():
     """No module of the library, chapters and teaching apart, imports such a package bare."""
-    optional = {"cv2", "PIL", "pooch", "tqdm", "sympy", "joblib", "requests", "urllib3"}
+    optional = {"cv2", "PIL", "pooch", "tqdm", "sympy", "joblib", "requests", "rosbags", "urllib3"}
     bare = re.compile(rf"^(?:import|from) ({'|'.join(optional)})\b", re.MULTILINE)
     outside = {"chapters", "teaching", "cli"}
     for file in (ROOT / "lib" / "robot_perception").rglob("*.py"):

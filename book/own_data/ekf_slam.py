@@ -6,7 +6,7 @@ import numpy as np
 
 from robot_perception.datasets import read_columns, read_commands, write_columns
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, topics
+from robot_perception.scripts import Recording, Results, script, tell, topics
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -33,7 +33,7 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 def main(kind, commands, observations, out, topic, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]
-    told = read_commands(commands, topic=topic)
+    told = tell(read_commands(commands, topic=topic))
     name = ["landmark"]
     seen = read_columns(observations, NAMED | measured, optional=name, integers=name)
     ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which

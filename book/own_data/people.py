@@ -54,8 +54,7 @@ def from_laser(file: Path, topic: tuple[str, ...]) -> tuple[list[Reading], np.nd
     """Scans at the height of legs, and the poses that their log knows."""
     archive, bag = file.suffix == ".npz", datasets.is_bag(file)
     read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = datasets.read_bag_log(file, topic, still=True) if bag else read(file)
-    tell(log.report.remarks if bag else ())
+    log = tell(datasets.read_bag_log(file, topic, still=True) if bag else read(file))
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -103,7 +102,7 @@ def main(kind, file, out, way, topic, force):
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
     if way:
-        poses, covered = datasets.read_track(way, topic=topic).at(times, longest_gap=GAP)
+        poses, covered = tell(datasets.read_track(way, topic=topic)).at(times, longest_gap=GAP)
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

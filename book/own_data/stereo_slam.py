@@ -35,8 +35,7 @@ RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
 def recorded(root, topic):
     """The pairs of pictures, the cameras and the times, from a folder or a bag."""
     if datasets.is_bag(root):
-        pairs = datasets.read_bag_stereo(root, topic)
-        tell(pairs.report.remarks)
+        pairs = tell(datasets.read_bag_stereo(root, topic))
         return pairs, pairs.calibration.rig(pairs.size), pairs.times
     told = CALIBRATION
     told = datasets.read_calibration(root / told) if isinstance(told, str) else told
@@ -46,7 +45,7 @@ def recorded(root, topic):
 
 
 def by_wheels(file, topic, times: np.ndarray) -> list[planar.Odometry]:
-    told = datasets.read_commands(file, topic=topic)
+    told = tell(datasets.read_commands(file, topic=topic))
     held = hold(told.times, told.velocities, times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 

@@ -30,15 +30,14 @@ def main(kind, files, out, topic, force):
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
         angles = np.linspace(*FIELD, ranges.shape[1])
-        poses = datasets.read_track(files[1], topic=topic).poses
+        poses = tell(datasets.read_track(files[1], topic=topic)).poses
     else:
         if kind == "bag":
-            log = datasets.read_bag_log(files[0], topic)
+            log = tell(datasets.read_bag_log(files[0], topic))
         else:
             read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
             log = read(files[0], timed=False)  # a map needs no times
         ranges, angles, poses = log.ranges, log.angles, log.poses
-        tell(log.report.remarks)
     found, report = build_map(ranges, angles, poses, WALLS, GATE, pose_cov=POSES)
     found = found.seen_in(LEAST_SCANS)
     columns = dict(zip(("x1_m", "y1_m", "x2_m", "y2_m"), found.ends.reshape(-1, 4).T, strict=True))

@@ -1,7 +1,7 @@
 """What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, final
 
@@ -153,10 +153,17 @@ def topics(main: Main) -> Main:
     return click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
 
 
-def tell(remarks: Iterable[str]) -> None:
-    """Print what of a recording is not as it should be, a sentence a line."""
-    for remark in remarks:
+def tell(recording: Any) -> Any:
+    """Print what of a recording is not as it should be, a sentence a line, and return it.
+
+    Parameters
+    ----------
+    recording
+        Its ``report`` has the remarks; one of a table has none.
+    """
+    for remark in recording.report.remarks if recording.report else ():
         print(remark)
+    return recording
 
 
 def script(main: Main) -> Script:

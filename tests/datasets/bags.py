@@ -12,6 +12,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from scipy.spatial.transform import Rotation
 
+from robot_perception.geometry import se3
+
 SQLITE, MCAP = StoragePlugin.SQLITE3, StoragePlugin.MCAP
 KINDS = {  # by the name of the bag: how it is packed
     "plain.bag": None,
@@ -199,3 +201,42 @@ def cloud(time, points, *, topic="/points", big=False, padded=0, names="xyz", ro
         "is_dense": True,
     }
     return Said(topic, "sensor_msgs/msg/PointCloud2", fields, time, frame="laser")
+
+
+# A robot's recording -----------------------------------------------------------------------------
+
+P = np.array([[50.0, 0, 16, 0], [0, 50, 12, 0], [0, 0, 1, 0]])
+RIGHT = P - np.array([0, 0, 0, 5.0]) * (np.arange(3) == 0)[:, None]  # 0.1 m to the right
+GREY = (np.arange(24 * 32).reshape(24, 32) % 251).astype(np.uint8)
+COLOUR = np.stack([GREY, GREY[::-1], GREY[:, ::-1]], axis=-1)
+TIMES = 0.1 * np.arange(5)
+POSES = np.column_stack([TIMES, 0.5 * TIMES, 3.0 + TIMES])  # the heading wraps
+COV = np.array([[0.02, 0.01, 0], [0.01, 0.03, 0], [0, 0, 0.001]])
+RANGES = [[1.0, 2.0, np.inf, 9.0, np.nan], [0.05, 0.0, -np.inf, 8.0, 0.5]]
+READ = [[1.0, 2.0, np.inf, np.inf, np.nan], [np.nan, np.nan, np.nan, 8.0, 0.5]]
+
+
+def drive() -> list[Said]:
+    """Odometry at five times, and a scan at each but the first, 10 ms before."""
+    moved = [
+        odometry(time, se3.from_se2(pose), speed=1.1, turn=1.0, cov=COV)
+        for time, pose in zip(TIMES, POSES, strict=True)
+    ]
+    return moved + [scan(TIMES[k] - 0.01, RANGES[k % 2]) for k in range(1, 5)]
+
+
+def eyes(**more) -> list[Said]:
+    """Three rectified pairs, of which the right one is 2 ms late."""
+    said = []
+    for time in TIMES[:3]:
+        for side, matrix, late in (("left", P, 0.0), ("right", RIGHT, 0.002)):
+            picture = GREY + round(10 * time) + (side == "right")
+            said += [
+                image(time + late, picture, "mono8", topic=f"/{side}/image_rect"),
+                camera_info(time, matrix, (32, 24), topic=f"/{side}/camera_info", **more),
+            ]
+    return said
+
+
+def seconds(times) -> np.ndarray:
+    return START / 1e9 + np.asarray(times)

@@ -102,7 +102,7 @@ class BagMotion:
                 raise CorruptLog(
                     f"{path}: {name} of {self.topic} reaches {farthest:g}, beyond {LARGEST[name]}"
                 )
-        return Commands(self.times, self.velocities)
+        return Commands(self.times, self.velocities, self.report)
 
 
 def read_bag_motion(path: str | Path, topic: Topics = None) -> BagMotion:

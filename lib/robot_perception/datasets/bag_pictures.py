@@ -282,8 +282,10 @@ def _places(bag: Bag, topic: str) -> tuple[tuple[int, ...], np.ndarray, list[str
     return tuple(np.flatnonzero(kept).tolist()), times[kept], remarks
 
 
-def _matched(left: np.ndarray, right: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return which times of both sides make pairs: each is the other's nearest, and near."""
+def _matched(
+    left: np.ndarray, right: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which times of both sides, ns, make pairs: each is the other's nearest, and near."""
     nearest = _nearest(right, left)
     mutual = _nearest(left, right)[nearest] == np.arange(len(left))
     good = np.flatnonzero(mutual & (np.abs(right[nearest] - left) <= tolerance))

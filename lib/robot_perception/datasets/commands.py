@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
+from robot_perception.datasets.logs import ReadReport
 from robot_perception.datasets.tables import read_columns
 
 LARGEST = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}
@@ -23,10 +24,13 @@ class Commands:
         s, never falling.
     velocities : (k, 2)
         Forward speed in m/s and turn rate in rad/s.
+    report
+        What became of all messages, if they come from a ROS bag.
     """
 
     times: Float[np.ndarray, " k"]
     velocities: Float[np.ndarray, "k 2"]
+    report: ReadReport | None = None
 
 
 def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Commands:

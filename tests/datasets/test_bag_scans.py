@@ -1,0 +1,181 @@
+"""Scans in ROS bags: readings by REP 117, beams that differ, clouds, the scanner's place."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from robot_perception import datasets
+from robot_perception.datasets import (
+    CorruptLog,
+    read_bag_log,
+    read_bag_scans,
+)
+from robot_perception.geometry import se2, se3
+from tests.datasets import bags
+from tests.datasets.bags import (
+    drive,
+    scan,
+    write_bag,
+)
+
+# Scans --------------------------------------------------------------------------------------------
+
+
+@given(
+    readings=st.lists(
+        st.floats(-1, 12, width=32) | st.sampled_from([np.inf, -np.inf, np.nan]),
+        min_size=1,
+        max_size=6,
+    ),
+    clockwise=st.booleans(),
+)
+@settings(max_examples=25, deadline=None)
+def test_every_reading_is_a_distance_nothing_or_void(readings, clockwise, tmp_path_factory):
+    """By REP 117, and clockwise as well."""
+    step = -0.25 if clockwise else 0.25
+    said = [scan(0, readings, angles=(-0.5, step))]
+    scans = read_bag_scans(write_bag(tmp_path_factory.mktemp("rep") / "a.bag", said))
+    found = scans.ranges[0][::-1] if clockwise else scans.ranges[0]
+    least, most = np.float32([0.1, 8.0])
+    for reading, seen in zip(np.float32(readings), found, strict=True):
+        if reading > most:
+            assert seen == np.inf
+        elif reading >= least:
+            assert seen == reading
+        else:
+            assert np.isnan(seen)
+    assert (np.diff(scans.angles) > 0).all()
+    assert scans.angles[-1 if clockwise else 0] == -0.5
+
+
+def test_scans_of_other_beams_are_resampled_or_skipped(tmp_path):
+    wide = np.linspace(1, 3, 101).tolist()
+    said = [scan(0.1 * k, wide, angles=(-1.0, 0.02)) for k in range(3)]
+    said.append(scan(0.3, np.linspace(1, 3, 103).tolist(), angles=(-1.0, 2 / 102)))
+    said.append(scan(0.4, [1.0] * 11, angles=(-1.0, 0.2)))
+    scans = read_bag_scans(write_bag(tmp_path / "beams.bag", said))
+    assert scans.ranges.shape == (4, 101)
+    assert np.abs(scans.ranges[3] - wide).max() <= 0.0101  # half a beam
+    assert scans.report.others == {"/scan, skipped": 1}
+    assert scans.report.remarks == (
+        "/scan: 1 scans with other beams, resampled to those of most",
+        "/scan: 1 scans skipped, with beams of another step",
+    )
+
+
+def test_beams_beyond_a_narrow_scan_are_void(tmp_path):
+    said = [scan(0.1 * k, [1.0] * 5) for k in range(2)] + [scan(0.2, [2.0] * 3, angles=(-0.5, 0.5))]
+    scans = read_bag_scans(write_bag(tmp_path / "narrow.bag", said))
+    np.testing.assert_array_equal(scans.ranges[2], [np.nan, 2, 2, 2, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ([scan(0, [1], frame="a"), scan(1, [1], frame="b")], "scans of several frames: a, b"),
+        (
+            [scan(0, [1, 1], angles=(0.0, 0.0))],
+            "scan 1 of /scan has 2 beams from 0 rad in steps of 0",
+        ),
+        ([scan(0, [1, 1], angles=(np.nan, 0.1))], "scan 1 of /scan has 2 beams from nan rad"),
+        ([scan(0, [])], "scan 1 of /scan has 0 beams"),
+        ([scan(0, [1], range_max=0.0)], "scan 1 of /scan has ranges from 0.1 to 0 m"),
+        (
+            [bags.cloud(0, np.array([[1, 0, 0], [1, 0, 2.0]]))],
+            "heights from 0.00 to 2.00 m, not a scan",
+        ),
+        (
+            [bags.cloud(0, np.ones((2, 2)), names="xy")],
+            "scan 1 of /points: a damaged cloud of points",
+        ),
+    ],
+)
+def test_what_is_no_scan_is_named(said, message, tmp_path):
+    with pytest.raises(CorruptLog, match=rf"/none: .*{message}"):
+        read_bag_scans(write_bag(tmp_path / "none", said))
+
+
+@pytest.mark.parametrize("big", [False, True])
+def test_points_of_a_cloud_in_any_layout(big, tmp_path):
+    rng = np.random.default_rng(1)
+    angles, distances = rng.uniform(-3, 3, 20), rng.uniform(1, 5, 20)
+    points = np.stack([distances * np.cos(angles), distances * np.sin(angles), 0 * angles], axis=1)
+    points = np.vstack([points, [np.nan] * 3, [0, 0, 0]])
+    said = [bags.cloud(0, points, big=big, padded=7)]
+    scans = read_bag_scans(write_bag(tmp_path / "layout", said))
+    seen = np.isfinite(scans.ranges[0])
+    expected = {}
+    for angle, distance in zip(angles, distances, strict=True):
+        beam = round(np.rad2deg(angle) * 2)
+        expected[beam] = min(distance, expected.get(beam, np.inf))
+    found = dict(
+        zip(np.rint(np.rad2deg(scans.angles[seen]) * 2), scans.ranges[0][seen], strict=True)
+    )
+    assert found == pytest.approx(expected, abs=1e-5)
+
+
+# Places of the scanner ----------------------------------------------------------------------------
+
+
+def mounted(tmp_path, T, *, more=(), frames=("base_link", "laser")) -> datasets.LaserLog:
+    said = [bags.transform(0, *frames, T)] if T is not None else []
+    return read_bag_log(write_bag(tmp_path / "mounted", [*said, *more, *drive()]))
+
+
+def test_a_scanner_upside_down_sees_the_same_points(tmp_path):
+    """The points of a beam at angle a lie at -a of one that hangs upside down."""
+    down = se3.from_se2(np.array([0.3, 0, 0.5]))
+    down[:3, :3] = down[:3, :3] @ Rotation.from_euler("x", np.pi).as_matrix()
+    log, scans = mounted(tmp_path, down), read_bag_scans(tmp_path / "mounted")
+    assert (np.diff(log.angles) > 0).all()
+    for k in range(len(log.ranges)):
+
+        def points(ranges, angles):
+            good, ranges = np.isfinite(ranges), np.nan_to_num(ranges, posinf=0)
+            return (ranges * [np.cos(angles), np.sin(angles)]).T[good]
+
+        raw = points(scans.ranges[k], scans.angles)
+        space = np.column_stack([raw, np.zeros(len(raw))])
+        expected = se3.act(se3.compose(se3.from_se2(log.odometry[k]), down), space)[:, :2]
+        found = se2.act(log.poses[k], points(log.ranges[k], log.angles))
+        np.testing.assert_allclose(found[::-1], expected, atol=1e-9)
+
+
+def test_the_place_is_found_along_both_branches_of_the_tree(tmp_path):
+    up, ahead = (se3.from_se2(np.array(pose)) for pose in ([0, 0, 0.2], [0.2, 0.1, 0.3]))
+    more = [bags.transform(0.1, "footprint", "base_link", up)]
+    log = mounted(tmp_path, up @ ahead, more=more, frames=("footprint", "/laser"))
+    expected = se2.compose(log.odometry, np.array([0.2, 0.1, 0.3]))
+    np.testing.assert_allclose(log.poses, expected, atol=1e-9)
+
+
+def test_an_unknown_place_is_told(tmp_path):
+    moves = [
+        bags.transform(t, "base_link", "laser", se3.from_se2(np.array([t, 0, 0])), topic="/tf")
+        for t in (0.0, 0.1)
+    ]
+    for k, more in enumerate([[], moves]):
+        log = read_bag_log(write_bag(tmp_path / str(k), [*more, *drive()]))
+        np.testing.assert_array_equal(log.poses, log.odometry)
+        assert log.report.remarks == (
+            "the bag does not say where 'laser' is on 'base_link': taken to be the same place",
+        )
+
+
+def test_a_tilted_scanner_is_refused(tmp_path):
+    tilted = np.eye(4)
+    tilted[:3, :3] = Rotation.from_euler("y", 30, degrees=True).as_matrix()
+    with pytest.raises(CorruptLog, match="the scanner 'laser' is tilted by 30 degrees"):
+        mounted(tmp_path, tilted)
+
+
+def test_scans_without_odometry_are_skipped_and_told(tmp_path):
+    path = write_bag(tmp_path / "longer.bag", [*drive(), scan(2.0, [1.0] * 5)])
+    log = read_bag_log(path)
+    assert len(log.ranges) == 4
+    assert "/scan: 1 scans skipped, no odometry at their time" in log.report.remarks
+    lone = write_bag(tmp_path / "lone.bag", [*drive()[:5], scan(9.0, [1.0] * 5)])
+    with pytest.raises(CorruptLog, match=r"lone\.bag: no odometry of /odom at the time of a scan"):
+        read_bag_log(lone)
