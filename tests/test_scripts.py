@@ -6,10 +6,12 @@ import runpy
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from robot_perception.scripts import Places, Recording, Results, check_results, script
+from robot_perception.datasets import Commands, ReadReport
+from robot_perception.scripts import Places, Recording, Results, check_results, script, tell
 
 SCRIPTS = Path(__file__).parents[1] / "book" / "own_data"
 COMMANDS = {  # words of each; what it reads may be one of its own results
@@ -139,3 +141,23 @@ def test_an_error_is_one_line_and_a_number_below_zero_is_no_option():
 
     done = CliRunner().invoke(main, ["-5,3,20,20"])
     assert (done.exit_code, done.output) == (1, "Error: got '-5,3,20,20'\n")
+
+
+def test_a_script_that_takes_topics_gets_an_option_for_them():
+    @script
+    @click.argument("bag")
+    def main(bag, topic):
+        """Say."""
+        print(bag, topic)
+
+    said = CliRunner().invoke(main, ["a", "--topic", "/b", "--topic", "c"]).output
+    assert said == "a ('/b', 'c')\n"
+    assert CliRunner().invoke(main, ["a"]).output == "a ()\n"
+
+
+def test_remarks_of_a_recording_are_told(capsys):
+    report = ReadReport(Path("a.bag"), {}, {}, "messages", ("two are late", "one is lost"))
+    recording = Commands(np.zeros(1), np.zeros((1, 2)), report)
+    assert tell(recording) is recording
+    tell(Commands(np.zeros(1), np.zeros((1, 2))))
+    assert capsys.readouterr().out == "two are late\none is lost\n"

@@ -6,7 +6,7 @@ import numpy as np
 
 from robot_perception.datasets import read_columns, read_commands, write_columns
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, tell, topics
+from robot_perception.scripts import Recording, Results, script, tell
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -29,7 +29,6 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 @click.argument("commands", type=Recording())
 @click.argument("observations", type=Recording())
 @click.argument("out", type=Results(".csv", ".tum", "_map.csv"))
-@topics
 def main(kind, commands, observations, out, topic, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]

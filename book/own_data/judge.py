@@ -4,14 +4,17 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-import click
 import numpy as np
 
 from robot_perception.datasets import Track, read_space_track, read_track, track_format
 from robot_perception.evaluation import spatial, trajectories
 from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
+from robot_perception.extras import needing
 from robot_perception.geometry import wrap_angle
-from robot_perception.scripts import Recording, script
+from robot_perception.scripts import Recording, script, tell
+
+with needing():
+    import click
 
 GAP = 0.5  # longest gap of the truth that is bridged, s
 NEAR = 0.01  # largest difference of two times that are one, in space, s
@@ -34,9 +37,8 @@ def relative(how: ModuleType, poses: np.ndarray, true: np.ndarray) -> str:
     return f"{errors.translation_rms:.3f} m, {np.rad2deg(errors.rotation_rms):.2f} deg"
 
 
-def in_plane(estimate_file: Path, truth_file: Path) -> None:
+def in_plane(estimate: Track, truth: Track) -> None:
     """Errors of x, y and heading, and whether the covariances fit them."""
-    estimate, truth = read_track(estimate_file), read_track(truth_file)
     true, covered = truth.at(estimate.times, longest_gap=GAP)
     print(f"poses: {len(covered)}, covered by the truth: {covered.sum()}")
     poses, true = estimate.poses[covered], true[covered]
@@ -105,7 +107,7 @@ def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: boo
 @click.argument("truth", type=Recording())
 @click.option("--align", type=click.Choice(spatial.ALIGNMENTS), default="none", help=FREE)
 @click.option("--interpolate", is_flag=True, help=BETWEEN)
-def main(estimate, truth, align, interpolate):
+def main(estimate, truth, align, interpolate, topic):
     """Errors of your own run: CSV with headings in the plane; TUM, KITTI and EuRoC in space."""
     kinds = {track_format(estimate): estimate, track_format(truth): truth}
     if "plane" not in kinds:
@@ -118,7 +120,7 @@ def main(estimate, truth, align, interpolate):
     for kind, file in kinds.items():
         if kind != "plane":
             print(f"in the plane, as {kinds['plane']}: heights and tilts of {file} are left out")
-    in_plane(estimate, truth)
+    in_plane(*(tell(read_track(file, topic=topic)) for file in (estimate, truth)))
 
 
 if __name__ == "__main__":

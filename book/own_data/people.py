@@ -12,7 +12,7 @@ from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
-from robot_perception.scripts import Recording, Results, script, tell, topics
+from robot_perception.scripts import Recording, Results, script, tell
 
 with needing():
     import click
@@ -95,7 +95,6 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("file", type=Recording())
 @click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
 @click.argument("way", type=Recording(), required=False)
-@topics
 def main(kind, file, out, way, topic, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
     readings, poses = from_laser(file, topic) if kind == "legs" else (from_table(file), None)

@@ -8,7 +8,7 @@ from robot_perception.extras import needing
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
-from robot_perception.scripts import Recording, Results, script, tell, topics
+from robot_perception.scripts import Recording, Results, script, tell
 from robot_perception.slam import planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
@@ -83,7 +83,6 @@ def film(lefts, looks, path, places):
 @click.argument("root", metavar="FOLDER|BAG", type=Recording())
 @click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", ".mp4"))
 @click.argument("wheels", type=Recording(), required=False)
-@topics
 def main(root, out, wheels, topic, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:

@@ -4,7 +4,7 @@ import numpy as np
 
 from robot_perception import datasets
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, tell, topics
+from robot_perception.scripts import Recording, Results, script, tell
 from robot_perception.walls import Extraction, Gate, RangeNoise, build_map
 
 with needing():
@@ -22,7 +22,6 @@ LEAST_SCANS = 4  # a wall seen in fewer is left out
 @click.argument("kind", type=click.Choice(["carmen", "graph", "bag", "array"]))
 @click.argument("files", type=Recording(), nargs=-1, required=True)
 @click.argument("out", type=Results())
-@topics
 def main(kind, files, out, topic, force):
     """Walls from scans: carmen LOG OUT, graph LOG OUT, bag LOG OUT, or array RANGES POSES OUT."""
     if len(files) != (2 if kind == "array" else 1):

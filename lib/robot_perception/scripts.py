@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping
+from inspect import signature
 from pathlib import Path
 from typing import Any, final
 
@@ -147,12 +148,6 @@ def check_results(results: list[Path], recordings: list[Path], *, overwrite: boo
         raise FileExistsError(f"{names}: there already; --force writes over what is there")
 
 
-def topics(main: Main) -> Main:
-    """Give a script the option ``--topic``, once or more, which reaches it as ``topic``."""
-    told = "Of a ROS bag in which several would do; may be given more than once."
-    return click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
-
-
 def tell(recording: Any) -> Any:
     """Print what of a recording is not as it should be, a sentence a line, and return it.
 
@@ -169,12 +164,15 @@ def tell(recording: Any) -> Any:
 def script(main: Main) -> Script:
     """Make a script of a function whose parameters are arguments and options of `click`.
 
-    Its docstring is the help; it gets ``--force``, which reaches it as ``force``, if it has an
-    argument of type `Results`.
+    Its docstring is the help. It gets ``--force``, which reaches it as ``force``, if it has an
+    argument of type `Results`, and ``--topic``, once or more, if it takes ``topic``.
     """
     if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
         told = "Write over files that are there."
         main = click.option("--force", is_flag=True, help=told)(main)
+    if "topic" in signature(main).parameters:
+        told = "Of a ROS bag in which several would do; may be given more than once."
+        main = click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
     words = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}  # -5,3 is none
     return click.command(cls=Script, context_settings=words)(main)
 
