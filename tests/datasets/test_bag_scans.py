@@ -23,15 +23,18 @@ from tests.datasets.bags import (
 # Scans --------------------------------------------------------------------------------------------
 
 
+ENDS = [np.inf, -np.inf, np.nan, 0.0, 8.0, float(np.float32(0.1))]
+
+
 @given(
     readings=st.lists(
-        st.floats(-1, 12, width=32) | st.sampled_from([np.inf, -np.inf, np.nan]),
+        st.floats(-1, 12, width=32) | st.sampled_from(ENDS),
         min_size=1,
         max_size=6,
     ),
     clockwise=st.booleans(),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_every_reading_is_a_distance_nothing_or_void(readings, clockwise, tmp_path_factory):
     """By REP 117, and clockwise as well."""
     step = -0.25 if clockwise else 0.25
@@ -101,6 +104,7 @@ def test_what_is_no_scan_is_named(said, message, tmp_path):
 def test_points_of_a_cloud_in_any_layout(big, tmp_path):
     rng = np.random.default_rng(1)
     angles, distances = rng.uniform(-3, 3, 20), rng.uniform(1, 5, 20)
+    angles[:2] = np.pi - 1e-3, 1e-3 - np.pi  # of one beam
     points = np.stack([distances * np.cos(angles), distances * np.sin(angles), 0 * angles], axis=1)
     points = np.vstack([points, [np.nan] * 3, [0, 0, 0]])
     said = [bags.cloud(0, points, big=big, padded=7)]
@@ -108,7 +112,7 @@ def test_points_of_a_cloud_in_any_layout(big, tmp_path):
     seen = np.isfinite(scans.ranges[0])
     expected = {}
     for angle, distance in zip(angles, distances, strict=True):
-        beam = round(np.rad2deg(angle) * 2)
+        beam = (round(np.rad2deg(angle) * 2) + 360) % 720 - 360
         expected[beam] = min(distance, expected.get(beam, np.inf))
     found = dict(
         zip(np.rint(np.rad2deg(scans.angles[seen]) * 2), scans.ranges[0][seen], strict=True)
@@ -128,7 +132,10 @@ def test_a_scanner_upside_down_sees_the_same_points(tmp_path):
     """The points of a beam at angle a lie at -a of one that hangs upside down."""
     down = se3.from_se2(np.array([0.3, 0, 0.5]))
     down[:3, :3] = down[:3, :3] @ Rotation.from_euler("x", np.pi).as_matrix()
-    log, scans = mounted(tmp_path, down), read_bag_scans(tmp_path / "mounted")
+    said = [one for one in drive() if one.topic == "/odom"]
+    said += [scan(0.1 * k, [1.0, np.inf, 2.0, 3.0], angles=(-0.8, 0.5)) for k in range(4)]
+    path = write_bag(tmp_path / "down", [bags.transform(0, "base_link", "laser", down), *said])
+    log, scans = read_bag_log(path), read_bag_scans(path)
     assert (np.diff(log.angles) > 0).all()
     for k in range(len(log.ranges)):
 
@@ -149,6 +156,15 @@ def test_the_place_is_found_along_both_branches_of_the_tree(tmp_path):
     log = mounted(tmp_path, up @ ahead, more=more, frames=("footprint", "/laser"))
     expected = se2.compose(log.odometry, np.array([0.2, 0.1, 0.3]))
     np.testing.assert_allclose(log.poses, expected, atol=1e-9)
+
+
+def test_the_place_is_found_from_frame_to_frame(tmp_path):
+    mast, tip = (se3.from_se2(np.array(pose)) for pose in ([0.5, 0, 0.7], [0.2, 0.1, 0.3]))
+    log = mounted(
+        tmp_path, tip, more=[bags.transform(0, "base_link", "mast", mast)], frames=("mast", "laser")
+    )
+    place = se2.compose(np.array([0.5, 0, 0.7]), np.array([0.2, 0.1, 0.3]))
+    np.testing.assert_allclose(log.poses, se2.compose(log.odometry, place), atol=1e-9)
 
 
 def test_an_unknown_place_is_told(tmp_path):

@@ -330,6 +330,8 @@ def test_covariances_that_are_none_are_left_out_and_told(tmp_path):
     unknown = read_bag_motion(write_bag(tmp_path / "unknown.bag", [one(), odometry(1, np.eye(4))]))
     assert unknown.covs is None
     assert not unknown.report.remarks
+    some = read_bag_motion(write_bag(tmp_path / "some.bag", [one(cov=COV), odometry(1, np.eye(4))]))
+    assert some.covs is None
     wrong = read_bag_motion(write_bag(tmp_path / "wrong.bag", [one(cov=-np.eye(3))]))
     assert wrong.covs is None
     assert "/odom: without its covariances, which are none" in wrong.report.remarks[0]
