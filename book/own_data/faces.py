@@ -1,65 +1,70 @@
 """Who is where in a film, or in a folder of pictures: python faces.py GALLERY FILM OUT"""
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from robot_perception import datasets
-from robot_perception.companion.boxes import crop
+from robot_perception import checks, datasets
 from robot_perception.companion.faces.detection import FaceDetector
-from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
+from robot_perception.companion.faces.gallery import Gallery
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, within
 
 with needing():
     import click
     import cv2
     from tqdm import tqdm
 
-KINDS = {".jpg", ".jpeg", ".png"}  # of the pictures of the gallery
-PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
-RATE = 10.0  # of the film that is written: pictures in a second
+RATE = 10.0  # pictures in a second, where film or folder does not tell
 DETECTOR = FaceDetector()
 COUNT = 20  # eigenimages, where there are pictures enough
 ACCEPTED = 0.95  # of new pictures of those in the gallery; more lets in more strangers, too
 EVEN = True  # spread the grey values of a face, so that a dim picture is like a bright one
 NOBODY = "?"  # the name of those who are not in the gallery
 KNOWN, UNKNOWN = (0, 220, 0), (230, 30, 30)  # colours
+COLUMNS = ("frame", "time_s", "x", "y", "w", "h", "name", "distance")
 
 
-def gallery(folder: Path) -> tuple[Eigenfaces, int]:
-    """Everybody who has a folder there, and how many pictures have no face that was found."""
-    people = sorted(path for path in folder.iterdir() if path.is_dir())
-    if not people:
-        raise ValueError(f"{folder}: the gallery needs a folder for each person")
-    faces, names, skipped = [], [], 0
-    for person in people:
-        for file in sorted(path for path in person.iterdir() if path.suffix.lower() in KINDS):
-            image = datasets.read_image(file)
-            boxes = DETECTOR.find(image)
-            skipped += not len(boxes)
-            if len(boxes):
-                faces.append(crop(image, boxes[0], equalise=EVEN))
-                names.append(person.name)
-        if names.count(person.name) < 2:
-            raise ValueError(f"{person}: two pictures with a face are needed at least")
-    count = min(COUNT, len(faces) - 2)
-    return enrol(np.array(faces), names, count, accepted=ACCEPTED), skipped
+def check() -> None:
+    """The constants."""
+    within("RATE", RATE, 0.01, 1000, "pictures in a second")
+    checks.instance("DETECTOR", DETECTOR, FaceDetector)
+    checks.whole("COUNT", COUNT, 1)
+    checks.share("ACCEPTED", ACCEPTED)
+    checks.flag("EVEN", EVEN)
+    checks.instance("NOBODY", NOBODY, str)
 
 
-def seen(pictures, known: Eigenfaces, rows: list) -> Iterator[np.ndarray]:
-    """Each picture with its faces and names in it; these are put into rows, too."""
-    for k, image in enumerate(pictures):
+def learnt(folder: Path) -> tuple[Gallery, int]:
+    """Everybody who has a folder there, and how many other files there are."""
+    files, skipped = datasets.gallery_files(folder)
+    if NOBODY in files:
+        raise ValueError(f"{folder}: {NOBODY!r} stands for nobody; NOBODY may be another word")
+    people = {name: map(datasets.read_image, paths) for name, paths in files.items()}
+    return Gallery.learn(people, DETECTOR, COUNT, accepted=ACCEPTED, equalise=EVEN), len(skipped)
+
+
+def seen(film: datasets.Film, gallery: Gallery, rows: list) -> Iterator[np.ndarray]:
+    """Each picture with its faces and labels in it; faces are put into rows, too."""
+    labels = legend(gallery)
+    for k, image in enumerate(tqdm(film, "pictures", film.promised)):
         grey, drawn = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), image.copy()
         for box in DETECTOR.find(grey):
-            found = known.recognise(crop(grey, box, equalise=EVEN))
+            found = gallery.recognise(grey, box)
             left, top, wide, high = np.rint(box).astype(int).tolist()
             name, colour = found.name or NOBODY, KNOWN if found.name else UNKNOWN
             rows.append((k, left + 1, top + 1, wide, high, name, found.distance))
             cv2.rectangle(drawn, (left, top), (left + wide, top + high), colour, 2)
-            cv2.putText(drawn, name, (left, max(top - 4, 10)), 0, 0.5, colour)
+            cv2.putText(drawn, labels.get(name, "?"), (left, max(top - 4, 10)), 0, 0.5, colour)
         yield drawn
+
+
+def legend(gallery: Gallery) -> dict[str, str]:
+    """What stands beside whose face: a number, and the name if OpenCV has its letters."""
+    people = enumerate(gallery.known.people, 1)
+    return {name: f"{k} {name}" if name.isascii() else f"{k}" for k, name in people}
 
 
 @script
@@ -68,23 +73,26 @@ def seen(pictures, known: Eigenfaces, rows: list) -> Iterator[np.ndarray]:
 @click.argument("out", type=Results(".mp4", ".csv"))
 def main(people, film, out, force):
     """Who is where in a film, or in a folder of pictures."""
-    known, skipped = gallery(people)
-    rows: list[tuple] = []
-    if film.is_dir():
-        pictures = datasets.read_images(film, PATTERN, colour=True)
-    else:
-        pictures = datasets.read_video(film)
-    frames = seen(tqdm(pictures, "pictures"), known, rows)
-    count = datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
-    numbers = np.array(getattr(pictures, "numbers", range(1, count + 1)))
-    columns = list(zip(*rows, strict=True)) or [()] * 7
-    named = dict(zip(("frame", "x", "y", "w", "h", "name", "distance"), columns, strict=True))
-    named["frame"] = numbers[list(named["frame"])] if rows else ()
-    datasets.write_columns(out[".csv"], named, overwrite=force)
-    print(f"gallery: {len(known.people)} people, {len(known.names)} pictures, skipped: {skipped}")
+    check()
+    gallery, skipped = learnt(people)
+    recorded, rows = datasets.read_film(film), []
+    frames, rate = seen(recorded, gallery, rows), recorded.rate or RATE
+    count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)
+    k, *told = zip(*rows, strict=True) if rows else [()] * 7
+    k = np.array(k, dtype=int)
+    when = np.array(recorded.numbers)[k], recorded.seconds(RATE)[k]
+    datasets.write_columns(
+        out[".csv"], dict(zip(COLUMNS, [*when, *told], strict=True)), overwrite=force
+    )
+    pictures = f"{len(gallery.known.names)} pictures with a face, {gallery.faceless} without"
+    print(f"gallery: {len(gallery.known.people)} people, {pictures}, other files: {skipped}")
     print(f"pictures: {count}, faces: {len(rows)}")
-    for name in (*known.people, NOBODY):
-        print(f"{name}: {list(named['name']).count(name)}")
+    for remark in recorded.remarks:
+        print(remark)
+    often = Counter(told[-2])
+    for number, name in enumerate(gallery.known.people, 1):
+        print(f"{number} {name}: {often[name]}")
+    print(f"{NOBODY}: {often[NOBODY]}")
 
 
 if __name__ == "__main__":

@@ -15,15 +15,14 @@ from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadTracker
 from robot_perception.appearance.single_cues import WindowTracker
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script
+from robot_perception.scripts import Recording, Results, script, within
 
 with needing():
     import click
     import cv2
     from tqdm import tqdm
 
-PATTERN = "*.jpg"  # where FILM is a folder of pictures, which files
-RATE = 10.0  # of the film that is written: pictures in a second
+RATE = 10.0  # pictures in a second, where film or folder does not tell
 HEAD = HeadTracker(Binning("opponent"), HeadRules(gate=0.4, gives_up=0.45))  # when it is lost
 HAIR = 0.6  # above that share of the half height there is hair, which shows from behind; 1: none
 CAMSHIFT = WindowTracker(Binning("HSI", (30, 16, 1)))  # hues and saturations
@@ -120,14 +119,13 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
 @click.argument("out", type=Results(".mp4", ".csv", "_outlines.csv"))
 def main(kind, film, box, out, force):
     """Follow a thing in a film, or in a folder of pictures, from its box in the first one."""
+    within("RATE", RATE, 0.01, 1000, "pictures in a second")
     outline, rows = first_outline(box), []
-    if film.is_dir():
-        pictures = datasets.read_images(film, PATTERN, colour=True)
-    else:
-        pictures = datasets.read_video(film)
-    frames = follow(kind, tqdm(pictures, "pictures"), outline, rows)
-    count = datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
-    numbers = np.array(getattr(pictures, "numbers", range(1, count + 1)))
+    recorded = datasets.read_film(film)
+    frames = follow(kind, tqdm(recorded, "pictures", recorded.promised), outline, rows)
+    rate = recorded.rate or RATE
+    count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)
+    numbers = np.array(recorded.numbers)
     outlines, lost = zip(*rows, strict=True)
     low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
     corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
@@ -139,6 +137,8 @@ def main(kind, film, box, out, force):
     columns = {"frame": whose, "u_px": u, "v_px": v}
     datasets.write_columns(out["_outlines.csv"], columns, overwrite=force)
     print(f"pictures: {count}, of which lost: {sum(lost)}")
+    for remark in recorded.remarks:
+        print(remark)
     print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
 
 

@@ -1,11 +1,14 @@
 """What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
 
+import io
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Any, final
 
+from robot_perception import checks
 from robot_perception.extras import needing
 
 with needing():
@@ -107,7 +110,9 @@ class Script(click.Command):
     """A command that refuses to write over what it reads, and ends in one line on bad input."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Check the places of results; then run the script."""
+        """Check the places of results; then run the script, whose words any console can show."""
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="backslashreplace")
         values = list(ctx.params.values())
         several = [value if isinstance(value, tuple) else (value,) for value in values]
         recordings = [one for values in several for one in values if isinstance(one, Path)]
@@ -115,7 +120,7 @@ class Script(click.Command):
         try:
             check_results(results, recordings, overwrite=ctx.params.get("force", False))
             return super().invoke(ctx)
-        except (OSError, ValueError, ModuleNotFoundError) as error:
+        except (OSError, TypeError, ValueError, ModuleNotFoundError) as error:
             raise click.ClickException(str(error)) from error
 
 
@@ -159,6 +164,22 @@ def tell(recording: Any) -> Any:
     for remark in recording.report.remarks if recording.report else ():
         print(remark)
     return recording
+
+
+def within(name: str, value: Any, least: float, most: float, unit: str) -> float:
+    """Return a constant of a script if it is sensible in the unit in which it is asked for.
+
+    Raises
+    ------
+    TypeError
+        If it is no number.
+    ValueError
+        If it is out of range.
+    """
+    found = checks.number(name, value)
+    if not least <= found <= most:
+        raise ValueError(f"{name} must be from {least:g} to {most:g} {unit}, got {found:g}")
+    return found
 
 
 def script(main: Main) -> Script:

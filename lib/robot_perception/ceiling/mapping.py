@@ -5,13 +5,13 @@ mosaic knows (eq. 2); look for known patterns that should be in view, by their c
 patterns where too few are left, and put them into the mosaic (eq. 3).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Int, UInt8
 
 from robot_perception import checks
 from robot_perception.ceiling import _sightings
@@ -56,6 +56,7 @@ __all__ = [
     "consistent",
     "inside",
     "look_for",
+    "retrace",
 ]
 
 
@@ -459,9 +460,7 @@ def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
 
     A robot that was blind for a while has made patterns that nothing joins to those before.
     """
-    pairs, joined = [{*pair} for pair in links.means()], {name}
-    while more := {one for pair in pairs if pair & joined for one in pair} - joined:
-        joined |= more
+    joined = next(group for group in links.groups(mosaic.poses) if name in group)
     own = {one: pose for one, pose in mosaic.poses.items() if one in joined}
     fitted = adjust(replace(mosaic, poses=own), links, fixed=next(iter(own)), loss="cauchy")[0]
     return replace(mosaic, poses=mosaic.poses | fitted.poses)
@@ -680,6 +679,49 @@ def consistent(
         del kept[worst]
         slid.append(worst)
     return kept, tuple(slid)
+
+
+def retrace(
+    pieces: Sequence[Mosaic], seen: Sequence[Mapping[str, Float[np.ndarray, " 4"]]], gate: float
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
+    """Return where the camera was in each picture, by the map that all of them made.
+
+    Parameters
+    ----------
+    pieces
+        Of the map, see `.mosaic.pieces`.
+    seen : n of name -> (4,)
+        Sightings of each picture, as `MapInfo` has them.
+    gate
+        Of `consistent`, px.
+
+    Returns
+    -------
+    (n,)
+        In which of the pieces, counted from 0.
+    (n, 3)
+        Pose in its frame, m and rad.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If nothing was seen in a picture, its patterns are not of one piece, or the gate is
+        negative.
+    """
+    parts = checks.instances("pieces", tuple(checks.iterable("pieces", pieces)), Mosaic)
+    whose = {name: k for k, part in enumerate(parts) for name in part.poses}
+    numbers, poses = [], []
+    for sightings in checks.iterable("seen", seen):
+        names = [*checks.instance("seen", sightings, Mapping)]
+        own = {whose.get(name) for name in names}
+        if len(own) != 1 or None in own:
+            raise ValueError(f"seen must be patterns of one piece, got {checks.shown(names)}")
+        numbers.append(own.pop())
+        part = parts[numbers[-1]]
+        poses.append(part.locate(consistent(part, sightings, gate)[0])[0])
+    return np.array(numbers, dtype=int), np.array(poses).reshape(-1, 3)
 
 
 def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float) -> bool:

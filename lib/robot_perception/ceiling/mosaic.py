@@ -11,7 +11,7 @@ visual memory and pattern tracking", BMVC 2004.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -40,6 +40,7 @@ __all__ = [
     "camera_pose",
     "in_camera",
     "paint",
+    "pieces",
     "place",
 ]
 
@@ -506,6 +507,32 @@ class Links:
             for pair, (x, y, cos, sin, count) in self._sums.items()
         }
 
+    def groups(self, names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+        """Return patterns in groups that were seen together, directly or by a chain of images.
+
+        Nothing that was seen tells where one group is from another.
+
+        Parameters
+        ----------
+        names
+            Of the patterns.
+
+        Returns
+        -------
+        tuple
+            Of each group its names, in their order; the groups in that of their first ones.
+        """
+        names = list(
+            dict.fromkeys(checks.instances("names", tuple(checks.iterable("names", names)), str))
+        )
+        place_of = {name: k for k, name in enumerate(names)}
+        pairs = [pair for pair in self._sums if set(pair) <= set(place_of)]
+        ends = np.array([[place_of[name] for name in pair] for pair in pairs], dtype=np.int64)
+        groups: dict[int, list[str]] = {}
+        for name, part in zip(names, _parts(ends.reshape(-1, 2), len(names)), strict=True):
+            groups.setdefault(part, []).append(name)
+        return tuple(map(tuple, groups.values()))
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AdjustInfo:
@@ -630,6 +657,33 @@ def adjust(
     return Mosaic(poses, mosaic.scale, mosaic.centre), info
 
 
+def pieces(mosaic: Mosaic, links: Links) -> tuple[Mosaic, ...]:
+    """Return a mosaic in pieces, each in the frame of its first pattern.
+
+    Nothing tells where one piece lies from another: no pattern of the one was seen together with
+    one of the other, because the camera was blind on the way. Where the mosaic has them is a guess.
+
+    Parameters
+    ----------
+    mosaic
+        As it was built.
+    links
+        Of the whole run.
+
+    Returns
+    -------
+    tuple
+        Pieces in the order of their first patterns; one only where the camera was never lost.
+    """
+    checks.instance("mosaic", mosaic, Mosaic)
+    checks.instance("links", links, Links)
+    poses = mosaic.poses
+    return tuple(
+        replace(mosaic, poses={name: se2.between(poses[group[0]], poses[name]) for name in group})
+        for group in links.groups(poses)
+    )
+
+
 def _solved(
     start: np.ndarray, ends: np.ndarray, ways: np.ndarray, white: np.ndarray, loss: str
 ) -> tuple[np.ndarray, tuple[float, float], int]:
@@ -698,12 +752,16 @@ def _whitening(
     return np.sqrt(counts)[:, None, None] * np.linalg.solve(factor, np.eye(3))
 
 
+def _parts(ends: np.ndarray, count: int) -> list[int]:
+    """Return of which part each pattern is, by the links between them (links, 2)."""
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].tolist()
+
+
 def _connected(ends: np.ndarray, names: list[str]) -> None:
     """Raise ``ValueError`` unless links lead from the first pattern to all others."""
-    ones = np.ones(len(ends))
-    graph = coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(names), len(names)))
-    _, parts = connected_components(graph, directed=False)
-    lost = [name for name, part in zip(names, parts.tolist(), strict=True) if part != parts[0]]
+    parts = _parts(ends, len(names))
+    lost = [name for name, part in zip(names, parts, strict=True) if part != parts[0]]
     if lost:
         words = ", ".join(map(repr, lost[:10])) + (" …" if len(lost) > 10 else "")
         raise ValueError(f"links must lead from {names[0]!r} to every pattern, not to {words}")

@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = door(
         "following": ("Follower",),
         "hands": (),
         "interaction": ("Event", "Interaction", "StateTable", "Transition", "paper_table"),
+        "robot": ("CompanionRobot", "RobotRules"),
         "tutor": ("TutorModel", "TutorRules", "TutorTracker"),
     },
     import_module,

@@ -28,6 +28,7 @@ from robot_perception.datasets.graph import GraphLog, read_graph_log
 from robot_perception.datasets.images import (
     ImageSequence,
     StereoSequence,
+    gallery_files,
     picture_files,
     read_images,
 )
@@ -124,6 +125,7 @@ __all__ = [
     "fetch",
     "find",
     "is_bag",
+    "gallery_files",
     "path",
     "picture_files",
     "read_bag_film",

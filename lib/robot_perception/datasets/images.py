@@ -7,6 +7,7 @@ from itertools import compress, pairwise
 from operator import not_
 from pathlib import Path
 from typing import final
+from unicodedata import category
 
 import numpy as np
 from jaxtyping import UInt8
@@ -182,6 +183,53 @@ def picture_files(
         for path in there
     ]
     return tuple(compress(there, fits)), tuple(compress(there, map(not_, fits)))
+
+
+def gallery_files(
+    folder: str | Path,
+) -> tuple[dict[str, tuple[Path, ...]], tuple[Path, ...]]:
+    """Find the pictures of several people, a folder for each that bears the person's name.
+
+    What is hidden is nobody's folder and no picture.
+
+    Parameters
+    ----------
+    folder
+        Where the folders are.
+
+    Returns
+    -------
+    people
+        Files by name, both in the order of the alphabet.
+    skipped
+        What else is there.
+
+    Raises
+    ------
+    CorruptImage
+        If there is nobody, a folder has no picture, or its name holds line breaks or other control
+        characters.
+    NotADirectoryError
+        If there is no such folder.
+    """
+    folder = as_path(folder, "folder")
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: there is no such folder")
+    people: dict[str, tuple[Path, ...]] = {}
+    skipped: list[Path] = []
+    for person in sorted(folder.iterdir()):
+        if person.name.startswith(".") or not person.is_dir():
+            skipped.append(person)
+            continue
+        if {category(letter) for letter in person.name} & {"Cc", "Cs", "Zl", "Zp"}:
+            raise CorruptImage(f"{folder}: {person.name!a} is no name that can be written")
+        people[person.name], others = picture_files(person)
+        skipped += others
+        if not people[person.name]:
+            raise CorruptImage(f"{person}: no file is a picture")
+    if not people:
+        raise CorruptImage(f"{folder}: the gallery needs a folder for each person")
+    return people, tuple(skipped)
 
 
 def read_images(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 
 from robot_perception import checks
 from robot_perception.checks import instance
@@ -104,6 +104,25 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     def missing(self) -> int:
         """How many pictures were promised and are not there; 0 until all were read."""
         return max((self.promised or 0) - self.count, 0) if self.finished else 0
+
+    def seconds(self, rate: float) -> Float[np.ndarray, " count"]:
+        """Return when the pictures that were read were taken, s, or would have been.
+
+        Parameters
+        ----------
+        rate
+            Pictures in a second where nothing tells the times; they then begin with 0, and a number
+            that is missing in a folder leaves a gap.
+
+        Raises
+        ------
+        ValueError
+            If the rate is not positive and finite.
+        """
+        rate = checks.positive("rate", rate)
+        if self.times:
+            return np.array(self.times)
+        return np.array([number - self.numbers[0] for number in self.numbers]) / rate
 
 
 def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = None) -> Film:

@@ -1,7 +1,7 @@
 """A whole visit: detectors drive the states of the interaction, and the robot moves."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -26,15 +26,10 @@ from data_synth.companion.walks import REGION
 from robot_perception.chapters.tutor_face.scene import EIGENIMAGES, cut
 from robot_perception.chapters.tutor_following.scene import CAMERA, FACES, RULES, at, hands
 from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
-from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
+from robot_perception.companion.faces.link import SeenFace
 from robot_perception.companion.following import Follower
-from robot_perception.companion.interaction import (
-    Event,
-    Interaction,
-    Percepts,
-    paper_table,
-)
-from robot_perception.companion.tutor import TutorModel, TutorState, TutorTracker
+from robot_perception.companion.robot import CompanionRobot, Recognise, RobotRules
+from robot_perception.companion.tutor import TutorModel, TutorTracker
 from robot_perception.teaching.results import kept
 
 STEP = 0.1
@@ -48,24 +43,6 @@ KEEP = 2.2
 """Distance that the robot keeps, m; ours."""
 NOTHING = np.full(4, np.nan)
 """Where something is that is not there."""
-FACE = 0.177
-"""Side of the square that marks a face, m."""
-DOWN = 5
-"""Pictures without a hand after which a hand is a new one; ours."""
-EVENTS: Mapping[str, Event] = MappingProxyType(
-    {
-        "face": Event(lambda seen: bool(seen["faces"]), 2),
-        "tutor": Event(lambda seen: seen["held"], 3),
-        "nobody": Event(lambda seen: not seen["faces"], 10),
-        "tutor gone": Event(lambda seen: not seen["held"], 30),
-        "hand above": Event(lambda seen: seen["above"], 3),
-        "hand beside": Event(lambda seen: seen["beside"], 8),
-        "hand down": Event(lambda seen: not seen["hands"], 8),
-        "open hand": Event(lambda seen: bool(seen["hands"]) and seen["fresh"], 3),
-        "lost": Event(lambda seen: seen["hidden"], 25),
-    }
-)
-"""When each event of the paper's table is true, and for how many pictures it must be; ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,155 +167,42 @@ def visit(seed: int, brief: bool = False) -> Visit:
     return make_visit(np.random.default_rng(seed), brief=brief)
 
 
-class Robot:
-    """Detectors, tracker and wheels; which of them work depends on the state.
-
-    Parameters
-    ----------
-    known
-        Of the tutors; ``None`` if the robot is told whose each face is.
-    rng
-        Of the tracker.
-    fresh
-        Whether the hand that ends the following must have been down before.
-    """
-
-    def __init__(self, known: Eigenfaces | None, rng: np.random.Generator, *, fresh: bool) -> None:
-        self.known, self.rng, self.ask = known, rng, fresh
-        self.tracker = TutorTracker(TutorModel(), RULES)
-        self.follower = Follower(CAMERA.focal, CAMERA.focal * (REGION[3] - REGION[1]) / KEEP)
-        self.link: Link | None = None
-        self.followed: TutorState | None = None
-        self.faces: tuple[SeenFace, ...] = ()
-        self.hands = np.zeros((0, 4))
-        self.held: int | None = None
-        self.quiet, self.fresh = 0, True
-
-    def perceive(
-        self, image: UInt8[np.ndarray, "h w 3"], state: str, tutor: Float[np.ndarray, " 4"]
-    ) -> Percepts:
-        """Return what the events ask for, by the detectors that the state needs.
-
-        Where the tutor's face truly is counts only for a robot that is told.
-        """
-        grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-        self.faces, self.held, hidden = (), None, False
-        if state == "follow":
-            self.followed, info = self.tracker.step(self.followed, image, rng=self.rng)
-            hidden = info.hidden
-            self.link = Link(self.link.name, SeenFace(_face(self.followed.box), self.link.name))
-            left, top, wide, high = self.followed.box
-            around = np.array([left - wide, top - 0.6 * high, 3 * wide, 1.4 * high])
-        else:
-            self._look(grey, tutor)
-            around = None if self.link is None else _around(self.link.face.box, 5, 5)
-        self.hands = np.zeros((0, 4))
-        if around is not None and state not in ("wait", "identify"):
-            self.hands = hands().find(grey, around) if _inside(around) else self.hands
-        self.quiet = 0 if len(self.hands) else self.quiet + 1
-        above = [self._above(hand) for hand in self.hands]
-        return {
-            "faces": self.faces, "held": self.held is not None, "hands": len(self.hands),
-            "above": any(above), "beside": bool(above) and not any(above),
-            "fresh": self.fresh, "hidden": hidden,
-        }  # fmt: skip
-
-    def _look(self, grey: UInt8[np.ndarray, "h w"], tutor: Float[np.ndarray, " 4"]) -> None:
-        """Find faces, ask whose they are, and keep the link."""
-        window = None if self.link is None else _around(self.link.face.box, 3, 3)
-        window = window if window is not None and _inside(window) else None
-        found = []
-        for box in FACES.find(grey, window):
-            if self.known is None:
-                name = "tutor 1" if at(box[None], tutor)[0] else None
-            else:
-                name = self.known.recognise(cut(grey, box)).name
-            found.append(SeenFace(box, name))
-        self.faces = tuple(found)
-        self.link, info = keep_link(self.link, self.faces, LinkRules(patience=40))
-        self.held = info.held
-
-    def _above(self, hand: Float[np.ndarray, " 4"]) -> bool:
-        """Tell whether the middle of a hand is above the upper edge of the tutor's face."""
-        top = np.inf if self.link is None else self.link.face.box[1]
-        return bool(hand[1] + hand[3] / 2 < top)
-
-    def enter(self, image: UInt8[np.ndarray, "h w 3"], state: str) -> None:
-        """Make ready for a new state: a hand that is up is an old one; begin to track."""
-        self.fresh, self.quiet = not self.ask, 0
-        if state == "follow":
-            self.followed = self.tracker.start(image, _body(self.link.face.box), rng=self.rng)
-        if state == "wait":
-            self.link = None
-
-    def command(self, state: str) -> tuple[float, float]:
-        """Return speed (m/s) and turn rate (rad/s): drive after the tutor, or turn to the face."""
-        self.fresh = self.fresh or self.quiet >= DOWN
-        middle = CAMERA.middle[0]
-        if state == "follow":
-            left, _, wide, high = self.followed.box
-            return self.follower.command(left + wide / 2 - middle, high)
-        if self.held is None:
-            return 0.0, 0.0
-        u, _, _ = _middle(self.faces[self.held].box)
-        return 0.0, self.follower.command(u - middle, self.follower.height)[1]
+def robot(kind: Kind) -> CompanionRobot:
+    """Return the robot of a kind of visits, which knows nobody yet."""
+    follower = Follower(CAMERA.focal, CAMERA.focal * (REGION[3] - REGION[1]) / KEEP)
+    rules, tracker = RobotRules(fresh=kind.fresh), TutorTracker(TutorModel(), RULES)
+    return CompanionRobot(
+        lambda grey, box: None, hands(), FACES, tracker, rules=rules, follower=follower
+    )
 
 
-def _middle(box: Float[np.ndarray, " 4"]) -> tuple[float, float, float]:
-    """Return column, row and side of a square."""
-    return float(box[0] + box[2] / 2), float(box[1] + box[3] / 2), float(box[2])
-
-
-def _body(face: Float[np.ndarray, " 4"]) -> np.ndarray:
-    """Return the box of head and trunk below a face."""
-    u, v, side = _middle(face)
-    wide, high = (REGION[2] - REGION[0]) * side / FACE, (REGION[3] - REGION[1]) * side / FACE
-    return np.array([u - wide / 2, v - 0.91 * side, wide, high])
-
-
-def _face(body: Float[np.ndarray, " 4"]) -> np.ndarray:
-    """Return where the face of a head and trunk should be."""
-    left, top, wide, high = body
-    side = FACE * high / (REGION[3] - REGION[1])
-    return np.array([left + wide / 2 - side / 2, top + 0.41 * side, side, side])
-
-
-def _around(box: Float[np.ndarray, " 4"], across: float, down: float) -> np.ndarray:
-    """Return the window that reaches so many sides from the middle of a face."""
-    u, v, side = _middle(box)
-    return np.array([u - across * side, v - down * side, 2 * across * side, 2 * down * side])
-
-
-def _inside(box: Float[np.ndarray, " 4"]) -> bool:
-    """Tell whether a part of a box is in the picture."""
-    rows, columns = CAMERA.size
-    return bool(box[0] < columns - 1 and box[1] < rows - 1 and (box[:2] + box[2:] > 1).all())
+def recogniser(seed: int, told: bool, face: Float[np.ndarray, " 4"]) -> Recognise:
+    """Return what tells whose a face is: the gallery of a visit, or where the tutor's face is."""
+    if told:
+        return lambda grey, box: "tutor 1" if at(box[None], face)[0] else None
+    return lambda grey, box: gallery(seed).recognise(cut(grey, box)).name
 
 
 def moments(seed: int, kind: Kind) -> Iterator[Moment]:
     """Run a visit and yield it picture by picture."""
     rng = np.random.default_rng([seed, 2])
-    happens = visit(seed, kind.brief)
-    robot = Robot(None if kind.told else gallery(seed), rng, fresh=kind.fresh)
-    rules = Interaction(paper_table(), EVENTS)
-    state, pose = rules.start(), np.array(START)
+    happens, companion = visit(seed, kind.brief), robot(kind)
+    state, pose = companion.start(), np.array(START)
     for frame in range(happens.frames):
         people = happens.at(frame)
         noise, seen = _noise(rng), _seen(happens, pose, frame, rng)
         index = next((k for k, (who, _) in enumerate(people) if who is happens.tutor), None)
         face = NOTHING if index is None else seen.faces[index]
-        after, _ = rules.step(state, robot.perceive(seen.image, state.name, face))
-        if after.name != state.name:
-            robot.enter(seen.image, after.name)
+        companion = replace(companion, recognise=recogniser(seed, kind.told, face))
+        state, info = companion.step(state, seen.image, rng=rng)
         truth, there = NOTHING, NOTHING[:2]
         if index is not None:
             truth, there = seen.boxes[index], np.array([people[index][1].x, people[index][1].y])
-        followed = after.name == "follow"
         yield Moment(
-            seed, kind.brief, frame, noise, after.name, pose, robot.faces, robot.hands, robot.held,
-            robot.followed.box if followed else NOTHING, truth, there,
+            seed, kind.brief, frame, noise, state.name, pose, info.faces, info.hands, info.held,
+            NOTHING if state.person is None else state.person.box, truth, there,
         )  # fmt: skip
-        state, pose = after, _driven(pose, *robot.command(after.name), happens)
+        pose = _driven(pose, *info.command, happens)
 
 
 def _driven(pose: np.ndarray, speed: float, turn: float, happens: Visit) -> np.ndarray:

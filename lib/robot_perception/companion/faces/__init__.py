@@ -9,6 +9,7 @@ __getattr__, __dir__, __all__ = door(
     {
         "detection": ("FaceDetector",),
         "eigenfaces": ("Eigenfaces", "Recognition", "enrol"),
+        "gallery": ("Gallery",),
         "icondensation": ("FaceFilter", "FaceFilterRules"),
         "link": ("Link", "LinkRules", "SeenFace", "keep_link"),
         "region": ("FaceTracker", "RegionRules"),

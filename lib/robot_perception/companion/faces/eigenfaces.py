@@ -249,7 +249,9 @@ def enrol(
 
     The pictures are left out in turn, each fold of them by a face space of the others. How far they
     then lie from the nearest picture of the same person, and from face space, is how far a new
-    picture of a known person lies; both thresholds accept the same share of these.
+    picture of a known person lies; both thresholds accept the same share of these. Of one person
+    with two pictures the other one alone is no space: both thresholds then are how far the two are
+    apart.
 
     Parameters
     ----------
@@ -286,6 +288,10 @@ def enrol(
     for name in model.people:
         mine = np.flatnonzero(whose == name)
         turn[mine] = np.arange(len(mine)) * min(folds, len(mine)) // len(mine)
+    if len(whose) == 2:
+        apart = float(np.sqrt(np.mean((faces[1] - faces[0]) ** 2)))
+        between = float(model.distances(model.descriptors[0]).max())
+        return replace(model, most_distance=between, most_from_space=apart)
     distances, from_space = [], []
     for fold in range(turn.max() + 1):
         others = turn != fold

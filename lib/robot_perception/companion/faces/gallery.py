@@ -1,0 +1,117 @@
+"""A gallery of faces from pictures of people, and whom it takes a face in a picture for."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.companion.boxes import crop
+from robot_perception.companion.faces.detection import FaceDetector
+from robot_perception.companion.faces.eigenfaces import Eigenfaces, Recognition, enrol
+
+__all__ = ["Gallery"]
+
+Grey = UInt8[np.ndarray, "height width"]
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class Gallery:
+    """People whose faces are known.
+
+    Parameters
+    ----------
+    known
+        Their face space.
+    equalise
+        Whether the grey values of a face are spread evenly, so that a dim picture is like a bright
+        one.
+    faceless
+        Pictures in which no face was found when the gallery was made.
+    """
+
+    known: Eigenfaces
+    equalise: bool = False
+    faceless: int = 0
+
+    def __post_init__(self) -> None:
+        checks.instance("known", self.known, Eigenfaces)
+        checks.flag("equalise", self.equalise)
+        checks.whole("faceless", self.faceless, 0)
+
+    @classmethod
+    def learn(
+        cls,
+        people: Mapping[str, Iterable[Grey]],
+        detector: FaceDetector,
+        count: int = 20,
+        *,
+        accepted: float = 0.95,
+        equalise: bool = False,
+    ) -> "Gallery":
+        """Return the gallery of the largest face in each picture.
+
+        Parameters
+        ----------
+        people : name -> pictures, each (height, width)
+            Grey values, of any sizes; they are asked for one by one.
+        detector
+            Finds the faces.
+        count
+            How many eigenimages; fewer where there are few faces.
+        accepted
+            See `enrol`.
+        equalise
+            See `Gallery`.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If there is nobody, somebody has fewer than two pictures with a face, all faces are the
+            same, or a number is out of range.
+        """
+        checks.instance("people", people, Mapping)
+        checks.instance("detector", detector, FaceDetector)
+        count, equalise = checks.whole("count", count, 1), checks.flag("equalise", equalise)
+        faces: list[np.ndarray] = []
+        names: list[str] = []
+        faceless = 0
+        for name, pictures in people.items():
+            checks.instance("people", name, str)
+            for picture in checks.iterable(f"people[{name!r}]", pictures):
+                boxes = detector.find(picture)
+                faceless += not len(boxes)
+                if len(boxes):
+                    faces.append(crop(picture, boxes[0], equalise=equalise))
+                    names.append(name)
+            if names.count(name) < 2:
+                raise ValueError(
+                    f"people must have two pictures with a face each at least, {name!r} has"
+                    f" {names.count(name)}"
+                )
+        if not faces:
+            raise ValueError("people must be one at least, got nobody")
+        known = enrol(np.array(faces), names, max(min(count, len(faces) - 2), 1), accepted=accepted)
+        return cls(known, equalise, faceless)
+
+    def recognise(self, image: Grey, box: Float[np.ndarray, " 4"]) -> Recognition:
+        """Return who a face in a picture may be.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values.
+        box : (4,)
+            Of the face: left, top, width, height, px.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `crop`.
+        """
+        return self.known.recognise(crop(image, box, equalise=self.equalise))

@@ -1,0 +1,419 @@
+r"""A robot and its tutor: detectors, link and tracker, which the states of an interaction drive.
+
+In every state but ``follow`` faces are looked for, whose they are is asked, and the link is kept.
+In ``follow`` head and trunk are tracked. Hands are looked for in all states but ``wait`` and
+``identify``, round the face or the person. What is found are the percepts that the rules of the
+events are given:
+
+- ``faces``: those that were found, each a `SeenFace`;
+- ``held``: whether one of them has the link;
+- ``hands``: how many hands were found;
+- ``above``, ``beside``: whether one of them is above the upper edge of the tutor's face, and all of
+  head and trunk in view, so that they can be tracked; whether there are hands, and none is above;
+- ``fresh``: whether hands were down since the state was entered;
+- ``hidden``: whether the person who is tracked is taken to be hidden.
+
+References
+----------
+Menezes, Lerasle and Dias, "Visual Tracking Modalities for a Companion Robot", section II with
+Fig. 2; all numbers are ours.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from robot_perception import checks
+from robot_perception.companion.boxes import colour_picture
+from robot_perception.companion.faces.detection import FaceDetector
+from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
+from robot_perception.companion.following import Follower
+from robot_perception.companion.hands.cascade import HandDetector
+from robot_perception.companion.interaction import (
+    Event,
+    Interaction,
+    InteractionInfo,
+    InteractionState,
+    paper_table,
+)
+from robot_perception.companion.tutor import TutorModel, TutorRules, TutorState, TutorTracker
+from robot_perception.extras import needing
+
+with needing():
+    import cv2
+
+__all__ = [
+    "EVENTS",
+    "CompanionRobot",
+    "RobotInfo",
+    "RobotRules",
+    "RobotState",
+    "body_of",
+    "face_of",
+]
+
+Box = Float[np.ndarray, " 4"]
+Grey = UInt8[np.ndarray, "height width"]
+Recognise = Callable[[Grey, Box], str | None]
+
+FACE = 0.177
+"""Side of the square that marks a face, m."""
+BODY = (0.5, 0.82)
+"""Width and height of head and trunk, m."""
+EVENTS: Mapping[str, Event] = MappingProxyType(
+    {
+        "face": Event(lambda seen: bool(seen["faces"]), 2),
+        "tutor": Event(lambda seen: seen["held"], 3),
+        "nobody": Event(lambda seen: not seen["faces"], 10),
+        "tutor gone": Event(lambda seen: not seen["held"], 30),
+        "hand above": Event(lambda seen: seen["above"], 3),
+        "hand beside": Event(lambda seen: seen["beside"], 8),
+        "hand down": Event(lambda seen: not seen["hands"], 8),
+        "open hand": Event(lambda seen: bool(seen["hands"]) and seen["fresh"], 3),
+        "lost": Event(lambda seen: seen["hidden"], 25),
+    }
+)
+"""When each event of the paper's table is true, and for how many pictures it must be, at ten
+pictures a second; ours."""
+
+
+def body_of(face: Box) -> Box:
+    """Return the box of head and trunk below a face.
+
+    Parameters
+    ----------
+    face : (4,)
+        Left, top, width and height of the square that marks it, px.
+
+    Raises
+    ------
+    ValueError
+        If the box is not of four finite numbers.
+    """
+    u, v, side = _middle(checks.vector("face", face, 4))
+    wide, high = BODY[0] * side / FACE, BODY[1] * side / FACE
+    return np.array([u - wide / 2, v - 0.91 * side, wide, high])
+
+
+def face_of(body: Box) -> Box:
+    """Return where the face of a head and trunk should be.
+
+    Parameters
+    ----------
+    body : (4,)
+        Left, top, width and height, px.
+
+    Raises
+    ------
+    ValueError
+        If the box is not of four finite numbers.
+    """
+    left, top, wide, high = checks.vector("body", body, 4)
+    side = FACE * high / BODY[1]
+    return np.array([left + wide / 2 - side / 2, top + 0.41 * side, side, side])
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RobotRules:
+    """Numbers of the robot; all ours.
+
+    Parameters
+    ----------
+    link
+        When the link goes on and when it ends.
+    face_window, hand_window
+        How many sides of the tutor's face, from its middle, faces and hands are looked for.
+    down
+        Pictures without a hand after which a hand is a new one.
+    fresh
+        Whether the hand that ends the following must have been down before.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+
+    link: LinkRules = field(default_factory=lambda: LinkRules(patience=40))
+    face_window: float = 3.0
+    hand_window: float = 5.0
+    down: int = 5
+    fresh: bool = True
+
+    def __post_init__(self) -> None:
+        checks.instance("link", self.link, LinkRules)
+        for name in ("face_window", "hand_window"):
+            checks.positive(name, getattr(self, name))
+        checks.whole("down", self.down, 1, 10**6)
+        checks.flag("fresh", self.fresh)
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class RobotState:
+    """What the robot knows.
+
+    Parameters
+    ----------
+    interaction
+        Where the interaction stands.
+    link
+        With whom the robot is in touch; ``None`` if with nobody.
+    person
+        Whom it tracks; ``None`` unless it follows.
+    quiet
+        For how many pictures no hand has been found, since the state was entered.
+    fresh
+        Whether hands were down since then, or need not have been.
+
+    Raises
+    ------
+    ValueError
+        If a person is tracked without a link, or a number is out of range.
+    """
+
+    interaction: InteractionState
+    link: Link | None = None
+    person: TutorState | None = None
+    quiet: int = 0
+    fresh: bool = True
+
+    def __post_init__(self) -> None:
+        checks.instance("interaction", self.interaction, InteractionState)
+        checks.instance("link", self.link, Link, type(None))
+        checks.instance("person", self.person, TutorState, type(None))
+        checks.whole("quiet", self.quiet, 0)
+        checks.flag("fresh", self.fresh)
+        if self.person is not None and self.link is None:
+            raise ValueError("link must be there where person is, got none")
+
+    @property
+    def name(self) -> str:
+        """The state of the table."""
+        return self.interaction.name
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class RobotInfo:
+    """What a picture showed, and what the robot does.
+
+    Parameters
+    ----------
+    faces
+        That were found, where the state looks for them.
+    held
+        Which of them has the link; ``None`` if none has.
+    hands : (n, 4)
+        Boxes of open hands, px.
+    hidden
+        Whether the person who is tracked is taken to be hidden.
+    interaction
+        The events.
+    command
+        Speed (m/s) and turn rate (rad/s).
+    """
+
+    faces: tuple[SeenFace, ...]
+    held: int | None
+    hands: Float[np.ndarray, "n 4"]
+    hidden: bool
+    interaction: InteractionInfo
+    command: tuple[float, float]
+
+
+@final
+@dataclass(frozen=True, eq=False, slots=True)
+class CompanionRobot:
+    """A robot that waits for its tutor, looks at his hands and follows him.
+
+    Parameters
+    ----------
+    recognise
+        Function of a grey picture and the box of a face in it that returns a tutor's name, or
+        ``None`` for a stranger, as ``lambda grey, box: known.recognise(crop(grey, box)).name``.
+    hands
+        Finds open hands.
+    faces
+        Finds faces, which are small where a raised hand is in view: sizes are 1.05 apart.
+    tracker
+        Follows head and trunk.
+    interaction
+        States and events. States other than ``wait``, ``identify`` and ``follow`` only differ in
+        where they lead.
+    rules
+        Numbers.
+    follower
+        How the robot drives; without one it stands.
+
+    Raises
+    ------
+    TypeError
+        If a part is of another type.
+    """
+
+    recognise: Recognise
+    hands: HandDetector
+    faces: FaceDetector = field(default_factory=lambda: FaceDetector(scale=1.05, neighbours=2))
+    tracker: TutorTracker = field(
+        default_factory=lambda: TutorTracker(TutorModel(), TutorRules(gate=0.3, whole_gate=0.4))
+    )
+    interaction: Interaction = field(default_factory=lambda: Interaction(paper_table(), EVENTS))
+    rules: RobotRules = field(default_factory=RobotRules)
+    follower: Follower | None = None
+
+    def __post_init__(self) -> None:
+        checks.instance("recognise", self.recognise, Callable)
+        checks.instance("hands", self.hands, HandDetector)
+        checks.instance("faces", self.faces, FaceDetector)
+        checks.instance("tracker", self.tracker, TutorTracker)
+        checks.instance("interaction", self.interaction, Interaction)
+        checks.instance("rules", self.rules, RobotRules)
+        checks.instance("follower", self.follower, Follower, type(None))
+
+    def start(self) -> RobotState:
+        """Return the state before the first picture."""
+        return RobotState(self.interaction.start())
+
+    def step(
+        self,
+        state: RobotState,
+        image: UInt8[np.ndarray, "height width 3"],
+        *,
+        rng: np.random.Generator,
+    ) -> tuple[RobotState, RobotInfo]:
+        """Return the state after a picture.
+
+        Parameters
+        ----------
+        state
+            Before it.
+        image : (height, width, 3)
+            Red, green, blue.
+        rng
+            Source of the tracker's particles.
+
+        Raises
+        ------
+        TypeError
+            If the image does not hold bytes.
+        ValueError
+            If it is not in colour, or the table leads to ``follow`` without a link.
+        """
+        checks.instance("state", state, RobotState)
+        checks.generator("rng", rng)
+        image = colour_picture("image", image)
+        grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        faces, held, hidden = (), None, False
+        if state.person is not None:
+            state, hidden, around = self._tracked(state, state.person, image, rng)
+        else:
+            state, faces, held = self._looked(state, grey)
+            link, sides = state.link, self.rules.hand_window
+            around = None if link is None else _around(link.face.box, sides)
+        hands = np.zeros((0, 4))
+        if around is not None and state.name not in ("wait", "identify"):
+            hands = self.hands.find(grey, around) if _inside(around, grey) else hands
+        state = replace(state, quiet=0 if len(hands) else state.quiet + 1)
+        above = [self._above(state.link, hand) for hand in hands]
+        percepts = {
+            "faces": faces, "held": held is not None, "hands": len(hands),
+            "above": any(above) and self._whole(state.link, grey),
+            "beside": bool(above) and not any(above), "fresh": state.fresh, "hidden": hidden,
+        }  # fmt: skip
+        after, told = self.interaction.step(state.interaction, percepts)
+        entered = after.name != state.name
+        state = replace(state, interaction=after)
+        if entered:
+            state = self._entered(state, image, rng)
+        state = replace(state, fresh=state.fresh or state.quiet >= self.rules.down)
+        face = None if held is None else faces[held].box
+        command = self._command(state, face, image.shape[1])
+        return state, RobotInfo(faces, held, hands, hidden, told, command)
+
+    def _tracked(
+        self, state: RobotState, person: TutorState, image: np.ndarray, rng: np.random.Generator
+    ) -> tuple[RobotState, bool, np.ndarray]:
+        """Return the state with the person in a picture, whether hidden, and where hands may be."""
+        person, info = self.tracker.step(person, image, rng=rng)
+        left, top, wide, high = person.box
+        name = state.link.name
+        link = Link(name, SeenFace(face_of(person.box), name))
+        around = np.array([left - wide, top - 0.6 * high, 3 * wide, 1.4 * high])
+        return replace(state, person=person, link=link), info.hidden, around
+
+    def _looked(
+        self, state: RobotState, grey: Grey
+    ) -> tuple[RobotState, tuple[SeenFace, ...], int | None]:
+        """Return the state with the link after a picture, the faces, and which has the link."""
+        window, sides = None, self.rules.face_window
+        if state.link is not None:
+            window = _around(state.link.face.box, sides)
+            window = window if _inside(window, grey) else None
+        boxes = self.faces.find(grey, window)
+        faces = tuple(SeenFace(box, self.recognise(grey, box)) for box in boxes)
+        link, info = keep_link(state.link, faces, self.rules.link)
+        return replace(state, link=link), faces, info.held
+
+    def _above(self, link: Link | None, hand: Box) -> bool:
+        """Tell whether the middle of a hand is above the upper edge of the tutor's face."""
+        top = np.inf if link is None else link.face.box[1]
+        return bool(hand[1] + hand[3] / 2 < top)
+
+    def _whole(self, link: Link | None, grey: Grey) -> bool:
+        """Tell whether the middles of all patches of the tutor lie in the picture."""
+        if link is None:
+            return False
+        left, top, wide, high = body_of(link.face.box)
+        patches = self.tracker.model.patches
+        middles = (patches[:, :2] + patches[:, 2:] / 2) * high
+        u, v = (np.array([left + wide / 2, top + high / 2]) + middles).T
+        rows, columns = grey.shape
+        return bool(((u > 0) & (u < columns - 1) & (v > 0) & (v < rows - 1)).all())
+
+    def _entered(
+        self, state: RobotState, image: np.ndarray, rng: np.random.Generator
+    ) -> RobotState:
+        """Return the state made ready: a hand that is up is an old one; begin to track."""
+        state = replace(state, fresh=not self.rules.fresh, quiet=0, person=None)
+        if state.name == "follow":
+            if state.link is None:
+                raise ValueError("interaction must lead to 'follow' with a link only, got none")
+            body = body_of(state.link.face.box)
+            return replace(state, person=self.tracker.start(image, body, rng=rng))
+        return replace(state, link=None) if state.name == "wait" else state
+
+    def _command(self, state: RobotState, face: Box | None, width: int) -> tuple[float, float]:
+        """Return speed (m/s) and turn rate (rad/s): drive after the tutor, or turn to the face."""
+        middle = (width - 1) / 2
+        if self.follower is None:
+            return 0.0, 0.0
+        if state.person is not None:
+            left, _, wide, high = state.person.box
+            return self.follower.command(left + wide / 2 - middle, high)
+        if face is None:
+            return 0.0, 0.0
+        return 0.0, self.follower.command(_middle(face)[0] - middle, self.follower.height)[1]
+
+
+def _middle(box: Box) -> tuple[float, float, float]:
+    """Return column, row and side of a square."""
+    return float(box[0] + box[2] / 2), float(box[1] + box[3] / 2), float(box[2])
+
+
+def _around(box: Box, sides: float) -> Box:
+    """Return the window that reaches so many sides from the middle of a face."""
+    u, v, side = _middle(box)
+    reach = sides * side
+    return np.array([u - reach, v - reach, 2 * reach, 2 * reach])
+
+
+def _inside(box: Box, grey: Grey) -> bool:
+    """Tell whether a part of a box is in the picture."""
+    rows, columns = grey.shape
+    return bool(box[0] < columns - 1 and box[1] < rows - 1 and (box[:2] + box[2:] > 1).all())
