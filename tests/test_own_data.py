@@ -16,6 +16,8 @@ from data_synth.arms.gestures import ArmScene, film_arms
 from data_synth.building import drive
 from data_synth.companion.face_films import FaceScene, film_faces
 from data_synth.companion.faces import make_identity
+from data_synth.companion.hall import make_hall
+from data_synth.companion.visits import Stance, make_visitor, see
 from data_synth.people import LASER_ANGLES, make_people_office, make_session, readings
 from data_synth.people.world import Wander
 from data_synth.posts import glimpse, make_posts
@@ -25,6 +27,8 @@ from robot_perception.appearance.segmentation import filled
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.cameras import Pinhole
 from robot_perception.chapters.people_sensors.sessions import rig as rig_with
+from robot_perception.chapters.tutor_following import visiting
+from robot_perception.chapters.tutor_following.scene import CAMERA
 from robot_perception.companion.boxes import overlap
 from robot_perception.datasets import (
     read_boxes,
@@ -60,6 +64,7 @@ LONGER = (
     "ceiling.py",
     "faces.py",
     "judge.py",
+    "following.py",
     "people.py",
     "stereo_slam.py",
     "track.py",
@@ -672,7 +677,7 @@ def below(tmp_path_factory):
         poses.append(se2.compose(poses[-1], step))
     film = np.array([camera.image(pose) for pose in poses])
     film[[0, 1, 2, 20, 21, 22, 23]] = 30
-    write_video(folder / "below.avi", np.repeat(film[..., None], 3, axis=-1), rate=30)
+    write_video(folder / "below.avi", np.repeat(film[..., None], 3, axis=-1), rate=20)
     return folder, plane, mount, np.array(poses)
 
 
@@ -691,8 +696,12 @@ def test_ceiling_is_that_of_the_film(below, unit):
     assert (pictures, empty) == (36, 3)
     assert blind == 4
     way = read_track(folder / f"{unit}.tum")
-    rows = np.rint(way.times * 30).astype(int)
+    rows = np.rint(way.times * 20).astype(int)  # by the film's own clock
     assert len(rows) == pictures - empty - blind
+    assert "piece" not in said
+    seen = read_columns(folder / f"{unit}_pictures.csv", {"frame": 99, "time_s": 9, "piece": 1})
+    np.testing.assert_array_equal(seen["frame"], rows + 1)
+    np.testing.assert_allclose(seen["time_s"], way.times)
     assert {*range(3, 20), *range(24, 36)} <= {*rows}
     factor = np.array([scale, scale, 1]) if unit == "px" else np.ones(3)
     found = se2.between(way.poses[0] * factor, way.poses * factor)
@@ -737,6 +746,50 @@ def test_a_film_of_a_ceiling_that_is_cut_off_ends_with_one_line(below):
         assert not list(folder.glob("none*"))
 
 
+def test_a_map_in_pieces_is_told_and_no_pose_goes_from_one_to_the_other(tmp_path):
+    """The camera is carried off in the dark: two films in one, each right in its own frame.
+
+    As a folder of pictures of which a second each was kept.
+    """
+    plane = ceiling.make_ceiling("varied", rng=np.random.default_rng(3), side=8.0)
+    mount, step = ceiling.Mount(), np.array([0.05, 0.0, 0.02])
+    camera, poses = ceiling.CeilingCamera(plane, mount), []
+    for start, count in (((-2.0, -2.0, 0.0), 8), ((1.5, 1.0, 1.0), 14)):
+        poses.append(np.array(start))
+        for _ in range(count - 1):
+            poses.append(se2.compose(poses[-1], step))
+    (tmp_path / "film").mkdir()
+    for k, pose in enumerate(poses[:8] + [None] * 6 + poses[8:]):
+        dark = np.full(mount.size[::-1], 30, np.uint8)
+        image = Image.fromarray(dark if pose is None else camera.image(pose))
+        image.save(tmp_path / "film" / f"{2 * k + 10}.png")
+    (tmp_path / "film" / "notes.txt").write_text("not a picture")
+    changed(tmp_path, "ceiling.py", **{"HEIGHT, FOCAL": f"{mount.height}, {mount.focal}"})
+    said = run(tmp_path, "ceiling.py", "film", "out")
+    assert "files that are skipped: 1 (notes.txt)\n" in said
+    assert numbers(said, "piece 1: pictures")[:2] == [10, 24]
+    first, last = numbers(said, "piece 2, drawn: pictures")[:2]
+    assert (first, last) == (pytest.approx(39, abs=2), 64)  # in the first ones it is made
+    names = {"frame": 99, "time_s": 9, "piece": 2, "x_m": 9, "y_m": 9, "heading_rad": 7}
+    seen = read_columns(tmp_path / "out_pictures.csv", names)
+    rows = ((seen["frame"] - 10) / 2).astype(int)
+    np.testing.assert_allclose(seen["time_s"], 2 * rows / 30)
+    found = np.stack([seen[name] for name in ("x_m", "y_m", "heading_rad")], axis=-1)
+    truth = np.array([*poses[:8], *[np.zeros(3)] * 6, *poses[8:]])[rows]
+    for piece in (1, 2):
+        own = seen["piece"] == piece
+        away = se2.between(found[own][0], found[own]) - se2.between(truth[own][0], truth[own])
+        assert np.hypot(*away[:, :2].T).max() < 0.03
+    way = read_track(tmp_path / "out.tum")
+    np.testing.assert_allclose(way.poses, found[seen["piece"] == 2], atol=1e-6)
+    patterns = read_columns(tmp_path / "out.csv", {"piece": 2, "x_m": 9, "y_m": 9})
+    for piece in (1, 2):
+        own = np.flatnonzero(patterns["piece"] == piece)
+        assert patterns["x_m"][own[0]] == patterns["y_m"][own[0]] == 0
+    width = np.asarray(Image.open(tmp_path / "out.png")).shape[1] * mount.height / mount.focal
+    assert width < 5  # of the drawn piece alone
+
+
 # Faces -------------------------------------------------------------------------------------------
 
 
@@ -752,8 +805,10 @@ def visitors(tmp_path_factory):
             alone = film_faces(np.random.default_rng(k), 1, scene, (who,))
             Image.fromarray(alone.frames[0]).save(folder / "gallery" / name / f"{k}.png")
     Image.new("RGB", (60, 60)).save(folder / "gallery" / "bob" / "dark.png")
+    (folder / "gallery" / "bob" / "notes.txt").write_text("of Tuesday")
+    (folder / "gallery" / "read me.txt").write_text("all have agreed")
     both = film_faces(np.random.default_rng(2), 20, FaceScene(2, glances=0.0), tuple(people))
-    write_video(folder / "both.avi", both.frames, rate=10)
+    write_video(folder / "both.avi", both.frames, rate=12)
     write_video(folder / "empty.avi", np.full((3, 60, 80, 3), 90, np.uint8), rate=10)
     return folder, both
 
@@ -761,48 +816,194 @@ def visitors(tmp_path_factory):
 def test_faces_are_where_they_are_and_most_are_named_rightly(visitors):
     folder, both = visitors
     said = run(folder, "faces.py", "gallery", "both.avi", "out")
-    people, pictures, skipped = numbers(said, "gallery:")
-    assert (people, skipped) == (2, 1)
+    people, pictures, faceless, others = numbers(said, "gallery:")
+    assert (people, faceless, others) == (2, 1, 2)
     assert pictures >= 20
     lines = [line.split(",") for line in (folder / "out.csv").read_text().splitlines()]
-    assert lines[0] == ["frame", "x", "y", "w", "h", "name", "distance"]
+    assert lines[0] == ["frame", "time_s", "x", "y", "w", "h", "name", "distance"]
     assert len(lines) - 1 == numbers(said, "pictures:")[1] >= 20
     right = near = 0
-    for frame, x, y, w, h, name, _ in lines[1:]:
+    for frame, time, x, y, w, h, name, _ in lines[1:]:
+        assert float(time) == pytest.approx((int(frame) - 1) / 12, abs=0.002)
         box = np.array([float(x) - 1, float(y) - 1, float(w), float(h)])
         same = overlap(box[None], both.boxes[int(frame) - 1])[0]
         near += same.max() > 0.4
         right += name == ("ann", "bob")[same.argmax()]
     assert near >= 0.9 * (len(lines) - 1)
     assert right >= 0.6 * (len(lines) - 1)
-    assert sum(1 for _ in read_video(folder / "out.mp4")) == 20
+    film = read_video(folder / "out.mp4")
+    assert film.rate == pytest.approx(12)
+    assert sum(1 for _ in film) == 20
 
 
 def test_a_film_without_faces_has_a_file_without_lines(visitors):
     folder, _ = visitors
     said = run(folder, "faces.py", "gallery", "empty.avi", "none")
     assert numbers(said, "pictures:") == [3, 0]
-    assert (folder / "none.csv").read_text() == "frame,x,y,w,h,name,distance\n"
+    assert (folder / "none.csv").read_text() == "frame,time_s,x,y,w,h,name,distance\n"
 
 
-def test_arms_are_where_they_are(tmp_path):
-    """A rendered person who points: both wrists by the angles that are written."""
+@pytest.mark.parametrize("name", ["Smith, Ann", "王 小明", "=1+1", "José", "  a'b\"c"])
+def test_two_pictures_of_one_person_of_any_name_are_enough(visitors, name, tmp_path, monkeypatch):
+    """The name in the table is that of the folder, on a console that lacks its letters, too."""
+    folder, _ = visitors
+    (tmp_path / "people" / name).mkdir(parents=True)
+    (tmp_path / "people" / ".cache").mkdir()
+    (tmp_path / "film").mkdir()
+    for k in range(2):
+        picture = Image.open(folder / "gallery" / "ann" / f"{k}.png")
+        picture.save(tmp_path / "people" / name / f"{k}.bmp")
+        picture.save(tmp_path / "film" / f"{k + 5}.webp", lossless=True)
+    (tmp_path / "people" / name / "._0.bmp").write_bytes(b"what macOS leaves")
+    monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
+    said = run(tmp_path, "faces.py", "people", "film", "out")
+    assert numbers(said, "gallery:") == [1, 2, 0, 2]
+    found = read_columns(tmp_path / "out.csv", {"frame": 9, "time_s": 9}, texts=("name",))
+    assert list(found["name"]) == [name.strip()] * 2
+    assert list(found["frame"]) == [5, 6]
+    assert numbers(said, "1 ")[-1] == 2
+
+
+# Arms --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def pointing(tmp_path_factory):
+    """A rendered person who points, dark for three pictures at first; the truth."""
+    folder = tmp_path_factory.mktemp("pointing")
     shown = film_arms(np.random.default_rng(106), 20, ArmScene("pointing"))
-    write_video(tmp_path / "arms.avi", shown.frames, rate=15)
-    said = run(tmp_path, "arms.py", "arms.avi", "0.29,0.25,0.17", "rest", "out")
-    assert numbers(said, "pictures:") == [20, 0]
-    lines = [line.split(",") for line in (tmp_path / "out.csv").read_text().splitlines()]
-    assert lines[0][:5] == [
-        "frame", "left_sideways_deg", "left_ahead_deg", "left_about_deg", "left_elbow_deg"
+    dark = np.zeros_like(shown.frames[:3])
+    write_video(folder / "arms.avi", np.concatenate([dark, shown.frames]), rate=24)
+    (folder / "arms").mkdir()
+    for k, frame in enumerate(shown.frames):
+        Image.fromarray(frame).save(folder / "arms" / f"{k}.png")
+    return folder, shown
+
+
+def wrists(path: Path, shown) -> tuple[np.ndarray, np.ndarray]:
+    """Return the frames of a table of angles, and how far both wrists are from the truth, px."""
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    assert lines[0][:6] == [
+        "frame", "time_s", "left_sideways_deg", "left_ahead_deg", "left_about_deg",
+        "left_elbow_deg",
     ]  # fmt: skip
-    assert len(lines[0]) == 18
-    states = np.radians(np.array(lines[1:], dtype=float)[:, 1:9])
+    assert len(lines[0]) == 19
+    rows = np.array(lines[1:], dtype=float)
     camera = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
     model = BodyModel.from_face(shown.face, camera)
-    wrists = model.pixels(model.joints(states)[:, :, 2])
-    off = np.linalg.norm(wrists - shown.stage.pixels(shown.joints[:, :, 2]), axis=-1)
+    found = model.pixels(model.joints(np.radians(rows[:, 2:10]))[:, :, 2])
+    truth = shown.stage.pixels(shown.joints[:, :, 2])
+    return rows[:, 0].astype(int), np.linalg.norm(found - truth[-len(rows) :], axis=-1)
+
+
+def test_arms_are_where_they_are_from_the_first_face_on(pointing):
+    """Both wrists by the angles that are written; the film begins black, and has its own rate."""
+    folder, shown = pointing
+    said = run(folder, "arms.py", "arms.avi", "0.29,0.25,0.17", "rest", "out")
+    assert numbers(said, "pictures:") == [23, 3, 0]
+    frames, off = wrists(folder / "out.csv", shown)
+    assert frames.tolist() == list(range(4, 24))
     assert np.median(off) < 12
-    assert sum(1 for _ in read_video(tmp_path / "out.mp4")) == 20
+    film = read_video(folder / "out.mp4")
+    assert film.rate == pytest.approx(24)
+    assert sum(1 for _ in film) == 23
+
+
+def test_a_face_that_is_given_is_taken(pointing):
+    """In a folder of pictures, from the first one on."""
+    folder, shown = pointing
+    square = ",".join(f"{value:.1f}" for value in shown.face)
+    words = "arms.py", "arms", "0.29,0.25,0.17", "rest", "told", "--face", square
+    assert numbers(run(folder, *words), "pictures:") == [20, 0, 0]
+    frames, off = wrists(folder / "told.csv", shown)
+    assert frames.tolist() == list(range(20))
+    assert np.median(off) < 12
+
+
+# A tutor and his orders --------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ordering(tmp_path_factory):
+    """Somebody comes, raises a hand, steps aside, and raises it again; a robot that stands there.
+
+    As a folder of pictures and as a film with each picture twice, twenty in a second.
+    """
+    folder, rng = tmp_path_factory.mktemp("ordering"), np.random.default_rng(3)
+    hall, who, sights = make_hall(rng), make_visitor(rng), []
+    for k in range(76):
+        up = np.clip((min(k - 19, 37 - k) if k < 44 else k - 61) / 5, 0, 1)
+        there = Stance(6.1, 5.0 + 0.025 * min(max(k - 40, 0), 20), raised=float(up))
+        people = [(who, there)] if k >= 5 else []
+        sights.append(see(hall, CAMERA, np.array([4.0, 5.0, 0.0]), people, rng=rng))
+    (folder / "pictures").mkdir()
+    for k, sight in enumerate(sights):
+        Image.fromarray(sight.image).save(folder / "pictures" / f"{k}.png")
+    write_video(folder / "film.avi", np.repeat([s.image for s in sights], 2, axis=0), rate=20)
+    return folder, sights, who
+
+
+def test_a_robot_on_a_film_does_what_that_of_the_chapter_does(ordering):
+    """Its states exactly, on the same pictures; and its places are those of the person."""
+    folder, sights, _ = ordering
+    said = run(folder, "following.py", "pictures", "out")
+    robot = replace(visiting.robot(visiting.Kind()), recognise=lambda grey, box: "tutor")
+    state, rng, states = robot.start(), np.random.default_rng(0), []
+    for sight in sights:
+        state, _ = robot.step(state, sight.image, rng=rng)
+        states.append(state.name)
+    names = dict.fromkeys(("frame", "x", "y", "w", "h", "hands"), 1e3) | {"time_s": 1e3}
+    found = read_columns(folder / "out.csv", names, texts=("state", "event", "name"))
+    assert list(found["state"]) == states
+    assert [*dict.fromkeys(states)] == ["wait", "identify", "idle", "follow", "halt"]
+    events = [event for event in found["event"] if event != "none"]
+    assert events == ["face", "tutor", "hand above", "open hand"]
+    np.testing.assert_allclose(found["time_s"], np.arange(76) / 10)
+    boxes = np.stack([found[name] for name in "xywh"], axis=-1) - [1, 1, 0, 0]
+    for k, sight in enumerate(sights):
+        if states[k] == "follow":
+            assert overlap(boxes[k : k + 1], sight.boxes)[0, 0] > 0.5
+        elif found["name"][k] == "tutor":
+            assert overlap(boxes[k : k + 1], sight.faces)[0, 0] > 0.4
+        else:
+            assert found["name"][k] == "?"
+            assert not boxes[k, 2:].any()
+    up = np.array([len(s.hands) > 0 and np.isfinite(s.hands[0, 0]) for s in sights])
+    assert found["hands"][~up].sum() == 0
+    assert numbers(said, "pictures:") == [76, 76]
+    counts = [states.count(name) for name in ("wait", "identify", "idle", "follow", "halt")]
+    assert numbers(said, "states:")[:5] == counts
+
+
+def test_of_a_faster_film_so_many_pictures_are_used_as_events_count(ordering):
+    """By names of a gallery, one of them with a comma."""
+    folder, _, who = ordering
+    rng = np.random.default_rng(8)
+    for name, somebody in (("Lee, Kim", who), ("bob", make_visitor(rng))):
+        (folder / "tutors" / name).mkdir(parents=True)
+        hall = make_hall(rng)
+        for k in range(12):
+            portrait = Image.fromarray(visiting.portrait(somebody, hall, rng))
+            portrait.save(folder / "tutors" / name / f"{k}.png")
+    said = run(folder, "following.py", "film.avi", "fast", "--gallery", "tutors")
+    assert numbers(said, "pictures:") == [152, 76]
+    found = read_columns(folder / "fast.csv", {"frame": 999}, texts=("state", "name"))
+    assert list(found["frame"]) == list(range(1, 152, 2))
+    assert {*found["name"]} <= {"?", "Lee, Kim"}
+    assert {"idle", "follow"} <= {*found["state"]}
+    film = read_video(folder / "fast.mp4")
+    assert film.rate == pytest.approx(10)
+    assert sum(1 for _ in film) == 76
+
+
+def test_who_is_too_near_to_be_seen_whole_is_not_followed(ordering):
+    """Of the pictures only the upper part, with face and hand: the robot stays where it is."""
+    folder, sights, _ = ordering
+    (folder / "near").mkdir()
+    for k, sight in enumerate(sights[:40]):
+        Image.fromarray(sight.image[:120]).save(folder / "near" / f"{k}.png")
+    said = run(folder, "following.py", "near", "near")
+    assert numbers(said, "states:")[2:4] == [pytest.approx(31, abs=2), 0]
 
 
 # Bad input ---------------------------------------------------------------------------------------
@@ -884,8 +1085,8 @@ FILES = EXAMPLES | {
         ("track.py ellipse film.avi 1,2,3,4", "Missing argument 'OUT'"),
         ("track.py head film.avi 1,2,3,4 out", "'head' is not one of 'ellipse'"),
         ("track.py ellipse none.avi 1,2,3,4 out", "none.avi: no such file or folder"),
-        ("track.py ellipse here.csv 1,2,3,4 out", "here.csv: no film, or a damaged one"),
-        ("track.py ellipse grey 1,2,3,4 out", r"grey: no file fits pattern '\*.jpg'"),
+        ("track.py ellipse here.csv 1,2,3,4 out", "here.csv: a text, such as a list of films"),
+        ("track.py ellipse grey 1,2,3,4 out", "grey: no file is a picture"),
         (
             "track.py ellipse film.avi 1,2,3 out",
             "BOX must be u,v,width,height or a file, got '1,2,3'",
@@ -899,7 +1100,7 @@ FILES = EXAMPLES | {
             "Missing argument 'OUT'",
         ),
         ("ceiling.py none.avi out", "none.avi: no such file or folder"),
-        ("ceiling.py here.csv out", "here.csv: no film, or a damaged one"),
+        ("ceiling.py here.csv out", "here.csv: a text, such as a list of films"),
         ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
         ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out\\.\\w+ there"),
         ("arms.py film.avi out", "Missing argument 'POSE'"),
@@ -910,11 +1111,32 @@ FILES = EXAMPLES | {
         ),
         ("arms.py film.avi 0.3,0.2,a rest out", "LENGTHS must be 3 numbers"),
         ("arms.py none.avi 0.3,0.2,0.2 rest out", "none.avi: no such file or folder"),
-        ("arms.py film.avi 0.3,0.2,0.2 rest out", "image must show a face, found none"),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out", "no picture shows a face; --face u,v,width,heig"),
+        ("arms.py grey 0.3,0.2,0.2 rest out", "grey: no file is a picture"),
+        ("arms.py film.avi 29,25,17 rest out", "LENGTHS must be from 0.02 to 1 m, got '29,25,17'"),
+        ("arms.py film.avi 0.3,0.2,-0.2 rest out", "LENGTHS must be from 0.02 to 1 m"),
+        (
+            "arms.py film.avi 0.3,0.2,0.2 999,0,0,0,0,0,0,0 out",
+            "POSE must be, in degrees, -11 to 149, -23 to 86, -23 to 172, 0 to 143 for each arm",
+        ),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out --face 1,2", "--face must be 4 numbers between"),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out --face 30,2,20,20", "--face must lie in the pict"),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out --face 3,2,0,20", "--face must lie in the picture"),
         ("faces.py film.avi out", "out: no such file or folder"),
         ("faces.py none film.avi out", "none: no such file or folder"),
         ("faces.py grey/image_l film.avi out", "the gallery needs a folder for each person"),
-        ("faces.py half film.avi out", "image_r: two pictures with a face are needed at least"),
+        ("faces.py half film.avi out", "with a face each at least, got 0 of 1 of 'image_r'"),
+        ("faces.py calib.txt film.avi out", "calib.txt: there is no such folder"),
+        ("faces.py odd film.avi out", r"odd: 'a\\nb' is no name that can be written"),
+        ("faces.py nobody film.avi out", r"nobody: '\?' stands for nobody; NOBODY may be another"),
+        ("faces.py bare film.avi out", "bare/ann: no file is a picture"),
+        ("following.py film.avi", "Missing argument 'OUT'"),
+        ("following.py none.avi out", "none.avi: no such file or folder"),
+        ("following.py here.csv out", "here.csv: a text, such as a list of films, and no film"),
+        ("following.py grey out", "grey: no file is a picture"),
+        ("following.py film.avi out --gallery none", "none: no such file or folder"),
+        ("following.py film.avi out --gallery half", "got 0 of 1 of 'image_r'"),
+        ("following.py film.avi no/out", "no is no folder: cannot write no/out\\.\\w+ there"),
     ],
 )
 def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch, capsys):
@@ -928,6 +1150,11 @@ def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch, c
             for k in range(count):
                 (tmp_path / folder / side).mkdir(exist_ok=True)
                 Image.new("L", (40, 30), 90).save(tmp_path / folder / side / f"{k}.png")
+    for name in ("odd/a\nb", "nobody/?", "bare/ann"):
+        (tmp_path / name).mkdir(parents=True)
+        Image.new("L", (40, 30)).save(
+            tmp_path / name / (".1.png" if name == "bare/ann" else "1.png")
+        )
     write_video(tmp_path / "film.avi", np.full((3, 30, 40, 3), 90, np.uint8), rate=5)
     monkeypatch.chdir(tmp_path)
     script, *words = command.split()
@@ -938,6 +1165,71 @@ def test_bad_input_ends_with_one_line(command, message, tmp_path, monkeypatch, c
     assert re.search(message, said[-1])
     assert end.value.code == (2 if said[0].startswith("Usage: ") else 1)
     assert not list(tmp_path.glob("**/*out*"))
+
+
+RATES = ["0", "-1", "nan", "'10'", "None", "1e9"]
+CONSTANTS = {  # of the scripts on films, what each cannot be
+    ("arms.py", "FOCAL"): ["0", "-1.0", "'1'", "400.0", "None"],
+    ("arms.py", "RATE"): RATES,
+    ("arms.py", "RULES"): ["None", "400"],
+    ("arms.py", "SEED"): ["-1", "1.5", "None"],
+    ("ceiling.py", "HEIGHT, FOCAL"): [
+        "0, 300", "-2.5, 300", "2.5, 0", "2.5, -300", "2.5, '300'", "'2.5', 300", "2500, 300",
+        "2.5, 4", "None, 300", "2.5, None", "nan, 300", "2.5, nan",
+    ],
+    ("ceiling.py", "CENTRE"): ["(1,)", "'1, 2'", "(nan, 2)", "5"],
+    ("ceiling.py", "CORRECTION"): ["3", "'none'"],
+    ("ceiling.py", "WIDE"): ["0", "-320", "320.0", "'320'", "1_000_000"],
+    ("ceiling.py", "EVERY"): ["0", "-1", "1.5", "None"],
+    ("ceiling.py", "RATE"): RATES,
+    ("ceiling.py", "RULES"): ["None"],
+    ("ceiling.py", "SEED"): ["-1", "'1'"],
+    ("faces.py", "RATE"): RATES,
+    ("faces.py", "DETECTOR"): ["None"],
+    ("faces.py", "COUNT"): ["0", "-1", "2.5"],
+    ("faces.py", "ACCEPTED"): ["2", "-0.1", "95", "None"],
+    ("faces.py", "EVEN"): ["1", "None"],
+    ("faces.py", "NOBODY"): ["None", "3"],
+    ("following.py", "PACE"): RATES,
+    ("following.py", "RATE"): RATES,
+    ("following.py", "WIDE"): ["0", "-640", "640.0", "1_000_000"],
+    ("following.py", "FACES"): ["None"],
+    ("following.py", "HANDS"): ["None"],
+    ("following.py", "INTERACTION"): ["None"],
+    ("following.py", "RULES"): ["None", "3"],
+    ("following.py", "ACCEPTED"): ["2", "-0.1", "None"],
+    ("following.py", "ANYBODY, NOBODY"): ["3, '?'", "'tutor', None"],
+    ("following.py", "SEED"): ["-1", "1.5"],
+    ("track.py", "RATE"): RATES,
+}  # fmt: skip
+WORDS = {
+    "arms.py": "film.avi 0.3,0.2,0.2 rest out",
+    "ceiling.py": "film.avi out",
+    "faces.py": "people film.avi out",
+    "following.py": "film.avi out",
+    "track.py": "camshift film.avi 9,9,9,9 out",
+}
+
+
+@pytest.mark.parametrize(("script", "name"), CONSTANTS, ids=lambda word: word)
+def test_a_constant_that_cannot_be_is_named_before_anything_is_computed(
+    script, name, tmp_path, monkeypatch, capsys
+):
+    """As an error of one line. The film and the gallery are good enough to be opened."""
+    write_video(tmp_path / "film.avi", np.full((3, 30, 40, 3), 90, np.uint8), rate=5)
+    (tmp_path / "people" / "ann").mkdir(parents=True)
+    Image.new("L", (40, 30), 90).save(tmp_path / "people" / "ann" / "1.png")
+    monkeypatch.chdir(tmp_path)
+    for value in CONSTANTS[script, name]:
+        changed(tmp_path, script, **{name: value.replace("nan", "float('nan')")})
+        monkeypatch.setattr(sys, "argv", [script, *WORDS[script].split()])
+        with unchecked(), pytest.raises(SystemExit) as end:
+            runpy.run_path(str(tmp_path / script), run_name="__main__")
+        said = capsys.readouterr().err
+        assert end.value.code == 1
+        assert re.fullmatch(rf"Error: ({'|'.join(name.split(', '))}) .*must .*\n|Error: HEIGHT and"
+                            r" FOCAL are needed both, or none\n", said), (value, said)  # fmt: skip
+        assert not list(tmp_path.glob("out*"))
 
 
 def test_bad_input_shows_no_traceback(tmp_path):

@@ -19,6 +19,7 @@ COMMANDS = {  # words of each; what it reads may be one of its own results
     "ceiling.py": ["{input}", "{out}"],
     "ekf_slam.py": ["polar", "{input}", "{input}", "{out}"],
     "faces.py": ["people", "{input}", "{out}"],
+    "following.py": ["{input}", "{out}"],
     "judge.py": None,  # these two write nothing
     "rank.py": None,
     "people.py": ["detections", "{input}", "{out}"],

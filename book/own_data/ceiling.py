@@ -42,6 +42,7 @@ def check() -> None:
     checks.whole("WIDE", WIDE, 64, 8192)
     checks.whole("EVERY", EVERY, 1)
     checks.whole("SEED", SEED, 0)
+    checks.instance("RULES", RULES, MapRules)
     checks.instance("CORRECTION", CORRECTION, Correction, type(None))
 
 
@@ -67,15 +68,14 @@ def build(film: datasets.Film) -> tuple[MapState, dict[int, dict], Counter]:
     """The map, what was seen in which picture, and how many pictures were skipped, and why."""
     rng, own, state, seen, counts = np.random.default_rng(SEED), mapper(film), None, {}, Counter()
     for k, image in pictures(film, "mosaic"):
-        counts["all"] += 1
         try:
             state, info = own.step(state, image, rng=rng) if state else own.start(image, rng=rng)
         except ValueError:  # no distinctive window yet
             if state:
                 raise
-            counts["empty"] += 1
+            counts += Counter(all=1, empty=1)
             continue
-        counts += Counter(found=len(info.found), closed=info.closed, blind=not info.located)
+        counts += Counter(all=1, found=len(info.found), closed=info.closed, blind=not info.located)
         if info.located:
             seen[k] = dict(info.sightings)
     if state is None:
@@ -113,10 +113,9 @@ def main(film, out, force):
     columns = {"frame": frames, "time_s": times, "piece": piece + 1}
     columns |= dict(zip(names, way.T, strict=True))
     datasets.write_columns(out["_pictures.csv"], columns, overwrite=force)
-    rows = [(k, name, *pose) for k, part in enumerate(parts) for name, pose in part.poses.items()]
+    rows = [(k, name, *at) for k, part in enumerate(parts, 1) for name, at in part.poses.items()]
     whose, patterns, *poses = zip(*rows, strict=True)
-    columns = {"pattern": patterns, "piece": np.array(whose) + 1}
-    columns |= dict(zip(names, poses, strict=True))
+    columns = {"pattern": patterns, "piece": whose, **dict(zip(names, poses, strict=True))}
     columns |= {"pictures": [sum(name in one for one in seen.values()) for name in patterns]}
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     lost = f"before the first pattern: {counts['empty']}, without a known one: {counts['blind']}"

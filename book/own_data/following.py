@@ -48,6 +48,12 @@ def check() -> None:
     checks.whole("WIDE", WIDE, 64, 8192)
     checks.share("ACCEPTED", ACCEPTED)
     checks.whole("SEED", SEED, 0)
+    checks.instance("FACES", FACES, FaceDetector)
+    checks.instance("HANDS", HANDS, HandDetector)
+    checks.instance("INTERACTION", INTERACTION, Interaction)
+    checks.instance("RULES", RULES, RobotRules)
+    checks.instance("ANYBODY", ANYBODY, str)
+    checks.instance("NOBODY", NOBODY, str)
 
 
 def robot(gallery: Path | None) -> CompanionRobot:

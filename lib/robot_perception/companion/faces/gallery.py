@@ -83,17 +83,16 @@ class Gallery:
         faceless = 0
         for name, pictures in people.items():
             checks.instance("people", name, str)
-            for picture in checks.iterable(f"people[{name!r}]", pictures):
-                boxes = detector.find(picture)
-                faceless += not len(boxes)
-                if len(boxes):
-                    faces.append(crop(picture, boxes[0], equalise=equalise))
-                    names.append(name)
-            if names.count(name) < 2:
+            asked = checks.iterable(f"people[{name!r}]", pictures)
+            found = [_largest(picture, detector, equalise) for picture in asked]
+            own = [face for face in found if face is not None]
+            if len(own) < 2:
                 raise ValueError(
-                    f"people must have two pictures with a face each at least, {name!r} has"
-                    f" {names.count(name)}"
+                    "people must have two pictures with a face each at least, got"
+                    f" {len(own)} of {len(found)} of {name!r}"
                 )
+            faces, names = faces + own, names + [name] * len(own)
+            faceless += len(found) - len(own)
         if not faces:
             raise ValueError("people must be one at least, got nobody")
         known = enrol(np.array(faces), names, max(min(count, len(faces) - 2), 1), accepted=accepted)
@@ -115,3 +114,9 @@ class Gallery:
             As `crop`.
         """
         return self.known.recognise(crop(image, box, equalise=self.equalise))
+
+
+def _largest(picture: Grey, detector: FaceDetector, equalise: bool) -> np.ndarray | None:
+    """Return the largest face in a picture as the recogniser wants it, none if there is none."""
+    boxes = detector.find(picture)
+    return crop(picture, boxes[0], equalise=equalise) if len(boxes) else None
