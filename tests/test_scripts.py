@@ -11,7 +11,15 @@ import pytest
 from click.testing import CliRunner
 
 from robot_perception.datasets import Commands, ReadReport
-from robot_perception.scripts import Places, Recording, Results, check_results, script, tell
+from robot_perception.scripts import (
+    Places,
+    Recording,
+    Results,
+    check_results,
+    script,
+    tell,
+    within,
+)
 
 SCRIPTS = Path(__file__).parents[1] / "book" / "own_data"
 COMMANDS = {  # words of each; what it reads may be one of its own results
@@ -162,3 +170,19 @@ def test_remarks_of_a_recording_are_told(capsys):
     assert tell(recording) is recording
     tell(Commands(np.zeros(1), np.zeros((1, 2))))
     assert capsys.readouterr().out == "two are late\none is lost\n"
+
+
+def test_a_constant_of_the_wrong_type_is_an_error_of_one_line():
+    @script
+    @click.argument("value", type=click.Choice(["12", "0", "text", "none"]))
+    def main(value):
+        """Check."""
+        known = {"12": 12, "0": 0, "text": "12", "none": None}
+        print(within("RATE", known[value], 0.5, 20, "Hz"))
+
+    run = CliRunner().invoke
+    assert run(main, ["12"]).output == "12.0\n"
+    assert run(main, ["0"]).output == "Error: RATE must be from 0.5 to 20 Hz, got 0\n"
+    for value, said in (("text", "'12'"), ("none", "None")):
+        done = run(main, [value])
+        assert (done.exit_code, done.output) == (1, f"Error: RATE must be a number, got {said}\n")

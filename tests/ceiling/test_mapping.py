@@ -21,8 +21,10 @@ from robot_perception.ceiling.mapping import (
     consistent,
     inside,
     look_for,
+    retrace,
 )
 from robot_perception.ceiling.mosaic import Links, Mosaic, adjust
+from robot_perception.ceiling.mosaic import pieces as pieces_of
 from robot_perception.ceiling.patterns import PatternRules, WindowRules, make_pattern
 from robot_perception.ceiling.recognition import recognise
 from robot_perception.ceiling.tracker import PatternTracker, TrackerRules
@@ -737,3 +739,29 @@ def test_a_state_is_checked(wrong, error, said):
 
 def test_the_size_of_a_picture_is_that_of_the_camera():
     assert MOUNT.size[::-1] == SHAPE
+
+
+# Where the camera was -----------------------------------------------------------------------------
+
+
+def test_a_way_in_two_pieces_is_retraced_in_the_frame_of_each():
+    """What slid is left out; a picture of both pieces, or of nothing, is refused."""
+    poses = {name: np.array(p) for name, p in zip("abcde", np.eye(5, 3) + 0.2, strict=True)}
+    links = Links()
+    for group in ("abc", "de"):
+        links = links.add({name: np.ones(4) for name in group}, np.array(CENTRE), SCALE)
+    parts = pieces_of(Mosaic(poses, SCALE, np.array(CENTRE)), links)
+    truth = [np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.4, -1.0])]
+    images = [
+        {name: seen(pose, pattern) for name, pattern in part.poses.items()}
+        for part, pose in zip(parts, truth, strict=True)
+    ]
+    numbers, way = retrace(parts, images, 6.0)
+    assert numbers.tolist() == [0, 1]
+    np.testing.assert_allclose(way, truth, atol=1e-9)
+    images[0]["c"] = images[0]["c"] + [400, 0, 0, 0]
+    np.testing.assert_allclose(retrace(parts, images, 6.0)[1], truth, atol=1e-9)
+    for wrong in ({}, images[0] | images[1], {"z": np.ones(4)}):
+        with pytest.raises(ValueError, match="seen must be patterns of one piece, got"):
+            retrace(parts, [wrong], 6.0)
+    assert retrace(parts, [], 6.0)[1].shape == (0, 3)

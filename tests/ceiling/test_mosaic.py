@@ -21,6 +21,7 @@ from robot_perception.ceiling.mosaic import (
     camera_pose,
     in_camera,
     paint,
+    pieces,
     place,
 )
 from robot_perception.geometry import se2
@@ -298,6 +299,37 @@ def test_links_are_means_over_the_images():
     assert np.isclose(np.exp(1j * link.pose[2]), turns.mean() / abs(turns.mean()))
     assert Links().add({"a": np.ones(4)}, CENTRE, SCALE).means() == {}
     assert Links().add({}, CENTRE, SCALE).means() == {}
+
+
+@given(st.lists(st.lists(st.sampled_from("abcdefg"), max_size=3, unique=True), max_size=6))
+def test_groups_are_what_chains_of_images_join(images):
+    """By powers of the matrix that tells who was seen together."""
+    names, links, together = [*"gfedcba"], Links(), np.eye(7, dtype=int)
+    for some in images:
+        links = links.add({name: np.ones(4) for name in some}, CENTRE, SCALE)
+        rows = [names.index(name) for name in some]
+        together[np.ix_(rows, rows)] = 1
+    reached = np.linalg.matrix_power(together, 7) > 0
+    own = [
+        tuple(name for name, joined in zip(names, row, strict=True) if joined) for row in reached
+    ]
+    assert links.groups(names) == tuple(dict.fromkeys(own))
+    assert Links().groups(()) == ()
+
+
+def test_pieces_are_rigid_and_each_in_the_frame_of_its_first_pattern():
+    poses = {name: np.array([k, -k, 0.3 * k]) for k, name in enumerate("abcd", 1)}
+    links = Links().add({"a": np.ones(4), "c": np.ones(4)}, CENTRE, SCALE)
+    links = links.add({"b": np.ones(4), "d": np.ones(4)}, CENTRE, SCALE)
+    whole = Mosaic(poses, SCALE, CENTRE)
+    found = pieces(whole, links)
+    assert [[*part.poses] for part in found] == [["a", "c"], ["b", "d"]]
+    for part, (first, second) in zip(found, ("ac", "bd"), strict=True):
+        assert not part.poses[first].any()
+        near(se2.compose(poses[first], part.poses[second]), matrix(poses[second]))
+        assert part.scale == SCALE
+    (one,) = pieces(whole, links.add({name: np.ones(4) for name in "ab"}, CENTRE, SCALE))
+    assert [*one.poses] == [*"abcd"]
 
 
 def test_the_jacobian_is_that_of_finite_differences():

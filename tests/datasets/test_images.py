@@ -336,6 +336,33 @@ def test_hidden_files_and_what_is_no_picture_are_skipped_and_told(tmp_path):
     assert images.picture_files(tmp_path, "*.gif") == ((), ())
 
 
+def test_a_gallery_has_a_folder_for_each_person(tmp_path):
+    """Names are as they are; what is hidden or no picture is skipped, and told."""
+    for name in ("Smith, Ann", "王 小明", ".cache", "empty/.hidden"):
+        (tmp_path / "all" / name).mkdir(parents=True)
+    people = tmp_path / "all"
+    with pytest.raises(CorruptImage, match="Smith, Ann: no file is a picture"):
+        images.gallery_files(people)
+    (people / "empty").rename(tmp_path / "empty")
+    mine = [save(people / "Smith, Ann" / name) for name in ("b.png", "a.BMP")]
+    (theirs,) = (save(people / "王 小明" / "1.png"),)
+    others = [people / "Smith, Ann" / "._a.png", people / "Smith, Ann" / "x.txt", people / "y.txt"]
+    for path in others:
+        path.write_text("no picture")
+    found, skipped = images.gallery_files(people)
+    assert found == {"Smith, Ann": (mine[1], mine[0]), "王 小明": (theirs,)}
+    assert sorted(skipped) == sorted([people / ".cache", *others])
+    for name in ("a\nb", "a\x1bb", "a\u2028b"):
+        (people / name).mkdir()
+        with pytest.raises(CorruptImage, match="is no name that can be written"):
+            images.gallery_files(people)
+        (people / name).rmdir()
+    with pytest.raises(CorruptImage, match="the gallery needs a folder for each person"):
+        images.gallery_files(tmp_path / "empty")
+    with pytest.raises(NotADirectoryError, match="none: there is no such folder"):
+        images.gallery_files(tmp_path / "none")
+
+
 def test_sequences_made_by_hand_must_fit(tmp_path):
     path = save(tmp_path / "1.png")
     with unchecked():

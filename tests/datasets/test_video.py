@@ -393,3 +393,21 @@ def test_a_film_that_does_not_fit_on_the_disk_is_no_success(ending, room, tmp_pa
 def test_a_film_is_written_at_any_rate(ending, rate, tmp_path):
     assert write_video(tmp_path / f"a.{ending}", MOVING[:5], rate=rate) == 5
     assert read_video(tmp_path / f"a.{ending}").rate == pytest.approx(rate, abs=1e-3)
+
+
+def test_times_are_those_of_the_film_or_at_a_rate_that_is_told(tmp_path):
+    """A number that is missing in a folder leaves a gap."""
+    write_video(tmp_path / "film.avi", FRAMES, rate=5)
+    film = read_film(tmp_path / "film.avi")
+    next(film)
+    np.testing.assert_allclose(film.seconds(30), [0])
+    assert len(list(film)) == 2
+    np.testing.assert_allclose(film.seconds(30), [0, 0.2, 0.4])
+    (tmp_path / "pictures").mkdir()
+    for number in (7, 8, 10):
+        Image.fromarray(SMOOTH).save(tmp_path / "pictures" / f"{number}.png")
+    folder = read_film(tmp_path / "pictures")
+    assert len(list(folder)) == 3
+    np.testing.assert_allclose(folder.seconds(10), [0, 0.1, 0.3])
+    with pytest.raises(ValueError, match="rate must be positive and finite, got 0"):
+        folder.seconds(0)

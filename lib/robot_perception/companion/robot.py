@@ -28,7 +28,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
-from robot_perception.companion.boxes import colour_picture
+from robot_perception.companion.boxes import check_box, colour_picture
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
 from robot_perception.companion.following import Follower
@@ -92,9 +92,9 @@ def body_of(face: Box) -> Box:
     Raises
     ------
     ValueError
-        If the box is not of four finite numbers.
+        If the box is not of four finite numbers, or has no area.
     """
-    u, v, side = _middle(checks.vector("face", face, 4))
+    u, v, side = _middle(check_box("face", face))
     wide, high = BODY[0] * side / FACE, BODY[1] * side / FACE
     return np.array([u - wide / 2, v - 0.91 * side, wide, high])
 
@@ -110,9 +110,9 @@ def face_of(body: Box) -> Box:
     Raises
     ------
     ValueError
-        If the box is not of four finite numbers.
+        If the box is not of four finite numbers, or has no area.
     """
-    left, top, wide, high = checks.vector("body", body, 4)
+    left, top, wide, high = check_box("body", body)
     side = FACE * high / BODY[1]
     return np.array([left + wide / 2 - side / 2, top + 0.41 * side, side, side])
 

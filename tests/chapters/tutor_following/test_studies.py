@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from data_synth.companion.walks import REGION
 from robot_perception.chapters.tutor_following import (
     following,
     interacting,
@@ -14,8 +15,8 @@ from robot_perception.chapters.tutor_following import (
     walking,
 )
 from robot_perception.chapters.tutor_following.scene import FACES, at, hands, shot
-from robot_perception.companion.faces.link import Link, SeenFace
 from robot_perception.companion.hands.cascade import Goals
+from robot_perception.companion.robot import BODY, CompanionRobot
 from robot_perception.files import DamagedFile
 
 RNG = np.random.default_rng
@@ -83,44 +84,27 @@ def test_the_light_falls_to_a_third_on_the_way_and_stays_otherwise():
     assert (steady == 1).all()
 
 
-def test_a_body_below_a_face_has_that_face():
-    face = np.array([100.0, 60.0, 30.0, 30.0])
-    np.testing.assert_allclose(visiting._face(visiting._body(face)), face, atol=1e-9)
+def test_the_robot_of_the_chapter_is_that_of_the_room_with_its_numbers():
+    """The world's people are as large as the room takes them to be."""
+    robot = visiting.robot(visiting.Kind())
+    usual = CompanionRobot(lambda grey, box: None, hands())
+    assert robot.tracker.rules == usual.tracker.rules
+    assert robot.rules == usual.rules
+    assert (robot.faces.scale, robot.faces.neighbours) == (
+        usual.faces.scale,
+        usual.faces.neighbours,
+    )
+    assert (REGION[2] - REGION[0], REGION[3] - REGION[1]) == BODY
+    assert not visiting.robot(visiting.Kind(fresh=False)).rules.fresh
 
 
-def robot(known=None, **more):
-    return visiting.Robot(known, RNG(0), fresh=True, **more)
-
-
-def test_a_hand_is_above_if_its_middle_is_above_the_face():
-    one = robot()
-    one.link = Link("tutor 1", SeenFace(np.array([100.0, 80, 30, 30]), "tutor 1"))
-    assert one._above(np.array([150.0, 50, 30, 30]))
-    assert not one._above(np.array([150.0, 70, 30, 30]))
-
-
-def test_a_hand_that_is_up_when_a_state_begins_is_old_until_it_was_down():
-    one = robot()
-    image = np.zeros((240, 320, 3), np.uint8)
-    one.enter(image, "halt")
-    assert not one.fresh
-    for _ in range(visiting.DOWN):
-        one.perceive(image, "halt", visiting.NOTHING)
-        one.command("halt")
-    assert one.fresh
-
-
-def test_nobody_is_obeyed_without_a_face_and_the_robot_stands():
-    one = robot()
-    seen = one.perceive(np.zeros((240, 320, 3), np.uint8), "wait", visiting.NOTHING)
-    assert not any(seen[name] for name in ("held", "hands", "above", "beside", "hidden"))
-    assert one.command("wait") == (0.0, 0.0)
-
-
-def test_events_are_those_of_the_table():
-    from robot_perception.companion.interaction import Interaction, paper_table
-
-    Interaction(paper_table(), visiting.EVENTS)
+def test_a_robot_that_is_told_knows_the_tutor_by_his_place():
+    face = np.array([100.0, 60, 30, 30])
+    told = visiting.recogniser(100, True, face)
+    grey = np.zeros((240, 320), np.uint8)
+    assert told(grey, np.array([102.0, 61, 30, 30])) == "tutor 1"
+    assert told(grey, np.array([160.0, 60, 30, 30])) is None
+    assert visiting.recogniser(100, True, visiting.NOTHING)(grey, face) is None
 
 
 def test_orders_after_the_first_that_is_not_obeyed_are_not_given():

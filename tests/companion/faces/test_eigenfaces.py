@@ -143,3 +143,14 @@ def test_the_same_picture_twice_gives_no_direction_of_its_own():
 def test_what_is_wrong_is_named(wrong, text):
     with pytest.raises(ValueError, match=text):
         wrong()
+
+
+def test_two_pictures_of_one_person_are_as_far_apart_as_a_third_may_be():
+    """Half-way lies nobody nearer than the two, and twice as far away somebody unknown."""
+    one, two = FACES[:2]
+    known = enrol(FACES[:2], ["ann", "ann"], 1)
+    assert known.most_distance == pytest.approx(np.linalg.norm(two - one))
+    assert known.most_from_space == pytest.approx(np.sqrt(np.mean((two - one) ** 2)))
+    assert known.recognise((one + two) / 2).name == "ann"
+    assert known.recognise(two + 0.9 * (two - one)).name == "ann"
+    assert known.recognise(two + 1.1 * (two - one)).name is None

@@ -48,6 +48,7 @@ CALLS = {
     mapping.PatternTrackers.step: lambda: call(TRACKERS, TRACKED, IMAGE, rng=rng()),
     mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
     mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
+    mapping.retrace: lambda: call([MOSAIC], [THREE, PLACES], 6.0),
     mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),
     navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
     navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),

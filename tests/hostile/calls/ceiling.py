@@ -40,6 +40,8 @@ GEOMETRY = {
     mosaic.Links: lambda: call(),
     mosaic.Links.add: lambda: call(LINKS, SIGHTINGS, CENTRE, 0.01),
     mosaic.Links.means: lambda: call(LINKS),
+    mosaic.Links.groups: lambda: call(LINKS, ["a", "b"]),
+    mosaic.pieces: lambda: call(MOSAIC, LINKS),
     mosaic.adjust: lambda: call(
         MOSAIC, LINKS, fixed="a", sigma_px=1.0, sigma_heading=0.02, loss="linear"
     ),

@@ -3,8 +3,15 @@
 import numpy as np
 
 from robot_perception.beliefs import Gaussian, ParticleSet
-from robot_perception.companion import boxes, cues, following, interaction, tutor
-from robot_perception.companion.faces import detection, eigenfaces, icondensation, link, region
+from robot_perception.companion import boxes, cues, following, interaction, robot, tutor
+from robot_perception.companion.faces import (
+    detection,
+    eigenfaces,
+    gallery,
+    icondensation,
+    link,
+    region,
+)
 from robot_perception.companion.hands import boosting, cascade, features
 from tests.hostile.sweep import call
 
@@ -44,6 +51,14 @@ PAIR = interaction.StateTable("a", ARROWS)
 EVENTS = {name: interaction.Event(lambda seen: False) for name in ("x", "y")}
 TALK = interaction.Interaction(PAIR, EVENTS)
 FOLLOWER = following.Follower(300.0, 200.0)
+PEOPLE = gallery.Gallery(SPACE)
+
+
+def known(grey, box):
+    return "ann"
+
+
+ROBOT = robot.CompanionRobot(known, HANDS, tracker=TUTOR)
 
 
 def rng():
@@ -141,4 +156,16 @@ CALLS = {
     interaction.paper_table: lambda: call(halt=True),
     following.Follower: lambda: call(300.0, 200.0, 2.5, 2.0, 1.5, 1.2),
     following.Follower.command: lambda: call(FOLLOWER, 10.0, 150.0),
+    gallery.Gallery: lambda: call(SPACE, True, 2),
+    gallery.Gallery.recognise: lambda: call(PEOPLE, GREY, BOX),
+    robot.body_of: lambda: call(BOX),
+    robot.face_of: lambda: call(BOX),
+    robot.RobotRules: lambda: call(link.LinkRules(), 3.0, 5.0, 5, True),
+    robot.RobotState: lambda: call(interaction.InteractionState("wait"), LINK, FOLLOWED, 1, True),
+    robot.CompanionRobot: lambda: call(
+        known, HANDS, DETECTOR, TUTOR, interaction.Interaction(TABLE, robot.EVENTS),
+        robot.RobotRules(), FOLLOWER,
+    ),
+    robot.CompanionRobot.start: lambda: call(ROBOT),
+    robot.CompanionRobot.step: lambda: call(ROBOT, ROBOT.start(), COLOUR, rng=rng()),
 }  # fmt: skip

@@ -146,6 +146,7 @@ CALLS = {
     datasets.read_video: lambda: call(FILM),
     datasets.read_film: lambda: call(KITTI / "image_l", "*.png", topic="/a"),
     datasets.picture_files: lambda: call(KITTI / "image_l", "*.png"),
+    datasets.gallery_files: lambda: call(KITTI),
     datasets.read_images: lambda: call(KITTI / "image_l", "*.png", colour=True, allow_gaps=True),
     datasets.read_kitti: lambda: call(KITTI, allow_gaps=True),
     datasets.read_plane_pair: lambda: call(PAIRS),
