@@ -115,9 +115,9 @@ def drawn(image: np.ndarray, state: ArmState, lost: bool) -> np.ndarray:
 @click.argument("pose")
 @click.argument("out", type=Results(".mp4", ".csv"))
 @click.option("--face", help="Square of the face in the first picture: u,v,width,height, px.")
-def main(film, lengths, pose, out, face, force):
+def main(film, lengths, pose, out, face, topic, force):
     """The angles of both arms from a film of an upper body, by the lengths of its arms."""
-    recorded, rows = datasets.read_film(film), []
+    recorded, rows = datasets.read_film(film, topic=topic), []
     tracker = body(recorded, lengths)
     told = first_pose(pose, tracker.camera)
     square = None if face is None else first_face(face, recorded)

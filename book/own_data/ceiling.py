@@ -66,19 +66,17 @@ def mapper(film: datasets.Film) -> Mapper:
 
 def build(film: datasets.Film) -> tuple[MapState, dict[int, dict], Counter]:
     """The map, what was seen in which picture, and how many pictures were skipped, and why."""
-    rng, own, state, seen, counts = np.random.default_rng(SEED), mapper(film), None, {}, Counter()
+    rng, own, seen, counts = np.random.default_rng(SEED), mapper(film), {}, Counter()
+    state = own.start()
     for k, image in pictures(film, "mosaic"):
-        try:
-            state, info = own.step(state, image, rng=rng) if state else own.start(image, rng=rng)
-        except ValueError:  # no distinctive window yet
-            if state:
-                raise
+        state, info = own.step(state, image, rng=rng)
+        if not state.mosaic.poses:  # no distinctive window yet
             counts += Counter(all=1, empty=1)
             continue
         counts += Counter(all=1, found=len(info.found), closed=info.closed, blind=not info.located)
         if info.located:
             seen[k] = dict(info.sightings)
-    if state is None:
+    if not state.mosaic.poses:
         raise ValueError(f"{film.path}: no picture has a distinctive window, as of a blank ceiling")
     return state, seen, counts
 
@@ -102,10 +100,10 @@ def drawn(part: Mosaic, way: np.ndarray, used: Iterator[np.ndarray], unit: str) 
 @script
 @click.argument("film", type=Recording())
 @click.argument("out", type=Results(".tum", ".csv", "_pictures.csv", ".png"))
-def main(film, out, force):
+def main(film, out, topic, force):
     """A mosaic of a ceiling, and the way below it, from a film or a folder of pictures."""
     check()
-    state, seen, counts = build(recorded := datasets.read_film(film))
+    state, seen, counts = build(recorded := datasets.read_film(film, topic=topic))
     parts, unit = pieces(state.mosaic, state.links), "px" if HEIGHT is None else "m"
     piece, way = retrace(parts, [*seen.values()], RULES.gate)
     frames, times = np.array(recorded.numbers)[[*seen]], recorded.seconds(RATE)[[*seen]]
@@ -129,7 +127,7 @@ def main(film, out, force):
         print(f"piece {k + 1}{', drawn' * bool(k == largest)}: {own}")
     mine = piece == largest
     datasets.write_tum(out[".tum"], times[mine], se3.from_se2(way[mine]), overwrite=force)
-    rows, film = {*np.array([*seen])[mine].tolist()}, datasets.read_film(film)
+    rows, film = {*np.array([*seen])[mine].tolist()}, datasets.read_film(film, topic=topic)
     used = (image for k, image in pictures(film, "painting") if k in rows)
     with written(out[".png"]) as file:
         Image.fromarray(drawn(parts[largest], way[mine], used, unit)).save(file, "png")

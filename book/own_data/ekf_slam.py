@@ -29,12 +29,14 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 @click.argument("commands", type=Recording())
 @click.argument("observations", type=Recording())
 @click.argument("out", type=Results(".csv", ".tum", "_map.csv"))
-def main(kind, commands, observations, out, topic, force):
+def main(kind, commands, observations, out, topic, time_unit, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]
-    told = tell(read_commands(commands, topic=topic))
+    told = tell(read_commands(commands, time_unit=time_unit, topic=topic))
     name = ["landmark"]
-    seen = read_columns(observations, NAMED | measured, optional=name, integers=name)
+    seen = read_columns(
+        observations, NAMED | measured, optional=name, integers=name, time_unit=time_unit
+    )
     ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which
     values = np.column_stack([seen[column] for column in measured])
     merged = merge(told.times, told.velocities, seen["time_s"], delay=DELAY)

@@ -71,11 +71,11 @@ def legend(gallery: Gallery) -> dict[str, str]:
 @click.argument("people", metavar="GALLERY", type=Recording())
 @click.argument("film", type=Recording())
 @click.argument("out", type=Results(".mp4", ".csv"))
-def main(people, film, out, force):
+def main(people, film, out, topic, force):
     """Who is where in a film, or in a folder of pictures."""
     check()
     gallery, skipped = learnt(people)
-    recorded, rows = datasets.read_film(film), []
+    recorded, rows = datasets.read_film(film, topic=topic), []
     frames, rate = seen(recorded, gallery, rows), recorded.rate or RATE
     count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)
     k, *told = zip(*rows, strict=True) if rows else [()] * 7

@@ -109,10 +109,10 @@ def drawn(image: np.ndarray, state: RobotState, info: RobotInfo, smaller: float)
 @click.option(
     "--gallery", type=Recording(), help="Folders with pictures of tutors, as of faces.py."
 )
-def main(film, out, gallery, force):
+def main(film, out, gallery, topic, force):
     """A robot's tutor, his hands and his orders in a film, or in a folder of pictures."""
     check()
-    companion, recorded, rows = robot(gallery), datasets.read_film(film), []
+    companion, recorded, rows = robot(gallery), datasets.read_film(film, topic=topic), []
     rate = recorded.rate or RATE
     every = max(round(rate / PACE), 1)
     frames = followed(recorded, every, companion, rows)

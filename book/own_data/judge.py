@@ -64,9 +64,13 @@ def consistency(estimate: Track, truth: np.ndarray, covered: np.ndarray) -> str:
     return "\n".join([*told, f"  {inside:.1%} of the poses lie inside their 95 % region"])
 
 
-def together(estimate_file: Path, truth_file: Path, between: bool) -> tuple[np.ndarray, np.ndarray]:
+def together(
+    estimate_file: Path, truth_file: Path, between: bool, unit: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Poses in space of the two files at the same times, or in the same order."""
-    estimate, truth = read_space_track(estimate_file), read_space_track(truth_file)
+    estimate, truth = (
+        read_space_track(file, time_unit=unit) for file in (estimate_file, truth_file)
+    )
     poses, true = estimate.poses, truth.poses
     if estimate.times is None or truth.times is None:
         if len(poses) != len(true):
@@ -91,9 +95,11 @@ def together(estimate_file: Path, truth_file: Path, between: bool) -> tuple[np.n
     return poses, true
 
 
-def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: bool) -> None:
+def in_space(
+    estimate_file: Path, truth_file: Path, alignment: str, between: bool, unit: str
+) -> None:
     """Errors of positions and rotations, as evo has them."""
-    poses, true = together(estimate_file, truth_file, between)
+    poses, true = together(estimate_file, truth_file, between, unit)
     poses, found = spatial.align_poses(poses, true, alignment)
     print(f"alignment: {alignment}, scale {found.scale:.4f}")
     print(f"ATE: {spatial.absolute_error(poses[:, :3, 3], true[:, :3, 3]):.3f} m")
@@ -107,11 +113,11 @@ def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: boo
 @click.argument("truth", type=Recording())
 @click.option("--align", type=click.Choice(spatial.ALIGNMENTS), default="none", help=FREE)
 @click.option("--interpolate", is_flag=True, help=BETWEEN)
-def main(estimate, truth, align, interpolate, topic):
+def main(estimate, truth, align, interpolate, topic, time_unit):
     """Errors of your own run: CSV with headings in the plane; TUM, KITTI and EuRoC in space."""
     kinds = {track_format(estimate): estimate, track_format(truth): truth}
     if "plane" not in kinds:
-        in_space(estimate, truth, align, interpolate)
+        in_space(estimate, truth, align, interpolate, time_unit)
         return
     if align != "none" or interpolate:
         raise ValueError(
@@ -120,7 +126,9 @@ def main(estimate, truth, align, interpolate, topic):
     for kind, file in kinds.items():
         if kind != "plane":
             print(f"in the plane, as {kinds['plane']}: heights and tilts of {file} are left out")
-    in_plane(*(tell(read_track(file, topic=topic)) for file in (estimate, truth)))
+    in_plane(
+        *(tell(read_track(file, time_unit=time_unit, topic=topic)) for file in (estimate, truth))
+    )
 
 
 if __name__ == "__main__":

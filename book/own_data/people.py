@@ -36,10 +36,12 @@ RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a sec
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 
-def from_table(file: Path) -> list[Reading]:
+def from_table(file: Path, time_unit: str) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
     limits = {"time_s": np.inf} | DISTANCE | DIRECTION
-    times, *numbers, names = datasets.read_columns(file, limits, texts=["sensor"]).values()
+    times, *numbers, names = datasets.read_columns(
+        file, limits, texts=["sensor"], time_unit=time_unit
+    ).values()
     if unknown := sorted({*names} - {*SENSORS}):
         raise ValueError(f"{file}: SENSORS has no rules for {', '.join(unknown)}")
     found = []
@@ -50,11 +52,11 @@ def from_table(file: Path) -> list[Reading]:
     return found
 
 
-def from_laser(file: Path, topic: tuple[str, ...]) -> tuple[list[Reading], np.ndarray]:
+def from_laser(file: Path, how: dict) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
     archive, bag = file.suffix == ".npz", datasets.is_bag(file)
     read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = tell(datasets.read_bag_log(file, topic, still=True) if bag else read(file))
+    log = tell(datasets.read_bag_log(file, how["topic"], still=True) if bag else read(file, **how))
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -95,13 +97,15 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("file", type=Recording())
 @click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
 @click.argument("way", type=Recording(), required=False)
-def main(kind, file, out, way, topic, force):
+def main(kind, file, out, way, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
-    readings, poses = from_laser(file, topic) if kind == "legs" else (from_table(file), None)
+    readings, poses = (
+        from_laser(file, how) if kind == "legs" else (from_table(file, time_unit), None)
+    )
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
     if way:
-        poses, covered = tell(datasets.read_track(way, topic=topic)).at(times, longest_gap=GAP)
+        poses, covered = tell(datasets.read_track(way, **how)).at(times, longest_gap=GAP)
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

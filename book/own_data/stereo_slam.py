@@ -44,8 +44,8 @@ def recorded(root, topic):
     return pairs, told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
 
 
-def by_wheels(file, topic, times: np.ndarray) -> list[planar.Odometry]:
-    told = tell(datasets.read_commands(file, topic=topic))
+def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
+    told = tell(datasets.read_commands(file, **how))
     held = hold(told.times, told.velocities, times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
@@ -83,13 +83,14 @@ def film(lefts, looks, path, places):
 @click.argument("root", metavar="FOLDER|BAG", type=Recording())
 @click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", ".mp4"))
 @click.argument("wheels", type=Recording(), required=False)
-def main(root, out, wheels, topic, force):
+def main(root, out, wheels, topic, time_unit, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
     (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
+    how = {"time_unit": time_unit, "topic": topic}
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
-    moved = [None, *(by_wheels(wheels, topic, times) if wheels else [None] * (len(pairs) - 1))]
+    moved = [None, *(by_wheels(wheels, how, times) if wheels else [None] * (len(pairs) - 1))]
     slam, found = visual.VisualSlam(MOUNT, FILTER), None
     state, last = slam.start(np.zeros(3)), np.zeros(3)
     how, guessed, looks, steps, greys = {"costs": euclidean_mean, "rng": rng}, 0, [], [], []

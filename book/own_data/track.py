@@ -117,11 +117,11 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
 @click.argument("film", type=Recording())
 @click.argument("box", type=Recording(or_words=True))
 @click.argument("out", type=Results(".mp4", ".csv", "_outlines.csv"))
-def main(kind, film, box, out, force):
+def main(kind, film, box, out, topic, force):
     """Follow a thing in a film, or in a folder of pictures, from its box in the first one."""
     within("RATE", RATE, 0.01, 1000, "pictures in a second")
     outline, rows = first_outline(box), []
-    recorded = datasets.read_film(film)
+    recorded = datasets.read_film(film, topic=topic)
     frames = follow(kind, tqdm(recorded, "pictures", recorded.promised), outline, rows)
     rate = recorded.rate or RATE
     count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)

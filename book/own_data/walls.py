@@ -22,14 +22,14 @@ LEAST_SCANS = 4  # a wall seen in fewer is left out
 @click.argument("kind", type=click.Choice(["carmen", "graph", "bag", "array"]))
 @click.argument("files", type=Recording(), nargs=-1, required=True)
 @click.argument("out", type=Results())
-def main(kind, files, out, topic, force):
+def main(kind, files, out, topic, time_unit, force):
     """Walls from scans: carmen LOG OUT, graph LOG OUT, bag LOG OUT, or array RANGES POSES OUT."""
     if len(files) != (2 if kind == "array" else 1):
         raise ValueError("array takes RANGES and POSES, the others one LOG; then comes OUT")
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
         angles = np.linspace(*FIELD, ranges.shape[1])
-        poses = tell(datasets.read_track(files[1], topic=topic)).poses
+        poses = tell(datasets.read_track(files[1], time_unit=time_unit, topic=topic)).poses
     else:
         if kind == "bag":
             log = tell(datasets.read_bag_log(files[0], topic))

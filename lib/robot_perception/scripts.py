@@ -15,6 +15,7 @@ with needing():
     import click
 
 Main = Callable[..., None]
+TIME_UNITS = ("s", "ms", "us", "ns")  # as `datasets.limits` has them
 READ_IN_FOLDERS = {
     ".bmp",
     ".gif",
@@ -186,7 +187,8 @@ def script(main: Main) -> Script:
     """Make a script of a function whose parameters are arguments and options of `click`.
 
     Its docstring is the help. It gets ``--force``, which reaches it as ``force``, if it has an
-    argument of type `Results`, and ``--topic``, once or more, if it takes ``topic``.
+    argument of type `Results`, ``--topic``, once or more, if it takes ``topic``, and
+    ``--time-unit`` if it takes ``time_unit``.
     """
     if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
         told = "Write over files that are there."
@@ -194,6 +196,10 @@ def script(main: Main) -> Script:
     if "topic" in signature(main).parameters:
         told = "Of a ROS bag in which several would do; may be given more than once."
         main = click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
+    if "time_unit" in signature(main).parameters:
+        told = "What the recordings count time in; a bag tells it itself."
+        units = click.Choice(TIME_UNITS)
+        main = click.option("--time-unit", type=units, default="s", help=told)(main)
     words = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}  # -5,3 is none
     return click.command(cls=Script, context_settings=words)(main)
 
