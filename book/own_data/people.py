@@ -52,11 +52,13 @@ def from_table(file: Path, time_unit: str) -> list[Reading]:
     return found
 
 
-def from_laser(file: Path, how: dict) -> tuple[list[Reading], np.ndarray]:
+def from_laser(file: Path, topic: tuple[str, ...], unit: str) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
     archive, bag = file.suffix == ".npz", datasets.is_bag(file)
     read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = tell(datasets.read_bag_log(file, how["topic"], still=True) if bag else read(file, **how))
+    log = tell(
+        datasets.read_bag_log(file, topic, still=True) if bag else read(file, time_unit=unit)
+    )
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -99,13 +101,16 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("way", type=Recording(), required=False)
 def main(kind, file, out, way, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
-    readings, poses = (
-        from_laser(file, how) if kind == "legs" else (from_table(file, time_unit), None)
-    )
+    if kind == "legs":
+        readings, poses = from_laser(file, topic, time_unit)
+    else:
+        readings, poses = from_table(file, time_unit), None
     times = np.array([seen.time for seen, _ in readings])
     poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
     if way:
-        poses, covered = tell(datasets.read_track(way, **how)).at(times, longest_gap=GAP)
+        poses, covered = tell(datasets.read_track(way, time_unit=time_unit, topic=topic)).at(
+            times, longest_gap=GAP
+        )
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

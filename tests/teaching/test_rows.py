@@ -198,3 +198,12 @@ def test_trials_become_rows_arrays_of_one_length_as_many():
 def test_rows_that_would_be_no_table_are_refused(trials, problem):
     with pytest.raises(ValueError, match=problem):
         framed(trials)
+
+
+def test_rows_are_shown_as_a_table_and_say_where_they_come_from():
+    shown = ROWS
+    assert repr(shown).endswith("\nComputed here.")
+    assert all(name in repr(shown) for name in shown.table.columns)
+    html = replace(shown, note="<b>")._repr_html_()
+    assert html.endswith("<p>&lt;b&gt;</p>")
+    assert "<table" in html

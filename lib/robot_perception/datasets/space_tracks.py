@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 
 from robot_perception import checks
 from robot_perception.datasets import limits
+from robot_perception.datasets.bags import is_bag
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
     FINITE,
@@ -118,7 +119,7 @@ def track_format(path: str | Path) -> str:
     str
         Without names ``"KITTI"`` (12 numbers a line), ``"TUM"`` (others between blanks) or
         ``"EuRoC"`` (others between commas); ``"EuRoC"`` by its names, ``"space"`` where there are
-        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads.
+        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads, as it does bags.
 
     Raises
     ------
@@ -127,6 +128,8 @@ def track_format(path: str | Path) -> str:
     FileNotFoundError
         If there is no such file.
     """
+    if is_bag(path):
+        return "plane"
     lines = Lines(path)
     row = lines.points(next(lines.rows(), []))
     if not row:

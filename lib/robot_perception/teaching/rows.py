@@ -7,6 +7,7 @@ test; which kind of number carries which interval is decided in `evaluation.inte
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ Says = Callable[["Rows"], Cell] | tuple[str, ...]
 """What a cell of a table says of rows: a function, or a method of `Rows` and its measures."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Rows:
     """Rows of a study.
 
@@ -45,6 +46,13 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.table)
+
+    def __repr__(self) -> str:
+        return f"{self.table}\n{self.note}"
+
+    def _repr_html_(self) -> str:
+        """Return the table as pandas shows it, and where it comes from."""
+        return f"{self.table._repr_html_()}<p>{escape(self.note)}</p>"
 
     def where(self, **levels: Any) -> "Rows":
         """Return the rows in which factors have some levels; of several, give a tuple.
