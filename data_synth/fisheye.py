@@ -13,10 +13,10 @@ of 8 bits.
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number, reals, whole
+from data_synth._kernels import kernel
 
 _FINE = 2  # rays along each side of a pixel
 _DIRECTIONS = 4096  # of the cast in the plan; a pixel at the rim is four wide
@@ -352,7 +352,7 @@ def _fall_off(camera: Fisheye) -> np.ndarray:
     return ((1 - (1 - _RIM_LEFT) * off**2) * edge).astype(np.float32)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _around(x, y, heading, walls, boxes, directions, deep):
     """For each direction in the plan the distance and index of the first wall, and how many boxes
     are met before it: their near and far ends, which they are and which edge is met, near first.
@@ -423,7 +423,7 @@ def _around(x, y, heading, walls, boxes, directions, deep):
     return wall, face, count, near, far, met, edge
 
 
-@numba.njit(cache=True)
+@kernel()
 def _background(
     eye, turned, rays, direction, wall, face, count, near, far, met, edge, walls, wall_paint,
     wall_light, hung, hung_first, hung_picture, hung_light, boxes, spans, box_paint, box_picture,
@@ -530,7 +530,7 @@ def _background(
                 colours[row, column, channel] = paint[channel] * shade
 
 
-@numba.njit(cache=True)
+@kernel()
 def _look_up(pictures, which, across, down, paint):
     """Write the texel of a picture."""
     n = pictures.shape[1]
@@ -539,7 +539,7 @@ def _look_up(pictures, which, across, down, paint):
         paint[channel] = pictures[which, i, j, channel]
 
 
-@numba.njit(cache=True)
+@kernel()
 def _bodies(
     eye, turned, rays, reach, centres, shapes, paint, hair, heads, owners, lights, colours, depths,
     lit, whose,
@@ -609,7 +609,7 @@ def _bodies(
                     colours[row, column, channel] = skin[channel] * shade
 
 
-@numba.njit(cache=True)
+@kernel()
 def _face(kind, f, s, t, hair, skin):
     """Turn the skin of a head at a place of the unit sphere to hair, eyes or mouth; tell whether
     it is skin that a camera would call so.
@@ -640,7 +640,7 @@ def _face(kind, f, s, t, hair, skin):
     return True
 
 
-@numba.njit(cache=True)
+@kernel()
 def _gathered(fine, lit, light, parts):
     """Means of square blocks in their light; a ray that saturates counts as twice full light."""
     size = fine.shape[0] // parts
@@ -654,7 +654,7 @@ def _gathered(fine, lit, light, parts):
     return image
 
 
-@numba.njit(cache=True)
+@kernel()
 def _develop(light, fall, gain, read, photon, noise, table, image):
     """Grey values of light with a fall-off and noise, which the gain multiplies too."""
     last = len(table) - 1

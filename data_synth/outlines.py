@@ -1,9 +1,9 @@
 """Rays in a plan of straight faces and ellipses: what each meets first, and at what slant."""
 
-import numba
 import numpy as np
 
 from data_synth._checks import array
+from data_synth._kernels import kernel
 
 _NEAR = 1e-9  # m; a ray does not meet what it starts from
 
@@ -48,7 +48,7 @@ def cast_outlines(
     return distances, indices, slants
 
 
-@numba.njit(cache=True)
+@kernel()
 def _cast(origins, directions, faces, ellipses, distances, indices, slants):
     for k in range(len(directions)):
         x, y = origins[k]

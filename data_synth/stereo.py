@@ -15,11 +15,11 @@ have no distortion and the same rows; the left one is above the origin of the ro
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from data_synth._checks import array, generator, instance, number, whole
+from data_synth._kernels import kernel
 from data_synth.textures import Atlas, make_atlas
 
 _SLACK = 1e-9  # no gap where surfaces meet, parts of their size
@@ -468,7 +468,7 @@ def _fall_off(rig: Rig) -> np.ndarray:
     return (1 - rig.vignetting * (1 - (1 + squared) ** -2)).astype(np.float32)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _cover(warps: np.ndarray, bounds: np.ndarray, nearest: np.ndarray, seen: np.ndarray) -> None:
     """Write for each pixel the surface whose plane is met first inside its edges.
 
@@ -499,7 +499,7 @@ def _cover(warps: np.ndarray, bounds: np.ndarray, nearest: np.ndarray, seen: np.
                     seen[row, column] = s
 
 
-@numba.njit(cache=True)
+@kernel()
 def _shade(warps, seen, pictures, tiles, gains, texels, starts, sizes, image):
     """Write the grey value of each pixel; where surfaces meet, the mean of its four quarters."""
     rows, columns = image.shape
@@ -523,7 +523,7 @@ def _shade(warps, seen, pictures, tiles, gains, texels, starts, sizes, image):
             image[row, column] = total / parts
 
 
-@numba.njit(cache=True)
+@kernel()
 def _grey(warps, s, u, v, tiles, texels, starts, sizes, picture):
     """Mean of a picture over a pixel: probes along the longer side of the pixel's footprint, each
     bilinear in the two copies of which a texel is about as large as its shorter side.

@@ -10,11 +10,11 @@ import math
 from dataclasses import dataclass, field
 
 import cv2
-import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from data_synth._checks import array, generator, instance, number, reals, whole
+from data_synth._kernels import kernel
 from data_synth.coloured.canvas import texture
 from data_synth.coloured.filming import linear, one_of
 from data_synth.companion.canvas import rows_and_columns, tint
@@ -500,7 +500,7 @@ def _trunk(person: Person, middle: np.ndarray) -> Mesh:
     return _mesh(points, texels, _cloth(person.outfit), axis)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _splat(places, deep, shade, cloth, texels, part, colour, depth, parts):
     """Draw the quads of a mesh as two triangles each, the nearest one at each pixel."""
     rings, around = deep.shape

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
-import numba
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number, whole
+from data_synth._kernels import kernel
 from data_synth.ceiling.plane import Ceiling
 
 BEYOND = 96.0
@@ -357,7 +357,7 @@ def _rays(mount: Mount) -> tuple[np.ndarray, np.ndarray]:
     return slopes, radius.astype(np.float32)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _render(
     greys, texel, slopes, far, camera_x, camera_y, height, focal, x, y, cos, sin, discs,
     gain, offset, deviation, vignetting, noise, found,

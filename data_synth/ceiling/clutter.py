@@ -1,10 +1,10 @@
 """Patches of a ceiling on cluttered grounds, where we know exactly where they lie."""
 
 import cv2
-import numba
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number, whole
+from data_synth._kernels import kernel
 from data_synth.ceiling._fixtures import PAINTERS, Stamp, lay
 
 _SCALE = 80.0  # pixels for a metre, as a ceiling of 2.5 m is seen with a focal length of 200
@@ -149,7 +149,7 @@ def _picture(name: str, value: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(value)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _cubic(off):
     """Weights of four neighbours, the second ``off`` before the place."""
     off2, off3 = off * off, off * off * off
@@ -161,7 +161,7 @@ def _cubic(off):
     )
 
 
-@numba.njit(cache=True)
+@kernel()
 def _read(patch, a, b):
     """Grey value at column a, row b, as if the edge went on."""
     rows, columns = patch.shape
@@ -175,7 +175,7 @@ def _read(patch, a, b):
     return total
 
 
-@numba.njit(cache=True)
+@kernel()
 def _superimpose(found, patch, x, y, cos, sin, scale, column, row, wide):
     rows, columns = patch.shape
     fine = max(1, int(np.ceil(3 * wide)))

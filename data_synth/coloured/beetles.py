@@ -1,9 +1,9 @@
 """A shiny beetle that walks on varied ground."""
 
-import numba
 import numpy as np
 
 from data_synth._checks import instance
+from data_synth._kernels import kernel
 from data_synth.coloured.canvas import covered, inside, lay, place_at, shadow, shifted, stroke
 from data_synth.coloured.filming import camera_or_default, film, start, wave
 from data_synth.coloured.outdoors import (
@@ -149,7 +149,7 @@ def _limbs(way: float) -> list[tuple[np.ndarray, np.ndarray]]:
     return lines
 
 
-@numba.njit(cache=True)
+@kernel()
 def _coat(place, heading, size, spots, sun, sky, light):
     """Write the light that comes back from the body: wing cases with furrows, spots and a seam
     between them, pronotum and head, each the upper half of an ellipsoid.

@@ -1,9 +1,9 @@
 """Painting light on an image: outlines, strokes, random textures, leaves and stones."""
 
 import cv2
-import numba
 import numpy as np
 
+from data_synth._kernels import kernel
 from data_synth.coloured.sequences import HEIGHT, WIDTH
 
 __all__: tuple[str, ...] = ()  # for the worlds alone
@@ -31,7 +31,7 @@ def inside(outline: np.ndarray, margin: int = 1) -> tuple[Box, np.ndarray]:
     return (slice(top, bottom), slice(left, right)), cover
 
 
-@numba.njit(cache=True)
+@kernel()
 def _fill(outline, left, top, lines, cover):
     """Add the share of each pixel that lies inside, exact along a line, lines by their middles."""
     n = len(outline)
@@ -92,7 +92,7 @@ def stroke(points: np.ndarray, widths: np.ndarray) -> tuple[Box, np.ndarray]:
     return (slice(top, bottom), slice(left, right)), cover
 
 
-@numba.njit(cache=True)
+@kernel()
 def _draw(points, widths, left, top, cover):
     """Raise each pixel to the share that the nearest place of a piece gives it."""
     for k in range(len(points) - 1):

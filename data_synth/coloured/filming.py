@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 
 import cv2
-import numba
 import numpy as np
 
 from data_synth._checks import generator, instance, whole
+from data_synth._kernels import kernel
 from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera
 
 __all__: tuple[str, ...] = ()  # for the worlds alone
@@ -46,7 +46,7 @@ def film(
 _TABLE = np.rint(255 * np.linspace(0.0, 1.0, 1 << 16) ** _GAMMA).astype(np.uint8)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _expose(light, noise, read, photon, table):
     """Values of 8 bits of light with noise; what is more than full light is lost."""
     image = np.empty(light.shape, dtype=np.uint8)

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from data_synth._checks import instance, number, whole
+from data_synth._kernels import kernel
 from data_synth.coloured.canvas import covered, inside, lay, texture
 from data_synth.coloured.filming import LIGHTS, camera_or_default, film, linear, one_of, start, wave
 from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera, HeadSequence
@@ -219,7 +219,7 @@ def _boxes(centres: np.ndarray, maps: np.ndarray) -> np.ndarray:
     return np.concatenate([low, high], axis=1).astype(np.int64)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _lit(walls, lean, near, side):
     """The light that comes back from the walls: ``lean`` is how much of the lamp meets them."""
     canvas = np.empty_like(walls)
@@ -231,7 +231,7 @@ def _lit(walls, lean, near, side):
     return canvas
 
 
-@numba.njit(cache=True)
+@kernel()
 def _cast(
     centres, maps, kinds, colours, boxes, near, side, lamp, shift, owner, focal, canvas, depths,
     whose,
@@ -292,7 +292,7 @@ def _cast(
                     )
 
 
-@numba.njit(cache=True)
+@kernel()
 def _face(f, s, t, hair, paint):
     """Paint a place of the unit sphere of a head: hair, eyes, brows, mouth or skin; return how
     much it shines.

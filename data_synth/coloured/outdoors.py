@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
-import numba
 import numpy as np
 
+from data_synth._kernels import kernel
 from data_synth.coloured.canvas import (
     inside,
     lay,
@@ -73,7 +73,7 @@ class Weather:
         return self.sun(time)[row, column] * LEVEL + self.sky(time)
 
 
-@numba.njit(cache=True)
+@kernel()
 def lit_ground(paint, sun, low, sky):
     """Return the light that comes back from the ground: ``low`` is 0 in the shadow of what stands
     on it, which hides some of the sky too.
@@ -97,7 +97,7 @@ def make_weather(light: str, *, rng: np.random.Generator) -> Weather:
     return Weather(clouds, leaves.astype(np.float32), wind, light == "steady")
 
 
-@numba.njit(cache=True)
+@kernel()
 def shine(paint, normal, sun, sky, warm, towards, half, gloss, power, out):
     """Write the light that comes back from a shiny place: Lambert's law and Blinn's highlight."""
     facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2]

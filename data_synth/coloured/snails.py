@@ -1,10 +1,10 @@
 """A snail in clutter that shares its colours."""
 
 import cv2
-import numba
 import numpy as np
 
 from data_synth._checks import instance
+from data_synth._kernels import kernel
 from data_synth.coloured.canvas import (
     covered,
     inside,
@@ -197,7 +197,7 @@ def _spiral(rng: np.random.Generator) -> np.ndarray:
     return (paint * (1 - 0.6 * groove + ribs + fine)[..., None]).clip(0.01, 1).astype(np.float32)
 
 
-@numba.njit(cache=True)
+@kernel()
 def _shell(picture, place, inverse, linear, sun, sky, light):
     """Write the light that comes back from the shell, the affine image of half a ball."""
     normal = np.empty(3)

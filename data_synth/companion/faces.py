@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from data_synth._checks import array, generator, instance, number, whole
+from data_synth._kernels import kernel
 from data_synth.coloured.filming import linear, one_of
 from data_synth.companion.canvas import tint
 from data_synth.companion.skins import SKINS
@@ -335,7 +335,7 @@ def _head(
     return points, paint, gloss
 
 
-@numba.njit(cache=True)
+@kernel()
 def _neck(sprite, skin, scale, ambient):
     """Paint a neck below the head."""
     middle = (sprite.shape[1] - 1) / 2
@@ -351,7 +351,7 @@ def _neck(sprite, skin, scale, ambient):
                 sprite[row, column, 3] = 1
 
 
-@numba.njit(cache=True)
+@kernel()
 def _splat(points, paint, gloss, turn, lamp, ambient, scale, middle, centre, sprite, depth):
     """Write each small piece of the surface that faces the camera where it is seen, nearest last.
 

@@ -18,11 +18,11 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.geometry import wrap_angle
+from robot_perception.kernels import kernel
 
 __all__ = [
     "covariance_intersection",
@@ -410,7 +410,7 @@ def _flat(value: np.ndarray, batch: tuple[int, ...], shape: tuple[int, ...]) -> 
     return np.ascontiguousarray(value).reshape(-1, *shape)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _factor(matrix, L):  # pragma: no cover - compiled
     """Write the lower Cholesky factor, and tell whether there is one."""
@@ -429,7 +429,7 @@ def _factor(matrix, L):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _intersect(covs_a, covs_b, differences, omegas, shifts, covs):  # pragma: no cover - compiled
     """Write shift of the mean and covariance of each pair, and tell whether every S is regular."""
@@ -455,7 +455,7 @@ def _intersect(covs_a, covs_b, differences, omegas, shifts, covs):  # pragma: no
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _solve(L, matrix, out):  # pragma: no cover - compiled
     """Write (L Lᵀ)⁻¹ times a matrix."""
@@ -473,7 +473,7 @@ def _solve(L, matrix, out):  # pragma: no cover - compiled
             out[i, j] = total / L[i, i]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _add_square(X, M, weight, product, out):  # pragma: no cover - compiled
     """Add weight times Xᵀ M X, symmetric to the last bit."""
@@ -493,7 +493,7 @@ def _add_square(X, M, weight, product, out):  # pragma: no cover - compiled
                 out[j, i] = out[i, j]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _diagonalise(A, B, T, M, delta):  # pragma: no cover - compiled
     """Write T and δ with A = T Tᵀ and B = T diag(δ) Tᵀ; tell whether A and B are regular.
@@ -544,7 +544,7 @@ def _diagonalise(A, B, T, M, delta):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _slope(w, factors, delta, power):  # pragma: no cover - compiled
     """Return the sum of which the best weight is the root, and its derivative."""
@@ -557,7 +557,7 @@ def _slope(w, factors, delta, power):  # pragma: no cover - compiled
     return value, derivative
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _balance(factors, delta, power):  # pragma: no cover - compiled
     """Return where the sum, which rises with the weight, is 0; the nearer end if nowhere."""
@@ -588,7 +588,7 @@ def _balance(factors, delta, power):  # pragma: no cover - compiled
     return w
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _search(covs_a, covs_b, power, omegas):  # pragma: no cover - compiled
     """Write the weight of each pair; tell whether all covariances are regular."""

@@ -9,9 +9,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 __all__ = ["chi_squared_quantile", "gate", "joint_compatibility", "nearest_neighbours"]
 
@@ -95,7 +95,7 @@ def nearest_neighbours(
     return greedy(np.ascontiguousarray(distances), limit)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def greedy(distances, limit):  # pragma: no cover - compiled
     m, n = distances.shape
@@ -186,7 +186,7 @@ def branch_and_bound(
     return chosen
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _search(starts, targets, innovations, cov, limits):  # pragma: no cover - compiled
     """Walk the tree with a stack: one level for each measurement that has a pair.

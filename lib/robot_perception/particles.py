@@ -15,10 +15,10 @@ from typing import Protocol, no_type_check, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.beliefs import ParticleSet, normalise
+from robot_perception.kernels import kernel
 
 States = Float[np.ndarray, "m n"]
 Logarithms = Float[np.ndarray, "m"]
@@ -413,7 +413,7 @@ def _places(count: int) -> np.ndarray:
     return np.empty(count + 4, dtype=np.int64)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _comb(weights, total, offsets, drawn):  # pragma: no cover - compiled
     """Return what `_inverse` does for the points (k + offset of k) / N, one in each N-th of [0, 1).
@@ -439,7 +439,7 @@ def _comb(weights, total, offsets, drawn):  # pragma: no cover - compiled
     return drawn[:count]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _inverse(weights, total, points):  # pragma: no cover - compiled
     """Return for each ascending point of [0, 1) the first particle whose cumulative sum is above.
@@ -457,7 +457,7 @@ def _inverse(weights, total, points):  # pragma: no cover - compiled
     return drawn
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _last(weights):  # pragma: no cover - compiled
     """Return the last particle with a weight: it takes the points that rounding leaves above."""

@@ -22,11 +22,11 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -489,7 +489,7 @@ def _sampled(
     return far, np.stack([along_u, along_v], axis=-1)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cover - compiled
     """Write the points after each step, coordinates in rows.
@@ -525,7 +525,7 @@ def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cov
             new[:] = found
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _times(matrix, columns, products):  # pragma: no cover - compiled
     """Write the products of a matrix with two columns, which stand in rows."""

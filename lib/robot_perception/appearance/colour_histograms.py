@@ -8,9 +8,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int32
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 __all__ = [
     "adapt",
@@ -263,7 +263,7 @@ def _index(name: str, index: np.ndarray, count: int) -> tuple[np.ndarray, int]:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _count_boxes(index, boxes, found):
     """Count into two histograms in turn, so that no count waits for the one before it."""
     bins = found.shape[1]

@@ -11,9 +11,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int32, UInt8
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 __all__ = ["SPACES", "Binning", "ColourSpace"]
 
@@ -209,7 +209,7 @@ SPACES: Mapping[str, ColourSpace] = MappingProxyType(
 
 
 @no_type_check
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _convert(code, red, green, blue):
     """Return the coordinates of one colour; see `ColourSpace`."""
     total = red + green + blue
@@ -235,7 +235,7 @@ def _convert(code, red, green, blue):
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _coordinates(code, colours, found):
     for k in range(len(colours)):
         red, green, blue = np.int32(colours[k, 0]), np.int32(colours[k, 1]), np.int32(colours[k, 2])
@@ -243,7 +243,7 @@ def _coordinates(code, colours, found):
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _index(code, colours, b1, b2, b3, found):
     for k in range(len(colours)):
         red, green, blue = np.int32(colours[k, 0]), np.int32(colours[k, 1]), np.int32(colours[k, 2])

@@ -16,11 +16,11 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int64, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.appearance.colour_histograms import adapt, shares
 from robot_perception.appearance.colour_spaces import Binning, picture
+from robot_perception.kernels import kernel
 
 __all__ = [
     "Ellipse",
@@ -508,7 +508,7 @@ def _best(merit: np.ndarray, widths: list[int], before: int) -> tuple[int, int, 
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _count_each(index, left, top, across, down, most, common):
     """Count each candidate's pixels anew, and add up what they have in common with the model."""
     high = len(across) // 2
@@ -527,7 +527,7 @@ def _count_each(index, left, top, across, down, most, common):
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _slide(index, left, top, across, down, most, common):
     """Go through the rows to and fro; each candidate follows from the one before."""
     high, wide = len(across) // 2, len(down) // 2
@@ -556,7 +556,7 @@ def _slide(index, left, top, across, down, most, common):
 
 
 @no_type_check
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _enter(room, pixel):
     """Add a pixel; return by how much more the histogram has in common with the model."""
     before = room[pixel]
@@ -565,7 +565,7 @@ def _enter(room, pixel):
 
 
 @no_type_check
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _leave(room, pixel):
     """Take a pixel away; return by how much less the histogram has in common with the model."""
     after = room[pixel] + UNIT

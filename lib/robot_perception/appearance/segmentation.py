@@ -9,11 +9,11 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Integer, Real
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -143,8 +143,8 @@ def boundary(mask: Mask, reach: int = 1) -> Mask:
     reach = checks.whole("reach", reach, 1, 200)
     found = check_mask("mask", mask).view(np.uint8)
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    kernel = cross if reach == 1 else _disc(2 * reach + 1)
-    return cv2.morphologyEx(found, cv2.MORPH_GRADIENT, kernel).view(bool)
+    element = cross if reach == 1 else _disc(2 * reach + 1)
+    return cv2.morphologyEx(found, cv2.MORPH_GRADIENT, element).view(bool)
 
 
 def euler_number(mask: Mask) -> int:
@@ -300,7 +300,7 @@ def _diameter(name: str, value: int) -> int:
     return diameter
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _look_up(index, seen, found):  # pragma: no cover - compiled
     """Write whether each bin has been seen; tell whether all numbers are those of bins."""
@@ -313,7 +313,7 @@ def _look_up(index, seen, found):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _euler(mask, quads):  # pragma: no cover - compiled
     """Return the sum of what the 2 × 2 squares count; beyond the frame nothing is."""
@@ -329,7 +329,7 @@ def _euler(mask, quads):  # pragma: no cover - compiled
     return total
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _fill(points, found):  # pragma: no cover - compiled
     """Write which pixel centres lie inside: those with an odd number of sides on their left."""

@@ -29,10 +29,10 @@ from typing import Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole
+from robot_perception.kernels import kernel
 
 __all__ = [
     "LIMBS",
@@ -488,7 +488,7 @@ def _wholes(name: str, values: Any, size: int) -> tuple[int, ...]:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _skeletons(states, middle, lengths, apart, ends, sides):  # pragma: no cover - compiled
     """Fill in the joints, and the side of upper arm and forearm to which the elbow bends."""
     for i in range(len(states)):
@@ -513,7 +513,7 @@ def _skeletons(states, middle, lengths, apart, ends, sides):  # pragma: no cover
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _prepare(c0, c1, r0, r1, stretch, cone):  # pragma: no cover - compiled
     """Fill in what `_enters_at` asks of a cone, in a frame whose z is stretched."""
     length = 0.0
@@ -535,7 +535,7 @@ def _prepare(c0, c1, r0, r1, stretch, cone):  # pragma: no cover - compiled
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _enters_at(x, y, z, cone):  # pragma: no cover - compiled
     """Return which share of the ray to a point lies before it enters a solid cone; inf if never.
 
@@ -581,7 +581,7 @@ def _enters_at(x, y, z, cone):  # pragma: no cover - compiled
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _boxes(ends, radii, middle, trunk, focal, centre, boxes, cones):  # pragma: no cover - compiled
     """Fill in the box of each limb and of the trunk in the picture, wide enough, and its cone."""
     foot = middle.copy()
@@ -610,7 +610,7 @@ def _boxes(ends, radii, middle, trunk, focal, centre, boxes, cones):  # pragma: 
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _seen(p, own, u, v, middle, trunk, boxes, cones):  # pragma: no cover - compiled
     """Tell whether neither a limb but the own one nor the trunk lies before a point."""
     most = 1.0 - _SLACK / np.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
@@ -630,7 +630,7 @@ def _seen(p, own, u, v, middle, trunk, boxes, cones):  # pragma: no cover - comp
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _project(
     states, middle, lengths, apart, radii, trunk, focal, centre, counts, found, visible
 ):  # pragma: no cover - compiled
@@ -676,7 +676,7 @@ def _project(
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _across(a, e1, e2):  # pragma: no cover - compiled
     """Fill in two directions square to one and to each other."""
     least = 0
@@ -694,7 +694,7 @@ def _across(a, e1, e2):  # pragma: no cover - compiled
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _cover(
     states, middle, lengths, apart, radii, trunk, focal, centre, limbs, along, around, grid, found,
     visible,
@@ -744,7 +744,7 @@ def _cover(
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _collide(ends, radii, middle, trunk, head, head_radius, found):  # pragma: no cover - compiled
     for i in range(len(ends)):
         hit = False
@@ -766,7 +766,7 @@ def _collide(ends, radii, middle, trunk, head, head_radius, found):  # pragma: n
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _enters(a0, a1, middle, trunk):  # pragma: no cover - compiled
     """Tell whether a segment enters the trunk."""
     x0, x1 = (a0[0] - middle[0]) / trunk[0], (a1[0] - middle[0]) / trunk[0]
@@ -787,7 +787,7 @@ def _enters(a0, a1, middle, trunk):  # pragma: no cover - compiled
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _nearest(a0, a1, b0, b1):  # pragma: no cover - compiled
     """Return where along two segments they are nearest to each other, and how near that is."""
     aa, bb, ab, ac, bc = 0.0, 0.0, 0.0, 0.0, 0.0

@@ -17,13 +17,13 @@ from typing import Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.arms.body_model import REST, BodyModel, Contours, Patches, Surface
 from robot_perception.companion.boxes import colour_picture
 from robot_perception.companion.cues import bhattacharyya, patch_histograms
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -640,7 +640,7 @@ def summed(cues: Mapping[str, Cue], seen: Look, bodies: Bodies) -> dict[str, Log
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _gather(distance, points, most, found):  # pragma: no cover - compiled
     height, width = distance.shape
     for i in range(points.shape[0]):

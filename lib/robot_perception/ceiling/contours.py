@@ -10,10 +10,10 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -361,7 +361,7 @@ def _arc(points: Int32[np.ndarray, "n 2"], rules: ContourRules) -> Arc | None:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _link(mask):
     """Walk along edge pixels; return the number of the chain of each, and the pixels in order.
 

@@ -15,7 +15,6 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.ceiling.contours import (
@@ -28,6 +27,7 @@ from robot_perception.ceiling.contours import (
     picture,
 )
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -538,7 +538,7 @@ def _compared(one: np.ndarray, other: np.ndarray, centred: bool) -> np.ndarray:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _sample(image, points, steps, samples):
     """Return grey values along lines; NaN where one leaves the picture."""
     height, width = image.shape
@@ -556,7 +556,7 @@ def _sample(image, points, steps, samples):
 
 
 @no_type_check
-@njit(cache=True, fastmath=FAST)
+@kernel(fastmath=FAST)
 def _correlate(layers, chosen, poses, points, steps, vectors, centred):
     """Return the correlation of each vector at each pose."""
     height, width = layers.shape[1:]
@@ -593,7 +593,7 @@ def _correlate(layers, chosen, poses, points, steps, vectors, centred):
 
 
 @no_type_check
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _leaves(u, v, du, dv, samples, width, height):
     """Tell whether a line of samples leaves the pixels; its ends decide."""
     end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
@@ -606,7 +606,7 @@ def _leaves(u, v, du, dv, samples, width, height):
 
 
 @no_type_check
-@njit(cache=True, fastmath=FAST, inline="always")
+@kernel(fastmath=FAST, inline="always")
 def _between(image, u, v):
     """Return the grey value between four pixels; on the last row or column, between the last."""
     height, width = image.shape

@@ -12,13 +12,13 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 from scipy.ndimage import distance_transform_edt
 
 from robot_perception import checks
 from robot_perception.ceiling.contours import Arc, Edges, Segment
 from robot_perception.ceiling.patterns import Pattern, placed
 from robot_perception.geometry.angles import wrap_angle
+from robot_perception.kernels import kernel
 
 __all__ = ["Candidate", "EdgeField", "RecognitionRules", "contour_log_likelihoods", "recognise"]
 
@@ -331,7 +331,7 @@ def _scores(
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _shares(points, normals, poses, distance, normal, near, aligned):
     """Return which share of points lies near an edge across which the direction is theirs."""
     height, width = distance.shape

@@ -13,11 +13,11 @@ from typing import Any, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.companion.boxes import grey_picture
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -285,7 +285,7 @@ def _checked(picture: Any, points: Any, visible: Any, bins: Any) -> tuple:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _place(states, patches, grid, found):  # pragma: no cover - compiled
     for i in range(len(states)):
         x, y, theta, s = states[i]
@@ -301,7 +301,7 @@ def _place(states, patches, grid, found):  # pragma: no cover - compiled
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _count(picture, points, visible, found, inside):  # pragma: no cover - compiled
     height, width, channels = picture.shape
     bins, count = found.shape[3], points.shape[2]
@@ -323,7 +323,7 @@ def _count(picture, points, visible, found, inside):  # pragma: no cover - compi
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _measure(distance, states, contour, most, found):  # pragma: no cover - compiled
     height, width = distance.shape
     for i in range(len(states)):

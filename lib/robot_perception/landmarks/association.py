@@ -18,9 +18,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
 LARGEST = 1e30  # of what single precision can still square and add
@@ -294,7 +294,7 @@ def _two_nearest(
     return Nearest(classes, distances)
 
 
-@njit(cache=True, fastmath={"reassoc"})
+@kernel(fastmath={"reassoc"})
 @no_type_check
 def _round(rows, factor, single, squares):  # pragma: no cover - compiled
     """Write multiples of rows in single precision, and the rows' squared lengths in double."""
@@ -307,7 +307,7 @@ def _round(rows, factor, single, squares):  # pragma: no cover - compiled
         squares[j] = total
 
 
-@njit(cache=True, fastmath={"reassoc"})
+@kernel(fastmath={"reassoc"})
 @no_type_check
 def _weigh(means, centre, variances, single, offsets):  # pragma: no cover - compiled
     """Write the weights of the classes and what else the products need."""
@@ -322,7 +322,7 @@ def _weigh(means, centre, variances, single, offsets):  # pragma: no cover - com
         offsets[j] += total
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _least(products, offsets, minima):  # pragma: no cover - compiled
     """Write the least sum of each lane; so written that the processor takes many at a time."""
@@ -334,7 +334,7 @@ def _least(products, offsets, minima):  # pragma: no cover - compiled
             minima[q] = rounded if rounded < minima[q] else minima[q]
 
 
-@njit(cache=True, fastmath={"reassoc"})
+@kernel(fastmath={"reassoc"})
 @no_type_check
 def _exact(d, mean, variances):  # pragma: no cover - compiled
     """Return a distance in double precision, to which the order of its terms means nothing.
@@ -352,7 +352,7 @@ def _exact(d, mean, variances):  # pragma: no cover - compiled
     return total
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _pick(
     products, offsets, bounds, found, means, variances, logs, classes, distances

@@ -9,9 +9,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 ROUNDING = 1 / 12  # variance of a number that was rounded to a whole one
 
@@ -165,7 +165,7 @@ class DescriptorClasses:
             )
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _merge(
     means, squares, counts, rows, other_means, other_squares, other_counts

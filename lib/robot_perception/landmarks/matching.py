@@ -4,8 +4,8 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Int
-from numba import njit
 
+from robot_perception.kernels import kernel
 from robot_perception.landmarks.features import Features
 
 
@@ -53,7 +53,7 @@ def match_window(
     return np.stack([rows, order[nearest[rows]]], axis=1)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _nearest_in_window(
     first, expected, second, pixels, least, most, down, limit

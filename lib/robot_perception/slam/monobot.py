@@ -14,11 +14,11 @@ from typing import Literal, no_type_check
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.kalman import Motion, Sensor, predict, update
+from robot_perception.kernels import kernel
 
 VarianceLike = float | np.ndarray
 MOST_LANDMARKS = 10_000
@@ -515,7 +515,7 @@ def _per_run(name: str, value: VarianceLike, shape: tuple[int, ...], runs: int) 
         raise ValueError(f"{name} must broadcast to {shape}, got {value.shape}") from None
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _covariance_kernel(P0, V, W):  # pragma: no cover - compiled
     """Return covariances, innovation covariances and gains of each member of the batch.
@@ -602,7 +602,7 @@ def _covariance_kernel(P0, V, W):  # pragma: no cover - compiled
     return covs, innovation_covs, gains, True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _mean_kernel(origin, commands, z, gains):  # pragma: no cover - compiled
     """Return estimates and innovations of each run, eqs (3), (4) and (6)."""

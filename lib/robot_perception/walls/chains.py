@@ -16,9 +16,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception.checks import array, positive, reals, whole
+from robot_perception.kernels import kernel
 
 LIMIT = 1e150  # products of two coordinates must stay finite
 
@@ -170,7 +170,7 @@ def _simplified(chain: np.ndarray, tolerance: float) -> tuple[np.ndarray, int]:
     return kept, count
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def first_bad_point(points):
     """Return the index of the first point that is not finite or too large, or -1."""
@@ -184,7 +184,7 @@ def first_bad_point(points):
     return -1
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def farthest_kernel(points, i, j):
     """Return the farthest vertex between two others, its height and the height's unit.
@@ -208,7 +208,7 @@ def farthest_kernel(points, i, j):
     return f, height, math.hypot(dx, dy)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def simplify_kernel(points, tolerance):
     """Return the indices kept and the number of distances; ``-1 - k`` if point ``k`` is bad."""

@@ -16,9 +16,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception.checks import flag
+from robot_perception.kernels import kernel
 from robot_perception.walls.chains import (
     as_chain,
     bad_point,
@@ -102,7 +102,7 @@ def _simplified(chain: np.ndarray, tolerance: float) -> tuple[np.ndarray, int]:
     return kept, steps + last
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _has_repeats(points):
     repeats = False
@@ -111,7 +111,7 @@ def _has_repeats(points):
     return repeats
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _outside(points, a, b, p, side):
     """Whether ``p`` is on the outer side of the hull edge from ``a`` to ``b``, or extends it."""
@@ -125,7 +125,7 @@ def _outside(points, a, b, p, side):
     return ex * (points[p, 0] - points[b, 0]) + ey * (points[p, 1] - points[b, 1]) > 0.0
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _grow(points, hull, vertices, events, tag, end):
     """Build the path hull from the tag to an end.
@@ -171,7 +171,7 @@ def _grow(points, hull, vertices, events, tag, end):
     return bottom, top, count, steps
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _shrink(hull, vertices, events, bottom, top, count, vertex):
     """Undo the history of a path hull back to the moment when a vertex was pushed.
@@ -194,7 +194,7 @@ def _shrink(hull, vertices, events, bottom, top, count, vertex):
     return bottom, top, count, steps
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _height(points, i, j, k):
     """Signed determinant of Table 2: distance of ``k`` from the line times the line's length."""
@@ -203,7 +203,7 @@ def _height(points, i, j, k):
     return dx * (points[k, 1] - y) - dy * (points[k, 0] - x)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _rises(points, i, j, a, b):
     """Whether the hull edge from ``a`` to ``b`` leads away from the line, to its left."""
@@ -211,7 +211,7 @@ def _rises(points, i, j, a, b):
     return dx * (points[b, 1] - points[a, 1]) - dy * (points[b, 0] - points[a, 0]) > 0.0
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _scan(points, hull, bottom, top, i, j):
     """Farthest hull vertex, its height and the second height, by looking at every vertex."""
@@ -225,7 +225,7 @@ def _scan(points, hull, bottom, top, i, j):
     return best, first, second, top - bottom
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _search(points, hull, bottom, top, i, j):
     """Farthest hull vertex, its height and the second height, by binary search over slopes.
@@ -276,7 +276,7 @@ def _search(points, hull, bottom, top, i, j):
     return hull[at], first, second, steps + 4
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _extreme(points, hull, bottom, top, i, j):
     if top - bottom < _SMALL:
@@ -284,7 +284,7 @@ def _extreme(points, hull, bottom, top, i, j):
     return _search(points, hull, bottom, top, i, j)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def path_hull_kernel(points, tolerance):
     """Return the indices kept and the number of steps, for finite points without repeats."""

@@ -17,9 +17,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from robot_perception.checks import whole
+from robot_perception.kernels import kernel
 from robot_perception.walls.chains import as_chain, bad_point, first_bad_point
 
 _LEAF = 4  # edges per leaf of the tree
@@ -111,7 +111,7 @@ def _edges(chain: np.ndarray) -> np.ndarray:
     return np.flatnonzero((chain[1:] != chain[:-1]).any(axis=1))
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _is_monotone(points):
     """Whether x or y strictly increases or decreases along the chain, which makes it simple."""
@@ -126,7 +126,7 @@ def _is_monotone(points):
     return False
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _side(points, a, b, p):
     """Side of ``p`` from the line through ``a`` and ``b``: 1, -1, or 0 within rounding."""
@@ -139,7 +139,7 @@ def _side(points, a, b, p):
     return 1 if turn > 0.0 else -1
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _between(points, a, b, p):
     """Whether ``p`` lies in the box of ``a`` and ``b``."""
@@ -152,7 +152,7 @@ def _between(points, a, b, p):
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _meet(points, e, f, neighbours, closed):
     """Whether edges ``e < f`` of the chain have a point in common that they should not."""
@@ -179,7 +179,7 @@ def _meet(points, e, f, neighbours, closed):
     )
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _axis(points, edges):
     """Direction, modulo a right angle, of the edges weighted by length: its cosine and sine."""
@@ -194,7 +194,7 @@ def _axis(points, edges):
     return math.cos(angle), math.sin(angle)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _octagons(points, edges):
     """Bounds of u, v, u + v and u - v for the leaves and inner nodes of a binary heap."""
@@ -222,7 +222,7 @@ def _octagons(points, edges):
     return bounds, leaves
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _crossings(points, edges, at_most):
     n = points.shape[0]
@@ -265,7 +265,7 @@ def _crossings(points, edges, at_most):
     return pairs[:count]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def exact_side(points, a, b, p):
     """Side of ``p`` from the line through ``a`` and ``b``: the sign of the exact determinant.
@@ -300,7 +300,7 @@ def exact_side(points, a, b, p):
     return 0
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _touch(points, e, f, is_closed):
     """Whether edges ``e`` and ``f``, in any order, meet; both have a length."""
@@ -308,7 +308,7 @@ def _touch(points, e, f, is_closed):
     return _meet(points, e, f, f == e + 1, is_closed and e == 0 and f == points.shape[0] - 2)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _priorities(m):
     """Numbers in an order that looks random: the generator splitmix64."""
@@ -322,7 +322,7 @@ def _priorities(m):
     return priority
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _take_out(e, child, parent, priority):
     """Take an edge out of the treap by merging the subtrees below it."""
@@ -339,7 +339,7 @@ def _take_out(e, child, parent, priority):
     child[at, side] = -1
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def _sweep(points, is_closed, order):
     """Find two edges in contact in a chain without edges of no length, and count the steps.

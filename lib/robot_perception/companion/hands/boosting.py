@@ -16,9 +16,9 @@ from typing import final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numba import njit
 
 from robot_perception import checks
+from robot_perception.kernels import kernel
 
 __all__ = ["Boosted", "best_stump", "boost"]
 
@@ -161,7 +161,7 @@ def boost(
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _stump(values, order, labels, weights):  # pragma: no cover - compiled
     """Go through the thresholds between neighbouring values of each feature."""
     all_true = 0.0

@@ -6,7 +6,6 @@ from typing import Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.companion.boxes import grey_picture, known_sides, within
@@ -20,6 +19,7 @@ from robot_perception.companion.hands.features import (
     integral,
 )
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -468,7 +468,7 @@ class HandDetector:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _scan(total, squares, step, features, thresholds, polarities, votes, ends, limits, passed):
     """Count the stages that each window passes."""  # pragma: no cover - compiled
     count = SIZE * SIZE

@@ -13,10 +13,10 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
-from numba import njit
 
 from robot_perception import checks
 from robot_perception.extras import needing
+from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -172,7 +172,7 @@ def check_features(features: Features) -> np.ndarray:
 
 
 @no_type_check
-@njit(cache=True)
+@kernel()
 def _evaluate(totals, scale, features, found):  # pragma: no cover - compiled
     for i in range(len(features)):
         for j in range(len(totals)):

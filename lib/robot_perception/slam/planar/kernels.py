@@ -8,12 +8,13 @@ larger index first. Inner loops run along contiguous rows.
 from typing import no_type_check
 
 import numpy as np
-from numba import njit
+
+from robot_perception.kernels import kernel
 
 STRIP = 64  # so many rows at a time: of these one column after the other stays in the cache
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def wrapped(angle):  # pragma: no cover - compiled
     """Return the angle in [-π, π); one already there is returned as it is, to the last bit."""
@@ -23,7 +24,7 @@ def wrapped(angle):  # pragma: no cover - compiled
     return turned if turned < np.pi else -np.pi  # just below -π rounding gives π
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def is_covariance(blocks, tolerance):  # pragma: no cover - compiled
     """Tell whether each (d, d) block is finite, symmetric and positive semi-definite.
@@ -59,7 +60,7 @@ def is_covariance(blocks, tolerance):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def fill_lower(copy, cov, tolerance):  # pragma: no cover - compiled
     """Fill in the lower triangle of a copy and return how many pairs of entries differ.
@@ -82,7 +83,7 @@ def fill_lower(copy, cov, tolerance):  # pragma: no cover - compiled
     return count
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def mirror(cov):  # pragma: no cover - compiled
     """Copy the triangle below the diagonal to the one above, in place."""
@@ -95,7 +96,7 @@ def mirror(cov):  # pragma: no cover - compiled
                 above[i] = below[i]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def rows(cov, first, count):  # pragma: no cover - compiled
     """Return neighbouring rows, (count, n), of a covariance of which the lower triangle is kept."""
@@ -111,7 +112,7 @@ def rows(cov, first, count):  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def move(pose, increment):  # pragma: no cover - compiled
     """Move a pose in place by an increment in its own frame, eq. (3)."""
@@ -121,7 +122,7 @@ def move(pose, increment):  # pragma: no cover - compiled
     pose[2] = wrapped(pose[2] + increment[2])
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def predict_cov(cov, noise, at, after):  # pragma: no cover - compiled
     """Spread the covariance in place: only the robot's rows and columns change, eq. (5).
@@ -148,7 +149,7 @@ def predict_cov(cov, noise, at, after):  # pragma: no cover - compiled
             cov[i, j] = total
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def cartesian(pose, points):  # pragma: no cover - compiled
     """Return h = Rᵀ(p - t) and its Jacobians by pose and by landmark, eqs (24) and (25)."""
@@ -165,7 +166,7 @@ def cartesian(pose, points):  # pragma: no cover - compiled
     return h, Hr, Hp
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def range_bearing(pose, points, bias):  # pragma: no cover - compiled
     """Return h = (|p - t| + bias, bearing), its Jacobians, and whether they all exist."""
@@ -187,7 +188,7 @@ def range_bearing(pose, points, bias):  # pragma: no cover - compiled
     return h, Hr, Hp, regular
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def bearing_residual(values, expected):  # pragma: no cover - compiled
     """Return measured minus expected ranges and bearings, the latter in [-π, π)."""
@@ -198,7 +199,7 @@ def bearing_residual(values, expected):  # pragma: no cover - compiled
     return residual
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def gather(mean, slots, points):  # pragma: no cover - compiled
     """Fill in the points that stand in the state; those with slot -1 are known already."""
@@ -207,7 +208,7 @@ def gather(mean, slots, points):  # pragma: no cover - compiled
             points[i, 0], points[i, 1] = mean[slots[i]], mean[slots[i] + 1]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def cross_rows(cov, Hr, Hp, slots):  # pragma: no cover - compiled
     """Return (P Hᵀ)ᵀ: each row of H touches the pose and at most one landmark."""
@@ -231,7 +232,7 @@ def cross_rows(cov, Hr, Hp, slots):  # pragma: no cover - compiled
     return B
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def innovation_cov(B, Hr, Hp, slots, noises):  # pragma: no cover - compiled
     """Return S = H P Hᵀ + R from B = (P Hᵀ)ᵀ; one noise for all or one for each, eq. (8)."""
@@ -253,7 +254,7 @@ def innovation_cov(B, Hr, Hp, slots, noises):  # pragma: no cover - compiled
     return S
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def cholesky(S):  # pragma: no cover - compiled
     """Return the lower factor of S, and whether S is regular."""
@@ -273,7 +274,7 @@ def cholesky(S):  # pragma: no cover - compiled
     return L, True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def inverse_factor(L):  # pragma: no cover - compiled
     """Return the inverse of a lower triangular matrix."""
@@ -288,7 +289,7 @@ def inverse_factor(L):  # pragma: no cover - compiled
     return inverse
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def whiten(cov, Hr, Hp, slots, innovation, noises):  # pragma: no cover - compiled
     """Return W = L⁻¹ (P Hᵀ)ᵀ, L⁻¹ z̃, S = L Lᵀ, and whether S is regular; eq. (8).
@@ -306,7 +307,7 @@ def whiten(cov, Hr, Hp, slots, innovation, noises):  # pragma: no cover - compil
     return np.dot(whitener, B), np.dot(whitener, seen), S, True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def append(cov, n, Gr, Gz, noises):  # pragma: no cover - compiled
     """Fill in the covariance of landmarks behind the first n states, with all before them."""
@@ -330,7 +331,7 @@ def append(cov, n, Gr, Gz, noises):  # pragma: no cover - compiled
                 cov[a + row, a + other] = total
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def arc(speed, rate, duration):  # pragma: no cover - compiled
     """Return the increment of an arc and its derivatives by speed and turn rate."""
@@ -352,7 +353,7 @@ def arc(speed, rate, duration):  # pragma: no cover - compiled
     return increment, by_command
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def own_covs(cov, Hr, Hp, slots):  # pragma: no cover - compiled
     """Return H P Hᵀ of each observation by itself, (k, d, d): five states at most take part."""
@@ -376,7 +377,7 @@ def own_covs(cov, Hr, Hp, slots):  # pragma: no cover - compiled
     return covs
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def pair_distances(innovations, own, noises):  # pragma: no cover - compiled
     """Return the squared Mahalanobis distance of each of m observations to each of n targets.

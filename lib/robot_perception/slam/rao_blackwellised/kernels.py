@@ -7,16 +7,16 @@ covariance row by row. So is an observed point in the frame of the world.
 from typing import no_type_check
 
 import numpy as np
-from numba import njit
 
 from robot_perception.gating import greedy
+from robot_perception.kernels import kernel
 from robot_perception.slam.planar.kernels import move
 
 ROW = 9
 LOG_2PI = float(np.log(2 * np.pi))
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def is_rigid(matrix, tolerance):  # pragma: no cover - compiled
     """Tell whether a (4, 4) matrix is a rotation with a translation."""
@@ -37,7 +37,7 @@ def is_rigid(matrix, tolerance):  # pragma: no cover - compiled
     return largest <= tolerance and abs(matrix[3, 3] - 1.0) <= tolerance and determinant > 0.0
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def root(cov):  # pragma: no cover - compiled
     """Return the lower triangular root of a covariance, which may be singular."""
@@ -54,7 +54,7 @@ def root(cov):  # pragma: no cover - compiled
     return L
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def moved(poses, increment, cov, draws):  # pragma: no cover - compiled
     """Return the poses moved by the increment, with noises of a covariance from standard draws."""
@@ -68,7 +68,7 @@ def moved(poses, increment, cov, draws):  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def in_robot_frame(values, covs, mount):  # pragma: no cover - compiled
     """Return points seen by the camera, as rows of nine numbers, in the frame of the robot."""
@@ -92,7 +92,7 @@ def in_robot_frame(values, covs, mount):  # pragma: no cover - compiled
     return seen
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def to_world(x, y, c, s, seen, out):  # pragma: no cover - compiled
     """Take an observed point from the frame of the robot to that of the world."""
@@ -108,7 +108,7 @@ def to_world(x, y, c, s, seen, out):  # pragma: no cover - compiled
     out[8] = seen[8]
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def factor(row, point):  # pragma: no cover - compiled
     """Return the Cholesky factor of S, the sum of two covariances; zeros if it is singular."""
@@ -128,7 +128,7 @@ def factor(row, point):  # pragma: no cover - compiled
     return l00, l10, l11, l20, l21, np.sqrt(pivot)
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def revise(rows, poses, seen, columns, unmatched):  # pragma: no cover - compiled
     """Update landmarks in place; return the log likelihood of each particle, and whether S exist.
@@ -174,7 +174,7 @@ def revise(rows, poses, seen, columns, unmatched):  # pragma: no cover - compile
     return total, True
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def located(poses, seen):  # pragma: no cover - compiled
     """Return observed points in the world as each particle sees them, (m, M, 9)."""
@@ -186,7 +186,7 @@ def located(poses, seen):  # pragma: no cover - compiled
     return rows
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def squared_distance(row, point):  # pragma: no cover - compiled
     """Return the squared Mahalanobis distance of two points; NaN where S is singular."""
@@ -199,7 +199,7 @@ def squared_distance(row, point):  # pragma: no cover - compiled
     return a0 * a0 + a1 * a1 + a2 * a2
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def squared_distances(points, rows, known, measured, target, limit):  # pragma: no cover - compiled
     """Return the squared Mahalanobis distance of pairs in each particle, (pairs, M).
@@ -223,7 +223,7 @@ def squared_distances(points, rows, known, measured, target, limit):  # pragma: 
     return distances
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def mixture_distances(
     points, rows, known, weights, measured, target, limit
@@ -259,7 +259,7 @@ def mixture_distances(
     return distances
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def assigned(distances, costs, measured, target, sizes, limit):  # pragma: no cover - compiled
     """Return for each particle and measurement the target with the least cost, each given once.
@@ -277,7 +277,7 @@ def assigned(distances, costs, measured, target, sizes, limit):  # pragma: no co
     return found
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def fetch(block, rows, out):  # pragma: no cover - compiled
     """Copy the rows that particles hold; zeros for one that holds none."""
@@ -288,7 +288,7 @@ def fetch(block, rows, out):  # pragma: no cover - compiled
             out[m] = 0.0
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def renumber(table, sizes, slots):  # pragma: no cover - compiled
     """Note in place that each particle has a row of its own of some landmarks, if it has them."""
@@ -299,7 +299,7 @@ def renumber(table, sizes, slots):  # pragma: no cover - compiled
                 table[slot, m] = m
 
 
-@njit(cache=True)
+@kernel()
 @no_type_check
 def inherited(table, ancestors, sizes, out):  # pragma: no cover - compiled
     """Fill in which rows descendants hold, numbered anew where less than a quarter have a holder.
