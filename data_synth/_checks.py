@@ -67,16 +67,26 @@ def array(
 ) -> np.ndarray:
     """Return numbers within ``most`` as an array; ``None`` in its shape is any length."""
     found = reals(name, value)
-    if found.ndim != len(shape) or any(
-        wanted not in (None, size) for size, wanted in zip(found.shape, shape, strict=True)
-    ):
-        words = ", ".join("n" if size is None else str(size) for size in shape)
-        raise ValueError(f"{name} must be ({words}), got {found.shape}")
+    _shaped(name, found, shape)
     if not np.isfinite(found).all():
         raise ValueError(f"{name} must be finite, {(~np.isfinite(found)).sum()} entries are not")
     if (farthest := np.abs(found).max(initial=0.0)) > most:
         raise ValueError(f"{name} must be within {most:g}, got {farthest:g}")
     return found
+
+
+def wholes(
+    name: str, value: Any, shape: tuple[int | None, ...], least: int, most: int
+) -> np.ndarray:
+    """Return whole numbers from ``least`` to ``most`` as they are; ``None`` is any length."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "iu":
+        raise TypeError(f"{name} must be an array of whole numbers, got {_shown(value)}")
+    _shaped(name, value, shape)
+    if value.size and not (least <= value.min() and value.max() <= most):
+        raise ValueError(
+            f"{name} must be from {least} to {most}, got {value.min()} to {value.max()}"
+        )
+    return value
 
 
 def flags(name: str, value: Any, size: int) -> np.ndarray:
@@ -98,6 +108,15 @@ def deviations(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     if not (found.min() >= 0 and np.isfinite(found).all()):
         raise ValueError(f"{name} must be finite and >= 0, got {found.min()}")
     return found
+
+
+def _shaped(name: str, found: np.ndarray, shape: tuple[int | None, ...]) -> None:
+    """Raise ``ValueError`` unless an array is of a shape."""
+    if found.ndim != len(shape) or any(
+        wanted not in (None, size) for size, wanted in zip(found.shape, shape, strict=True)
+    ):
+        words = ", ".join("n" if size is None else str(size) for size in shape)
+        raise ValueError(f"{name} must be ({words}), got {found.shape}")
 
 
 def _shown(value: Any) -> str:

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from data_synth._checks import array, generator, instance, number, reals, whole
+from data_synth._checks import array, generator, instance, number, reals, whole, wholes
 from data_synth._kernels import kernel
 
 _FINE = 2  # rays along each side of a pixel
@@ -25,6 +25,7 @@ _PANEL, _LAMP, _JOINT = 0.72, 4.0, 0.5  # how bright the parts of the ceiling ar
 _RIM_LEFT = 0.65  # of the light at the rim
 _GAMMA = 1 / 2.2
 _BRIGHTEST = 1e30  # light, shares of full light: no pixel of 32 bits overflows
+_LIGHTS, _OWNERS = 255, 2**15 - 1  # the last of each: so are they counted, ray by ray
 _CLOSE = 0.02  # a body does not come nearer to the lens, m
 
 
@@ -167,6 +168,29 @@ class Stage:
     cell: float
     high: float
 
+    def __post_init__(self) -> None:
+        pictures = len(array("pictures", self.pictures, (None, None, None, 3))) - 1
+        if not self.pictures.shape[1] == self.pictures.shape[2] > 0:
+            raise ValueError(f"pictures must be square, got {self.pictures.shape}")
+        walls = len(array("walls", self.walls, (None, 2, 2)))
+        hung = len(array("hung", self.hung, (None, 4)))
+        boxes = len(array("boxes", self.boxes, (None, 4, 2)))
+        array("wall_paint", self.wall_paint, (walls, 3))
+        array("spans", self.spans, (boxes, 2))
+        array("box_paint", self.box_paint, (boxes, 3))
+        array("corner", self.corner, (2,))
+        for name, count in (("wall_light", walls), ("hung_light", hung), ("box_light", boxes)):
+            wholes(name, getattr(self, name), (count,), 0, _LIGHTS)
+        wholes("hung_first", self.hung_first, (walls + 1,), 0, hung)
+        wholes("hung_picture", self.hung_picture, (hung,), 0, pictures)
+        wholes("box_picture", self.box_picture, (boxes,), -1, pictures)
+        plan = wholes("plan", self.plan, (None, None), 0, _LIGHTS)
+        wholes("ceiling", self.ceiling, plan.shape, 0, 2)
+        if not plan.size:
+            raise ValueError(f"plan must have a cell at least, got {plan.shape}")
+        number("cell", self.cell, above=0.0)
+        number("high", self.high, above=0.0)
+
     def light_at(self, places: np.ndarray) -> np.ndarray:
         """Return which light falls on places (n, 2), beside the floor that of the nearest cell."""
         columns, rows = np.floor((array("places", places, (None, 2)) - self.corner) / self.cell).T
@@ -203,6 +227,15 @@ class Bodies:
     heads: np.ndarray
     owners: np.ndarray
     light: np.ndarray
+
+    def __post_init__(self) -> None:
+        count = len(array("centres", self.centres, (None, 3)))
+        array("shapes", self.shapes, (count, 3, 3))
+        array("paint", self.paint, (count, 3))
+        array("hair", self.hair, (count, 3))
+        wholes("heads", self.heads, (count,), 0, 2)
+        wholes("owners", self.owners, (count,), 0, _OWNERS)
+        wholes("light", self.light, (count,), 0, _LIGHTS)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -248,9 +281,10 @@ def view(
     instance("bodies", bodies, Bodies)
     x, y, heading = array("pose", pose, (3,))
     light = array("light", light, (None, 3)).astype(np.float32)
-    used = np.concatenate([stage.wall_light, stage.hung_light, stage.box_light, bodies.light])
-    if len(light) <= used.max():
-        raise ValueError(f"light must be one for each of {used.max() + 1}, got {len(light)}")
+    used = (stage.wall_light, stage.hung_light, stage.box_light, stage.plan, bodies.light)
+    last = max(int(part.max(initial=0)) for part in used)
+    if len(light) <= last:
+        raise ValueError(f"light must be one for each of {last + 1}, got {len(light)}")
     colours, depths, lit = (part.copy() for part in _behind(camera, stage, x, y, heading))
     whose = np.full(depths.shape, -1, dtype=np.int16)
     rays, _ = _rays(camera)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, whole, wholes
 from data_synth._kernels import kernel
 from data_synth.textures import Atlas, make_atlas
 
@@ -88,6 +88,11 @@ class Scene:
         The surface that each hangs on; its own index if on none.
     atlas
         The pictures.
+
+    Raises
+    ------
+    ValueError
+        If the lengths disagree, there is no surface, or a surface names what there is not.
     """
 
     frames: np.ndarray
@@ -96,6 +101,16 @@ class Scene:
     gains: np.ndarray
     carriers: np.ndarray
     atlas: Atlas
+
+    def __post_init__(self) -> None:
+        count = len(array("frames", self.frames, (None, 3, 3)))
+        if not count:
+            raise ValueError("frames must be of one surface at least, got none")
+        pictures = len(instance("atlas", self.atlas, Atlas).starts)
+        wholes("pictures", self.pictures, (count,), 0, pictures - 1)
+        array("tiles", self.tiles, (count, 2))
+        array("gains", self.gains, (count,))
+        wholes("carriers", self.carriers, (count,), 0, count - 1)
 
 
 @dataclass(frozen=True, slots=True)

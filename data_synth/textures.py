@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_synth._checks import generator, reals
+from data_synth._checks import generator, reals, wholes
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,11 +23,25 @@ class Atlas:
         Where each copy begins; a picture of fewer levels repeats its last.
     sizes : (pictures, levels, 2)
         Rows and columns of each copy.
+
+    Raises
+    ------
+    ValueError
+        If there is no picture, or a copy leaves the texels.
     """
 
     texels: np.ndarray
     starts: np.ndarray
     sizes: np.ndarray
+
+    def __post_init__(self) -> None:
+        end = wholes("texels", self.texels, (None,), 0, 255).size
+        starts = wholes("starts", self.starts, (None, None), 0, end)
+        if not starts.size:
+            raise ValueError(f"starts must be of one picture at least, got {starts.shape}")
+        sizes = wholes("sizes", self.sizes, (*starts.shape, 2), 1, min(end, 2**31))
+        if (sizes.astype(float).prod(axis=-1) > end - starts).any():
+            raise ValueError(f"starts and sizes must stay within {end} texels")
 
 
 def make_atlas(pictures: Sequence[np.ndarray]) -> Atlas:

@@ -20,6 +20,8 @@ import numpy as np
 COUNTED = 2**53
 LARGEST = 1e100
 """Within it the products of three numbers are finite."""
+WHOLE = np.iinfo(np.int64)
+KINDS = {np.bool_: "truth values", np.uint8: "bytes", np.floating: "floating-point numbers"}
 SHORT = reprlib.Repr()
 SHORT.maxother = SHORT.maxstring = 60
 
@@ -217,7 +219,22 @@ def integers(
     shaped(name, found, shape, beside)
     if least is not None and found.size and found.min() < least:
         raise ValueError(f"{name} must be at least {least}, got {found.min()}")
+    if found.size and found.max() > WHOLE.max:  # of 64 bits without a sign
+        raise ValueError(f"{name} must be at most {WHOLE.max}, got {found.max()}")
     return found.astype(np.int64)
+
+
+def typed(
+    name: str, value: Any, kind: type[np.generic], shape: tuple = (...,), beside: str = ""
+) -> np.ndarray:
+    """Return an array of one of `KINDS`, as it is: what a kernel reads is of this type and shape.
+
+    Its entries are not looked at.
+    """
+    if not isinstance(value, np.ndarray) or not np.issubdtype(value.dtype, kind):
+        raise TypeError(f"{name} must be an array of {KINDS[kind]}, got {shown(value)}")
+    shaped(name, value, shape, beside)
+    return value
 
 
 def shaped(name: str, found: np.ndarray, shape: tuple, beside: str = "") -> None:

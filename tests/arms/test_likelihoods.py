@@ -274,5 +274,5 @@ def test_bad_input_is_named(make, problem):
 def test_pictures_must_hold_bytes():
     with unchecked(), pytest.raises(TypeError, match="image must be a picture of bytes"):
         look(IMAGE.astype(float))
-    with unchecked(), pytest.raises(TypeError, match="before must be a picture of bytes"):
+    with unchecked(), pytest.raises(TypeError, match="before must be an array of bytes"):
         look(IMAGE, grey(IMAGE).astype(float))

@@ -155,10 +155,21 @@ class Contours:
     visible : (m, n)
         Whether no other limb and not the trunk lies before it. A limb that points at the camera has
         no silhouette along its sides: none of its points is visible.
+
+    Raises
+    ------
+    TypeError
+        If an array is of another type.
+    ValueError
+        If the shapes disagree.
     """
 
     points: Float[np.ndarray, "m n 2"]
     visible: Bool[np.ndarray, "m n"]
+
+    def __post_init__(self) -> None:
+        shape = checks.typed("points", self.points, np.floating, ("m", "n", 2)).shape
+        checks.typed("visible", self.visible, np.bool_, shape[:2], f"points {shape}")
 
 
 @final
@@ -172,10 +183,23 @@ class Surface:
         Column and row, px.
     visible : (m, p, g)
         Whether the surface there faces the camera and nothing lies before it.
+
+    Raises
+    ------
+    TypeError
+        If an array is of another type.
+    ValueError
+        If the shapes disagree, or a patch has no point.
     """
 
     points: Float[np.ndarray, "m p g 2"]
     visible: Bool[np.ndarray, "m p g"]
+
+    def __post_init__(self) -> None:
+        shape = checks.typed("points", self.points, np.floating, ("m", "p", "g", 2)).shape
+        checks.typed("visible", self.visible, np.bool_, shape[:3], f"points {shape}")
+        if not shape[2]:
+            raise ValueError(f"points must be one of each patch at least, got {shape}")
 
 
 @final

@@ -111,6 +111,13 @@ class Look:
         the two for all edges. Infinite where no edge moves, as without a picture before.
     most
         To which I_DT is cut, px.
+
+    Raises
+    ------
+    TypeError
+        If an array is of another type.
+    ValueError
+        If the arrays are not of the picture's size, or a distance is negative.
     """
 
     image: Image
@@ -119,6 +126,17 @@ class Look:
     static: Float[np.ndarray, "height width"]
     moving: Float[np.ndarray, "height width"]
     most: float
+
+    def __post_init__(self) -> None:
+        size = colour_picture("image", self.image).shape[:2]
+        beside = f"image {self.image.shape}"
+        checks.typed("grey", self.grey, np.uint8, size, beside)
+        checks.typed("edges", self.edges, np.bool_, size, beside)
+        for name in ("static", "moving"):
+            distance = checks.typed(name, getattr(self, name), np.floating, size, beside)
+            if not distance.min() >= 0:
+                raise ValueError(f"{name} must not be negative, got {distance.min():g}")
+        checks.positive("most", self.most)
 
     @cached_property
     def channels(self) -> UInt8[np.ndarray, "height width 4"]:
@@ -168,11 +186,9 @@ def look(
     edges = cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), *rules.thresholds)
     moving = np.zeros_like(edges)
     if before is not None:
-        if not isinstance(before, np.ndarray) or before.dtype != np.uint8:
-            raise TypeError(f"before must be a picture of bytes, got {checks.shown(before)}")
-        checks.shaped("before", before, grey.shape, beside=f"image {image.shape}")
+        checks.typed("before", before, np.uint8, grey.shape, f"image {image.shape}")
         finder = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
-        flow = finder.calc(before, grey, None)
+        flow = finder.calc(np.ascontiguousarray(before), grey, None)
         far = cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves
         moving = edges * far.astype(np.uint8)
     static = np.minimum(_transform(edges), np.float32(rules.most))
@@ -200,7 +216,7 @@ class Bodies:
 
     model: BodyModel
     states: Float[np.ndarray, "m 8"]
-    _surfaces: dict[int, Surface] = field(default_factory=dict, init=False, repr=False)
+    _surfaces: dict[Patches, Surface] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         checks.instance("model", self.model, BodyModel)
@@ -216,9 +232,10 @@ class Bodies:
 
     def surface(self, patches: Patches) -> Surface:
         """Return the points of patches."""
-        if id(patches) not in self._surfaces:
-            self._surfaces[id(patches)] = self.model.surface(self.states, patches)
-        return self._surfaces[id(patches)]
+        checks.instance("patches", patches, Patches)
+        if patches not in self._surfaces:
+            self._surfaces[patches] = self.model.surface(self.states, patches)
+        return self._surfaces[patches]
 
 
 Cue = Callable[[Look, Bodies], Logarithms]
@@ -308,9 +325,7 @@ def _told(distances: Any, visible: Any, sigma: Any) -> tuple[Distances, float]:
     checks.moderate("distances", distances, 1e6)
     if not distances.shape[1]:
         raise ValueError("distances must be of one point at least, got none")
-    if not isinstance(visible, np.ndarray) or visible.dtype != bool:
-        raise TypeError(f"visible must be an array of truth values, got {checks.shown(visible)}")
-    checks.shaped("visible", visible, distances.shape, beside="distances")
+    checks.typed("visible", visible, np.bool_, distances.shape, "distances")
     sigma = checks.positive("sigma", sigma)
     if not 1e-6 <= sigma <= 1e6:
         raise ValueError(f"sigma must be from 1e-6 to 1e6, got {sigma:g}")

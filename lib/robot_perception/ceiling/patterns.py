@@ -399,11 +399,11 @@ def fit_decay(
     Raises
     ------
     ValueError
-        If there are fewer than three lags, a number is not finite, or the curve is unknown.
+        If there is no function, there are fewer than three lags, a number is not finite, or the curve is unknown.
     """
     C = checks.array("falls", falls, ("n", "lags"))
-    if C.shape[1] < 3:
-        raise ValueError(f"falls must have three lags or more, got {C.shape[1]}")
+    if C.shape[1] < 3 or not len(C):
+        raise ValueError(f"falls must be one at least, of three lags or more, got {C.shape}")
     checks.one_of("curve", curve, ("line", "parabola", "power"))
     lags = np.arange(1, C.shape[1])
     lost = np.maximum(1 - C[:, 1:], LEAST)

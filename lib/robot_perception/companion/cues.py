@@ -157,7 +157,7 @@ def bhattacharyya(
     Raises
     ------
     ValueError
-        If the bins differ, or a number is negative or not finite.
+        If the bins differ, leading axes do not broadcast, or a number is negative or not finite.
 
     References
     ----------
@@ -174,6 +174,7 @@ def bhattacharyya(
             "candidate and reference must have the same bins,"
             f" got {pair[0].shape[-1]} and {pair[1].shape[-1]}"
         )
+    checks.check_batches(candidate=pair[0].shape[:-1], reference=pair[1].shape[:-1])
     return np.sqrt(np.clip(1 - np.sqrt(pair[0] * pair[1]).sum(axis=-1), 0, 1))
 
 

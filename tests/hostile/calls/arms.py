@@ -44,6 +44,13 @@ def rng():
     return np.random.default_rng(2)
 
 
+def hidden(seen: body_model.Contours | body_model.Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return points of which the first is hidden, and nowhere in the picture."""
+    points, visible = seen.points.copy(), seen.visible.copy()
+    points[(0,) * visible.ndim], visible[(0,) * visible.ndim] = np.nan, False
+    return points, visible
+
+
 CALLS = {
     body_model.Measures: lambda: call(
         (0.3, 0.25, 0.13), (0.05, 0.045, 0.03, 0.02), 0.4, 0.25, 0.18, (0.17, 0.11), 0.1
@@ -61,6 +68,9 @@ CALLS = {
     body_model.BodyModel.surface: lambda: call(MODEL, STATES, PATCHES),
     body_model.BodyModel.place: lambda: call(MODEL, REST, np.array([[0.2, 0.8]] * 3)),
     body_model.contours_textbook: lambda: call(MODEL, STATES),
+    body_model.Contours: lambda: call(*hidden(CONTOURS)),
+    body_model.Surface: lambda: call(*hidden(SURFACE)),
+    likelihoods.Look: lambda: call(IMAGE, GREY, SEEN.edges, SEEN.static, SEEN.moving, SEEN.most),
     likelihoods.EdgeRules: lambda: call((15.0, 50.0), 5.0, 0.7),
     likelihoods.look: lambda: call(LATER, GREY, likelihoods.EdgeRules()),
     likelihoods.Bodies: lambda: call(MODEL, STATES),

@@ -1,5 +1,7 @@
 """Valid calls of the worlds."""
 
+from dataclasses import fields
+
 import numpy as np
 
 from data_synth import (
@@ -76,6 +78,11 @@ def some_session() -> session.Session:
     return session.make_session(SMALL, rng=rng(), duration=0.2, people=PAIR)
 
 
+def parts(thing: object) -> tuple:
+    """Return the fields of an object, of which it can be made again."""
+    return tuple(getattr(thing, field.name) for field in fields(thing))
+
+
 def says() -> people_sound.Conversation:
     return people_sound.Conversation(
         *(np.full(2, 120.0), np.array([0]), np.zeros(1), np.ones(1), np.array([7]))
@@ -133,6 +140,8 @@ CALLS = (
         fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
         fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
         fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
+        fisheye.Stage: lambda: call(*parts(SMALL.stage)),
+        fisheye.Bodies: lambda: call(*parts(shown())),
         fisheye.Stage.light_at: lambda: call(SMALL.stage, ROBOT[None, :2]),
         fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
         fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
@@ -226,6 +235,8 @@ CALLS = (
             *np.array([[2.0, 0.5, 1.5], [0, -1, 0], [0, 0, -1]]), 0, (1.0, 2.0), 1.0, -1
         ),
         stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
+        stereo.Scene: lambda: call(*parts(SCENE)),
+        textures.Atlas: lambda: call(*parts(SCENE.atlas)),
         stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
         stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
         stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),

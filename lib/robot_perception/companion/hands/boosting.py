@@ -46,14 +46,17 @@ class Boosted:
     votes: Float[np.ndarray, " k"]
 
     def __post_init__(self) -> None:
-        k = len(checks.integers("features", self.features, ("k",), 0))
-        if not k:
+        features = checks.integers("features", self.features, ("k",), 0)
+        if not features.size:
             raise ValueError("features must not be empty")
+        object.__setattr__(self, "features", features)
         for name in ("thresholds", "votes"):
-            checks.array(name, getattr(self, name), (k,))
-        polarities = checks.integers("polarities", self.polarities, (k,))
-        if not (np.abs(polarities) == 1).all():
-            raise ValueError(f"polarities must be 1 or -1, got {polarities.tolist()}")
+            values = checks.array(name, getattr(self, name), features.shape)
+            object.__setattr__(self, name, values)
+        polarities = checks.integers("polarities", self.polarities, features.shape)
+        if not ((polarities == 1) | (polarities == -1)).all():
+            raise ValueError(f"polarities must be 1 or -1, got {checks.shown(polarities.tolist())}")
+        object.__setattr__(self, "polarities", polarities)
 
     def scores(self, values: Float[np.ndarray, "n m"]) -> Float[np.ndarray, " m"]:
         """Return H of samples, given the values (n, m) of all features."""

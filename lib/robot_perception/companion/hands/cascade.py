@@ -12,9 +12,11 @@ from robot_perception.companion.boxes import grey_picture, known_sides, within
 from robot_perception.companion.hands.boosting import Boosted, boost
 from robot_perception.companion.hands.features import (
     FLAT,
+    HEAVIEST,
     SIZE,
     check_features,
     check_windows,
+    deviations,
     feature_values,
     integral,
 )
@@ -28,6 +30,8 @@ __all__ = ["Cascade", "Goals", "HandDetector", "Stage", "StageReport", "train"]
 
 FORMAT = "boosted cascade of Haar-like features"
 VERSION = 1
+MOST_FEATURES, MOST_STAGES, MOST_STUMPS = 20_000, 100, 10_000
+"""Of a cascade, and of a stage."""
 
 
 @final
@@ -48,7 +52,7 @@ class Stage:
 
     def __post_init__(self) -> None:
         checks.instance("stumps", self.stumps, Boosted)
-        checks.number("threshold", self.threshold)
+        object.__setattr__(self, "threshold", checks.number("threshold", self.threshold))
 
 
 @final
@@ -66,7 +70,7 @@ class Cascade:
     Raises
     ------
     ValueError
-        If there is no stage, or a stump asks for a feature that is not there.
+        If there is no stage or more than 100, or a stump asks for a feature that is not there.
     """
 
     features: Int[np.ndarray, "n 3 5"]
@@ -76,8 +80,8 @@ class Cascade:
     def __post_init__(self) -> None:
         features = check_features(self.features)
         stages = checks.instances("stages", self.stages, Stage)
-        if not stages:
-            raise ValueError("stages must be one at least")
+        if not 0 < len(stages) <= MOST_STAGES:
+            raise ValueError(f"stages must be from 1 to {MOST_STAGES}, got {len(stages)}")
         for stage in stages:
             if (highest := stage.stumps.features.max()) >= len(features):
                 raise ValueError(f"stages must ask {len(features)} features, got {highest}")
@@ -88,6 +92,7 @@ class Cascade:
         columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
         limits = np.array([stage.threshold for stage in stages])
         tables = (np.ascontiguousarray(features[asked]), *columns, ends, limits)
+        object.__setattr__(self, "features", features)
         object.__setattr__(self, "_tables", tables)
 
     def passed(self, windows: UInt8[np.ndarray, "m 24 24"]) -> Int[np.ndarray, " m"]:
@@ -101,7 +106,7 @@ class Cascade:
         windows = check_windows(windows)
         values = feature_values(windows, self.features)
         through = np.ones(len(windows), dtype=bool)
-        through &= windows.reshape(len(windows), -1).std(axis=1) >= FLAT
+        through &= deviations(windows) >= FLAT
         found = np.zeros(len(windows), dtype=np.int64)
         for stage in self.stages:
             through &= stage.stumps.scores(values) >= stage.threshold
@@ -147,25 +152,58 @@ class Cascade:
         """
         if not isinstance(plain, dict) or plain.get("format") != FORMAT:
             raise ValueError(f"plain must be a {FORMAT}, got {checks.shown(plain)}")
-        if plain.get("version") != VERSION:
+        if not _is("version", plain, VERSION):
             raise ValueError(
                 f"plain must be of version {VERSION}, got version {plain.get('version')!r}:"
                 " train the model anew"
             )
-        if plain.get("size") != SIZE:
+        if not _is("size", plain, SIZE):
             raise ValueError(f"plain must be of windows of {SIZE} px, got {plain.get('size')!r}")
         try:
-            features = np.zeros((len(plain["features"]), 3, 5), dtype=np.int64)
-            for k, rectangles in enumerate(plain["features"]):
-                features[k, : len(rectangles)] = rectangles
-            stages = []
-            for stage in plain["stages"]:
-                f, t, p, v = (np.array(part) for part in zip(*stage["stumps"], strict=True))
-                stumps = Boosted(f, t.astype(float), p, v.astype(float))
-                stages.append(Stage(stumps, float(stage["threshold"])))
-        except (KeyError, IndexError, TypeError, ValueError) as error:
+            rows = _rows("features", plain["features"], MOST_FEATURES)
+            features = np.zeros((len(rows), 3, 5), dtype=np.int64)
+            for k, rectangles in enumerate(rows):
+                for r, rectangle in enumerate(_rows(f"features[{k}]", rectangles, 3)):
+                    features[k, r] = _rectangle(f"features[{k}][{r}]", rectangle)
+            rows = enumerate(_rows("stages", plain["stages"], MOST_STAGES))
+            return cls(features, tuple(_stage(f"stages[{k}]", stage) for k, stage in rows))
+        except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"plain is no whole model: {error!r:.120}") from error
-        return cls(features, tuple(stages))
+
+
+def _is(name: str, plain: dict, wanted: int) -> bool:
+    """Tell whether a file says a whole number; 1.0 and true are none."""
+    return type(plain.get(name)) is int and plain[name] == wanted
+
+
+def _rows(name: str, plain: Any, most: int) -> list:
+    """Return a list of a file, if it is none that takes for ever."""
+    if len(checks.instance(name, plain, list)) > most:
+        raise ValueError(f"{name} must be at most {most}, got {len(plain)}")
+    return plain
+
+
+def _rectangle(name: str, plain: Any) -> list[int]:
+    """Return column, row, width, height and weight."""
+    ends = ((0, SIZE), (0, SIZE), (1, SIZE), (1, SIZE), (-HEAVIEST, HEAVIEST))
+    return [
+        checks.whole(name, value, *end)
+        for value, end in zip(_rows(name, plain, 5), ends, strict=True)
+    ]
+
+
+def _stage(name: str, plain: Any) -> Stage:
+    """Return a stage of a file."""
+    stumps = [
+        (
+            checks.whole(f"{name} feature", feature, 0, MOST_FEATURES),
+            checks.number(f"{name} threshold of a stump", threshold),
+            checks.whole(f"{name} polarity", polarity, -1, 1),
+            checks.number(f"{name} vote", vote),
+        )
+        for feature, threshold, polarity, vote in _rows(name, plain["stumps"], MOST_STUMPS)
+    ]
+    return Stage(Boosted(*map(np.array, zip(*stumps, strict=True))), plain["threshold"])
 
 
 @final
@@ -197,8 +235,8 @@ class Goals:
     def __post_init__(self) -> None:
         for name in ("detection", "false_alarms"):
             checks.share(name, getattr(self, name))
-        checks.whole("stages", self.stages, 1, 100)
-        checks.whole("most", self.most, 1, 10_000)
+        checks.whole("stages", self.stages, 1, MOST_STAGES)
+        checks.whole("most", self.most, 1, MOST_STUMPS)
 
 
 @final

@@ -25,6 +25,8 @@ __all__ = ["SIZE", "feature_pool", "feature_values", "feature_values_textbook", 
 
 SIZE = 24
 """Side of the window, px: as small as a hand may be."""
+HEAVIEST = 10**6
+"""Weight of a rectangle, of either sign; sums over pixels are far from the ends of 64 bits."""
 FLAT = 2.0
 """Windows whose grey values deviate by less hold nothing; ours."""
 
@@ -134,7 +136,7 @@ def feature_values(windows: Windows, features: Features) -> Float[np.ndarray, "n
     totals = np.zeros((len(windows), SIZE + 1, SIZE + 1), dtype=np.int32)
     np.cumsum(windows, axis=1, dtype=np.int32, out=totals[:, 1:, 1:])
     np.cumsum(totals[:, 1:, 1:], axis=2, out=totals[:, 1:, 1:])
-    spread = windows.reshape(len(windows), -1).std(axis=1)
+    spread = deviations(windows)
     scale = np.where(spread < FLAT, 0.0, 1 / np.maximum(spread, FLAT)) / SIZE**2
     _evaluate(totals, scale, features, found)
     return found.astype(float)
@@ -154,6 +156,11 @@ def feature_values_textbook(windows: Windows, features: Features) -> Float[np.nd
     return found
 
 
+def deviations(windows: Windows) -> Float[np.ndarray, " m"]:
+    """Return the standard deviation of the grey values of each window."""
+    return windows.reshape(len(windows), SIZE**2).std(axis=1)
+
+
 def check_windows(windows: Windows, name: str = "windows") -> np.ndarray:
     """Return windows of bytes of the right size, or raise an error."""
     if not isinstance(windows, np.ndarray) or windows.dtype != np.uint8:
@@ -165,9 +172,15 @@ def check_windows(windows: Windows, name: str = "windows") -> np.ndarray:
 def check_features(features: Features) -> np.ndarray:
     """Return features whose rectangles lie in the window, or raise an error."""
     found = checks.integers("features", features, ("n", 3, 5))
-    low, high = found[..., :2], found[..., :2] + found[..., 2:4]
-    if found.size and (low.min() < 0 or high.max() > SIZE or found[..., 2:4].min() < 0):
-        raise ValueError(f"features must lie within {SIZE} x {SIZE} px, got one outside")
+    places, sizes = found[..., :2], found[..., 2:4]
+    within = (sizes >= 0) & (sizes <= SIZE) & (places >= 0)
+    within &= places <= SIZE - np.where(within, sizes, 0)  # their sum could overflow
+    if not within.all():
+        wrong = found[~within.all(axis=-1)][0].tolist()
+        raise ValueError(f"features must lie within {SIZE} x {SIZE} px, got rectangle {wrong}")
+    for weight in (found[..., 4].min(initial=0), found[..., 4].max(initial=0)):
+        if not -HEAVIEST <= weight <= HEAVIEST:
+            raise ValueError(f"features must have weights within {HEAVIEST}, got {weight}")
     return found
 
 

@@ -125,10 +125,11 @@ def update(
         found = (anchors[i] if s is None else state[s : s + 2] for i, s in pairs)
         return np.array(list(found))
 
+    noises = _noises(observations, sensor)
     expected, _, _ = sensor.expect(belief.pose, points(belief.mean))
     H = measurement_matrix(at, slots, points(at), sensor)
     innovation = sensor.residual(observations.values, expected).ravel()
-    return _joseph(belief, H, block_diag(*_noises(observations, sensor)), innovation)
+    return _joseph(belief, H, block_diag(*noises), innovation)
 
 
 def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
