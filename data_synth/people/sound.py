@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.fft import irfft, rfft, rfftfreq
 
-from data_synth._checks import array, generator, instance, number, whole
+from data_synth._checks import array, generator, instance, number, whole, wholes
 from data_synth._grid import on_grid
 from data_synth.people.office import PeopleOffice
 from data_synth.people.session import Session
@@ -170,6 +170,13 @@ class Conversation:
     starts: np.ndarray
     ends: np.ndarray
     seeds: np.ndarray
+
+    def __post_init__(self) -> None:
+        people = len(array("pitches", self.pitches, (None,)))
+        turns = wholes("who", self.who, (None,), 0, people - 1).size
+        array("starts", self.starts, (turns,))
+        array("ends", self.ends, (turns,))
+        wholes("seeds", self.seeds, (turns,), 0, np.iinfo(np.int64).max)
 
     def speaking(self, start: float, end: float) -> np.ndarray:
         """Return for how much of a time everybody speaks (p,), from 0 to 1.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from robot_perception.arms.body_model import REST, BodyModel, Contours
+from robot_perception.arms.body_model import REST, BodyModel, Contours, Patches
 from robot_perception.arms.likelihoods import (
     COLOUR,
     TEXTURE,
@@ -269,6 +269,23 @@ def test_the_pull_the_bounds_and_a_cue_of_ones_own():
 def test_bad_input_is_named(make, problem):
     with unchecked(), pytest.raises(ValueError, match=problem):
         make()
+
+
+def test_the_picture_before_may_lie_anyhow_in_memory():
+    before = grey(IMAGE)
+    apart = np.repeat(before, 2, axis=1)[:, ::2]
+    assert not apart.flags.contiguous
+    np.testing.assert_array_equal(look(IMAGE, apart).moving, look(IMAGE, before).moving)
+
+
+def test_a_surface_is_that_of_its_own_patches_when_others_have_gone():
+    bodies = Bodies(MODEL, STATES)
+    for count in (1, 2, 3, 1):  # patches that are let go, and others in their place in memory
+        patches = Patches(
+            *(part[:count] for part in (PATCHES.limbs, PATCHES.along, PATCHES.around))
+        )
+        assert bodies.surface(patches).visible.shape[1] == count
+        del patches
 
 
 def test_pictures_must_hold_bytes():

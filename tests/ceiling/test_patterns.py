@@ -301,6 +301,12 @@ def test_a_line_and_a_parabola_are_least_squares():
             assert rate == pytest.approx(best[0], rel=1e-5)
 
 
+@pytest.mark.parametrize("shape", [(0, 6), (3, 2), (0, 0)])
+def test_too_few_functions_or_lags_are_named(shape):
+    with unchecked(), pytest.raises(ValueError, match=r"falls must be one at least, of three lags"):
+        fit_decay(np.ones(shape))
+
+
 def test_a_power_is_a_line_of_logarithms():
     C = falling(2)
     found = fit_decay(C, "power")
@@ -630,7 +636,7 @@ N = np.zeros((2, 2))
         (lambda: grey_vectors(SMOOTH, N, np.zeros(3)), "directions must be"),
         (lambda: grey_vectors(SMOOTH, N, np.zeros(2), samples=2), "samples must be"),
         (lambda: autocorrelation(np.zeros(4)), "vectors must be"),
-        (lambda: fit_decay(np.ones((3, 2))), "falls must have three lags"),
+        (lambda: fit_decay(np.ones((3, 2))), "falls must be one at least, of three lags"),
         (lambda: fit_decay(np.ones((3, 4)), "cubic"), "curve must be one of"),
         (lambda: deviations(np.ones(3), Decay(np.ones(2), np.ones(2))), "correlation must be"),
         (lambda: correlations(SMOOTH[None], some_pattern(), poses(0)), "layers must be float32"),

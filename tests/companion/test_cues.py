@@ -193,6 +193,7 @@ def test_the_measure_is_the_root_mean_square_and_outside_is_far():
         (lambda: patch_points(drawn(1), PATCHES * 0), ValueError, "patches must be one"),
         (lambda: patch_points(drawn(1), PATCHES, grid=1), ValueError, "grid must be"),
         (lambda: bhattacharyya(np.ones(3), np.ones(4)), ValueError, "must have the same bins"),
+        (lambda: bhattacharyya(np.ones((2, 3)), np.ones((4, 3))), ValueError, "must broadcast"),
         (lambda: bhattacharyya(-np.ones(3), np.ones(3)), ValueError, "candidate must not be"),
         (lambda: edge_distances(IMAGE), ValueError, "grey must be"),
         (lambda: edge_distances(square(), most=0.0), ValueError, "most must be"),

@@ -1,14 +1,16 @@
-"""Handed objects: a valid call, and the same with one field of an argument after the other replaced.
+"""Handed objects: a valid call, and the same with one field of an argument replaced.
 
-``python -m tests.hostile.fields ROOM`` prints a line for each call by which a kernel would read or
-write outside of an array. Numba tells where ``NUMBA_BOUNDSCHECK=1`` is set before it compiles.
+``python -m tests.hostile.fields ROOM`` prints a line for each call, of this sweep and of those that
+replace arguments, by which a kernel would read or write outside of an array. Numba tells where
+``NUMBA_BOUNDSCHECK=1`` is set before it compiles.
 """
 
+import os
 import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import chdir, suppress
+from contextlib import chdir, contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from importlib import import_module
 from typing import Any
@@ -17,7 +19,7 @@ import numba
 import numpy as np
 
 from tests.hostile.surface import public
-from tests.hostile.sweep import Call, _limited, _run, _said, wrong_values
+from tests.hostile.sweep import Call, _limited, _run, _said, sweep, sweep_huge, wrong_values
 from tests.unchecked import unchecked
 
 OUTSIDE = "index is out of bounds"
@@ -78,6 +80,14 @@ def replaced(valid: Call) -> Iterator[tuple[str, Call]]:
             yield f"{key}{name}", (args, kwargs | {key: wrong})
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Let nothing be said of numbers that are none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def leaves(error: Exception) -> bool:
     """Tell whether an error is numba's of a kernel that leaves an array."""
     return type(error) is IndexError and str(error) == OUTSIDE
@@ -88,8 +98,7 @@ def sweep_fields(
 ) -> list[str]:
     """Return a line for each call by which a kernel leaves an array; other errors are no matter."""
     found = []
-    with _limited(), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with _limited():
         for function, name in names.items():
             for what, (args, kwargs) in replaced(calls[function]()):
                 try:
@@ -103,13 +112,16 @@ def sweep_fields(
 
 
 def main(room: str) -> None:
-    """Print what `sweep_fields` finds in a room."""
+    """Print which calls of a room leave an array."""
     if not numba.config.BOUNDSCHECK:
         raise SystemExit("NUMBA_BOUNDSCHECK=1 must be set")
     table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
-    with tempfile.TemporaryDirectory() as folder, chdir(folder), unchecked():
-        for line in sweep_fields(table.CALLS, {thing: names[thing] for thing in table.CALLS}):
-            print(line)
+    os.environ.update(getattr(table, "ENVIRONMENT", {}))
+    swept = {thing: names[thing] for thing in table.CALLS}
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), unchecked(), quiet():
+        found = sweep_fields(table.CALLS, swept)
+        others = sweep(table.CALLS, swept) + sweep_huge(table.CALLS, swept)
+    print(*found, *(line for line in others if line.endswith(OUTSIDE)), sep="\n", end="")
 
 
 if __name__ == "__main__":

@@ -399,7 +399,8 @@ def fit_decay(
     Raises
     ------
     ValueError
-        If there is no function, there are fewer than three lags, a number is not finite, or the curve is unknown.
+        If there is no function, there are fewer than three lags, a number is not finite, or the
+        curve is unknown.
     """
     C = checks.array("falls", falls, ("n", "lags"))
     if C.shape[1] < 3 or not len(C):

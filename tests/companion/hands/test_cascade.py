@@ -211,7 +211,13 @@ def test_another_format_or_version_is_named(trained):
         ({"size": 20}, "windows of 24 px, got 20"),
         ({"features": plain["features"][:1]}, "stages must ask"),
         ({"stages": [{"threshold": 0.0}]}, "plain is no whole model"),
-        ({"stages": []}, "stages must be one at least"),
+        ({"stages": []}, "stages must be from 1 to 100, got 0"),
+        ({"version": 1.0}, r"version 1, got version 1\.0"),
+        ({"version": True}, "version 1, got version True"),
+        ({"size": 24.0}, "windows of 24 px"),
+        ({"size": "24"}, "windows of 24 px"),
+        ({"stages": plain["stages"][:1] * 10**5}, "stages must be at most 100, got 100000"),
+        ({"features": plain["features"][:1] * 10**5}, "features must be at most 20000"),
     ):
         with pytest.raises(ValueError, match=text):
             Cascade.from_plain(plain | change)
@@ -219,10 +225,42 @@ def test_another_format_or_version_is_named(trained):
         Cascade.from_plain([])
 
 
+@pytest.mark.parametrize("value", [10**30, -1, 1.7, "12", True, None, [1], float("nan")])
+@pytest.mark.parametrize("part", ["column", "row", "width", "height", "weight", "feature", "vote"])
+def test_a_number_of_a_file_that_is_none_is_named(trained, part, value):
+    plain = json.loads(json.dumps(trained[0].to_plain()))
+    places = ("column", "row", "width", "height", "weight")
+    if part in places:
+        plain["features"][0][0][places.index(part)] = value
+        told = r"features\[0\]\[0\]"
+    else:
+        plain["stages"][0]["stumps"][0][{"feature": 0, "vote": 3}[part]] = value
+        told = r"stages\[0\] " + part
+    fine = {"weight": (-1,), "vote": (10**30, -1, 1.7)}.get(part, ())
+    if value in fine and not isinstance(value, bool):
+        Cascade.from_plain(plain)
+    else:
+        with pytest.raises(ValueError, match=f"plain is no whole model: .*{told}"):
+            Cascade.from_plain(plain)
+
+
+@pytest.mark.parametrize("size", [0, -3, 25, 2**62])
+@pytest.mark.parametrize("axis", [2, 3])
+def test_a_rectangle_of_a_file_has_a_size(trained, axis, size):
+    plain = json.loads(json.dumps(trained[0].to_plain()))
+    plain["features"][0][0][axis] = size
+    with pytest.raises(ValueError, match=rf"features\[0\]\[0\] must be from 1 to 24, got {size}"):
+        Cascade.from_plain(plain)
+
+
+def test_no_windows_pass_no_stage(trained):
+    assert trained[0].passed(np.zeros((0, SIZE, SIZE), np.uint8)).shape == (0,)
+
+
 @pytest.mark.parametrize(
     ("wrong", "error", "text"),
     [
-        (lambda c: Cascade(c.features, ()), ValueError, "stages must be one at least"),
+        (lambda c: Cascade(c.features, ()), ValueError, "stages must be from 1 to 100, got 0"),
         (lambda c: Cascade(c.features[:1], c.stages), ValueError, "stages must ask 1 features"),
         (lambda c: Stage(c.stages[0].stumps, np.nan), ValueError, "threshold must be finite"),
         (lambda c: Goals(detection=1.2), ValueError, "detection must be"),

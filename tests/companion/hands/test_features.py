@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from robot_perception.companion.hands.features import (
     SIZE,
@@ -74,11 +76,37 @@ def test_an_edge_is_found_by_the_feature_of_an_edge():
         (lambda: feature_values(WINDOWS.astype(float), POOL), TypeError, "windows must be"),
         (lambda: feature_values(WINDOWS[:, 1:], POOL), ValueError, "windows must be"),
         (lambda: feature_values(WINDOWS, POOL + 5), ValueError, "features must lie within 24"),
+        (lambda: feature_values(WINDOWS, heavy(10**7)), ValueError, "weights within 1000000, got"),
+        (lambda: feature_values(WINDOWS, heavy(-(2**63))), ValueError, "weights within 1000000"),
     ],
 )
 def test_what_is_wrong_is_named(wrong, error, text):
     with unchecked(), pytest.raises(error, match=text):
         wrong()
+
+
+def heavy(weight: int) -> np.ndarray:
+    """Return a feature of one rectangle with a weight."""
+    return np.array([[[0, 0, 24, 24, weight], *[[0] * 5] * 2]])
+
+
+@given(st.integers(0, 1), st.integers(-(2**63), 2**63 - 1), st.integers(-(2**63), 2**63 - 1))
+@example(0, 5 * 10**9, 2**63 - 4 * 10**9)  # their sum is too large for 64 bits, and negative
+@example(1, 2**63 - 1, 1)
+@example(0, 24, 0)
+@example(0, 0, 25)
+def test_a_rectangle_is_refused_exactly_where_it_leaves_the_window(axis, place, size):
+    feature = heavy(1)
+    feature[0, 0, axis], feature[0, 0, 2 + axis] = place, size
+    if place >= 0 and 0 <= size <= 24 and place + size <= 24:
+        assert feature_values(WINDOWS, feature).shape == (1, len(WINDOWS))
+    else:
+        with pytest.raises(ValueError, match="features must lie within 24 x 24 px, got rectangle"):
+            feature_values(WINDOWS, feature)
+
+
+def test_no_windows_have_no_values():
+    assert feature_values(WINDOWS[:0], POOL).shape == (len(POOL), 0)
 
 
 def test_parts_lie_in_the_whole_where_their_kind_has_them():

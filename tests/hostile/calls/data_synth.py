@@ -179,6 +179,7 @@ CALLS = (
         people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
         people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
         people_sound.Manners: lambda: call((2.0, 10.0), (1.0, 5.0), 0.2),
+        people_sound.Conversation: lambda: call(*parts(says())),
         people_sound.Conversation.speaking: lambda: call(says(), 0.1, 0.3),
         people_sound.converse: lambda: call(
             some_session(), rng=rng(), manners=people_sound.Manners(pause=(0.1, 0.1))
