@@ -38,7 +38,10 @@ class Ran(Exception):  # noqa: N818 - an event, and no ValueError that a check c
 
 def wrong_values(valid: Any) -> Iterator[tuple[str, Any]]:
     """Yield wrong values with their names; wrong arrays are made from the valid one, if it is."""
-    array = np.asarray(valid) if isinstance(valid, np.ndarray | list | tuple) else np.ones(2)
+    array = np.ones(2)
+    if isinstance(valid, np.ndarray | list | tuple):
+        with suppress(ValueError):  # of unequal rows
+            array = np.asarray(valid)
     if array.dtype.kind not in "iuf":
         array = np.ones(2)
     broken = np.array(array, dtype=float)

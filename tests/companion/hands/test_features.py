@@ -94,6 +94,8 @@ def heavy(weight: int) -> np.ndarray:
 @example(0, 5 * 10**9, 2**63 - 4 * 10**9)  # their sum is too large for 64 bits, and negative
 @example(1, 2**63 - 1, 1)
 @example(0, 24, 0)
+@example(0, 20, 5)
+@example(1, 3, -1)
 @example(0, 0, 25)
 def test_a_rectangle_is_refused_exactly_where_it_leaves_the_window(axis, place, size):
     feature = heavy(1)
