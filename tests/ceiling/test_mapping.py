@@ -762,6 +762,6 @@ def test_a_way_in_two_pieces_is_retraced_in_the_frame_of_each():
     images[0]["c"] = images[0]["c"] + [400, 0, 0, 0]
     np.testing.assert_allclose(retrace(parts, images, 6.0)[1], truth, atol=1e-9)
     for wrong in ({}, images[0] | images[1], {"z": np.ones(4)}):
-        with pytest.raises(ValueError, match="seen must be patterns of one piece, got"):
+        with pytest.raises(ValueError, match="seen must be patterns of one of the pieces, got"):
             retrace(parts, [wrong], 6.0)
     assert retrace(parts, [], 6.0)[1].shape == (0, 3)

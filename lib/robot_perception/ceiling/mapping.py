@@ -717,7 +717,9 @@ def retrace(
         names = [*checks.instance("seen", sightings, Mapping)]
         own = {whose.get(name) for name in names}
         if len(own) != 1 or None in own:
-            raise ValueError(f"seen must be patterns of one piece, got {checks.shown(names)}")
+            raise ValueError(
+                f"seen must be patterns of one of the pieces, got {checks.shown(names)}"
+            )
         numbers.append(own.pop())
         part = parts[numbers[-1]]
         poses.append(part.locate(consistent(part, sightings, gate)[0])[0])

@@ -1,7 +1,9 @@
 """Valid calls of `companion`."""
 
+import cv2
 import numpy as np
 
+from data_synth.companion.face_films import FaceScene, film_faces
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.companion import boxes, cues, following, interaction, robot, tutor
 from robot_perception.companion.faces import (
@@ -51,7 +53,12 @@ PAIR = interaction.StateTable("a", ARROWS)
 EVENTS = {name: interaction.Event(lambda seen: False) for name in ("x", "y")}
 TALK = interaction.Interaction(PAIR, EVENTS)
 FOLLOWER = following.Follower(300.0, 200.0)
-PEOPLE = gallery.Gallery(SPACE)
+SHOWN = [
+    cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)
+    for frame in film_faces(np.random.default_rng(0), 3, FaceScene(glances=0.0)).frames
+]
+PORTRAITS = np.random.default_rng(5).uniform(0, 1, (6, 56, 46))
+PEOPLE = gallery.Gallery(eigenfaces.Eigenfaces.learn(PORTRAITS, NAMES, 3))
 
 
 def known(grey, box):
@@ -157,6 +164,9 @@ CALLS = {
     following.Follower: lambda: call(300.0, 200.0, 2.5, 2.0, 1.5, 1.2),
     following.Follower.command: lambda: call(FOLLOWER, 10.0, 150.0),
     gallery.Gallery: lambda: call(SPACE, True, 2),
+    gallery.Gallery.learn: lambda: call(
+        {"ann": SHOWN}, DETECTOR, 2, accepted=0.9, equalise=True
+    ),
     gallery.Gallery.recognise: lambda: call(PEOPLE, GREY, BOX),
     robot.body_of: lambda: call(BOX),
     robot.face_of: lambda: call(BOX),
