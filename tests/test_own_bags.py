@@ -5,12 +5,19 @@ from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from data_synth import laser, stereo, textured_building
-from robot_perception.datasets import write_columns
+from data_synth import ceiling, laser, stereo, textured_building
+from data_synth.arms.gestures import ArmScene, film_arms
+from data_synth.companion.face_films import FaceScene, film_faces
+from data_synth.companion.faces import make_identity
+from data_synth.companion.hall import make_hall
+from data_synth.companion.visits import Stance, make_visitor, see
+from robot_perception.chapters.tutor_following.scene import CAMERA
+from robot_perception.datasets import read_video, write_columns, write_tum
 from robot_perception.geometry import se2, se3
 from tests.datasets import bags, writing
 from tests.test_own_data import SCRIPTS, changed
@@ -165,6 +172,25 @@ def test_ekf_slam_and_judge(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_judge_in_space(name, tmp_path):
+    """Poses with heights are judged with them, as those of a TUM file with the same numbers."""
+    times = 0.1 * np.arange(40)
+    path = se3.from_se2(np.stack([times, np.sin(times), times], axis=1))
+    path[:, 2, 3] = np.cos(3 * times)
+    off = path.copy()
+    off[:, :3, 3] += np.random.default_rng(1).normal(0, 0.1, (40, 3))
+    write_tum(tmp_path / "off.tum", START + times, off)
+    write_tum(tmp_path / "path.tum", START + times, path)
+    said = [bags.odometry(time, T) for time, T in zip(times, path, strict=True)]
+    bags.write_bag(tmp_path / name, [*said, bags.odometry(0.1, path[1], topic="/other")])
+    plain = play(tmp_path, "judge.py", "off.tum", "path.tum", "--align", "se3")
+    of_bag = play(tmp_path, "judge.py", "off.tum", name, "--align", "se3", "--topic", "/odom")
+    assert of_bag == plain
+    assert "poses: 40, of the truth: 40, together: 40\n" in plain
+    assert play(tmp_path, "judge.py", name, name, "--topic", "odom").startswith("poses: 40")
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_stereo_slam(name, tmp_path):
     """Pictures, calibration, their times and the speeds of the wheels."""
     world = textured_building.make_textured_building(rng=np.random.default_rng(11))
@@ -200,3 +226,88 @@ def test_stereo_slam(name, tmp_path):
         assert play(tmp_path, "stereo_slam.py", name, "bag", *of_bag, "--force") == plain
         same(tmp_path, "plain.tum", "bag.tum", skip=0, delimiter=" ")
         same(tmp_path, "plain.ply", "bag.ply", times=False, skip=10, delimiter=" ")
+
+
+# Films -------------------------------------------------------------------------------------------
+
+
+def square() -> list[np.ndarray]:
+    """A red square that moves to the right."""
+    film = np.full((12, 60, 80, 3), 80, np.uint8)
+    for k, frame in enumerate(film):
+        frame[20:40, 20 + k : 36 + k] = 200, 60, 40
+    return [*film]
+
+
+def ceiling_below() -> list[np.ndarray]:
+    """A ceiling, seen by a camera that drives below it."""
+    plane = ceiling.make_ceiling("varied", rng=np.random.default_rng(3), side=8.0)
+    camera = ceiling.CeilingCamera(plane, ceiling.Mount())
+    grey = [camera.image(np.array([0.05 * k, 0, 0.02 * k])) for k in range(12)]
+    return [np.dstack([picture] * 3) for picture in grey]
+
+
+def visitor() -> list[np.ndarray]:
+    """Somebody before a robot that stands in a hall."""
+    rng = np.random.default_rng(3)
+    hall, who, place = make_hall(rng), make_visitor(rng), np.array([4.0, 5.0, 0.0])
+    there = [(who, Stance(6.1, 5.0, raised=0.0))]
+    return [see(hall, CAMERA, place, there, rng=rng).image for _ in range(8)]
+
+
+def upper_body() -> list[np.ndarray]:
+    """Somebody who points."""
+    return [*film_arms(np.random.default_rng(106), 5, ArmScene("pointing")).frames]
+
+
+def gallery(folder: Path) -> None:
+    for k, name in enumerate(("ann", "bob")):
+        (folder / "gallery" / name).mkdir(parents=True)
+        who = make_identity(np.random.default_rng(40 + k), tone=k)
+        for day in range(3):
+            alone = film_faces(np.random.default_rng(day), 1, FaceScene(glances=0.0), (who,))
+            Image.fromarray(alone.frames[0]).save(folder / "gallery" / name / f"{day}.png")
+
+
+FILMS = {  # by the script: the pictures, the words before and after the film
+    "track.py": (square, ["camshift"], ["20,20,16,20"]),
+    "ceiling.py": (ceiling_below, [], []),
+    "faces.py": (visitor, ["gallery"], []),
+    "following.py": (visitor, [], []),
+    "arms.py": (upper_body, [], ["0.29,0.25,0.17", "rest"]),
+}
+
+
+@pytest.mark.parametrize("script", FILMS)
+def test_films(script, tmp_path):
+    """Topics of pictures, as a folder with the same times in the names of its files."""
+    make, before, after = FILMS[script]
+    gallery(tmp_path)
+    (tmp_path / "pictures").mkdir()
+    said = [bags.image(0, np.zeros((9, 9), np.uint8), "mono8", topic="/depth")]
+    for k, frame in enumerate(make()):
+        time = bags.nanoseconds(0.1 * k)
+        name = f"{time // 10**9}.{time % 10**9 // 1000:06d}.png"
+        Image.fromarray(frame).save(tmp_path / "pictures" / name)
+        said.append(bags.image(0.1 * k, frame[..., ::-1], "bgr8"))
+    bags.write_bag(tmp_path / "mcap", said)
+    plain = play(tmp_path, script, *before, "pictures", *after, "plain")
+    named = ["--topic", "/camera/image_raw"]
+    assert play(tmp_path, script, *before, "mcap", *after, "bag", *named) == plain
+    results = sorted(path.name.removeprefix("plain") for path in tmp_path.glob("plain*"))
+    assert len(results) > 1
+    for ending in results:
+        both = [tmp_path / f"{of}{ending}" for of in ("plain", "bag")]
+        if ending.endswith(".csv"):
+            a, b = map(pd.read_csv, both)
+            other = [name for name in a.columns if name != "frame"]  # a folder's are in its names
+            pd.testing.assert_frame_equal(a[other], b[other])
+        elif ending.endswith(".mp4"):
+            a, b = map(read_video, both)
+            assert a.rate == pytest.approx(b.rate, rel=1e-4)
+            np.testing.assert_array_equal([*a], [*b])
+        else:
+            assert both[0].read_bytes() == both[1].read_bytes()
+    assert "2 topics hold Image or CompressedImage: /camera/image_raw, /depth" in play(
+        tmp_path, script, *before, "mcap", *after, "lost", code=1
+    )

@@ -65,12 +65,10 @@ def consistency(estimate: Track, truth: np.ndarray, covered: np.ndarray) -> str:
 
 
 def together(
-    estimate_file: Path, truth_file: Path, between: bool, unit: str
+    estimate_file: Path, truth_file: Path, between: bool, **how
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poses in space of the two files at the same times, or in the same order."""
-    estimate, truth = (
-        read_space_track(file, time_unit=unit) for file in (estimate_file, truth_file)
-    )
+    estimate, truth = (tell(read_space_track(file, **how)) for file in (estimate_file, truth_file))
     poses, true = estimate.poses, truth.poses
     if estimate.times is None or truth.times is None:
         if len(poses) != len(true):
@@ -95,11 +93,9 @@ def together(
     return poses, true
 
 
-def in_space(
-    estimate_file: Path, truth_file: Path, alignment: str, between: bool, unit: str
-) -> None:
+def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: bool, **how) -> None:
     """Errors of positions and rotations, as evo has them."""
-    poses, true = together(estimate_file, truth_file, between, unit)
+    poses, true = together(estimate_file, truth_file, between, **how)
     poses, found = spatial.align_poses(poses, true, alignment)
     print(f"alignment: {alignment}, scale {found.scale:.4f}")
     print(f"ATE: {spatial.absolute_error(poses[:, :3, 3], true[:, :3, 3]):.3f} m")
@@ -115,9 +111,9 @@ def in_space(
 @click.option("--interpolate", is_flag=True, help=BETWEEN)
 def main(estimate, truth, align, interpolate, topic, time_unit):
     """Errors of your own run: CSV with headings in the plane; TUM, KITTI and EuRoC in space."""
-    kinds = {track_format(estimate): estimate, track_format(truth): truth}
+    kinds = {track_format(file, topic=topic): file for file in (estimate, truth)}
     if "plane" not in kinds:
-        in_space(estimate, truth, align, interpolate, time_unit)
+        in_space(estimate, truth, align, interpolate, time_unit=time_unit, topic=topic)
         return
     if align != "none" or interpolate:
         raise ValueError(

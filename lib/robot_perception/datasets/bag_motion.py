@@ -62,6 +62,12 @@ class BagMotion:
     topic: str
     report: ReadReport
 
+    def is_flat(self) -> bool:
+        """Tell whether all poses are in the plane: of no height, and upright."""
+        return bool(
+            (np.abs(self.poses[:, 2, 3]) <= STILL).all() & (self.poses[:, 2, 2] >= 1 - STILL).all()
+        )
+
     def track(self) -> Track:
         """Return position and heading in the plane; height, roll and pitch are left out.
 

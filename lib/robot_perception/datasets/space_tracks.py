@@ -12,13 +12,15 @@ from jaxtyping import Bool, Float
 
 from robot_perception import checks
 from robot_perception.datasets import limits
-from robot_perception.datasets.bags import is_bag
+from robot_perception.datasets.bag_motion import read_bag_motion
+from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
     FINITE,
     SHORT,
     CorruptLog,
     Lines,
+    ReadReport,
     are_numbers,
     in_seconds,
     read_table,
@@ -43,6 +45,8 @@ class SpaceTrack:
         s, rising; nothing where the file has none.
     poses : (k, 4, 4)
         Rigid motions ``T_world_body``, m.
+    report
+        What became of all messages, if they come from a ROS bag.
 
     Raises
     ------
@@ -52,6 +56,7 @@ class SpaceTrack:
 
     times: Float[np.ndarray, " k"] | None
     poses: Float[np.ndarray, "k 4 4"]
+    report: ReadReport | None = None
 
     def __post_init__(self) -> None:
         from robot_perception.geometry import se3
@@ -59,6 +64,8 @@ class SpaceTrack:
         poses = checks.reals("poses", self.poses)
         checks.shaped("poses", poses, ("k", 4, 4))
         object.__setattr__(self, "poses", se3.checked("poses", poses))
+        if self.report is not None:
+            checks.instance("report", self.report, ReadReport)
         if self.times is None:
             return
         times = checks.array("times", self.times, (len(poses),), beside="these poses")
@@ -111,15 +118,23 @@ class SpaceTrack:
         return poses, covered
 
 
-def track_format(path: str | Path) -> str:
+def track_format(path: str | Path, *, topic: Topics = None) -> str:
     """Return the format of a trajectory, told by its first row and the names of its columns.
+
+    Parameters
+    ----------
+    path
+        The file.
+    topic
+        Of a ROS bag, where several would do.
 
     Returns
     -------
     str
         Without names ``"KITTI"`` (12 numbers a line), ``"TUM"`` (others between blanks) or
         ``"EuRoC"`` (others between commas); ``"EuRoC"`` by its names, ``"space"`` where there are
-        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads, as it does bags.
+        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads. A bag is ``"plane"``
+        if its poses have no heights and no tilts, else ``"space"``.
 
     Raises
     ------
@@ -128,8 +143,9 @@ def track_format(path: str | Path) -> str:
     FileNotFoundError
         If there is no such file.
     """
+    topic = check_topic(topic)
     if is_bag(path):
-        return "plane"
+        return "plane" if read_bag_motion(path, topic).is_flat() else "space"
     lines = Lines(path)
     row = lines.points(next(lines.rows(), []))
     if not row:
@@ -149,8 +165,8 @@ def track_format(path: str | Path) -> str:
     return "space" if "qw" in tables[0] else "plane"
 
 
-def read_space_track(path: str | Path, *, time_unit: str = "s") -> SpaceTrack:
-    """Read a trajectory in space, plain or gzip; `track_format` tells its format.
+def read_space_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> SpaceTrack:
+    """Read a trajectory in space, plain or gzip or from a ROS bag; `track_format` tells its format.
 
     * TUM: ``timestamp tx ty tz qx qy qz qw``, m;
     * KITTI: a matrix of 3 × 4 by rows, m, without times;
@@ -164,7 +180,9 @@ def read_space_track(path: str | Path, *, time_unit: str = "s") -> SpaceTrack:
     path
         The file.
     time_unit
-        What it counts time in, but for EuRoC: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+        What it counts time in, but for EuRoC: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
+    topic
+        Of a bag, where several would do.
 
     Raises
     ------
@@ -176,6 +194,10 @@ def read_space_track(path: str | Path, *, time_unit: str = "s") -> SpaceTrack:
         If there is no such file.
     """
     limits.per_second(time_unit)
+    topic = check_topic(topic)
+    if is_bag(path):
+        motion = read_bag_motion(path, topic)
+        return SpaceTrack(motion.times, motion.poses, motion.report)
     return READERS[track_format(path)](path, time_unit)
 
 

@@ -111,13 +111,14 @@ def adding():
 CALIBRATION = datasets.read_kitti(KITTI).calibration
 CALLS = {
     datasets.BagMotion.commands: lambda: call(MOTION),
+    datasets.BagMotion.is_flat: lambda: call(MOTION),
     datasets.BagMotion.track: lambda: call(MOTION),
     datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
     Dataset.file: lambda: call(SET, "a.txt"),
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
     Sector.holds: lambda: call(Sector(-0.3, 0.3, 5.0), np.array([[1.0, 0.1]])),
     Track.at: lambda: call(datasets.read_track(TABLE), TIMES, longest_gap=2.0),
-    SpaceTrack: lambda: call(TIMES, np.array([np.eye(4)] * 3)),
+    SpaceTrack: lambda: call(TIMES, np.array([np.eye(4)] * 3), MOTION.report),
     SpaceTrack.at: lambda: call(
         SpaceTrack(TIMES[:2], np.array([np.eye(4)] * 2)), TIMES, longest_gap=2.0
     ),
@@ -168,8 +169,8 @@ CALLS = {
     datasets.read_relations: lambda: call(RELATIONS, time_unit="s"),
     datasets.read_track: lambda: call(TABLE, time_unit="s", topic="/a"),
     datasets.read_vehicle: lambda: call(FOLDER / "car.mat", time_unit="ms"),
-    datasets.read_space_track: lambda: call(TABLE, time_unit="s"),
-    datasets.track_format: lambda: call(TABLE),
+    datasets.read_space_track: lambda: call(TABLE, time_unit="s", topic="/a"),
+    datasets.track_format: lambda: call(TABLE, topic="/a"),
     datasets.read_commands: lambda: call(MOVES, time_unit="s", topic="/a"),
     datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
     datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}, overwrite=True),
