@@ -145,6 +145,7 @@ CALLS = {
     datasets.read_depth_pair: lambda: call(PAIRS),
     datasets.read_image: lambda: call(PICTURE, colour=True),
     datasets.read_video: lambda: call(FILM),
+    datasets.Film.seconds: lambda: call(datasets.read_video(FILM), 10.0),
     datasets.read_film: lambda: call(KITTI / "image_l", "*.png", topic="/a"),
     datasets.picture_files: lambda: call(KITTI / "image_l", "*.png"),
     datasets.gallery_files: lambda: call(KITTI),
