@@ -2,7 +2,8 @@
 
 A value of a wrong type is a ``TypeError``; one of the right type that is out of range, or an array
 of another shape, a ``ValueError``. A boolean is no number. Whatever NumPy makes an array of real
-numbers may stand for one. The checks return the value as the caller goes on to use it.
+numbers may stand for one. The checks return the value as the caller goes on to use it. Finite is
+what is within `LARGEST`, so that squares and products of three are no infinity and no NaN.
 
 A shape is a tuple of lengths, of names for lengths that are free (the same name twice: the same
 length) and, in front, of ``...`` for any leading axes: ``(..., "n", 2)``.
@@ -110,7 +111,7 @@ def whole(name: str, value: Any, least: int | None = None, most: int | None = No
 
 
 def number(name: str, value: Any, *, finite: bool = True) -> float:
-    """Return a real number, finite unless infinite ones are allowed; NaN is never a number."""
+    """Return a real number, within `LARGEST` unless all are allowed; NaN is never a number."""
     if not isinstance(value, Real) or isinstance(value, bool):
         raise TypeError(f"{name} must be a number, got {shown(value)}")
     try:
@@ -119,15 +120,19 @@ def number(name: str, value: Any, *, finite: bool = True) -> float:
         result = np.inf
     if np.isnan(result) or (finite and np.isinf(result)):
         raise ValueError(f"{name} must be {'finite' if finite else 'a number'}, got {shown(value)}")
-    return result
+    return moderate(name, result) if finite and abs(result) > LARGEST else result
 
 
 def positive(name: str, value: Any) -> float:
-    """Return a finite number above 0."""
+    """Return a finite number above 0: from 1 / `LARGEST` on, so that its square is no 0."""
+    result = np.nan
     with suppress(ValueError):  # NaN is not positive either
-        if 0 < (result := number(name, value, finite=False)) < np.inf:
-            return result
-    raise ValueError(f"{name} must be positive and finite, got {shown(value)}")
+        result = number(name, value, finite=False)
+    if not 0 < result < np.inf:
+        raise ValueError(f"{name} must be positive and finite, got {shown(value)}")
+    if result < 1 / LARGEST:
+        raise ValueError(f"{name} must be at least {1 / LARGEST:g}, got {shown(value)}")
+    return number(name, result)
 
 
 def not_negative(name: str, value: Any) -> float:
@@ -157,19 +162,20 @@ def level(name: str, value: Any) -> float:
 def array(
     name: str, value: Any, shape: tuple = (...,), beside: str = "", *, finite: bool = True
 ) -> np.ndarray:
-    """Return real numbers as an array of a shape; finite unless other ones are allowed.
+    """Return real numbers as an array of a shape; within `LARGEST` unless other ones are allowed.
 
     Where the shape follows from another argument, ``beside`` says so in the message.
     """
     result = reals(name, value)
     shaped(name, result, shape, beside)
-    if finite:
+    if finite and not (np.abs(result) <= LARGEST).all():
         check_finite(name, result)
+        moderate(name, result)
     return result
 
 
 def moderate(name: str, value: Any, most: float = LARGEST) -> Any:
-    """Return a number or an array with no entry beyond a bound, so that squares stay finite."""
+    """Return a number or an array with no entry beyond a bound."""
     farthest = np.abs(value).max(initial=0.0)
     if farthest > most:
         raise ValueError(f"{name} must be within {most:g}, got {farthest:g}")

@@ -183,30 +183,38 @@ def test_a_limb_that_points_at_the_camera_has_no_silhouette():
     assert np.isfinite(contours.points).all()
 
 
-def test_limbs_collide_where_many_of_their_points_do():
-    """Brute force: points along the axes, and the radii there."""
-    states, share = drawn(300, 7), np.linspace(0, 1, 60)[:, None]
-    hits = MODEL.collides(states)
-    radii, measures = MODEL.measures.radii, MODEL.measures
-    head = MODEL.middle - [0, measures.drop, 0]
-    for state, hit in zip(states, hits, strict=True):
-        axes = [[arm[k] + share * (arm[k + 1] - arm[k]) for k in range(3)]
-                for arm in MODEL.joints(state[None])[0]]  # fmt: skip
-        rings = [(radii[k] + share * (radii[k + 1] - radii[k]))[:, 0] for k in range(3)]
-        gap = min(
-            (np.linalg.norm(axes[0][i][:, None] - axes[1][j][None], axis=-1)
-             - rings[i][:, None] - rings[j][None]).min() for i in range(3) for j in range(3)
-        )  # fmt: skip
-        for arm in axes:
-            for k in (1, 2):
-                off = arm[k] - MODEL.middle
-                inside = (off[:, 0] / measures.trunk[0]) ** 2 + (off[:, 2] / measures.trunk[1]) ** 2
-                gap = min(gap, np.where(off[:, 1] > 0, inside - 1, np.inf).min())
-                far = np.linalg.norm(arm[k] - head, axis=1) - rings[k] - measures.head
-                gap = min(gap, far.min())
-        if abs(gap) > 0.01:
-            assert hit == (gap < 0)
-    assert 0.1 < hits.mean() < 0.9
+def contacts(model, states, more, points=20):
+    """Tell which limbs enter what they may not (m, 17), all parts thicker by so much (m).
+
+    Nine pairs of limbs of both arms, then forearms and hands with the trunk, then with the head: by
+    points along the axes.
+    """
+    share, measures = np.linspace(0, 1, points), model.measures
+    joints = model.joints(states)
+    axes = joints[:, :, :-1, None] + share[:, None] * np.diff(joints, axis=2)[:, :, :, None]
+    radii = np.array([np.interp(share, [0, 1], measures.radii[k : k + 2]) for k in range(3)])
+    gap = np.linalg.norm(axes[:, 0, :, None, :, None] - axes[:, 1, None, :, None, :], axis=-1)
+    pairs = gap < radii[:, None, :, None] + radii[None, :, None, :] + more
+    off = (axes - model.middle)[:, :, 1:]
+    wide, deep = np.add(measures.trunk, more)
+    trunk = (np.hypot(off[..., 0] / wide, off[..., 2] / deep) < 1) & (off[..., 1] > -more)
+    head = np.linalg.norm(off + [0, measures.drop, 0], axis=-1) < radii[1:] + measures.head + more
+    parts = (pairs.any(axis=(-2, -1)), trunk.any(axis=-1), head.any(axis=-1))
+    return np.concatenate([part.reshape(len(states), -1) for part in parts], axis=1)
+
+
+def test_a_body_collides_where_any_of_its_limbs_does():
+    """Brute force; each pair of parts is met where it is the only one that collides."""
+    shape = replace(MODEL.measures, apart=0.2, radii=(0.04,) * 4, trunk=(0.05, 0.03), head=0.05)
+    slim = replace(MODEL, measures=shape)
+    wild = np.random.default_rng(8).uniform(-np.pi, np.pi, (9000, 8))
+    alone = np.zeros(17, dtype=int)
+    for model, states in ((MODEL, drawn(300, 7)), (slim, wild)):
+        hit, near = (contacts(model, states, more) for more in (-0.005, 0.005))
+        clear = (hit == near).all(axis=1)
+        np.testing.assert_array_equal(model.collides(states[clear]), hit[clear].any(axis=1))
+        alone += hit[clear & (hit.sum(axis=1) == 1)].sum(axis=0)
+    assert alone.min() > 0, "each decides alone somewhere"
     assert not MODEL.collides(REST[None])[0]
 
 

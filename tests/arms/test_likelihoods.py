@@ -98,6 +98,21 @@ def test_a_picture_without_edges_is_as_far_as_can_be():
     assert np.isfinite(logs).all()
 
 
+def test_noise_of_a_few_grey_levels_is_no_edge():
+    """Without the blur a third of this wall would be edges."""
+    wall = np.full((240, 320, 1), 120) + np.random.default_rng(0).normal(0, 5, (240, 320, 1))
+    noisy = np.repeat(np.rint(wall).astype(np.uint8), 3, axis=2)
+    assert not look(noisy).edges.any()
+
+
+def test_bodies_hold_the_points_of_each_set_of_patches():
+    bodies, hands = Bodies(MODEL, STATES), MODEL.place(REST + 0.5)
+    for patches in (PATCHES, hands, PATCHES):
+        found, wanted = bodies.surface(patches), MODEL.surface(STATES, patches)
+        np.testing.assert_array_equal(found.points, wanted.points)
+        np.testing.assert_array_equal(found.visible, wanted.visible)
+
+
 def test_a_denser_picture_gives_edges_less_weight():
     noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3)).astype(np.uint8)
     assert edge_weight(look(noise)) < 0.5 * edge_weight(SEEN) < 0.5

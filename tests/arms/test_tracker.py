@@ -3,12 +3,21 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from data_synth.arms.gestures import ArmScene, film_arms
 from robot_perception.arms.body_model import REST, BodyModel
-from robot_perception.arms.likelihoods import Bodies, StabiliserCue, look
+from robot_perception.arms.likelihoods import (
+    COLOUR,
+    TEXTURE,
+    Bodies,
+    EdgeCue,
+    PatchCue,
+    StabiliserCue,
+    look,
+)
 from robot_perception.arms.tracker import (
     BOUNDS,
     CUES,
@@ -96,6 +105,85 @@ def test_a_face_is_found_and_none_is_told():
         FEW.start(IMAGE, rng=rng())
 
 
+@pytest.mark.parametrize("left", [True, False])
+def test_of_several_faces_the_largest_is_found(left):
+    near = cv2.resize(FILM.frames[0], None, fx=1.3, fy=1.3)[:240]
+    image = np.hstack([near, FILM.frames[0]] if left else [FILM.frames[0], near])
+    wanted = 1.3 * FILM.face + (0 if left else [320, 0, 0, 0])
+    assert overlap(find_face(image)[None], wanted[None])[0, 0] > 0.6
+
+
+def test_a_step_tells_what_the_cues_say_of_the_two_pictures_at_the_estimate():
+    """Each number of the info by its formula; the flow is that from the picture before."""
+    tracker = ArmTracker(CAMERA, rules=ArmRules(particles=60))
+    source = rng()
+    state = tracker.start(FILM.frames[0], rng=source, face=FILM.face, pose=FILM.angles[0])
+    hidden, moved = 0, 0
+    for before, image in zip(FILM.frames[:6], FILM.frames[1:7], strict=True):
+        state, info = tracker.step(state, image, rng=source)
+        seen = look(image, cv2.cvtColor(before, cv2.COLOR_RGB2GRAY), tracker.rules.edges)
+        body = Bodies(state.first.model, state.mean[None])
+        assert info.logs == {name: cue(seen, body)[0] for name, cue in state.cues.items()}
+        visible = body.contours.visible
+        far = EdgeCue().distances(seen, body)[visible]
+        np.testing.assert_allclose(info.contour, np.sqrt(np.mean(far**2)), rtol=1e-12)
+        parts = PatchCue(state.first.patches, state.first.reference).squared(seen, body)
+        np.testing.assert_allclose(info.patches, parts.mean() / len(COLOUR), rtol=1e-12)
+        hidden, moved = hidden + (~visible).sum(), moved + seen.moves
+    assert hidden
+    assert moved == 6
+
+
+def test_edges_that_move_draw_the_contours():
+    """The same picture: where its edges are said to move, poses on them are likelier."""
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=FILM.angles[0])
+    body = Bodies(state.first.model, FILM.angles[:1] + 0.05)
+    still = look(FILM.frames[0])
+    moves = replace(still, moving=np.zeros_like(still.moving))
+    assert state.cues["edges"](moves, body)[0] > state.cues["edges"](still, body)[0]
+
+
+@pytest.mark.parametrize(("name", "own"), [("colour", COLOUR), ("texture", TEXTURE)])
+def test_colour_and_texture_are_trusted_by_their_own_channels(name, own):
+    """A channel that all patches have in one bin takes their trust from the cue that compares it."""
+    first = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=FILM.angles[0]).first
+    weights = CUES[name](first).weights
+    for channel in range(4):
+        plain = first.reference.copy()
+        plain[:, channel] = np.eye(8)[0]
+        found = CUES[name](replace(first, reference=plain)).weights
+        if channel in own:
+            assert (found < weights).all()
+        else:
+            np.testing.assert_array_equal(found, weights)
+
+
+@pytest.mark.parametrize("ahead", [("b",), ("a", "c"), ("unknown",)])
+def test_the_filter_looks_ahead_with_the_cues_that_its_rules_name(ahead):
+    values = {"a": 1.0, "b": 10.0, "c": 100.0}
+    cues = {name: lambda first, v=v: lambda seen, bodies: np.full(len(bodies), v)
+            for name, v in values.items()}  # fmt: skip
+    tracker = ArmTracker(CAMERA, rules=ArmRules(particles=5, ahead=ahead), cues=cues)
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+    picture = Picture(state, look(FILM.frames[1]), tracker.rules)
+    wanted = sum(v for name, v in values.items() if name in ahead)
+    np.testing.assert_array_equal(picture.ahead(state.particles.states), wanted)
+    np.testing.assert_array_equal(picture.log_likelihood(np.tile(REST, (3, 1))), 111.0)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_where_no_cue_speaks_the_prediction_stays_as_it_is(name):
+    """Mean and spread are those of the motion, wherever a filter draws its particles."""
+    flat = {"flat": lambda first: lambda seen, bodies: np.zeros(len(bodies))}
+    rules = ArmRules(filter=name, particles=20000)
+    tracker = ArmTracker(CAMERA, rules=rules, cues=flat, bounds={})
+    start = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=FILM.angles[0])
+    after, _ = tracker.step(start, FILM.frames[-1], rng=rng(2))
+    noise = np.tile(rules.noise, 2)
+    np.testing.assert_array_less(np.abs(after.mean - start.mean) / noise, 0.05)
+    np.testing.assert_allclose(after.spread, np.hypot(start.spread, noise), rtol=0.05)
+
+
 def test_a_cue_of_ones_own_joins_and_others_leave():
     """A pull to another pose, alone: the arms go there whatever the picture shows."""
     goal = REST + 0.2
@@ -157,6 +245,17 @@ def test_arms_that_are_gone_are_told_to_be_lost_and_found_again_are_not():
     back, info = tracker.step(state, FILM.frames[-1], rng=source)
     assert not info.lost
     assert back.lost == 0
+
+
+@pytest.mark.parametrize(
+    ("edges", "patches", "lost"),
+    [(1e-9, 1e-9, True), (1e-9, 1.0, False), (1e9, 1e-9, False), (1e9, 1.0, False)],
+)
+def test_arms_are_lost_where_contours_and_patches_are_off(edges, patches, lost):
+    rules = ArmRules(particles=20, lost_edges=edges, lost_patches=patches)
+    tracker = ArmTracker(CAMERA, rules=rules)
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=FILM.angles[0])
+    assert tracker.step(state, FILM.frames[1], rng=rng())[1].lost == lost
 
 
 def test_an_arm_out_of_the_picture_keeps_finite_states():

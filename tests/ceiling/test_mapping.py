@@ -539,6 +539,27 @@ def test_of_several_places_grey_vectors_choose(which):
     np.testing.assert_allclose(found.pose[:2], places[which][:2], atol=1.0)
 
 
+@pytest.mark.parametrize("outside", [0, 1])
+def test_of_two_candidates_the_one_half_outside_loses(outside, monkeypatch):
+    """What lies outside of the picture matches nothing, however well the rest does."""
+    one, *_ = FITS
+    fits, tried = [one, replace(one, pose=one.pose + [3, 0, 0, 0])], []
+    monkeypatch.setattr(mapping, "recognise", lambda *_: fits)
+    step = PatternTracker.step
+
+    def half_outside(self, state, image, *, rng):
+        after, info = step(self, state, image, rng=rng)
+        there = np.full(len(info.correlation), 0.9)
+        tried.append(after)
+        if len(tried) == 1 + outside:
+            there[: len(there) // 2] = np.nan
+            there[len(there) // 2 :] = 1.0
+        return after, replace(info, correlation=there, lost=False)
+
+    monkeypatch.setattr(PatternTracker, "step", half_outside)
+    assert looked(AT)["a"] is tried[1 - outside]
+
+
 def test_only_so_many_candidates_are_tried(monkeypatch):
     tried = []
     step = PatternTracker.step

@@ -56,6 +56,24 @@ def run(pictures, tracker=TRACKER, seed=1):
     return found
 
 
+def test_patches_and_outline_are_their_own_mirror_images():
+    for boxes in (PATCHES, WHOLE):
+        left, top, wide, high = boxes.T
+        mirrored = np.stack([-left - wide, top, wide, high], axis=1)
+        assert {*map(tuple, mirrored.round(9))} == {*map(tuple, boxes.round(9))}
+    np.testing.assert_array_equal(SILHOUETTE[:11] * [-1, 1], SILHOUETTE[11:])
+
+
+def test_patches_lie_within_the_outline_of_head_and_shoulders():
+    """The head's is a little wider than the head."""
+    outline = SILHOUETTE[11:]
+    for left, top, wide, high in PATCHES:
+        beside = np.interp(top + high / 2, outline[:, 1], outline[:, 0])
+        assert max(-left, left + wide) <= beside + 0.02
+        assert -0.5 <= top
+        assert top + high <= 0.5
+
+
 def test_a_person_who_walks_and_comes_nearer_is_followed():
     way = [MIDDLE + np.array([4.0 * k, 1.0 * k, 0, 2.0 * k]) for k in range(25)]
     found = run([picture(at, seed=k) for k, at in enumerate(way)])

@@ -535,7 +535,7 @@ class ArmTracker:
 
 
 def find_face(image: Image) -> Float[np.ndarray, " 4"]:
-    """Return the square that marks the face that most windows agree on, px.
+    """Return the square that marks the face that most windows agree on, px; of several the largest.
 
     The picture is looked at twice as large, so that faces from 12 px on are found.
 
