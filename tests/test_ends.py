@@ -48,7 +48,8 @@ CALLS = {
     "landmarks": (lambda: symbolic.state(MANY), "landmarks must be from 0 to 100, got 1000000"),
     "minors": (lambda: symbolic.fixed_point_minors(SEEN, MANY), "landmarks must be from 0 to 100"),
     "monobot": (lambda: monobot.sensor_matrix(MANY), "landmarks must be from 1 to 10000, got"),
-    "information": (lambda: informed(np.full((2, 2), 1e200)), "start, motions and sensors must"),
+    "start": (lambda: informed(np.full((2, 2), 1e200)), "start must be within 1e+100, got 1e+200"),
+    "information": (lambda: informed(np.full((2, 2), 1e99)), "start, motions and sensors must"),
     **{
         scheme.__name__: (
             lambda scheme=scheme: scheme(np.ones(3), MANY, rng=RNG(0)),

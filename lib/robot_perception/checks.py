@@ -184,9 +184,13 @@ def moderate(name: str, value: Any, most: float = LARGEST) -> Any:
 
 @contextmanager
 def computable(what: str, *more: type[Exception]) -> Iterator[None]:
-    """Raise ``ValueError`` where arithmetic gives up: numbers too large, small or far apart."""
+    """Raise ``ValueError`` where arithmetic gives up: numbers too large, small or far apart.
+
+    It gives up where NumPy would warn of an infinity or of a NaN.
+    """
     try:
-        yield
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            yield
     except (np.linalg.LinAlgError, ArithmeticError, *more) as error:
         reason = f"numbers too large, too small or too far apart to compute with ({error})"
         raise ValueError(f"{what} must not have {reason}") from error

@@ -302,7 +302,7 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
     Andrade-Cetto, "Perception issues in mobile robotics", section 3.3: "The parameters A and B are
     estimated a priori from a training sequence."
     """
-    states = checks.moderate("states", checks.array("states", states, ("n", SIZE)))
+    states = checks.array("states", states, ("n", SIZE))
     order = checks.whole("order", order, 1, 2)
     ridge = checks.positive("ridge", ridge)
     if len(states) < order + 2:

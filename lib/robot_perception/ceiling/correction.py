@@ -161,7 +161,7 @@ class Correction:
         size = tuple(checks.integers("size", self.size, (2,), 1).tolist())
         if size[0] * size[1] > PIXELS or max(size) >= 2**15 - 2 * OUTSIDE:
             raise ValueError(f"size must be that of a picture, got {size}")
-        bent = tuple(checks.moderate("distortion", checks.vector("distortion", self.distortion, 2)))
+        bent = tuple(checks.vector("distortion", self.distortion, 2))
         A = _of_rays(self.rotation, self.translation, self.normal, self.distance)
         for name in ("rotation", "translation", "normal"):
             object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
@@ -224,7 +224,7 @@ class Correction:
             If a number is not finite, the distortion cannot be undone at a pixel, or a pixel does
             not look at the ceiling above the robot's own horizon.
         """
-        pixels = checks.moderate("pixels", checks.array("pixels", pixels, (..., "n", 2)))
+        pixels = checks.array("pixels", pixels, (..., "n", 2))
         rays = np.linalg.solve(self._plane, self._camera.rays(pixels)[..., None])[..., 0]
         lost = np.count_nonzero((rays[..., 2] <= 0) | (rays @ self.normal >= 0))
         if lost:

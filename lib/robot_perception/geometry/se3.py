@@ -106,7 +106,7 @@ def exp(twist: Float[np.ndarray, "... 6"]) -> Float[np.ndarray, "... 4 4"]:
     ValueError
         If the last axis is not 6, or a number is not finite or beyond 1e100.
     """
-    twist = checks.moderate("twist", checks.array("twist", twist, (..., 6)))
+    twist = checks.array("twist", twist, (..., 6))
     v, omega = twist[..., :3], twist[..., 3:].copy()  # SciPy writes to no array, but asks for it
     R = Rotation.from_rotvec(omega.reshape(-1, 3)).as_matrix().reshape(*omega.shape, 3)
     return _matrix(R, (_mean_rotation(omega) @ v[..., None])[..., 0])

@@ -39,7 +39,7 @@ class StereoRules:
 
     def __post_init__(self) -> None:
         for name in ("rows", "threshold"):
-            checks.moderate(name, checks.positive(name, getattr(self, name)))
+            checks.positive(name, getattr(self, name))
         ends = checks.array("disparities", self.disparities, (2,), finite=False)
         if not 0 < ends[0] < ends[1]:
             raise ValueError(f"disparities must be positive and rise, got {ends.tolist()}")

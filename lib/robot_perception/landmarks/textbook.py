@@ -95,7 +95,7 @@ def describe(patch: Float[np.ndarray, "18 18"]) -> Float[np.ndarray, "128"]:
     Lowe (2004), section 6.1.
     """
     patch = checks.array("patch", patch, (SIDE + 2, SIDE + 2))
-    if not np.abs(patch).max() < 1e6 or np.ptp(patch) == 0:
+    if not np.abs(patch).max() < 1e6 or np.ptp(patch) < 1 / checks.LARGEST:
         raise ValueError("patch must hold grey values that differ, below a million")
     along_u = (patch[1:-1, 2:] - patch[1:-1, :-2]) / 2
     along_v = (patch[2:, 1:-1] - patch[:-2, 1:-1]) / 2

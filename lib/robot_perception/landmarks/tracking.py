@@ -40,7 +40,7 @@ class TrackRules:
 
     def __post_init__(self) -> None:
         for name in ("window", "threshold"):
-            checks.moderate(name, checks.positive(name, getattr(self, name)))
+            checks.positive(name, getattr(self, name))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -486,9 +486,9 @@ def predict(
         If a number is negative, not finite or beyond 1e100, or the motion not (3,).
     """
     checks.instance("hypotheses", hypotheses, Hypotheses)
-    duration = checks.moderate("duration", checks.not_negative("duration", duration))
-    motion = checks.moderate("motion", checks.array("motion", motion, (3,)))
-    walk = checks.moderate("walk", checks.not_negative("walk", walk))
+    duration = checks.not_negative("duration", duration)
+    motion = checks.array("motion", motion, (3,))
+    walk = checks.not_negative("walk", walk)
     r, phi = _clear(hypotheses.mean).T
     x, y = (_points(hypotheses.mean) - motion[:2]).T
     mean = _clear(np.stack([np.hypot(x, y), wrap_angle(np.arctan2(y, x) - motion[2])], axis=-1))

@@ -198,9 +198,9 @@ def gospa(
     Rahmathullah, García-Fernández and Svensson, "Generalized optimal sub-pattern assignment
     metric", FUSION 2017, with p = 2 and α = 2.
     """
-    people = checks.moderate("people", checks.array("people", people, ("p", 2)))
-    hypotheses = checks.moderate("hypotheses", checks.array("hypotheses", hypotheses, ("h", 2)))
-    cutoff = checks.moderate("cutoff", checks.positive("cutoff", cutoff))
+    people = checks.array("people", people, ("p", 2))
+    hypotheses = checks.array("hypotheses", hypotheses, ("h", 2))
+    cutoff = checks.positive("cutoff", cutoff)
     apart = _distances(people, hypotheses)
     i, j = linear_sum_assignment(np.minimum(apart, cutoff) ** 2)
     near = apart[i, j] < cutoff

@@ -422,9 +422,8 @@ def settled(
     """
     n = _counted(landmarks, most=None)
     P0 = checks.not_negative("start_variance", start_variance)
-    V = checks.moderate("motion_variance", checks.positive("motion_variance", motion_variance))
+    V = checks.positive("motion_variance", motion_variance)
     W = checks.positive("measurement_variance", measurement_variance)
-    W = checks.moderate("measurement_variance", W)
     a = (n * V + np.sqrt((n * V) ** 2 + 4 * n * V * W)) / 2
     landmark = P0 + W / n * a / (a + W)
     return Settled(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import array, instance, moderate, not_negative, positive, whole
+from robot_perception.checks import array, instance, not_negative, positive, whole
 from robot_perception.gating import gate
 from robot_perception.geometry.angles import closes
 from robot_perception.observations import Observations, unnamed
@@ -288,9 +288,9 @@ def fit_pole(
         direction from it, or a number is beyond 1e100.
     """
     points = array("points", points, ("n", 2))
-    radius = moderate("radius", positive("radius", radius))
-    sigma = moderate("sigma", positive("sigma", sigma))
-    if len(moderate("points", points)) < 3:
+    radius = positive("radius", radius)
+    sigma = positive("sigma", sigma)
+    if len(points) < 3:
         raise ValueError(f"points must be at least 3, got {len(points)}")
     away, middle = np.hypot(*points.T), points.mean(axis=0)
     if not away.min() > 0 or not np.hypot(*middle) > 0:

@@ -16,7 +16,6 @@ from robot_perception.checks import (
     array,
     check_batches,
     instance,
-    moderate,
     not_negative,
     number,
     positive,
@@ -44,7 +43,7 @@ class RangeNoise:
     bearing_sigma: float = 0.0
 
     def __post_init__(self) -> None:
-        moderate("range_sigma", positive("range_sigma", self.range_sigma))
+        positive("range_sigma", self.range_sigma)
         not_negative("bearing_sigma", self.bearing_sigma)
 
 

@@ -43,7 +43,7 @@ class Analysis:
             If the direction is zero or of another shape.
         """
         direction = checks.array("direction", direction)
-        if direction.shape != self.unseen.shape[:1] or not direction.any():
+        if direction.shape != self.unseen.shape[:1] or not np.linalg.norm(direction) > 0:
             raise ValueError(
                 f"direction must be {self.unseen.shape[:1]} and not zero, got {direction}"
             )
