@@ -26,7 +26,7 @@ def chi_squared_quantile(
     ValueError
         If the level is not from 0 to 1 or a dimension no whole number of at least 1.
     """
-    checks.share("level", level)
+    level = checks.share("level", level)
     dimension = checks.integers("dimension", dimension, least=1)
     return _quantile(level, dimension)
 

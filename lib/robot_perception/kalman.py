@@ -405,7 +405,7 @@ def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) ->
     """
     checks.instance("motion", motion, Motion)
     checks.instance("sensor", sensor, Sensor)
-    checks.positive("tolerance", tolerance)
+    tolerance = checks.positive("tolerance", tolerance)
     F, Q, H, R = motion.transition, motion.noise, sensor.matrix, sensor.noise
     if any(a.ndim != 2 for a in (F, Q, H, R)) or H.shape[1] != F.shape[0]:
         raise ValueError(

@@ -105,8 +105,8 @@ def merge(
         pause is negative, or no observation falls into the time of the commands.
     """
     times, observed = _stamps("times", times), _stamps("observed", observed)
-    checks.number("delay", delay)
-    checks.not_negative("pause", pause)
+    delay = checks.number("delay", delay)
+    pause = checks.not_negative("pause", pause)
     if not times.size:
         raise ValueError("times must hold a command, got none")
     begin, end = times[[0, -1]] + delay

@@ -198,7 +198,10 @@ def contacts(model, states, more, points=20):
     off = (axes - model.middle)[:, :, 1:]
     wide, deep = np.add(measures.trunk, more)
     trunk = (np.hypot(off[..., 0] / wide, off[..., 2] / deep) < 1) & (off[..., 1] > -more)
-    head = np.linalg.norm(off + [0, measures.drop, 0], axis=-1) < radii[1:] + measures.head + more
+    head = (
+        np.linalg.norm(off + np.array([0, measures.drop, 0]), axis=-1)
+        < radii[1:] + measures.head + more
+    )
     parts = (pairs.any(axis=(-2, -1)), trunk.any(axis=-1), head.any(axis=-1))
     return np.concatenate([part.reshape(len(states), -1) for part in parts], axis=1)
 

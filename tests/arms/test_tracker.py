@@ -145,7 +145,7 @@ def test_edges_that_move_draw_the_contours():
 
 @pytest.mark.parametrize(("name", "own"), [("colour", COLOUR), ("texture", TEXTURE)])
 def test_colour_and_texture_are_trusted_by_their_own_channels(name, own):
-    """A channel that all patches have in one bin takes their trust from the cue that compares it."""
+    """A channel that is in one bin takes the patches' trust from the cue that compares it."""
     first = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=FILM.angles[0]).first
     weights = CUES[name](first).weights
     for channel in range(4):

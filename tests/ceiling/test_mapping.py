@@ -543,7 +543,7 @@ def test_of_several_places_grey_vectors_choose(which):
 def test_of_two_candidates_the_one_half_outside_loses(outside, monkeypatch):
     """What lies outside of the picture matches nothing, however well the rest does."""
     one, *_ = FITS
-    fits, tried = [one, replace(one, pose=one.pose + [3, 0, 0, 0])], []
+    fits, tried = [one, replace(one, pose=one.pose + np.array([3, 0, 0, 0]))], []
     monkeypatch.setattr(mapping, "recognise", lambda *_: fits)
     step = PatternTracker.step
 

@@ -70,7 +70,7 @@ def test_patches_lie_within_the_outline_of_head_and_shoulders():
     for left, top, wide, high in PATCHES:
         beside = np.interp(top + high / 2, outline[:, 1], outline[:, 0])
         assert max(-left, left + wide) <= beside + 0.02
-        assert -0.5 <= top
+        assert top >= -0.5
         assert top + high <= 0.5
 
 

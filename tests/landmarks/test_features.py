@@ -146,5 +146,5 @@ def test_features_must_fit_together():
     assert features([[1, 2]], [0]).descriptors.dtype == np.float32
     doubled = Features(good.pixels, good.descriptors.astype(float), good.scales, good.angles)
     assert doubled.descriptors.dtype == np.float32
-    with unchecked(), pytest.raises(ValueError, match="must fit single precision"):
+    with unchecked(), pytest.raises(ValueError, match="descriptors must be within"):
         Features(good.pixels, np.full((2, 128), 1e39), good.scales, good.angles)

@@ -26,6 +26,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
 from robot_perception.extras import needing
+from robot_perception.fields import checked
 from robot_perception.kernels import kernel
 
 with needing():
@@ -113,6 +114,7 @@ class Affine:
     matrix: Float[np.ndarray, "2 2"]
     shift: Float[np.ndarray, "2"]
     centre: Float[np.ndarray, "2"]
+    __post_init__ = checked
 
     def apply(self, points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
         """Return where the map takes points.

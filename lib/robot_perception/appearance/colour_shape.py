@@ -17,6 +17,7 @@ Andrade-Cetto, "Perception issues in mobile robotics", section 3.3.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -37,6 +38,7 @@ from robot_perception.appearance.colour_distribution import ColourDistribution, 
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import Blob, blob, clean, dilate, filled, segment
 from robot_perception.beliefs import ParticleSet
+from robot_perception.fields import checked, from_to
 from robot_perception.particles import condensation
 
 __all__ = [
@@ -190,8 +192,9 @@ class ColourShapeState:
     distribution: ColourDistribution
     outline: Outline
     areas: tuple[float, float]
-    lost: int
+    lost: Annotated[int, from_to(0)]
     shape: tuple[int, int]
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,6 +6,7 @@ are counted. The third is the everyday one by colour: a window that OpenCV's mea
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -18,6 +19,7 @@ from robot_perception.appearance.colour_shape import SMALLEST, ColourShapeRules,
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
 from robot_perception.extras import needing
+from robot_perception.fields import checked, from_to
 
 with needing():
     import cv2
@@ -49,9 +51,10 @@ class CueState:
 
     outline: Outline
     counts: Float[np.ndarray, " bins"]
-    lost: int
+    lost: Annotated[int, from_to(0)]
     shape: tuple[int, int]
     window: tuple[int, int, int, int] = (0, 0, 0, 0)
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)

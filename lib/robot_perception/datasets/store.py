@@ -202,7 +202,7 @@ def fetch(
         from tqdm.auto import tqdm
 
     flag("progress", progress)
-    positive("timeout", timeout)
+    timeout = positive("timeout", timeout)
     known = dataset(name)
     places: list[Path] = []
     missing: list[DataFile] = []

@@ -177,7 +177,7 @@ def _bounds(
     dimension: int | np.ndarray, runs: int, level: float
 ) -> tuple[float | np.ndarray, float | np.ndarray]:
     """Return the two quantiles of the average of χ² values, for one or many dimensions."""
-    checks.level("level", level)
+    level = checks.level("level", level)
     freedom = np.asarray(dimension) * checks.whole("runs", runs, 1)
     return tuple(
         chi_squared_quantile(p, freedom) / runs for p in ((1 - level) / 2, (1 + level) / 2)

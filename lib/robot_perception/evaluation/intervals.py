@@ -85,7 +85,7 @@ def mean(samples: Float[np.ndarray, "..."], unit: str = "", level: float = 0.95)
         0 and 1.
     """
     samples = _samples("samples", samples, least=2)
-    checks.level("level", level)
+    level = checks.level("level", level)
     ends = samples[:2]  # of samples that are all the same
     if np.ptp(samples) > 0:
         ends = stats.ttest_1samp(samples, 0.0).confidence_interval(level)
@@ -104,7 +104,7 @@ def proportion(successes: int, trials: int, level: float = 0.95) -> Interval:
         between 0 and 1.
     """
     checks.whole("trials", trials, 1)
-    checks.level("level", level)
+    level = checks.level("level", level)
     if not 0 <= checks.whole("successes", successes) <= trials:
         raise ValueError(f"need 0 <= successes <= trials, got {successes} of {trials}")
     ends = stats.binomtest(int(successes), int(trials)).proportion_ci(level, method="wilson")
@@ -124,7 +124,7 @@ def spread(
         If there is no sample, one of them is not finite, or the level is not between 0 and 1.
     """
     samples = _samples("samples", samples, least=1)
-    checks.level("level", level)
+    level = checks.level("level", level)
     checks.instance("about", about, str)
     low, mid, high = np.quantile(samples, [(1 - level) / 2, 0.5, (1 + level) / 2])
     return _between(

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from robot_perception import checks
 from robot_perception.evaluation.trajectories import RelativeErrors, pairs_over
+from robot_perception.fields import checked
 from robot_perception.geometry import se3
 
 ALIGNMENTS = ("none", "se3", "sim3")
@@ -31,6 +32,7 @@ class Similarity:
 
     scale: float
     motion: Float[np.ndarray, "4 4"]
+    __post_init__ = checked
 
     def act(self, points: Float[np.ndarray, "... n 3"]) -> Float[np.ndarray, "... n 3"]:
         """Return where it takes points.

@@ -14,12 +14,13 @@ precision.
 """
 
 from dataclasses import dataclass, field
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import OPEN, checked
 from robot_perception.kernels import kernel
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
@@ -41,7 +42,8 @@ class Nearest:
     """
 
     classes: Int[np.ndarray, "m 2"]
-    distances: Float[np.ndarray, "m 2"]
+    distances: Annotated[Float[np.ndarray, "m 2"], OPEN]
+    __post_init__ = checked
 
     def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:
         r"""Return the nearest class of each descriptor, or -1 for a new landmark.

@@ -5,12 +5,13 @@ descriptors to whole numbers, so none of them goes below the variance of roundin
 """
 
 from dataclasses import dataclass
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import at_least, checked
 from robot_perception.kernels import kernel
 
 ROUNDING = 1 / 12  # variance of a number that was rounded to a whole one
@@ -39,19 +40,9 @@ class DescriptorClasses:
     """
 
     means: Float[np.ndarray, "n d"]
-    squares: Float[np.ndarray, "n d"]
-    counts: Int[np.ndarray, " n"]
-
-    def __post_init__(self) -> None:
-        means = checks.array("means", self.means, ("n", "d"))
-        beside = f"means {means.shape}"
-        squares = checks.array("squares", self.squares, means.shape, beside)
-        if squares.size and squares.min() < 0:
-            raise ValueError(f"squares must not be negative, got {squares.min()}")
-        counts = checks.integers("counts", self.counts, (len(means),), 1, beside)
-        object.__setattr__(self, "means", means)
-        object.__setattr__(self, "squares", squares)
-        object.__setattr__(self, "counts", counts)
+    squares: Annotated[Float[np.ndarray, "n d"], at_least(0)]
+    counts: Annotated[Int[np.ndarray, " n"], at_least(1)]
+    __post_init__ = checked
 
     @classmethod
     def of(cls, descriptors: Float[np.ndarray, "n d"]) -> "DescriptorClasses":

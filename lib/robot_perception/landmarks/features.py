@@ -3,18 +3,32 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
 from robot_perception import checks
 from robot_perception.extras import needing
+from robot_perception.fields import NotNegative, Positive, checked, from_to
 
 with needing():
     import cv2
 
 LEAST_SIDE = 16  # px; of smaller pictures nothing is left inside the detector's border
 LENGTH = 128  # of a descriptor
+
+
+def _blur(name: str, value: Any) -> float:
+    if not 0.5 < (value := checks.number(name, value)) <= 16:
+        raise ValueError(f"{name} must be above 0.5, a sharp picture's, to 16, got {value}")
+    return value
+
+
+def _single(name: str, value: np.ndarray) -> Float32[np.ndarray, "n d"]:
+    """Return descriptors in single precision, which holds OpenCV's whole numbers exactly."""
+    checks.moderate(name, value, float(np.finfo(np.float32).max))
+    return value.astype(np.float32, copy=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,19 +55,12 @@ class Sift:
         If a number is negative, or one that must be positive is 0.
     """
 
-    most: int = 0
-    layers: int = 3
-    contrast: float = 0.04
-    edge: float = 10.0
-    sigma: float = 1.6
-
-    def __post_init__(self) -> None:
-        checks.whole("most", self.most, 0, 10**6)
-        checks.whole("layers", self.layers, 1, 16)
-        checks.not_negative("contrast", self.contrast)
-        checks.positive("edge", self.edge)
-        if not 0.5 < checks.number("sigma", self.sigma) <= 16:
-            raise ValueError(f"sigma must be above 0.5, a sharp picture's, to 16, got {self.sigma}")
+    most: Annotated[int, from_to(0, 10**6)] = 0
+    layers: Annotated[int, from_to(1, 16)] = 3
+    contrast: NotNegative = 0.04
+    edge: Positive = 10.0
+    sigma: Annotated[float, _blur] = 1.6
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,17 +85,10 @@ class Features:
     """
 
     pixels: Float[np.ndarray, "n 2"]
-    descriptors: Float[np.ndarray, "n d"]
+    descriptors: Annotated[Float[np.ndarray, "n d"], _single]
     scales: Float[np.ndarray, " n"]
     angles: Float[np.ndarray, " n"]
-
-    def __post_init__(self) -> None:
-        pixels = checks.array("pixels", self.pixels, ("n", 2))
-        n, beside = len(pixels), f"pixels {pixels.shape}"
-        object.__setattr__(self, "pixels", pixels)
-        object.__setattr__(self, "descriptors", check_descriptors(self.descriptors, n, beside))
-        object.__setattr__(self, "scales", checks.array("scales", self.scales, (n,), beside))
-        object.__setattr__(self, "angles", checks.array("angles", self.angles, (n,), beside))
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.pixels)
@@ -184,17 +184,3 @@ def check_grey(name: str, image: np.ndarray) -> UInt8[np.ndarray, "height width"
             f"{name} must be at least {LEAST_SIDE} px wide and high, got {image.shape}"
         )
     return image
-
-
-def check_descriptors(
-    value: np.ndarray, count: int | str = "n", beside: str = "", name: str = "descriptors"
-) -> Float32[np.ndarray, "n d"]:
-    """Return finite descriptors in single precision, which holds OpenCV's whole numbers exactly."""
-    if isinstance(value, np.ndarray) and value.dtype == np.float32:
-        checks.shaped(name, value, (count, "d"), beside)
-        checks.check_finite(name, value)
-        return value
-    value = checks.array(name, value, (count, "d"), beside)
-    if value.size and np.abs(value).max() > np.finfo(np.float32).max:
-        raise ValueError(f"{name} must fit single precision, got {np.abs(value).max():g}")
-    return value.astype(np.float32)

@@ -1,6 +1,7 @@
 """Points from two eyes: features matched along the rows of a rectified pair, and triangulated."""
 
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -8,8 +9,16 @@ from jaxtyping import Float, Int, UInt8
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
 from robot_perception.cameras import StereoRig
+from robot_perception.fields import Positive, checked
 from robot_perception.landmarks.features import SIFT, Features, Sift, check_grey, detect
 from robot_perception.landmarks.matching import match_window
+
+
+def _rising(name: str, value: Any) -> tuple[float, float]:
+    low, high = checks.array(name, value, (2,), finite=False).tolist()
+    if not 0 < low < high:
+        raise ValueError(f"{name} must be positive and rise, got {[low, high]}")
+    return low, high
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +42,10 @@ class StereoRules:
         If a number is not positive, or the disparities are not in order.
     """
 
-    rows: float = 2.0
-    threshold: float = 200.0
-    disparities: tuple[float, float] = (1.0, np.inf)
-
-    def __post_init__(self) -> None:
-        for name in ("rows", "threshold"):
-            checks.positive(name, getattr(self, name))
-        ends = checks.array("disparities", self.disparities, (2,), finite=False)
-        if not 0 < ends[0] < ends[1]:
-            raise ValueError(f"disparities must be positive and rise, got {ends.tolist()}")
-        object.__setattr__(self, "disparities", tuple(ends.tolist()))
+    rows: Positive = 2.0
+    threshold: Positive = 200.0
+    disparities: Annotated[tuple[float, float], _rising] = (1.0, np.inf)
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,6 +68,7 @@ class StereoPoints:
     measurements: Float[np.ndarray, "n 3"]
     points: Gaussian
     found: tuple[int, int]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.features)

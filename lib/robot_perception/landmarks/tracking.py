@@ -3,12 +3,14 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import repeat
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole, StereoRig
+from robot_perception.fields import Positive, checked, from_to
 from robot_perception.geometry import se3
 from robot_perception.landmarks.classes import DescriptorClasses
 from robot_perception.landmarks.features import Features
@@ -35,12 +37,9 @@ class TrackRules:
         If a number is not positive.
     """
 
-    window: float = 12.0
-    threshold: float = 200.0
-
-    def __post_init__(self) -> None:
-        for name in ("window", "threshold"):
-            checks.positive(name, getattr(self, name))
+    window: Positive = 12.0
+    threshold: Positive = 200.0
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,7 +64,11 @@ class Tracks:
     ids: Int[np.ndarray, " n"]
     origins: Int[np.ndarray, " n"]
     classes: DescriptorClasses
-    begun: int
+    begun: Annotated[int, from_to(0)]
+
+    def __post_init__(self) -> None:
+        checked(self)
+        checks.shaped("classes", self.classes.counts, self.ids.shape, beside="ids")
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -238,6 +241,7 @@ class Sighting:
 
     points: StereoPoints
     tracks: Tracks
+    __post_init__ = checked
 
 
 def sight(

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
+from robot_perception.fields import checked
 from robot_perception.geometry.angles import check_turn, closes
 from robot_perception.people._readings import check_readings
 from robot_perception.people.detections import polar
@@ -98,6 +99,7 @@ class Profiles:
     deviations: Float[np.ndarray, " k"]
     bulges: Float[np.ndarray, " k"]
     free: Bool[np.ndarray, " k"]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.spans)

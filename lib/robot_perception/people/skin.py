@@ -13,6 +13,7 @@ every image find new faces. Wood and cork have the colour of skin too.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -20,6 +21,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.extras import needing
+from robot_perception.fields import checked, from_to
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
 from robot_perception.people._bearings import DISTANCE, RANGE_SIGMA, bearings
@@ -213,8 +215,9 @@ class Cloud:
     """
 
     particles: ParticleSet
-    images: int = 1
-    missed: int = 0
+    images: Annotated[int, from_to(0)] = 1
+    missed: Annotated[int, from_to(0)] = 0
+    __post_init__ = checked
 
     @property
     def direction(self) -> tuple[float, float]:

@@ -27,6 +27,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import checked
 from robot_perception.observations import Observations
 from robot_perception.particles import StepInfo, effective_number
 from robot_perception.slam.planar.motions import PlanarMotion
@@ -129,6 +130,7 @@ class Looks:
     means: Float[np.ndarray, "n d"]
     squares: Float[np.ndarray, "n d"]
     counts: Int[np.ndarray, "n"]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -161,6 +163,7 @@ class Ongoing:
     sums: Float[np.ndarray, "k d"]
     squares: Float[np.ndarray, "k d"]
     names: Int[np.ndarray, "*M k"]
+    __post_init__ = checked
 
     @property
     def means(self) -> Float[np.ndarray, "k d"]:
@@ -192,6 +195,7 @@ class VisualMaps:
     maps: ParticleMaps
     looks: Looks
     tracks: Ongoing
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -25,7 +25,7 @@ LIMIT = 1e150  # products of two coordinates must stay finite
 
 def check_tolerance(tolerance: float) -> None:
     """Raise ``ValueError`` unless the tolerance is a positive finite number."""
-    positive("tolerance", tolerance)
+    tolerance = positive("tolerance", tolerance)
 
 
 def as_chain(points: np.ndarray) -> Float[np.ndarray, "n 2"]:

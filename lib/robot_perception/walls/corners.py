@@ -1,11 +1,13 @@
 """Point landmarks of one scan: corners where two walls meet, and thin round poles."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import array, instance, not_negative, positive, whole
+from robot_perception.checks import array, instance, positive
+from robot_perception.fields import NotNegative, Positive, checked, from_to
 from robot_perception.gating import gate
 from robot_perception.geometry.angles import closes
 from robot_perception.observations import Observations, unnamed
@@ -14,8 +16,8 @@ from robot_perception.walls.segments import (
     RangeNoise,
     ScanReport,
     Segments,
+    acute,
     as_scan,
-    check_acute,
     cut,
     extract_segments,
     to_points,
@@ -50,20 +52,13 @@ class LandmarkRules:
     """
 
     extraction: Extraction = field(default_factory=lambda: _THIN)
-    least_angle: float = np.deg2rad(40.0)
-    reach: float = 0.1
-    edge: float = 0.003
-    pole_radius: float = 0.15
-    least_on_pole: int = 5
-    step: float = 0.15
-
-    def __post_init__(self) -> None:
-        instance("extraction", self.extraction, Extraction)
-        check_acute("least_angle", self.least_angle)
-        not_negative("edge", self.edge)
-        for name in ("reach", "pole_radius", "step"):
-            positive(name, getattr(self, name))
-        whole("least_on_pole", self.least_on_pole, 3)
+    least_angle: Annotated[float, acute] = np.deg2rad(40.0)
+    reach: Positive = 0.1
+    edge: NotNegative = 0.003
+    pole_radius: Positive = 0.15
+    least_on_pole: Annotated[int, from_to(3)] = 5
+    step: Positive = 0.15
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,8 +80,8 @@ def score_map(
     """
     instance("walls", walls, WallMap)
     faces = array("faces", faces, ("faces", 2, 2))
-    not_negative("reach", reach)
-    not_negative("turn", turn)
+    reach = not_negative("reach", reach)
+    turn = not_negative("turn", turn)
     if len(walls) == 0 or len(faces) == 0:
         raise ValueError(f"nothing to compare: {len(walls)} walls, {len(faces)} faces")
     face_theta = _into_the_wall(faces)
@@ -142,7 +142,7 @@ def explained(
     """Say which readings lie within a distance of some wall of the map."""
     points = array("points", points, ("points", 2))
     instance("walls", walls, WallMap)
-    not_negative("distance", distance)
+    distance = not_negative("distance", distance)
     result = np.zeros(len(points), dtype=bool)
     for block in np.array_split(np.arange(len(points)), max(1, len(points) // 20_000)):
         near = distance_to_segments(points[block], walls.ends) <= distance

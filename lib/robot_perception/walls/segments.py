@@ -7,6 +7,7 @@ scanner :math:`\rho \ge 0`; seen from elsewhere it may be negative.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -16,15 +17,21 @@ from robot_perception.checks import (
     array,
     check_batches,
     instance,
-    not_negative,
     number,
-    positive,
     reals,
     shaped,
-    whole,
 )
+from robot_perception.fields import NotNegative, Positive, checked, from_to
 from robot_perception.geometry.angles import check_turn, closes
 from robot_perception.walls.chains import simplify
+
+
+def acute(name: str, angle: float) -> float:
+    """Return an angle between zero and a right angle."""
+    angle = number(name, angle)
+    if not 0.0 < angle < np.pi / 2:
+        raise ValueError(f"{name} must be between 0 and π/2 rad, got {angle}")
+    return angle
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +46,9 @@ class RangeNoise:
         Of the direction of a beam, rad.
     """
 
-    range_sigma: float = 0.02
-    bearing_sigma: float = 0.0
-
-    def __post_init__(self) -> None:
-        positive("range_sigma", self.range_sigma)
-        not_negative("bearing_sigma", self.bearing_sigma)
+    range_sigma: Positive = 0.02
+    bearing_sigma: NotNegative = 0.0
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,17 +71,11 @@ class Extraction:
     """
 
     noise: RangeNoise = RangeNoise()
-    tolerance: float = 0.08
-    grazing: float = np.deg2rad(10.0)
-    least_readings: int = 6
-    least_length: float = 0.4
-
-    def __post_init__(self) -> None:
-        instance("noise", self.noise, RangeNoise)
-        positive("tolerance", self.tolerance)
-        positive("least_length", self.least_length)
-        check_acute("grazing", self.grazing)
-        whole("least_readings", self.least_readings, 3)
+    tolerance: Positive = 0.08
+    grazing: Annotated[float, acute] = np.deg2rad(10.0)
+    least_readings: Annotated[int, from_to(3)] = 6
+    least_length: Positive = 0.4
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,6 +99,7 @@ class Segments:
     covs: Float[np.ndarray, "segments 2 2"]
     ends: Float[np.ndarray, "segments 2 2"]
     spans: Int[np.ndarray, "segments 2"]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -144,12 +143,6 @@ class ScanReport:
     def __add__(self, other: "ScanReport") -> "ScanReport":
         names = self.__slots__
         return ScanReport(**{name: getattr(self, name) + getattr(other, name) for name in names})
-
-
-def check_acute(name: str, angle: float) -> None:
-    """Raise ``ValueError`` unless an angle lies between zero and a right angle."""
-    if not 0.0 < number(name, angle) < np.pi / 2:
-        raise ValueError(f"{name} must be between 0 and π/2 rad, got {angle}")
 
 
 def as_scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -255,7 +248,7 @@ def find_breaks(
     Borges and Aldon (2004), adaptive breakpoint detector.
     """
     instance("noise", noise, RangeNoise)
-    check_acute("grazing", grazing)
+    grazing = acute("grazing", grazing)
     angles = array("angles", angles, ("n",))
     ranges = array("ranges", ranges, (len(angles),), "angles")
     points = to_points(ranges, angles)

@@ -8,6 +8,7 @@ wall or nearly do.
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -17,11 +18,11 @@ from robot_perception.checks import (
     computable,
     covariance,
     instance,
-    level,
     not_negative,
     reals,
     whole,
 )
+from robot_perception.fields import Level, NotNegative, checked
 from robot_perception.geometry import act, wrap_angle
 from robot_perception.walls.segments import (
     Extraction,
@@ -49,15 +50,11 @@ class Gate:
         Longest hole along a wall that does not end it, m.
     """
 
-    probability: float = 0.99
-    roughness: float = 0.02
-    roughness_angle: float = np.deg2rad(1.0)
-    widest_gap: float = 0.5
-
-    def __post_init__(self) -> None:
-        level("probability", self.probability)
-        for name in ("roughness", "roughness_angle", "widest_gap"):
-            not_negative(name, getattr(self, name))
+    probability: Level = 0.99
+    roughness: NotNegative = 0.02
+    roughness_angle: Annotated[float, not_negative] = np.deg2rad(1.0)
+    widest_gap: NotNegative = 0.5
+    __post_init__ = checked
 
     @property
     def threshold(self) -> float:
@@ -85,6 +82,7 @@ class WallMap:
     covs: Float[np.ndarray, "walls 2 2"]
     ends: Float[np.ndarray, "walls 2 2"]
     scans: Int[np.ndarray, " walls"]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.lines)

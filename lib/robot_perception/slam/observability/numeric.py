@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
+from robot_perception.fields import checked
 from robot_perception.geometry import rotation
 from robot_perception.slam.observability.sensors import StateSensor, see
 
@@ -27,6 +28,7 @@ class Analysis:
 
     rank: int
     unseen: Float[np.ndarray, "states hidden"]
+    __post_init__ = checked
 
     def hides(self, direction: Float[np.ndarray, "states"]) -> float:
         """Return the share of a direction that is unseen.
@@ -72,7 +74,7 @@ def analyse(matrix: Float[np.ndarray, "rows states"], *, tolerance: float = 1e-9
     matrix = checks.array("matrix", matrix, ("rows", "states"))
     if not matrix.size:
         raise ValueError(f"matrix must be (rows, states) and not empty, got {matrix.shape}")
-    checks.share("tolerance", tolerance)
+    tolerance = checks.share("tolerance", tolerance)
     lengths = np.linalg.norm(matrix, axis=0)
     scale = 1 / np.where(lengths > 0, lengths, 1.0)
     _, values, rows = np.linalg.svd(matrix * scale)

@@ -6,12 +6,13 @@ filter to call.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import NotNegative, checked, from_to
 from robot_perception.geometry import act, between, wrap_angle
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.belief import checked_places
@@ -73,8 +74,9 @@ class Calibration:
     bias: Float[np.ndarray, "2"]
     sigma: Float[np.ndarray, "2"]
     persistence: Float[np.ndarray, "2"]
-    interval: float
-    misread: int
+    interval: NotNegative
+    misread: Annotated[int, from_to(0)]
+    __post_init__ = checked
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
@@ -268,7 +270,7 @@ def name_landmarks(
     """
     seen = checks.instances("seen", seen, Observations)
     poses = checks.array("poses", poses, (len(seen), 3), f"seen of {len(seen)} poses")
-    checks.positive("within", within)
+    within = checks.positive("within", within)
     places, counts = np.empty((0, 2)), np.empty(0)
     names = []
     for pose, marks in zip(poses, seen, strict=True):

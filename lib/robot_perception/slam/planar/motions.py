@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
+from robot_perception.fields import NotNegative, checked
 from robot_perception.geometry import rotation
 from robot_perception.slam.planar import kernels
 from robot_perception.streams import Held
@@ -93,16 +94,15 @@ class Velocity:
 
     speed: float
     turn_rate: float
-    duration: float
+    duration: NotNegative
     noise: Float[np.ndarray, "2 2"]
     increment: Float[np.ndarray, "3"] = field(init=False)
     increment_cov: Float[np.ndarray, "3 3"] = field(init=False)
 
     def __post_init__(self) -> None:
-        speed, rate = checks.number("speed", self.speed), checks.number("turn_rate", self.turn_rate)
-        duration = checks.not_negative("duration", self.duration)
+        checked(self)
         object.__setattr__(self, "noise", checked_noise("noise", self.noise, 2))
-        increment, by_command = kernels.arc(speed, rate, duration)
+        increment, by_command = kernels.arc(self.speed, self.turn_rate, self.duration)
         object.__setattr__(self, "increment", increment)
         object.__setattr__(self, "increment_cov", by_command @ self.noise @ by_command.T)
 

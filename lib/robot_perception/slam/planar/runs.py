@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import OPEN, checked
 from robot_perception.files import destination, written
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
@@ -215,7 +216,7 @@ class History:
     """
 
     start: Float[np.ndarray, "3"]
-    times: Float[np.ndarray, "k"]
+    times: Annotated[Float[np.ndarray, "k"], OPEN]
     poses: Float[np.ndarray, "k 3"]
     pose_covs: Float[np.ndarray, "k 3 3"]
     nis: Float[np.ndarray, "k"]
@@ -227,6 +228,7 @@ class History:
     counts: Counts
     kept: dict[int, MapBelief]
     points: dict[int, np.ndarray]
+    __post_init__ = checked
 
     @property
     def path(self) -> Float[np.ndarray, "poses 3"]:

@@ -268,7 +268,7 @@ def resample(
     """
     count = len(checks.instance("maps", maps, ParticleMaps))
     checks.generator("rng", rng)
-    checks.share("share", share)
+    share = checks.share("share", share)
     _check_functions(criterion=criterion, scheme=scheme)
     effective = checks.number("criterion", criterion(maps.particles.log_weights), finite=False)
     if effective >= share * count:

@@ -133,7 +133,7 @@ def resample(
     """Return particles drawn by their weights where their effective number is too low."""
     particles = list(checks.instances("particles", particles, Particle))
     checks.generator("rng", rng)
-    checks.share("share", share)
+    share = checks.share("share", share)
     if not particles:
         raise ValueError("particles must be at least one, got none")
     log_weights = np.array([particle.log_weight for particle in particles])
