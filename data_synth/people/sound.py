@@ -173,7 +173,7 @@ class Conversation:
 
     def __post_init__(self) -> None:
         people = len(array("pitches", self.pitches, (None,)))
-        turns = wholes("who", self.who, (None,), 0, people - 1).size
+        turns = wholes("who (of pitches)", self.who, (None,), 0, people - 1).size
         array("starts", self.starts, (turns,))
         array("ends", self.ends, (turns,))
         wholes("seeds", self.seeds, (turns,), 0, np.iinfo(np.int64).max)
