@@ -114,7 +114,7 @@ def table(path: Path, names: str, columns: list[np.ndarray]) -> None:
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
 def test_scripts_are_short_and_on_the_page(script):
     lines = (SCRIPTS / script).read_text("utf-8").splitlines()
-    assert sum(map(bool, lines)) <= (120 if script in LONGER else 50)
+    assert sum(map(bool, lines)) <= (130 if script in LONGER else 50)
     assert f"```{{literalinclude}} own_data/{script}\n" in PAGE
     assert f"{{download}}`{script} <own_data/{script}>`" in PAGE
 
