@@ -96,6 +96,12 @@ def test_a_path_in_the_plane_lies_at_height_nothing(tmp_path):
     np.testing.assert_allclose(track.poses, se3.from_se2(flat.poses))
 
 
+def test_the_reader_of_planar_tracks_names_the_reader_of_poses_in_space(tmp_path):
+    _, poses = path_in_space(np.random.default_rng(8), k=3)
+    with pytest.raises(CorruptLog, match=r"line 1: more .* KITTI, in space; read_space_track"):
+        read_track(write_path(tmp_path / "poses.txt", "KITTI", np.arange(3), poses))
+
+
 @given(SEEDS)
 @settings(max_examples=30)
 def test_between_poses_a_track_is_scipys(seed):

@@ -47,7 +47,7 @@ KINDS = {  # by the keyword that tells them: what a file is, and what reads it
 }
 
 NOT_FINITE = "a value is NaN or infinite"
-SHORT = "fewer values than announced"
+SHORT, LONG = "fewer values than announced", "more values than announced"
 UNTIMED = "timed=False reads the log all the same"
 OTHER_BEAMS = "its number of beams differs from the first scan's"
 
@@ -299,7 +299,7 @@ class Lines:
         while len(words) > length and not words[-1]:
             words.pop()
         if len(words) != length:
-            raise self.error(SHORT if len(words) < length else "more values than announced")
+            raise self.error(SHORT if len(words) < length else LONG)
 
     def _lines(self) -> Iterator[bytes]:
         text = self._text()

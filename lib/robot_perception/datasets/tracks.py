@@ -11,6 +11,7 @@ from robot_perception.datasets import limits
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
+    LONG,
     CorruptLog,
     Lines,
     ReadReport,
@@ -188,6 +189,8 @@ def headings(quaternions: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
 def _is_tum(lines: Lines) -> bool:
     """Tell whether a file has no names of columns: numbers first, and no comment that has them."""
     first = lines.points(next(lines.rows(), []))
+    if len(first) == 12 and are_numbers(first):
+        raise lines.error(f"{LONG}: 12 are a pose of KITTI, in space; read_space_track reads it")
     named = ({*POSE} <= {cell.decode() for cell in cells} for cells in lines.headings())
     return (not first or any(are_numbers([cell]) for cell in first)) and not any(named)
 
