@@ -110,9 +110,8 @@ def test_who_waits_may_begin_as_soon_as_the_speaker_is_gone():
 
 
 def test_how_much_of_a_time_somebody_speaks():
-    talk = Conversation(
-        np.ones(2), np.array([0, 0, 1]), np.array([1.0, 3, 2]), np.array([2.0, 4, 9]), np.zeros(3)
-    )
+    starts, ends = np.array([1.0, 3, 2]), np.array([2.0, 4, 9])
+    talk = Conversation(np.ones(2), np.array([0, 0, 1]), starts, ends, np.arange(3))
     np.testing.assert_allclose(talk.speaking(1.5, 3.5), [0.5, 0.75])
     np.testing.assert_allclose(talk.speaking(0.0, 1.0), 0)
     with pytest.raises(ValueError, match="end must be after start 1, got 1"):
