@@ -1,16 +1,18 @@
 """What a caller can call: found in the modules, never listed by hand."""
 
 import inspect
+import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 from types import ModuleType
 
-PAGES = Path(__file__).parents[2] / "book" / "library"
-
+BOOK = Path(__file__).parents[2] / "book"
+CHAPTERS = Path(__file__).parents[2] / "lib" / "robot_perception" / "chapters"
 
 MADE = ("teaching", "book")
 
@@ -20,7 +22,7 @@ def modules() -> tuple[str, ...]:
 
     `teaching` makes the book of what `book` holds; no stranger calls them, and they check no types.
     """
-    pages = "\n".join(page.read_text("utf-8") for page in sorted(PAGES.glob("*.md")))
+    pages = "\n".join(page.read_text("utf-8") for page in sorted((BOOK / "library").glob("*.md")))
     documented = re.findall(r"automodule:: (robot_perception\S*)", pages)
     synth = import_module("data_synth")
     worlds = [found.name for found in walk_packages(synth.__path__, "data_synth.")]
@@ -34,13 +36,27 @@ def room_of(module: str) -> str:
 
 
 def public(room: str) -> dict[Callable, str]:
-    """Return the public functions, constructors and methods of a room with their names."""
+    """Return the public functions, constructors and methods of a room with their names.
+
+    Of the worlds, which no stranger calls, these are what a chapter names and could get wrong.
+    """
     found: dict[Callable, str] = {}
     for name in modules():
         if room_of(name) == room:
             for label, thing in _named(import_module(name)):
-                found.setdefault(thing, f"{name.removeprefix('robot_perception.')}.{label}")
+                if room != "data_synth" or label.split(".")[-1] in _words_of_chapters():
+                    found.setdefault(thing, f"{name.removeprefix('robot_perception.')}.{label}")
     return found
+
+
+@cache
+def _words_of_chapters() -> frozenset[str]:
+    """Return the words of the code of notebooks and of the chapters' packages."""
+    cells = [cell for page in BOOK.glob("*.ipynb")
+             for cell in json.loads(page.read_text("utf-8"))["cells"]]  # fmt: skip
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    code += [module.read_text("utf-8") for module in CHAPTERS.rglob("*.py")]
+    return frozenset(re.findall(r"\w+", "\n".join(code)))
 
 
 def made(room: str) -> set[type]:
@@ -60,6 +76,35 @@ def made(room: str) -> set[type]:
         found |= new
         told = " ".join(str(field.type) for kind in new for field in fields(kind))
     return {kind for kind in found if not hasattr(kind, "__post_init__")}
+
+
+def calls(room: str) -> dict[Callable, Callable[[], tuple]]:
+    """Return the valid calls of a room, those of its table and those that follow from them.
+
+    A type whose objects other calls are given is made again of the fields of the first of these.
+    """
+    table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
+    given: dict[type, object] = {}
+    for valid in table.CALLS.values():
+        args, kwargs = valid()
+        for thing in _parts([*args, *kwargs.values()]):
+            given.setdefault(type(thing), thing)
+    others = {
+        kind: lambda thing=thing: (tuple(getattr(thing, f.name) for f in fields(thing)), {})
+        for kind, thing in given.items()
+        if kind in names and kind not in table.CALLS and all(f.init for f in fields(kind))
+    }
+    return table.CALLS | {kind: others[kind] for kind in others if kind not in made(room)}
+
+
+def _parts(things: Iterable) -> Iterator[object]:
+    """Yield the objects of dataclasses among some things, and those inside of these."""
+    for thing in things:
+        if is_dataclass(thing) and not isinstance(thing, type):
+            yield thing
+            yield from _parts(getattr(thing, f.name) for f in fields(thing))
+        elif isinstance(thing, list | tuple):
+            yield from _parts(thing)
 
 
 def _named(module: ModuleType) -> Iterator[tuple[str, Callable]]:

@@ -6,6 +6,8 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
+from fractions import Fraction
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +57,9 @@ def wrong_values(valid: Any) -> Iterator[tuple[str, Any]]:
     yield "-1", -1
     yield "1.5", 1.5
     yield "10**30", 10**30
+    yield "Fraction", Fraction(1, 2)
     yield "[]", []
+    yield "a list", array.tolist()
     yield "array of one axis more", array[..., None]
     yield "array of no axis", np.array(1.0)
     yield "empty array", np.empty((0,) * max(array.ndim, 1))
@@ -108,17 +112,19 @@ def _scaled(value: Any, scale: float) -> Any:
 
 
 def sweep_huge(calls: Mapping[Callable, Callable[[], Call]], names: Mapping[Callable, str]) -> list:
-    """Return a line for each call that ends in somebody else's error, or not at all.
+    """Return a line for each call that ends in somebody else's error, in a NaN, or not at all.
 
-    What comes of numbers that nobody has may be NaN or infinite; what an array that is not to be
-    written to leads to may not be an error.
+    What comes of numbers that nobody has may be infinite; what an array that is not to be written
+    to leads to may not be an error.
     """
     failures = []
     with _limited():
         for function, name in names.items():
+            sound = not _nans(_run(function, *calls[function]()))
             for parameter, label, call, _ in _calls(function, calls[function], huge_values):
                 try:
-                    _run(function, *call)
+                    if _nans(_run(function, *call)) and sound:
+                        failures.append(f"{name}({parameter}={label}): a NaN in silence")
                 except Exception as error:
                     own = type(error).__module__.startswith(("robot_perception", "data_synth"))
                     ours = own or type(error) in (ValueError, TypeError)
@@ -162,6 +168,8 @@ def _problems(
                 yield parameter, label, "a NaN in silence"
             elif not _may_pass(value, annotation):
                 yield parameter, label, f"accepted, not {annotation}"
+            elif isinstance(value, list) and _kept(result, parameter, annotation):
+                yield parameter, label, "kept as a list"
 
 
 def _calls(
@@ -205,13 +213,18 @@ def _may_pass(value: Any, annotation: Any) -> bool:
     """Tell whether a value may be right: numbers may (a list stands for an array, 1 for 1.0);
     what is no number only where the signature says so.
     """
-    if isinstance(value, int | float | list) and not isinstance(value, bool):
+    if isinstance(value, Real | list) and not isinstance(value, bool):
         return True
     if isinstance(value, np.ndarray) and value.dtype.kind in "iuf":
         return True
     if isinstance(value, np.ndarray) and "ndarray" in str(annotation):
         return False  # complex, or texts
     return is_bearable(value, annotation, conf=FLAT)
+
+
+def _kept(result: Any, parameter: str, annotation: Any) -> bool:
+    """Tell whether an object has a list where its type says that an array is."""
+    return "ndarray" in str(annotation) and isinstance(getattr(result, parameter, None), list)
 
 
 def _nans(value: Any, depth: int = 6) -> bool:

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
-from robot_perception.fields import OPEN, checked
+from robot_perception.fields import OPEN, at_least, checked
 from robot_perception.kernels import kernel
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
@@ -42,7 +42,7 @@ class Nearest:
     """
 
     classes: Int[np.ndarray, "m 2"]
-    distances: Annotated[Float[np.ndarray, "m 2"], OPEN]
+    distances: Annotated[Float[np.ndarray, "m 2"], OPEN, at_least(0)]
     __post_init__ = checked
 
     def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:

@@ -20,16 +20,13 @@ def rng():
 
 CALLS = {
     bodies.Build: lambda: call(0.3, 0.25, 0.17, 0.4, 0.25, 0.05),
-    bodies.Outfit: lambda: call(GREY, GREY, "plain", False, 0.1, 3),
     bodies.Person: lambda: call(bodies.Build(), OUTFIT, WHO),
     bodies.Person.joints: lambda: call(PERSON, STILL, np.array([0.0, 0, 2])),
-    bodies.Stage: lambda: call(40.0, (24, 32), 1.9, 0.1, 0.4, 0.6, 0.5),
     bodies.Stage.pixels: lambda: call(STAGE, np.array([[0.1, 0.2, 1.0]])),
     bodies.Stage.face: lambda: call(STAGE, PERSON),
     bodies.Stage.paint: lambda: call(
         STAGE, PERSON, STILL, np.zeros((24, 32, 3), dtype=np.float32), 1.0
     ),
-    bodies.make_outfit: lambda: call(rng(), "checks"),
     bodies.make_person: lambda: call(rng(), WHO, OUTFIT),
     gestures.ArmScene: lambda: call("pointing", 2, 1, 0.1, 1.0),
     gestures.film_arms: lambda: call(

@@ -22,33 +22,18 @@ def rng():
 CALLS = {
     hall.RobotCamera: lambda: call(60.0, (24, 32), 1.3),
     hall.RobotCamera.project: lambda: call(CAMERA, 2.0, 0.1, 1.0),
-    hall.Hall: lambda: call(5.0, 5.0, (PLASTER,) * 4, PLASTER, 3.0),
     hall.Hall.view: lambda: call(HALL, np.array([2.0, 2.0, 0.3]), CAMERA),
     hall.make_hall: lambda: call(rng(), length=5.0, width=4.5, clutter=2),
-    faces.FaceIdentity: lambda: call((0.0,) * 16, GREY, GREY, 0.1, False, 1),
     faces.FaceIdentity.part: lambda: call(PERSON, "jaw"),
     faces.FaceView: lambda: call(0.1, 0.0, 0.0, 0.2, 0.0, 0.0, 0.3, 0.5, 0.5, 1.0),
     faces.make_identity: lambda: call(rng(), tone=2),
     faces.face_sprite: lambda: call(PERSON, faces.FaceView(), 30),
     face_films.FaceScene: lambda: call(1, 0.5, 1.0, 2.0, 8, "steady", 0.0, False, (90.0, 120.0)),
     face_films.film_faces: lambda: call(rng(), 1, face_films.FaceScene(), (PERSON,)),
-    face_films.portraits: lambda: call(
-        rng(), PERSON, 1, size=(16, 12), lamp=0.3, turn=0.1, jitter=0.02
-    ),
-    hands.HandPose: lambda: call(
-        "open", 1.0, (0.0,) * 4, 0.7, 1.0, False, GREY, GREY, 0.3
-    ),
     hands.make_hand: lambda: call(rng(), "fist", tone=1),
-    hands.hand_sprite: lambda: call(hands.HandPose(), 24),
     hands.hand_window: lambda: call(rng(), hands.HandPose(), tilt=0.1, size=12, jitter=0.02),
     hands.clutter_picture: lambda: call(rng(), (40, 50), people=0.5),
-    walking.Clothes: lambda: call(GREY, GREY, GREY, GREY, "plain"),
     walking.Arm: lambda: call(1, 0.3, 1.7),
-    walking.make_clothes: lambda: call(rng()),
-    walking.body_sprite: lambda: call(
-        CLOTHES, PERSON, phase=0.3, walks=True, view="front", face=faces.FaceView(),
-        arm=walking.Arm(), height=60, light=1.0,
-    ),
     walks.WalkScene: lambda: call("short, whole", "steady", False, 1, 1.0),
     walks.film_walk: lambda: call(rng(), 40, walks.WalkScene(others=0)),
     visits.Visitor: lambda: call(PERSON, CLOTHES, hands.HandPose()),
@@ -61,5 +46,4 @@ CALLS = {
         HALL, CAMERA, np.array([1.0, 2.0, 0.0]), [(VISITOR, visits.Stance(3.0, 2.0, raised=1.0))],
         rng=rng(), phase=0.3, light=1.0,
     ),
-    walks.person_box: lambda: call(CAMERA, 2.0, 0.1),
 }  # fmt: skip

@@ -10,7 +10,6 @@ from data_synth import (
     laser,
     monobot,
     office,
-    outlines,
     posts,
     sonar,
     stereo,
@@ -91,7 +90,6 @@ def says() -> people_sound.Conversation:
 
 CALLS = (
     {
-        ceiling_plane.Fixture: lambda: call("vent", 0.1, 0.2, 0.3, 0.6, 0.6),
         ceiling_plane.Ceiling: lambda: call(
             PICTURE[:8], (ceiling_plane.Fixture("vent", 0.1, 0.2, 0.3, 0.6, 0.6),), "plain", 0.01
         ),
@@ -140,13 +138,9 @@ CALLS = (
         fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
         fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
         fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
-        fisheye.Stage: lambda: call(*parts(SMALL.stage)),
         fisheye.Bodies: lambda: call(*parts(shown())),
-        fisheye.Stage.light_at: lambda: call(SMALL.stage, ROBOT[None, :2]),
         fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
         fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
-        fisheye.expose: lambda: call(EYE, GREYS, 1.0, rng=rng()),
-        outlines.cast_outlines: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES, LEGS),
         people_office.make_people_office: lambda: call(rng=rng(), distractors=False),
         people_office.PeopleOffice.section: lambda: call(SMALL, 0.3),
         people_office.PeopleOffice.room_of: lambda: call(SMALL, ROBOT[:2]),
@@ -175,20 +169,14 @@ CALLS = (
             signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
         ),
         signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
-        people_sound.on_circle: lambda: call(4, 0.15),
         people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
         people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
-        people_sound.Manners: lambda: call((2.0, 10.0), (1.0, 5.0), 0.2),
-        people_sound.Conversation: lambda: call(*parts(says())),
-        people_sound.Conversation.speaking: lambda: call(says(), 0.1, 0.3),
         people_sound.converse: lambda: call(
             some_session(), rng=rng(), manners=people_sound.Manners(pause=(0.1, 0.1))
         ),
-        people_sound.speech: lambda: call(0.2, 16000.0, 120.0, rng=rng()),
         people_sound.paths: lambda: call(
             SMALL, np.array([*ROBOT[:2] + 0.5, 1.5]), np.array([*ROBOT[:2], 1.2])
         ),
-        people_sound.delayed: lambda: call(np.ones(8), np.full((2, 1), 0.5), np.ones((2, 1))),
         people_sound.own_noise: lambda: call(
             people_sound.MicrophoneArray(), people_sound.Acoustics(), rng=rng()
         ),
@@ -197,9 +185,6 @@ CALLS = (
             rng=rng(),
         ),
         sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
-        sonar.ping: lambda: call(
-            sonar.SonarRing(), ROBOT, FACES, LEGS, np.array([True]), rng=rng()
-        ),
         world.Wander: lambda: call(0.1, 0.5, 3.0),
         world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
         world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
@@ -217,7 +202,6 @@ CALLS = (
         building.drive: lambda: call(HOUSE, step=1.0, beyond=2.0, radius=1.0),
         building.first_leg: lambda: call(HOUSE, radius=1.0),
         laser.Scanner: lambda: call(5, 0.01, 12.0, 0.01, 0.004, 0.1),
-        laser.cast: lambda: call(np.zeros((2, 2)), np.array([0.1, 0.2]), FACES),
         laser.scan: lambda: call(FACES, POSES, SCANNER, rng=rng()),
         laser.sight: lambda: call(FACES, POSES, SCANNER, reach=5.0),
         laser.scan_moving: lambda: call(FACES, POSES[0], (1.0, 0.1), 0.1, SCANNER, rng=rng()),
@@ -237,13 +221,10 @@ CALLS = (
         ),
         stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
         stereo.Scene: lambda: call(*parts(SCENE)),
-        textures.Atlas: lambda: call(*parts(SCENE.atlas)),
         stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
         stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
         stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
-        stereo.render: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
         stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
-        stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.1),
         stereo.surface_points: lambda: call(
             SCENE, RIG, POSES[0], np.array([[3.5, 2.5], [99.0, 0]])
         ),
@@ -251,10 +232,8 @@ CALLS = (
         stereo.visible: lambda: call(SCENE, RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
         textured_building.make_textured_building: lambda: call(rng=rng()),
         textured_building.drive: lambda: call(LIT, rng=rng(), poses=20, radius=0.8, wander=0.05),
-        textures.make_atlas: lambda: call([np.full((4, 4), 90.0)]),
         textures.paint: lambda: call("sign", rng=rng()),
         wheels.Slip: lambda: call(0.1, 0.1, 0.1, 0.1),
-        wheels.true_increments: lambda: call(POSES),
         wheels.roll: lambda: call(POSES, wheels.SMALL, rng=rng()),
     }
     | _companion_world.CALLS
