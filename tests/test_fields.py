@@ -112,6 +112,8 @@ def test_arrays_of_single_precision_bytes_and_truth_values_stay_as_they_are():
         ("pair", (1.0, 2, 3), ValueError, "pair must be 2, got"),
         ("pair", (1.0, 2.5), ValueError, r"pair\[1\] must be a whole number, got 2.5"),
         ("names", [1], TypeError, "names must be a Mapping"),
+        ("names", {1: 2}, TypeError, "a key of names must be a str, got 1"),
+        ("names", {"a": "b"}, TypeError, r"names\['a'\] must be a whole number, got 'b'"),
         ("share", 1.0, ValueError, "share must be between 0 and 1, got 1.0"),
         ("lost", 10, ValueError, "lost must be from 0 to 9, got 10"),
         ("wait", -1.0, ValueError, "wait must not be negative, got -1.0"),

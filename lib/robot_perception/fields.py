@@ -13,7 +13,7 @@ Axes of one name are of one length in all fields. What the checks return is kept
 array, a fraction a float. Numbers are finite unless a field is `OPEN`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from types import NoneType, UnionType
@@ -90,6 +90,8 @@ def _check(hint: Any) -> Check:
         return lambda name, value, _: plain(name, value)
     if get_origin(hint) is tuple:
         return _tuple(get_args(hint))
+    if get_origin(hint) in (dict, Mapping):
+        return _mapping(get_origin(hint), *get_args(hint))
     return lambda name, value, _: checks.instance(name, value, get_origin(hint) or hint)
 
 
@@ -103,6 +105,17 @@ def _tuple(kinds: tuple) -> Check:
             raise ValueError(f"{name} must be {len(each)}, got {checks.shown(value)}")
         return tuple(one(f"{name}[{i}]", item, sizes)
                      for i, (one, item) in enumerate(zip(each, items, strict=True)))  # fmt: skip
+
+    return check
+
+
+def _mapping(kind: type, key: Any, inner: Any) -> Check:
+    keys, values = _check(key), _check(inner)
+
+    def check(name: str, value: Any, sizes: Sizes) -> Any:
+        found = checks.instance(name, value, kind).items()
+        return {keys(f"a key of {name}", k, sizes): values(f"{name}[{k!r}]", v, sizes)
+                for k, v in found}  # fmt: skip
 
     return check
 

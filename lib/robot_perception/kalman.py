@@ -141,6 +141,7 @@ def predict(prior: Gaussian, motion: Motion) -> Gaussian:
     return Gaussian(mean, _symmetric(F @ prior.cov @ F.mT + Q))  # eq. (5)
 
 
+@checks.computable("prior, measurement and sensor")
 def update(
     prior: Gaussian, measurement: Float[np.ndarray, "... m"], sensor: Sensor
 ) -> tuple[Gaussian, UpdateInfo]:
@@ -232,6 +233,7 @@ def fisher_information(
     return np.cumsum(_symmetric(terms), axis=-3)  # eq. (14)
 
 
+@checks.computable("motions and sensors")
 def start_information(
     motions: Sequence[Motion], sensors: Sequence[Sensor]
 ) -> Float[np.ndarray, "steps n n"]:
@@ -375,6 +377,7 @@ class SteadyState:
         return -1 / math.log(slowest) if slowest > 0 else 0.0
 
 
+@checks.computable("motion and sensor")
 def steady_state(motion: Motion, sensor: Sensor, *, tolerance: float = 1e-13) -> SteadyState:
     r"""Return the limit of the Riccati recursion, by doubling.
 

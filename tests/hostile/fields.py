@@ -18,7 +18,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from tests.hostile.surface import public
+from tests.hostile.surface import calls, public
 from tests.hostile.sweep import Call, _limited, _run, _said, sweep, sweep_huge, wrong_values
 from tests.unchecked import unchecked
 
@@ -117,10 +117,11 @@ def main(room: str) -> None:
         raise SystemExit("NUMBA_BOUNDSCHECK=1 must be set")
     table, names = import_module(f"tests.hostile.calls.{room}"), public(room)
     os.environ.update(getattr(table, "ENVIRONMENT", {}))
-    swept = {thing: names[thing] for thing in table.CALLS}
+    valid = calls(room)
+    swept = {thing: names[thing] for thing in valid}
     with tempfile.TemporaryDirectory() as folder, chdir(folder), unchecked(), quiet():
-        found = sweep_fields(table.CALLS, swept)
-        others = sweep(table.CALLS, swept) + sweep_huge(table.CALLS, swept)
+        found = sweep_fields(valid, swept)
+        others = sweep(valid, swept) + sweep_huge(valid, swept)
     print(*found, *(line for line in others if line.endswith(OUTSIDE)), sep="\n", end="")
 
 

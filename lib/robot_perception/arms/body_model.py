@@ -99,7 +99,9 @@ class Measures:
             _sized(name, found)
             object.__setattr__(self, name, tuple(found.tolist()))
         for name in ("apart", "drop", "face", "head"):
-            _sized(name, np.array([checks.number(name, getattr(self, name))]))
+            found = checks.number(name, getattr(self, name))
+            _sized(name, np.array([found]))
+            object.__setattr__(self, name, found)
 
 
 @final
@@ -242,7 +244,7 @@ class BodyModel:
         if checks.instance("camera", self.camera, Pinhole).distortion:
             raise ValueError("camera must have no distortion; undistort the pictures first")
         measures = checks.instance("measures", self.measures, Measures)
-        middle = checks.vector("middle", self.middle, 3)
+        middle = checks.moderate("middle", checks.vector("middle", self.middle, 3), 1e6)
         if not middle[2] > sum(measures.lengths) + measures.radii[0]:
             raise ValueError(f"middle must be farther away than an arm is long, got {middle[2]:g}")
         limits = checks.array("limits", self.limits, (4, 2))

@@ -88,8 +88,8 @@ class EdgeRules:
         low, high = checks.vector("thresholds", self.thresholds, 2).tolist()
         if not 0 <= low <= high:
             raise ValueError(f"thresholds must rise from 0 or more, got {low:g} and {high:g}")
-        checks.positive("most", self.most)
-        checks.positive("moves", self.moves)
+        object.__setattr__(self, "most", checks.positive("most", self.most))
+        object.__setattr__(self, "moves", checks.positive("moves", self.moves))
 
 
 @final
@@ -136,7 +136,7 @@ class Look:
             distance = checks.typed(name, getattr(self, name), np.floating, size, beside)
             if not distance.min() >= 0:
                 raise ValueError(f"{name} must not be negative, got {distance.min():g}")
-        checks.positive("most", self.most)
+        object.__setattr__(self, "most", checks.positive("most", self.most))
 
     @cached_property
     def channels(self) -> UInt8[np.ndarray, "height width 4"]:
@@ -378,13 +378,13 @@ class EdgeCue:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        checks.positive("sigma", self.sigma)
+        object.__setattr__(self, "sigma", checks.positive("sigma", self.sigma))
         for name in ("gain", "toll", "price"):
             if getattr(self, name) is not None:
-                checks.positive(name, getattr(self, name))
+                object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
         if self.gain is not None and self.toll is not None:
             raise ValueError(f"gain and toll must not both be given, got {self.gain}, {self.toll}")
-        checks.not_negative("weight", self.weight)
+        object.__setattr__(self, "weight", checks.not_negative("weight", self.weight))
 
     def distances(self, seen: Look, bodies: Bodies) -> Distances:
         """Return the distance of each point of the silhouettes, px."""
@@ -458,9 +458,9 @@ class PatchCue:
         if weights.min() < 0:
             raise ValueError(f"weights must not be negative, got {weights.min():g}")
         channels = _channels(self.channels)
-        checks.positive("sigma", self.sigma)
-        checks.share("price", self.price)
-        checks.share("least", self.least)
+        object.__setattr__(self, "sigma", checks.positive("sigma", self.sigma))
+        object.__setattr__(self, "price", checks.share("price", self.price))
+        object.__setattr__(self, "least", checks.share("least", self.least))
         object.__setattr__(self, "reference", reference)
         object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "channels", channels)
@@ -566,7 +566,7 @@ class StabiliserCue:
     rest: Float[np.ndarray, " 8"] = field(default_factory=lambda: REST)
 
     def __post_init__(self) -> None:
-        checks.not_negative("strength", self.strength)
+        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
         object.__setattr__(self, "rest", checks.vector("rest", self.rest, 8))
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
@@ -594,7 +594,7 @@ class CollisionCue:
     strength: float = 30.0
 
     def __post_init__(self) -> None:
-        checks.not_negative("strength", self.strength)
+        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""
@@ -615,7 +615,7 @@ class LimitCue:
     strength: float = 30.0
 
     def __post_init__(self) -> None:
-        checks.not_negative("strength", self.strength)
+        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""

@@ -168,7 +168,7 @@ class ArmRules:
     lost_patches: float = 0.35
 
     def __post_init__(self) -> None:
-        checks.whole("particles", self.particles, 2, 10**6)
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
         noise = checks.vector("noise", self.noise, 4)
         if not noise.min() > 0:
             raise ValueError(f"noise must be positive, got {noise.tolist()}")
@@ -176,10 +176,10 @@ class ArmRules:
         checks.instance("edges", self.edges, EdgeRules)
         ahead = checks.instances("ahead", checks.instance("ahead", self.ahead, tuple), str)
         object.__setattr__(self, "ahead", ahead)
-        checks.whole("bins", self.bins, 2, 256)
-        checks.whole("rounds", self.rounds, 0, 1000)
-        checks.positive("lost_edges", self.lost_edges)
-        checks.share("lost_patches", self.lost_patches)
+        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
+        object.__setattr__(self, "rounds", checks.whole("rounds", self.rounds, 0, 1000))
+        object.__setattr__(self, "lost_edges", checks.positive("lost_edges", self.lost_edges))
+        object.__setattr__(self, "lost_patches", checks.share("lost_patches", self.lost_patches))
         object.__setattr__(self, "noise", tuple(noise.tolist()))
 
 
@@ -219,7 +219,7 @@ class ArmState:
         for name in ("cues", "bounds"):
             for key, cue in checks.instance(name, getattr(self, name), Mapping).items():
                 checks.instance(f"{name}[{key!r}]", cue, Callable)
-        checks.whole("lost", self.lost, 0)
+        object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
 
     @property
     def mean(self) -> Float[np.ndarray, " 8"]:

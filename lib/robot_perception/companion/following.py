@@ -56,7 +56,7 @@ class Follower:
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            checks.positive(name, getattr(self, name))
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
 
     def command(self, offset: float, height: float) -> tuple[float, float]:
         """Return speed (m/s) and turn rate (rad/s, to the left).

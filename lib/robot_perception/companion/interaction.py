@@ -194,7 +194,7 @@ class Event:
 
     def __post_init__(self) -> None:
         checks.instance("rule", self.rule, Callable)
-        checks.whole("pictures", self.pictures, 1, 10**6)
+        object.__setattr__(self, "pictures", checks.whole("pictures", self.pictures, 1, 10**6))
 
 
 @final
@@ -218,7 +218,7 @@ class InteractionState:
 
     def __post_init__(self) -> None:
         _named("name", self.name)
-        checks.whole("pictures", self.pictures, 0)
+        object.__setattr__(self, "pictures", checks.whole("pictures", self.pictures, 0))
         runs = dict(checks.instance("runs", self.runs, Mapping))
         for event, run in runs.items():
             checks.whole(f"runs[{event!r}]", run, 0)

@@ -148,8 +148,8 @@ class RobotRules:
     def __post_init__(self) -> None:
         checks.instance("link", self.link, LinkRules)
         for name in ("face_window", "hand_window"):
-            checks.positive(name, getattr(self, name))
-        checks.whole("down", self.down, 1, 10**6)
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        object.__setattr__(self, "down", checks.whole("down", self.down, 1, 10**6))
         checks.flag("fresh", self.fresh)
 
 
@@ -187,7 +187,7 @@ class RobotState:
         checks.instance("interaction", self.interaction, InteractionState)
         checks.instance("link", self.link, Link, type(None))
         checks.instance("person", self.person, TutorState, type(None))
-        checks.whole("quiet", self.quiet, 0)
+        object.__setattr__(self, "quiet", checks.whole("quiet", self.quiet, 0))
         checks.flag("fresh", self.fresh)
         if self.person is not None and self.link is None:
             raise ValueError("link must be there where person is, got none")

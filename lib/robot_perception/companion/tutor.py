@@ -164,13 +164,13 @@ class TutorRules:
     grid: int = 8
 
     def __post_init__(self) -> None:
-        checks.whole("particles", self.particles, 2, 10**6)
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
         for name in ("move", "turn", "grow", "colour_sigma", "shape_sigma"):
-            checks.positive(name, getattr(self, name))
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
         for name in ("rate", "gate", "whole_gate"):
-            checks.share(name, getattr(self, name))
-        checks.whole("bins", self.bins, 2, 256)
-        checks.whole("grid", self.grid, 2, 256)
+            object.__setattr__(self, name, checks.share(name, getattr(self, name)))
+        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
+        object.__setattr__(self, "grid", checks.whole("grid", self.grid, 2, 256))
 
 
 @final
@@ -195,8 +195,10 @@ class TutorState:
     def __post_init__(self) -> None:
         states = checks.instance("particles", self.particles, ParticleSet).states
         checks.shaped("particles.states", states, ("m", 4))
-        checks.array("reference", self.reference, ("p", 3, "bins"))
-        checks.whole("missed", self.missed, 0)
+        object.__setattr__(
+            self, "reference", checks.array("reference", self.reference, ("p", 3, "bins"))
+        )
+        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
 
     @property
     def estimate(self) -> Float[np.ndarray, " 4"]:

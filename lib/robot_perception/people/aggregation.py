@@ -82,7 +82,7 @@ class SensorRules:
             value = getattr(self, name)
             if (name == "alpha" or value is not None) and checks.share(name, value) == 0:
                 raise ValueError(f"{name} must be above 0, got {checks.shown(value)}")
-        checks.positive("patience", self.patience)
+        object.__setattr__(self, "patience", checks.positive("patience", self.patience))
         if not checks.number("reach", self.reach, finite=False) > 0:
             raise ValueError(f"reach must be positive, got {checks.shown(self.reach)}")
         begin, end = checks.vector("sector", self.sector, 2).tolist()
@@ -188,8 +188,8 @@ class AggregationRules:
             raise ValueError(
                 f"person must not be below the threshold {threshold}, got {self.person}"
             )
-        checks.not_negative("alike", self.alike)
-        checks.not_negative("walk", self.walk)
+        object.__setattr__(self, "alike", checks.not_negative("alike", self.alike))
+        object.__setattr__(self, "walk", checks.not_negative("walk", self.walk))
         checks.one_of("fusion", self.fusion, ("intersection", "kalman"))
         checks.one_of("omega", self.omega, OMEGAS)
         object.__setattr__(self, "sensors", _Sensors.of(self.sensors))

@@ -79,7 +79,7 @@ class State:
 
     def __post_init__(self) -> None:
         checks.one_of("phase", self.phase, PHASES)
-        checks.whole("person", self.person, -1)
+        object.__setattr__(self, "person", checks.whole("person", self.person, -1))
         for name in ("seen", "since"):
             if checks.number(name, getattr(self, name), finite=False) == np.inf:
                 raise ValueError(f"{name} must be finite or -inf, got inf")

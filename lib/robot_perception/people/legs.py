@@ -64,7 +64,9 @@ class LegRules:
     def __post_init__(self) -> None:
         for name in ("jump", "deviation", "hollow", "range_sigma", "side_step"):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        checks.whole("least_readings", self.least_readings, 2)
+        object.__setattr__(
+            self, "least_readings", checks.whole("least_readings", self.least_readings, 2)
+        )
         for name in ("widths", "apart"):
             low, high = checks.vector(name, getattr(self, name), 2).tolist()
             if not 0 <= low < high:
@@ -268,6 +270,7 @@ def _scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarra
     ranges = checks.array("ranges", ranges, ("n",), finite=False)
     angles = checks.array("angles", angles, ranges.shape, f"ranges {ranges.shape}")
     check_readings("ranges", ranges)
+    checks.moderate("ranges", ranges[np.isfinite(ranges)])
     return ranges, check_turn(angles)
 
 

@@ -85,8 +85,8 @@ class StaticRules:
     longest: float = 20.0
 
     def __post_init__(self) -> None:
-        checks.positive("spread", self.spread)
-        checks.positive("longest", self.longest)
+        object.__setattr__(self, "spread", checks.positive("spread", self.spread))
+        object.__setattr__(self, "longest", checks.positive("longest", self.longest))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -165,9 +165,10 @@ class Reference:
         if checks.whole("sign", self.sign) not in (-1, 1):
             raise ValueError(f"sign must be -1 (anchor) or 1 (external sensor), got {self.sign}")
         values = checks.array("values", self.values, ("runs", "steps"))
-        checks.number("position", self.position)
-        _variances("variance", self.variance)
         object.__setattr__(self, "values", values)
+        object.__setattr__(self, "position", checks.number("position", self.position))
+        if not isinstance(self.variance, float):
+            object.__setattr__(self, "variance", _variances("variance", self.variance))
 
     def matrix(self, landmarks: int) -> Float[np.ndarray, "rows states"]:
         r"""Return the measurement matrix with the row of the reference on top.

@@ -95,17 +95,17 @@ class Options:
     unmatched: float = 1.0
 
     def __post_init__(self) -> None:
-        checks.whole("particles", self.particles, 1)
-        checks.whole("stable", self.stable, 0)
-        checks.share("share", self.share)
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1))
+        object.__setattr__(self, "stable", checks.whole("stable", self.stable, 0))
+        object.__setattr__(self, "share", checks.share("share", self.share))
         checks.one_of("criterion", self.criterion, CRITERIA)
         if checks.number("limit", self.limit, finite=False) < 0:
             raise ValueError(f"limit must not be negative, got {self.limit}")
-        checks.level("level", self.level)
-        checks.not_negative("reach", self.reach)
-        checks.positive("noise", self.noise)
+        object.__setattr__(self, "level", checks.level("level", self.level))
+        object.__setattr__(self, "reach", checks.not_negative("reach", self.reach))
+        object.__setattr__(self, "noise", checks.positive("noise", self.noise))
         checks.one_of("association", self.association, ("shared", "each"))
-        checks.positive("unmatched", self.unmatched)
+        object.__setattr__(self, "unmatched", checks.positive("unmatched", self.unmatched))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

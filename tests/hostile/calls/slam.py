@@ -1,5 +1,7 @@
 """Valid calls of `slam`."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import sympy
 
@@ -34,6 +36,7 @@ STEP = planar.Step(MOTION, SEEN, (planar.Compass(0.5, 0.1),), 1.0)
 TRUTH = planar.Truth(np.zeros((2, 3)), {4: np.ones(2)})
 SETTINGS = planar.Settings(POINTS)
 HISTORY = planar.run_filter(BELIEF, [STEP], SETTINGS)
+TIMELESS = planar.run_filter(BELIEF, [replace(STEP, time=None)], SETTINGS)
 UNAIDED = planar.Step(MOTION, SEEN)
 
 ROBOT = make_robot(np.random.default_rng(0), seconds=12.0)
@@ -135,6 +138,7 @@ CALLS = {
     planar.Settings: lambda: call(POINTS, ANCHORS, "gated", TRUTH, 50, "consider", [0]),
     planar.run_filter: lambda: call(BELIEF, [STEP], SETTINGS),
     planar.smooth: lambda: call([UNAIDED], HISTORY, POINTS),
+    planar.History: lambda: call(*(getattr(TIMELESS, field.name) for field in fields(TIMELESS))),
     planar.History.to_csv: lambda: call(HISTORY, "path.csv", overwrite=True),
     planar.History.to_tum: lambda: call(HISTORY, "path.txt", overwrite=True),
     planar.predict: lambda: call(BELIEF, MOTION, POSE, POSE),

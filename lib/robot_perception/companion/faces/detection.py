@@ -56,9 +56,9 @@ class FaceDetector:
     def __post_init__(self) -> None:
         if not checks.number("scale", self.scale) > 1.0 or self.scale > 10:
             raise ValueError(f"scale must be above 1 and at most 10, got {self.scale}")
-        checks.whole("neighbours", self.neighbours, 0, 1000)
-        checks.whole("most", self.most, SMALLEST, 10**6)
-        checks.whole("least", self.least, SMALLEST, self.most)
+        object.__setattr__(self, "neighbours", checks.whole("neighbours", self.neighbours, 0, 1000))
+        object.__setattr__(self, "most", checks.whole("most", self.most, SMALLEST, 10**6))
+        object.__setattr__(self, "least", checks.whole("least", self.least, SMALLEST, self.most))
         cascade = cv2.CascadeClassifier(cv2.data.haarcascades + FRONTAL)
         object.__setattr__(self, "_cascade", cascade)
 

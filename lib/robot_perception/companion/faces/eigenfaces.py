@@ -103,18 +103,20 @@ class Eigenfaces:
         if not mean.size:
             raise ValueError("mean must not be empty")
         images = checks.array("images", self.images, ("k", *mean.shape))
-        checks.array("deviations", self.deviations, (len(images),))
+        deviations = checks.array("deviations", self.deviations, (len(images),))
         names = checks.instances("names", self.names, str)
         rows = checks.array("descriptors", self.descriptors, ("n", len(images)))
         if not names or len(names) != len(rows):
             raise ValueError(f"names must be {len(rows)}, as the descriptors, got {len(names)}")
-        if not (self.deviations > 0).all():
-            raise ValueError(f"deviations must be positive, got {np.min(self.deviations):g}")
+        if not (deviations > 0).all():
+            raise ValueError(f"deviations must be positive, got {deviations.min():g}")
         checks.flag("whiten", self.whiten)
         for name in ("most_distance", "most_from_space"):
             if not checks.number(name, getattr(self, name), finite=False) >= 0:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        object.__setattr__(self, "names", names)
+        parts = {"mean": mean, "images": images, "deviations": deviations, "descriptors": rows}
+        for name, part in {**parts, "names": names}.items():
+            object.__setattr__(self, name, part)
         object.__setattr__(self, "_flat", images.reshape(len(images), -1))
 
     @classmethod

@@ -40,7 +40,7 @@ class Gallery:
     def __post_init__(self) -> None:
         checks.instance("known", self.known, Eigenfaces)
         checks.flag("equalise", self.equalise)
-        checks.whole("faceless", self.faceless, 0)
+        object.__setattr__(self, "faceless", checks.whole("faceless", self.faceless, 0))
 
     @classmethod
     def learn(

@@ -94,17 +94,17 @@ class FaceFilterRules:
     bins: int = 8
 
     def __post_init__(self) -> None:
-        checks.whole("particles", self.particles, 2, 10**6)
+        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
         for name in ("move", "grow", "place_sigma", "side_sigma", "colour_sigma", "shape_sigma"):
-            checks.positive(name, getattr(self, name))
-        checks.share("anywhere", self.anywhere)
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        object.__setattr__(self, "anywhere", checks.share("anywhere", self.anywhere))
         if not checks.share("steered", self.steered) < 1:
             raise ValueError(f"steered must be below 1, got {self.steered}")
         low, high = checks.vector("sides", self.sides, 2).tolist()
         if not 0 < low < high:
             raise ValueError(f"sides must rise from above 0, got {low:g} and {high:g}")
         object.__setattr__(self, "sides", (low, high))
-        checks.whole("bins", self.bins, 2, 256)
+        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
 
 
 @final
@@ -126,7 +126,9 @@ class FaceFilterState:
     def __post_init__(self) -> None:
         states = checks.instance("particles", self.particles, ParticleSet).states
         checks.shaped("particles.states", states, ("m", 3))
-        checks.array("reference", self.reference, (len(PATCHES), 3, "bins"))
+        object.__setattr__(
+            self, "reference", checks.array("reference", self.reference, (len(PATCHES), 3, "bins"))
+        )
 
     @property
     def box(self) -> Float[np.ndarray, " 4"]:

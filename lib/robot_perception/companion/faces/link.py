@@ -37,7 +37,9 @@ class SeenFace:
         if self.name is not None:
             checks.instance("name", self.name, str)
         if self.descriptor is not None:
-            checks.array("descriptor", self.descriptor, ("k",))
+            object.__setattr__(
+                self, "descriptor", checks.array("descriptor", self.descriptor, ("k",))
+            )
 
 
 @final
@@ -62,7 +64,7 @@ class Link:
     def __post_init__(self) -> None:
         checks.instance("name", self.name, str)
         checks.instance("face", self.face, SeenFace)
-        checks.whole("missed", self.missed, 0)
+        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
 
 
 @final
@@ -95,8 +97,8 @@ class LinkRules:
 
     def __post_init__(self) -> None:
         checks.one_of("policy", self.policy, ("verified", "nearest", "largest"))
-        checks.whole("patience", self.patience, 0, 10**6)
-        checks.positive("reach", self.reach)
+        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0, 10**6))
+        object.__setattr__(self, "reach", checks.positive("reach", self.reach))
 
 
 @final

@@ -83,10 +83,10 @@ class RegionRules:
 
     def __post_init__(self) -> None:
         for name in ("acceleration", "growth", "place_sigma", "side_sigma", "sigmas"):
-            checks.positive(name, getattr(self, name))
-        checks.not_negative("margin", self.margin)
-        checks.level("level", self.level)
-        checks.whole("patience", self.patience, 0, 10**6)
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        object.__setattr__(self, "margin", checks.not_negative("margin", self.margin))
+        object.__setattr__(self, "level", checks.level("level", self.level))
+        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0, 10**6))
 
 
 @final
@@ -108,7 +108,7 @@ class RegionState:
     def __post_init__(self) -> None:
         if self.belief is not None:
             checks.vector("belief.mean", checks.instance("belief", self.belief, Gaussian).mean, 6)
-        checks.whole("missed", self.missed, 0)
+        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
 
     @property
     def box(self) -> Float[np.ndarray, " 4"] | None:

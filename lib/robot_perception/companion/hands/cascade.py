@@ -234,9 +234,9 @@ class Goals:
 
     def __post_init__(self) -> None:
         for name in ("detection", "false_alarms"):
-            checks.share(name, getattr(self, name))
-        checks.whole("stages", self.stages, 1, MOST_STAGES)
-        checks.whole("most", self.most, 1, MOST_STUMPS)
+            object.__setattr__(self, name, checks.share(name, getattr(self, name)))
+        object.__setattr__(self, "stages", checks.whole("stages", self.stages, 1, MOST_STAGES))
+        object.__setattr__(self, "most", checks.whole("most", self.most, 1, MOST_STUMPS))
 
 
 @final
@@ -396,9 +396,9 @@ class HandDetector:
         checks.instance("cascade", self.cascade, Cascade)
         if not checks.number("scale", self.scale) > 1.01 or self.scale > 10:
             raise ValueError(f"scale must be above 1.01 and at most 10, got {self.scale}")
-        checks.whole("step", self.step, 1, SIZE)
-        checks.whole("neighbours", self.neighbours, 0, 1000)
-        checks.whole("least", self.least, SIZE, 10**6)
+        object.__setattr__(self, "step", checks.whole("step", self.step, 1, SIZE))
+        object.__setattr__(self, "neighbours", checks.whole("neighbours", self.neighbours, 0, 1000))
+        object.__setattr__(self, "least", checks.whole("least", self.least, SIZE, 10**6))
 
     def find(
         self,

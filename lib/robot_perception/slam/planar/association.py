@@ -70,7 +70,7 @@ class Association:
         if not known and not 0 < level <= outer < 1:
             raise ValueError(f"need 0 < level <= outer < 1, got {level}, {outer}")
         if self.patience is not None:
-            checks.whole("patience", self.patience, 1)
+            object.__setattr__(self, "patience", checks.whole("patience", self.patience, 1))
             if not known or level == 1:
                 raise ValueError(
                     f"patience is for known names with a gate, got {self.kind!r} with level {level}"

@@ -124,6 +124,7 @@ def calibrate(
     times = checks.array("times", times, ("commands",))
     velocities = checks.array("velocities", velocities, (times.size, 2), f"times {times.shape}")
     delays = checks.array("delays", delays, ("delays",))
+    observed, names, values = _sightings(observed, names, values)
     if not delays.size:
         raise ValueError("delays must hold one at least, got none")
     errors = sighting_errors(observed, names, values, places=places, truth=truth)

@@ -64,7 +64,7 @@ class Step:
             fixes = checks.instances("fixes", self.fixes, PositionFix, Compass)
             object.__setattr__(self, "fixes", fixes)
         if self.time is not None:
-            checks.number("time", self.time)
+            object.__setattr__(self, "time", checks.number("time", self.time))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,7 +148,9 @@ class Settings:
             checks.one_of("linearisation", self.linearisation, ("latest", "first"), " or a Truth")
         checks.one_of("retirement", self.retirement, ("freeze", "consider"))
         if self.revision_limit is not None:
-            checks.whole("revision_limit", self.revision_limit, 1)
+            object.__setattr__(
+                self, "revision_limit", checks.whole("revision_limit", self.revision_limit, 1)
+            )
         checks.integers("keep", self.keep, ("steps",))
 
 
@@ -222,7 +224,7 @@ class History:
     nis: Float[np.ndarray, "k"]
     dof: Int[np.ndarray, "k"]
     sizes: Int[np.ndarray, "k"]
-    used: tuple[np.ndarray, ...]
+    used: tuple[Int[np.ndarray, "..."], ...]
     belief: MapBelief
     frozen: dict[int, np.ndarray]
     counts: Counts

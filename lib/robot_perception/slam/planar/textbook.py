@@ -100,6 +100,7 @@ def predict(
     return MapBelief(np.r_[pose, belief.mean[3:]], _symmetric(cov), belief.ids)
 
 
+@checks.computable("belief and observations")
 def update(
     belief: MapBelief,
     observations: Observations,
@@ -132,6 +133,7 @@ def update(
     return _joseph(belief, H, block_diag(*noises), innovation)
 
 
+@checks.computable("belief and fix")
 def correct(belief: MapBelief, fix: Fix) -> tuple[MapBelief, Innovation]:
     """Return the belief after a fix of the pose, eqs (26) and (27)."""
     checks.instance("belief", belief, MapBelief)

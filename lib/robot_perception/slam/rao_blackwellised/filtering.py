@@ -313,7 +313,7 @@ class RaoBlackwellisedSlam:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mount", checked_mount(self.mount))
         object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1))
-        checks.share("share", self.share)
+        object.__setattr__(self, "share", checks.share("share", self.share))
         _check_functions(criterion=self.criterion, scheme=self.scheme)
 
     def start(self, pose: Float[np.ndarray, "3"]) -> ParticleMaps:

@@ -45,7 +45,9 @@ class Particle:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pose", checks.vector("pose", self.pose, 3))
-        checks.number("log_weight", self.log_weight, finite=False)
+        object.__setattr__(
+            self, "log_weight", checks.number("log_weight", self.log_weight, finite=False)
+        )
         for name, place in checks.instance("landmarks", self.landmarks, Mapping).items():
             checks.whole("an identifier of landmarks", name, 0)
             checks.instance(f"landmarks[{name}]", place, Gaussian)
@@ -79,6 +81,7 @@ def predict(particle: Particle, motion: PlanarMotion, *, rng: np.random.Generato
     return replace(particle, pose=compose(particle.pose, motion.increment + noise))
 
 
+@checks.computable("particle and observations")
 def update(
     particle: Particle, observations: Observations, mount: Float[np.ndarray, "4 4"]
 ) -> Particle:
