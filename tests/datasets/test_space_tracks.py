@@ -102,6 +102,24 @@ def test_the_reader_of_planar_tracks_names_the_reader_of_poses_in_space(tmp_path
         read_track(write_path(tmp_path / "poses.txt", "KITTI", np.arange(3), poses))
 
 
+@pytest.mark.parametrize(
+    ("ahead", "reads"), [(np.array([1, 0, 0]), True), (np.array([0, 0, 1]), False)]
+)
+def test_a_camera_that_drives_along_its_axis_is_in_no_plane(ahead, reads, tmp_path):
+    """Places in the axes of a camera, z ahead, are no drive that only has heights."""
+    file, way = tmp_path / "a.tum", np.arange(5.0)[:, None] * ahead
+    rows = np.column_stack([np.arange(5.0), way, np.tile([0, 0, 0, 1], (5, 1))])
+    np.savetxt(file, rows)
+    if reads:
+        np.testing.assert_array_equal(read_track(file).poses[:, :2], way[:, :2])
+    else:
+        with pytest.raises(
+            ValueError, match=r"a\.tum: its places reach 4\.000 m in z, .*read_space"
+        ):
+            read_track(file)
+    np.testing.assert_array_equal(read_space_track(file).poses[:, :3, 3], way)
+
+
 @given(SEEDS)
 @settings(max_examples=30)
 def test_between_poses_a_track_is_scipys(seed):

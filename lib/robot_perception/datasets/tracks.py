@@ -24,6 +24,7 @@ from robot_perception.geometry import wrap_angle
 
 POSE = ("time_s", "x_m", "y_m", "heading_rad")
 LARGEST = {"time_s": np.inf, "x_m": limits.FARTHEST, "y_m": limits.FARTHEST, "heading_rad": np.inf}
+LEVEL = 1.0  # m: no robot in the plane that hardly moves has heights that differ by so much
 COVARIANCE = ("cov_xx", "cov_xy", "cov_xh", "cov_yy", "cov_yh", "cov_hh")
 
 
@@ -147,7 +148,8 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
         If the file is empty or damaged, lacks a column, the covariances are none, or times are in
         another unit; at the first line that cannot be read, does not come after the one before, has
         a place or a heading in another unit, or a quaternion that is not of unit length or turns
-        the robot onto its side.
+        the robot onto its side. If the places of a TUM file reach farther in z than in x and y, as
+        a camera's do whose z is ahead.
     FileNotFoundError
         If there is no such file.
     """
@@ -161,6 +163,7 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
     if _is_tum(lines):
         checks = UNIT_LENGTH, UPRIGHT, RISING, limits.far_places(1, 2, 3)
         rows, _ = read_table(path, "pose", 8, checks)
+        _check_level(lines.path, rows[:, 1:4])
         times = in_seconds(lines.path, rows[:, 0], time_unit)
         return Track(times, np.column_stack([rows[:, 1:3], headings(rows[:, 4:])]))
     largest = LARGEST | dict.fromkeys(COVARIANCE, np.inf)
@@ -178,6 +181,16 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
                 f"{lines.path}: heading_rad is {poses[k, 2]:g} in row {k + 1}, {reason}"
             )
     return Track(times, poses, _covariances(lines.path, columns))
+
+
+def _check_level(path: Path, places: Float[np.ndarray, "k 3"]) -> None:
+    """Raise ``CorruptLog`` if a path is no drive in the plane, but rises more than it goes."""
+    x, y, z = np.ptp(places, axis=0)
+    if z > max(x, y, LEVEL):
+        raise CorruptLog(
+            f"{path}: its places reach {z:.3f} m in z, farther than in x and y, as a camera's do"
+            " whose z is ahead; read_space_track keeps all three"
+        )
 
 
 def headings(quaternions: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
