@@ -72,6 +72,15 @@ def wrong_values(valid: Any) -> Iterator[tuple[str, Any]]:
     yield "a dict", {"wrong": 0.5}
 
 
+STRANGE = {"Fraction", "a list", "complex array", "array of texts", "object()", "a class", "a dict"}
+"""What a stranger may hand over and no chapter does."""
+
+
+def wrong_numbers(valid: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the wrong values that a chapter may hand to a world: numbers, shapes, words."""
+    yield from ((label, value) for label, value in wrong_values(valid) if label not in STRANGE)
+
+
 def huge_values(valid: Any) -> Iterator[tuple[str, Any]]:
     """Yield numbers, arrays and objects at the ends of floating point, and what is read-only."""
     for value in (1e200, 1e308, 1e-320, 10**12):
@@ -133,7 +142,11 @@ def sweep_huge(calls: Mapping[Callable, Callable[[], Call]], names: Mapping[Call
     return failures
 
 
-def sweep(calls: Mapping[Callable, Callable[[], Call]], names: Mapping[Callable, str]) -> list[str]:
+def sweep(
+    calls: Mapping[Callable, Callable[[], Call]],
+    names: Mapping[Callable, str],
+    values: Callable[[Any], Iterator] = wrong_values,
+) -> list[str]:
     """Return a line for each failure: ``function(parameter=value): what happened``."""
     failures = []
     with _limited():
@@ -146,17 +159,17 @@ def sweep(calls: Mapping[Callable, Callable[[], Call]], names: Mapping[Callable,
                 continue
             failures += [
                 f"{name}({parameter}={value}): {problem}"
-                for parameter, value, problem in _problems(function, calls[function], sound)
+                for parameter, value, problem in _problems(function, calls[function], sound, values)
             ]
     return failures
 
 
 def _problems(
-    function: Callable, valid: Callable[[], Call], sound: bool
+    function: Callable, valid: Callable[[], Call], sound: bool, values: Callable[[Any], Iterator]
 ) -> Iterator[tuple[str, str, str]]:
     """Yield parameter, wrong value and what was wrong with the answer."""
     annotations = inspect.signature(function).parameters
-    for parameter, label, call, value in _calls(function, valid, wrong_values):
+    for parameter, label, call, value in _calls(function, valid, values):
         annotation = annotations[parameter].annotation
         try:
             result = _run(function, *call)

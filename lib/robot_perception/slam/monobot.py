@@ -167,8 +167,8 @@ class Reference:
         values = checks.array("values", self.values, ("runs", "steps"))
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "position", checks.number("position", self.position))
-        if not isinstance(self.variance, float):
-            object.__setattr__(self, "variance", _variances("variance", self.variance))
+        variance = _variances("variance", self.variance)
+        object.__setattr__(self, "variance", variance if variance.ndim else float(variance))
 
     def matrix(self, landmarks: int) -> Float[np.ndarray, "rows states"]:
         r"""Return the measurement matrix with the row of the reference on top.
