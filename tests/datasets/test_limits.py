@@ -111,6 +111,10 @@ READERS = {
     "graph": Reader(datasets.read_graph_log, graph),
     "MRCLAM": Reader(datasets.read_mrclam, mrclam, lambda found: found.robots[2].truth.times),
     "legs": Reader(datasets.read_leg_scans, legs),
+    "commands": Reader(
+        datasets.read_commands,
+        rows("{0!r},{1!r},{3!r}".format, "time_s,speed_m_s,turn_rate_rad_s"),
+    ),
     "relations": Reader(
         datasets.read_relations,
         rows("{0!r} {0!r} {1!r} {2!r} 0 0 0 {3!r}".format),
@@ -158,7 +162,7 @@ def test_times_are_read_in_their_unit_and_refused_in_another(reader, unit, since
         reader.read(path, time_unit="h")
 
 
-FAR = {name: READERS[name] for name in READERS if name not in ("legs", "vehicle")}
+FAR = {name: READERS[name] for name in READERS if name not in ("legs", "vehicle", "commands")}
 
 
 @pytest.mark.parametrize("reader", FAR.values(), ids=FAR)
