@@ -63,10 +63,10 @@ def make_building(*, rng: np.random.Generator, pole_radius: float = 0.15) -> Bui
     rng
         Source of randomness.
     pole_radius
-        Radius of the columns, m.
+        Radius of the columns, m, at most 1.
     """
     generator(rng)
-    number("pole_radius", pole_radius, above=0.0)
+    number("pole_radius", pole_radius, high=1.0, above=0.0)
     half = _WIDTH / 2
     low = np.array([-_START - half, -half])
     high = np.array([_LONG - _START + half, _SHORT + half])

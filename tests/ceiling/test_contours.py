@@ -402,7 +402,7 @@ def test_pictures_without_edges():
         (lambda: Arc((0, 0), 1, 0, -6.3), "sweep must be a turn"),
         (lambda: Segment((0, 0), (1, 0)).points(0), "spacing must be positive"),
         (lambda: Segment((0, 0), (1, 0)).points(1e-9), "spacing must cut"),
-        (lambda: Arc((0, 0), 1, 0, 1).points(1e-320), "spacing must cut"),
+        (lambda: Arc((0, 0), 1, 0, 1).points(1e-320), "spacing must be at least 1e-100"),
         (lambda: ContourRules(low=5, high=4), "high must not be below low"),
         (lambda: ContourRules(shortest=2), "shortest must be from 3"),
         (lambda: ContourRules(smoothing=101), "smoothing must be 100 px at most"),

@@ -257,6 +257,8 @@ def sampled(
     """
     distance = np.ascontiguousarray(checks.reals("distance", distance))
     checks.shaped("distance", distance, ("height", "width"))
+    if not distance.min(initial=0.0) >= 0:
+        raise ValueError(f"distance must not be negative, got {distance.min():g}")
     points = checks.instance("contours", contours, Contours).points
     found = np.empty(points.shape[:2])
     _gather(distance, points, checks.positive("most", most), found)

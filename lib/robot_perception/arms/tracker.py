@@ -317,7 +317,7 @@ class Picture:
         A state that breaks a bound is not measured: it is taken to be as bad as the worst of the
         others, and worse by what the bound says.
         """
-        model = self.state.first.model
+        model, states = self.state.first.model, checks.array("states", states, ("m", 8))
         bounds = summed(self.state.bounds, self.seen, Bodies(model, states))
         logs = sum(bounds.values(), start=np.zeros(len(states)))
         free = logs == 0

@@ -154,7 +154,8 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
         If there is no such file.
     """
     path = as_path(path)
-    if not number("max_range", max_range, finite=False) > 0:
+    max_range = number("max_range", max_range, finite=False)
+    if not max_range > 0:
         raise ValueError(f"max_range must be positive, got {max_range}")
     if path.suffix == ".npy":
         with reading(path, "no array of numbers", CorruptLog):
