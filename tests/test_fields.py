@@ -125,3 +125,16 @@ def test_arrays_of_single_precision_bytes_and_truth_values_stay_as_they_are():
 def test_what_a_type_does_not_say_is_refused_by_name(name, value, kind, said):
     with unchecked(), pytest.raises(kind, match=f"^{said}"):
         Whole(**(valid() | {name: value}))
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    means: Float[np.ndarray, "... n"]
+    names: Int[np.ndarray, " n"]
+    __post_init__ = checked
+
+
+def test_axes_of_a_batch_are_counted_from_the_last():
+    assert Batch(np.zeros((4, 5, 3)), np.arange(3)).means.shape == (4, 5, 3)
+    with unchecked(), pytest.raises(ValueError, match=r"^names must be \(3,\) for means \(4, 5, 3"):
+        Batch(np.zeros((4, 5, 3)), np.arange(5))
