@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from robot_perception.datasets import Commands, ReadReport
+from robot_perception.datasets import Commands, ReadReport, limits
 from robot_perception.scripts import (
+    TIME_UNITS,
     Places,
     Recording,
     Results,
@@ -186,3 +187,7 @@ def test_a_constant_of_the_wrong_type_is_an_error_of_one_line():
     for value, said in (("text", "'12'"), ("none", "None")):
         done = run(main, [value])
         assert (done.exit_code, done.output) == (1, f"Error: RATE must be a number, got {said}\n")
+
+
+def test_units_of_time_are_those_of_the_readers():
+    assert tuple(limits.UNITS) == TIME_UNITS
