@@ -117,13 +117,13 @@ def growth(name: str, sizes: list[tuple[int, int]]) -> Timing:
 
 def corridor(particles: int, landmarks: int) -> ParticleMaps:
     """Return maps of a drive on which landmarks come and go, two new ones a step."""
-    rng = np.random.default_rng(0)
+    slam, rng = RaoBlackwellisedSlam(MOUNT), np.random.default_rng(0)
     maps = ParticleMaps.start(np.zeros(3), particles)
     places = rng.uniform([2, -3, 0], [8, 3, 2], (landmarks, 3))
     for first in range(0, landmarks - SEEN + 1, 2):
         seen = look(places[first : first + SEEN], rng)
         seen = seen.named(seen.ids + first)
-        maps, _ = step(maps, MOTION, seen, MOUNT, rng=rng)
+        maps, _ = slam.step(maps, MOTION, seen, rng=rng)
     return maps
 
 
