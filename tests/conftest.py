@@ -17,6 +17,8 @@ from tests.site.counts import COUNTS
 settings.register_profile("book", settings(), deadline=None)  # no test asserts a time
 settings.load_profile("book")
 
+os.environ.pop("ROBOT_PERCEPTION_WORKERS", None)  # what a test makes up is in no other process
+
 VISITS = "tests/site/test_pages.py::"
 MOST = 1.0e9
 """Bytes that a worker may hold after a file of tests, before it forgets films and worlds."""
