@@ -5,7 +5,7 @@ ceiling, none of which is to be had.
 """
 
 from data_synth.ceiling.camera import CeilingCamera, Exposure, Mount, Occluder
-from data_synth.ceiling.clutter import clutter, patch, superimpose
+from data_synth.ceiling.clutter import clutter, grille_patch, patch, superimpose
 from data_synth.ceiling.plane import Ceiling, Fixture, make_ceiling
 from data_synth.ceiling.robot import drive, taught_path
 
@@ -18,6 +18,7 @@ __all__ = [
     "Occluder",
     "clutter",
     "drive",
+    "grille_patch",
     "make_ceiling",
     "patch",
     "superimpose",

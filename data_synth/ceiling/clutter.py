@@ -97,6 +97,41 @@ def patch(*, rng: np.random.Generator, side: int = 64) -> np.ndarray:
     return np.rint(ground).clip(0, 255).astype(np.uint8)
 
 
+def grille_patch(*, rng: np.random.Generator, side: int = 64, pitch: float = 6.0) -> np.ndarray:
+    """Return a picture (side, side) of a plain plate beside a fine grille, 8 bits.
+
+    Some contours part two large regions of one grey each, others run between many stripes.
+
+    Parameters
+    ----------
+    rng
+        Source of what it shows.
+    side
+        Of the picture, pixels.
+    pitch
+        From stripe to stripe of the grille, in sixty-fourths of the side; a third more or less.
+    """
+    generator(rng)
+    whole("side", side, 16, 512)
+    number("pitch", pitch, 2.0, 16.0)
+    grain = rng.standard_normal((side, side), dtype=np.float32)
+    ground = 186 + 3 * cv2.GaussianBlur(grain, (0, 0), 0.8)
+    scale, middle = side / 0.8, (side - 1) / 2  # pixels for a metre
+    turn = rng.uniform(-np.pi, np.pi)
+    along = np.array([np.cos(turn), np.sin(turn)])
+    apart = rng.uniform(0.15, 0.17) * scale * along
+    plate = Stamp(0.24, rng.uniform(0.35, 0.45), rng.uniform(40, 110))
+    plate.box(0, 0, 0.12, rng.uniform(0.15, 0.25), rng.uniform(150, 240))
+    lay(ground, plate, tuple(middle - apart), turn, scale)
+    length, width = 0.26, rng.uniform(0.35, 0.45)
+    grille, wide = Stamp(length, width, rng.uniform(180, 240)), 0.8 * pitch / 64
+    wide *= rng.uniform(0.75, 1.33)
+    for x in np.arange(wide / 2, length, wide) - length / 2:
+        grille.bar((x, -width / 2), (x, width / 2), 0.5 * wide, rng.uniform(30, 90))
+    lay(ground, grille, tuple(middle + apart), turn + rng.choice([0.0, np.pi / 2]), scale)
+    return np.rint(ground).clip(0, 255).astype(np.uint8)
+
+
 def superimpose(
     background: np.ndarray,
     patch: np.ndarray,

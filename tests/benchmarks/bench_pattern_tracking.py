@@ -1,18 +1,12 @@
 """A pattern that has moved: one step of the tracker beside what OpenCV makes of the same task."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from robot_perception.book import pattern_tracking as page
 from robot_perception.ceiling.tracker import PatternTracker
-from robot_perception.chapters.pattern_tracking.rivals import METHODS, Task, condensation
-from robot_perception.chapters.pattern_tracking.scene import (
-    CHOOSING,
-    RULES,
-    SIGMAS,
-    START,
-    errors,
-    scene,
-    seen,
-)
+from robot_perception.chapters.pattern_tracking.scene import RULES, SIGMAS, START, errors
 from tests.benchmarks.harness import Row
 
 NEAR = 0.6
@@ -21,15 +15,16 @@ NEAR = 0.6
 
 def rows() -> list[Row]:
     """Return the rows of the benchmark table that concern a pattern on clutter."""
-    one, rng = scene(CHOOSING[0]), np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     truth = START + SIGMAS * [0.8, -0.6, 0.5, 0.4]
-    images = [seen(one.picture(place), rng) for place in (START, truth)]
-    task = Task(one.pattern(), images[0], (images[1],))
-    tracker, ours = PatternTracker(task.pattern, RULES), condensation()
+    images = [page.seen(page.picture(100, place), rng) for place in (START, truth)]
+    pattern = page.learnt(100)
+    task = SimpleNamespace(pattern=pattern, first=images[0], pictures=images[1:])
+    tracker, ours = PatternTracker(task.pattern, RULES), page.tracks()
     state = tracker.start(START)
 
     def agree(name: str) -> None:
-        for method in (ours, METHODS[name]):
+        for method in (ours, page.METHODS[name]):
             found = method(task, np.random.default_rng(2))
             assert np.abs(errors(found, truth)).mean() <= NEAR
 
@@ -37,7 +32,7 @@ def rows() -> list[Row]:
         Row(
             work=f"pattern on clutter 320×240: a step of {RULES.particles} particles",
             ours=lambda: tracker.step(state, images[1], rng=rng),
-            peer=lambda name=name: METHODS[name](task, rng),
+            peer=lambda name=name: page.METHODS[name](task, rng),
             peer_name=peer,
             agree=lambda name=name: agree(name),
             inner=3,

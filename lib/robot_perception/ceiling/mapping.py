@@ -631,9 +631,9 @@ def look_for(
             if away > rules.search or abs(wrap_angle(one.pose[2] - at[2])) > rules.turn:
                 continue
             state, info = tracker.step(tracker.start(one.pose), layers, rng=rng)
-            match = float(np.nan_to_num(info.correlation, nan=-1.0).mean())
-            if not info.lost and match > best and inside(state.pose, layers.shape, rules.border):
-                found[name], best = state, match
+            inner = inside(state.pose, layers.shape, rules.border)
+            if not info.lost and info.match > best and inner:
+                found[name], best = state, info.match
             tried += 1
             if tried == rules.candidates:
                 break

@@ -205,13 +205,19 @@ def recognise(
 
 
 def contour_log_likelihoods(
-    field: EdgeField, pattern: Pattern, poses: Float[np.ndarray, "m 4"], *, sigma: float = 2.0
+    field: EdgeField,
+    pattern: Pattern,
+    poses: Float[np.ndarray, "m 4"],
+    *,
+    sigma: float = 2.0,
+    aligned: float | None = None,
 ) -> Float[np.ndarray, " m"]:
     r"""Return the logarithm of a likelihood that knows contours alone, but for a constant.
 
     .. math:: -\frac{1}{2\sigma^2} \sum_j \min(d_j, d_{\max})^2
 
-    with :math:`d_j` the distance from a model point to the nearest edge of whatever direction.
+    with :math:`d_j` the distance from a model point to the nearest edge, or :math:`d_{\max}` where
+    the directions of the two differ too much.
 
     Parameters
     ----------
@@ -223,13 +229,16 @@ def contour_log_likelihoods(
         (x, y, θ, s), for instance of particles.
     sigma
         px.
+    aligned
+        A point lies on no edge whose direction differs by more, rad, below a right angle; on any if
+        not given.
 
     Raises
     ------
     TypeError
         If an argument is of another type.
     ValueError
-        If the poses are not (m, 4) or sigma is not positive.
+        If the poses are not (m, 4), sigma is not positive or the angle is out of its range.
 
     References
     ----------
@@ -237,7 +246,12 @@ def contour_log_likelihoods(
     """
     checks.instance("field", field, EdgeField)
     poses = checks.array("poses", poses, ("m", 4))
-    distance, _, _ = field.look(checks.instance("pattern", pattern, Pattern).seen(poses))
+    distance, _, across = field.look(checks.instance("pattern", pattern, Pattern).seen(poses))
+    if aligned is not None:
+        if checks.positive("aligned", aligned) >= np.pi / 2:
+            raise ValueError(f"aligned must be below {np.pi / 2:.4g}, got {aligned:g}")
+        turned = pattern.places[:, 2] + poses[:, 2, None]
+        distance = np.where(np.abs(np.sin(across - turned)) <= np.sin(aligned), distance, FAR)
     shares = distance.astype(float) / checks.positive("sigma", sigma)
     return -0.5 * (shares**2).sum(axis=1)
 

@@ -172,6 +172,14 @@ class PatternInfo:
     lost: bool
     effective: float
 
+    @property
+    def match(self) -> float:
+        """Mean correlation of all vectors; one beyond the picture counts as the opposite, -1.
+
+        By it places of a pattern are compared, of which some reach beyond the picture.
+        """
+        return float(np.nan_to_num(self.correlation, nan=-1.0).mean())
+
 
 def smoothing(scale: Float[np.ndarray, "..."], kind: str) -> Float[np.ndarray, "..."]:
     r"""Return how much a picture is smoothed for a scale: standard deviation, px.

@@ -1,21 +1,26 @@
-"""The exercises judge right and wrong answers, and their answers are what happens."""
+"""The answers of the exercises are what happens."""
 
 import numpy as np
 import pytest
 
+from robot_perception.book.pattern_tracking import EXERCISES
 from robot_perception.ceiling.patterns import Decay, deviations
-from robot_perception.chapters.pattern_tracking.exercises import EXERCISES
-from tests.chapters.exercises import ExerciseTests
 
 
-class TestSheet(ExerciseTests):
-    stem = "pattern_tracking"
-    sheet = EXERCISES
+def test_the_offset_is_judged_as_it_is_rounded():
+    sheet = EXERCISES["pattern-offset"]
+    V = np.array([10.0, 20, 60])
+    exact = V @ (V + 40) / np.linalg.norm(V) / np.linalg.norm(V + 40)
+    for answer in (exact, 0.9477, 0.948, 0.95):
+        assert sheet.judge(answer)[0] == "right"
+    for answer in (0.94, 0.96, 1.0):
+        assert sheet.judge(answer)[0] == "wrong"
+    assert "rounded up" in sheet.judge(0.94)[1]
 
 
-def test_deviation_of_the_exercise_is_the_librarys():
-    found = deviations(np.array([0.6]), Decay(np.array([0.2]), np.ones(1)))
-    assert EXERCISES["pattern-deviation"].answer == pytest.approx(found[0])
+def test_the_exponent_of_the_exercise_is_the_librarys():
+    right, wrong = deviations(np.array([0.6, 0.6]), Decay(np.array([0.4, 0.2]), np.ones(2)))
+    assert EXERCISES["pattern-deviation"].answer == pytest.approx((right / wrong) ** 2)
 
 
 def test_draws_of_the_exercise_are_those_of_a_million():
@@ -24,5 +29,16 @@ def test_draws_of_the_exercise_are_those_of_a_million():
     assert EXERCISES["pattern-draws"].answer == pytest.approx(beyond, rel=0.05)
 
 
-def test_blurs_of_the_exercise_add_as_variances():
-    assert np.hypot(1, EXERCISES["pattern-blur"].answer) == pytest.approx(2)
+def test_a_distance_that_knows_directions_is_told_from_one_that_does_not():
+    limit = np.sin(np.deg2rad(20))
+
+    def right(d, turn):
+        return min(d, 10.0) if abs(np.sin(turn)) <= limit else 10.0
+
+    def with_a_sense(d, turn):
+        return min(d, 10.0) if abs(turn) <= np.deg2rad(20) else 10.0
+
+    sheet = EXERCISES["pattern-direction"]
+    assert sheet.judge(right)[0] == "right"
+    for wrong in (with_a_sense, lambda d, turn: min(d, 10.0), lambda d, turn: d):
+        assert sheet.judge(wrong)[0] == "wrong"

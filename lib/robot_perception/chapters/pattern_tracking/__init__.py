@@ -1,3 +1,1 @@
 """Tracking a pattern: sections 3 and 4.1 of Ait Aider et al., "Indoor Autonomous Navigation"."""
-
-STUDIES = ("recognising", "sweeps", "slopes", "light", "displacement", "hidden", "scales")

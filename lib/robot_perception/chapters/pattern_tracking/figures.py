@@ -1,17 +1,21 @@
-"""Figures of the chapter "Tracking a pattern"."""
+"""Figures of the chapter "Tracking a pattern".
+
+What they draw is made in the notebook: a namespace with the names that a drawing reads.
+"""
+
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.pattern_tracking import hidden, scales, views
-from robot_perception.chapters.pattern_tracking.displacement import Result as Moves
+from robot_perception.ceiling.patterns import Pattern
 from robot_perception.chapters.pattern_tracking.recordings import Real
-from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW, scene
+from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, band
-from robot_perception.teaching.tables import Table
 
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
 
@@ -35,7 +39,7 @@ def frame(ax: Axes, pose: Float[np.ndarray, " 4"], colour: str, **kwargs: object
         ax.plot(pose[0] + cos * u - sin * v, pose[1] + sin * u + cos * v, color=colour, **kwargs)
 
 
-def card(ax: Axes, film: views.Film, at: int) -> Axes:
+def card(ax: Axes, film: SimpleNamespace, at: int) -> Axes:
     """Draw particles, truth and estimate on the axes of a picture of the film."""
     ax.scatter(*film.particles[at].T, s=14, color=MEANING["particles"], linewidths=0)
     frame(ax, film.truth[at], MEANING["truth"], linewidth=4.0, linestyle=":")
@@ -45,33 +49,31 @@ def card(ax: Axes, film: views.Film, at: int) -> Axes:
 
 @drawn(
     name="pattern-hero",
-    alt="Three pictures side by side. A sign in the middle of a picture crowded with stripes, "
-    "lamps and boxes. The same place as two maps: by contours many bright spots, by grey vectors "
-    "one.",
-    caption="Left: what the camera sees; framed, the pattern. Middle and right: how well the "
-    "pattern fits at each place within 60 px, by the distance of its contours from edges and by "
-    "its grey vectors. Bright: well.",
-    cols=3,
-    width=7.4,
-    height=2.5,
+    alt="Four pictures side by side. A sign in the middle of a picture crowded with stripes, lamps "
+    "and boxes. The same place as three maps: by edges many bright spots, by edges of the same "
+    "direction few, by grey vectors few.",
+    caption="Left: what the camera sees; framed, the pattern. Then how well the pattern fits at "
+    "each place within 60 px: by the distance of its outlines from edges, from edges of the same "
+    "direction, and by its grey vectors. Bright spots fit well.",
+    cols=4,
+    width=8.2,
+    height=2.3,
     gridspec_kw=_PHOTOS,
 )
-def hero(axes: np.ndarray) -> None:
-    """Draw a picture and both likelihoods of the pattern over the places round it."""
+def hero(axes: np.ndarray, image: np.ndarray, maps: Mapping[str, np.ndarray]) -> None:
+    """Draw a picture and likelihoods of the pattern over the places round it, 0 to 1."""
     reach = 60
     corner = (START[:2] - 92).astype(int)
-    image = scene(views.SHOWN).picture(START)
     picture(axes[0], image[corner[1] : corner[1] + 185, corner[0] : corner[0] + 185])
     frame(axes[0], START - [*corner, 0, 0], MEANING["grey vectors"], linewidth=2.0)
     axes[0].set_title("the pattern")
-    for ax, surface, name in zip(axes[1:], views.surfaces(), ("contours", "grey vectors"),
-                                 strict=True):  # fmt: skip
+    for ax, (name, surface) in zip(axes[1:], maps.items(), strict=True):
         ax.imshow(surface, cmap="gray", vmin=-0.2, vmax=1, extent=(-reach, reach, reach, -reach),
                   interpolation="nearest")  # fmt: skip
         ax.set_xticks([])
         ax.set_yticks([])
         ax.grid(visible=False)
-        ax.set_title(f"by {name}")
+        ax.set_title(name)
 
 
 @drawn(
@@ -83,10 +85,9 @@ def hero(axes: np.ndarray) -> None:
     height=4.4,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
 )
-def model(ax: Axes) -> Axes:
-    """Draw the pattern that is shown: picture, contours, and where vectors are taken."""
-    pattern, reach = views.shown(), 46
-    state = views.vector(0)
+def model(ax: Axes, pattern: Pattern, state: SimpleNamespace) -> Axes:
+    """Draw a pattern: picture, contours, and where vectors are taken."""
+    reach = 46
     picture(ax, state.image)
     for piece in pattern.contours:
         ax.plot(*(piece.points(2.0) + reach).T, color=MEANING["contours"], linewidth=2.0)
@@ -98,7 +99,7 @@ def model(ax: Axes) -> Axes:
     return ax
 
 
-def falling(axes: np.ndarray, state: views.Vector) -> None:
+def falling(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw one vector in the picture, its greys, and its correlation; axes cleared first."""
     left, middle, right = axes
     for ax in axes:
@@ -118,7 +119,7 @@ def falling(axes: np.ndarray, state: views.Vector) -> None:
     right.set_title(f"slope {state.rate:.2f}")
 
 
-def moving(ax: Axes, state: views.Sought) -> Axes:
+def moving(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw the picture, the particles as they were drawn, truth and estimate; axes cleared."""
     ax.clear()
     picture(ax, state.image)
@@ -129,7 +130,7 @@ def moving(ax: Axes, state: views.Sought) -> Axes:
     return ax
 
 
-def covering(ax: Axes, state: views.Hidden) -> Axes:
+def covering(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw a covered pattern, its good and bad points, truth and estimate; axes cleared."""
     ax.clear()
     picture(ax, state.image)
@@ -153,21 +154,19 @@ def covering(ax: Axes, state: views.Hidden) -> Axes:
     width=8.2,
     height=2.7,
 )
-def fig8(axes: np.ndarray, result: Moves) -> None:
-    """Draw what one picture makes of displacements along each coordinate."""
-    config = result.config
-    true = np.array([*(-k for k in config.sigmas[::-1] if k), *config.sigmas])
-    errors = result.errors[config.methods.index("one picture")]
+def fig8(axes: np.ndarray, moved: Sequence[float], errors: np.ndarray) -> None:
+    """Draw what one picture makes of displacements along each coordinate.
+
+    Errors are by coordinate, displacement and patch, σ.
+    """
+    true = np.array(moved)
     for c, ax in enumerate(axes):
-        of = errors[:, c]
-        zero = [k for k, sigmas in enumerate(config.sigmas) if sigmas]
-        signed = np.concatenate([of[:, zero[::-1], 0], of[:, :, 1]], axis=1) + true
-        low, middle, high = np.percentile(signed, (25, 50, 75), axis=0)
+        low, middle, high = np.percentile(errors[c] + true[:, None], (25, 50, 75), axis=1)
         ax.axvspan(-3, 3, color=MEANING["expected"], alpha=0.12, linewidth=0)
         ax.plot(true, true, "--", color=MEANING["truth"], linewidth=1.2)
         band(ax, true, low, high, MEANING["estimate"])
         ax.plot(true, middle, color=MEANING["estimate"])
-        ax.set(xlim=(-5, 5), ylim=(-5, 5), xlabel=f"true d{COORDINATES[c]} (σ)")
+        ax.set(xlim=(-4, 4), ylim=(-4, 4), xlabel=f"true d{COORDINATES[c]} (σ)")
         ax.set_ylabel(f"estimated d{COORDINATES[c]} (σ)")
         ax.set_xticks([-3, 0, 3])
         ax.set_yticks([-3, 0, 3])
@@ -175,21 +174,23 @@ def fig8(axes: np.ndarray, result: Moves) -> None:
 
 @drawn(
     name="pattern-occlusion",
-    alt="Error against the share of the window that is covered. Leaving bad vectors out starts "
-    "highest and ends low; counting them as the threshold is lowest or equal throughout.",
+    alt="Error against the share of the window that is covered. Leaving out vectors beyond three "
+    "samples starts highest; beyond four it is below no tolerance wherever something is covered.",
     caption="Error by the share of the window that is covered, mean over patches, and by what is "
-    "done with bad vectors: nothing, left out (as printed), or counted as much as the "
-    "threshold. Bands: 95 %.",
+    "done with bad vectors: nothing; left out, as printed, beyond four samples or (dashed) beyond "
+    "three; or counted as much as the threshold. Bands: 95 %.",
     height=3.0,
 )
-def occlusion(ax: Axes, table: Table) -> Axes:
-    """Draw the recorded error against what is covered, by tolerance."""
-    shares = 100 * np.array(hidden.SHARES)
-    for name, row in table.rows.items():
-        colour = MEANING["no tolerance" if name == "none" else name]
-        band(ax, shares, *ends(row), colour)
-        ax.plot(shares, [of.estimate for of in row], "-o", color=colour, markersize=4, label=name)
-    ax.set(xlabel="covered (%)", ylabel="error (σ)", xlim=(0, shares[-1]), ylim=(0, None))
+def occlusion(ax: Axes, shares: Sequence[float], errors: Mapping[str, list[Interval]]) -> Axes:
+    """Draw the error against what is covered, by the rule of bad vectors."""
+    at = 100 * np.array(shares)
+    for name, row in errors.items():
+        dashed = name.endswith("beyond 3")
+        colour = MEANING[{"none": "no tolerance"}.get(name, name.removesuffix(" beyond 3"))]
+        band(ax, at, *ends(row), colour)
+        line = "--s" if dashed else "-o"
+        ax.plot(at, [of.estimate for of in row], line, color=colour, markersize=4, label=name)
+    ax.set(xlabel="covered (%)", ylabel="error (σ)", xlim=(0, at[-1]), ylim=(0, None))
     ax.legend(loc="upper left")
     return ax
 
@@ -203,22 +204,17 @@ def ends(row: list[Interval]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray
     name="pattern-scale",
     alt="Difference of grey vectors from their model against the scale: smoothing by σ = s lies "
     "above no smoothing; with a model smoothed as well it lies far below.",
-    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. Low "
-    "is good.",
+    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. The "
+    "lower, the more alike.",
     height=3.0,
 )
-def scale(ax: Axes, table: Table) -> Axes:
-    """Draw how unlike vectors are at their true places, as recorded, by smoothing."""
-    at = np.array(scales.SCALES)
-    lines = {"none": "not smoothed", "σ = s": "smoothed",
-             "σ = s, model by 1 px": "smoothed, model too"}  # fmt: skip
-    for name, meaning in lines.items():
-        row = table.rows[name][: len(at)]
-        unlike = np.array([of.estimate for of in row]) / 1000
-        low, high = ends(row)
-        band(ax, at, low / 1000, high / 1000, MEANING[meaning])
-        ax.plot(at, unlike, "-o", color=MEANING[meaning], markersize=4)
-        ax.lines[-1].set_label(meaning)
+def scale(ax: Axes, scales: Sequence[float], unlike: Mapping[str, list[Interval]]) -> Axes:
+    """Draw how unlike vectors are at their true places, by smoothing."""
+    at = np.array(scales)
+    for meaning, row in unlike.items():
+        band(ax, at, *ends(row), MEANING[meaning])
+        ax.plot(at, [of.estimate for of in row], "-o", color=MEANING[meaning], markersize=4,
+                label=meaning)  # fmt: skip
     ax.set_yscale("log")
     ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 5))
     ax.legend(loc="upper left")

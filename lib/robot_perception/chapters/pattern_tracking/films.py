@@ -1,12 +1,12 @@
 """The film of the chapter: a pattern that moves, is covered, and jumps."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.pattern_tracking import figures as draw
-from robot_perception.chapters.pattern_tracking import views
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING
@@ -15,13 +15,13 @@ from robot_perception.teaching.media import Shown
 FPS = 6.0
 
 
-def tracked() -> Shown:
+def followed_sign(seen: SimpleNamespace) -> Shown:
     """Show picture, particles, truth and estimate, and below them the error."""
     return film(
-        frames(views.film()),
+        frames(seen),
         fps=FPS,
         name="pattern-film",
-        poster=views.COVERED[0] + 2,
+        poster=seen.covered[0] + 2,
         alt="A sign swings over a crowded picture; a solid frame stays on the dotted one, also "
         "while half of the sign is covered. Then the sign jumps: the solid frame stays behind, and "
         "the error rises.",
@@ -31,7 +31,7 @@ def tracked() -> Shown:
     )
 
 
-def frames(seen: views.Film) -> Iterator[Figure]:
+def frames(seen: SimpleNamespace) -> Iterator[Figure]:
     """Yield the pictures of the film, all on one figure."""
     fig, (top, below) = figure(2, width=4.8, height=5.2)
     top.set_position((0.0, 0.31, 1.0, 0.69))
@@ -42,9 +42,9 @@ def frames(seen: views.Film) -> Iterator[Figure]:
         draw.picture(top, image)
         draw.card(top, seen, k)
         below.clear()
-        ends = views.COVERED[0], views.COVERED[-1]
+        ends = seen.covered[0], seen.covered[-1]
         below.axvspan(*ends, color=MEANING["expected"], alpha=0.2, linewidth=0)
-        below.axvline(views.JUMP, color=MEANING["expected"], linewidth=1.0)
+        below.axvline(seen.jump, color=MEANING["expected"], linewidth=1.0)
         below.plot(np.arange(k + 1), off[: k + 1], color=MEANING["error"])
         below.set(xlim=(0, count - 1), ylim=(0, 5), xlabel="picture", ylabel="error (σ)")
         yield fig
