@@ -112,6 +112,27 @@ def test_contour_likelihoods_are_those_of_scipys_distances():
     assert found[0] == found.max()
 
 
+def test_an_outline_lies_on_no_edge_that_runs_across_it():
+    image = cluttered(4)
+    edges = find_edges(image)
+    field, pattern = EdgeField(edges), make_pattern(image, CENTRE)
+    draw = np.random.default_rng(0)
+    poses = np.column_stack([draw.uniform(60, 180, (40, 2)), draw.uniform(-3, 3, 40), np.ones(40)])
+    poses[0] = (*CENTRE, 0, 1)
+    found = contour_log_likelihoods(field, pattern, poses, aligned=np.deg2rad(20))
+    for pose, value in zip(poses, found, strict=True):
+        total = 0.0
+        for point, phi in zip(placed(pattern.points, pose), pattern.places[:, 2], strict=True):
+            (distance,), _, (normal,) = field.look(point[None])
+            off = abs((normal - phi - pose[2] + np.pi / 2) % np.pi - np.pi / 2)
+            total -= (distance if off <= np.deg2rad(20) else 10.0) ** 2 / (2 * 4)
+        assert value == pytest.approx(total, rel=1e-5)
+    assert found[0] == found.max()
+    any_edge = contour_log_likelihoods(field, pattern, poses)
+    assert (found <= any_edge).all()
+    assert found[0] > 0.5 * found[1:].max()
+
+
 # Scores ------------------------------------------------------------------------------------------
 
 
@@ -365,6 +386,12 @@ def test_nothing_is_found_where_nothing_is():
                 EdgeField(find_edges(cluttered(3))), pattern_of([]), np.ones((2, 3))
             ),
             "poses must be",
+        ),
+        (
+            lambda: contour_log_likelihoods(
+                EdgeField(find_edges(cluttered(3))), pattern_of([]), np.ones((2, 4)), aligned=1.6
+            ),
+            "aligned must be below 1.571",
         ),
     ],
 )

@@ -334,6 +334,46 @@ def test_more_bad_vectors_than_tolerated_are_a_loss():
         assert info.lost == lost
 
 
+def at_the_border(share):
+    """Return a place at which so many vectors or a few more reach beyond the picture."""
+    for x in np.arange(60.0, 0.0, -0.5):
+        pose = np.array([x, 120.0, 0.0, 1.0])
+        image = moved(IMAGE, pose, CENTRE)
+        C = Layers(image).correlations(PATTERN, pose[None], "none")[0]
+        if np.isnan(C).mean() >= share:
+            return pose, image, C
+    raise AssertionError("no such place")
+
+
+@pytest.mark.parametrize("share", [0.1, 0.35, 0.45])
+def test_what_reaches_beyond_the_picture_is_not_bad(share):
+    """A pattern is lost by what is seen of it, whatever part of it is not."""
+    pose, image, C = at_the_border(share)
+    unseen = np.isnan(C)
+    assert share <= unseen.mean() < 0.5
+    rules = replace(RULES, sigmas=(0, 0, 0, 0), particles=2, tolerated=0.05)
+    tracker = PatternTracker(PATTERN, rules)
+    _, info = tracker.step(tracker.start(pose), image, rng=rng())
+    assert not info.good[unseen].any()
+    assert not info.lost
+    dark = image.copy()
+    dark[110:] = 128  # what is seen of the lower half is bad
+    _, info = tracker.step(tracker.start(pose), dark, rng=rng())
+    assert info.lost
+
+
+def test_the_match_counts_what_is_beyond_the_picture_as_the_opposite():
+    pose, image, C = at_the_border(0.3)
+    rules = replace(RULES, sigmas=(0, 0, 0, 0), particles=2)
+    tracker = PatternTracker(PATTERN, rules)
+    _, info = tracker.step(tracker.start(pose), image, rng=rng())
+    unseen = np.isnan(C)
+    expected = (C[~unseen].sum() - unseen.sum()) / len(C)
+    assert info.match == pytest.approx(expected, abs=1e-6)
+    _, whole = tracker.step(tracker.start(START), IMAGE, rng=rng())
+    assert whole.match == pytest.approx(1, abs=1e-4)
+
+
 def test_a_covered_part_does_not_carry_the_estimate_away():
     image = IMAGE.copy()
     image[88:104, 128:192] = 30  # a quarter of the window

@@ -2,9 +2,8 @@
 
 import cv2
 import numpy as np
-import pytest
 
-from robot_perception.chapters.pattern_tracking import recognising, recordings
+from robot_perception.chapters.pattern_tracking import recordings
 from robot_perception.chapters.pattern_tracking.recordings import carried, similarity, tracked
 from tests.ceiling.pictures import cluttered
 
@@ -57,40 +56,3 @@ def test_the_page_says_what_is_stored_of_the_photographs():
     warped = found.wall.off[: 2 * recordings.STEPS // 3]
     assert np.median(warped[-1]) < recordings.NEAR
     assert recordings.PER_STEP < 1
-
-
-# Recognition
-
-
-def test_a_place_is_carried_by_what_the_world_tells():
-    below = recognising.camera("varied", 300)
-    here, there = np.array([0.5, -0.3, 0.2]), np.array([0.7, -0.1, 2.0])
-    corner = np.array([[0.9, 0.1]])
-    seen, expected = below.points_seen(here, corner)[0], below.points_seen(there, corner)[0]
-    np.testing.assert_allclose(recognising.carried(below, here, there, seen), expected, atol=1e-6)
-
-
-def test_a_pattern_is_found_where_it_was_chosen():
-    below, rng = recognising.camera("varied", 301), np.random.default_rng(0)
-    image = below.image(np.array([0.3, 0.4, 0.0]))
-    chosen = recognising.chosen(image)
-    assert chosen
-    for pattern, place in chosen:
-        contours, vectors, match = recognising.looked_for(pattern, image, place, rng)
-        assert contours
-        assert vectors
-        assert match > 0.9
-
-
-def test_nothing_is_found_in_a_blank_picture():
-    below, rng = recognising.camera("varied", 301), np.random.default_rng(0)
-    pattern, place = recognising.chosen(below.image(np.array([0.3, 0.4, 0.0])))[0]
-    blank = np.full(SHAPE, 128, np.uint8)
-    assert recognising.looked_for(pattern, blank, place, rng) == (False, False, -1.0)
-
-
-@pytest.mark.parametrize(
-    ("place", "held"), [((45, 45), True), ((44, 100), False), ((274, 194), True), ((275, 9), False)]
-)
-def test_a_whole_window_is_inside_however_it_is_turned(place, held):
-    assert recognising.inside(np.array(place, dtype=float), SHAPE) == held

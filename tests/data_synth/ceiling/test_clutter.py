@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from data_synth.ceiling.clutter import clutter, patch, superimpose
+from data_synth.ceiling.clutter import clutter, grille_patch, patch, superimpose
 
 DARK = np.zeros((240, 320), dtype=np.uint8)
 
@@ -138,3 +138,35 @@ def test_patches_show_something_in_the_middle_of_a_ceiling(side):
 def test_bad_scales_are_named(scale):
     with pytest.raises(ValueError, match="state must have a scale"):
         superimpose(DARK, DARK, np.array([0.0, 0, 0, scale]))
+
+
+def changes(image):
+    """Return how often each line of greys crosses its middle, rows and columns of contrast."""
+    greys = image.astype(float)
+    lines = [line for line in (*greys, *greys.T) if np.ptp(line) > 60]
+    above = [line > (line.min() + line.max()) / 2 for line in lines]
+    return [int((one[1:] != one[:-1]).sum()) for one in above]
+
+
+def test_a_grille_has_many_stripes_and_its_plate_few():
+    each = [changes(grille_patch(rng=rng, side=88)) for rng in np.random.default_rng(0).spawn(30)]
+    assert np.median([max(one) for one in each]) >= 8
+    assert np.median([min(one) for one in each]) <= 4
+
+
+def test_stripes_at_half_the_pitch_are_more():
+    counts = [
+        np.median(
+            [
+                np.percentile(changes(grille_patch(rng=rng, side=256, pitch=pitch)), 90)
+                for rng in np.random.default_rng(1).spawn(20)
+            ]
+        )
+        for pitch in (4.0, 8.0)
+    ]
+    assert counts[0] > 1.4 * counts[1]
+
+
+def test_the_same_generator_paints_the_same_grille():
+    one, other = (grille_patch(rng=np.random.default_rng(3), side=40) for _ in range(2))
+    assert (one == other).all()

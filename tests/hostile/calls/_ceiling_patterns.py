@@ -82,5 +82,7 @@ CALLS = {
     recognition.EdgeField: lambda: call(EDGES),
     recognition.EdgeField.look: lambda: call(FIELD, POINTS),
     recognition.recognise: lambda: call(PATTERN, FIELD, CONTOURS, FOUND),
-    recognition.contour_log_likelihoods: lambda: call(FIELD, PATTERN, POSES, sigma=2.0),
+    recognition.contour_log_likelihoods: lambda: call(
+        FIELD, PATTERN, POSES, sigma=2.0, aligned=0.3
+    ),
 }

@@ -18,7 +18,7 @@ from data_synth import (
     wheels,
 )
 from data_synth.ceiling import camera as ceiling_camera
-from data_synth.ceiling import clutter, patch, superimpose
+from data_synth.ceiling import clutter, grille_patch, patch, superimpose
 from data_synth.ceiling import plane as ceiling_plane
 from data_synth.ceiling import robot as ceiling_robot
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
@@ -112,6 +112,7 @@ CALLS = (
         ceiling_robot.drive: lambda: call(POSES[1], 0.5, 0.2, 1.0, wheels.SMALL, rng=rng()),
         ceiling_robot.taught_path: lambda: call("corner", step=0.1, rng=rng()),
         clutter: lambda: call((16, 12), rng=rng()),
+        grille_patch: lambda: call(rng=rng(), side=24, pitch=6.0),
         patch: lambda: call(rng=rng(), side=16),
         superimpose: lambda: call(
             PICTURE, PICTURE, np.array([3.0, 4, 0.2, 1.1]), centre=(3.0, 4.0)
