@@ -132,7 +132,8 @@ class TutorRules:
         Standard deviations of the motion in a picture: of the place, as a share of the scale; of
         the angle, rad; of the logarithm of the scale.
     colour_sigma
-        Of the mean squared distance of a patch's colours, all patches and channels together.
+        σ of the distance of a patch's colours in one channel: squares are summed over patches and
+        channels, so that each of them counts as a measure of its own.
     shape_sigma
         Of the silhouette's distance to edges, px.
     rate
@@ -364,7 +365,7 @@ class TutorTracker:
         rules, model = self.rules, self.model
         seen, _ = self._colours(image, states)
         squared = bhattacharyya(seen, reference) ** 2
-        logs = -squared.mean(axis=(1, 2)) / (2 * rules.colour_sigma**2)
+        logs = -squared.sum(axis=(1, 2)) / (2 * rules.colour_sigma**2)
         if model.contour is not None:
             if edges is None:
                 edges = self._edges(image)

@@ -24,6 +24,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import storage
+from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import code_digest
 from robot_perception.teaching.records import records
 from robot_perception.teaching.results import kept, told
@@ -64,7 +65,7 @@ class Recorded(Generic[P, Result]):
 
     def is_current(self) -> bool:
         """Tell whether what is stored is what this code computes."""
-        return self.is_stored() and self._summary()["code"] == code_digest(self._module)
+        return self.is_stored() and self._summary()["code"] == self._code()
 
     def write(self) -> Path:
         """Compute the results and store them; return the file.
@@ -123,6 +124,12 @@ class Recorded(Generic[P, Result]):
         told(values)
         return values
 
+    def _code(self) -> str | None:
+        """Hash the code that the results depend on: of study cells what the function reaches."""
+        if self._module == LIVE or self._module.startswith(BOOK):
+            return code_of(inspect.unwrap(self._compute))
+        return code_digest(self._module)
+
     def _called(self) -> str:
         return _hash("\n".join(self._calls).encode())
 
@@ -132,7 +139,7 @@ class Recorded(Generic[P, Result]):
         said = {
             "function": f"{self._module}.{self.__name__}",
             "date": day,
-            "code": code_digest(self._module),
+            "code": self._code(),
             "content": _hash(self._file().read_bytes()),
             "calls": self._called(),
             "result": {name: text for name, text in words.items() if name != "structure"},

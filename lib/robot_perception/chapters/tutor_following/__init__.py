@@ -1,3 +1,1 @@
 """Follow me: a raised hand, a person followed through the crowd, and the states between."""
-
-STUDIES = ("raising", "following", "interacting")

@@ -1,14 +1,17 @@
-"""Figures of the chapter "Follow me"."""
+"""Figures of the chapter "Follow me".
+
+What they draw is made in the notebook: a namespace with the names that a drawing reads.
+"""
+
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.patches import FancyArrowPatch, Polygon, Rectangle
 
-from robot_perception.chapters.tutor_following import views
-from robot_perception.chapters.tutor_following.scene import SAME
+from data_synth.companion.hands import hand_window, make_hand
 from robot_perception.chapters.tutor_following.training import stored
-from robot_perception.chapters.tutor_following.visiting import Moment
 from robot_perception.companion.hands.features import SIZE
 from robot_perception.companion.interaction import StateTable
 from robot_perception.evaluation.intervals import Interval
@@ -40,24 +43,23 @@ TEXTS = {
 """Where the events stand in it."""
 
 
-def seen(ax: Axes, moment: Moment) -> Axes:
+def seen(ax: Axes, moment: SimpleNamespace) -> Axes:
     """Draw what the robot finds in a picture."""
     for k, face in enumerate(moment.faces):
         known = k == moment.held
-        square(ax, face.box, MEANING["right" if known else "wrong"], linewidth=2.4,
+        square(ax, face, MEANING["right" if known else "wrong"], linewidth=2.4,
                linestyle="-" if known else "--")  # fmt: skip
     for hand in moment.hands:
         square(ax, hand, MEANING["readings"], linewidth=2.4)
     if np.isfinite(moment.box).all():
-        square(ax, moment.truth, MEANING["truth"], linewidth=2.4, linestyle=":")
+        square(ax, moment.body, MEANING["truth"], linewidth=2.4, linestyle=":")
         square(ax, moment.box, MEANING["estimate"], linewidth=2.4)
     return ax
 
 
-def card(ax: Axes) -> Axes:
+def card(ax: Axes, met: SimpleNamespace) -> Axes:
     """Draw the found face and hand on the axes of the picture of a greeting."""
-    _, faces, hands = views.greeting()
-    for boxes, meaning in ((faces, "right"), (hands, "readings")):
+    for boxes, meaning in ((met.faces, "right"), (met.hands, "readings")):
         for box in boxes:
             square(ax, box, MEANING[meaning], linewidth=3.0)
     return ax
@@ -71,10 +73,9 @@ def card(ax: Axes) -> Axes:
     height=3.9,
     gridspec_kw=_PHOTO,
 )
-def hero(ax: Axes) -> Axes:
+def hero(ax: Axes, moment: SimpleNamespace) -> Axes:
     """Draw the picture in which the order is given."""
-    moment = views.ordered()
-    picture(ax, moment.image)
+    picture(ax, moment.image())
     return seen(ax, moment)
 
 
@@ -90,7 +91,8 @@ def hero(ax: Axes) -> Axes:
 )
 def features(axes: np.ndarray) -> None:
     """Draw the feature that boosting picks first in each of four stages."""
-    cascade, image = stored().cascade, views.example()
+    cascade, rng = stored().cascade, np.random.default_rng(100)
+    image = hand_window(rng, make_hand(rng, tone=1), size=3 * SIZE, jitter=0.0)
     fine = len(image) / SIZE
     for k, ax in enumerate(axes):
         picture(ax, image)
@@ -114,7 +116,7 @@ def features(axes: np.ndarray) -> None:
     height=2.9,
 )
 def tilts(ax: Axes, table: Table) -> Axes:
-    """Draw the recorded rates by the tilt of the hand."""
+    """Draw the rates by the tilt of the hand."""
     degrees = np.array([int(name.rstrip("°")) for name in table.columns])
     for name, colour, at in (("open hand", "camera", -1), ("face beside", "expected", -1)):
         row: list[Interval] = list(table.rows[name])
@@ -163,8 +165,8 @@ def states(ax: Axes, table: StateTable) -> Axes:
 
 @drawn(
     name="following-orders",
-    alt="A bar for each thing that happens in a visit: after most strangers' hands the robot waits "
-    "as it should, and half of the tutors are recognised; from then on it is nearly always in the "
+    alt="A bar for each thing that happens in a visit: after nearly all strangers' hands the robot "
+    "waits as it should, and fewer tutors are recognised; from then on it is nearly always in the "
     "state that was ordered.",
     caption="What happens, and the state in which the robot should be then: share of the visits "
     "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. On the "
@@ -178,28 +180,62 @@ def orders(ax: Axes, table: Table) -> Axes:
         of = table[name, "right"]
         ax.barh(k, of.estimate, color=MEANING["right"], height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
-        ax.text(1.03, k, f"{table[name, 'given']:.0f}", va="center", fontsize=10)
+        ax.text(1.03, k, f"{table[name, 'came']:.0f}", va="center", fontsize=10)
     names = [f"{name} → {table[name, 'state']}" for name in table.rows]
     ax.set_yticks(range(len(names)), names)
     ax.set(xlim=(0, 1.0), ylim=(len(names) - 0.4, -0.6), xlabel="in the right state")
     return ax
 
 
-def tracking(axes: np.ndarray, state: views.Followed) -> None:
-    """Draw a picture of the walk, and the overlap over time; axes cleared first."""
+@drawn(
+    name="following-patches",
+    alt="A person from behind. Four rectangles lie on head, both halves of the back and waist; a "
+    "line runs round head and shoulders.",
+    caption="What the follower looks at: four patches of colour, and the outline of head and "
+    "shoulders, where the first picture tells it that the person is.",
+    width=4.4,
+    height=3.3,
+    gridspec_kw=_PHOTO,
+)
+def patches(ax: Axes, shown: SimpleNamespace, rectangles: np.ndarray, outline: np.ndarray) -> Axes:
+    """Draw the patches and the silhouette on the person of a film."""
+    picture(ax, shown.frames[0])
+    left, top, wide, high = shown.boxes[0]
+    middle = np.array([left + wide / 2, top + high / 2])
+    for rectangle in rectangles:
+        box = high * rectangle
+        box[:2] += middle
+        square(ax, box, MEANING["estimate"], linewidth=2.4)
+    half = len(outline) // 2
+    line = middle + high * np.concatenate([outline[:half][::-1], outline[half:]])
+    ax.add_patch(Polygon(line, closed=False, fill=False, edgecolor=MEANING["camera"],
+                         linewidth=2.0, linestyle="--"))  # fmt: skip
+    return ax
+
+
+def tracking(axes: np.ndarray, state: SimpleNamespace) -> None:
+    """Draw a picture of the walk, and on whose trunk the box is over time; axes cleared first."""
     top, below = axes
     for ax in axes:
         ax.clear()
     picture(top, state.image)
     square(top, state.truth, MEANING["truth"], linewidth=2.6, linestyle=":")
     square(top, state.box, MEANING["estimate"], linewidth=2.4)
-    below.plot(state.overlaps, color=MEANING["estimate"])
-    below.axhline(SAME, color=MEANING["expected"], linestyle="--", linewidth=1.3)
+    u, v = state.box[:2] + state.box[2:] / 2
+    top.plot([u], [v], "+", color=MEANING["estimate"], markersize=12, markeredgewidth=2.4)
+    pictures = np.arange(len(state.right))
+    for level, on, meaning in ((1, state.right, "right"), (0, state.wrong & ~state.right, "wrong")):
+        below.plot(pictures[on], np.full(on.sum(), level), "s", color=MEANING[meaning], markersize=5)
+    nobody = ~state.right & ~state.wrong
+    below.plot(pictures[nobody], np.full(nobody.sum(), -1), "s", color=MEANING["expected"],
+               markersize=5)  # fmt: skip
     below.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
-    below.set(xlim=(0, len(state.overlaps) - 1), ylim=(0, 1.02), xlabel="picture", ylabel="overlap")
+    below.set_yticks((1, 0, -1), ("the person", "who passes", "nobody"))
+    below.set(xlim=(-1, len(state.right)), ylim=(-1.6, 1.6), xlabel="picture")
+    below.set_title("held at the end" if state.held else "lost at the end", fontsize=10)
 
 
-def judging(axes: np.ndarray, state: views.Windowed) -> None:
+def judging(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw the window in the picture, as the cascade sees it, and its stages; axes cleared."""
     left, middle, right = axes
     for ax in axes:

@@ -1,12 +1,12 @@
 """The film of the chapter: a whole visit, with the state of the robot below."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.tutor_following import figures as draw
-from robot_perception.chapters.tutor_following import views
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING
@@ -18,11 +18,11 @@ EVERY = 3
 STATES = tuple(draw.PLACES)
 
 
-def whole() -> Shown:
+def whole(shown: Sequence[SimpleNamespace]) -> Shown:
     """Show the visit: picture, what is found in it, the way from above, and the state."""
-    names = [moment.state for moment in views.visited()]
+    names = [moment.state for moment in shown]
     return film(
-        frames(),
+        frames(shown),
         fps=FPS,
         name="following-film",
         poster=names.index("follow") // EVERY + 18,
@@ -35,9 +35,8 @@ def whole() -> Shown:
     )
 
 
-def frames() -> Iterator[Figure]:
+def frames(shown: Sequence[SimpleNamespace]) -> Iterator[Figure]:
     """Yield the pictures of the film, all on one figure."""
-    shown = views.visited()
     levels = np.array([STATES.index(moment.state) for moment in shown])
     ways = np.array([moment.pose[:2] for moment in shown])
     people = np.array([moment.tutor for moment in shown])
@@ -48,7 +47,7 @@ def frames() -> Iterator[Figure]:
     for k in range(0, len(shown), EVERY):
         moment = shown[k]
         top.clear()
-        draw.picture(top, moment.image)
+        draw.picture(top, moment.image())
         draw.seen(top, moment)
         plan.clear()
         plan.plot(-people[: k + 1, 1], people[: k + 1, 0], ":", color=MEANING["truth"])

@@ -1,7 +1,9 @@
 """Real hands before rendered rooms, and a real head followed by patches of colour."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -9,12 +11,11 @@ from jaxtyping import Float, Int64
 
 from data_synth.companion.canvas import lay, photograph, room
 from robot_perception.chapters.tutor_face.scene import CHOOSING
-from robot_perception.chapters.tutor_following.scene import RULES, SAME, hands
-from robot_perception.chapters.tutor_following.walking import FREE, LAST
+from robot_perception.chapters.tutor_following.scene import FREE, RULES, SAME, hands
 from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.tutor import TutorModel, TutorRules, TutorTracker
 from robot_perception.datasets import read_boxes, read_image, read_images
-from robot_perception.evaluation.intervals import proportion
+from robot_perception.evaluation.intervals import Interval, proportion
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
@@ -102,6 +103,8 @@ HEADS = {
     "four, gated": TutorTracker(TutorModel(QUARTERS, None), RULES),
     "four, fixed": TutorTracker(TutorModel(QUARTERS, None), TutorRules(rate=0.0, **FREE)),
 }
+LAST = 10
+"""Pictures at the end of the recording that say whether the head is still followed; ours."""
 RUNS = 10
 """Each tracker follows the head so many times, with other particles."""
 
@@ -165,5 +168,55 @@ def _followed(
     return overlap_in_pairs(np.array(found), boxes)
 
 
+LONGEST = 320
+"""Longest side to which a photograph is brought, px: that of the robot's pictures."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Alarms:
+    """Open hands that the detector sees in photographs without one.
+
+    Parameters
+    ----------
+    counts : (n,)
+        In each photograph.
+    """
+
+    counts: Int64[np.ndarray, " n"]
+
+    def share(self) -> Interval:
+        """Return the share of the photographs with an alarm."""
+        return proportion(int((self.counts > 0).sum()), len(self.counts))
+
+    def row(self) -> list:
+        """Return how many photographs there are, the share with an alarm, and alarms in each."""
+        return [len(self.counts), self.share(), float(self.counts.mean())]
+
+
+def alarms(folder: Path, pattern: str, every: int = 1) -> Alarms:
+    """Look for open hands in every so many photographs of a recording that shows none."""
+    counts = []
+    for file in sorted(folder.glob(pattern))[::every]:
+        image = read_image(file)
+        scale = LONGEST / max(image.shape)
+        size = round(image.shape[1] * scale), round(image.shape[0] * scale)
+        way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        counts.append(len(hands().find(cv2.resize(image, size, interpolation=way))))
+    return Alarms(np.array(counts, dtype=np.int64))
+
+
+def _handless(dataset: str, pattern: str, store: str, every: int = 1) -> Recording[Alarms]:
+    """Return what the detector makes of the photographs of a recording that shows no hand."""
+    return Recording(dataset, partial(alarms, pattern=pattern, every=every), Alarms, store)
+
+
+IN_FACES = _handless("faces_yale", "*.png", "handless-faces")
+IN_HEADS = _handless("head_girl", "img/*.jpg", "handless-girl", every=10)
+IN_STREETS = _handless("kitti_stereo_straight", "image_l/*.png", "handless-street")
+IN_HALLS = _handless("euroc_static_stereo", "cam*/*.png", "handless-hall")
+HANDLESS = MappingProxyType(
+    {"faces": IN_FACES, "a girl's head": IN_HEADS, "a street": IN_STREETS, "a hall": IN_HALLS}
+)
+"""By what the photographs show. The cascade was trained on rendered pictures alone."""
 PHOTOGRAPHS = Recording("hands_hgr1", gestures, Hands, "hands-hgr1")
 GIRL = Recording("head_girl", girl, Girl, "girl-patches")
