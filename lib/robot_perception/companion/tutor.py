@@ -156,7 +156,7 @@ class TutorRules:
     move: float = 0.06
     turn: float = 0.03
     grow: float = 0.03
-    colour_sigma: float = 0.07
+    colour_sigma: float = 0.12
     shape_sigma: float = 3.0
     rate: float = 0.05
     gate: float = 0.35
