@@ -25,9 +25,9 @@ from data_synth.wheels import LARGE, roll
 from data_synth.wheels import Odometry as Report
 from robot_perception.appearance.segmentation import filled
 from robot_perception.arms.body_model import BodyModel
+from robot_perception.book import tutor_following
 from robot_perception.cameras import Pinhole
 from robot_perception.chapters.people_sensors.sessions import rig as rig_with
-from robot_perception.chapters.tutor_following import visiting
 from robot_perception.chapters.tutor_following.scene import CAMERA
 from robot_perception.companion.boxes import overlap
 from robot_perception.companion.interaction import paper_table
@@ -948,7 +948,7 @@ def test_a_robot_on_a_film_does_what_that_of_the_chapter_does(ordering):
     """Its states exactly, on the same pictures; and its places are those of the person."""
     folder, sights, _ = ordering
     said = run(folder, "following.py", "pictures", "out")
-    robot = replace(visiting.robot(visiting.Kind()), recognise=lambda grey, box: "tutor")
+    robot = replace(tutor_following.companion(), recognise=lambda grey, box: "tutor")
     state, rng, states = robot.start(), np.random.default_rng(0), []
     for sight in sights:
         state, _ = robot.step(state, sight.image, rng=rng)
@@ -984,7 +984,7 @@ def test_of_a_faster_film_so_many_pictures_are_used_as_events_count(ordering):
         (folder / "tutors" / name).mkdir(parents=True)
         hall = make_hall(rng)
         for k in range(12):
-            portrait = Image.fromarray(visiting.portrait(somebody, hall, rng))
+            portrait = Image.fromarray(tutor_following.portrait(somebody, hall, rng).image)
             portrait.save(folder / "tutors" / name / f"{k}.png")
     said = run(folder, "following.py", "film.avi", "fast", "--gallery", "tutors")
     assert numbers(said, "pictures:") == [152, 76]

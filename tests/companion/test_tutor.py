@@ -243,14 +243,37 @@ def test_what_is_wrong_is_named(wrong, error, text):
         wrong()
 
 
-def test_colours_count_by_the_mean_square_of_their_distance():
+def test_colours_count_by_the_sum_of_the_squares_of_their_distances():
     image = picture()
     state = TRACKER.start(image, BOX, rng=rng())
     places = MIDDLE + np.array([[8.0, 0, 0, 0], [0, 15, 0, 0], [0, 0, 0.2, 10]])
     seen, _ = TRACKER._colours(image, places)
     squared = bhattacharyya(seen, state.reference) ** 2
-    expected = [-one.mean() / (2 * TRACKER.rules.colour_sigma**2) for one in squared]
+    expected = [-one.sum() / (2 * TRACKER.rules.colour_sigma**2) for one in squared]
     np.testing.assert_allclose(TRACKER.log_likelihood(image, places, state.reference), expected)
+
+
+def test_a_patch_that_is_there_twice_counts_twice():
+    """Eq. (1): the likelihood is a product over the measures."""
+    image, places = picture(), MIDDLE + np.array([[8.0, 0, 0, 0], [0, 15, 0, 0]])
+    logs = []
+    for patches in (PATCHES[:1], PATCHES[1:2], PATCHES[[0, 1]], PATCHES[[0, 0]]):
+        tracker = TutorTracker(TutorModel(patches, None))
+        reference = tracker.start(image, BOX, rng=rng()).reference
+        logs.append(tracker.log_likelihood(image, places, reference))
+    np.testing.assert_allclose(logs[2], logs[0] + logs[1])
+    np.testing.assert_allclose(logs[3], 2 * logs[0])
+
+
+@pytest.mark.parametrize("tall", [40.0, 100.0, 200.0])
+def test_the_motion_is_in_proportion_to_the_person(tall):
+    """A person twice as near moves twice as far in the picture."""
+    rules = TutorRules(particles=20_000, move=0.1)
+    tracker = TutorTracker(TutorModel(contour=None), rules)
+    box = np.array([160 - tall / 4, 120 - tall / 2, tall / 2, tall])
+    states = tracker.start(picture(), box, rng=rng()).particles.states
+    np.testing.assert_allclose(states[:, :2].std(axis=0), 0.1 * tall, rtol=0.03)
+    assert np.log(states[:, 3] / tall).std() == pytest.approx(rules.grow, rel=0.03)
 
 
 def test_while_the_person_is_hidden_no_patch_learns_however_well_it_fits():

@@ -225,7 +225,9 @@ def tracking(axes: np.ndarray, state: SimpleNamespace) -> None:
     top.plot([u], [v], "+", color=MEANING["estimate"], markersize=12, markeredgewidth=2.4)
     pictures = np.arange(len(state.right))
     for level, on, meaning in ((1, state.right, "right"), (0, state.wrong & ~state.right, "wrong")):
-        below.plot(pictures[on], np.full(on.sum(), level), "s", color=MEANING[meaning], markersize=5)
+        below.plot(
+            pictures[on], np.full(on.sum(), level), "s", color=MEANING[meaning], markersize=5
+        )
     nobody = ~state.right & ~state.wrong
     below.plot(pictures[nobody], np.full(nobody.sum(), -1), "s", color=MEANING["expected"],
                markersize=5)  # fmt: skip
