@@ -146,7 +146,6 @@ COUNTS = MappingProxyType(
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("tutor_face", "eight people"): "of the Yale faces that are read",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
-        ("tutor_following", "eight pictures"): "for which a hand must be seen, a rule",
         ("tutor_following", "25 pictures"): "given in an exercise",
     }
 )
@@ -215,7 +214,7 @@ SHARES = MappingProxyType(
         ("recordings_robots", "one chance in ten thousand"): 1 - mrclam.LEVEL,
         ("tutor_face", "one film in five"): 1 - least("identity-keeps-link"),
         ("tutor_face", "four in ten"): seen("eigenfaces", "strangers accepted"),
-        ("tutor_following", "two in three"): 1 - cell("hand-detector", "tones", "6", "face"),
+        ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "Four in ten"): seen("eigenfaces", "strangers accepted"),
     }
 )

@@ -264,6 +264,19 @@ def test_the_code_is_that_of_the_module(stored):
     assert said["function"] == f"{__name__}.compute"
 
 
+def test_the_code_of_a_function_of_study_cells_is_what_it_reaches(folder, monkeypatch):
+    def of_cells(count: int, scale: float = 2.0) -> tuple[float, ...]:
+        return compute(count, scale)
+
+    of_cells.__module__ = "robot_perception.book.tutor_following"
+    monkeypatch.setattr(module, "code_of", lambda function: f"cells of {function.__name__}")
+    file = made(of_cells).write()
+    assert json.loads(file.with_suffix(".json").read_text())["code"] == "cells of of_cells"
+    assert made(of_cells).is_current()
+    monkeypatch.setattr(module, "code_of", lambda function: "edited")
+    assert not made(of_cells).is_current()
+
+
 def test_keys_are_renewed_only_if_the_results_are_the_same(stored, monkeypatch):
     before = stored.read_bytes()
     monkeypatch.setattr(module, "code_digest", lambda name: "other code")
