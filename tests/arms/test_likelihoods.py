@@ -18,6 +18,7 @@ from robot_perception.arms.likelihoods import (
     LimitCue,
     PatchCue,
     StabiliserCue,
+    apart,
     confidences,
     edge_weight,
     look,
@@ -308,3 +309,52 @@ def test_pictures_must_hold_bytes():
         look(IMAGE.astype(float))
     with unchecked(), pytest.raises(TypeError, match="before must be an array of bytes"):
         look(IMAGE, grey(IMAGE).astype(float))
+
+
+MOVING = look(painted(shift=4), grey(IMAGE))
+BODIES = Bodies(MODEL, STATES)
+
+
+@pytest.mark.parametrize(
+    "cue",
+    [
+        EdgeCue(weight=0.7),
+        EdgeCue(gain=0.5, price=None),
+        PatchCue(PATCHES, REFERENCE, weights=np.arange(1.0, 7.0)),
+        StabiliserCue(0.15),
+    ],
+)
+def test_a_cue_is_the_sum_of_what_it_says_of_each_arm(cue):
+    """A product over arms: another pose of one arm that hides nothing leaves the other factor."""
+    arms = cue.arms(MOVING, BODIES)
+    np.testing.assert_allclose(arms.sum(axis=1), cue(MOVING, BODIES), rtol=1e-10)
+    states = np.tile(REST, (2, 1))
+    states[1, 4] += 0.4  # the right arm, sideways
+    left, right = cue.arms(MOVING, Bodies(MODEL, states)).T
+    assert right[0] != right[1]
+    if not (isinstance(cue, EdgeCue) and cue.price is None):  # whose points are counted together
+        np.testing.assert_allclose(left[0], left[1], rtol=1e-12)
+
+
+def test_a_cue_that_does_not_know_of_arms_is_about_both_and_limits_are_each_arms_own():
+    beyond = np.tile(REST, (3, 1))
+    beyond[1, 3], beyond[2, 7] = -1.0, -1.0  # elbows that bend backwards, left and right
+    cross = np.tile([0.3, 1.2, 2.9, 1.4], 2)[None]
+    cues = {"limits": LimitCue(7.0), "collisions": CollisionCue(3.0)}
+    cues["one"] = lambda seen, bodies: bodies.states[:, 0]
+    found = apart(cues, SEEN, Bodies(MODEL, np.r_[beyond, cross]))
+    np.testing.assert_array_equal(found["limits"][:3], [[0, 0], [-7, 0], [0, -7]])
+    np.testing.assert_array_equal(found["collisions"][[0, 3]], [[0, 0], [-3, -3]])
+    np.testing.assert_array_equal(found["one"], np.tile([*REST[:1]] * 3 + [0.3], (2, 1)).T)
+    with unchecked(), pytest.raises(ValueError, match="arms"):
+        apart({"bad": Halved()}, SEEN, BODIES)
+
+
+class Halved:
+    """A cue whose arms are not two."""
+
+    def __call__(self, seen, bodies):
+        return np.zeros(len(bodies))
+
+    def arms(self, seen, bodies):
+        return np.zeros((len(bodies), 3))

@@ -331,3 +331,65 @@ def test_the_body_stands_where_the_face_says():
     wanted = BodyModel.from_face(FILM.face, CAMERA).middle
     np.testing.assert_array_equal(state.first.model.middle, wanted)
     assert set(state.bounds) == set(BOUNDS)
+
+
+class Pulled:
+    """A normal likelihood of each angle about a goal, of its own width for each arm."""
+
+    def __init__(self, goal, widths):
+        self.goal, self.widths = goal, np.asarray(widths)
+
+    def arms(self, seen, bodies):
+        off = (bodies.states - self.goal).reshape(len(bodies), 2, 4)
+        return -(off**2).sum(axis=2) / (2 * self.widths**2)
+
+    def __call__(self, seen, bodies):
+        return self.arms(seen, bodies).sum(axis=1)
+
+
+def one_step(filter, cue, particles, seed=2):
+    tracker = ArmTracker(
+        CAMERA,
+        rules=ArmRules(filter=filter, particles=particles),
+        cues={"pull": lambda first: cue},
+        bounds={},
+    )
+    start = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+    return tracker.step(start, FILM.frames[1], rng=rng(seed))
+
+
+def test_arms_drawn_apart_have_the_mean_and_spread_of_a_kalman_filter():
+    goal, widths = REST + 0.15, np.array([0.2, 0.4])
+    state, info = one_step("apart", Pulled(goal, widths), 40_000)
+    noise = np.tile(ArmRules().noise, 2)
+    prior = noise**2 * (1 + 0.3**2)
+    own = np.repeat(widths, 4) ** 2
+    np.testing.assert_allclose(state.mean, REST + 0.15 * prior / (prior + own), atol=0.01)
+    np.testing.assert_allclose(state.spread**2, prior * own / (prior + own), rtol=0.06)
+    left, right = state.particles.states[:, :4], state.particles.states[:, 4:]
+    assert np.abs(np.corrcoef(left.T, right.T)[:4, 4:]).max() < 0.03, "arms are paired at random"
+    assert np.ptp(state.particles.log_weights) == 0
+    assert info.effective < 40_000
+
+
+def test_an_arm_that_fits_is_kept_whatever_the_other_one_does():
+    """Of one draw of both arms few particles count; of each arm apart many more do."""
+    cue = Pulled(REST + 0.1, [0.08, 0.08])
+    both, alone = (one_step(name, cue, 400)[1].effective for name in ("condensation", "apart"))
+    assert alone > 3 * both
+    one = one_step("apart", Pulled(REST + 0.1, [0.08, 1e3]), 400)[1].effective
+    assert one == pytest.approx(alone, rel=0.3), "the number is that of the arm that has fewer"
+
+
+def test_an_arm_beyond_a_limit_does_not_cost_the_other_one():
+    """A particle whose left arm cannot be passes its right arm on."""
+    tracker = ArmTracker(CAMERA, rules=ArmRules(particles=20, filter="apart"),
+                         cues={"pull": lambda first: Pulled(REST, [1.0, 1.0])})  # fmt: skip
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+    states = np.tile(REST, (4, 1))
+    states[1, 3], states[2, [3, 7]], states[3, 4] = -1.0, -1.0, REST[4] + 0.2
+    picture = Picture(state, look(FILM.frames[1]), tracker.rules)
+    logs = picture.log_likelihoods(states)
+    np.testing.assert_allclose(logs[:, 0], [0, -30, -30, 0], atol=1e-12)
+    np.testing.assert_allclose(logs[:, 1], [0, 0, -30.02, -0.02], atol=1e-12)
+    assert picture.share == 0.25, "where neither arm can be nothing is measured"

@@ -314,9 +314,13 @@ class BodyModel:
 
     def possible(self, states: States) -> Bool[np.ndarray, " m"]:
         """Tell which states are within the limits of the joints."""
+        return self.possible_arms(states).all(axis=1)
+
+    def possible_arms(self, states: States) -> Bool[np.ndarray, "m 2"]:
+        """Tell of each arm whether it is within the limits of its joints."""
         states = _states(states).reshape(-1, 2, 4)
         low, high = self.limits.T
-        return ((states >= low) & (states <= high)).all(axis=(1, 2))
+        return ((states >= low) & (states <= high)).all(axis=2)
 
     def collides(self, states: States) -> Bool[np.ndarray, " m"]:
         r"""Tell in which states a limb goes through trunk, head or the other arm.

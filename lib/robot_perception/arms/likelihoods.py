@@ -39,6 +39,7 @@ __all__ = [
     "Look",
     "PatchCue",
     "StabiliserCue",
+    "apart",
     "confidences",
     "edge_weight",
     "look",
@@ -406,6 +407,18 @@ class EdgeCue:
         distances = self.distances(seen, bodies)
         return self.weight * mean_square(distances, bodies.contours.visible, self.sigma, self.price)
 
+    def arms(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m 2"]:
+        """Return what each arm has of the logarithm: the terms of its own points."""
+        distances, visible = self.distances(seen, bodies), bodies.contours.visible
+        if self.price is None:
+            points = visible.sum(axis=1, keepdims=True).clip(1)
+            squares = np.where(visible, distances, 0.0) ** 2
+        else:
+            points = visible.shape[1]
+            squares = np.where(visible, distances, self.price) ** 2
+        each = squares.reshape(len(bodies), 2, -1).sum(axis=2)
+        return -self.weight * each / points / (2 * self.sigma**2)
+
 
 @final
 @dataclass(frozen=True, eq=False, slots=True)
@@ -480,6 +493,11 @@ class PatchCue:
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""
         return -(self.squared(seen, bodies) @ self.weights) / (2 * self.sigma**2)
+
+    def arms(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m 2"]:
+        """Return what each arm has of the logarithm: the terms of its own patches."""
+        own = (self.patches.limbs[:, None] // 3 == np.arange(2)) * self.weights[:, None]
+        return -(self.squared(seen, bodies) @ own) / (2 * self.sigma**2)
 
 
 def _sum(terms: np.ndarray) -> np.ndarray:
@@ -575,6 +593,12 @@ class StabiliserCue:
         """Return the logarithm of a likelihood for each state."""
         return -self.strength * ((bodies.states - self.rest) ** 2).sum(axis=1)
 
+    def arms(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m 2"]:
+        """Return what each arm has of the logarithm: the terms of its own angles."""
+        _both(seen, bodies)
+        squares = (bodies.states - self.rest) ** 2
+        return -self.strength * squares.reshape(len(bodies), 2, 4).sum(axis=2)
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -623,6 +647,11 @@ class LimitCue:
         """Return the logarithm of a likelihood for each state."""
         return -self.strength * ~bodies.model.possible(bodies.states)
 
+    def arms(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m 2"]:
+        """Return the logarithm of each arm by its own joints."""
+        _both(seen, bodies)
+        return -self.strength * ~bodies.model.possible_arms(bodies.states)
+
 
 def _both(seen: Look, bodies: Bodies) -> None:
     checks.instance("seen", seen, Look)
@@ -654,6 +683,34 @@ def summed(cues: Mapping[str, Cue], seen: Look, bodies: Bodies) -> dict[str, Log
         name: checks.array(f"cues[{name!r}](look, bodies)", cue(seen, bodies), (len(bodies),))
         for name, cue in cues.items()
     }
+
+
+def apart(
+    cues: Mapping[str, Cue], seen: Look, bodies: Bodies
+) -> dict[str, Float[np.ndarray, "m 2"]]:
+    r"""Return what each cue says of each of the two arms, by the cue's name.
+
+    Where the likelihood of a state is a product over its arms,
+
+    .. math:: p(z \mid x) \propto p_l(z \mid x_l) \, p_r(z \mid x_r),
+
+    a cue has a method ``arms`` that returns the logarithms of both factors. A cue without one, such
+    as that of collisions, is about both arms at once: each gets all that it says.
+
+    Parameters and errors are those of `summed`.
+    """
+    _both(seen, bodies)
+    checks.instance("cues", cues, Mapping)
+    found = {}
+    for name, cue in cues.items():
+        checks.instance(f"cues[{name!r}]", cue, Callable)
+        if hasattr(cue, "arms"):
+            value = checks.array(f"cues[{name!r}].arms", cue.arms(seen, bodies), (len(bodies), 2))
+        else:
+            whole = checks.array(f"cues[{name!r}](look, bodies)", cue(seen, bodies), (len(bodies),))
+            value = np.repeat(whole[:, None], 2, axis=1)
+        found[name] = value
+    return found
 
 
 @no_type_check

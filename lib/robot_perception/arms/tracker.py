@@ -33,6 +33,7 @@ from robot_perception.arms.likelihoods import (
     Look,
     PatchCue,
     StabiliserCue,
+    apart,
     confidences,
     edge_weight,
     look,
@@ -44,7 +45,14 @@ from robot_perception.companion.boxes import check_box, colour_picture
 from robot_perception.companion.cues import patch_histograms
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
-from robot_perception.particles import StepInfo, auxiliary, condensation, importance
+from robot_perception.particles import (
+    StepInfo,
+    auxiliary,
+    condensation,
+    effective_number,
+    importance,
+    systematic,
+)
 
 with needing():
     import cv2
@@ -329,6 +337,27 @@ class Picture:
             logs[free] = measured
         return logs
 
+    def log_likelihoods(self, states: States) -> Float[np.ndarray, "m 2"]:
+        """Return the logarithm of the likelihood of both arms of each state, as `apart` has them.
+
+        An arm that breaks a bound is taken to be as bad as the worst of the others, and worse by
+        what the bound says; a state is not measured if both of its arms do.
+        """
+        model, states = self.state.first.model, checks.array("states", states, ("m", 8))
+        bounds = apart(self.state.bounds, self.seen, Bodies(model, states))
+        logs = sum(bounds.values(), start=np.zeros((len(states), 2)))
+        free = logs == 0
+        asked = free.any(axis=1)
+        self.share = 1 - float(asked.mean())
+        if asked.any():
+            found = apart(self.state.cues, self.seen, Bodies(model, states[asked]))
+            measured = np.zeros((len(states), 2))
+            measured[asked] = sum(found.values(), start=np.zeros((int(asked.sum()), 2)))
+            for arm in range(2):
+                worst = measured[free[:, arm], arm].min(initial=0.0)
+                logs[:, arm] += np.where(free[:, arm], measured[:, arm], worst)
+        return logs
+
 
 def _auxiliary(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet, StepInfo]:
     return auxiliary(
@@ -339,6 +368,24 @@ def _auxiliary(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet,
 
 def _condensation(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet, StepInfo]:
     return condensation(picture.state.particles, picture.move, picture.log_likelihood, rng=rng)
+
+
+def _apart(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet, StepInfo]:
+    """Move all, weigh each arm by what the cues say of it, and draw the arms apart.
+
+    A pair of a good left arm and a bad right one passes its left arm on. Drawn arms are paired at
+    random, so the particles are of one weight, and an arm has as many guesses as both.
+    """
+    prior = picture.state.particles
+    states = picture.move(prior.states, rng)
+    logs = prior.log_weights[:, None] + picture.log_likelihoods(states)
+    weights = np.exp(logs - logs.max(axis=0))
+    count = len(states)
+    drawn = np.stack([rng.permutation(systematic(own, count, rng=rng)) for own in weights.T])
+    pairs = np.hstack([states[drawn[arm], 4 * arm : 4 * arm + 4] for arm in range(2)])
+    effective = float(effective_number(logs.T).min())
+    evidence = float(np.log(weights.mean(axis=0)).sum() + logs.max(axis=0).sum())
+    return ParticleSet.uniform(pairs), StepInfo(effective, True, drawn[0], evidence)
 
 
 def _importance(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet, StepInfo]:
@@ -361,11 +408,17 @@ def _importance(picture: Picture, rng: np.random.Generator) -> tuple[ParticleSet
 
 FILTERS: Mapping[str, Callable[[Picture, np.random.Generator], tuple[ParticleSet, StepInfo]]] = (
     MappingProxyType(
-        {"auxiliary": _auxiliary, "condensation": _condensation, "importance": _importance}
+        {
+            "auxiliary": _auxiliary,
+            "condensation": _condensation,
+            "importance": _importance,
+            "apart": _apart,
+        }
     )
 )
 """How particles are brought to a new picture: looking ahead by the patches, as the paper does;
-moved and weighed; or moved towards the hands' colours, with the weights that makes right."""
+moved and weighed; moved towards the hands' colours, with the weights that makes right; or moved and
+weighed for each arm by itself. The first three draw both arms of a particle at once."""
 
 
 @final

@@ -63,6 +63,7 @@ CALLS = {
     body_model.BodyModel.joints: lambda: call(MODEL, STATES),
     body_model.BodyModel.pixels: lambda: call(MODEL, np.array([[0.1, 0.2, 1.0]])),
     body_model.BodyModel.possible: lambda: call(MODEL, STATES),
+    body_model.BodyModel.possible_arms: lambda: call(MODEL, STATES),
     body_model.BodyModel.collides: lambda: call(MODEL, STATES),
     body_model.BodyModel.contours: lambda: call(MODEL, STATES),
     body_model.BodyModel.surface: lambda: call(MODEL, STATES, PATCHES),
@@ -88,6 +89,12 @@ CALLS = {
     likelihoods.StabiliserCue: lambda: call(0.2, REST),
     likelihoods.CollisionCue: lambda: call(20.0),
     likelihoods.LimitCue: lambda: call(20.0),
+    likelihoods.EdgeCue.arms: lambda: call(EDGE, SEEN, BODIES),
+    likelihoods.PatchCue.arms: lambda: call(PATCH, SEEN, BODIES),
+    likelihoods.StabiliserCue.arms: lambda: call(likelihoods.StabiliserCue(), SEEN, BODIES),
+    likelihoods.LimitCue.arms: lambda: call(likelihoods.LimitCue(), SEEN, BODIES),
+    tracker.Picture.log_likelihoods: lambda: call(PICTURE, STATES),
+    likelihoods.apart: lambda: call({"edges": EDGE}, SEEN, BODIES),
     likelihoods.summed: lambda: call({"edges": EDGE}, SEEN, BODIES),
     tracker.ArmRules: lambda: call(
         4, (0.1, 0.1, 0.2, 0.2), "auxiliary", likelihoods.EdgeRules(), ("colour",), 8, 1, 2.5, 0.35
