@@ -1,13 +1,13 @@
 """Films of people who point and gesture before a camera that stands still."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from data_synth._checks import array, generator, instance, number, whole
-from data_synth.arms.bodies import SIDES, Person, Stage, make_person
+from data_synth.arms.bodies import SIDES, Build, Person, Stage, make_person
 from data_synth.coloured.filming import one_of
 from data_synth.companion.canvas import lay, photograph, room
 from data_synth.companion.faces import make_identity
@@ -15,12 +15,14 @@ from data_synth.companion.walking import body_sprite, make_clothes
 
 __all__ = ["REST", "ArmFilm", "ArmScene", "film_arms", "make_motion"]
 
-KINDS = ("pointing", "gesturing", "pausing", "still")
+KINDS = ("pointing", "gesturing", "pausing", "still", "near")
 REST = np.array([0.24, 0.05, 1.2, 0.25])
 """Angles of an arm at rest, rad."""
 LEAST = np.array([0.15, -0.10, -0.1, 0.05])
 MOST = np.array([2.1, 1.2, 2.6, 2.1])
 """Between which the key poses are drawn, rad."""
+CLOSE = 0.04
+"""So near a limb comes to another part of the body in films of the kind "near", m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,8 @@ class ArmScene:
     ----------
     kind
         ``"pointing"``: one arm after the other points; ``"gesturing"``: both move; ``"pausing"``:
-        they move, stop for a third of the film, and move; ``"still"``.
+        they move, stop for a third of the film, and move; ``"still"``; ``"near"``: both move from
+        one pose to the next in which a hand or a forearm is close to trunk, head or other arm.
     clutter
         How many things stand or hang behind the person.
     passers
@@ -40,6 +43,9 @@ class ArmScene:
         By which share the light changes in the course of the film, to and fro.
     pace
         Of all motion; 1 is a gesture in a good second.
+    varied
+        By how much people differ beyond a few percent: standard deviation of the logarithms of
+        their measures, and half of that of the angles (rad) in which they begin and rest.
     """
 
     kind: str = "gesturing"
@@ -47,6 +53,7 @@ class ArmScene:
     passers: int = 0
     light: float = 0.0
     pace: float = 1.0
+    varied: float = 0.0
 
     def __post_init__(self) -> None:
         one_of("kind", self.kind, KINDS)
@@ -54,6 +61,7 @@ class ArmScene:
         whole("passers", self.passers, 0, 20)
         number("light", self.light, 0.0, 0.9)
         number("pace", self.pace, 0.05, 10.0)
+        number("varied", self.varied, 0.0, 0.3)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,7 +123,9 @@ def film_arms(
     scene = ArmScene() if scene is None else instance("scene", scene, ArmScene)
     stage = Stage() if stage is None else instance("stage", stage, Stage)
     drawn = make_person(rng, make_identity(rng))
-    person = drawn if person is None else instance("person", person, Person)
+    if person is None:
+        person = _varied(rng, drawn, scene.varied)
+    instance("person", person, Person)
     if angles is None:
         angles = make_motion(rng, frames, scene, person)
     angles = array("angles", angles, (frames, 8), 10.0)
@@ -150,14 +160,15 @@ def make_motion(
     frames = whole("frames", frames, 1, 10_000)
     instance("scene", scene, ArmScene)
     instance("person", person, Person)
-    rest = np.tile(REST, 2)
+    rest, begin = _rests(rng, person, scene.varied)
     if scene.kind == "still":
         return np.tile(_pose(rng, person, rest, SIDES), (frames, 1))
-    times, poses = [0.0], [rest]
+    times, poses = [0.0], [begin]
     side = int(rng.choice(SIDES))
     while times[-1] < frames:
         both = SIDES if scene.kind != "pointing" else (side,)
-        pose = _pose(rng, person, rest if scene.kind == "pointing" else poses[-1], both)
+        before = rest if scene.kind == "pointing" else poses[-1]
+        pose = _pose(rng, person, before, both, near=scene.kind == "near")
         if scene.kind == "pointing":
             pose[[2, 3] if side < 0 else [6, 7]] *= [1.0, 0.25]  # a straight arm points
         way = np.linspace(poses[-1], pose, 9)
@@ -178,33 +189,64 @@ def make_motion(
 
 
 def _pose(
-    rng: np.random.Generator, person: Person, before: np.ndarray, sides: tuple[int, ...]
+    rng: np.random.Generator,
+    person: Person,
+    before: np.ndarray,
+    sides: tuple[int, ...],
+    near: bool = False,
 ) -> np.ndarray:
     """Return a pose that the body can take, with the arms of some sides in other places."""
     for _ in range(1000):
         pose = before.copy()
         for side in sides:
             pose[2 * (side + 1) : 2 * (side + 1) + 4] = rng.uniform(LEAST, MOST)
-        if not _hits(person, pose):
+        if not _hits(person, pose) and (not near or _hits(person, pose, CLOSE)):
             return pose
     raise RuntimeError("no pose without a collision in 1000 draws")  # pragma: no cover
 
 
-def _hits(person: Person, pose: np.ndarray) -> bool:
-    """Tell whether a forearm or a hand goes through trunk, head or the other arm."""
+def _varied(rng: np.random.Generator, person: Person, by: float) -> Person:
+    """Return somebody of another build; the generator's own stream stays where it is."""
+    if by == 0:
+        return person
+    own = rng.spawn(1)[0]
+    measures = {name: value * float(np.exp(by * own.standard_normal()))
+                for name, value in asdict(person.build).items()}  # fmt: skip
+    return replace(person, build=Build(**measures))
+
+
+def _rests(rng: np.random.Generator, person: Person, by: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pose of rest and the one at the beginning (8,), rad."""
+    rest = np.tile(REST, 2)
+    if by == 0:
+        return rest, rest
+    own, found = rng.spawn(1)[0], []
+    while len(found) < 2:
+        pose = rest + 2 * by * own.standard_normal(8)
+        pose = np.clip(pose, np.tile(LEAST, 2), np.tile(MOST, 2))
+        if not _hits(person, pose):
+            found.append(pose)
+    return found[0], found[1]
+
+
+def _hits(person: Person, pose: np.ndarray, more: float = 0.0) -> bool:
+    """Tell whether a forearm or a hand goes through trunk, head or the other arm.
+
+    With ``more`` all of them are wider by that, m.
+    """
     joints = person.joints(pose, np.zeros(3))
     share = np.linspace(0.0, 1.0, 9)[:, None]
     arms = [np.concatenate([a + share * (b - a) for a, b in pairwise(arm)])
             for arm in joints]  # fmt: skip
     for arm in arms:
         far = arm[9:]
-        trunk = (far[:, 0] / 0.22) ** 2 + (far[:, 2] / 0.17) ** 2 < 1
+        trunk = (far[:, 0] / (0.22 + more)) ** 2 + (far[:, 2] / (0.17 + more)) ** 2 < 1
         if (trunk & (far[:, 1] > -0.05)).any():
             return True
-        if (np.linalg.norm(far - [0, -person.build.drop, 0], axis=1) < 0.16).any():
+        if (np.linalg.norm(far - [0, -person.build.drop, 0], axis=1) < 0.16 + more).any():
             return True
     gaps = np.linalg.norm(arms[0][:, None] - arms[1][None], axis=-1)
-    return bool(gaps.min() < 0.11)
+    return bool(gaps.min() < 0.11 + more)
 
 
 class _Walker:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from data_synth.arms.bodies import SIDES, Build, Person, make_outfit
-from data_synth.arms.gestures import REST, ArmScene, film_arms, make_motion
+from data_synth.arms.gestures import REST, ArmScene, _hits, film_arms, make_motion
 from data_synth.companion.faces import make_identity
 
 WHO = make_identity(np.random.default_rng(0), tone=1)
@@ -104,3 +104,29 @@ def test_what_cannot_be_is_refused():
         ArmScene("dancing")
     with pytest.raises(ValueError, match="angles must be"):
         film_arms(np.random.default_rng(0), 2, angles=np.zeros((3, 8)))
+
+
+def test_people_who_vary_have_builds_and_rests_of_their_own_and_the_same_clothes():
+    plain, varied = (
+        film_arms(np.random.default_rng(7), 2, ArmScene("pointing", varied=by)) for by in (0, 0.1)
+    )
+    assert plain.person.outfit.seed == varied.person.outfit.seed
+    assert plain.person.build != varied.person.build
+    np.testing.assert_array_equal(plain.angles[0], np.tile(REST, 2))
+    assert np.abs(varied.angles[0] - np.tile(REST, 2)).max() > 0.05
+    builds = [
+        film_arms(np.random.default_rng(seed), 1, ArmScene("still", varied=0.2)).person.build
+        for seed in range(30)
+    ]
+    assert 0.12 < np.std(np.log([build.upper for build in builds])) < 0.3
+
+
+def test_hands_near_the_body_are_near_it_and_do_not_go_through_it():
+    scene = ArmScene("near")
+    person = film_arms(np.random.default_rng(3), 1).person
+    for seed in range(4):
+        motion = make_motion(np.random.default_rng(seed), 60, scene, person)
+        assert not any(_hits(person, pose) for pose in motion)
+        assert np.mean([_hits(person, pose, 0.05) for pose in motion]) > 0.15
+    free = make_motion(np.random.default_rng(0), 60, ArmScene("gesturing"), person)
+    assert np.mean([_hits(person, pose, 0.05) for pose in free]) < 0.3
