@@ -21,8 +21,9 @@ REST = np.array([0.24, 0.05, 1.2, 0.25])
 LEAST = np.array([0.15, -0.10, -0.1, 0.05])
 MOST = np.array([2.1, 1.2, 2.6, 2.1])
 """Between which the key poses are drawn, rad."""
-CLOSE = 0.04
-"""So near a limb comes to another part of the body in films of the kind "near", m."""
+CLOSE, TOUCHING = 0.0, -0.03
+"""In films of the kind "near" limbs come so near to other parts of the body, m; elsewhere they keep
+off them by the second number more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +165,7 @@ def make_motion(
     if scene.kind == "still":
         return np.tile(_pose(rng, person, rest, SIDES), (frames, 1))
     times, poses = [0.0], [begin]
-    side = int(rng.choice(SIDES))
+    side, least = int(rng.choice(SIDES)), TOUCHING if scene.kind == "near" else 0.0
     while times[-1] < frames:
         both = SIDES if scene.kind != "pointing" else (side,)
         before = rest if scene.kind == "pointing" else poses[-1]
@@ -172,7 +173,7 @@ def make_motion(
         if scene.kind == "pointing":
             pose[[2, 3] if side < 0 else [6, 7]] *= [1.0, 0.25]  # a straight arm points
         way = np.linspace(poses[-1], pose, 9)
-        if any(_hits(person, each) for each in way):
+        if any(_hits(person, each, least) for each in way):
             continue
         lasts = 15 * rng.uniform(0.8, 1.5) / scene.pace
         times.append(times[-1] + lasts)
@@ -196,13 +197,15 @@ def _pose(
     near: bool = False,
 ) -> np.ndarray:
     """Return a pose that the body can take, with the arms of some sides in other places."""
-    for _ in range(1000):
+    for _ in range(20_000):
         pose = before.copy()
         for side in sides:
             pose[2 * (side + 1) : 2 * (side + 1) + 4] = rng.uniform(LEAST, MOST)
-        if not _hits(person, pose) and (not near or _hits(person, pose, CLOSE)):
+        if not _hits(person, pose, TOUCHING if near else 0.0) and (
+            not near or _hits(person, pose, CLOSE)
+        ):
             return pose
-    raise RuntimeError("no pose without a collision in 1000 draws")  # pragma: no cover
+    raise RuntimeError("no pose without a collision in 20 000 draws")  # pragma: no cover
 
 
 def _varied(rng: np.random.Generator, person: Person, by: float) -> Person:

@@ -16,8 +16,8 @@ from robot_perception.arms.likelihoods import (
     look,
 )
 from robot_perception.arms.tracker import ArmTracker
-from robot_perception.chapters.arm_tracking.timing import IMAGES, SHAPES, WHOLE
 from robot_perception.chapters.arm_tracking.tracking import CAMERA
+from robot_perception.chapters.arm_tracking.views import IMAGES, SHAPES, WHOLE
 from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
 from tests.benchmarks.harness import Row, Timing
 

@@ -1,39 +1,25 @@
-"""What the chapter tells a reader to find, in every state of its explorers."""
+"""What the chapter tells a reader to find, beyond what its explorers assert themselves."""
 
 import numpy as np
+import pytest
 
-from robot_perception.chapters.arm_tracking import bets, views
-from robot_perception.chapters.arm_tracking.explorers import counted, cued
-from tests.chapters.findings import ExplorerTests
-from tests.chapters.ledger import recorded
-
-
-class TestExplorers(ExplorerTests):
-    explorers = (counted, cued)
-
-
-def test_in_clutter_all_cues_hold_both_arms_and_contours_alone_hold_none():
-    for setting in cued.parameters():
-        if setting["behind"] == "clutter":
-            held = cued.state(**setting).held
-            if setting["way"] == "all cues":
-                assert held == 2
-            if setting["way"] == "contours only":
-                assert held == 0
-
-
-def test_at_least_one_arm_is_held_whatever_filter_and_particles():
-    for setting in counted.parameters():
-        assert counted.state(**setting).held >= 1
-        if setting["particles"] >= 200:
-            assert counted.state(**setting).held == 2
+from robot_perception.arms.likelihoods import Bodies, apart, look, summed
+from robot_perception.arms.tracker import ArmRules, ArmTracker
+from robot_perception.book import arm_tracking as page
+from robot_perception.chapters.arm_tracking import views
+from robot_perception.particles import effective_number
 
 
 def test_presets_show_what_the_page_says():
-    named = {name: cued.state(**{**cued.default, **v}) for name, v in cued.presets.items()}
+    cued = page.cued
+    named = {name: cued.state(**{**cued.default, **v}).drawn for name, v in cued.presets.items()}
     assert named["all cues"].held == 2
     assert named["no patches"].held < 2
-    assert named["no motion"].held == 2
+    few = {name: page.counted_state(name, 50, 32).drawn.held for name in views.FILTERS}
+    assert few["auxiliary"] == 2
+    assert few["condensation"] == 1
+    assert page.cued_state("no motion", "bare wall", 40).drawn.held == 1
+    assert page.cued_state("no motion", "clutter", 40).drawn.held == 2
 
 
 def test_the_film_of_pointing_holds_both_arms():
@@ -42,18 +28,36 @@ def test_the_film_of_pointing_holds_both_arms():
     assert np.ptp(state.sticks[:, 2, 1]) > 40, "one arm is lifted"
 
 
-def test_the_right_answers_of_the_bets_are_what_is_computed():
-    found = recorded()["clutter"].evidence
-    losses = {way: found[f"all cues less {way}"].estimate
-              for way in ("no patches", "no motion", "no stabiliser")}  # fmt: skip
-    assert bets.CLUTTERED["right"] == "patches of colour and texture"
-    assert losses["no patches"] == max(losses.values())
-    assert bets.FILTERED["right"] == "hardly"
-    ratio = recorded()["apf-400"].evidence["auxiliary over condensation, 400 particles"]
-    assert 0.8 < ratio.estimate < 1.25
-
-
 def test_words_say_how_far_off_the_wrists_are():
-    words = cued.state(way="contours only", behind="clutter", time=40).words()
+    words = page.cued.state(way="contours only", behind="clutter", time=40).drawn.words()
     assert "neither arm is held" in words
     assert "Picture 40" in words
+
+
+def test_the_factors_of_both_arms_are_the_likelihood_of_the_page():
+    shown, state = views.first()
+    seen, bodies = look(shown.frames[1], state.grey), Bodies(state.first.model, shown.angles[:9])
+    whole = sum(summed(state.cues, seen, bodies).values())
+    parts = sum(apart(state.cues, seen, bodies).values())
+    np.testing.assert_allclose(parts.sum(axis=1), whole, rtol=1e-10)
+
+
+def test_more_particles_count_where_arms_are_drawn_apart():
+    shown, start = views.first()
+    count = {}
+    for name in ("auxiliary", "apart"):
+        state, rng, each = start, np.random.default_rng(0), []
+        for image in shown.frames[1:12]:
+            state, info = ArmTracker(page.CAMERA, rules=ArmRules(filter=name)).step(
+                state, image, rng=rng
+            )
+            each.append(info.effective)
+        count[name] = np.mean(each)
+    assert count["apart"] > 2 * count["auxiliary"]
+
+
+def test_the_exercises_are_what_the_library_says():
+    logs = page.LOGS
+    ratio = effective_number(logs[:, 0]) / effective_number(logs.sum(axis=1))
+    assert page.EXERCISES["arms-apart"].answer == pytest.approx(ratio)
+    assert page.EXERCISES["arms-ray"].answer == pytest.approx(0.748, abs=1e-3)

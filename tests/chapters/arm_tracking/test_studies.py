@@ -9,7 +9,8 @@ import pytest
 from robot_perception.arms.likelihoods import EdgeCue, PatchCue
 from robot_perception.arms.tracker import BOUNDS, CUES
 from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
-from robot_perception.chapters.arm_tracking import ablating, bounding, counting, timing, tracking
+from robot_perception.book import arm_tracking as page
+from robot_perception.chapters.arm_tracking import tracking, views
 from robot_perception.chapters.arm_tracking.tracking import (
     FRAMES,
     HELD,
@@ -56,7 +57,8 @@ def test_each_way_is_the_papers_cues_but_for_what_its_name_says():
     for way, cues in made.items():
         left_out = {"no contours": {"edges"}, "no colour": {"colour"}, "no texture": {"texture"},
                     "no stabiliser": {"stabiliser"}, "no patches": {"colour", "texture"},
-                    "contours only": {"colour", "texture"}}.get(way, set())  # fmt: skip
+                    "contours only": {"colour", "texture"},
+                    "no picture": {"edges", "colour", "texture"}}.get(way, set())  # fmt: skip
         assert set(cues) == set(CUES) - left_out
     for way in ("contours only", "no motion"):
         assert made[way]["edges"].gain is None
@@ -103,43 +105,51 @@ def test_a_face_that_is_not_found_is_told():
     assert started(tracker(particles=20), shown, np.random.default_rng(0))[1]
 
 
-def test_ratios_are_of_the_same_films():
-    angle = np.array([[[20.0, 10.0]], [[40.0, 20.0]]])
-    config = counting.Config((1, 2), counts=(50, 400), filters=("auxiliary",))
-    result = counting.Result(config, angle, angle / 2, np.ones((2, 1, 2)))
-    assert result.ratio("auxiliary", 400, 50).estimate == pytest.approx(0.5)
-    assert result.table()["auxiliary", "400"].estimate == pytest.approx(7.5)
+def test_an_arm_points_where_it_is_raised_and_stands_still():
+    joints = np.zeros((30, 2, 4, 3))
+    joints[:, 0, 2] = [0.5, 0.2, 0.0]  # raised by more than 30°, and still
+    joints[:, 1, 2] = [0.1, 0.5, 0.0]  # hangs
+    joints[20:, 0, 2, 0] += 0.03 * np.arange(10)  # moves
+    points = page.pointing_now(joints)
+    assert points[5:20, 0].all()
+    assert not points[21:, 0].any()
+    assert not points[:5].any()
+    assert not points[:, 1].any()
 
 
-def test_gains_are_differences_on_the_same_films():
-    held = np.array([[[1.0, 0.5]], [[1.0, 0.0]]])
-    config = ablating.Config((1, 2), ("gesturing, clutter",), ("all cues", "contours only"))
-    result = ablating.Result(
-        config, held, held, held, np.zeros((2, 1, 4)), np.array([[1.0], [0.0]])
-    )
-    gain = result.gain("all cues", "contours only", "gesturing, clutter")
-    assert gain.estimate == pytest.approx(0.75)
+def test_directions_are_compared_in_space_and_in_the_picture():
+    one, other = np.array([0.6, 0.0, -0.8]), np.array([0.6, 0.0, 0.8])
+    assert page.degrees_between(one, other) == pytest.approx(2 * np.degrees(np.arctan(8 / 6)))
+    assert page.degrees_between(one, other, True) == pytest.approx(0)
+    up, down = np.array([0.1, -1.0, 0.0]), np.array([-0.1, -1.0, 0.0])
+    assert page.degrees_between(up, down, True) == pytest.approx(2 * np.degrees(np.arctan(0.1)))
 
 
-def test_what_is_saved_is_in_collision_and_within_the_limits():
-    share = bounding.saved(CHOOSING[6], "gesturing, plain", 8)
-    assert 0 <= share < 0.5
-    far = bounding.saved(CHOOSING[6], "gesturing, plain", 8, 2.0)
-    assert far > share, "with a wider trunk more poses collide"
+def test_the_floor_of_a_power_law_is_found():
+    particles = (25, 100, 400, 1600)
+    errors = 7 + 30 / np.sqrt(particles)
+    floor, fit = page.floors(particles, np.stack([errors, 2 * errors]))
+    np.testing.assert_allclose(floor, [7, 14], rtol=1e-6)
+    np.testing.assert_allclose(fit, [errors, 2 * errors], rtol=1e-6)
+
+
+def test_the_films_of_a_study_are_of_people_who_vary_and_nobody_else_is_changed():
+    plain, varied = (film(CHOOSING[6], "pointing, plain", 2, by) for by in (0.0, 0.08))
+    assert plain.person.build != varied.person.build
+    np.testing.assert_array_equal(film(CHOOSING[6], "pointing, plain", 2).frames, plain.frames)
 
 
 def test_times_are_those_of_the_benchmarks(tmp_path, monkeypatch):
     rows = [
-        {"work": f"{timing.WHOLE}, so many", "ours_s": 0.39, "peer_s": None},
-        {"work": f"{timing.SHAPES}, so many", "ours_s": 0.001, "peer_s": 2.0},
+        {"work": f"{views.WHOLE}, so many", "ours_s": 0.39, "peer_s": None},
+        {"work": f"{views.SHAPES}, so many", "ours_s": 0.001, "peer_s": 2.0},
     ]
     (tmp_path / "performance.json").write_text(json.dumps({"rows": rows}))
-    monkeypatch.setattr(timing, "records", lambda: tmp_path)
-    _, whole, shapes, written = timing.run(timing.Config(), rng=np.random.default_rng(0))
-    assert whole == pytest.approx(0.01)
-    assert (shapes, written) == (0.001, 2.0)
+    monkeypatch.setattr(views, "records", lambda: tmp_path)
+    assert views.recorded_row(views.WHOLE)["ours_s"] == 0.39
+    assert views.recorded_row(views.SHAPES)["peer_s"] == 2.0
     with pytest.raises(LookupError, match="no row 'legs'"):
-        timing.recorded_row("legs")
+        views.recorded_row("legs")
 
 
 def test_scenes_are_those_of_the_names():

@@ -1,3 +1,1 @@
 """Two arms, one camera: three filters, four cues, and the arms that they hold or lose."""
-
-STUDIES = ("counting", "ablating", "bounding", "timing")

@@ -1,5 +1,7 @@
 """Figures of the chapter "Two arms, one camera"."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
@@ -11,14 +13,13 @@ from robot_perception.chapters.arm_tracking.tracking import HELD
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn, figure
 from robot_perception.teaching.figures.maps import picture
-from robot_perception.teaching.figures.style import MEANING, band, label
+from robot_perception.teaching.figures.style import MEANING, band
 from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 _MIDDLE = np.array([0.0, -0.12, 1.9])
 _TURN = np.radians(35.0)
 """By which the stick figure is turned, so that depth shows."""
-SHOWN_IN = {"auxiliary": "estimate", "condensation": "particles", "importance": "information"}
 
 
 def seen(ax: Axes, state: views.Tracked) -> None:
@@ -62,8 +63,8 @@ def card(ax: Axes) -> Axes:
     name="arms-hero",
     alt="A person points to the side. Red points follow the outlines of both arms, green lines "
     "their true joints.",
-    caption="Red: the outlines of the estimate. Green: the true shoulders, elbows and wrists. The "
-    "program sees this picture and those before it, and nothing else.",
+    caption="Points: the outlines of the estimate. Lines: the true shoulders, elbows and wrists. "
+    "The program sees this picture and those before it, and nothing else.",
     width=5.6,
     height=4.2,
     gridspec_kw=_PHOTO,
@@ -75,43 +76,80 @@ def hero(ax: Axes) -> Axes:
 
 @drawn(
     name="arms-counts",
-    alt="Error of the wrists against the number of particles, from 50 to 1600, for three filters: "
-    "all fall at first and level off.",
-    caption="Median error of the wrists against the number of particles, three filters. Bands: "
-    "95 % over films.",
-    height=3.2,
+    alt="Error of the angles against the number of particles: it falls and levels off above a "
+    "dashed line.",
+    caption="Mean error of the eight angles against the number of particles, auxiliary filter. "
+    "Band: 95 % over films. Dashed: the floor of the fitted curve, which no number of particles "
+    "goes below.",
+    height=3.0,
 )
-def counts(ax: Axes, table: Table) -> Axes:
-    """Draw the recorded errors by filter and number of particles."""
-    particles = np.array([int(name) for name in table.columns])
-    for k, (name, meaning) in enumerate(SHOWN_IN.items()):
-        row: list[Interval] = list(table.rows[name])
-        low, high = (np.array([getattr(of, end) for of in row]) for end in ("low", "high"))
-        band(ax, particles, low, high, MEANING[meaning])
-        ax.plot(particles, [of.estimate for of in row], "-o", color=MEANING[meaning], markersize=4)
-        top = max(of.high for of in table.rows["condensation"])
-        label(ax, 1500, top * (1.15 - 0.11 * k), name, MEANING[meaning], ha="right")
-    ax.set(xscale="log", xlabel="particles", ylabel="wrists off by (px)", ylim=(0, None))
+def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval], floor: float) -> Axes:
+    """Draw errors by number of particles, and the fitted floor."""
+    band(ax, particles, [e.low for e in errors], [e.high for e in errors], MEANING["estimate"])
+    ax.plot(particles, [e.estimate for e in errors], "-o", color=MEANING["estimate"], markersize=4)
+    ax.axhline(floor, color=MEANING["expected"], linestyle="--", linewidth=1.4)
+    ax.set(xscale="log", xlabel="particles", ylabel="angles off by (°)", ylim=(0, None))
     ax.set_xticks(particles, [str(n) for n in particles])
     return ax
 
 
 @drawn(
     name="arms-ablation",
-    alt="A bar for each set of cues: the share of the arms that is held in clutter.",
-    caption="Share of the arms that are held at the end of a film of gestures before clutter. "
-    "Lines: 95 % over films.",
-    height=3.8,
+    alt="A bar for each set of cues: the share of the time that an arm is held in clutter.",
+    caption="Share of the time that an arm is held, gestures before clutter. Lines: 95 % over "
+    "films.",
+    height=3.2,
     gridspec_kw={"left": 0.4, "right": 0.97, "bottom": 0.15, "top": 0.98},
 )
-def ablation(ax: Axes, table: Table, scene: str) -> Axes:
+def ablation(ax: Axes, table: Table, column: str) -> Axes:
     """Draw the recorded shares by set of cues."""
     for k, name in enumerate(table.rows):
-        of = table[name, scene]
+        of = table[name, column]
         ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
     ax.set_yticks(range(len(table.rows)), list(table.rows))
     ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="arms held")
+    return ax
+
+
+@drawn(
+    name="arms-resampling",
+    alt="Two clouds of points on a picture of a person, one at each hand. In each a few points are "
+    "much larger than the others.",
+    caption="One picture of the auxiliary filter. Each dot is a wrist of one of the four hundred "
+    "particles after it has moved; its area is its weight. The few large dots decide.",
+    width=5.6,
+    height=4.2,
+    gridspec_kw=_PHOTO,
+)
+def resampling(
+    ax: Axes, image: np.ndarray, wrists: Float[np.ndarray, "m 2 2"], weights: np.ndarray
+) -> Axes:
+    """Draw the wrists of all particles by their weight."""
+    picture(ax, image)
+    for arm in range(2):
+        ax.scatter(*wrists[:, arm].T, s=3, color=MEANING["particles"], alpha=0.6, linewidths=0)
+        ax.scatter(*wrists[:, arm].T, s=400 * weights, color=MEANING["estimate"], linewidths=0)
+    return ax
+
+
+@drawn(
+    name="arms-ray",
+    alt="Seen from above, two rays leave a shoulder: where the arm points and where the robot says "
+    "that it points, with a wedge about the second one.",
+    caption="The arm of the first figure from above, the camera below. Rays of three metres: where "
+    "it points, and where the tracker says. Wedge: the mean error over all films, to both sides.",
+    height=3.4,
+)
+def ray(ax: Axes, true: np.ndarray, told: np.ndarray, error: float) -> Axes:
+    """Draw two directions (3,) as rays from above, and an error of so many degrees."""
+    for way, meaning in ((true, "right"), (told, "estimate")):
+        ax.plot([0, 3 * way[0]], [0, 3 * way[2]], color=MEANING[meaning], linewidth=2.2)
+    level = np.hypot(told[0], told[2])
+    turns = np.arctan2(told[2], told[0]) + np.radians(error) * np.linspace(-1, 1, 21)
+    ends = 3 * level * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    ax.fill(*np.vstack([[0, 0], ends]).T, color=MEANING["estimate"], alpha=0.15, linewidth=0)
+    ax.set(xlim=(-3.2, 3.2), ylim=(-3.2, 0.8), aspect="equal", xlabel="m", ylabel="m")
     return ax
 
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from robot_perception.chapters.arm_tracking import figures as draw
 from robot_perception.chapters.arm_tracking import views
-from robot_perception.chapters.arm_tracking.ablating import CLUTTER, PLAIN
+from robot_perception.chapters.arm_tracking.tracking import CLUTTER, PLAIN
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.media import Shown
 
@@ -14,8 +14,8 @@ FPS = 7.5
 EVERY = 2
 """Of the pictures every second is shown."""
 _WORDS = (
-    "Left: the picture, the outline of the estimate, and the true joints (green). Right: both arms "
-    "in space, turned by 35°, truth and estimate. Below: how far off the wrists are."
+    "Left: the picture, the outline of the estimate, and lines through the true joints. Right: "
+    "both arms in space, turned by 35°, truth and estimate. Below: how far off the wrists are."
 )
 
 

@@ -1,7 +1,7 @@
 """Films of people who point and gesture, and trackers that follow their arms."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -42,11 +42,12 @@ SCENES: Mapping[str, ArmScene] = MappingProxyType(
         "gesturing, plain": ArmScene("gesturing"),
         "pointing, clutter": ArmScene("pointing", 40, 2),
         "gesturing, clutter": ArmScene("gesturing", 40, 2),
-        "pausing, clutter": ArmScene("pausing", 40, 2),
+        "near, plain": ArmScene("near"),
     }
 )
-"""One arm after the other points, or both gesture; a bare wall, or forty things on it and two
-people who walk behind."""
+"""One arm after the other points, or both gesture, or stay near the body; a bare wall, or forty
+things on it and two people who walk behind."""
+PLAIN, CLUTTER = "pointing, plain", "gesturing, clutter"
 
 
 def _plain_edges(first: First) -> Cue:
@@ -82,15 +83,16 @@ WAYS: Mapping[str, tuple[Mapping[str, CueMaker], Mapping[str, CueMaker]]] = Mapp
         "no stabiliser": (_without("stabiliser"), BOUNDS),
         "patches trusted alike": (EVEN, BOUNDS),
         "no collisions": (CUES, {"limits": BOUNDS["limits"]}),
+        "no picture": ({"stabiliser": CUES["stabiliser"]}, BOUNDS),
     }
 )
 """Cues and bounds: those of the paper, or without one of them."""
 
 
 @lru_cache(maxsize=3)
-def film(seed: int, scene: str, frames: int = FRAMES) -> ArmFilm:
+def film(seed: int, scene: str, frames: int = FRAMES, varied: float = 0.0) -> ArmFilm:
     """Return the film of a seed."""
-    return film_arms(np.random.default_rng(seed), frames, SCENES[scene])
+    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], varied=varied))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

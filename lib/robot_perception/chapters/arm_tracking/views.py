@@ -1,8 +1,10 @@
 """What figures, films and explorers show: films of people who point and gesture, and tracks."""
 
+import json
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -11,11 +13,11 @@ from data_synth.arms.gestures import ArmFilm
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.arms.tracker import ArmState
 from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
-from robot_perception.chapters.arm_tracking.ablating import CLUTTER, PLAIN
-from robot_perception.chapters.arm_tracking.timing import recorded_row
 from robot_perception.chapters.arm_tracking.tracking import (
     CAMERA,
+    CLUTTER,
     HELD,
+    PLAIN,
     Run,
     film,
     find_face,
@@ -24,6 +26,7 @@ from robot_perception.chapters.arm_tracking.tracking import (
     tracker,
 )
 from robot_perception.teaching.recorded import recorded
+from robot_perception.teaching.records import records
 
 POINTS, GESTURES = CHOOSING[9], CHOOSING[17]
 """Seeds of the films that are shown; none that is scored."""
@@ -31,6 +34,7 @@ FRAMES = 48
 TIMES = (0, 8, 16, 24, 32, 40, 47)
 """Pictures that can be looked at."""
 FILTERS = ("auxiliary", "condensation", "importance")
+FOUR = (*FILTERS, "apart")
 COUNTS = (50, 200, 800)
 SCENES = {"bare wall": "gesturing, plain", "clutter": CLUTTER}
 WAYS = ("all cues", "contours only", "no patches", "no motion")
@@ -136,6 +140,27 @@ def first(seed: int = POINTS) -> tuple[ArmFilm, ArmState]:
     """Return the film of somebody who points, and what is known after its first picture."""
     shown = film(seed, PLAIN, FRAMES)
     return shown, started(tracker(), shown, np.random.default_rng(seed))[0]
+
+
+WHOLE, SHAPES = "arms tracked by all cues", "arms in outline"
+"""How two rows of the benchmarks begin: a film, and the silhouettes of a picture."""
+IMAGES = 39
+"""Of the film."""
+
+
+def recorded_row(work: str) -> dict[str, Any]:
+    """Return the row of the benchmarks that begins so.
+
+    Raises
+    ------
+    LookupError
+        If there is none.
+    """
+    rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
+    for row in rows:
+        if row["work"].startswith(work):
+            return row
+    raise LookupError(f"performance.json has no row {work!r}; `make bench` records one")
 
 
 STAGES = {
