@@ -8,8 +8,8 @@ import pytest
 
 from robot_perception.arms.likelihoods import EdgeCue, PatchCue
 from robot_perception.arms.tracker import BOUNDS, CUES
-from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
 from robot_perception.book import arm_tracking as page
+from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
 from robot_perception.chapters.arm_tracking import tracking, views
 from robot_perception.chapters.arm_tracking.tracking import (
     FRAMES,
