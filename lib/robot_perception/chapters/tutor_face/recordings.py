@@ -1,14 +1,19 @@
-"""Real faces: who is recognised among twenty people, who is found in which light, and in crowds."""
+"""Real faces: who is recognised among twenty people, who is found in which light, and in crowds.
+
+The galleries that the notebook draws from two recordings need distances between pictures only. So
+what is stored of them is each picture as a point of the space that all of them span: no face can be
+drawn from it.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Float64, Int64
 
 from robot_perception.chapters.tutor_face.scene import SAME
-from robot_perception.companion.boxes import overlap
+from robot_perception.companion.boxes import crop, overlap
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import enrol
 from robot_perception.datasets import read_image
@@ -210,6 +215,53 @@ def crowd(folder: Path) -> Crowd:
     return Crowd(files, *(np.array(column) for column in counts))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Points:
+    """Pictures of faces as points that are as far apart as the pictures are.
+
+    Parameters
+    ----------
+    people : (n,)
+        Whose each is.
+    takes
+        Name of each picture among those of a person.
+    points : (n, k)
+        Each picture in the space that all of them span, from their mean; the directions are
+        orthonormal, and are not kept.
+    """
+
+    people: Int64[np.ndarray, " n"]
+    takes: tuple[str, ...]
+    points: Float64[np.ndarray, "n k"]
+
+
+def points(people: list[int], takes: list[str], faces: list[np.ndarray]) -> Points:
+    """Return pictures as points of the space that they span."""
+    flat = np.array(faces, dtype=float).reshape(len(faces), -1)
+    left, lengths, _ = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)
+    kept = lengths > 1e-9 * lengths[0]
+    return Points(np.array(people), tuple(takes), (left * lengths)[:, kept])
+
+
+def points_in_even_light(folder: Path) -> Points:
+    """Read twenty people with ten pictures each, which are cut out by hand."""
+    files = sorted(folder.glob("s*/*.png"))
+    people = [int(file.parent.name[1:]) for file in files]
+    faces = [read_image(file) / 255.0 for file in files]
+    return points(people, [file.stem for file in files], faces)
+
+
+def points_in_many_lights(folder: Path) -> Points:
+    """Read eight people with a picture for each condition, cut out where the detector finds them."""
+    files = sorted(folder.glob("subject*.png"))
+    named = [file.stem.removeprefix("subject").split(".") for file in files]
+    pictures = [read_image(file) for file in files]
+    faces = [crop(picture, DETECTOR.find(picture)[0]) for picture in pictures]
+    return points([int(number) for number, _ in named], [take for _, take in named], faces)
+
+
 CROWD = Recording("faces_annotated", crowd, Crowd, "faces-annotated")
 ORL = Recording("faces_orl", gallery, Gallery, "faces-orl")
 YALE = Recording("faces_yale", lights, Lights, "faces-yale")
+ORL_POINTS = Recording("faces_orl", points_in_even_light, Points, "faces-orl-points")
+YALE_POINTS = Recording("faces_yale", points_in_many_lights, Points, "faces-yale-points")
