@@ -60,6 +60,17 @@ def test_other_sizes_are_rescaled_and_keep_their_middle(ramp):
         assert slope == pytest.approx(side / 11, rel=0.1)
 
 
+def test_what_shrinks_is_averaged_and_what_grows_is_interpolated():
+    image = np.zeros((40, 40), dtype=np.uint8)
+    image[:, ::4] = 200  # one column in four
+    small = crop(image, np.array([0.0, 0, 40, 40]), (10, 10))
+    np.testing.assert_allclose(small * 255, 50)
+    step = np.zeros((4, 4), dtype=np.uint8)
+    step[:, 2:] = 200
+    large = crop(step, np.array([0.0, 0, 4, 4]), (4, 8))
+    np.testing.assert_allclose(large[0] * 255, [0, 0, 0, 50, 150, 200, 200, 200])
+
+
 def test_outside_the_picture_its_border_is_repeated(ramp):
     found = crop(ramp, np.array([-20.0, -20, 40, 40]), (40, 40), equalise=False)
     np.testing.assert_array_equal(found[:, :20], ramp[0, 0] / 255)

@@ -154,3 +154,30 @@ def test_two_pictures_of_one_person_are_as_far_apart_as_a_third_may_be():
     assert known.recognise((one + two) / 2).name == "ann"
     assert known.recognise(two + 0.9 * (two - one)).name == "ann"
     assert known.recognise(two + 1.1 * (two - one)).name is None
+
+
+def test_pictures_of_one_occasion_are_left_out_together():
+    """Each person has two pictures of one occasion and two of another, in their order."""
+    rng = np.random.default_rng(4)
+    occasions = rng.uniform(0, 1, (6, 1, 9, 7))
+    faces = (occasions + 1e-3 * rng.standard_normal((6, 2, 9, 7))).reshape(12, 9, 7)
+    names = [name for name in "abc" for _ in range(4)]
+    apart = np.sqrt(((occasions[::2] - occasions[1::2]) ** 2).mean(axis=(1, 2, 3))).min()
+    known = enrol(faces, names, 5, accepted=0.5, folds=2)
+    assert np.hypot(known.most_distance, known.most_from_space) > 0.3 * apart
+
+
+@pytest.mark.parametrize("whiten", [True, False])
+def test_thresholds_are_those_of_spaces_that_measure_as_the_gallery_does(whiten):
+    """Each picture is left out alone, and its distances are computed by scikit-learn's space."""
+    faces, names, _ = gallery(np.random.default_rng(5), each=3, people=4)
+    whose, flat, nearest = np.array(names), faces.reshape(12, -1), []
+    for fold in range(3):
+        out = np.arange(12) % 3 == fold  # three pictures a person, three folds
+        space = PCA(5, svd_solver="full", whiten=whiten).fit(flat[~out])
+        learnt, asked = space.transform(flat[~out]), space.transform(flat[out])
+        for one, name in zip(asked, whose[out], strict=True):
+            same = learnt[whose[~out] == name]
+            nearest.append(np.sqrt(((same - one) ** 2).mean(axis=1)).min())
+    known = enrol(faces, names, 5, accepted=0.8, folds=3, whiten=whiten)
+    assert known.most_distance == pytest.approx(np.quantile(nearest, 0.8))

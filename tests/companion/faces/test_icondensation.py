@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from scipy import integrate
+from scipy import integrate, stats
 
 from robot_perception.beliefs import ParticleSet
 from robot_perception.companion.faces.icondensation import (
@@ -164,3 +164,11 @@ def test_a_share_of_the_walking_particles_jumps():
     after, _ = FaceFilter(rules).step(started(rules), picture(), NONE, rng=np.random.default_rng(4))
     away = np.hypot(*(after.particles.states[:, :2] - [160, 120]).T) > 60
     assert 0.18 < away.mean() < 0.26
+
+
+def test_jumps_are_even_in_the_logarithm_of_the_side_as_their_density_says():
+    rules = FaceFilterRules(particles=2_000, anywhere=1.0, steered=0.0)
+    after, _ = FaceFilter(rules).step(started(rules), picture(), NONE, rng=np.random.default_rng(3))
+    low, high = np.log(rules.sides)
+    share = (np.log(after.particles.states[:, 2]) - low) / (high - low)
+    assert stats.kstest(share, "uniform").pvalue > 0.01
