@@ -147,6 +147,7 @@ COUNTS = MappingProxyType(
         ("tutor_face", "eight people"): "of the Yale faces that are read",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
         ("tutor_following", "25 pictures"): "given in an exercise",
+        ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
 )
 """Counts in prose that no claim is recorded over."""
