@@ -213,10 +213,11 @@ SHARES = MappingProxyType(
         ),
         ("head_tracking", "two frames in a hundred"): least("histogram-threshold"),
         ("recordings_robots", "one chance in ten thousand"): 1 - mrclam.LEVEL,
-        ("tutor_face", "one film in five"): 1 - least("identity-keeps-link"),
-        ("tutor_face", "four in ten"): seen("eigenfaces", "strangers accepted"),
         ("tutor_following", "one film in ten"): least("multi-patch"),
-        ("your_own_data", "Four in ten"): seen("eigenfaces", "strangers accepted"),
+        ("tutor_following", "two in three"): 1 - cell("hand-detector", "tones", "6", "face"),
+        ("your_own_data", "two in three"): seen(
+            "eigenfaces", "strangers accepted, from the side, too"
+        ),
     }
 )
 """The recorded numbers that prose rounds to shares in words."""

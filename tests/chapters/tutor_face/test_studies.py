@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robot_perception.book import tutor_face as tutor
+from robot_perception.chapters.tutor_face import recordings
 from robot_perception.teaching.rows import Rows, framed
 
 RNG = np.random.default_rng
@@ -68,13 +69,59 @@ def test_three_galleries_of_three_are_cut_from_ten(monkeypatch):
         return {"right": people[0]}
 
     monkeypatch.setattr(tutor, "gallery_shares", shares)
-    monkeypatch.setattr(tutor, "faces", lambda *_: range(112 - 28))
+    every = tutor.PEOPLE * (tutor.ENROLLED + tutor.LATER) + tutor.STRANGERS * tutor.LATER
+    monkeypatch.setattr(tutor, "faces", lambda *_: range(every * 3 // 4))
     found = tutor.recognised.trial(world=tutor.SCORED[0], gallery="three people", eigenimages=5)
     assert asked == [range(3), range(3, 6), range(6, 9)]
     assert found["right"] == 3
-    assert found["missed"] == 0.25
+    assert found["missed"] == pytest.approx(0.25, abs=0.01)
     tutor.recognised.trial(world=tutor.SCORED[0], gallery="ten people", eigenimages=5)
     assert asked[3:] == [range(10)]
+
+
+def drawn(light, **changes):
+    """Return what a trial says of real people: who, whether a stranger, right, accepted."""
+    return tutor.enrolled.but(**changes).trial(gallery=3, light=light)
+
+
+def test_real_people_are_asked_for_other_pictures_than_those_enrolled(monkeypatch):
+    """Every picture is of its own kind, but the later ones of a person are all alike."""
+    asked, whose = [], np.repeat(np.arange(8), 10)
+    pictures = np.random.default_rng(0).normal(size=(80, 1, 30))
+    monkeypatch.setattr(tutor, "pictures_in", lambda _: (whose, pictures))
+    real = tutor.enrol
+
+    def enrol(learnt, names, count):
+        asked.append((learnt, names, count))
+        return real(learnt, names, count)
+
+    monkeypatch.setattr(tutor, "enrol", enrol)
+    found = drawn("even")
+    (learnt, names, count), *_ = asked
+    assert (len(learnt), count, len(set(names))) == (30, tutor.EIGENIMAGES, 5)
+    assert sorted(found["person"]) == list(range(8))
+    assert found["stranger"].sum() == 3
+    known = {f"person {k:.0f}" for k, new in zip(found["person"], found["stranger"], strict=True)
+             if not new}  # fmt: skip
+    assert known == set(names)
+    assert (found["right"][found["stranger"] == 1] == 0).all()
+    assert found["right"].max() < 0.9  # an enrolled picture would be its own nearest
+
+
+def test_light_from_the_side_is_in_one_level_and_in_no_other():
+    counts = {light: len(tutor.pictures_in(light)[0]) for light in tutor.LIGHTS}
+    assert counts == {"even": 200, "even, other people": 71, "from the side, too": 87}
+
+
+def test_points_are_as_far_apart_as_the_pictures():
+    faces = np.random.default_rng(0).uniform(size=(6, 9, 7))
+    found = tutor.ORL_POINTS.result
+    points = recordings.points([1] * 6, list("abcdef"), list(faces))
+    assert isinstance(points, found)
+    assert points.points.shape == (6, 5)
+    ours = np.linalg.norm(points.points[:, None] - points.points, axis=-1)
+    theirs = np.linalg.norm((faces[:, None] - faces).reshape(6, 6, -1), axis=-1)
+    np.testing.assert_allclose(ours, theirs, atol=1e-12)
 
 
 # The link
@@ -112,6 +159,23 @@ def test_a_robot_that_is_told_needs_no_recognition(monkeypatch):
     assert judged(monkeypatch, seen, "verified, told") == (True, 1.0)
 
 
+def test_a_link_that_is_never_given_again_is_not_kept(monkeypatch):
+    """The measure is one in which silence does not score."""
+    seen = link([(0, 50.0, 0, 0), *[(t, 50.0, None, 0) for t in range(1, 8)]])
+    monkeypatch.setattr(tutor, "faces_seen", lambda film, frames: seen)
+    silent = tutor.linked.but(rules=("verified", "verified, told"), frames=8)
+    found = silent.trial(film=tutor.SCORED[0])
+    assert found["alone"] == [True, True]
+    assert list(found["kept"]) == [False, True]
+
+
+def test_a_link_that_another_face_has_is_not_kept(monkeypatch):
+    seen = link([*[(t, 50.0, 0, 0) for t in range(7)], (7, 50.0, 0, 1)])
+    monkeypatch.setattr(tutor, "faces_seen", lambda film, frames: seen)
+    found = tutor.linked.but(rules=("verified",), frames=8).trial(film=tutor.SCORED[0])
+    assert (list(found["kept"]), found["has"]) == ([False], [1.0])
+
+
 def test_before_a_tutor_comes_there_is_no_link():
     seen = link([(3, 50.0, None, 2), (5, 90.0, 1, 1)])
     expected = [*[tutor.NO_LINK] * 5, 1, tutor.NOBODY, tutor.NOBODY]
@@ -144,6 +208,9 @@ def test_only_misses_after_the_first_detection_count(monkeypatch):
             box=box,
             last=here,
             searched=0.5,
+            taken=here if k == 2 else None,
+            work=10.0,
+            most=30.0,
         )
         for k, box in enumerate(boxes)
     ]
@@ -151,12 +218,29 @@ def test_only_misses_after_the_first_detection_count(monkeypatch):
     found = tutor.bridged.trial(film=tutor.SCORED[0], scene="short")
     assert (found["missed"], found["filter"], found["last"]) == (3, 1, 3)
     assert (found["searched"], found["near"]) == (0.5, 0.4)
+    assert (found["more"], found["neither"]) == (-2, 0)
+    assert (found["seen"], found["taken"], found["work"]) == (1, 1, 50)
+    assert found["most"] == 150
+    idle = tutor.bridged.but(rival="nothing").trial(film=tutor.SCORED[0], scene="short")
+    assert (idle["last"], idle["more"], idle["neither"]) == (0, 1, 2)
 
 
-def test_a_filter_that_cannot_see_is_condensation():
-    blind = tutor.steered.but(frames=12, blind=True)
-    lost = [
-        blind.trial(film=tutor.SCORED[0], filter=name)["lost"]
-        for name in ("I-Condensation", "condensation")
-    ]
-    assert lost[0] == lost[1]
+def test_places_of_a_cascade_are_counted_as_it_steps():
+    """One size at a time: windows of 24 px in the picture that is made smaller."""
+    image = np.zeros((60, 80), dtype=np.uint8)
+    assert tutor.places(image, None, (24, 24)) == (60 - 23) * (80 - 23)
+    assert tutor.places(image, None, (26, 27)) == pytest.approx((60 / 1.1 - 23) * (80 / 1.1 - 23))
+    inside = np.array([-10.0, 20, 50, 30])  # of which 40 by 30 px are in the picture
+    assert tutor.places(image, inside, (24, 24)) == (40 - 23) * (30 - 23)
+    assert tutor.places(image, np.array([0.0, 0, 20, 20])) == 0
+    assert tutor.places(image) > tutor.places(image, None, (24, 40))
+
+
+def test_detections_beside_the_face_lead_steered_particles_away():
+    few = tutor.steered.but(frames=40)
+    right, wrong = (
+        few.but(beside=beside).trial(film=tutor.CHOOSING[1], filter="the detector alone")["lost"]
+        for beside in (0.0, 2.0)
+    )
+    assert right < 0.2
+    assert wrong > 0.8

@@ -60,8 +60,8 @@ def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
 
 @drawn(
     name="tutor-space",
-    alt="Five small pictures: a mean face, and four eigenimages that look like ghosts of faces lit "
-    "from different sides.",
+    alt="Five small pictures: a mean face, and four eigenimages that look like ghosts of faces, "
+    "with other hair and other light.",
     caption="The mean face of the gallery, and the four directions in which it varies most.",
     cols=5,
     width=7.6,
@@ -94,3 +94,60 @@ def asking(axes: np.ndarray, state: SimpleNamespace) -> None:
     right.set_xticks(places, [f"{k + 1}" for k in places])
     named = "nobody" if state.named is None else f"tutor {state.named + 1}"
     right.set_title(f"taken for {named}")
+
+
+@drawn(
+    name="tutor-window",
+    alt="Two pictures of a film. In the first a tight dashed frame surrounds a face that looks to "
+    "the camera. In the second the face looks away, and the frame is much wider.",
+    caption="Left: a face that was found in the picture before. Right: one that has not been found "
+    "for some pictures. Cross: three standard deviations of the predicted middle, to each side. "
+    "Dashed: the window in which the detector looks, wider by the face and a margin. Dotted: the "
+    "true face.",
+    cols=2,
+    width=7.6,
+    height=2.9,
+    gridspec_kw={**_PHOTO, "wspace": 0.03},
+)
+def window(axes: np.ndarray, steps: Sequence[SimpleNamespace]) -> None:
+    """Draw what is predicted of a face, and where it is looked for."""
+    for ax, step in zip(axes, steps, strict=True):
+        picture(ax, step.frame)
+        belief = step.expected.belief
+        (u, v), reach = belief.mean[:2], 3 * np.sqrt(np.diag(belief.cov)[:2])
+        square(ax, step.truth, MEANING["truth"], linewidth=2.6, linestyle=":")
+        square(ax, step.window, MEANING["camera"], linewidth=2.0, linestyle="--")
+        ax.plot([u - reach[0], u + reach[0]], [v, v], color=MEANING["estimate"], linewidth=2.4)
+        ax.plot([u, u], [v - reach[1], v + reach[1]], color=MEANING["estimate"], linewidth=2.4)
+
+
+@drawn(
+    name="tutor-weights",
+    alt="Left: a picture with some hundred dots round a face, large ones in its middle. Middle: "
+    "two clouds of densities over the column, the detections' narrower than the walk's. Right: the "
+    "ratio of the two, at most two, smallest in the middle, where the detections are.",
+    caption="One step of the filter. Left: its particles, larger with their weight π. Middle: at "
+    "each particle the density f of the walk (filled) and g of the detections (open), each as a "
+    "share of its largest value. Right: the correction f / (α g + (1 − α) f), which multiplies "
+    "the likelihood.",
+    cols=3,
+    width=7.8,
+    height=2.6,
+    gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.19, "top": 0.97, "wspace": 0.28},
+)
+def weights(axes: np.ndarray, one: SimpleNamespace) -> None:
+    """Draw particles, the two densities at them, and the correction of their weights."""
+    left, middle, right = axes
+    picture(left, one.image)
+    share = one.weights / one.weights.max()
+    sizes = 2 + 40 * share
+    left.scatter(*one.particles[:, :2].T, s=sizes, color=MEANING["estimate"], linewidths=0)
+    u, v = one.particles[:, :2].T
+    left.set(xlim=(u.min() - 45, u.max() + 45), ylim=(v.max() + 60, v.min() - 50))
+    middle.plot(u, one.f / one.f.max(), "o", color=MEANING["estimate"], markersize=3, label="f")
+    middle.plot(u, one.g / one.g.max(), "o", color=MEANING["camera"], markersize=4,
+                fillstyle="none", label="g")  # fmt: skip
+    middle.set(xlabel="column (px)", ylabel="density", ylim=(0, 1.05))
+    middle.legend(loc="upper right")
+    right.plot(u, one.correction, "o", color=MEANING["estimate"], markersize=3)
+    right.set(xlabel="column (px)", ylabel="correction", ylim=(0, None))

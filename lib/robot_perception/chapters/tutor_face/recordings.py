@@ -252,7 +252,7 @@ def points_in_even_light(folder: Path) -> Points:
 
 
 def points_in_many_lights(folder: Path) -> Points:
-    """Read eight people with a picture for each condition, cut out where the detector finds them."""
+    """Read eight people in many conditions, cut out where the detector finds the face."""
     files = sorted(folder.glob("subject*.png"))
     named = [file.stem.removeprefix("subject").split(".") for file in files]
     pictures = [read_image(file) for file in files]
