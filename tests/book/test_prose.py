@@ -214,7 +214,6 @@ SHARES = MappingProxyType(
         ("head_tracking", "two frames in a hundred"): least("histogram-threshold"),
         ("recordings_robots", "one chance in ten thousand"): 1 - mrclam.LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
-        ("tutor_following", "two in three"): 1 - cell("hand-detector", "tones", "6", "face"),
         ("your_own_data", "two in three"): seen(
             "eigenfaces", "strangers accepted, from the side, too"
         ),
