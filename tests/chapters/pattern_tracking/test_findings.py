@@ -83,8 +83,9 @@ def test_own_slopes_help_with_wide_sigmas_more_than_with_narrow_ones():
 
 def test_what_the_page_says_of_the_rivals():
     rows = page.displaced.rows()
-    for name in ("template matching", "optical flow", "5000 particles"):
+    for name in ("template matching", "optical flow", "five pictures"):
         assert page.worst(rows, 3.0, name).high < page.worst(rows, 3.0).low
+    assert page.worst(rows, 3.0, "5000 particles").estimate < page.worst(rows, 3.0).estimate
     assert page.worst(rows, 3.0, "ECC").estimate > 1
     worst = max(COORDINATES, key=lambda name: page.typical(rows, 2.0, name).estimate)
     assert worst == "θ"
