@@ -165,9 +165,9 @@ def states(ax: Axes, table: StateTable) -> Axes:
 
 @drawn(
     name="following-orders",
-    alt="A bar for each thing that happens in a visit: after nearly all strangers' hands the robot "
-    "waits as it should, and fewer tutors are recognised; from then on it is nearly always in the "
-    "state that was ordered.",
+    alt="A bar for each thing that happens in a visit: after most strangers' hands the robot waits "
+    "as it should, and most tutors are recognised; from then on it is mostly in the state that was "
+    "ordered, least often while the tutor walks.",
     caption="What happens, and the state in which the robot should be then: share of the visits "
     "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. On the "
     "right: how many visits came to it.",
