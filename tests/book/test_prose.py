@@ -144,7 +144,6 @@ COUNTS = MappingProxyType(
         ("monobot", "thirty runs"): "of the figure beside it",
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
-        ("tutor_face", "eight people"): "of the Yale faces that are read",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
         ("tutor_following", "25 pictures"): "given in an exercise",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
