@@ -16,14 +16,15 @@ HIDES: dict[str, Any] = {
 }
 
 TRUST: dict[str, Any] = {
-    "question": "Patches on sleeves and hands are compared with how they looked at first. One "
-    "sleeve is checked, the hands are of one colour. Which is the better patch to hold on to?",
+    "question": "The paper gives more weight to a patch of many colours. Each patch alone puts the "
+    "arm somewhere. Do the patches with more weight put it nearer to the truth?",
     "replies": {
-        "the checked sleeve": "So says the paper: many colours, much to tell. But a checked sleeve "
+        "yes, they err less": "So says the paper: many colours, much to tell. But a checked sleeve "
         "looks the same all along the arm.",
-        "the hand of one colour": "What counts is whether the neighbourhood looks different, and "
-        "skin is unlike most walls.",
-        "they are equally good": "They would be if their neighbourhoods looked equally different.",
+        "no, they err a little more": "What counts is whether the neighbourhood looks different, "
+        "and skin, of one colour, is unlike most walls.",
+        "only those on hands": "Of the hands alone it is the same: those with more weight err a "
+        "little more.",
     },
-    "right": "the hand of one colour",
+    "right": "no, they err a little more",
 }

@@ -7,12 +7,13 @@ from robot_perception.teaching.exercises import Exercise, Sheet
 EXERCISES = Sheet(
     {
         "likelihoods-sums": Exercise(
-            4.0,
+            2.0,
             mistakes=(
-                (2.0, "that is the sum of the squares: twice the points, twice the cost."),
+                (4.0, "so much larger is D²; but σ is squared, too."),
+                (float(np.sqrt(2)), "that would do for the sum of the squares."),
                 (1.0, "that is the mean: it does not see how many points there are."),
             ),
-            hint="Twice as many points: D is twice as large. And D is squared.",
+            hint="Twice as many points: D is twice as large. What keeps D² / σ² as it was?",
             rtol=1e-6,
         ),
         "likelihoods-gain": Exercise(

@@ -24,8 +24,8 @@ dragged = Exploration(
         "bend": slider("Elbow bent by", views.DOWN, 90, "°"),
     },
     name="likelihoods-dragged",
-    caption="Left: drag the hand. Red: the outlines of the model. Right: the likelihood of all "
-    "angles of this arm. Cross: the dragged arm. Ring: the truth.",
+    caption="Left: drag the hand. Red: the outlines of the model. Right: the likelihood of two "
+    "of this arm's four angles. Cross: the dragged arm. Ring: the truth.",
     presets={
         "colour": {"mix": "colour"},
         "all cues": {"mix": "all"},

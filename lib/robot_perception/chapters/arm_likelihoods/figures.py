@@ -46,9 +46,9 @@ def card(ax: Axes) -> Axes:
 
 @drawn(
     name="likelihoods-hero",
-    alt="A person before a cluttered wall, arms raised, with the outlines of cones on the arms. "
-    "Beside it two grey maps: the first has many bright spots, the second one bright spot, at "
-    "the ring that marks the true pose.",
+    alt="A person before a cluttered wall, hands before the body, with the outlines of cones on "
+    "the arms. Beside it two grey maps: the first has many bright spots, the second one bright "
+    "spot, at the ring that marks the true pose.",
     caption="Left: the model on the true pose. Middle and right: how likely other angles of one "
     "arm are, by its outline alone and by all cues. Bright: likely. Ring: the truth.",
     cols=3,
@@ -71,7 +71,8 @@ def hero(axes: np.ndarray) -> None:
 @drawn(
     name="likelihoods-bumps",
     alt="Two curves over the angle of an arm: the share of contour points on an edge jumps up and "
-    "down all along, the one from distances is smooth, with its peak at the true angle.",
+    "down all along, by much; the one from distances trembles, too, but by little, and rises to "
+    "its peak at the true angle.",
     caption="An arm is turned by up to 45° to either side of its true angle. Both scores are drawn "
     "from their lowest to their highest value.",
     height=3.0,
@@ -115,10 +116,10 @@ def field(axes: np.ndarray) -> None:
 
 @drawn(
     name="likelihoods-hidden",
-    alt="A person before a bare wall. Green points follow both arms. Magenta points show another "
-    "pose in which most of one arm is hidden.",
-    caption="Green: the true pose. Magenta: a pose that hides one arm, small points are hidden. By "
-    "eq. (2), summed over visible points, the magenta pose is the better one.",
+    alt="A person before a bare wall. Round points follow an arm. Crosses show another pose in "
+    "which most of it is hidden.",
+    caption="Points: the true pose. Crosses: a pose that hides the arm; small ones are hidden. By "
+    "eq. (2), summed over visible points, the hidden pose is the better one.",
     width=5.6,
     height=4.2,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
@@ -128,9 +129,12 @@ def hidden(ax: Axes) -> Axes:
     of, state, _ = views.hidden()
     picture(ax, of.image)
     half = of.model.points // 2
-    for pose, colour in ((of.angles, "right"), (state, "wrong")):
+    for pose, colour, marker in ((of.angles, "right", "o"), (state, "wrong", "X")):
         points, visible = views.outline(of, pose)
-        outline(ax, points[:half], visible[:half], MEANING[colour])
+        for which, size in ((visible, 36), (~visible, 8)):
+            at = points[:half][which[:half]]
+            ax.scatter(*at.T, s=size, marker=marker, color=MEANING[colour], edgecolors="white",
+                       linewidths=0.8)  # fmt: skip
     return ax
 
 
