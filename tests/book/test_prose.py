@@ -140,12 +140,10 @@ def test_references_without_a_number_or_beyond_the_list_are_found():
 
 COUNTS = MappingProxyType(
     {
-        ("arm_tracking", "Twenty pictures"): "of the film that is shown",
         ("monobot", "thirty runs"): "of the figure beside it",
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
-        ("tutor_following", "25 pictures"): "given in an exercise",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
 )
