@@ -27,6 +27,8 @@ REGISTER = "robot-perception register --claim {} --remark WHY"
 NOT_COMPUTED = ("date", "versions", "sabotages")
 CLAIMS = chapters.claims(COMPUTING)
 EVERY = chapters.claims()
+WITHDRAWN = {"one-second": "observing"}
+"""Claims that were registered and are none of the book any more, and what took their place."""
 OF_ROWS = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 
@@ -122,7 +124,9 @@ def test_no_claim_is_scored_twice_on_the_same_replicates(registered):
 
 def test_only_claims_of_the_book_are_registered_each_in_its_order(registered):
     ids = {claim.id for claim in EVERY}
-    assert {one.claim for one in registered} == ids
+    assert not WITHDRAWN.keys() & ids
+    assert WITHDRAWN.values() <= ids
+    assert {one.claim for one in registered} == ids | WITHDRAWN.keys()
     for name in ids:
         numbers = [one.number for one in registration.of(registered, name)]
         assert numbers == sorted(numbers)
