@@ -128,9 +128,10 @@ def test_directions_are_compared_in_space_and_in_the_picture():
 def test_the_floor_of_a_power_law_is_found():
     particles = (25, 100, 400, 1600)
     errors = 7 + 30 / np.sqrt(particles)
-    floor, fit = page.floors(particles, np.stack([errors, 2 * errors]))
-    np.testing.assert_allclose(floor, [7, 14], rtol=1e-6)
-    np.testing.assert_allclose(fit, [errors, 2 * errors], rtol=1e-6)
+    for taken in (100, 10**6):
+        floor, fit = page.floors(particles, np.stack([errors, 2 * errors]), taken)
+        np.testing.assert_allclose(floor, [7, 14], rtol=1e-6)
+        np.testing.assert_allclose(fit, floor + floor * 30 / 7 / np.sqrt(taken), rtol=1e-6)
 
 
 def test_the_films_of_a_study_are_of_people_who_vary_and_nobody_else_is_changed():
