@@ -248,7 +248,8 @@ def contour_log_likelihoods(
     poses = checks.array("poses", poses, ("m", 4))
     distance, _, across = field.look(checks.instance("pattern", pattern, Pattern).seen(poses))
     if aligned is not None:
-        if checks.positive("aligned", aligned) >= np.pi / 2:
+        aligned = checks.positive("aligned", aligned)
+        if aligned >= np.pi / 2:
             raise ValueError(f"aligned must be below {np.pi / 2:.4g}, got {aligned:g}")
         turned = pattern.places[:, 2] + poses[:, 2, None]
         distance = np.where(np.abs(np.sin(across - turned)) <= np.sin(aligned), distance, FAR)

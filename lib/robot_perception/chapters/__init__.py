@@ -123,9 +123,10 @@ def states(stems: Iterable[str] = CHAPTERS) -> tuple[Recorded, ...]:
     """
     found: dict[str, Recorded] = {}
     for stem in stems:
+        own = studies(stem)  # an unknown chapter is an error, not an empty answer
         package = import_module(f"{__name__}.{stem}")
         parts = iter_modules(package.__path__, f"{package.__name__}.")
-        modules = (*(import_module(part.name) for part in parts), *studies(stem))
+        modules = (*(import_module(part.name) for part in parts), *own)
         for values in (vars(module).values() for module in modules):
             found |= {value.store: value for value in values if isinstance(value, Recorded)}
     return tuple(found.values())

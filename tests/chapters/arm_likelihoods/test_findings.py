@@ -56,7 +56,7 @@ def test_a_small_gain_blurs_and_standing_still_it_says_next_to_nothing():
 def test_the_right_answers_of_the_bets_are_what_is_computed():
     assert bets.HIDES["right"] == "hide the arm"
     assert recorded()["hidden-parts"].value.low > 0.5
-    assert bets.TRUST["right"] == "the hand of one colour"
+    assert bets.TRUST["right"] == "no, they err a little more"
     assert recorded()["patch-confidence"].value.estimate > 0
 
 

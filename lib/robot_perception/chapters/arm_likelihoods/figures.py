@@ -133,8 +133,8 @@ def hidden(ax: Axes) -> Axes:
         points, visible = views.outline(of, pose)
         for which, size in ((visible, 36), (~visible, 8)):
             at = points[:half][which[:half]]
-            ax.scatter(*at.T, s=size, marker=marker, color=MEANING[colour], edgecolors="white",
-                       linewidths=0.8)  # fmt: skip
+            ax.scatter(*at.T, s=size, marker=marker, color=MEANING[colour],
+                       edgecolors=MEANING["truth"], linewidths=0.8)  # fmt: skip
     return ax
 
 
