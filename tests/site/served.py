@@ -34,7 +34,7 @@ STAGES = (DARK, LIGHT, PHONE, DARK_PHONE, PAPER, A4, END)
 """A page is opened in the dark: what is dark from the start is not what is made dark later."""
 
 SILENCE_MS = 1100
-MOST_ROWS = 6
+MOST_ROWS = 7
 WHOLE = ".bd-article :is(.rp-table, div.math, mjx-container[display='true'])"
 CODE = ".bd-article div.highlight pre"
 
