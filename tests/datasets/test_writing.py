@@ -99,6 +99,7 @@ def test_columns_are_read_as_they_were(tmp_path):
 
 FINITE = st.floats(-1e100, 1e100)
 WORDS = st.text(st.characters(exclude_categories=["Cs", "Cc"], include_characters="\t\n\r"))
+NAMES = st.text(st.characters(exclude_categories=["Cs", "Cc"], include_characters="\t"))
 
 
 def told(text: str) -> str:
@@ -112,7 +113,7 @@ def told(text: str) -> str:
         min_size=1,
         max_size=5,
     ),
-    WORDS.filter(lambda name: told(name) not in ("", "x", "k")),
+    NAMES.filter(lambda name: told(name) not in ("", "x", "k")),
 )
 def test_whatever_is_written_to_a_table_is_read_back(tmp_path_factory, rows, name):
     path = tmp_path_factory.mktemp("columns") / "a.csv"
