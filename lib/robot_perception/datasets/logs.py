@@ -27,7 +27,7 @@ GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes
 LARGEST_RATIO = 100  # of text to file beyond LARGEST_TEXT; known logs have 11
 KEYWORD = re.compile(rb"[A-Za-z][A-Za-z0-9_:]*\Z")
-QUOTED = re.compile(rb'"[^"]*"')
+QUOTED = re.compile(rb'"[^"]*"|(?:^|(?<=[;,\t ]))"[^"]*$')  # some go on in the next line
 ENCODINGS = {  # by the byte order mark; that of UTF-32 begins as that of UTF-16
     codecs.BOM_UTF8: "utf-8",
     codecs.BOM_UTF32_LE: "utf-32-le",
