@@ -88,7 +88,7 @@ def violation(impact: str) -> list[dict[str, Any]]:
         (served.of_another_theme,
          [{"drawn": True, "dark": True}, {"drawn": False, "dark": False}],
          [[{"drawn": True, "dark": False}], [{"drawn": False, "dark": True}]]),
-        (served.too_long, [6], [[6, 7]]),
+        (served.too_long, [served.MOST_ROWS], [[served.MOST_ROWS, served.MOST_ROWS + 1]]),
         (served.not_in_a_line, [[5, 5]], [[[5, 5], [5, 6]]]),
         (served.not_one_under_the_other, [[5, 9]], [[[5, 5]], [[9, 5]]]),
         (served.too_high, [{"name": "a", "height": 800}], [[{"name": "a", "height": 801}]]),
