@@ -204,7 +204,6 @@ def seen(claim: str, name: str) -> float:
 
 SHARES = MappingProxyType(
     {
-        ("arm_likelihoods", "one scene of four"): 1 - seen("likelihood-shapes", "stands out, all"),
         ("colour_and_shape", "One card in forty"): cell(
             "four-experiments", "lost", "both", "rectangle"
         ),

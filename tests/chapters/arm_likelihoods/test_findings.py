@@ -1,73 +1,90 @@
-"""What the chapter tells a reader to find, in every state of its explorers."""
+"""What the chapter tells a reader to find, beyond what its explorers assert themselves."""
 
 import numpy as np
+import pytest
 
-from robot_perception.chapters.arm_likelihoods import bets, views
-from robot_perception.chapters.arm_likelihoods.explorers import dragged, gained
-from robot_perception.chapters.arm_likelihoods.sweeping import NEAR
-from tests.chapters.findings import ExplorerTests
-from tests.chapters.ledger import recorded
-
-
-class TestExplorers(ExplorerTests):
-    explorers = (dragged, gained)
+from robot_perception.arms.likelihoods import sampled, square_of_sum
+from robot_perception.book import arm_likelihoods as page
+from robot_perception.chapters.arm_likelihoods import scene
+from robot_perception.chapters.arm_likelihoods.scene import glance
+from robot_perception.companion.cues import bhattacharyya
 
 
-def test_the_outlines_highest_peak_is_elsewhere_and_that_of_all_cues_is_at_the_truth():
-    for setting in dragged.parameters():
-        state = dragged.state(**setting)
-        if setting["mix"] == "shape":
-            assert state.peaks.off > NEAR
-            assert state.peaks.count > 5
-        if setting["mix"] == "all":
-            assert state.peaks.off <= NEAR
-            assert state.peaks.count == 1
+def test_the_outline_has_many_peaks_and_all_cues_have_one():
+    count = {mix: state for mix, state, _ in page.dragged.found(away=70, bend=90)}
+    assert count["shape"] > 5
+    assert count["all"] == 1
 
 
 def test_the_dragged_hand_is_where_the_drawing_has_it():
     for away, bend in ((30, 70), (110, 10)):
-        state = dragged.state(mix="shape", away=away, bend=bend)
-        u, v = views.hand_place(away, bend)
-        half = len(state.points) // 2
-        hand = state.points[half - 8 : half]
-        assert np.linalg.norm(hand.mean(axis=0) - [u, v]) < 6
+        state = page.dragged_state("shape", away, bend)
+        u, v = page.hand_place(away, bend)
+        points, _ = state.outline
+        half = len(points) // 2
+        assert np.linalg.norm(points[half - 8 : half].mean(axis=0) - [u, v]) < 6
 
 
-def test_from_a_gain_of_one_on_the_distances_are_those_of_all_edges():
-    for setting in gained.parameters():
-        state = gained.state(**setting)
-        if setting["gain"] >= 1:
-            assert state.same
-        elif not setting["stops"]:
-            assert not state.same
+def test_words_say_what_is_drawn():
+    words = page.dragged_words(page.dragged_state("all", 30, 70))
+    assert "1 peak;" in words
+    assert "at the true pose" in words
+    assert "Motion changes nothing" in page.gained_words(page.gained_state(1.0, "cluttered", False))
+    assert "reach farther" in page.gained_words(page.gained_state(0.25, "cluttered", False))
 
 
-def test_a_small_gain_blurs_and_standing_still_it_says_next_to_nothing():
-    for wall in views.WALLS:
-        wide, even = (gained.state(gain=gain, wall=wall, stops=False) for gain in (0.1, 1.0))
-        assert (wide.surface > 0.5).mean() >= (even.surface > 0.5).mean()
-    assert (gained.state(gain=0.1, wall=wall, stops=False).surface > 0.5).mean() > 0.05
-    for gain in views.GAINS:
-        still = gained.state(gain=gain, wall="cluttered", stops=True)
-        other = gained.state(gain=1.0, wall="cluttered", stops=True)
-        assert (still.distance != other.distance).mean() < 0.1
+def test_a_small_gain_blurs():
+    for wall in page.WALLS:
+        wide, even = (page.gained_state(gain, wall, False) for gain in (0.1, 1.0))
+        assert (wide.surface > 0.5).mean() > (even.surface > 0.5).mean()
 
 
-def test_the_right_answers_of_the_bets_are_what_is_computed():
-    assert bets.HIDES["right"] == "hide the arm"
-    assert recorded()["hidden-parts"].value.low > 0.5
-    assert bets.TRUST["right"] == "no, they err a little more"
-    assert recorded()["patch-confidence"].value.estimate > 0
+def test_standing_still_next_to_nothing_moves():
+    for stops, most in ((True, 0.02), (False, 1.0)):
+        seen = glance(scene.SHOWN, scene.CLUTTER, 0, stops).seen
+        assert ((seen.moving == 0) & seen.edges).sum() < most * seen.edges.sum()
+        assert ((seen.moving == 0).sum() > 200) == (not stops)
 
 
-def test_somebodys_hidden_arm_is_preferred():
-    of, state, gain = views.hidden()
-    assert gain > 0
+def test_the_pose_that_is_drawn_hides_the_arm_and_costs_less():
+    of, state = page.hidden_pose()
     assert not of.model.collides(state[None])[0]
-    visible = of.model.contours(np.array([of.angles, state])).visible[:, : of.model.points // 2]
-    assert visible[1].sum() < 0.6 * visible[0].sum()
+    contours = of.model.contours(np.array([of.angles, state]))
+    half = of.model.points // 2
+    assert contours.visible[1, :half].sum() < 0.4 * contours.visible[0, :half].sum()
+    far = sampled(of.seen.static, contours, of.seen.most)
+    truth, hidden = square_of_sum(far, contours.visible, 1.0)
+    assert hidden > truth
 
 
-def test_a_straight_arm_does_not_move_and_a_bent_one_does():
-    assert np.abs(views.straight(0.0)[1]).max() == 0
-    assert views.straight(0.3)[1].max() > 10
+def test_the_most_alike_place_of_the_picture_is_the_hand_itself():
+    alike = page.whole_field()
+    k, j = np.unravel_index(alike.likelihood.argmax(), alike.likelihood.shape)
+    there = np.array([page.COLUMNS[j], page.ROWS[k]])
+    assert np.linalg.norm(there - alike.place) < 12
+
+
+def test_twice_the_points_cost_what_the_exercise_says():
+    wider = page.EXERCISES["likelihoods-sums"].answer
+    one, two = (
+        square_of_sum(np.full((1, n), 3.0), np.ones((1, n), bool), sigma)[0]
+        for n, sigma in ((10, 1.0), (20, wider))
+    )
+    assert two == pytest.approx(one)
+
+
+def test_the_factor_of_the_exercise_makes_the_lower_peak_a_hundredth():
+    heights = np.exp(page.EXERCISES["likelihoods-sharp"].answer * (page.LOG - page.LOG.max()))
+    assert page.maxima(heights + 0.1 * np.exp(page.LOG)) == 2
+    assert heights[60:].max() == pytest.approx(0.01)
+
+
+def test_one_bin_and_all_bins_are_as_far_as_the_exercise_says():
+    one, even = np.eye(8)[3], np.full(8, 1 / 8)
+    answer = page.EXERCISES["likelihoods-coefficient"].answer
+    assert answer == pytest.approx(bhattacharyya(one, even) ** 2)
+
+
+def test_the_person_that_is_shown_is_scored_nowhere():
+    assert scene.SHOWN not in {*page.FIRST, *page.FRESH}
+    assert not set(scene.CHOOSING) & {*page.FIRST, *page.FRESH}

@@ -1,3 +1,1 @@
 """What a likelihood looks like: surfaces of cues, hidden parts, and what no contour tells."""
-
-STUDIES = ("sweeping", "summing", "hiding", "colouring", "silent")

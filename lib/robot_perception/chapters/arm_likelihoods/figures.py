@@ -1,16 +1,20 @@
 """Figures of the chapter "What a likelihood looks like"."""
 
+from collections.abc import Mapping
+from types import SimpleNamespace
+
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from robot_perception.chapters.arm_likelihoods import views
-from robot_perception.chapters.arm_likelihoods.scene import AWAY, AWAYS, BEND, BENDS
-from robot_perception.chapters.arm_likelihoods.summing import FINE
-from robot_perception.teaching.figures import drawn
+from robot_perception.chapters.arm_likelihoods import scene
+from robot_perception.chapters.arm_likelihoods.scene import AWAY, AWAYS, BEND, BENDS, Glance
+from robot_perception.teaching.figures import drawn, figure
 from robot_perception.teaching.figures.maps import picture
 from robot_perception.teaching.figures.style import MEANING, label
 
+_AXES = {"left": 0.005, "right": 0.975, "bottom": 0.15, "top": 0.97, "wspace": 0.24}
 _HALF = 2.5
 """Half a step of the sweep, degrees."""
 _EXTENT = (
@@ -39,8 +43,8 @@ def surface(ax: Axes, heights: Float[np.ndarray, "aways bends"], true: np.ndarra
 
 def card(ax: Axes) -> Axes:
     """Draw the true silhouette on the axes of the picture that is shown."""
-    of = views.shown()
-    outline(ax, *views.outline(of, of.angles), MEANING["estimate"])
+    of = scene.shown()
+    outline(ax, *scene.outline(of, of.angles), MEANING["estimate"])
     return ax
 
 
@@ -56,15 +60,14 @@ def card(ax: Axes) -> Axes:
     height=2.7,
     gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.19, "top": 0.89, "wspace": 0.36},
 )
-def hero(axes: np.ndarray) -> None:
-    """Draw the picture and two surfaces."""
-    of = views.shown()
+def hero(axes: np.ndarray, heights: Mapping[str, Float[np.ndarray, "aways bends"]]) -> None:
+    """Draw the picture and two surfaces, by their titles."""
+    of = scene.shown()
     picture(axes[0], of.image)
     card(axes[0])
     true = np.degrees(of.angles[[AWAY, BEND]])
-    for ax, mix, title in zip(axes[1:], ("shape", "all"), ("by its outline", "by all cues"),
-                              strict=True):  # fmt: skip
-        surface(ax, views.height(mix), true)
+    for ax, (title, height) in zip(axes[1:], heights.items(), strict=True):
+        surface(ax, height, true)
         ax.set_title(title)
 
 
@@ -77,12 +80,16 @@ def hero(axes: np.ndarray) -> None:
     "from their lowest to their highest value.",
     height=3.0,
 )
-def bumps(ax: Axes) -> Axes:
+def bumps(
+    ax: Axes, turns: Float[np.ndarray, " steps"], found: Mapping[str, Float[np.ndarray, " steps"]]
+) -> Axes:
     """Draw both scores of the arm that is turned."""
-    found, degrees = views.bumpy(), np.degrees(FINE)
+    degrees = np.degrees(turns)
     for name, colour, meaning in (("edges", "raw", "points on an edge"),
                                   ("distances", "smoothed", "distance to edges")):  # fmt: skip
-        ax.plot(degrees, found[name], color=MEANING[colour], linewidth=1.5)
+        score = found[name]
+        ax.plot(degrees, (score - score.min()) / np.ptp(score), color=MEANING[colour],
+                linewidth=1.5)  # fmt: skip
         label(ax, -44, 1.16 if name == "edges" else 1.06, meaning, MEANING[colour], ha="left")
     ax.set(xlabel="turned by (°)", ylabel="score", xlim=(-45, 45), ylim=(0, 1.25))
     return ax
@@ -90,28 +97,26 @@ def bumps(ax: Axes) -> Axes:
 
 @drawn(
     name="likelihoods-field",
-    alt="A person before a cluttered wall, and a grey map of the same size that is dark but for a "
-    "few bright spots.",
-    caption="Left: the picture. Right: how much a square of 8 px looks like the hand did at rest. "
-    "Bright: alike. Rings: the true hands.",
+    alt="A person before a cluttered wall, a ring on one hand, and a grey map of the same size "
+    "that is dark but for a few bright spots, on hands and face above all.",
+    caption="Left: the picture. Right: how much a square of 8 px looks like the one at the ring. "
+    "Bright: alike.",
     cols=2,
     width=7.4,
     height=2.9,
     gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.99, "wspace": 0.03},
 )
-def field(axes: np.ndarray) -> None:
-    """Draw the likelihood of the hand's colours over the picture."""
-    of, (values, columns, rows) = views.shown(), views.hand_field()
-    picture(axes[0], of.image)
-    axes[1].imshow(values, cmap="gray", vmin=0, vmax=1, interpolation="nearest", origin="upper",
-                   extent=(columns[0] - 2, columns[-1] + 2, rows[-1] + 2, rows[0] - 2))  # fmt: skip
+def field(axes: np.ndarray, alike: SimpleNamespace) -> None:
+    """Draw how alike all places of a picture are to one of them."""
+    picture(axes[0], alike.image)
+    x, y, heights = alike.columns, alike.rows, alike.likelihood
+    axes[1].imshow(heights, cmap="gray", vmin=0, vmax=1, interpolation="nearest", origin="upper",
+                   extent=(x[0] - 2, x[-1] + 2, y[-1] + 2, y[0] - 2))  # fmt: skip
     axes[1].set(xlim=(-0.5, 319.5), ylim=(239.5, -0.5), xticks=[], yticks=[])
     axes[1].grid(visible=False)
-    joints = of.model.joints(of.angles[None])[0]
-    for u, v in of.model.pixels(joints[:, 2:].mean(axis=1)):
-        for ax in axes:
-            ax.plot(u, v, "o", markersize=17, markerfacecolor="none", color=MEANING["right"],
-                    markeredgewidth=2.0)  # fmt: skip
+    for ax in axes:
+        ax.plot(*alike.place, "o", markersize=17, markerfacecolor="none", color=MEANING["right"],
+                markeredgewidth=2.0)  # fmt: skip
 
 
 @drawn(
@@ -124,13 +129,12 @@ def field(axes: np.ndarray) -> None:
     height=4.2,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
 )
-def hidden(ax: Axes) -> Axes:
+def hidden(ax: Axes, of: Glance, state: Float[np.ndarray, " 8"]) -> Axes:
     """Draw a true pose and a hidden one that is preferred."""
-    of, state, _ = views.hidden()
     picture(ax, of.image)
     half = of.model.points // 2
     for pose, colour, marker in ((of.angles, "right", "o"), (state, "wrong", "X")):
-        points, visible = views.outline(of, pose)
+        points, visible = scene.outline(of, pose)
         for which, size in ((visible, 36), (~visible, 8)):
             at = points[:half][which[:half]]
             ax.scatter(*at.T, s=size, marker=marker, color=MEANING[colour],
@@ -145,34 +149,41 @@ def hidden(ax: Axes) -> Axes:
     caption="How far a point of the contour moves at most when the upper arm turns about its axis.",
     height=2.8,
 )
-def straight(ax: Axes) -> Axes:
-    """Draw how far the contour moves as the upper arm turns."""
-    for bend, colour, name in ((0.3, "information", "elbow bent by 17°"),
-                               (0.0, "unobservable", "straight arm")):  # fmt: skip
-        turns, moved = views.straight(bend)
+def straight(
+    ax: Axes, turns: Float[np.ndarray, " turns"], moves: Mapping[float, Float[np.ndarray, " turns"]]
+) -> Axes:
+    """Draw how far the contour moves as the upper arm turns, by the bend of the elbow."""
+    for bend, moved in moves.items():
+        colour = "information" if bend else "unobservable"
+        name = f"elbow bent by {np.degrees(bend):.0f}°" if bend else "straight arm"
         ax.plot(turns, moved, color=MEANING[colour], linewidth=2.0)
         label(ax, 86, 20.0 if bend else 2.2, name, MEANING[colour], ha="right")
     ax.set(xlabel="turned about its axis by (°)", ylabel="moves by (px)", xlim=(-90, 90))
     return ax
 
 
-def dragging(axes: np.ndarray, state: views.Dragged) -> None:
+def dragging(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw the dragged arm in the picture, and the surface of the mix; axes cleared first."""
     left, right = axes
     for ax in axes:
         ax.clear()
     picture(left, state.image)
-    outline(left, state.points, state.visible, MEANING["estimate"])
-    surface(right, state.surface, np.array(state.true))
+    outline(left, *state.outline, MEANING["estimate"])
+    surface(right, state.surface, state.true)
     right.plot(*state.at, "x", markersize=9, markeredgewidth=2.4, color=MEANING["estimate"])
 
 
-def gaining(axes: np.ndarray, state: views.Gained) -> None:
+def gaining(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw the smaller of both distances, and the surface; axes cleared first."""
     left, right = axes
     for ax in axes:
         ax.clear()
-    left.imshow(-state.distance, cmap="gray", vmin=-5, vmax=0, interpolation="nearest")
+    left.imshow(-state.distance, cmap="gray", vmin=-12, vmax=0, interpolation="nearest")
     left.set(xticks=[], yticks=[])
     left.grid(visible=False)
-    surface(right, state.surface, np.array(state.true))
+    surface(right, state.surface, state.true)
+
+
+def two() -> tuple[Figure, np.ndarray]:
+    """Return the axes of an explorer: the picture, and a surface beside it."""
+    return figure(1, 2, width=7.6, height=3.0, gridspec_kw=_AXES)

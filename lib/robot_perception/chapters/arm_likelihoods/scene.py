@@ -1,35 +1,33 @@
-"""A person before the camera, a picture at rest and one of a gesture, and what is made of them."""
+"""A person before the camera: a picture at rest and one of a gesture, and what is known of both."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, UInt8
+import sympy
+from jaxtyping import Bool, Float, UInt8
 
-from data_synth.arms.bodies import make_person
+from data_synth.arms.bodies import Outfit, make_person
 from data_synth.arms.gestures import ArmScene, film_arms, make_motion
 from data_synth.companion.faces import make_identity
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.arms.likelihoods import (
     TEXTURE,
-    Bodies,
     Cue,
     EdgeCue,
     Look,
     PatchCue,
     look,
-    summed,
 )
 from robot_perception.arms.tracker import First
 from robot_perception.cameras import Pinhole
 from robot_perception.companion.cues import patch_histograms
-from robot_perception.teaching.tables import Table
 
 CAMERA = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
 CHOOSING = tuple(range(100, 140))
 """Seeds of people and films on which numbers were chosen."""
-SCORED = tuple(range(5000, 5400))
-"""Those that are scored."""
+SHOWN = CHOOSING[10]
+"""Seed of the person that is shown; none that is scored."""
 GAIN = 0.5
 """K; ours."""
 AWAY, BEND = 0, 3
@@ -58,6 +56,8 @@ class Glance:
         Which part each pixel is of.
     first
         What is known from the picture at rest.
+    outfit
+        What the person wears.
     """
 
     image: UInt8[np.ndarray, "240 320 3"] = field(repr=False)
@@ -66,6 +66,7 @@ class Glance:
     wrists: Float[np.ndarray, "2 2"]
     parts: UInt8[np.ndarray, "240 320"] = field(repr=False)
     first: First = field(repr=False)
+    outfit: Outfit = field(repr=False)
 
     @property
     def model(self) -> BodyModel:
@@ -114,7 +115,7 @@ def glance(
     seen = look(now, look(before).grey)
     wrists = shown.stage.pixels(shown.joints[2, :, 2])
     first = First(begin, model, told, patches, reference)
-    return Glance(now, seen, shown.angles[2], wrists, shown.parts[2], first)
+    return Glance(now, seen, shown.angles[2], wrists, shown.parts[2], first, person.outfit)
 
 
 def cues(first: First) -> dict[str, Cue]:
@@ -127,16 +128,6 @@ def cues(first: First) -> dict[str, Cue]:
     }
 
 
-MIXES: dict[str, tuple[str, ...]] = {
-    "shape": ("shape",),
-    "shape, motion": ("shape and motion",),
-    "colour": ("colour",),
-    "shape, colour": ("shape", "colour"),
-    "all": ("shape and motion", "colour", "texture"),
-}
-"""Which cues are multiplied."""
-
-
 def swept(angles: Float[np.ndarray, " 8"]) -> Float[np.ndarray, "m 8"]:
     """Return states in which two angles of the arm on the left take all values of the sweep."""
     states = np.tile(angles, (len(AWAYS) * len(BENDS), 1))
@@ -145,21 +136,36 @@ def swept(angles: Float[np.ndarray, " 8"]) -> Float[np.ndarray, "m 8"]:
     return states
 
 
-def surfaces(shown: Glance) -> dict[str, Float[np.ndarray, "aways bends"]]:
-    """Return the logarithm of each cue's likelihood over the sweep."""
-    bodies = Bodies(shown.model, swept(shown.angles))
-    logs = summed(cues(shown.first), shown.seen, bodies)
-    return {name: log.reshape(len(AWAYS), len(BENDS)) for name, log in logs.items()}
+def held_to_the_side(bend: float, about: float = 1.2) -> Float[np.ndarray, " 8"]:
+    """Return a pose in which both arms are held to the side, their upper arms turned, rad."""
+    return np.tile([1.2, 0.3, about, bend], 2)
 
 
-def setup_table() -> Table:
-    """Return what the paper gives, what is ours, and what matters."""
-    rows = {
-        "angles of an arm": ("4", "4", "their order is ours"),
-        "colour bins of a channel": ("N_bi", "8", "not tested"),
-        "gain K of moving edges": ("a constant", f"{GAIN}", "yes: below 1"),
-        "largest distance to an edge": ("–", "5 px", "yes"),
-        "patches of an arm": ("3", "3", "not tested"),
-        "pull of the stabiliser": ("negligible", "0.15 per rad²", "little"),
-    }
-    return Table(rows, {"paper": "its values", "ours": "", "matters": ""})
+def kinds(of: Glance) -> list[str]:
+    """Return what each patch of somebody is on."""
+    sleeve = "plain sleeve" if of.outfit.pattern == "plain" else "printed sleeve"
+    bare = "bare forearm" if of.outfit.short else sleeve
+    return [(sleeve, bare, "hand")[limb % 3] for limb in of.first.patches.limbs]
+
+
+def shown() -> Glance:
+    """Return the person that is shown, before a cluttered wall with others who walk behind."""
+    return glance(SHOWN, CLUTTER, PASSERS)
+
+
+def outline(
+    of: Glance, state: Float[np.ndarray, " 8"]
+) -> tuple[Float[np.ndarray, "n 2"], Bool[np.ndarray, " n"]]:
+    """Return the silhouette of a pose, and which of its points are seen."""
+    contours = of.model.contours(state[None])
+    return contours.points[0], contours.visible[0]
+
+
+def derivative() -> sympy.MatrixBase:
+    """Return the derivative of the forearm's direction by γ at a straight elbow, by algebra."""
+    alpha, beta, gamma, delta = sympy.symbols("alpha beta gamma delta", real=True)
+    sin, cos = sympy.sin, sympy.cos
+    u = sympy.Matrix([sin(alpha) * cos(beta), cos(alpha) * cos(beta), -sin(beta)])
+    e1 = sympy.Matrix([cos(alpha), -sin(alpha), 0])
+    w = cos(delta) * u + sin(delta) * (cos(gamma) * e1 + sin(gamma) * u.diff(beta))
+    return sympy.simplify(w.diff(gamma).subs(delta, 0))
