@@ -241,7 +241,7 @@ def test_a_strong_pull_leaves_the_arms_at_rest():
 
 def test_the_upper_arm_is_turned_by_any_angle_unless_it_agrees_with_rest():
     found = [page.pulled.but(agrees=agrees, arm="straight", pull=0.0).trial(
-        person=8000, arm="straight", pull=0.0) for agrees in (False, True)]  # fmt: skip
+        person=CHOOSING[0], arm="straight", pull=0.0) for agrees in (False, True)]  # fmt: skip
     assert found[1]["wrong"] == pytest.approx(found[1]["from_rest"])
     assert found[0]["wrong"] != pytest.approx(found[0]["from_rest"])
 
