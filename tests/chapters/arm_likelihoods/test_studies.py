@@ -213,6 +213,8 @@ def test_a_forecast_is_correlated_over_sleeves_and_its_interval_counts_people():
     )  # fmt: skip
     rows = Rows(table, "person", {})
     assert page.foretold(rows, "weight").estimate == pytest.approx(-1)
+    skewed = Rows(table.assign(weight=-np.exp(3 * table["error"])), "person", {})
+    assert page.foretold(skewed, "weight").estimate == pytest.approx(-1), "of ranks"
     assert page.foretold(rows, "weight", kind="hand").estimate == pytest.approx(1)
     noisy = Rows(table.assign(weight=np.repeat(rng.normal(size=30), 6)), "person", {})
     once = Rows(noisy.table.drop_duplicates("person").assign(counts=1.0), "person", {})
@@ -253,3 +255,72 @@ def test_the_edge_cue_of_the_page_is_the_library():
     far = page.sampled(shown.seen.static, contours, shown.seen.most)
     squared = np.where(contours.visible, far, 4.0) ** 2
     np.testing.assert_allclose(-squared.mean(axis=1) / (2 * 0.65**2), EdgeCue()(shown.seen, bodies))
+
+
+def test_a_trial_of_smoothness_counts_both_scores_of_its_scene():
+    found, score = page.bumpy.trial(person=CHOOSING[0]), page.scores(glance(CHOOSING[0], 40))
+    assert found["edges"] == page.maxima(score["edges"])
+    assert found["smooth"] == page.maxima(score["distances"])
+    assert found["smooth_step"] < found["edges_step"]
+    same = page.bumpy.but(smooth="edges").trial(person=CHOOSING[0])
+    assert same["edges"] == same["smooth"]
+
+
+def test_a_trial_of_the_mixes_tells_what_their_surfaces_have():
+    shown = glance(CHOOSING[0], 40, 2)
+    found = page.multiplied.trial(person=CHOOSING[0])
+    assert found["cues"] == list(page.MIXES)
+    tops = [page.peaks(log, shown.angles) for log in page.surfaces(shown).values()]
+    assert found["there"].tolist() == [top.there for top in tops]
+    assert found["peaks"].tolist() == [top.count for top in tops]
+    assert (found["out"] <= found["there"]).all()
+    wrong = page.multiplied.but(off=40.0).trial(person=CHOOSING[0])
+    assert wrong["there"][0] == found["there"][0], "the outline needs no patch"
+    assert wrong["there"][2] == 0
+
+
+def test_a_trial_of_the_straight_arm_has_the_ranks_of_both_jacobians():
+    found = page.straight.trial(arm="held to the side")
+    assert (found["moves"], found["contour"], found["patches"]) == (0, 3, 4)
+    bent = page.straight.but(bend=0.3).trial(arm="held to the side")
+    assert (bent["contour"], bent["patches"]) == (4, 4)
+    assert bent["moves"] > 10
+
+
+def test_a_square_of_the_hand_is_like_hands_and_is_not_compared_with_itself():
+    shown = glance(CHOOSING[4], 40)
+    found = page.compared.trial(person=CHOOSING[4])
+    assert found["hand"] == found["skin"] == 1, "the best place is the square itself"
+    assert found["alike"] > 0.8
+    assert page.compared.but(square="sleeve").trial(person=CHOOSING[4])["alike"] < found["alike"]
+    place = page.place_of(shown, shown.angles, [2, 3])
+    squared = page.unlike(shown.image, page.histograms(shown.image, place[None]))
+    hands = np.isin(shown.parts[np.ix_(page.ROWS, page.COLUMNS)], page.HANDS)
+    assert found["alike"] < page.chance(squared, hands, ~hands)
+
+
+def test_a_trial_of_trust_foretells_by_the_weight_or_by_the_surroundings():
+    shown = glance(CHOOSING[3], 40)
+    weighed = page.trusted.trial(person=CHOOSING[3])
+    np.testing.assert_array_equal(weighed["forecast"], weighed["weight"])
+    np.testing.assert_array_equal(weighed["counts"], [k in page.SLEEVES for k in kinds(shown)])
+    other = page.trusted.but(by="its surroundings").trial(person=CHOOSING[3])
+    np.testing.assert_array_equal(other["forecast"], weighed["unlike"])
+    np.testing.assert_array_equal(other["error"], weighed["error"])
+
+
+def test_each_patch_is_judged_by_the_turns_of_its_own_arm():
+    shown = glance(CHOOSING[3])
+    both, own = page.off_by_patch(shown), shown.first.patches.limbs // 3
+    left = replace(shown, angles=shown.angles + np.r_[np.zeros(4), np.full(4, 0.2)])
+    changed = page.off_by_patch(left) != both
+    assert changed[own == 1].any()
+
+
+def test_a_bent_arm_is_held_where_the_pull_agrees():
+    found = {
+        pull: page.pulled.but(agrees=True).trial(person=CHOOSING[0], arm="bent", pull=pull)
+        for pull in (0.0, 20.0)
+    }
+    assert found[20.0]["from_rest"] < found[0.0]["from_rest"]
+    assert found[20.0]["wrong"] == pytest.approx(found[20.0]["from_rest"])
