@@ -10,10 +10,13 @@ from scipy.ndimage import distance_transform_edt
 from robot_perception.companion.cues import (
     bhattacharyya,
     contour_distances,
+    distance_transform,
     edge_distances,
+    edge_picture,
     patch_histograms,
     patch_histograms_textbook,
     patch_points,
+    sampled,
 )
 from tests.unchecked import unchecked
 
@@ -149,6 +152,25 @@ def test_distances_to_edges_are_those_of_another_transform():
     assert (edge_distances(np.full((9, 9), 7, np.uint8), most=6.0) == 6).all()
 
 
+def test_an_exact_transform_is_that_of_scipy_and_need_not_be_cut():
+    edges = edge_picture(square(), thresholds=(60.0, 140.0))
+    assert edges.dtype == bool
+    exact = distance_transform_edt(~edges)
+    np.testing.assert_allclose(distance_transform(edges), exact, atol=1e-4)
+    np.testing.assert_allclose(distance_transform(edges, most=3.0), np.minimum(exact, 3), atol=1e-4)
+    rough = distance_transform(edges, precise=False)
+    assert 0 < np.abs(rough - exact).max() < 0.05 * exact.max()
+    nothing = np.zeros((4, 5), dtype=bool)
+    assert np.isinf(distance_transform(nothing)).all()
+    assert (distance_transform(nothing, most=2.0) == 2).all()
+
+
+def test_a_point_has_the_distance_of_the_nearest_pixel():
+    field = np.arange(12.0).reshape(3, 4)
+    points = np.array([[[0.4, 0.4], [2.6, 1.0], [-0.6, 1.0], [3.0, 2.5]]])
+    np.testing.assert_array_equal(sampled(field, points, 99.0), [[0.0, 7.0, 99.0, 99.0]])
+
+
 def test_the_contour_of_a_thing_is_nearest_to_edges_at_its_place():
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 0.5
     sides = np.linspace(corners, np.roll(corners, -1, axis=0), 12, endpoint=False)
@@ -197,6 +219,14 @@ def test_the_measure_is_the_root_mean_square_and_outside_is_far():
         (lambda: bhattacharyya(-np.ones(3), np.ones(3)), ValueError, "candidate must not be"),
         (lambda: edge_distances(IMAGE), ValueError, "grey must be"),
         (lambda: edge_distances(square(), most=0.0), ValueError, "most must be"),
+        (lambda: edge_picture(square(), thresholds=(9.0, 3.0)), ValueError, "thresholds must rise"),
+        (lambda: distance_transform(square()), TypeError, "edges must be truth values"),
+        (lambda: distance_transform(np.ones(4, bool)), ValueError, "edges must be .height"),
+        (
+            lambda: sampled(-np.ones((3, 3)), np.zeros((1, 1, 2)), 1.0),
+            ValueError,
+            "not be negative",
+        ),
         (
             lambda: contour_distances(np.ones((3, 3)), drawn(1), np.zeros((0, 2))),
             ValueError,

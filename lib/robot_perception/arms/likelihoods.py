@@ -13,17 +13,22 @@ Robot", section V. All deviations, gains and prices are ours: the paper names no
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, final, no_type_check
+from typing import Any, final
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
 from robot_perception import checks
 from robot_perception.arms.body_model import REST, BodyModel, Contours, Patches, Surface
+from robot_perception.companion import cues as shared
 from robot_perception.companion.boxes import colour_picture
-from robot_perception.companion.cues import bhattacharyya, patch_histograms
+from robot_perception.companion.cues import (
+    bhattacharyya,
+    distance_transform,
+    edge_picture,
+    patch_histograms,
+)
 from robot_perception.extras import needing
-from robot_perception.kernels import kernel
 
 with needing():
     import cv2
@@ -184,22 +189,15 @@ def look(
     image = colour_picture("image", image)
     rules = EdgeRules() if rules is None else checks.instance("rules", rules, EdgeRules)
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    edges = cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), *rules.thresholds)
+    edges = edge_picture(grey, thresholds=rules.thresholds)
     moving = np.zeros_like(edges)
     if before is not None:
         checks.typed("before", before, np.uint8, grey.shape, f"image {image.shape}")
         finder = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
         flow = finder.calc(np.ascontiguousarray(before), grey, None)
-        far = cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves
-        moving = edges * far.astype(np.uint8)
-    static = np.minimum(_transform(edges), np.float32(rules.most))
-    return Look(image, grey, edges > 0, static, _transform(moving), float(rules.most))
-
-
-def _transform(edges: np.ndarray) -> np.ndarray:
-    if not edges.any():
-        return np.full(edges.shape, np.inf, dtype=np.float32)
-    return cv2.distanceTransform(255 - edges, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        moving = edges & (cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves)
+    static = distance_transform(edges, most=rules.most)
+    return Look(image, grey, edges, static, distance_transform(moving), float(rules.most))
 
 
 @final
@@ -256,14 +254,8 @@ def sampled(
     most
         The distance outside of the picture.
     """
-    distance = np.ascontiguousarray(checks.reals("distance", distance))
-    checks.shaped("distance", distance, ("height", "width"))
-    if not distance.min(initial=0.0) >= 0:
-        raise ValueError(f"distance must not be negative, got {distance.min():g}")
     points = checks.instance("contours", contours, Contours).points
-    found = np.empty(points.shape[:2])
-    _gather(distance, points, checks.positive("most", most), found)
-    return found
+    return shared.sampled(distance, points, most)
 
 
 def square_of_sum(distances: Distances, visible: Visible, sigma: float) -> Logarithms:
@@ -711,14 +703,3 @@ def apart(
             value = np.repeat(whole[:, None], 2, axis=1)
         found[name] = value
     return found
-
-
-@no_type_check
-@kernel()
-def _gather(distance, points, most, found):  # pragma: no cover - compiled
-    height, width = distance.shape
-    for i in range(points.shape[0]):
-        for j in range(points.shape[1]):
-            u, v = points[i, j]
-            inside = -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5
-            found[i, j] = distance[int(v + 0.5), int(u + 0.5)] if inside else most

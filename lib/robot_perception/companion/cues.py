@@ -1,4 +1,4 @@
-r"""What a particle sees: colours of patches and edges near a contour.
+r"""What a particle sees: colours of patches and edges near a contour, of persons and of arms.
 
 A state is :math:`x = [x, y, \theta, s]^\top`, the place (px), the turn (rad) and the scale (px a
 unit) of a target's own frame; a point p of that frame lies in the picture at
@@ -6,7 +6,8 @@ unit) of a target's own frame; a point p of that frame lies in the picture at
 .. math:: (x, y)^\top + s\, R(\theta)\, p
 
 Equations are those of section V of Menezes, Lerasle and Dias, "Visual Tracking Modalities for a
-Companion Robot", which section IV uses.
+Companion Robot", which section IV uses. Thresholds, the largest distance and how exact the distance
+transform is are parameters: persons and arms have other ones.
 """
 
 from typing import Any, no_type_check
@@ -25,10 +26,13 @@ with needing():
 __all__ = [
     "bhattacharyya",
     "contour_distances",
+    "distance_transform",
     "edge_distances",
+    "edge_picture",
     "patch_histograms",
     "patch_histograms_textbook",
     "patch_points",
+    "sampled",
 ]
 
 States = Float[np.ndarray, "m 4"]
@@ -207,16 +211,105 @@ def edge_distances(
     ----------
     Section V, "Shape cues": the distance transform of the edges.
     """
+    most = checks.positive("most", most)
+    return distance_transform(edge_picture(grey, thresholds=thresholds), most=most, precise=False)
+
+
+def edge_picture(
+    grey: UInt8[np.ndarray, "height width"], *, thresholds: tuple[float, float]
+) -> Bool[np.ndarray, "height width"]:
+    """Return where edges are: those of Canny's detector on the blurred grey values.
+
+    Parameters
+    ----------
+    grey : (height, width)
+        Grey values.
+    thresholds
+        Of the detector.
+
+    Raises
+    ------
+    TypeError
+        If the picture does not hold bytes.
+    ValueError
+        If it is in colour, or the thresholds do not rise.
+    """
     grey = grey_picture("grey", grey)
     low, high = checks.vector("thresholds", thresholds, 2).tolist()
     if not 0 <= low <= high:
         raise ValueError(f"thresholds must rise from 0 or more, got {low:g} and {high:g}")
-    most = checks.positive("most", most)
-    edges = cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), low, high)
-    if not edges.any():
-        return np.full(grey.shape, most, dtype=np.float32)
-    distance = cv2.distanceTransform(255 - edges, cv2.DIST_L2, 5)
-    return np.minimum(distance, np.float32(most))
+    return cv2.Canny(cv2.GaussianBlur(grey, (0, 0), 1.0), low, high) > 0
+
+
+def distance_transform(
+    edges: Bool[np.ndarray, "height width"], *, most: float | None = None, precise: bool = True
+) -> Float[np.ndarray, "height width"]:
+    """Return the distance of each pixel to the nearest edge, px: I_DT.
+
+    Parameters
+    ----------
+    edges : (height, width)
+        Where they are.
+    most
+        Larger distances are cut to it; without it they are not, and infinite where there is no
+        edge.
+    precise
+        Whether distances are exact, or summed along steps of a mask of 5 by 5 pixels.
+
+    Raises
+    ------
+    TypeError
+        If the edges are no truth values.
+    ValueError
+        If they are no picture, or the largest distance is not positive.
+
+    References
+    ----------
+    Section V, "Shape cues".
+    """
+    edges = checks.instance("edges", edges, np.ndarray)
+    if edges.dtype != bool:
+        raise TypeError(f"edges must be truth values, got {edges.dtype}")
+    if edges.ndim != 2 or not edges.size:
+        raise ValueError(f"edges must be (height, width), got {edges.shape}")
+    if edges.any():
+        mask = cv2.DIST_MASK_PRECISE if checks.flag("precise", precise) else 5
+        distance = cv2.distanceTransform(np.where(edges, np.uint8(0), np.uint8(255)), cv2.DIST_L2,
+                                         mask)  # fmt: skip
+    else:
+        distance = np.full(edges.shape, np.inf, dtype=np.float32)
+    if most is None:
+        return distance
+    return np.minimum(distance, np.float32(checks.positive("most", most)))
+
+
+def sampled(
+    distance: Float[np.ndarray, "height width"], points: Float[np.ndarray, "m n 2"], most: float
+) -> Float[np.ndarray, "m n"]:
+    """Return the distance at each point: that of the nearest pixel.
+
+    Parameters
+    ----------
+    distance : (height, width)
+        A distance transform, px.
+    points : (m, n, 2)
+        Column and row, px.
+    most
+        The distance outside of the picture.
+
+    Raises
+    ------
+    ValueError
+        If a distance is negative, or the shapes are others.
+    """
+    distance = np.ascontiguousarray(checks.reals("distance", distance))
+    checks.shaped("distance", distance, ("height", "width"))
+    if not distance.min(initial=0.0) >= 0:
+        raise ValueError(f"distance must not be negative, got {distance.min():g}")
+    points = checks.array("points", points, ("m", "n", 2), finite=False)
+    found = np.empty(points.shape[:2])
+    _gather(distance, points, checks.positive("most", most), found)
+    return found
 
 
 def contour_distances(
@@ -255,9 +348,10 @@ def contour_distances(
     states = _states(states)
     if not distance.size or not len(contour):
         raise ValueError("distance and contour must not be empty")
-    found = np.empty(len(states))
-    _measure(distance, states, contour, float(distance.max()), found)
-    return found
+    points = np.empty((len(states), len(contour), 2))
+    _put(states, contour, points)
+    far = sampled(distance, points, float(distance.max()))
+    return np.sqrt(np.add.accumulate(far * far, axis=1)[:, -1] / len(contour))
 
 
 def _states(states: Any) -> np.ndarray:
@@ -325,16 +419,22 @@ def _count(picture, points, visible, found, inside):  # pragma: no cover - compi
 
 @no_type_check
 @kernel()
-def _measure(distance, states, contour, most, found):  # pragma: no cover - compiled
-    height, width = distance.shape
+def _put(states, contour, found):  # pragma: no cover - compiled
     for i in range(len(states)):
         x, y, theta, s = states[i]
         cos, sin = s * np.cos(theta), s * np.sin(theta)
-        total = 0.0
         for j in range(len(contour)):
             p, q = contour[j]
-            u = int(np.floor(cos * p - sin * q + x + 0.5))
-            v = int(np.floor(sin * p + cos * q + y + 0.5))
-            d = distance[v, u] if 0 <= u < width and 0 <= v < height else most
-            total += d * d
-        found[i] = np.sqrt(total / len(contour))
+            found[i, j, 0] = cos * p - sin * q + x
+            found[i, j, 1] = sin * p + cos * q + y
+
+
+@no_type_check
+@kernel()
+def _gather(distance, points, most, found):  # pragma: no cover - compiled
+    height, width = distance.shape
+    for i in range(points.shape[0]):
+        for j in range(points.shape[1]):
+            u, v = points[i, j]
+            inside = -0.5 <= u < width - 0.5 and -0.5 <= v < height - 0.5
+            found[i, j] = distance[int(v + 0.5), int(u + 0.5)] if inside else most

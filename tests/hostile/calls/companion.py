@@ -135,6 +135,9 @@ CALLS = {
     cues.patch_histograms_textbook: lambda: call(COLOUR, POINTS, SEEN_OF_THEM, bins=4),
     cues.bhattacharyya: lambda: call(EVEN, EVEN),
     cues.edge_distances: lambda: call(GREY, thresholds=(60.0, 140.0), most=10.0),
+    cues.edge_picture: lambda: call(GREY, thresholds=(60.0, 140.0)),
+    cues.distance_transform: lambda: call(GREY > 200, most=10.0, precise=True),
+    cues.sampled: lambda: call(np.ones((40, 50)), POINTS[:, 0], 5.0),
     cues.contour_distances: lambda: call(np.ones((40, 50)), STATES, tutor.SILHOUETTE),
     tutor.TutorModel: lambda: call(tutor.PATCHES, tutor.SILHOUETTE, {}),
     tutor.TutorRules: lambda: call(
