@@ -239,6 +239,8 @@ def test_places_of_a_cascade_are_counted_as_it_steps():
     assert tutor.places(image, None, (26, 27)) == pytest.approx((60 / 1.1 - 23) * (80 / 1.1 - 23))
     inside = np.array([-10.0, 20, 50, 30])  # of which 40 by 30 px are in the picture
     assert tutor.places(image, inside, (24, 24)) == (40 - 23) * (30 - 23)
+    beyond = np.array([40.0, 30, 90, 90])  # to the right and below, too
+    assert tutor.places(image, beyond, (24, 24)) == (40 - 23) * (30 - 23)
     assert tutor.places(image, np.array([0.0, 0, 20, 20])) == 0
     assert tutor.places(image) > tutor.places(image, None, (24, 40))
 
