@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robot_perception.companion.hands.cascade import Goals, train
+from robot_perception.companion.hands.cascade import Goals, HandDetector, train
 from robot_perception.companion.hands.features import SIZE, feature_pool
 from robot_perception.companion.hands.windows import hard_windows, random_window, window_at
 from tests.companion.hands.test_cascade import bars, noise
@@ -69,6 +69,21 @@ def test_hard_windows_pass_and_half_of_them_are_of_those_that_are_given(cascade)
     np.testing.assert_array_equal(found[-10:], first)
 
 
+def test_what_passes_in_the_picture_and_not_when_it_is_cut_out_is_no_hard_window(cascade):
+    """Larger windows are smoothed otherwise by the scan than by the cut."""
+    pictures = [cv2.resize(room(RNG(k), bars(RNG(10 + k), 4)), None, fx=1.7, fy=1.7)
+                for k in range(4)]  # fmt: skip
+    scanned = np.concatenate([
+        [window_at(image, box) for box in HandDetector(cascade, 1.12, 1, 0).windows(image)[0]]
+        for image in pictures
+    ])  # fmt: skip
+    stages = len(cascade.stages)
+    assert 0.02 < (cascade.passed(scanned) < stages).mean() < 0.98
+    found = hard_windows(cascade, 200, pictures=pictures, windows=bars(RNG(4), 0), rng=RNG(6))
+    assert 20 < len(found) < 200
+    assert (cascade.passed(found) == stages).all()
+
+
 def test_few_that_pass_leave_the_rest_to_the_pictures(cascade):
     given = bars(RNG(4), 2)
     pictures = [room(RNG(k), bars(RNG(10 + k), 4)) for k in range(4)]
@@ -88,6 +103,7 @@ def test_without_a_cascade_half_are_drawn_and_half_are_given():
     taken = {one.tobytes() for one in given}
     assert [one.tobytes() in taken for one in found] == [False] * 10 + [True] * 11
     assert len({one.tobytes() for one in found}) == 21
+    assert (found[10:] != given[:11]).any(), "in random order"
 
 
 def test_the_same_draws_give_the_same_windows(cascade):
