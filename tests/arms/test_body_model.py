@@ -16,6 +16,7 @@ from robot_perception.arms.body_model import (
     BodyModel,
     Measures,
     Patches,
+    _collide,
     contours_textbook,
 )
 from robot_perception.cameras import Pinhole
@@ -84,9 +85,11 @@ def test_points_are_projected_as_opencv_does():
     np.testing.assert_allclose(MODEL.pixels(points), wanted[:, 0], atol=1e-9)
 
 
-def test_contours_are_those_of_the_textbook():
-    states = np.vstack([drawn(40), REST])
-    fast, plain = MODEL.contours(states), contours_textbook(MODEL, states)
+@pytest.mark.parametrize("middle", [(0.02, -0.12, 1.9), (0.8, 0.2, 1.3), (-0.8, -0.3, 1.3)])
+def test_contours_are_those_of_the_textbook(middle):
+    """Before the camera and at both sides of it, where the trunk is seen askance."""
+    model, states = replace(MODEL, middle=np.array(middle)), np.vstack([drawn(40), REST])
+    fast, plain = model.contours(states), contours_textbook(model, states)
     np.testing.assert_array_equal(fast.visible, plain.visible)
     there = np.isfinite(plain.points).all(axis=-1)
     np.testing.assert_allclose(fast.points[there], plain.points[there], atol=1e-9)
@@ -248,6 +251,39 @@ def test_patches_lie_on_the_limb_and_face_the_camera():
         assert along == pytest.approx(patches.along[p].mean(), abs=0.03)
 
 
+def test_points_of_a_patch_lie_where_cylinder_coordinates_have_them():
+    """From the joints: along the axis, and around it from the side to which the elbow bends."""
+    rng, shape = np.random.default_rng(4), replace(MODEL.measures, radii=(0.09, 0.03, 0.06, 0.02))
+    model = replace(MODEL, measures=shape)
+    patches = Patches(
+        np.arange(6),
+        np.tile([0.2, 0.7], (6, 1)),
+        np.column_stack([rng.uniform(-3, 3, 6), np.ones(6)]),
+    )
+    along = 0.2 + 0.5 * (np.arange(6) + 0.5) / 6
+    around = patches.around[:, :1] + 2 * (np.arange(10) + 0.5) / 10 - 1
+    states = drawn(20, 6)
+    states[:, [3, 7]] = rng.uniform(0.3, 2.4, (20, 2))  # an elbow that bends tells its side
+    surface = model.surface(states, patches)
+    found, seen = surface.points.reshape(20, 6, 6, 10, 2), surface.visible.reshape(20, 6, 6, 10)
+    for state, joints, points, shown in zip(states, model.joints(states), found, seen, strict=True):
+        for limb in range(6):
+            arm, part = divmod(limb, 3)
+            axes = np.diff(joints[arm], axis=0) / np.array(shape.lengths)[:, None]
+            upper, fore, bend = axes[0], axes[1], state[4 * arm + 3]
+            side = fore - upper * np.cos(bend) if part == 0 else fore * np.cos(bend) - upper
+            side /= np.sin(bend)
+            turned = np.cross(axes[part], side)
+            normals = np.cos(around[limb])[:, None] * side + np.sin(around[limb])[:, None] * turned
+            r = np.interp(along, [0, 1], shape.radii[part : part + 2])[:, None, None]
+            axis = joints[arm, part] + along[:, None] * shape.lengths[part] * axes[part]
+            places = axis[:, None] + r * normals
+            np.testing.assert_allclose(points[limb], model.pixels(places), atol=1e-6)
+            thins = (shape.radii[part] - shape.radii[part + 1]) / shape.lengths[part]
+            away = ((normals + thins * axes[part]) * places).sum(axis=-1) > 0
+            assert not (shown[limb] & away).any(), "a cone's normal leans as it thins"
+
+
 def test_a_narrow_patch_turns_away_with_the_upper_arm_and_one_right_round_does_not():
     state = np.tile([1.2, 0.2, 0.5, 0.0], 2)
     placed = MODEL.place(state)
@@ -310,3 +346,18 @@ def test_limbs_have_names_from_left_to_right():
     assert [name.split()[0] for name in LIMBS] == ["left"] * 3 + ["right"] * 3
     with unchecked(), pytest.raises(TypeError, match="camera must be a Pinhole"):
         BodyModel("camera", np.array([0, 0, 2.0]))
+
+
+@pytest.mark.parametrize("across", [0, 1])
+@pytest.mark.parametrize("apart", [-1e-3, 1e-3])
+def test_forearms_that_cross_collide_where_their_radii_there_meet(across, apart):
+    """One is crossed by the middle of the other at nine tenths of its length."""
+    radii, ends = np.array([0.05, 0.05, 0.01, 0.01]), np.zeros((1, 2, 4, 3))
+    level = (0.05 + 0.9 * (0.01 - 0.05)) + (0.05 + 0.5 * (0.01 - 0.05)) + apart
+    ends[0, across] = [[0, -5, 0], [0, 0, 0], [0, 1, 0], [0, 5, 0]]
+    ends[0, 1 - across] = [[-5, 0.9, level], [-0.5, 0.9, level], [0.5, 0.9, level], [5, 9, 9]]
+    ends[0, :, 0] += [0, 0, 30]  # upper arms and hands are elsewhere
+    ends[0, :, 3] += [0, 0, 30]
+    found, far = np.empty(1, dtype=bool), np.full(3, 99.0)
+    _collide(ends, radii, far, np.ones(2), far, 0.1, found)
+    assert found[0] == (apart < 0)

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from data_synth.arms.gestures import ArmScene, film_arms
+from robot_perception.arms import tracker as tracker_module
 from robot_perception.arms.body_model import REST, BodyModel
 from robot_perception.arms.likelihoods import (
     COLOUR,
     TEXTURE,
     Bodies,
     EdgeCue,
+    EdgeRules,
     PatchCue,
     StabiliserCue,
     look,
@@ -25,6 +27,8 @@ from robot_perception.arms.tracker import (
     ArmRules,
     ArmTracker,
     Picture,
+    _reached,
+    _skin,
     find_face,
 )
 from robot_perception.beliefs import ParticleSet
@@ -94,6 +98,75 @@ def test_the_first_pose_is_found_near_the_one_at_rest():
     np.testing.assert_array_equal(state.first.state, state.first.state)
     assert state.first.reference.shape == (6, 4, 8)
     np.testing.assert_allclose(state.first.reference.sum(axis=-1), 1)
+
+
+def test_the_search_for_the_first_pose_narrows_from_round_to_round(monkeypatch):
+    widths = []
+
+    def stub(particles, move, weigh, *, rng):
+        widths.append(move(np.zeros((5000, 8)), rng).std(axis=0))
+        return particles, None
+
+    monkeypatch.setattr(tracker_module, "condensation", stub)
+    rules = ArmRules(particles=40, rounds=4)
+    ArmTracker(CAMERA, rules=rules).start(FILM.frames[0], rng=rng(), face=FILM.face)
+    assert len(widths) == 4
+    np.testing.assert_allclose(widths[0][:4], [0.25, 0.2, 0.4, 0.3], rtol=0.05)
+    np.testing.assert_allclose(np.divide(widths[1:], widths[:-1]), 0.7, rtol=0.06)
+
+
+def test_patches_are_placed_and_the_picture_is_seen_as_the_first_pose_and_the_rules_say():
+    pose = REST + np.array([0.8, 0.3, 0.9, 0.6, 0, 0, 0, 0])
+    rules = ArmRules(particles=20, edges=EdgeRules(most=3.0))
+    first = ArmTracker(CAMERA, rules=rules).start(
+        FILM.frames[0], rng=rng(), face=FILM.face, pose=pose
+    ).first  # fmt: skip
+    np.testing.assert_array_equal(first.patches.around, first.model.place(pose).around)
+    assert np.abs(first.patches.around - first.model.place(REST).around).max() > 0.1
+    assert first.seen.most == 3.0
+
+
+def test_skin_is_what_the_middle_of_a_face_shows():
+    """Hair, chin and the sides of the square are of other colours, and count for nothing."""
+    image = np.full((240, 320, 3), 20, dtype=np.uint8)
+    image[60:100, 100:140] = (10, 250, 90)
+    image[74:94, 110:130] = (220, 170, 140)  # from 0.35 to 0.85 down, from 0.25 to 0.75 across
+    found = _skin(look(image), np.array([100.0, 60.0, 40.0, 40.0]), 8)
+    np.testing.assert_allclose(found[:3], np.eye(8)[[6, 5, 4]])
+    np.testing.assert_allclose(found.sum(axis=1), 1)
+
+
+@pytest.mark.parametrize(("pull", "reached"), [(4.0, True), (80.0, False)])
+def test_a_hand_is_led_to_a_near_place_and_an_angle_by_three_deviations_at_most(pull, reached):
+    model, noise = MODEL, np.tile([0.13, 0.13, 0.2, 0.2], 2)
+    states = REST + 0.05 * rng().standard_normal((30, 8))
+
+    def hands(states):
+        joints = model.joints(states)
+        return model.pixels((joints[:, :, 2] + joints[:, :, 3]) / 2)
+
+    goals = hands(REST[None])[0] + [[-pull, 0], [pull, -pull]]
+    found = _reached(model, states, goals, np.array([True, False]), noise)
+    np.testing.assert_array_equal(found[:, 4:], states[:, 4:])
+    moved = np.abs(found - states)[:, :4] / noise[:4]
+    before, after = (np.linalg.norm(hands(s)[:, 0] - goals[0], axis=-1) for s in (states, found))
+    assert (after < before).mean() > 0.9
+    assert moved.max() <= 3 + 1e-12
+    assert (np.median(after) < 3) == reached
+    assert (moved.max() > 2.9) != reached
+
+
+def test_the_evidence_of_arms_drawn_apart_is_that_of_both():
+    """What a cue adds to the likelihood of each arm it adds twice to the evidence."""
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+
+    def evidence(level):
+        cue = Pulled(REST, [0.3, 0.3])
+        picture = Picture(state, look(FILM.frames[1]), FEW.rules)
+        picture.log_likelihoods = lambda states: level + cue.arms(None, Bodies(MODEL, states))
+        return FILTERS["apart"](picture, rng())[1].log_evidence
+
+    assert evidence(-700.0) == pytest.approx(evidence(0.0) - 1400, rel=1e-9)
 
 
 def test_a_face_is_found_and_none_is_told():
@@ -370,6 +443,20 @@ def test_arms_drawn_apart_have_the_mean_and_spread_of_a_kalman_filter():
     assert np.abs(np.corrcoef(left.T, right.T)[:4, 4:]).max() < 0.03, "arms are paired at random"
     assert np.ptp(state.particles.log_weights) == 0
     assert info.effective < 40_000
+
+
+def test_arms_drawn_apart_are_paired_anew_where_a_particle_had_both_alike():
+    """Left and right were raised alike in each particle; pairs of the next picture are not."""
+    flat = {"flat": lambda first: lambda seen, bodies: np.zeros(len(bodies))}
+    rules = ArmRules(filter="apart", particles=2000, noise=(1e-3,) * 4)
+    tracker = ArmTracker(CAMERA, rules=rules, cues=flat, bounds={})
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+    states = np.tile(REST, (2000, 1))
+    states[:, [0, 4]] += np.linspace(0, 0.5, 2000)[:, None]
+    state = replace(state, particles=ParticleSet.uniform(states))
+    after = tracker.step(state, FILM.frames[1], rng=rng())[0].particles.states
+    np.testing.assert_allclose(np.sort(after[:, 0]), np.sort(states[:, 0]), atol=0.02)
+    assert abs(np.corrcoef(after[:, 0], after[:, 4])[0, 1]) < 0.1
 
 
 def test_an_arm_that_fits_is_kept_whatever_the_other_one_does():

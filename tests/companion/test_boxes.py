@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.companion.boxes import crop, overlap, overlap_in_pairs
+from robot_perception.companion.boxes import crop, overlap, overlap_in_pairs, within
 from tests.unchecked import unchecked
 
 COORDS = st.floats(-50, 50)
@@ -101,3 +101,23 @@ def test_equalised_crops_do_not_depend_on_brightness_and_contrast():
 def test_what_is_wrong_is_named(image, box, error, text):
     with unchecked(), pytest.raises(error, match=text):
         crop(image, np.array(box, dtype=float), (5, 5))
+
+
+def test_a_crop_holds_the_pixels_of_its_rounded_box_also_at_the_right_of_a_wide_picture():
+    image = np.random.default_rng(3).integers(0, 256, (40, 90), dtype=np.uint8)
+    found = crop(image, np.array([60.4, 9.6, 20.4, 15.2]), (15, 21))
+    np.testing.assert_array_equal(found, image[10:25, 60:81] / 255.0)
+    beyond = crop(image, np.array([80.0, 30, 20, 20]), (20, 20))
+    np.testing.assert_array_equal(beyond[:10, :10], image[30:, 80:] / 255.0)
+    np.testing.assert_array_equal(beyond[:10, 10:], np.repeat(image[30:, 89:], 10, axis=1) / 255.0)
+
+
+def test_a_window_takes_in_every_pixel_that_it_touches():
+    image = np.arange(6 * 9, dtype=np.uint8).reshape(6, 9)
+    part, corner = within(image, np.array([2.5, 1.2, 3.0, 2.9]))
+    np.testing.assert_array_equal(part, image[1:5, 2:6])
+    np.testing.assert_array_equal(corner, [2, 1])
+    part, corner = within(image, np.array([-3.0, 4.5, 5.0, 9.0]))
+    np.testing.assert_array_equal(part, image[4:, :2])
+    np.testing.assert_array_equal(corner, [0, 4])
+    assert within(image, None)[0] is image

@@ -268,3 +268,14 @@ def test_a_state_checks_its_numbers():
         RobotRules(face_window=0.0)
     with pytest.raises(TypeError, match="recognise"):
         CompanionRobot("ann", HANDS)
+
+
+def test_of_several_faces_the_robot_turns_to_the_one_that_has_the_link(sees):
+    """The tutor stands at the left; a stranger at the right is found first."""
+    tutor, stranger = np.array([60.0, 40, 40, 40]), np.array([230.0, 40, 44, 44])
+    sees["faces"] = np.array([stranger, tutor])
+    machine = replace(robot(), recognise=lambda grey, box: "ann" if box[0] < 160 else None)
+    _, info, _ = run(machine, machine.start(), 6)
+    assert info.held == 1
+    assert info.command == (0.0, KEEPS.command(80 - 159.5, KEEPS.height)[1])
+    assert info.command[1] > 0

@@ -282,3 +282,12 @@ def test_while_the_person_is_hidden_no_patch_learns_however_well_it_fits():
     assert info.hidden
     assert info.distances.min() < tracker.rules.gate
     assert not info.learnt.any()
+
+
+def test_distances_are_those_of_the_patches_at_the_estimate():
+    away = MIDDLE + np.array([14, 6, 0, 0])
+    (state, info), *_ = run([picture(), picture(away)], replace(
+        TRACKER, rules=replace(TRACKER.rules, rate=0.0)))  # fmt: skip
+    seen, _ = TRACKER._colours(picture(away), state.estimate[None])
+    wanted = bhattacharyya(seen[0], state.reference).mean(axis=-1)
+    np.testing.assert_allclose(info.distances, wanted, rtol=1e-12)

@@ -181,3 +181,24 @@ def test_thresholds_are_those_of_spaces_that_measure_as_the_gallery_does(whiten)
             nearest.append(np.sqrt(((same - one) ** 2).mean(axis=1)).min())
     known = enrol(faces, names, 5, accepted=0.8, folds=3, whiten=whiten)
     assert known.most_distance == pytest.approx(np.quantile(nearest, 0.8))
+
+
+def test_an_eigenimage_is_not_darker_than_its_negative():
+    """Of both signs of a direction the one with a positive sum is taken, so that two runs agree."""
+    sums = [
+        Eigenfaces.learn(*gallery(np.random.default_rng(seed))[:2], 12).images.sum(axis=(1, 2))
+        for seed in range(4)
+    ]
+    assert (np.concatenate(sums) >= 0).all()
+
+
+def test_a_limit_is_learnt_from_pictures_of_the_same_person_and_no_twin():
+    """Each picture has a near twin of the other person; of its own the nearest is far."""
+    rng = np.random.default_rng(2)
+    kinds = rng.uniform(0, 1, (6, 9, 7))
+    faces = np.concatenate([kinds, kinds + 0.01 * rng.standard_normal(kinds.shape)])
+    model = enrol(faces, ["ann"] * 6 + ["bob"] * 6, 5, folds=6)
+    apart = np.array([model.distances(one)[:6] for one in model.descriptors[:6]])
+    nearest = (apart + 1e9 * np.eye(6)).min()
+    assert model.most_distance > 0.5 * nearest
+    assert model.most_distance > 5 * model.distances(model.descriptors[0])[6]

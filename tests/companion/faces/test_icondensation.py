@@ -8,7 +8,9 @@ import pytest
 from scipy import integrate, stats
 
 from robot_perception.beliefs import ParticleSet
+from robot_perception.companion.cues import contour_distances, edge_distances
 from robot_perception.companion.faces.icondensation import (
+    ELLIPSE,
     PATCHES,
     FaceFilter,
     FaceFilterRules,
@@ -172,3 +174,61 @@ def test_jumps_are_even_in_the_logarithm_of_the_side_as_their_density_says():
     low, high = np.log(rules.sides)
     share = (np.log(after.particles.states[:, 2]) - low) / (high - low)
     assert stats.kstest(share, "uniform").pvalue > 0.01
+
+
+def test_particles_of_weight_are_the_ancestors():
+    """One of four hundred has all the weight: without jumps all others come from it."""
+    rules = replace(RULES, anywhere=0.0, steered=0.0)
+    state = started(rules)
+    states, logs = np.tile([60.0, 60.0, 40.0], (400, 1)), np.full(400, -1e3)
+    states[17], logs[17] = [160, 120, 60], 0.0
+    after, _ = FaceFilter(rules).step(
+        replace(state, particles=ParticleSet(states, logs)), picture(), NONE,
+        rng=np.random.default_rng(4),
+    )  # fmt: skip
+    assert np.abs(after.particles.states - [160, 120, 60]).max() < 40
+
+
+def test_steered_particles_spread_about_detections_as_the_proposal_says():
+    rules = replace(RULES, place_sigma=0.03, side_sigma=0.3)
+    drawn = FaceFilter(rules)._near(square(100, 80, 50)[None], 4000, np.random.default_rng(5))
+    np.testing.assert_allclose(drawn[:, :2].mean(axis=0), [100, 80], atol=0.2)
+    np.testing.assert_allclose(drawn[:, :2].std(axis=0), 1.5, rtol=0.05)
+    assert np.log(drawn[:, 2] / 50).std() == pytest.approx(0.3, rel=0.05)
+
+
+def test_the_prior_is_the_walk_of_all_before_and_the_jumps():
+    """Two ancestors of different weight and size; place and side have deviations of their own."""
+    rules = replace(RULES, move=0.05, grow=0.2, anywhere=0.1)
+    before = ParticleSet(np.array([[100.0, 80, 40], [110.0, 90, 80]]), np.log([0.3, 0.7]))
+    states = np.random.default_rng(6).uniform([80, 60, 30], [130, 110, 100], (50, 3))
+    found = FaceFilter(rules)._prior(states, before, np.array([320.0, 240.0]))
+    walk = sum(
+        weight
+        * stats.norm.pdf(states[:, :2], at[:2], 0.05 * at[2]).prod(axis=1)
+        * stats.norm.pdf(np.log(states[:, 2]), np.log(at[2]), 0.2)
+        for weight, at in zip(before.weights, before.states, strict=True)
+    )
+    jump = 1 / (320 * 240 * np.log(rules.sides[1] / rules.sides[0]))
+    np.testing.assert_allclose(found, 0.9 * walk + 0.1 * jump, rtol=1e-9)
+
+
+def test_the_likelihood_of_the_outline_is_that_of_its_squared_distance():
+    rules, image = replace(RULES, colour_sigma=1e6, shape_sigma=7.0), picture()
+    states = np.array([[160.0, 120, 60], [150.0, 118, 70], [60.0, 60, 40]])
+    logs = FaceFilter(rules).log_likelihood(image, states, started(rules).reference)
+    framed = np.insert(states, 2, 0.0, axis=1)
+    away = contour_distances(edge_distances(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)), framed,
+                             ELLIPSE)  # fmt: skip
+    np.testing.assert_allclose(logs, -(away**2) / (2 * 7.0**2), atol=1e-9)
+
+
+def test_where_all_states_are_alike_the_evidence_is_their_likelihood():
+    wall, rules = np.full((240, 320, 3), 120, np.uint8), replace(RULES, anywhere=0.0)
+    filter = FaceFilter(rules)
+    state = filter.start(wall, square(160, 120, 60), rng=np.random.default_rng(7))
+    _, info = filter.step(state, wall, NONE, rng=np.random.default_rng(8))
+    logs = filter.log_likelihood(wall, state.particles.states, state.reference)
+    assert np.ptp(logs) < 1e-9
+    assert info.log_evidence == pytest.approx(logs[0], abs=1e-9)
+    assert info.effective == pytest.approx(400)

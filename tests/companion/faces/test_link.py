@@ -104,3 +104,9 @@ def test_what_is_wrong_is_named(wrong, text):
 def test_a_verification_that_gives_no_truth_is_named():
     with pytest.raises(TypeError, match="verify"):
         keep_link(Link("ann", face("ann")), [face("ann")], verify=lambda link, other: 1)
+
+
+def test_a_face_that_grows_about_its_middle_stays_where_it_is():
+    pictures = [[face("ann", side=40.0)], [SeenFace(np.array([70.0, 70.0, 60.0, 60.0]), "ann")]]
+    for policy in ("verified", "nearest"):
+        assert run(pictures, policy=policy, reach=0.05)[1].face.box[2] == 60

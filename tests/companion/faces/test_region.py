@@ -21,9 +21,11 @@ class Told:
 
     boxes: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
     windows: list = field(default_factory=list)
+    sides: list = field(default_factory=list)
 
     def find(self, image, window=None, sides=None):
         self.windows.append(window)
+        self.sides.append(sides)
         if window is None or not len(self.boxes):
             return self.boxes
         low, high = window[:2], window[:2] + window[2:]
@@ -220,3 +222,34 @@ def test_the_gate_knows_that_the_prediction_is_uncertain_too():
     assert away > 1.3 * 4.03 * measured  # outside of the gate of a detection alone
     ((_, first), (_, info)) = run([square(100, 100, 40), square(100 + away, 100, 40)])
     assert first.taken == info.taken == 0
+
+
+def test_of_a_face_that_was_told_once_nothing_is_known_of_its_motion():
+    """Two deviations of an acceleration to either side, and what the detection is worth."""
+    rules = RegionRules(acceleration=3.0, growth=0.7)
+    belief = FaceTracker(Told(), rules).start(square(100, 80, 50)).belief
+    np.testing.assert_array_equal(belief.mean, [100, 80, 50, 0, 0, 0])
+    spread = [50 * rules.place_sigma, 50 * rules.place_sigma, 50 * rules.side_sigma, 6, 6, 1.4]
+    np.testing.assert_allclose(belief.cov, np.diag(np.square(spread)))
+
+
+def test_in_a_window_only_faces_of_the_expected_sizes_are_asked_for():
+    detector = Told(square(100, 80, 50)[None])
+    tracker = FaceTracker(detector, RULES)
+    state = tracker.start(square(100, 80, 50))
+    tracker.step(state, IMAGE)
+    tracker.step(tracker.start(), IMAGE)
+    assert detector.sides == [tracker.sides(tracker.predict(state)), None]
+
+
+def test_a_prediction_remembers_for_how_long_the_face_was_missed():
+    tracker = FaceTracker(Told(), RULES)
+    state = replace(tracker.start(square(100, 80, 50)), missed=3)
+    assert tracker.predict(state).missed == 3
+    assert tracker.step(state, IMAGE)[0].missed == 4
+
+
+def test_a_face_that_has_left_the_picture_is_given_up_at_once():
+    tracker = FaceTracker(Told(), RULES)
+    assert tracker.step(tracker.start(square(160, 120, 40)), IMAGE)[0].belief is not None
+    assert tracker.step(tracker.start(square(-400, 120, 40)), IMAGE)[0].belief is None

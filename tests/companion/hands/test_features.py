@@ -125,3 +125,8 @@ def test_parts_lie_in_the_whole_where_their_kind_has_them():
             corners += 1
         assert whole[4] * whole[2] * whole[3] + sum(r[4] * r[2] * r[3] for r in (part, other)) == 0
     assert min(middles, corners) > 20
+
+
+def test_no_feature_is_of_less_than_eight_pixels():
+    wide, high = feature_pool(np.random.default_rng(9), 3000)[:, 0, 2:4].T
+    assert (wide * high).min() == 8

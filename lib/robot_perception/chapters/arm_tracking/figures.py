@@ -12,8 +12,9 @@ from robot_perception.chapters.arm_tracking import views
 from robot_perception.chapters.arm_tracking.tracking import HELD
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn, figure
+from robot_perception.teaching.figures.charts import bars, curve
 from robot_perception.teaching.figures.maps import picture
-from robot_perception.teaching.figures.style import MEANING, band
+from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
@@ -85,8 +86,7 @@ def hero(ax: Axes) -> Axes:
 )
 def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval], floor: float) -> Axes:
     """Draw errors by number of particles, and the fitted floor."""
-    band(ax, particles, [e.low for e in errors], [e.high for e in errors], MEANING["estimate"])
-    ax.plot(particles, [e.estimate for e in errors], "-o", color=MEANING["estimate"], markersize=4)
+    curve(ax, particles, errors, MEANING["estimate"])
     ax.axhline(floor, color=MEANING["expected"], linestyle="--", linewidth=1.4)
     ax.set(xscale="log", xlabel="particles", ylabel="angles off by (°)", ylim=(0, None))
     ax.set_xticks(particles, [str(n) for n in particles])
@@ -103,12 +103,8 @@ def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval], floor
 )
 def ablation(ax: Axes, table: Table, column: str) -> Axes:
     """Draw the recorded shares by set of cues."""
-    for k, name in enumerate(table.rows):
-        of = table[name, column]
-        ax.barh(k, of.estimate, color=MEANING["agreement"], height=0.6)
-        ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
-    ax.set_yticks(range(len(table.rows)), list(table.rows))
-    ax.set(xlim=(0, 1.0), ylim=(len(table.rows) - 0.4, -0.6), xlabel="arms held")
+    found = {name: table[name, column] for name in table.rows}
+    bars(ax, found, MEANING["agreement"], "arms held")
     return ax
 
 

@@ -15,6 +15,7 @@ from robot_perception.chapters.pattern_tracking.recordings import Real
 from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.charts import curve
 from robot_perception.teaching.figures.style import MEANING, band
 
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
@@ -187,17 +188,10 @@ def occlusion(ax: Axes, shares: Sequence[float], errors: Mapping[str, list[Inter
     for name, row in errors.items():
         dashed = name.endswith("beyond 3")
         colour = MEANING[{"none": "no tolerance"}.get(name, name.removesuffix(" beyond 3"))]
-        band(ax, at, *ends(row), colour)
-        line = "--s" if dashed else "-o"
-        ax.plot(at, [of.estimate for of in row], line, color=colour, markersize=4, label=name)
+        curve(ax, at, row, colour, "--s" if dashed else "-o", label=name)
     ax.set(xlabel="covered (%)", ylabel="error (σ)", xlim=(0, at[-1]), ylim=(0, None))
     ax.legend(loc="upper left")
     return ax
-
-
-def ends(row: list[Interval]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Return the lower and the upper ends of some intervals."""
-    return np.array([of.low for of in row]), np.array([of.high for of in row])
 
 
 @drawn(
@@ -212,9 +206,7 @@ def scale(ax: Axes, scales: Sequence[float], unlike: Mapping[str, list[Interval]
     """Draw how unlike vectors are at their true places, by smoothing."""
     at = np.array(scales)
     for meaning, row in unlike.items():
-        band(ax, at, *ends(row), MEANING[meaning])
-        ax.plot(at, [of.estimate for of in row], "-o", color=MEANING[meaning], markersize=4,
-                label=meaning)  # fmt: skip
+        curve(ax, at, row, MEANING[meaning], label=meaning)
     ax.set_yscale("log")
     ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 5))
     ax.legend(loc="upper left")

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from robot_perception.companion.faces.eigenfaces import Eigenfaces
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.charts import curve
 from robot_perception.teaching.figures.maps import picture, square
-from robot_perception.teaching.figures.style import MEANING, band
+from robot_perception.teaching.figures.style import MEANING
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 
@@ -51,9 +52,7 @@ def hero(ax: Axes, met: SimpleNamespace) -> Axes:
 )
 def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
     """Draw the rate by the turn of the head."""
-    low, high = np.array([(of.low, of.high) for of in found]).T
-    band(ax, np.array(degrees), low, high, MEANING["camera"])
-    ax.plot(degrees, [of.estimate for of in found], "-o", color=MEANING["camera"], markersize=4)
+    curve(ax, degrees, found, MEANING["camera"])
     ax.set(xlabel="turn of the head (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.02))
     return ax
 

@@ -8,16 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import FancyArrowPatch, Polygon, Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
 from data_synth.companion.hands import hand_window, make_hand
 from robot_perception.chapters.tutor_following.training import stored
 from robot_perception.companion.hands.features import SIZE
 from robot_perception.companion.interaction import StateTable
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures import charts, drawn
+from robot_perception.teaching.figures.charts import Arrow, bars, curve
 from robot_perception.teaching.figures.maps import picture, square
-from robot_perception.teaching.figures.style import MEANING, band, label
+from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
@@ -118,12 +118,10 @@ def features(axes: np.ndarray) -> None:
 def tilts(ax: Axes, table: Table) -> Axes:
     """Draw the rates by the tilt of the hand."""
     degrees = np.array([int(name.rstrip("°")) for name in table.columns])
-    for name, colour, at in (("open hand", "camera", -1), ("face beside", "expected", -1)):
-        row: list[Interval] = list(table.rows[name])
-        low, high = (np.array([getattr(of, end) for of in row]) for end in ("low", "high"))
-        band(ax, degrees, low, high, MEANING[colour])
-        ax.plot(degrees, [of.estimate for of in row], "-o", color=MEANING[colour], markersize=4)
-        label(ax, degrees[at] - 0.5, row[at].estimate + 0.1, name, MEANING[colour], ha="right")
+    for name, meaning in (("open hand", "camera"), ("face beside", "expected")):
+        row = list(table.rows[name])
+        curve(ax, degrees, row, MEANING[meaning])
+        label(ax, degrees[-1] - 0.5, row[-1].estimate + 0.1, name, MEANING[meaning], ha="right")
     ax.set(xlabel="tilt of the hand (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.05))
     return ax
 
@@ -140,26 +138,16 @@ def tilts(ax: Axes, table: Table) -> Axes:
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
 )
 def states(ax: Axes, table: StateTable) -> Axes:
-    """Draw the states and the arrows between them."""
+    """Draw the states and the arrows between them; dashed are those without a text."""
+    pairs = [(arrow.source, arrow.target) for arrow in table.transitions]
+    bends = {"follow": 0.42, "gesture": -0.32, "halt": -0.25}
+    charts.states(ax, PLACES, [
+        Arrow(*pair) if pair in TEXTS else Arrow(*pair, bends.get(pair[0], -0.15), dashed=True)
+        for pair in pairs
+    ])  # fmt: skip
+    for x, y, text in (TEXTS[pair] for pair in pairs if pair in TEXTS):
+        ax.text(x, y, text, ha="center", va="center", fontsize=10)
     ax.set(xlim=(-0.35, 3.95), ylim=(-0.5, 1.7))
-    ax.axis("off")
-    for name, (x, y) in PLACES.items():
-        ax.text(x, y, name, ha="center", va="center", fontsize=12, fontweight="bold",
-                bbox={"boxstyle": "round,pad=0.35", "facecolor": "none",
-                      "edgecolor": MEANING["mean"], "linewidth": 1.6})  # fmt: skip
-    for arrow in table.transitions:
-        pair = arrow.source, arrow.target
-        away = pair not in TEXTS
-        bend = {"follow": 0.42, "gesture": -0.32, "halt": -0.25}.get(arrow.source, -0.15)
-        colour = MEANING["expected" if away else "mean"]
-        ax.add_patch(FancyArrowPatch(
-            PLACES[pair[0]], PLACES[pair[1]], arrowstyle="-|>", mutation_scale=13, color=colour,
-            shrinkA=21, shrinkB=21, linewidth=1.6, clip_on=False,
-            connectionstyle=f"arc3,rad={bend if away else 0.12}", linestyle="--" if away else "-",
-        ))  # fmt: skip
-        if not away:
-            x, y, text = TEXTS[pair]
-            ax.text(x, y, text, ha="center", va="center", fontsize=10)
     return ax
 
 
@@ -176,14 +164,10 @@ def states(ax: Axes, table: StateTable) -> Axes:
 )
 def orders(ax: Axes, table: Table) -> Axes:
     """Draw how often the robot is in the state in which it should be after each order."""
+    named = {f"{name} → {table[name, 'state']}": table[name, "right"] for name in table.rows}
+    bars(ax, named, MEANING["right"], "in the right state")
     for k, name in enumerate(table.rows):
-        of = table[name, "right"]
-        ax.barh(k, of.estimate, color=MEANING["right"], height=0.6)
-        ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
         ax.text(1.03, k, f"{table[name, 'came']:.0f}", va="center", fontsize=10)
-    names = [f"{name} → {table[name, 'state']}" for name in table.rows]
-    ax.set_yticks(range(len(names)), names)
-    ax.set(xlim=(0, 1.0), ylim=(len(names) - 0.4, -0.6), xlabel="in the right state")
     return ax
 
 

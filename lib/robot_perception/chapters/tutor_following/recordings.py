@@ -17,7 +17,6 @@ from robot_perception.companion.tutor import TutorModel, TutorRules, TutorTracke
 from robot_perception.datasets import read_boxes, read_image, read_images
 from robot_perception.evaluation.intervals import Interval, proportion
 from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
 
 ROOMS = 40
 """Rendered rooms into which each hand is put."""
@@ -47,20 +46,6 @@ class Hands:
     gestures: tuple[str, ...]
     taken: Int64[np.ndarray, " n"]
     found: Int64[np.ndarray, " tilts"]
-
-    def table(self) -> Table:
-        """Return the rates."""
-        rows = {
-            f"open, tilted by {tilt:.0f}°": [1, proportion(int(count), ROOMS)]
-            for tilt, count in zip(TILTS, self.found, strict=True)
-        }
-        many, most = len(self.gestures), int(self.taken.argmax())
-        rows["other gestures"] = [many, proportion(int(self.taken.sum()), many * ROOMS)]
-        rows[f"of these the worst, {self.gestures[most][0]}"] = [
-            1, proportion(int(self.taken[most]), ROOMS)
-        ]  # fmt: skip
-        columns = {"photographs": "", "found": f"share of {ROOMS} rooms a photograph; 95 %"}
-        return Table(rows, columns, corner="hand")
 
 
 def gestures(folder: Path) -> Hands:
@@ -126,19 +111,6 @@ class Girl:
     trackers: tuple[str, ...]
     near: Float[np.ndarray, "trackers runs"]
     held: Float[np.ndarray, "trackers runs"]
-
-    def table(self) -> Table:
-        """Return the share of pictures in which the head is followed."""
-        rows = {
-            name: [float(near.mean()), float(near.min()), float(held.mean())]
-            for name, near, held in zip(self.trackers, self.near, self.held, strict=True)
-        }
-        columns = {
-            "followed": f"share of the pictures with an overlap of {SAME:g}; mean over runs",
-            "worst": "the same in the worst run",
-            "at the end": "share of the runs in which it is followed then",
-        }
-        return Table(rows, columns, f"one recording, {RUNS} runs", "tracker")
 
 
 def girl(folder: Path) -> Girl:
