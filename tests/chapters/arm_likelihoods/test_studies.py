@@ -95,6 +95,8 @@ def test_scores_are_best_at_the_truth_of_a_clean_picture():
     assert abs(int(found["distances"].argmax()) - middle) < 12
     assert ((found["edges"] >= 0) & (found["edges"] <= 1)).all()
     np.testing.assert_allclose(page.turned(shown)[middle], shown.angles, atol=1e-9)
+    others = np.delete(page.turned(shown), AWAY, axis=1)
+    assert (others == np.delete(shown.angles, AWAY)).all(), "one angle turns"
 
 
 def test_costs_grow_as_their_form_says():
@@ -117,6 +119,11 @@ def test_a_wrong_pose_costs_more_the_more_points_there_are():
     square, even = (found[2]["cost"] / found[1]["cost"])[[0, 2]]
     assert square == pytest.approx(4, rel=0.2)
     assert even == pytest.approx(1, rel=0.2)
+    shown = glance(CHOOSING[0])
+    wrong = shown.angles + np.radians(10) * np.eye(8)[AWAY]
+    contours = shown.model.contours(wrong[None])
+    far = page.sampled(shown.seen.static, contours, shown.seen.most)[contours.visible]
+    np.testing.assert_allclose(found[1]["cost"][:2], [far.sum() ** 2 / 2, (far**2).sum() / 2])
     assert found[1]["wide"][0] < found[1]["wide"][2], "a sum of many distances is sharp"
 
 
@@ -144,8 +151,20 @@ def test_distances_are_those_of_all_edges_without_a_gain_and_not_cut():
     assert (half <= plain).all()
     assert (half < plain).any()
     assert plain.max() > shown.seen.most
+    even = replace(shown.seen, moving=np.full_like(shown.seen.moving, 8.0))
+    np.testing.assert_allclose(page.distances(even, contours, 0.25), np.minimum(plain, 2.0))
     far = replace(shown.seen, moving=np.full_like(shown.seen.moving, np.inf))
     np.testing.assert_array_equal(page.distances(far, contours, 0.25), plain)
+
+
+def test_the_best_pose_is_the_one_with_the_least_sum():
+    for person in CHOOSING[:4]:
+        shown = glance(person, 40)
+        contours = shown.model.contours(swept(shown.angles))
+        far = page.distances(shown.seen, contours, 0.25)
+        best = swept(shown.angles)[np.where(contours.visible, far, 0.0).sum(axis=1).argmin()]
+        there = np.abs(best - shown.angles).max() <= page.NEAR
+        assert page.moved.trial(person=person)["moving"] == there
 
 
 def test_a_gain_of_one_adds_nothing():
@@ -324,3 +343,10 @@ def test_a_bent_arm_is_held_where_the_pull_agrees():
     }
     assert found[20.0]["from_rest"] < found[0.0]["from_rest"]
     assert found[20.0]["wrong"] == pytest.approx(found[20.0]["from_rest"])
+
+
+def test_poses_that_show_little_cost_little_unless_it_is_priced():
+    found = np.array([page.hiding.trial(person=person)["hidden"] for person in CHOOSING[:8]])
+    printed, *_, priced = found.mean(axis=0)
+    assert printed >= 0.3
+    assert priced <= 0.15
