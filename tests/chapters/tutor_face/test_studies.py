@@ -300,3 +300,43 @@ def test_detections_beside_the_face_lead_steered_particles_away():
     )
     assert right < 0.2
     assert wrong > 0.8
+
+
+def test_patience_and_reach_of_the_filter_are_those_that_are_asked_for(monkeypatch):
+    made, empty = [], SimpleNamespace(frames=[], boxes=np.zeros((0, 1, 4)))
+
+    def tracker(detector, rules):
+        made.append(rules)
+        return SimpleNamespace(start=lambda: None)
+
+    monkeypatch.setattr(tutor, "FaceTracker", tracker)
+    monkeypatch.setattr(tutor, "film_faces", lambda rng, frames, scene: empty)
+    assert tutor.track(1, "short", patience=7, sigmas=2.0) == []
+    assert (made[0].patience, made[0].sigmas) == (7, 2.0)
+
+
+def test_a_face_is_lost_where_the_filter_that_is_named_hardly_covers_it(monkeypatch):
+    """Of ten pictures the box is beside the face in three; the first one is told."""
+    truth, asked = np.tile([50.0, 40, 30, 30], (10, 1)), []
+    film = SimpleNamespace(frames=np.zeros((10, 8, 8, 3), np.uint8), boxes=truth[:, None])
+    boxes = iter([*truth[:6], *truth[:3] + 25])
+
+    def films(rng, frames, scene):
+        asked.append((frames, scene.jumps))
+        return film
+
+    def filters(rules):
+        asked.append(rules)
+        return SimpleNamespace(
+            start=lambda image, box, *, rng: None,
+            step=lambda state, image, boxes_, *, rng: (SimpleNamespace(box=next(boxes)), None),
+        )
+
+    monkeypatch.setattr(tutor, "film_faces", films)
+    monkeypatch.setattr(tutor, "FaceFilter", filters)
+    monkeypatch.setattr(tutor, "DETECTOR", SimpleNamespace(find=lambda image: truth[:1] + 25))
+    trial = tutor.steered.but(jumps=7.0, frames=10).trial(film=3, filter="condensation")
+    assert trial["lost"] == pytest.approx(0.3)
+    assert asked == [(10, 7.0), tutor.FILTERS["condensation"]]
+    alone = tutor.steered.but(frames=10).trial(film=3, filter="the detector alone")
+    assert alone["lost"] == pytest.approx(0.9)
