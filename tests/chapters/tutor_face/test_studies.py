@@ -36,6 +36,23 @@ def test_a_detection_elsewhere_is_no_face():
     assert tutor.at_face(np.array([[100.0, 100, 20, 20], [11, 10, 20, 20]]), box) == 1
 
 
+def test_what_is_not_at_the_face_is_a_false_alarm_at_each_turn_to_either_side(monkeypatch):
+    face, away = np.array([10.0, 10, 20, 20]), np.array([[100.0, 10, 20, 20], [10, 90, 20, 20]])
+    turns, found = [], iter([np.vstack([face, away]), away[:1], np.zeros((0, 4))] * 20)
+
+    def look(rng, who, *, turn):
+        turns.append(np.degrees(turn))
+        return None, face
+
+    monkeypatch.setattr(tutor, "look", look)
+    monkeypatch.setattr(tutor, "DETECTOR", SimpleNamespace(find=lambda image: next(found)))
+    for person in range(7600, 7610):
+        trial = tutor.detected.but(turns=(0, 30, 60), turned=5.0).trial(person=person)
+        assert (trial["found"], trial["false"]) == ([True, False, False], [2, 1, 0])
+    np.testing.assert_allclose(np.abs(turns), [5, 35, 65] * 10)
+    assert 5 < (np.array(turns) > 0).sum() < 25
+
+
 def test_rates_are_of_their_turn_and_tone():
     hits = {1: ([1, 0], 0), 2: ([1, 1], 0), 3: ([0, 0], 2)}
     trials = [
@@ -52,6 +69,36 @@ def test_rates_are_of_their_turn_and_tone():
 
 
 # Recognising
+
+
+def test_later_pictures_and_strangers_are_asked_and_named_as_the_space_says(monkeypatch):
+    """A face that says whose it is and when it was taken, and a space that reads it."""
+    times = range(tutor.ENROLLED + tutor.LATER)
+    everyone = range(tutor.PEOPLE + tutor.STRANGERS)
+    met = {(k, time): np.full((2, 2), 100.0 * k + time) for k in everyone for time in times}
+    learnt, asked = [], []
+
+    def recognise(face):
+        k, time = divmod(int(face[0, 0]), 100)
+        asked.append((k, time))
+        named = k == tutor.PEOPLE or (k < tutor.PEOPLE and time != tutor.ENROLLED)
+        who = f"person {k + 1}" if k != 1 else "person 1"
+        return SimpleNamespace(nearest=who, name=who if named else None, from_space=3.0)
+
+    def enrol(pictures, names, count):
+        learnt.extend(zip(pictures[:, 0, 0] // 100, pictures[:, 0, 0] % 100, strict=True))
+        return SimpleNamespace(recognise=recognise, mean=np.zeros((2, 2)))
+
+    monkeypatch.setattr(tutor, "enrol", enrol)
+    shares = tutor.gallery_shares(met, range(3), 5)
+    assert set(learnt) == {(k, time) for k in range(3) for time in range(tutor.ENROLLED)}
+    later = [(k, tutor.ENROLLED + time) for k in range(3) for time in range(tutor.LATER)]
+    strangers = [(tutor.PEOPLE + k, t) for k in range(tutor.STRANGERS) for t in range(tutor.LATER)]
+    assert asked == [*later, *strangers]
+    assert shares["right"] == pytest.approx(2 / 3)
+    assert shares["known"] == pytest.approx(2 / 3 * (tutor.LATER - 1) / tutor.LATER)
+    assert shares["strangers"] == pytest.approx(1 / tutor.STRANGERS)
+    assert shares["left"] == pytest.approx(3 / np.mean([100 * k + t for k, t in later]))
 
 
 def test_shuffled_names_recognise_by_chance():
@@ -253,3 +300,43 @@ def test_detections_beside_the_face_lead_steered_particles_away():
     )
     assert right < 0.2
     assert wrong > 0.8
+
+
+def test_patience_and_reach_of_the_filter_are_those_that_are_asked_for(monkeypatch):
+    made, empty = [], SimpleNamespace(frames=[], boxes=np.zeros((0, 1, 4)))
+
+    def tracker(detector, rules):
+        made.append(rules)
+        return SimpleNamespace(start=lambda: None)
+
+    monkeypatch.setattr(tutor, "FaceTracker", tracker)
+    monkeypatch.setattr(tutor, "film_faces", lambda rng, frames, scene: empty)
+    assert tutor.track(1, "short", patience=7, sigmas=2.0) == []
+    assert (made[0].patience, made[0].sigmas) == (7, 2.0)
+
+
+def test_a_face_is_lost_where_the_filter_that_is_named_hardly_covers_it(monkeypatch):
+    """Of ten pictures the box is beside the face in three; the first one is told."""
+    truth, asked = np.tile([50.0, 40, 30, 30], (10, 1)), []
+    film = SimpleNamespace(frames=np.zeros((10, 8, 8, 3), np.uint8), boxes=truth[:, None])
+    boxes = iter([*truth[:6], *truth[:3] + 25])
+
+    def films(rng, frames, scene):
+        asked.append((frames, scene.jumps))
+        return film
+
+    def filters(rules):
+        asked.append(rules)
+        return SimpleNamespace(
+            start=lambda image, box, *, rng: None,
+            step=lambda state, image, boxes_, *, rng: (SimpleNamespace(box=next(boxes)), None),
+        )
+
+    monkeypatch.setattr(tutor, "film_faces", films)
+    monkeypatch.setattr(tutor, "FaceFilter", filters)
+    monkeypatch.setattr(tutor, "DETECTOR", SimpleNamespace(find=lambda image: truth[:1] + 25))
+    trial = tutor.steered.but(jumps=7.0, frames=10).trial(film=3, filter="condensation")
+    assert trial["lost"] == pytest.approx(0.3)
+    assert asked == [(10, 7.0), tutor.FILTERS["condensation"]]
+    alone = tutor.steered.but(frames=10).trial(film=3, filter="the detector alone")
+    assert alone["lost"] == pytest.approx(0.9)

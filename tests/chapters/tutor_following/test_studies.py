@@ -47,6 +47,35 @@ def test_stumps_at_other_features_find_no_hand():
     assert trial["gesture"].tolist() == ["open"] * 5 + list(page.OTHERS)
 
 
+def test_what_is_not_at_the_hand_is_false_at_each_tilt_and_gesture(monkeypatch):
+    hand, face = np.array([100.0, 20, 30, 30]), np.array([60.0, 60, 30, 30])
+    boxes, asked = hand + np.array([[0.0] * 4, [90, 0, 0, 0], [0, 90, 0, 0]]), []
+
+    def shot(rng, *, tilt, gesture):
+        asked.append((round(np.degrees(tilt)), gesture))
+        return SimpleNamespace(grey=None, hand=hand, face=face, tone=3)
+
+    monkeypatch.setattr(page, "shot", shot)
+    monkeypatch.setattr(page, "HandDetector", lambda _: SimpleNamespace(find=lambda grey: boxes))
+    monkeypatch.setattr(page, "FACES", SimpleNamespace(find=lambda grey: face[None] + 50))
+    trial = page.raised.trial(person=5)
+    assert asked == [*((t, "open") for t in page.TILTS), *((0, g) for g in page.OTHERS)]
+    assert trial["found"].all()
+    assert (trial["false"] == 2).all()
+    assert not trial["face"].any()
+    assert (trial["tone"] == 3).all()
+
+
+def test_hands_are_compared_with_the_faces_beside_them_where_they_are_upright():
+    shots = {"gesture": ["open"] * 2 + ["fist"], "tilt": [0, 45, 0]}
+    trials = [
+        {"person": k, **shots, "found": [hand, True, True], "face": [face, True, False]}
+        for k, hand, face in ((1, True, True), (2, False, True), (3, False, True), (4, True, False))
+    ]
+    less = page.hand_less_face(Rows(framed(trials), "person", {}))
+    assert less.estimate == pytest.approx(2 / 4 - 3 / 4)
+
+
 # Who is under the box
 
 
@@ -111,6 +140,21 @@ def test_a_film_counts_once_whatever_the_rates():
     assert page.four_gated(rows, "stops").estimate == 1
 
 
+def test_differences_are_of_what_comes_first_less_what_comes_after():
+    """Steady light holds more than dark; one patch that adapts holds more than a fixed one."""
+    held = {("steady", "adapting"): 1, ("darker", "adapting"): 1, ("steady", "fixed"): 1,
+            ("darker", "fixed"): 0}  # fmt: skip
+    trials = [
+        {"film": k, "scene": scene, "patches": ["one"] * 2, "learns": ["adapting", "fixed"],
+         "rate": [0.1] * 2, "held": [held[scene, learns] for learns in ("adapting", "fixed")]}
+        for k in (1, 2) for scene in ("steady", "darker")
+    ]  # fmt: skip
+    rows = Rows(framed(trials), "film", {})
+    assert page.one_less_another(rows, "darker", "adapting", "fixed").estimate == 1
+    assert page.lost_in(rows, "darker", "one", "fixed").estimate == 1
+    assert page.lost_in(rows, "darker", "one", "adapting").estimate == 0
+
+
 def test_a_trial_names_each_tracker_at_each_rate_and_a_box_that_never_moves(monkeypatch):
     people = np.repeat(PERSON, page.PICTURES, axis=0)
     shown = SimpleNamespace(boxes=people, passer=0 * people)
@@ -166,6 +210,56 @@ def test_a_visit_ends_at_its_first_fault_and_later_orders_are_not_given(monkeypa
     assert page.by_order(rows)["walks", "right"].estimate == 0
     assert page.by_order(rows)["halt", "came"] == 0
     assert page.without_fault(rows, True).estimate == 0
+
+
+@pytest.mark.parametrize("fault", ["follows a stranger", "walks in another state"])
+def test_an_order_is_a_fault_where_the_robot_moves_too_early_or_is_in_another_state(
+    fault, monkeypatch
+):
+    """All other orders are obeyed, and who walks is under the box."""
+    orders, known = page.make_visit(RNG(100)).orders, []
+    first = next(k for k, one in enumerate(orders) if one.what == "a stranger's hand")
+    walks = next(k for k, one in enumerate(orders) if one.what == "walks")
+
+    def stub(visit, gallery, fresh):
+        known.append(gallery)
+        for frame in range(orders[-1].last + 1):
+            now = next((k for k, o in enumerate(orders) if o.first <= frame <= o.last), None)
+            state = "wait" if now is None else page.SHOULD[orders[now].what][0]
+            if fault == "follows a stranger" and now == first and frame == orders[first].first:
+                state = "follow"
+            if fault == "walks in another state" and now == walks:
+                state = "gesture"
+            yield SimpleNamespace(
+                frame=frame, state=state, face=page.NOTHING, box=PERSON[0], body=PERSON[0],
+                info=SimpleNamespace(faces=()),
+            )  # fmt: skip
+
+    monkeypatch.setattr(page, "moments", stub)
+    monkeypatch.setattr(page, "gallery", lambda visit: "a gallery")
+    trial = page.visited.but(visit=(100,)).trial(visit=100, told=False)
+    wrong = first if fault == "follows a stranger" else walks
+    assert list(trial["right"]) == [k < wrong for k in range(len(orders))]
+    assert list(trial["given"]) == [k <= wrong for k in range(len(orders))]
+    assert not trial["whole"]
+    page.visited.but(visit=(100,)).trial(visit=100, told=True)
+    assert known == ["a gallery", None]
+
+
+def test_the_robot_drives_where_it_looks_and_stays_in_the_hall():
+    hall = SimpleNamespace(length=20.0, width=10.0)
+    np.testing.assert_allclose(page.driven(np.array([5.0, 5, 0]), 1.0, 0.0, hall), [5.1, 5, 0])
+    there = page.driven(np.array([5.0, 5, np.pi / 2]), 1.0, 0.0, hall)
+    np.testing.assert_allclose(there, [5, 5.1, np.pi / 2])
+    there = page.driven(np.array([5.0, 5, 0]), 1.0, 2.0, hall)
+    np.testing.assert_allclose(there, [5 + 0.1 * np.cos(0.1), 5 + 0.1 * np.sin(0.1), 0.2])
+    np.testing.assert_allclose(page.driven(np.array([19.5, 0.5, 0.2]), 1.0, 0.0, hall)[0], 19.5)
+
+
+def test_the_robot_stands_where_the_person_is_two_metres_and_a_fifth_away():
+    tall = page.CAMERA.focal * (REGION[3] - REGION[1]) / 2.2
+    assert page.companion().follower.command(0.0, tall)[0] == pytest.approx(0)
+    assert page.companion().follower.command(0.0, tall / 2)[0] > 0
 
 
 def test_the_gallery_is_of_faces_that_somebody_has_looked_at():

@@ -196,9 +196,10 @@ def test_a_limit_is_learnt_from_pictures_of_the_same_person_and_no_twin():
     """Each picture has a near twin of the other person; of its own the nearest is far."""
     rng = np.random.default_rng(2)
     kinds = rng.uniform(0, 1, (6, 9, 7))
-    faces = np.concatenate([kinds, kinds + 0.01 * rng.standard_normal(kinds.shape)])
+    twins = (kinds + 0.01 * rng.standard_normal(kinds.shape))[::-1]  # left out at other times
+    faces = np.concatenate([kinds, twins])
     model = enrol(faces, ["ann"] * 6 + ["bob"] * 6, 5, folds=6)
     apart = np.array([model.distances(one)[:6] for one in model.descriptors[:6]])
     nearest = (apart + 1e9 * np.eye(6)).min()
     assert model.most_distance > 0.5 * nearest
-    assert model.most_distance > 5 * model.distances(model.descriptors[0])[6]
+    assert model.most_distance > 5 * model.distances(model.descriptors[0])[11]
