@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -28,6 +29,7 @@ from robot_perception.arms.tracker import (
     find_face,
 )
 from robot_perception.cameras import Pinhole
+from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.teaching.results import kept
 
 CAMERA = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
@@ -90,9 +92,9 @@ WAYS: Mapping[str, tuple[Mapping[str, CueMaker], Mapping[str, CueMaker]]] = Mapp
 
 
 @lru_cache(maxsize=3)
-def film(seed: int, scene: str, frames: int = FRAMES, varied: float = 0.0) -> ArmFilm:
-    """Return the film of a seed."""
-    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], varied=varied))
+def film(seed: int, scene: str, frames: int = FRAMES, **changes: float) -> ArmFilm:
+    """Return the film of a seed, with some numbers of its scene changed."""
+    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], **changes))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,18 +170,22 @@ def started(
     return following.start(shown.frames[0], rng=rng, face=face), found
 
 
-def follow(following: ArmTracker, shown: ArmFilm, seed: int) -> Run:
-    """Track the arms of a film."""
+def follow(following: ArmTracker, shown: ArmFilm, seed: int, *, moving: bool = False) -> Run:
+    """Track the arms of a film; the shoulders stay, or go with the face."""
     rng = np.random.default_rng([seed, 1])
     state, found = started(following, shown, rng)
+    model, faces = state.first.model, FaceTracker()
+    place = faces.start(shown.face if not found else find_face(shown.frames[0]))
     nothing = (0.0, float(following.rules.particles), False)
-    rows = [(state.mean, state.spread, *nothing)]
+    rows = [(state.mean, state.spread, model.joints(state.mean[None])[0], *nothing)]
     for image in shown.frames[1:]:
-        state, info = following.step(state, image, rng=rng)
-        rows.append((state.mean, state.spread, info.saved, info.effective, info.lost))
-    states, spreads, saved, effective, lost = (np.array(part) for part in zip(*rows, strict=True))
-    model = state.first.model
-    joints = model.joints(states)
+        if moving:
+            place, _ = faces.step(place, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+        state, info = following.step(state, image, rng=rng, face=place.box if moving else None)
+        rows.append((state.mean, state.spread, info.joints, info.saved, info.effective, info.lost))
+    states, spreads, joints, saved, effective, lost = (
+        np.array(part) for part in zip(*rows, strict=True)
+    )
     wrists = model.pixels(joints[:, :, 2]) - shown.stage.pixels(shown.joints[:, :, 2])
     hands = joints[:, :, 2] - shown.joints[:, :, 2]
     sizes = (np.linalg.norm(part, axis=-1) for part in (wrists, hands))
