@@ -248,6 +248,34 @@ def test_patches_lie_on_the_limb_and_face_the_camera():
         assert along == pytest.approx(patches.along[p].mean(), abs=0.03)
 
 
+def test_points_of_a_patch_lie_where_cylinder_coordinates_have_them():
+    """From the joints: along the axis, and around it from the side to which the elbow bends."""
+    rng, shape = np.random.default_rng(4), MODEL.measures
+    patches = Patches(
+        np.arange(6),
+        np.tile([0.2, 0.7], (6, 1)),
+        np.column_stack([rng.uniform(-3, 3, 6), np.ones(6)]),
+    )
+    along = 0.2 + 0.5 * (np.arange(6) + 0.5) / 6
+    around = patches.around[:, :1] + 2 * (np.arange(10) + 0.5) / 10 - 1
+    states = drawn(20, 6)
+    states[:, [3, 7]] = rng.uniform(0.3, 2.4, (20, 2))  # an elbow that bends tells its side
+    found = MODEL.surface(states, patches).points.reshape(20, 6, 6, 10, 2)
+    for state, joints, points in zip(states, MODEL.joints(states), found, strict=True):
+        for limb in range(6):
+            arm, part = divmod(limb, 3)
+            axes = np.diff(joints[arm], axis=0) / np.array(shape.lengths)[:, None]
+            upper, fore, bend = axes[0], axes[1], state[4 * arm + 3]
+            side = fore - upper * np.cos(bend) if part == 0 else fore * np.cos(bend) - upper
+            side /= np.sin(bend)
+            turned = np.cross(axes[part], side)
+            normals = np.cos(around[limb])[:, None] * side + np.sin(around[limb])[:, None] * turned
+            r = np.interp(along, [0, 1], shape.radii[part : part + 2])[:, None, None]
+            axis = joints[arm, part] + along[:, None] * shape.lengths[part] * axes[part]
+            wanted = MODEL.pixels(axis[:, None] + r * normals)
+            np.testing.assert_allclose(points[limb], wanted, atol=1e-6)
+
+
 def test_a_narrow_patch_turns_away_with_the_upper_arm_and_one_right_round_does_not():
     state = np.tile([1.2, 0.2, 0.5, 0.0], 2)
     placed = MODEL.place(state)

@@ -335,7 +335,7 @@ def test_the_body_stands_where_the_face_says():
 
 def test_the_shoulders_go_with_the_face_of_a_picture():
     state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face)
-    moved = FILM.face + [12.0, 0, 0, 0]
+    moved = FILM.face + np.array([12.0, 0, 0, 0])
     after, info = FEW.step(state, FILM.frames[1], rng=rng(), face=moved)
     there = BodyModel.from_face(moved, CAMERA)
     np.testing.assert_array_equal(after.first.model.middle, there.middle)
@@ -385,6 +385,20 @@ def test_arms_drawn_apart_have_the_mean_and_spread_of_a_kalman_filter():
     assert np.abs(np.corrcoef(left.T, right.T)[:4, 4:]).max() < 0.03, "arms are paired at random"
     assert np.ptp(state.particles.log_weights) == 0
     assert info.effective < 40_000
+
+
+def test_arms_drawn_apart_are_paired_anew_where_a_particle_had_both_alike():
+    """Left and right were raised alike in each particle; pairs of the next picture are not."""
+    flat = {"flat": lambda first: lambda seen, bodies: np.zeros(len(bodies))}
+    rules = ArmRules(filter="apart", particles=2000, noise=(1e-3,) * 4)
+    tracker = ArmTracker(CAMERA, rules=rules, cues=flat, bounds={})
+    state = tracker.start(FILM.frames[0], rng=rng(), face=FILM.face, pose=REST)
+    states = np.tile(REST, (2000, 1))
+    states[:, [0, 4]] += np.linspace(0, 0.5, 2000)[:, None]
+    state = replace(state, particles=ParticleSet.uniform(states))
+    after = tracker.step(state, FILM.frames[1], rng=rng())[0].particles.states
+    np.testing.assert_allclose(np.sort(after[:, 0]), np.sort(states[:, 0]), atol=0.02)
+    assert abs(np.corrcoef(after[:, 0], after[:, 4])[0, 1]) < 0.1
 
 
 def test_an_arm_that_fits_is_kept_whatever_the_other_one_does():

@@ -17,7 +17,7 @@ from robot_perception.arms.likelihoods import (
 )
 from robot_perception.arms.tracker import ArmTracker
 from robot_perception.chapters.arm_tracking.tracking import CAMERA
-from robot_perception.chapters.arm_tracking.views import IMAGES, SHAPES, WHOLE
+from robot_perception.chapters.arm_tracking.views import IMAGES, WHOLE
 from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
 from tests.benchmarks.harness import Row, Timing
 
@@ -92,7 +92,7 @@ def rows() -> list[Row | Timing]:
             repeats=3,
         ),
         Row(
-            work=f"{SHAPES}, hidden parts told, {PARTICLES} particles",
+            work=f"arms in outline, hidden parts told, {PARTICLES} particles",
             ours=lambda: model.contours(states),
             peer=lambda: contours_textbook(model, states),
             peer_name="as written",

@@ -13,8 +13,6 @@ CELLS, VISIBLE = 60, 16
 OF_STUDIES = 90, 35
 """Cells in all and those that show their code, where the notebook computes."""
 BEFORE_FIGURE, BEFORE_EXPLORER = 350, 700
-STILL_LATE = {"pattern_tracking": 1050, "tutor_face": 850, "arm_tracking": 1050}
-"""Chapters whose first explorer comes late, and how late: to be moved up, not to be added to."""
 
 
 @pytest.fixture(params=CHAPTERS, scope="module")
@@ -28,11 +26,10 @@ def test_it_is_read_in_twenty_minutes(chapter: Chapter) -> None:
     assert chapter.words() <= WORDS
 
 
-def test_it_shows_early(chapter: Chapter, request: pytest.FixtureRequest) -> None:
+def test_it_shows_early(chapter: Chapter) -> None:
     """A figure within a page, something to move within two."""
-    name = request.node.callspec.params["chapter"]
     assert chapter.words_before("figure") <= BEFORE_FIGURE
-    assert chapter.words_before("div.explorer") <= STILL_LATE.get(name, BEFORE_EXPLORER)
+    assert chapter.words_before("div.explorer") <= BEFORE_EXPLORER
 
 
 def test_each_figure_is_looked_at(chapter: Chapter) -> None:

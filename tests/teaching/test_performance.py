@@ -56,6 +56,14 @@ def test_ratios_are_never_powers_of_ten(ratio, text):
     assert times(ratio) == text
 
 
+def test_work_is_found_by_how_its_words_begin(store):
+    record = store(ROWS)
+    for work in record.work:
+        assert record.find(work.work[:-1]).ours_s == work.ours_s
+    with pytest.raises(LookupError, match="no row 'legs'"):
+        record.find("legs")
+
+
 def test_where_and_when_and_how_many_targets_were_reached(store):
     shown = store(ROWS).about()
     assert repr(shown) == "5 of 6 targets reached on 2026-01-01"

@@ -20,7 +20,8 @@ def hands(file: Path | None, brief: bool) -> None:
     """
     import numpy as np
 
-    from robot_perception.chapters.tutor_following import training
+    from robot_perception.book import tutor_following as page
+    from robot_perception.chapters.tutor_following.training import write
 
     def told(report) -> None:
         click.echo(
@@ -28,8 +29,8 @@ def hands(file: Path | None, brief: bool) -> None:
             f"of {report.others} others {report.false_alarms:.1%}"
         )
 
-    config = training.BRIEF if brief else training.Config()
-    found = training.trained(config, np.random.default_rng(training.SEED), told)
+    config = page.BRIEF if brief else {}
+    found = page.trained(np.random.default_rng(page.TRAINED_BY), told=told, **config)
     if file is not None:
-        training.write(found, file)
+        write(found, file)
         click.echo(f"{len(found.cascade.stages)} stages are stored in {file}")

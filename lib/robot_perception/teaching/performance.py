@@ -127,6 +127,19 @@ class Record:
             reached=sum(row["reached"] for row in rows),
         )
 
+    def find(self, start: str) -> Work:
+        """Return the piece of work whose name begins so.
+
+        Raises
+        ------
+        LookupError
+            If there is none.
+        """
+        for work in self.work:
+            if work.work.startswith(start):
+                return work
+        raise LookupError(f"performance.json has no row {start!r}; `make bench` records one")
+
     def about(self) -> Shown:
         """Return where and when was measured, and how many targets were reached."""
         rows = len(self.work) + len(self.latencies)

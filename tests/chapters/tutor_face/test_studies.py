@@ -85,15 +85,21 @@ def drawn(light, **changes):
 
 
 def test_real_people_are_asked_for_other_pictures_than_those_enrolled(monkeypatch):
-    """Every picture is of its own kind, but the later ones of a person are all alike."""
-    asked, whose = [], np.repeat(np.arange(8), 10)
+    """Every picture is of its own kind: of a known person four are left, of a stranger all ten."""
+    asked, shown, whose = [], [], np.repeat(np.arange(8), 10)
     pictures = np.random.default_rng(0).normal(size=(80, 1, 30))
     monkeypatch.setattr(tutor, "pictures_in", lambda _: (whose, pictures))
     real = tutor.enrol
 
     def enrol(learnt, names, count):
         asked.append((learnt, names, count))
-        return real(learnt, names, count)
+        space = real(learnt, names, count)
+
+        def recognise(face):
+            shown.append(face)
+            return space.recognise(face)
+
+        return SimpleNamespace(recognise=recognise)
 
     monkeypatch.setattr(tutor, "enrol", enrol)
     found = drawn("even")
@@ -105,7 +111,8 @@ def test_real_people_are_asked_for_other_pictures_than_those_enrolled(monkeypatc
              if not new}  # fmt: skip
     assert known == set(names)
     assert (found["right"][found["stranger"] == 1] == 0).all()
-    assert found["right"].max() < 0.9  # an enrolled picture would be its own nearest
+    assert len(shown) == 5 * (10 - 6) + 3 * 10
+    assert not {face.tobytes() for face in shown} & {face.tobytes() for face in learnt}
 
 
 def test_light_from_the_side_is_in_one_level_and_in_no_other():
@@ -232,6 +239,8 @@ def test_places_of_a_cascade_are_counted_as_it_steps():
     assert tutor.places(image, None, (26, 27)) == pytest.approx((60 / 1.1 - 23) * (80 / 1.1 - 23))
     inside = np.array([-10.0, 20, 50, 30])  # of which 40 by 30 px are in the picture
     assert tutor.places(image, inside, (24, 24)) == (40 - 23) * (30 - 23)
+    beyond = np.array([40.0, 30, 90, 90])  # to the right and below, too
+    assert tutor.places(image, beyond, (24, 24)) == (40 - 23) * (30 - 23)
     assert tutor.places(image, np.array([0.0, 0, 20, 20])) == 0
     assert tutor.places(image) > tutor.places(image, None, (24, 40))
 

@@ -179,15 +179,15 @@ def test_the_gallery_is_of_faces_that_somebody_has_looked_at():
 
 @pytest.fixture(scope="module")
 def small():
-    return training.trained(training.BRIEF, RNG(1))
+    return page.trained(RNG(1), **page.BRIEF)
 
 
 def test_training_is_the_same_twice_and_meets_its_goals(small):
-    again = training.trained(training.BRIEF, RNG(1))
+    again = page.trained(RNG(1), **page.BRIEF)
     assert again.cascade.to_plain() == small.cascade.to_plain()
     for report in small.stages:
         assert report.detection >= Goals().detection
-        assert report.false_alarms <= 0.5 or report.features == training.BRIEF.goals.most
+        assert report.false_alarms <= 0.5 or report.features == page.BRIEF["goals"].most
 
 
 def test_a_stored_detector_is_read_as_it_was(small, tmp_path):
@@ -200,10 +200,10 @@ def test_a_stored_detector_is_read_as_it_was(small, tmp_path):
 
 def test_the_detector_of_the_book_has_met_its_goals_with_ever_fewer_others():
     stored = training.stored()
-    assert len(stored.cascade.stages) == training.GOALS.stages
+    assert len(stored.cascade.stages) == page.GOALS.stages
     for report in stored.stages:
-        assert report.detection >= training.GOALS.detection
-        assert report.false_alarms <= training.GOALS.false_alarms
+        assert report.detection >= page.GOALS.detection
+        assert report.false_alarms <= page.GOALS.false_alarms
     others = [report.others for report in stored.stages]
     assert max(others) == others[0] == 6000
     assert min(others) == pytest.approx(2400, abs=20)  # as the set-up table says

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from data_synth.arms.bodies import SIDES, Build, Person, make_outfit
+from data_synth.arms import gestures
+from data_synth.arms.bodies import SIDES, Build, Person, Stage, make_outfit
 from data_synth.arms.gestures import REST, ArmScene, _hits, film_arms, make_motion
 from data_synth.companion.faces import make_identity
 
@@ -75,6 +76,22 @@ def test_people_behind_walk_and_the_wall_stands_still():
     assert change[1] > 1.3 * change[0]
     for film in (quiet, walked):
         np.testing.assert_array_equal(film.parts[0], film.parts[5])
+
+
+def test_a_walker_goes_at_his_speed_turns_and_comes_back(monkeypatch):
+    laid, stage = [], Stage()
+    monkeypatch.setattr(gestures, "lay", lambda canvas, sprite, at, tall: laid.append(at[0]))
+    monkeypatch.setattr(gestures, "body_sprite", lambda *_, **__: np.zeros((2, 2, 4)))
+    for seed in range(3):
+        laid.clear()
+        walker = gestures._Walker(np.random.default_rng(seed), stage)
+        for t in range(300):
+            walker.lay(np.zeros(0), t)
+        scale, steps = stage.focal / walker.away, np.abs(np.diff(laid))
+        usual = scale * abs(walker.speed) / 15
+        assert np.median(steps) == pytest.approx(usual)
+        assert steps.max() == pytest.approx(usual), "never farther, less where he turns"
+        assert np.ptp(laid) == pytest.approx(4.8 * scale, abs=2 * usual)
 
 
 def test_clutter_has_more_edges():

@@ -14,7 +14,7 @@ from robot_perception.companion.faces import (
     link,
     region,
 )
-from robot_perception.companion.hands import boosting, cascade, features
+from robot_perception.companion.hands import boosting, cascade, features, windows
 from tests.hostile.sweep import call
 
 GREY = np.random.default_rng(0).integers(0, 256, (40, 50), dtype=np.uint8)
@@ -125,6 +125,11 @@ CALLS = {
     cascade.train: lambda: call(
         WINDOWS, lambda so_far, count: np.concatenate([WINDOWS, WINDOWS])[:count], POOL,
         count=10, goals=cascade.Goals(stages=1), told=lambda report: None,
+    ),
+    windows.window_at: lambda: call(GREY, BOX),
+    windows.random_window: lambda: call(GREY, rng=np.random.default_rng(0)),
+    windows.hard_windows: lambda: call(
+        CASCADE, 6, pictures=[GREY], windows=WINDOWS, rng=np.random.default_rng(0)
     ),
     cascade.HandDetector: lambda: call(CASCADE, 1.2, 2, 3, 24),
     cascade.HandDetector.find: lambda: call(HANDS, GREY, BOX, (24.0, 30.0)),

@@ -1,10 +1,8 @@
 """What figures, films and explorers show: films of people who point and gesture, and tracks."""
 
-import json
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -17,16 +15,15 @@ from robot_perception.chapters.arm_tracking.tracking import (
     CAMERA,
     CLUTTER,
     HELD,
+    LAST,
     PLAIN,
     Run,
+    face_of,
     film,
-    find_face,
-    started,
-    tracked,
+    follow,
     tracker,
 )
 from robot_perception.teaching.recorded import recorded
-from robot_perception.teaching.records import records
 
 POINTS, GESTURES = CHOOSING[9], CHOOSING[17]
 """Seeds of the films that are shown; none that is scored."""
@@ -78,7 +75,7 @@ class Tracked:
     @property
     def held(self) -> int:
         """How many arms are held at the end of the film."""
-        return int((self.wrists[-15:].mean(axis=0) < HELD).sum())
+        return int((self.wrists[-LAST:].mean(axis=0) < HELD).sum())
 
     def words(self) -> str:
         """Return what the drawing shows."""
@@ -90,18 +87,14 @@ class Tracked:
 @lru_cache(maxsize=4)
 def body(seed: int, scene: str) -> BodyModel:
     """Return the model that a tracker has of the person of a film."""
-    shown = film(seed, scene, FRAMES)
-    try:
-        face = find_face(shown.frames[0])
-    except ValueError:
-        face = shown.face
-    return BodyModel.from_face(face, CAMERA)
+    return BodyModel.from_face(face_of(film(seed, scene, FRAMES)), CAMERA)
 
 
 @recorded("arms-followed", RUNS)
 def followed(seed: int, scene: str, way: str, filter: str, particles: int) -> Run:
     """Return what a tracker makes of a film that is shown."""
-    return tracked(seed, scene, way, filter, particles, FRAMES)
+    shown = film(seed, scene, FRAMES)
+    return follow(tracker(way, filter=filter, particles=particles), shown, seed)
 
 
 @lru_cache(maxsize=512)
@@ -121,16 +114,6 @@ def moment(
     )  # fmt: skip
 
 
-def counted(filter: str, particles: int, time: int) -> Tracked:
-    """Return a picture of somebody who gestures before a bare wall."""
-    return moment(GESTURES, SCENES["bare wall"], time, "all cues", filter, particles)
-
-
-def cued(way: str, behind: str, time: int) -> Tracked:
-    """Return a picture of somebody who gestures, tracked by some cues."""
-    return moment(GESTURES, SCENES[behind], time, way)
-
-
 def pointing(time: int) -> Tracked:
     """Return a picture of somebody who points before a bare wall, tracked by all cues."""
     return moment(POINTS, PLAIN, time)
@@ -139,41 +122,11 @@ def pointing(time: int) -> Tracked:
 def first(seed: int = POINTS) -> tuple[ArmFilm, ArmState]:
     """Return the film of somebody who points, and what is known after its first picture."""
     shown = film(seed, PLAIN, FRAMES)
-    return shown, started(tracker(), shown, np.random.default_rng(seed))[0]
+    rng = np.random.default_rng(seed)
+    return shown, tracker().start(shown.frames[0], rng=rng, face=face_of(shown))
 
 
-WHOLE, SHAPES = "arms tracked by all cues", "arms in outline"
-"""How two rows of the benchmarks begin: a film, and the silhouettes of a picture."""
+WHOLE = "arms tracked by all cues"
+"""How the row of the benchmarks begins that tells what a film takes."""
 IMAGES = 39
-"""Of the film."""
-
-
-def recorded_row(work: str) -> dict[str, Any]:
-    """Return the row of the benchmarks that begins so.
-
-    Raises
-    ------
-    LookupError
-        If there is none.
-    """
-    rows = json.loads((records() / "performance.json").read_text(encoding="utf-8"))["rows"]
-    for row in rows:
-        if row["work"].startswith(work):
-            return row
-    raise LookupError(f"performance.json has no row {work!r}; `make bench` records one")
-
-
-STAGES = {
-    "arms looked at": "edges, flow, distance transforms",
-    "arms in outline": "silhouettes, hidden parts told",
-    "arms covered by patches": "patches, hidden parts told",
-    "arms scored by contours": "silhouettes and their distances",
-    "arms scored by patches": "patches and their colours",
-    "arms tested for collisions": "collisions",
-}
-"""How rows of the benchmarks begin, and what they are called."""
-
-
-def stages() -> list[tuple[str, float]]:
-    """Return what each stage takes for 400 particles, milliseconds, as it was recorded."""
-    return [(name, 1000 * recorded_row(work)["ours_s"]) for work, name in STAGES.items()]
+"""Of that film."""

@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = door(
         "boosting": ("Boosted", "boost"),
         "cascade": ("Cascade", "Goals", "HandDetector", "train"),
         "features": ("feature_pool", "feature_values"),
+        "windows": ("hard_windows", "random_window", "window_at"),
     },
     import_module,
 )
