@@ -155,6 +155,11 @@ class Stage:
         Where the lamp stands, rad.
     ambient
         Share of the light that comes from all sides.
+    aside
+        Of the middle between the shoulders to the right of the middle of the picture, m.
+    turn
+        Of head and trunk about the vertical through it, rad: positive brings the shoulder on the
+        right of the picture nearer.
     """
 
     focal: float = 320.0
@@ -164,19 +169,37 @@ class Stage:
     azimuth: float = 0.4
     elevation: float = 0.6
     ambient: float = 0.5
+    aside: float = 0.0
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         number("focal", self.focal, 10.0, 1e5)
         object.__setattr__(self, "size", rows_and_columns("size", self.size, 16, 2048))
         number("away", self.away, 1.0, 20.0)
-        for name in ("high", "azimuth", "elevation"):
+        for name in ("high", "azimuth", "elevation", "aside"):
             number(name, getattr(self, name), -4.0, 4.0)
+        number("turn", self.turn, -1.2, 1.2)
         number("ambient", self.ambient, 0.0, 1.0)
 
     @property
     def middle(self) -> np.ndarray:
         """The place between the shoulders (3,), m."""
-        return np.array([0.0, -self.high, self.away])
+        return np.array([self.aside, -self.high, self.away])
+
+    def joints(self, person: Person, angles: np.ndarray) -> np.ndarray:
+        """Return shoulders, elbows, wrists and fingertips (2, 4, 3), m in the camera's frame."""
+        instance("person", person, Person)
+        return self._turned(person.joints(angles, self.middle))
+
+    def _turned(self, points: np.ndarray) -> np.ndarray:
+        """Return places of a body that faces the camera, turned about its vertical axis."""
+        if self.turn == 0:
+            return points
+        return self.middle + (points - self.middle) @ self._turning.T
+
+    @property
+    def _turning(self) -> np.ndarray:
+        return Rotation.from_rotvec([0.0, self.turn, 0.0]).as_matrix()
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """Return columns and rows (…, 2) of points (…, 3) before the camera."""
@@ -247,7 +270,14 @@ class Stage:
         light: float,
     ) -> None:
         """Lay the head before the trunk; its depth is that of the body's plane."""
-        view = FaceView(azimuth=self.azimuth, elevation=self.elevation, ambient=self.ambient)
+        view = FaceView(
+            yaw=round(
+                -self.turn, 1
+            ),  # in steps, so that a face is not drawn anew for every picture
+            azimuth=self.azimuth,
+            elevation=self.elevation,
+            ambient=self.ambient,
+        )
         tall = _FINE * self.focal * SPAN / self.away
         sprite = face_sprite(person.identity, view, round(min(max(tall, 24), 400)))
         u, v = _FINE * self.pixels(self.middle - [0, person.build.drop, 0]) + (_FINE - 1) / 2
@@ -281,13 +311,16 @@ class Stage:
             -math.sin(self.elevation),
             -math.cos(self.azimuth) * math.cos(self.elevation),
         ])  # fmt: skip
-        shade = self.ambient + (1 - self.ambient) * np.clip(mesh.normals @ lamp, 0, None)
-        places = _FINE * self.pixels(mesh.points) + (_FINE - 1) / 2
+        points, normals = self._turned(mesh.points), mesh.normals
+        if self.turn:
+            normals = normals @ self._turning.T
+        shade = self.ambient + (1 - self.ambient) * np.clip(normals @ lamp, 0, None)
+        places = _FINE * self.pixels(points) + (_FINE - 1) / 2
         skin = mesh.texture is None
         cloth = np.asarray(person.identity.skin if skin else mesh.texture, dtype=np.float32)
         _splat(
             places,
-            mesh.points[..., 2],
+            points[..., 2],
             (light * shade).astype(np.float32),
             np.broadcast_to(cloth, (_TEXELS, _TEXELS, 3)) if skin else cloth,
             mesh.texels,

@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator
 
 from data_synth._checks import array, generator, instance, number, whole
 from data_synth.arms.bodies import SIDES, Build, Person, Stage, make_person
-from data_synth.coloured.filming import one_of
+from data_synth.coloured.filming import one_of, wave
 from data_synth.companion.canvas import lay, photograph, room
 from data_synth.companion.faces import make_identity
 from data_synth.companion.walking import body_sprite, make_clothes
@@ -47,6 +47,8 @@ class ArmScene:
     varied
         By how much people differ beyond a few percent: standard deviation of the logarithms of
         their measures, and half of that of the angles (rad) in which they begin and rest.
+    sway, turn
+        How far the trunk sways to either side, m, and turns, rad, in waves of two to four seconds.
     """
 
     kind: str = "gesturing"
@@ -55,6 +57,8 @@ class ArmScene:
     light: float = 0.0
     pace: float = 1.0
     varied: float = 0.0
+    sway: float = 0.0
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         one_of("kind", self.kind, KINDS)
@@ -63,6 +67,8 @@ class ArmScene:
         number("light", self.light, 0.0, 0.9)
         number("pace", self.pace, 0.05, 10.0)
         number("varied", self.varied, 0.0, 0.3)
+        number("sway", self.sway, 0.0, 0.5)
+        number("turn", self.turn, 0.0, 0.8)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,9 +86,9 @@ class ArmFilm:
     parts : (n, rows, columns)
         Which part each pixel is of, as of `Stage.paint`.
     face : (4,)
-        The square that marks the face, px.
+        The square that marks the face in the first picture, px.
     person, stage
-        Who stands where.
+        Who stands where in the first picture.
     """
 
     frames: np.ndarray = field(repr=False)
@@ -133,6 +139,7 @@ def film_arms(
     wall = room(stage.size, rng=rng, clutter=scene.clutter)
     walkers = [_Walker(rng, stage) for _ in range(scene.passers)]
     phase = rng.uniform(0, 2 * np.pi)
+    stages = _swaying(rng, frames, scene, stage)
     shown, parts = [], []
     for t in range(frames):
         light = 1 + scene.light * float(np.sin(2 * np.pi * t / 60 + phase) - np.sin(phase)) / 2
@@ -140,12 +147,12 @@ def film_arms(
         for walker in walkers:
             walker.lay(canvas, t)
         canvas *= np.float32(light)
-        painted, part = stage.paint(person, angles[t], canvas, light)
+        painted, part = stages[t].paint(person, angles[t], canvas, light)
         parts.append(part)
         shown.append(photograph(painted, rng=rng))
-    joints = np.array([person.joints(each, stage.middle) for each in angles])
+    joints = np.array([at.joints(person, each) for at, each in zip(stages, angles, strict=True)])
     return ArmFilm(
-        np.array(shown), angles, joints, np.array(parts), stage.face(person), person, stage
+        np.array(shown), angles, joints, np.array(parts), stages[0].face(person), person, stages[0]
     )
 
 
@@ -206,6 +213,18 @@ def _pose(
         ):
             return pose
     raise RuntimeError("no pose without a collision in 20 000 draws")  # pragma: no cover
+
+
+def _swaying(rng: np.random.Generator, frames: int, scene: ArmScene, stage: Stage) -> list[Stage]:
+    """Return where the body is in each picture; the generator's own stream stays where it is."""
+    if scene.sway == 0 and scene.turn == 0:
+        return [stage] * frames
+    own = rng.spawn(1)[0]
+    aside, turn = (wave(1.0, (30, 60), rng=own) for _ in range(2))
+    return [
+        replace(stage, aside=stage.aside + scene.sway * aside(t), turn=scene.turn * turn(t))
+        for t in range(frames)
+    ]
 
 
 def _varied(rng: np.random.Generator, person: Person, by: float) -> Person:

@@ -406,6 +406,21 @@ def test_the_body_stands_where_the_face_says():
     assert set(state.bounds) == set(BOUNDS)
 
 
+def test_the_shoulders_go_with_the_face_of_a_picture():
+    state = FEW.start(FILM.frames[0], rng=rng(), face=FILM.face)
+    moved = FILM.face + np.array([12.0, 0, 0, 0])
+    after, info = FEW.step(state, FILM.frames[1], rng=rng(), face=moved)
+    there = BodyModel.from_face(moved, CAMERA)
+    np.testing.assert_array_equal(after.first.model.middle, there.middle)
+    np.testing.assert_allclose(info.joints, there.joints(after.mean[None])[0])
+    stays, _ = FEW.step(state, FILM.frames[1], rng=rng())
+    np.testing.assert_array_equal(stays.first.model.middle, state.first.model.middle)
+    same, _ = FEW.step(state, FILM.frames[1], rng=rng(), face=FILM.face)
+    np.testing.assert_array_equal(same.particles.states, stays.particles.states)
+    with pytest.raises(ValueError, match="face"):
+        FEW.step(state, FILM.frames[1], rng=rng(), face=np.zeros(4))
+
+
 class Pulled:
     """A normal likelihood of each angle about a goal, of its own width for each arm."""
 

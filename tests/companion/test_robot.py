@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from robot_perception.companion.faces.detection import FaceDetector
+from robot_perception.companion.faces.eigenfaces import Recognition
+from robot_perception.companion.faces.icondensation import (
+    FaceFilter,
+    FaceFilterRules,
+    FaceFilterState,
+)
 from robot_perception.companion.faces.link import Link, LinkRules, SeenFace
+from robot_perception.companion.faces.region import FaceTracker, RegionState
 from robot_perception.companion.following import Follower
 from robot_perception.companion.hands.boosting import Boosted
 from robot_perception.companion.hands.cascade import Cascade, HandDetector, Stage
@@ -59,7 +66,8 @@ def sees(monkeypatch):
 
 def robot(**parts) -> CompanionRobot:
     parts = {"tracker": FEW, "follower": KEEPS} | parts
-    return CompanionRobot(lambda grey, box: "ann", HANDS, **parts)
+    parts = {"recognise": lambda grey, box: "ann"} | parts
+    return CompanionRobot(hands=HANDS, **parts)
 
 
 def run(machine, state, count, image=IMAGE):
@@ -237,6 +245,97 @@ def test_who_is_hidden_for_long_is_lost(sees):
     assert info.hidden
     assert names[-2:] == ["follow", "wait"]
     assert state.link is None
+
+
+def test_a_kalman_filter_says_where_the_face_is_looked_for(sees):
+    machine = robot(face_tracking=FaceTracker())
+    state = idle(machine)
+    tracker = FaceTracker()
+    place = tracker.start(FACE)
+    for _ in range(4):
+        place, _ = tracker.step(place, IMAGE[..., 0])
+    np.testing.assert_allclose(state.place.belief.mean, place.belief.mean)
+    sees["windows"].clear()
+    run(machine, state, 1)
+    window = sees["windows"][0][1]
+    np.testing.assert_allclose(window, tracker.window(tracker.predict(place)))
+    assert window[2] < 2.5 * FACE[2]  # where six sides are looked through without it
+
+
+def test_a_face_that_is_missed_is_where_it_is_expected(sees):
+    """The face moves by 6 px a picture, and the link goes on with it while it is not found."""
+    machine = robot(face_tracking=FaceTracker())
+    state, _, _ = run(machine, machine.start(), 3)
+    for k in range(1, 9):
+        sees["faces"] = FACE[None] + [6 * k, 0, 0, 0]
+        state, _, _ = run(machine, state, 1)
+    sees["faces"] = NONE
+    state, info, _ = run(machine, state, 4)
+    assert info.held is None
+    assert state.link.missed == 4
+    assert state.link.face.box[0] == pytest.approx(FACE[0] + 6 * 12, abs=4)
+    sees["faces"] = FACE[None]
+    state = idle(robot())
+    sees["faces"] = NONE
+    np.testing.assert_array_equal(run(robot(), state, 4)[0].link.face.box, FACE)
+
+
+def test_a_face_that_is_given_up_is_looked_for_everywhere(sees):
+    machine = robot(face_tracking=FaceTracker(), rules=RobotRules(link=LinkRules(patience=60)))
+    state = idle(machine)
+    sees["faces"] = NONE
+    state, _, _ = run(machine, state, 25)
+    assert state.place == RegionState() or state.place.belief is None
+    assert state.link is not None
+    sees["windows"].clear()
+    run(machine, state, 1)
+    assert sees["windows"][0] == ("face", None)
+
+
+def test_particles_that_the_detector_steers_keep_the_place(sees):
+    rules = FaceFilterRules(particles=60)
+    machine = robot(face_tracking=FaceFilter(rules))
+    state, _, _ = run(machine, machine.start(), 5)
+    assert isinstance(state.place, FaceFilterState)
+    assert len(state.place.particles.states) == 60
+    sees["faces"] = NONE
+    state, info, _ = run(machine, state, 1)
+    assert info.held is None
+    np.testing.assert_allclose(state.link.face.box, state.place.box)
+
+
+def test_without_a_link_and_while_it_follows_no_face_has_a_place(sees):
+    machine = robot(face_tracking=FaceTracker(), recognise=lambda grey, box: None)
+    assert run(machine, machine.start(), 4)[0].place is None
+    machine = robot(face_tracking=FaceTracker())
+    state = idle(machine)
+    sees["hands"] = ABOVE[None]
+    state, _, names = run(machine, state, 3)
+    assert names[-1] == "follow"
+    assert state.place is None
+    sees["hands"] = NONE
+    state, _, _ = run(machine, state, 8)
+    sees["hands"] = ABOVE[None]
+    state, _, names = run(machine, state, 4)
+    assert names[-1] == "halt"
+    assert state.place is not None  # from where the body's face should be
+
+
+def test_the_descriptor_goes_along_and_is_what_the_link_is_verified_by(sees):
+    said, asked = Recognition("ann", "ann", 0.1, 0.1, np.arange(3.0)), []
+
+    def verify(link, face):
+        asked.append((link.name, face.descriptor.tolist()))
+        return False
+
+    machine = robot(verify=verify, recognise=lambda grey, box: said)
+    state, info, _ = run(machine, machine.start(), 1)
+    assert info.held == 0  # the first one begins the link, and nothing is asked
+    assert not asked
+    _, info, _ = run(machine, state, 1)
+    assert info.held is None
+    assert asked == [("ann", [0.0, 1.0, 2.0])]
+    np.testing.assert_array_equal(info.faces[0].descriptor, said.descriptor)
 
 
 def test_events_are_those_of_the_table():

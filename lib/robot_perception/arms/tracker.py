@@ -12,7 +12,7 @@ are ours but for the 400 particles.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, final
 
@@ -507,7 +507,12 @@ class ArmTracker:
         return ArmState(ParticleSet.uniform(states), seen.grey, first, *made)
 
     def step(
-        self, state: ArmState, image: Image, *, rng: np.random.Generator
+        self,
+        state: ArmState,
+        image: Image,
+        *,
+        rng: np.random.Generator,
+        face: Float[np.ndarray, " 4"] | None = None,
     ) -> tuple[ArmState, ArmInfo]:
         """Return what is known after a picture.
 
@@ -519,17 +524,23 @@ class ArmTracker:
             Red, green, blue, of the size of the first one.
         rng
             Source of the motion and the drawing.
+        face : (4,), optional
+            The square that marks the face by now, px, as a `FaceTracker` follows it: the shoulders
+            go with it. If it is not given they stay where they were.
 
         Raises
         ------
         TypeError
             If the image does not hold bytes.
         ValueError
-            If the image is not in colour or of another size, or a cue returns something else than a
-            finite number for each state.
+            If the image is not in colour or of another size, the face is no box or too near, or a
+            cue returns something else than a finite number for each state.
         """
         checks.instance("state", state, ArmState)
         checks.generator("rng", rng)
+        if face is not None:
+            there = BodyModel.from_face(check_box("face", face), self.camera, self.measures)
+            state = replace(state, first=replace(state.first, model=there))
         seen = look(self._picture(image), state.grey, self.rules.edges)
         picture = Picture(state, seen, self.rules)
         particles, info = FILTERS[self.rules.filter](picture, rng)

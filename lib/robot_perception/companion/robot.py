@@ -1,7 +1,9 @@
 r"""A robot and its tutor: detectors, link and tracker, which the states of an interaction drive.
 
-In every state but ``follow`` faces are looked for, whose they are is asked, and the link is kept.
-In ``follow`` head and trunk are tracked. Hands are looked for in all states but ``wait`` and
+In every state but ``follow`` faces are looked for, whose they are is asked, and the link is kept:
+the face that has it is tracked by a Kalman filter, which says where to look, or by the particles of
+ICONDENSATION, and its descriptor says whether it is still the tutor's. In ``follow`` head and trunk
+are tracked. Hands are looked for in all states but ``wait`` and
 ``identify``, round the face or the person. What is found are the percepts that the rules of the
 events are given:
 
@@ -30,7 +32,10 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.companion.boxes import check_box, colour_picture
 from robot_perception.companion.faces.detection import FaceDetector
-from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
+from robot_perception.companion.faces.eigenfaces import Recognition
+from robot_perception.companion.faces.icondensation import FaceFilter, FaceFilterState
+from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link, same_name
+from robot_perception.companion.faces.region import FaceTracker, RegionState
 from robot_perception.companion.following import Follower
 from robot_perception.companion.hands.cascade import HandDetector
 from robot_perception.companion.interaction import (
@@ -58,7 +63,7 @@ __all__ = [
 
 Box = Float[np.ndarray, " 4"]
 Grey = UInt8[np.ndarray, "height width"]
-Recognise = Callable[[Grey, Box], str | None]
+Recognise = Callable[[Grey, Box], Recognition | str | None]
 
 FACE = 0.177
 """Side of the square that marks a face, m."""
@@ -127,7 +132,8 @@ class RobotRules:
     link
         When the link goes on and when it ends.
     face_window, hand_window
-        How many sides of the tutor's face, from its middle, faces and hands are looked for.
+        How many sides of the tutor's face, from its middle, faces and hands are looked for; faces
+        by this only where nothing tracks them.
     down
         Pictures without a hand after which a hand is a new one.
     fresh
@@ -170,6 +176,8 @@ class RobotState:
         For how many pictures no hand has been found, since the state was entered.
     fresh
         Whether hands were down since then, or need not have been.
+    place
+        What is known of where the linked face is, if something tracks it.
 
     Raises
     ------
@@ -182,9 +190,11 @@ class RobotState:
     person: TutorState | None = None
     quiet: int = 0
     fresh: bool = True
+    place: RegionState | FaceFilterState | None = None
 
     def __post_init__(self) -> None:
         checks.instance("interaction", self.interaction, InteractionState)
+        checks.instance("place", self.place, RegionState, FaceFilterState, type(None))
         checks.instance("link", self.link, Link, type(None))
         checks.instance("person", self.person, TutorState, type(None))
         object.__setattr__(self, "quiet", checks.whole("quiet", self.quiet, 0))
@@ -235,12 +245,20 @@ class CompanionRobot:
     Parameters
     ----------
     recognise
-        Function of a grey picture and the box of a face in it that returns a tutor's name, or
-        ``None`` for a stranger, as ``lambda grey, box: known.recognise(crop(grey, box)).name``.
+        Function of a grey picture and the box of a face in it that returns a `Recognition`, as
+        ``lambda grey, box: known.recognise(crop(grey, box))``, or just a tutor's name, ``None``
+        for a stranger.
     hands
         Finds open hands.
     faces
         Finds faces, which are small where a raised hand is in view: sizes are 1.05 apart.
+    face_tracking
+        Keeps the place of the face that has the link: a `FaceTracker`, whose window is where its
+        detector looks, or a `FaceFilter`, which the detector steers. Without one, faces are looked
+        for round the last place.
+    verify
+        Function of the link and a face that tells whether it is the tutor who began the link; by
+        default by name. By descriptor: `faces.link.same_descriptor`.
     tracker
         Follows head and trunk.
     interaction
@@ -260,6 +278,8 @@ class CompanionRobot:
     recognise: Recognise
     hands: HandDetector
     faces: FaceDetector = field(default_factory=lambda: FaceDetector(scale=1.05, neighbours=2))
+    face_tracking: FaceTracker | FaceFilter | None = None
+    verify: Callable[[Link, SeenFace], bool] = same_name
     tracker: TutorTracker = field(
         default_factory=lambda: TutorTracker(TutorModel(), TutorRules(gate=0.3, whole_gate=0.4))
     )
@@ -271,6 +291,8 @@ class CompanionRobot:
         checks.instance("recognise", self.recognise, Callable)
         checks.instance("hands", self.hands, HandDetector)
         checks.instance("faces", self.faces, FaceDetector)
+        checks.instance("face_tracking", self.face_tracking, FaceTracker, FaceFilter, type(None))
+        checks.instance("verify", self.verify, Callable)
         checks.instance("tracker", self.tracker, TutorTracker)
         checks.instance("interaction", self.interaction, Interaction)
         checks.instance("rules", self.rules, RobotRules)
@@ -313,7 +335,7 @@ class CompanionRobot:
         if state.person is not None:
             state, hidden, around = self._tracked(state, state.person, image, rng)
         else:
-            state, faces, held = self._looked(state, grey)
+            state, faces, held = self._looked(state, image, grey, rng)
             link, sides = state.link, self.rules.hand_window
             around = None if link is None else _around(link.face.box, sides)
         hands = np.zeros((0, 4))
@@ -348,17 +370,45 @@ class CompanionRobot:
         return replace(state, person=person, link=link), info.hidden, around
 
     def _looked(
-        self, state: RobotState, grey: Grey
+        self, state: RobotState, image: np.ndarray, grey: Grey, rng: np.random.Generator
     ) -> tuple[RobotState, tuple[SeenFace, ...], int | None]:
         """Return the state with the link after a picture, the faces, and which has the link."""
-        window, sides = None, self.rules.face_window
-        if state.link is not None:
-            window = _around(state.link.face.box, sides)
-            window = window if _inside(window, grey) else None
-        boxes = self.faces.find(grey, window)
-        faces = tuple(SeenFace(box, self.recognise(grey, box)) for box in boxes)
-        link, info = keep_link(state.link, faces, self.rules.link)
-        return replace(state, link=link), faces, info.held
+        boxes, place = self._found(state, image, grey, rng)
+        faces = tuple(_asked(box, self.recognise(grey, box)) for box in boxes)
+        link, info = keep_link(state.link, faces, self.rules.link, verify=self.verify)
+        if link is None:
+            return replace(state, link=None, place=None), faces, info.held
+        if info.began:
+            place = self._placed(image, link.face.box, rng)
+        elif info.held is None:  # not seen, or not verified: where it should be by now
+            link = replace(link, face=replace(link.face, box=_box(place, link.face.box)))
+        return replace(state, link=link, place=place), faces, info.held
+
+    def _found(
+        self, state: RobotState, image: np.ndarray, grey: Grey, rng: np.random.Generator
+    ) -> tuple[np.ndarray, RegionState | FaceFilterState | None]:
+        """Return the boxes of faces, and where the face that has the link is by what tracks it."""
+        if state.link is None:
+            return self.faces.find(grey), None
+        place = state.place
+        if place is None and self.face_tracking is not None:  # it was followed until now
+            place = self._placed(image, state.link.face.box, rng)
+        if isinstance(place, RegionState):
+            place, told = self.face_tracking.step(place, grey)
+            return told.boxes, place
+        if isinstance(place, FaceFilterState):
+            boxes = self.faces.find(grey)
+            return boxes, self.face_tracking.step(place, image, boxes, rng=rng)[0]
+        window = _around(state.link.face.box, self.rules.face_window)
+        return self.faces.find(grey, window if _inside(window, grey) else None), None
+
+    def _placed(
+        self, image: np.ndarray, box: Box, rng: np.random.Generator
+    ) -> RegionState | FaceFilterState | None:
+        """Return what is known of a face that is at a place."""
+        if isinstance(self.face_tracking, FaceFilter):
+            return self.face_tracking.start(image, box, rng=rng)
+        return None if self.face_tracking is None else self.face_tracking.start(box)
 
     def _above(self, link: Link | None, hand: Box) -> bool:
         """Tell whether the middle of a hand is above the upper edge of the tutor's face."""
@@ -385,8 +435,8 @@ class CompanionRobot:
             if state.link is None:
                 raise ValueError("interaction must lead to 'follow' with a link only, got none")
             body = body_of(state.link.face.box)
-            return replace(state, person=self.tracker.start(image, body, rng=rng))
-        return replace(state, link=None) if state.name == "wait" else state
+            return replace(state, person=self.tracker.start(image, body, rng=rng), place=None)
+        return replace(state, link=None, place=None) if state.name == "wait" else state
 
     def _command(self, state: RobotState, face: Box | None, width: int) -> tuple[float, float]:
         """Return speed (m/s) and turn rate (rad/s): drive after the tutor, or turn to the face."""
@@ -399,6 +449,19 @@ class CompanionRobot:
         if face is None:
             return 0.0, 0.0
         return 0.0, self.follower.command(_middle(face)[0] - middle, self.follower.height)[1]
+
+
+def _asked(box: Box, answer: Recognition | str | None) -> SeenFace:
+    """Return a face with what the recogniser says of it."""
+    if isinstance(answer, Recognition):
+        return SeenFace(box, answer.name, answer.descriptor)
+    return SeenFace(box, answer)
+
+
+def _box(place: RegionState | FaceFilterState | None, last: Box) -> Box:
+    """Return the box of a face by what tracks it; the last one if nothing does."""
+    box = None if place is None else place.box
+    return last if box is None else box
 
 
 def _middle(box: Box) -> tuple[float, float, float]:

@@ -10,6 +10,10 @@ from data_synth.companion.walks import REGION
 from robot_perception.book import tutor_following as page
 from robot_perception.chapters.tutor_following import training
 from robot_perception.chapters.tutor_following.scene import at, hands
+from robot_perception.companion.faces.eigenfaces import enrol
+from robot_perception.companion.faces.icondensation import FaceFilter
+from robot_perception.companion.faces.link import Link, SeenFace
+from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import Goals
 from robot_perception.companion.robot import BODY, CompanionRobot
 from robot_perception.files import DamagedFile
@@ -171,27 +175,47 @@ def test_a_trial_names_each_tracker_at_each_rate_and_a_box_that_never_moves(monk
 
 def test_the_robot_of_the_chapter_is_that_of_the_room_with_its_numbers():
     """The world's people are as large as the room takes them to be."""
-    robot, usual = page.companion(), CompanionRobot(lambda grey, box: None, hands())
+    robot, usual = (
+        page.companion("told whose face", None),
+        CompanionRobot(lambda grey, box: None, hands()),
+    )
     assert robot.tracker.rules == usual.tracker.rules
     assert robot.rules == usual.rules
-    ours, theirs = ((one.faces.scale, one.faces.neighbours) for one in (robot, usual))
-    assert ours == theirs
+    assert robot.faces.scale == usual.faces.scale
     assert (REGION[2] - REGION[0], REGION[3] - REGION[1]) == BODY
-    assert not page.companion(fresh=False).rules.fresh
+    assert not page.companion("Kalman window", None, fresh=False).rules.fresh
+
+
+def test_each_robot_looks_for_faces_in_its_own_way():
+    ways = [page.companion(name, None).face_tracking for name in page.LOOKS]
+    assert [type(way) for way in ways] == [FaceTracker, FaceFilter, FaceTracker]
+    assert ways[0].detector.enlarge == 2
+
+
+def test_a_robot_that_knows_people_describes_and_verifies_them():
+    rng = np.random.default_rng(0)
+    faces = rng.uniform(size=(2, 1, 56, 46)) + 0.1 * rng.standard_normal((2, 5, 56, 46))
+    known = enrol(faces.reshape(10, 56, 46), ["tutor 1"] * 5 + ["tutor 2"] * 5, 5)
+    robot = page.companion("Kalman window", known)
+    picture = (255 * faces[0, 0].clip(0, 1)).astype(np.uint8)
+    said = robot.recognise(picture, np.array([0.0, 0, 46, 56]))
+    assert said.nearest == "tutor 1"
+    face = SeenFace(np.array([0.0, 0, 46, 56]), None, known.descriptors[0])
+    assert robot.verify(Link("tutor 1", face), face)
+    assert not robot.verify(Link("tutor 2", face), face)
 
 
 def test_a_robot_that_is_told_knows_the_tutor_by_his_place():
     face, grey = np.array([100.0, 60, 30, 30]), np.zeros((240, 320), np.uint8)
-    told = page.recogniser(None, face)
-    assert told(grey, np.array([102.0, 61, 30, 30])) == "tutor 1"
-    assert told(grey, np.array([160.0, 60, 30, 30])) is None
-    assert page.recogniser(None, page.NOTHING)(grey, face) is None
+    assert page.named(face, grey, np.array([102.0, 61, 30, 30])) == "tutor 1"
+    assert page.named(face, grey, np.array([160.0, 60, 30, 30])) is None
+    assert page.named(page.NOTHING, grey, face) is None
 
 
 def test_a_visit_ends_at_its_first_fault_and_later_orders_are_not_given(monkeypatch):
     orders = page.make_visit(RNG(100)).orders
 
-    def stub(visit, known, fresh):
+    def stub(visit, robot, fresh):
         for frame in range(orders[-1].last + 1):
             order = next((o for o in orders if o.first <= frame <= o.last), None)
             right = order is None or order.what != "walks"
@@ -202,14 +226,14 @@ def test_a_visit_ends_at_its_first_fault_and_later_orders_are_not_given(monkeypa
             )  # fmt: skip
 
     monkeypatch.setattr(page, "moments", stub)
-    trial = page.visited.but(visit=(100,)).trial(visit=100, told=True)
+    trial = page.visited.but(visit=(100,)).trial(visit=100, robot="told whose face")
     assert list(trial["given"]) == [True] * 4 + [False] * 5
     assert list(trial["right"]) == [True] * 3 + [False] * 6
     assert not trial["whole"]
     rows = Rows(framed([trial]), "visit", {})
     assert page.by_order(rows)["walks", "right"].estimate == 0
     assert page.by_order(rows)["halt", "came"] == 0
-    assert page.without_fault(rows, True).estimate == 0
+    assert page.without_fault(rows, "told whose face").estimate == 0
 
 
 @pytest.mark.parametrize("fault", ["follows a stranger", "walks in another state"])

@@ -84,6 +84,21 @@ def test_what_is_wrong_is_named(portrait, wrong, error, text):
         wrong(portrait)
 
 
+def test_a_picture_that_is_enlarged_shows_smaller_faces_in_their_places(portrait):
+    small = cv2.resize(portrait, None, fx=0.16, fy=0.16, interpolation=cv2.INTER_AREA)
+    assert not len(DETECTOR.find(small))  # the face is 18 px wide
+    found = FaceDetector(least=12, enlarge=2).find(small)
+    assert overlap(found[:1], 0.16 * FACE)[0, 0] > 0.6
+    large = cv2.resize(portrait, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    np.testing.assert_array_equal(
+        FaceDetector(least=50, most=200, enlarge=2).find(portrait),
+        FaceDetector(least=100, most=400).find(large) / 2,
+    )
+    window = np.array([150.0, 40, 150, 160])
+    near = FaceDetector(enlarge=2).find(portrait, window)
+    assert overlap(near[:1], FACE)[0, 0] > 0.6
+
+
 def test_a_detector_can_be_sent_to_another_process(portrait):
     own = FaceDetector(scale=1.3, neighbours=2, least=40, most=200)
     sent = pickle.loads(pickle.dumps(own))

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from robot_perception.companion.faces.link import Link, LinkRules, SeenFace, keep_link
+from robot_perception.companion.faces.eigenfaces import enrol
+from robot_perception.companion.faces.link import (
+    Link,
+    LinkRules,
+    SeenFace,
+    keep_link,
+    same_descriptor,
+)
 
 
 def face(name, u=100.0, side=40.0):
@@ -76,6 +83,38 @@ def test_the_user_may_verify_by_something_else():
     assert info.held == 1
     assert link.face is close
     assert link.name == "ann"
+
+
+@pytest.fixture(scope="module")
+def gallery():
+    """Twenty pictures of two people, who differ from each other more than from themselves."""
+    rng = np.random.default_rng(3)
+    people = rng.uniform(size=(2, 1, 12, 10))
+    faces = people + 0.1 * rng.standard_normal((2, 10, 12, 10))
+    return enrol(faces.reshape(20, 12, 10), ["ann"] * 10 + ["bob"] * 10, 10), people[:, 0]
+
+
+def test_a_descriptor_is_verified_against_those_of_the_tutor_who_began(gallery):
+    known, (ann, bob) = gallery
+    verify, link = same_descriptor(known), Link("ann", face("ann"))
+
+    def described(picture, name=None):
+        return SeenFace(face(None).box, name, known.describe(picture))
+
+    assert verify(link, described(ann))
+    assert not verify(link, described(bob, "ann"))  # whatever name it was given
+    assert verify(Link("bob", face("bob")), described(bob))
+    far = ann + 5 * (ann - bob)
+    assert not verify(link, described(far))  # nearest to ann of all, and still too far
+    mine = known.distances(known.describe(far))
+    assert mine[:10].min() < mine[10:].min()
+
+
+def test_a_face_without_a_descriptor_is_nobodys_and_a_link_is_with_somebody_known(gallery):
+    verify = same_descriptor(gallery[0])
+    assert not verify(Link("ann", face("ann")), face("ann"))
+    with pytest.raises(ValueError, match="link must be of somebody in the gallery, got 'eve'"):
+        verify(Link("eve", face("eve")), face("eve"))
 
 
 def test_missed_pictures_are_counted_until_the_face_is_seen():

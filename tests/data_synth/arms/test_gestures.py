@@ -147,3 +147,38 @@ def test_hands_near_the_body_are_near_it_and_do_not_go_through_it():
         assert np.mean([_hits(person, pose, 0.03) for pose in motion]) > 0.15
     free = make_motion(np.random.default_rng(0), 60, ArmScene("gesturing"), person)
     assert np.mean([_hits(person, pose, 0.05) for pose in free]) < 0.3
+
+
+def test_a_trunk_that_sways_takes_the_joints_along_and_nothing_else():
+    still, moving = (
+        film_arms(np.random.default_rng(2), 40, ArmScene("pointing", sway=sway), PERSON)
+        for sway in (0.0, 0.04)
+    )
+    np.testing.assert_array_equal(still.angles, moving.angles)
+    off = moving.joints - still.joints
+    np.testing.assert_allclose(off, np.broadcast_to(off[:, :1, :1], off.shape), atol=1e-12)
+    aside = off[:, 0, 0, 0]
+    np.testing.assert_array_equal(off[..., 1:], 0)
+    assert 0.01 < np.abs(aside).max() <= 0.04
+    assert np.abs(np.diff(aside)).max() < 0.01, "it sways, and does not jump"
+    np.testing.assert_allclose(aside[0], moving.stage.aside)
+    t = int(np.abs(aside).argmax())
+    shift = float(moving.stage.focal * aside[t] / moving.stage.away)
+    middles = [np.flatnonzero((film.parts[t] == 1).any(axis=0)).mean() for film in (still, moving)]
+    assert middles[1] - middles[0] == pytest.approx(shift, abs=1.2)  # laid by whole px
+
+
+def test_a_trunk_that_turns_turns_about_its_own_middle():
+    film = film_arms(np.random.default_rng(2), 40, ArmScene("still", turn=0.3), PERSON)
+    across = film.joints[:, 1, 0] - film.joints[:, 0, 0]
+    turned = np.arctan2(-across[:, 2], across[:, 0])
+    assert 0.1 < np.abs(turned).max() <= 0.3
+    assert np.linalg.norm(across, axis=1) == pytest.approx(PERSON.build.apart)
+    np.testing.assert_allclose(
+        film.joints[:, :, 0].mean(axis=1), np.tile(film.stage.middle, (40, 1)), atol=1e-12
+    )
+    arm = film.joints[:, 0] - film.joints[:, 0, :1]
+    np.testing.assert_allclose(arm[..., 1], np.tile(arm[0, :, 1], (40, 1)), atol=1e-12)
+    t = int(turned.argmax())  # the shoulder on the right is nearer: that arm is drawn wider
+    wide = [(np.isin(film.parts[t], names)).sum() for names in ((3, 4, 5), (6, 7, 8))]
+    assert wide[1] > wide[0]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -20,6 +21,7 @@ from robot_perception.arms.tracker import (
     find_face,
 )
 from robot_perception.cameras import Pinhole
+from robot_perception.companion.faces.region import FaceTracker
 
 CAMERA = Pinhole((320.0, 320.0), (159.5, 119.5), (320, 240))
 FRAMES = 60
@@ -63,9 +65,9 @@ WAYS: Mapping[str, tuple[Mapping[str, CueMaker], Mapping[str, CueMaker]]] = Mapp
 
 
 @lru_cache(maxsize=3)
-def film(seed: int, scene: str, frames: int = FRAMES, varied: float = 0.0) -> ArmFilm:
-    """Return the film of a seed."""
-    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], varied=varied))
+def film(seed: int, scene: str, frames: int = FRAMES, **changes: float) -> ArmFilm:
+    """Return the film of a seed, with some numbers of its scene changed."""
+    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], **changes))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,16 +118,24 @@ def face_of(shown: ArmFilm) -> Float[np.ndarray, " 4"]:
         return shown.face
 
 
-def follow(following: ArmTracker, shown: ArmFilm, seed: int) -> Run:
-    """Track the arms of a film, and compare them with the true ones."""
-    rng = np.random.default_rng([seed, 1])
-    state = following.start(shown.frames[0], rng=rng, face=face_of(shown))
-    rows = [(state.mean, 0.0, float(following.rules.particles), False)]
+def follow(following: ArmTracker, shown: ArmFilm, seed: int, *, moving: bool = False) -> Run:
+    """Track the arms of a film, and compare them with the true ones.
+
+    The shoulders stay where the first face puts them, or go with the face as a Kalman filter
+    follows it.
+    """
+    rng, face = np.random.default_rng([seed, 1]), face_of(shown)
+    state = following.start(shown.frames[0], rng=rng, face=face)
+    model, faces = state.first.model, FaceTracker()
+    place = faces.start(face)
+    rows = [(state.mean, model.joints(state.mean[None])[0], 0.0,
+             float(following.rules.particles), False)]  # fmt: skip
     for image in shown.frames[1:]:
-        state, info = following.step(state, image, rng=rng)
-        rows.append((state.mean, info.saved, info.effective, info.lost))
-    states, saved, effective, lost = (np.array(part) for part in zip(*rows, strict=True))
-    model = state.first.model
-    off = model.pixels(model.joints(states)[:, :, 2]) - shown.stage.pixels(shown.joints[:, :, 2])
+        if moving:
+            place, _ = faces.step(place, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+        state, info = following.step(state, image, rng=rng, face=place.box if moving else None)
+        rows.append((state.mean, info.joints, info.saved, info.effective, info.lost))
+    states, joints, saved, effective, lost = (np.array(part) for part in zip(*rows, strict=True))
+    off = model.pixels(joints[:, :, 2]) - shown.stage.pixels(shown.joints[:, :, 2])
     wrists = np.linalg.norm(off, axis=-1)
     return Run(states, np.abs(states - shown.angles), wrists, saved, effective, lost)

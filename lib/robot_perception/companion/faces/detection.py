@@ -33,12 +33,16 @@ class FaceDetector:
         How many windows must agree on a face.
     least, most
         Sides of the smallest and the largest face that is looked for, px.
+    enlarge
+        How many times the picture is made larger first: faces that are hardly larger than the
+        cascade's window of 24 px are missed often, and one that is smaller always.
 
     Raises
     ------
     ValueError
-        If the scale is not above 1, ``neighbours`` is negative, or the least side is below 24, that
-        of the cascade, or above the largest.
+        If the scale is not above 1, ``neighbours`` is negative, the picture is enlarged more than
+        four times, or the least side is below that of the cascade, 24 px in the enlarged picture,
+        or above the largest.
 
     References
     ----------
@@ -51,20 +55,24 @@ class FaceDetector:
     neighbours: int = 4
     least: int = SMALLEST
     most: int = 10_000
+    enlarge: int = 1
     _cascade: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not checks.number("scale", self.scale) > 1.0 or self.scale > 10:
             raise ValueError(f"scale must be above 1 and at most 10, got {self.scale}")
         object.__setattr__(self, "neighbours", checks.whole("neighbours", self.neighbours, 0, 1000))
-        object.__setattr__(self, "most", checks.whole("most", self.most, SMALLEST, 10**6))
-        object.__setattr__(self, "least", checks.whole("least", self.least, SMALLEST, self.most))
+        object.__setattr__(self, "enlarge", checks.whole("enlarge", self.enlarge, 1, 4))
+        low = SMALLEST // self.enlarge
+        object.__setattr__(self, "most", checks.whole("most", self.most, low, 10**6))
+        object.__setattr__(self, "least", checks.whole("least", self.least, low, self.most))
         cascade = cv2.CascadeClassifier(cv2.data.haarcascades + FRONTAL)
         object.__setattr__(self, "_cascade", cascade)
 
     def __reduce__(self) -> tuple:
         """Make it anew in another process: OpenCV's cascade cannot be sent there."""
-        return FaceDetector, (self.scale, self.neighbours, self.least, self.most)
+        given = (self.scale, self.neighbours, self.least, self.most, self.enlarge)
+        return FaceDetector, given
 
     def find(
         self,
@@ -103,13 +111,16 @@ class FaceDetector:
         image, corner = within(image, window)
         if min(image.shape) < least:
             return np.zeros((0, 4))
+        image, times = np.ascontiguousarray(image), self.enlarge
+        if times > 1:
+            image = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
         found = self._cascade.detectMultiScale(
-            np.ascontiguousarray(image),
+            image,
             scaleFactor=self.scale,
             minNeighbors=self.neighbours,
-            minSize=(least, least),
-            maxSize=(most, most),
+            minSize=(times * least, times * least),
+            maxSize=(times * most, times * most),
         )
-        boxes = np.asarray(found, dtype=float).reshape(-1, 4)
+        boxes = np.asarray(found, dtype=float).reshape(-1, 4) / times
         boxes[:, :2] += corner
         return boxes[np.lexsort((boxes[:, 1], boxes[:, 0], -boxes[:, 2]))]

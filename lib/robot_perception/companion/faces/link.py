@@ -9,8 +9,17 @@ from jaxtyping import Float
 
 from robot_perception import checks
 from robot_perception.companion.boxes import check_box
+from robot_perception.companion.faces.eigenfaces import Eigenfaces
 
-__all__ = ["Link", "LinkInfo", "LinkRules", "SeenFace", "keep_link", "same_name"]
+__all__ = [
+    "Link",
+    "LinkInfo",
+    "LinkRules",
+    "SeenFace",
+    "keep_link",
+    "same_descriptor",
+    "same_name",
+]
 
 
 @final
@@ -123,6 +132,37 @@ def same_name(link: Link, face: SeenFace) -> bool:
     """Tell whether a face is recognised as the tutor who began the link."""
     checks.instance("link", link, Link)
     return checks.instance("face", face, SeenFace).name == link.name
+
+
+def same_descriptor(known: Eigenfaces) -> Callable[[Link, SeenFace], bool]:
+    """Return what tells whether a face has the descriptor of the tutor who began the link.
+
+    It asks about one person, and not who of all the face is: whether the descriptor is as close to
+    one of that tutor's in the gallery as its threshold accepts.
+
+    Parameters
+    ----------
+    known
+        The gallery that described the faces.
+
+    Returns
+    -------
+    function
+        Of the link and a face; a face without a descriptor is nobody's, raises `ValueError` if the
+        link's tutor is not in the gallery.
+    """
+    checks.instance("known", known, Eigenfaces)
+    whose = np.array(known.names)
+
+    def verify(link: Link, face: SeenFace) -> bool:
+        mine = whose == checks.instance("link", link, Link).name
+        if not mine.any():
+            raise ValueError(f"link must be of somebody in the gallery, got {link.name!r}")
+        if checks.instance("face", face, SeenFace).descriptor is None:
+            return False
+        return bool(known.distances(face.descriptor)[mine].min() <= known.most_distance)
+
+    return verify
 
 
 def keep_link(
