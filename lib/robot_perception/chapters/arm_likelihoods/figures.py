@@ -90,8 +90,8 @@ def bumps(
         score = found[name]
         ax.plot(degrees, (score - score.min()) / np.ptp(score), color=MEANING[colour],
                 linewidth=1.5)  # fmt: skip
-        label(ax, -44, 1.16 if name == "edges" else 1.06, meaning, MEANING[colour], ha="left")
-    ax.set(xlabel="turned by (°)", ylabel="score", xlim=(-45, 45), ylim=(0, 1.25))
+        label(ax, -44, 1.25 if name == "edges" else 1.08, meaning, MEANING[colour], ha="left")
+    ax.set(xlabel="turned by (°)", ylabel="score", xlim=(-45, 45), ylim=(0, 1.4))
     return ax
 
 
