@@ -18,7 +18,7 @@ from PIL import Image
 
 from robot_perception import datasets
 from robot_perception.datasets import entries
-from robot_perception.files import UNFINISHED, DamagedFile, reading, write_json, written
+from robot_perception.files import UNFINISHED, DamagedFile, reading, written
 from robot_perception.slam import planar
 from robot_perception.teaching import recordings, results, storage
 from robot_perception.teaching.ledger import Ledger
@@ -308,14 +308,3 @@ def test_a_summary_that_is_interrupted_stays_the_old_one(tmp_path, monkeypatch):
         with pytest.raises(KeyboardInterrupt):
             recording._describe("2002-02-03", {"a": "2"})
     assert json.loads((tmp_path / "mine-store.json").read_text())["date"] == "2001-02-03"
-
-
-def test_json_has_a_line_for_each_item_of_a_list_and_comes_back(tmp_path):
-    plain = {"version": 2, "name": "a", "rows": [[1, 2.5], {"k": None}], "empty": []}
-    write_json(tmp_path / "a.json", plain)
-    text = (tmp_path / "a.json").read_text("utf-8")
-    assert json.loads(text) == plain
-    assert "  [1,2.5],\n" in text
-    with pytest.raises(TypeError):
-        write_json(tmp_path / "a.json", {"bad": {1, 2}})
-    assert (tmp_path / "a.json").read_text("utf-8") == text, "left as it was"

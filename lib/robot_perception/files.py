@@ -1,14 +1,12 @@
 """Files: one error for a damaged one, and none that is written by half."""
 
-import json
 import os
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from robot_perception.checks import flag, instance
 
@@ -84,32 +82,6 @@ def written(path: Path | str) -> Iterator[Path]:
         if path.exists():
             shutil.copymode(path, beside)
         os.replace(beside, path)
-
-
-def write_json(path: Path | str, plain: Mapping[str, Any]) -> None:
-    """Write a mapping as JSON, each item of its lists in a line, so that a diff shows what changes.
-
-    Parameters
-    ----------
-    path
-        The file.
-    plain
-        What it holds, by name.
-
-    Raises
-    ------
-    TypeError
-        If it holds what JSON cannot.
-    """
-    parts = []
-    for name, value in instance("plain", plain, Mapping).items():
-        text = json.dumps(value)
-        if isinstance(value, list):
-            rows = ",\n  ".join(json.dumps(row, separators=(",", ":")) for row in value)
-            text = f"[\n  {rows}\n ]"
-        parts.append(f' "{name}": {text}')
-    with written(path) as beside:
-        beside.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
 
 
 @contextmanager

@@ -9,7 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from robot_perception.companion.hands.cascade import Cascade, StageReport
-from robot_perception.files import DamagedFile, reading, write_json
+from robot_perception.files import DamagedFile, reading
+from robot_perception.teaching.plain import write_json
 from robot_perception.teaching.records import records
 
 
