@@ -99,6 +99,13 @@ def test_a_picture_without_edges_is_as_far_as_can_be():
     assert np.isfinite(logs).all()
 
 
+def test_the_channels_are_red_green_blue_and_grey():
+    channels = look(IMAGE, grey(IMAGE)).channels
+    np.testing.assert_array_equal(channels[..., :3], IMAGE)
+    np.testing.assert_array_equal(channels[..., 3], grey(IMAGE))
+    assert (channels[..., 3] != channels[..., 0]).any()
+
+
 def test_noise_of_a_few_grey_levels_is_no_edge():
     """Without the blur a third of this wall would be edges."""
     wall = np.full((240, 320, 1), 120) + np.random.default_rng(0).normal(0, 5, (240, 320, 1))

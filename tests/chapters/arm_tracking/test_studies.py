@@ -120,7 +120,7 @@ def test_the_floor_of_a_power_law_is_found():
 
 
 def test_the_films_of_a_study_are_of_people_who_vary_and_nobody_else_is_changed():
-    plain, varied = (film(CHOOSING[6], "pointing, plain", 2, by) for by in (0.0, 0.08))
+    plain, varied = (film(CHOOSING[6], "pointing, plain", 2, varied=by) for by in (0.0, 0.08))
     assert plain.person.build != varied.person.build
     np.testing.assert_array_equal(film(CHOOSING[6], "pointing, plain", 2).frames, plain.frames)
 

@@ -241,12 +241,12 @@ def test_an_order_is_a_fault_where_the_robot_moves_too_early_or_is_in_another_st
     fault, monkeypatch
 ):
     """All other orders are obeyed, and who walks is under the box."""
-    orders, known = page.make_visit(RNG(100)).orders, []
+    orders, asked = page.make_visit(RNG(100)).orders, []
     first = next(k for k, one in enumerate(orders) if one.what == "a stranger's hand")
     walks = next(k for k, one in enumerate(orders) if one.what == "walks")
 
-    def stub(visit, gallery, fresh):
-        known.append(gallery)
+    def stub(visit, robot, fresh):
+        asked.append(robot)
         for frame in range(orders[-1].last + 1):
             now = next((k for k, o in enumerate(orders) if o.first <= frame <= o.last), None)
             state = "wait" if now is None else page.SHOULD[orders[now].what][0]
@@ -260,14 +260,12 @@ def test_an_order_is_a_fault_where_the_robot_moves_too_early_or_is_in_another_st
             )  # fmt: skip
 
     monkeypatch.setattr(page, "moments", stub)
-    monkeypatch.setattr(page, "gallery", lambda visit: "a gallery")
-    trial = page.visited.but(visit=(100,)).trial(visit=100, told=False)
+    trial = page.visited.but(visit=(100,)).trial(visit=100, robot="Kalman window")
     wrong = first if fault == "follows a stranger" else walks
     assert list(trial["right"]) == [k < wrong for k in range(len(orders))]
     assert list(trial["given"]) == [k <= wrong for k in range(len(orders))]
     assert not trial["whole"]
-    page.visited.but(visit=(100,)).trial(visit=100, told=True)
-    assert known == ["a gallery", None]
+    assert asked == ["Kalman window"]
 
 
 def test_the_robot_drives_where_it_looks_and_stays_in_the_hall():
@@ -282,8 +280,24 @@ def test_the_robot_drives_where_it_looks_and_stays_in_the_hall():
 
 def test_the_robot_stands_where_the_person_is_two_metres_and_a_fifth_away():
     tall = page.CAMERA.focal * (REGION[3] - REGION[1]) / 2.2
-    assert page.companion().follower.command(0.0, tall)[0] == pytest.approx(0)
-    assert page.companion().follower.command(0.0, tall / 2)[0] > 0
+    follower = page.companion("told whose face", None).follower
+    assert follower.command(0.0, tall)[0] == pytest.approx(0)
+    assert follower.command(0.0, tall / 2)[0] > 0
+
+
+def test_a_robot_that_is_told_has_no_gallery(monkeypatch):
+    asked = []
+
+    def stub(robot, known, fresh):
+        asked.append((robot, known))
+        raise StopIteration
+
+    monkeypatch.setattr(page, "companion", stub)
+    monkeypatch.setattr(page, "gallery", lambda visit: "a gallery")
+    for robot in ("told whose face", "Kalman window"):
+        with pytest.raises(RuntimeError):
+            next(page.moments(100, robot))
+    assert asked == [("told whose face", None), ("Kalman window", "a gallery")]
 
 
 def test_the_gallery_is_of_faces_that_somebody_has_looked_at():
