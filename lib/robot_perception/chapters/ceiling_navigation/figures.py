@@ -91,7 +91,7 @@ def corrected(axes: np.ndarray, found: SimpleNamespace) -> None:
     name="nav-mosaic",
     alt="A ring of ceiling composed of many pictures, with lamps, vents and signs. Triangles "
     "stand round the ring; a line, the true path, leaves them by some decimetres on the far side.",
-    caption="The counterpart of the paper's Fig. 9, with everything as printed. The ceiling, "
+    caption="The counterpart of the paper's Fig. 9, by our rules, as it was chained. The ceiling, "
     "composed of what the camera saw, each picture laid where the robot located itself. Squares: "
     "patterns. Triangles: the robot in its mosaic, every two metres. Line: where it was in truth.",
     width=6.2,
@@ -105,7 +105,7 @@ def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
     there = np.array([*run.patterns.values()])
     ax.plot(*there[:, :2].T, "s", color=MEANING["ceiling pattern"], markersize=4, fillstyle="none")
     way = np.hypot(*np.diff(run.true[:, :2], axis=0).T).sum()
-    for pose in run.chained[:: round(2.0 * len(run.chained) / way)]:
+    for pose in run.told[:: round(2.0 * len(run.told) / way)]:
         triangle(ax, pose, MEANING["robot"], linewidth=1.8)
     return ax
 

@@ -12,7 +12,8 @@ MOUNT = Mount()
 """2.5 m below the ceiling, 320 × 240 px, f = 200 px, straight up."""
 SCALE = MOUNT.height / MOUNT.focal
 """Z/f of this camera, m per px."""
-CENTRE = MOUNT.middle
+CENTRE = np.array(MOUNT.middle)
+"""Where the optical axis meets the picture, px."""
 HALF = np.array([(MOUNT.size[0] - 1) / 2, (MOUNT.size[1] - 1) / 2]) * SCALE
 """How far ahead and to the left it sees the ceiling, m."""
 BORDER = 30.0
