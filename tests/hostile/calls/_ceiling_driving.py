@@ -28,12 +28,13 @@ SOUGHT = mapping.Sought.of(IMAGE)
 THREE = {"a": POSES[0], "b": POSES[0] + [10, 0, 0, 0], "c": POSES[1]}
 SERVO = visual_memory.ServoRules()
 ROUTE = [visual_memory.KeyImage(PLACES)]
+GRAPH = visual_memory.PathGraph().add("A", "B", ROUTE)
 NAVIGATOR = navigator.Navigator(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES)
 REPLAY = navigator.ReplayState(TRACKED, NOWHERE)
 
 CALLS = {
     mapping.MapRules: lambda: call(
-        *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5
+        *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5, "all", True
     ),
     mapping.MapState: lambda: call(
         MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1, (60, 80)
@@ -47,11 +48,19 @@ CALLS = {
     mapping.PatternTrackers.start: lambda: call(TRACKERS, PLACES),
     mapping.PatternTrackers.step: lambda: call(TRACKERS, TRACKED, IMAGE, rng=rng()),
     mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
+    mapping.located: lambda: call(MOSAIC, THREE, "nearest"),
+    mapping.agreeing: lambda: call(MOSAIC, THREE, RULES),
     mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
     mapping.retrace: lambda: call([MOSAIC], [THREE, PLACES], 6.0),
     mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),
     navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
     navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),
     navigator.Navigator.step: lambda: call(NAVIGATOR, REPLAY, IMAGE, rng=rng()),
+    navigator.Navigator.between: lambda: call(
+        GRAPH, "A", "B", PATTERNS, MOSAIC, CENTRE, 0.01, servo=SERVO
+    ),
+    navigator.Navigator.drive: lambda: call(
+        NAVIGATOR, REPLAY, lambda: IMAGE, lambda speed, turn: None, rng=rng(), most=1
+    ),
     navigator.ReplayState: lambda: call(TRACKED, NOWHERE, 0, 0, 0, (60, 80)),
 }

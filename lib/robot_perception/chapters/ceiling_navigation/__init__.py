@@ -1,11 +1,1 @@
 """A robot that remembers the ceiling: Ait Aider et al., section 2, eqs 1–3, Fig. 9."""
-
-STUDIES = (
-    "correcting",
-    "posing",
-    "chaining",
-    "upto_scale",
-    "mapping_run",
-    "key_images",
-    "replaying",
-)

@@ -1,21 +1,24 @@
 """Figures of the chapter "A robot that remembers the ceiling".
 
-Plans are drawn as one sees them who looks up: x to the right, y downwards.
+Plans are drawn as one sees them who looks up: x to the right, y downwards. What they draw is made
+in the notebook: a namespace with the names that a drawing reads.
 """
+
+from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.ceiling_navigation import chaining, key_images, posing, runs, scene
-from robot_perception.chapters.ceiling_navigation.correcting import Pictures
-from robot_perception.chapters.ceiling_navigation.world import HALF, Sightings
+from robot_perception.chapters.ceiling_navigation.scene import HALF, Plan
 from robot_perception.geometry import se2
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
 
 _BARE = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.88, "wspace": 0.05}
 _TRIANGLE = np.array([[0.28, 0.0], [-0.14, 0.13], [-0.14, -0.13], [0.28, 0.0]])
+_SQUARE = np.array([[0, 0], [1, 0], [1, 1], [-1, 1], [-1, -1], [1, -1], [1, 0]])
 _WINDOW = 32.0
 """Half the side of a pattern's window, px."""
 
@@ -27,7 +30,7 @@ def photo(ax: Axes, image: np.ndarray) -> None:
     _bare(ax)
 
 
-def ceiling(ax: Axes, plan: scene.Plan) -> None:
+def ceiling(ax: Axes, plan: Plan) -> None:
     """Show a piece of ceiling in metres, as one sees it who looks up."""
     ax.imshow(plan.image, cmap="gray", vmin=0, vmax=255, extent=plan.extent)
     left, right, bottom, top = plan.extent
@@ -54,12 +57,11 @@ def view(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, **kwargs: object) 
     ax.plot(points[:, 0], points[:, 1], color=colour, **kwargs)
 
 
-def windows(ax: Axes, sightings: Sightings, colour: str) -> None:
+def windows(ax: Axes, sightings: Mapping[str, Float[np.ndarray, "4"]], colour: str) -> None:
     """Draw the windows of patterns in a picture, and a stroke that tells their headings."""
-    square = _WINDOW * np.array([[0, 0], [1, 0], [1, 1], [-1, 1], [-1, -1], [1, -1], [1, 0]])
     for x, y, angle, size in sightings.values():
         cos, sin = np.cos(angle) * size, np.sin(angle) * size
-        u, v = (square @ np.array([[cos, sin], [-sin, cos]])).T
+        u, v = (_WINDOW * _SQUARE @ np.array([[cos, sin], [-sin, cos]])).T
         ax.plot(x + u, y + v, color=colour, linewidth=1.8)
 
 
@@ -68,20 +70,18 @@ def windows(ax: Axes, sightings: Sightings, colour: str) -> None:
     alt="Three pictures of the same piece of ceiling: askew as the tilted camera sees it, and "
     "twice upright and alike: corrected, and as a camera in the robot's frame sees it.",
     caption="Left: a camera tilted by 6° and 8° and 18 cm beside the robot's middle. Middle: "
-    "its picture, corrected by eq. 1; black is what it does not see. Right: what a camera in the "
-    "robot's frame would have seen.",
+    "its picture, corrected by eq. 1, without the corners that it does not see. Right: what a "
+    "camera in the robot's frame would have seen.",
     cols=3,
     width=7.4,
     height=2.1,
     gridspec_kw=_BARE,
 )
-def corrected(axes: np.ndarray, found: Pictures) -> None:
+def corrected(axes: np.ndarray, found: SimpleNamespace) -> None:
     """Draw a picture before and after its correction, and the ideal one."""
+    names = "as it is mounted", "corrected", "the robot's own"
     for ax, image, words in zip(
-        axes,
-        (found.raw, found.corrected, found.ideal),
-        ("as it is mounted", "corrected", "the robot's own"),
-        strict=True,
+        axes, (found.raw, found.corrected, found.ideal), names, strict=True
     ):
         photo(ax, image)
         ax.set_title(words)
@@ -90,49 +90,48 @@ def corrected(axes: np.ndarray, found: Pictures) -> None:
 @drawn(
     name="nav-mosaic",
     alt="A ring of ceiling composed of many pictures, with lamps, vents and signs. Triangles "
-    "stand round the ring; a line, the true path, runs near them and leaves them by some "
-    "decimetres on the far side.",
-    caption="The counterpart of the paper's Fig. 9. The ceiling, composed of what the camera saw, "
-    "each picture laid where the robot located itself. Green squares: patterns. Red triangles: "
-    "the robot in its mosaic, every two metres. Blue: where it was in truth.",
+    "stand round the ring; a line, the true path, leaves them by some decimetres on the far side.",
+    caption="The counterpart of the paper's Fig. 9, by our rules, as it was chained. The ceiling, "
+    "composed of what the camera saw, each picture laid where the robot located itself. Squares: "
+    "patterns. Triangles: the robot in its mosaic, every two metres. Line: where it was in truth.",
     width=6.2,
     height=5.0,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
 )
-def mosaic(ax: Axes, run: runs.Run) -> Axes:
+def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
     """Draw the mosaic of a loop with true and estimated places of the robot."""
-    ceiling(ax, scene.composed())
+    ceiling(ax, shown)
     ax.plot(*run.true[:, :2].T, color=MEANING["taught path"], linewidth=2.2)
-    there = run.below(np.array([*run.mosaic.poses.values()]))
+    there = np.array([*run.patterns.values()])
     ax.plot(*there[:, :2].T, "s", color=MEANING["ceiling pattern"], markersize=4, fillstyle="none")
-    poses = run.located(run.mosaic)
-    for pose in poses[:: round(2.0 * len(poses) / run.way)]:
+    way = np.hypot(*np.diff(run.true[:, :2], axis=0).T).sum()
+    for pose in run.told[:: round(2.0 * len(run.told) / way)]:
         triangle(ax, pose, MEANING["robot"], linewidth=1.8)
     return ax
 
 
 @drawn(
     name="nav-loop",
-    alt="Two plans of the loop. In the left one the path by the chained mosaic leaves the true "
-    "one and does not close; in the right one, adjusted, the two lie on each other.",
-    caption="The loop by the chained mosaic (left) and by the adjusted one (right), over the true "
-    "path (thin). Strokes lead from where a pattern is to where the mosaic has it.",
-    cols=2,
-    width=7.4,
-    height=3.4,
-    gridspec_kw={"left": 0.02, "right": 0.98, "bottom": 0.03, "top": 0.9, "wspace": 0.06},
+    alt="Three plans of the loop. In the first the path by the mosaic as printed leaves the true "
+    "one by decimetres and does not close; in the second it leaves it by less; in the third, "
+    "adjusted, the two lie on each other.",
+    caption="The loop by the mosaic as printed, by ours as it was chained, and by ours adjusted, "
+    "over the true path (thin). Strokes lead from where a pattern is to where the mosaic has it.",
+    cols=3,
+    width=7.6,
+    height=2.7,
+    gridspec_kw={"left": 0.02, "right": 0.98, "bottom": 0.03, "top": 0.88, "wspace": 0.06},
 )
-def loops(axes: np.ndarray, run: runs.Run) -> None:
-    """Draw the loop and the patterns by both mosaics, over the truth."""
-    ways = (("as chained", "chained", run.mosaic), ("adjusted", "adjusted", run.adjusted))
-    for ax, (words, meaning, found) in zip(axes, ways, strict=True):
+def loops(axes: np.ndarray, runs: Mapping[str, SimpleNamespace]) -> None:
+    """Draw the loop and the patterns by three mosaics, over the truth."""
+    for ax, (words, run) in zip(axes, runs.items(), strict=True):
+        meaning = "adjusted" if "adjusted" in words else "chained"
         ax.plot(*run.true[:, :2].T, color=MEANING["truth"], linewidth=1.0)
-        ax.plot(*run.located(found)[:, :2].T, color=MEANING[meaning], linewidth=2.2)
+        ax.plot(*run.told[:, :2].T, color=MEANING[meaning], linewidth=2.2)
         for name, true in run.born.items():
-            ends = np.array([true, run.below(found.poses[name])])
+            ends = np.array([true, run.patterns[name]])
             ax.plot(*ends[:, :2].T, color=MEANING["error"], linewidth=1.6)
-        apart = np.sqrt(np.mean(run.patterns_off(found) ** 2))
-        ax.set_title(f"{words}: patterns off by {100 * apart:.0f} cm")
+        ax.set_title(f"{words}: {100 * run.apart:.0f} cm")
         ax.set(xlim=(-6.0, 6.0), ylim=(5.0, -5.0), aspect="equal")
         _bare(ax)
 
@@ -142,19 +141,19 @@ def loops(axes: np.ndarray, run: runs.Run) -> None:
     alt="Error of the position against the distance of the pattern: by one pattern it rises from "
     "under two to four centimetres; by three together it is a level line near one centimetre.",
     caption="Error of the robot's position from noisy sightings (1 px, 1.1°), by the distance of "
-    "the one pattern from the optical axis; dots are simulated. Level line: three patterns "
-    "together, anywhere in the picture.",
+    "the one pattern from the optical axis; dots are simulated. Dashed: the mean of the poses from "
+    "three patterns. Level line: one pose fitted to the three.",
     height=3.0,
 )
-def noise(ax: Axes, found: posing.Result) -> Axes:
-    """Draw the error of a pose against the distance of its pattern."""
-    far = np.linspace(0, 2.0, 41)
-    law = [100 * posing.expected(d) for d in far]
-    ax.plot(far, law, color=MEANING["expected"], label="one pattern, law")
-    for at, errors in ((posing.NEAR, found.near), (posing.FAR, found.far)):
-        ax.plot(at, 100 * _rms(errors), "o", color=MEANING["estimate"])
-    ax.axhline(100 * _rms(found.several), color=MEANING["pooled"], linestyle="--")
-    label(ax, 0.05, 100 * _rms(found.several) - 0.35, "three together", MEANING["pooled"])
+def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float, mean: float):
+    """Draw the error of a pose (m) against the distance of its pattern."""
+    ax.plot(np.linspace(0, 2, len(law)), 100 * law, color=MEANING["expected"])
+    for at, error in dots.items():
+        ax.plot(at, 100 * error, "o", color=MEANING["estimate"])
+    ax.axhline(100 * several, color=MEANING["pooled"])
+    ax.axhline(100 * mean, color=MEANING["pooled"], linestyle="--")
+    label(ax, 0.05, 100 * several - 0.4, "three together", MEANING["pooled"])
+    label(ax, 0.05, 100 * mean + 0.15, "mean of three", MEANING["pooled"])
     label(ax, 1.15, 3.4, "one pattern", MEANING["expected"], ha="right")
     ax.set(xlim=(0, 2), ylim=(0, 5), xlabel="distance of the pattern (m)", ylabel="error (cm)")
     ax.set_xticks([0, 1, 2])
@@ -162,28 +161,22 @@ def noise(ax: Axes, found: posing.Result) -> Axes:
     return ax
 
 
-def _rms(errors: np.ndarray) -> float:
-    return float(np.sqrt((errors**2).sum(axis=1).mean()))
-
-
 @drawn(
     name="nav-conditions",
     alt="Three plans of a path with a whole circle. With many key images the robot drives the "
     "circle; with key images that share no pattern it stands after a metre or two; without the "
     "threshold on turning it drives a shallow curve and leaves the circle out.",
-    caption="A taught path with a whole circle (blue), its key images (dots), and what a robot "
-    "makes of them (red), by exact sightings. Middle: successive key images share no pattern. "
+    caption="A taught path with a whole circle (broad), its key images (dots), and what a robot "
+    "makes of them (thin), by exact sightings. Middle: successive key images share no pattern. "
     "Right: they share one, and may be turned as they like.",
     cols=3,
     width=7.4,
     height=2.8,
     gridspec_kw=_BARE,
 )
-def conditions(axes: np.ndarray, found: dict) -> None:
+def conditions(axes: np.ndarray, true: np.ndarray, found: Mapping[str, tuple]) -> None:
     """Draw a path and what is driven of it, by how its key images were chosen."""
-    true = key_images.taught("circle")
-    names = ("both conditions", "i broken", "ii broken")
-    for ax, (keys, path, _), words in zip(axes, found.values(), names, strict=True):
+    for ax, (words, (keys, path)) in zip(axes, found.items(), strict=True):
         ax.plot(*true[:, :2].T, color=MEANING["taught path"], linewidth=4.5, alpha=0.35)
         ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.8)
         ax.plot(*keys[:, :2].T, "o", color=MEANING["key image"], markersize=5)
@@ -192,41 +185,38 @@ def conditions(axes: np.ndarray, found: dict) -> None:
         _bare(ax)
 
 
-def servoed(axes: np.ndarray, state: scene.Driven) -> None:
+def servoed(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw a path driven again, and the heading on the way; axes cleared first."""
     top, below = axes
-    true = key_images.taught(scene.PATH)
     top.clear()
-    top.plot(*true[:, :2].T, color=MEANING["taught path"], linewidth=4.5, alpha=0.35)
+    top.plot(*state.taught[:, :2].T, color=MEANING["taught path"], linewidth=4.5, alpha=0.35)
     top.plot(*state.path[:, :2].T, color=MEANING["robot"], linewidth=1.8)
     top.set(xlim=(-4.2, 4.2), ylim=(1.2, -1.2), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    stable = "stable" if state.factor < state.limit else "unstable"
-    top.set_title(f"{stable}, {state.status}: {100 * state.off:.0f} cm off the path")
+    top.set_title(f"{state.status}: {100 * state.off:.0f} cm off, {state.swings:.1f} rad per m")
     below.clear()
     seconds = 0.1 * np.arange(len(state.path))
     below.plot(seconds, np.rad2deg(state.path[:, 2]), color=MEANING["heading"], linewidth=1.6)
     below.set(xlim=(0, 28), ylim=(-120, 120), xlabel="time (s)", ylabel="heading (°)")
 
 
-def quotients(ax: Axes, state: scene.Placed) -> None:
+def quotients(ax: Axes, state: SimpleNamespace) -> None:
     """Draw a robot, two patterns, and where two readings put the second; axes cleared first."""
     ax.clear()
     view(ax, state.robot, MEANING["expected"], linewidth=1.0)
     triangle(ax, state.robot, MEANING["robot"], linewidth=2.0)
     for pose, meaning, words in (
-        (scene.PAIR[0], "anchor", "reference"),
-        (state.poses[chaining.RIGHT], "right", "new, by A⁻¹ B"),
-        (state.poses[chaining.OVER], "wrong", "new, by B A⁻¹"),
+        (state.pair[0], "anchor", "reference"),
+        (state.right, "right", "new, by A⁻¹ B"),
+        (state.wrong, "wrong", "new, by B A⁻¹"),
     ):
-        square = np.array([[0, 0], [1, 0], [1, 1], [-1, 1], [-1, -1], [1, -1], [1, 0]]) * 0.2
-        points = se2.compose(pose, np.column_stack([square, np.zeros(len(square))]))
+        points = se2.compose(pose, np.column_stack([0.2 * _SQUARE, np.zeros(len(_SQUARE))]))
         ax.plot(*points[:, :2].T, color=MEANING[meaning], linewidth=2.0, label=words)
     ax.set(xlim=(-3.2, 4.0), ylim=(3.4, -2.8), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     ax.legend(loc="lower center", ncols=3, columnspacing=1.0)
-    ax.set_title(f"B A⁻¹ is {state.off(chaining.OVER):.1f} m off")
+    ax.set_title(f"B A⁻¹ is {state.off:.1f} m off")
 
 
-def filmed(axes: np.ndarray, found, image: np.ndarray, k: int) -> None:
+def filmed(axes: np.ndarray, plan: Plan, found: SimpleNamespace, image: np.ndarray, k: int) -> None:
     """Draw the camera's picture with its patterns, and the plan beside it; axes cleared first."""
     left, right = axes
     left.clear()
@@ -234,7 +224,7 @@ def filmed(axes: np.ndarray, found, image: np.ndarray, k: int) -> None:
     windows(left, found.sightings[k], MEANING["ceiling pattern"])
     left.set_title(f"{0.1 * k:4.1f} s, key image {min(found.key[k] + 1, len(found.keys))}")
     right.clear()
-    ceiling(right, scene.plan())
+    ceiling(right, plan)
     right.plot(*found.taught[:, :2].T, color=MEANING["taught path"], linewidth=2.4)
     keys = found.taught[list(found.keys)]
     right.plot(*keys[:, :2].T, "o", color=MEANING["key image"], markersize=5)

@@ -1,14 +1,13 @@
 """The film of the chapter: a robot comes back along its path, by what it sees of the ceiling."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 from matplotlib.figure import Figure
 
 from data_synth.ceiling import CeilingCamera
 from robot_perception.chapters.ceiling_navigation import figures as draw
-from robot_perception.chapters.ceiling_navigation import runs, scene
-from robot_perception.chapters.ceiling_navigation.replays import Replay
-from robot_perception.chapters.ceiling_navigation.world import MOUNT
+from robot_perception.chapters.ceiling_navigation.scene import MOUNT, plan
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.media import Shown
@@ -19,20 +18,19 @@ EVERY = 2
 PLACES = (0.005, 0.01, 0.49, 0.9), (0.505, 0.01, 0.49, 0.9)
 
 
-def frames(found: Replay, every: int = EVERY) -> Iterator[Figure]:
-    """Yield frames: the camera's picture, and the plan beside it, on one clock."""
-    eye = CeilingCamera(runs.ceiling(scene.SHOWN, side=runs.ROOM), MOUNT)
+def frames(found: SimpleNamespace, every: int = EVERY) -> Iterator[Figure]:
+    """Yield frames: what the corrected picture shows, and the plan beside it, on one clock."""
+    eye, above = CeilingCamera(found.ceiling, MOUNT), plan(found.ceiling, found.taught)
     fig, axes = figure(1, 2, width=7.2, height=3.0)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
     for k in range(0, len(found.driven), every):
-        draw.filmed(axes, found, eye.image(found.driven[k]), k)
+        draw.filmed(axes, above, found, eye.image(found.driven[k]), k)
         yield fig
 
 
-def comeback() -> Shown:
+def comeback(found: SimpleNamespace) -> Shown:
     """Show the replay of the page."""
-    found = scene.comeback()
     return film(
         frames(found),
         fps=FPS,
@@ -41,8 +39,9 @@ def comeback() -> Shown:
         alt="Left, what the camera sees: lamps, vents and joints of a ceiling slide by, squares "
         "stay on some of them. Right, a plan: a robot that starts beside a taught path joins it "
         "within two metres and follows it round a corner to its end.",
-        caption="Left: the camera's picture, with the patterns that are tracked. Right, as seen "
-        "looking up: the taught path (blue) with its key images (dots), the robot's true path (the "
-        "thin line) and where it is in its own mosaic (red). It was put down beside the path and "
-        "believes the ceiling to be half as high again as it is.",
+        caption="Left: the ceiling as the robot sees it, with the patterns that are tracked. "
+        "Right, as seen looking up: the taught path (broad) with its key images (dots), the "
+        "robot's true path (thin) and two triangles, where it is and where it is in its own "
+        "mosaic. It was put down beside the path and believes the ceiling to be half as high again "
+        "as it is.",
     )
