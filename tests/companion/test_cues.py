@@ -198,6 +198,9 @@ def test_the_measure_is_the_root_mean_square_and_outside_is_far():
     assert found[0] == pytest.approx(np.sqrt((0 + 9 + 16) / 3))
     away = contour_distances(distance, np.array([[9.0, 9.0, 0.0, 1.0]]), contour)
     assert away[0] == 4
+    field = np.arange(25.0).reshape(5, 5)
+    turned = contour_distances(field, np.array([[2.0, 2.0, np.pi / 2, 1.0]]), np.array([[0.0, 1]]))
+    assert turned[0] == field[2, 1], "down is left after a quarter turn"
 
 
 @pytest.mark.parametrize(
