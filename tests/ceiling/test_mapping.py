@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from robot_perception.ceiling import mapping
 from robot_perception.ceiling.contours import ContourRules
 from robot_perception.ceiling.mapping import (
+    AS_PRINTED,
     Mapper,
     MapRules,
     MapState,
@@ -20,11 +21,20 @@ from robot_perception.ceiling.mapping import (
     Sought,
     consistent,
     inside,
+    located,
     look_for,
     retrace,
 )
-from robot_perception.ceiling.mosaic import Links, Mosaic, adjust
+from robot_perception.ceiling.mosaic import (
+    Links,
+    Mosaic,
+    NoCommonPattern,
+    adjust,
+    camera_pose,
+    in_camera,
+)
 from robot_perception.ceiling.mosaic import pieces as pieces_of
+from robot_perception.ceiling.mosaic import place as beside
 from robot_perception.ceiling.patterns import PatternRules, WindowRules, make_pattern
 from robot_perception.ceiling.recognition import recognise
 from robot_perception.ceiling.tracker import PatternTracker, TrackerRules
@@ -305,6 +315,145 @@ def test_a_blank_picture_later_lets_the_motion_go_on():
     assert len(info.found) >= 2
     error = se2.between(run()[0][0].pose, state.pose) - driven(9, 0.05, 0.0)[-1]
     assert np.hypot(*error[:2]) < 2 * SCALE
+
+
+# As printed ---------------------------------------------------------------------------------------
+
+HOW = {"centre": np.array(CENTRE), "scale": SCALE}
+SIX = WindowRules(most=6)
+
+
+def chosen(by, mosaic, seen, at=CENTRE):
+    """Return the pattern that a word names."""
+    if by == "nearest":
+        return min(seen, key=lambda n: math.dist(seen[n][:2], at))
+    known = [name for name in mosaic.poses if name in seen]
+    return known[0] if by == "oldest" else known[-1]
+
+
+@lru_cache
+def printed(by="oldest", **changed):
+    """Return a drive as printed, by that pattern."""
+    return mapped(film(turn=-0.02, seed=5)[:9], replace(AS_PRINTED, by=by, enough=6, **changed))
+
+
+@pytest.mark.parametrize("by", ["oldest", "newest", "nearest"])
+def test_by_one_pattern_pose_and_map_are_eqs_2_and_3(by):
+    """Without the new ones, which are placed after, whichever is seen."""
+    moved = 0
+    for (before, _), (state, info) in zip(printed(by), printed(by)[1:], strict=False):
+        known = {n: at for n, at in info.sightings.items() if n not in info.new}
+        assert known
+        one = chosen(by, before.mosaic, known)
+        pose = camera_pose(before.mosaic.poses[one], in_camera(known[one], **HOW))
+        np.testing.assert_array_equal(state.pose, pose)
+        for name, there in before.mosaic.poses.items():
+            np.testing.assert_array_equal(state.mosaic.poses[name], there)
+        for name in info.new:
+            at = info.sightings[name]
+            one = chosen(by, before.mosaic, known, at[:2])
+            there = beside(before.mosaic.poses[one], known[one], at, **HOW)
+            np.testing.assert_array_equal(state.mosaic.poses[name], there)
+            moved += 1
+    assert moved
+
+
+def test_one_known_pattern_is_enough_and_gives_what_all_would():
+    """Least squares of one pattern are eq. (2), and the pose places a new one by eq. (3)."""
+    state, _ = run()[0]
+    one = {"2": state.tracked["2"]}
+    for by in ("all", "oldest", "newest", "nearest"):
+        mapper = Mapper(SCALE, CENTRE, MapRules(by=by, windows=SIX))
+        after, told = mapper.step(replace(state, tracked=one), film()[1], rng=gen(2))
+        assert told.new
+        known = told.sightings["2"]
+        pose = camera_pose(state.mosaic.poses["2"], in_camera(known, **HOW))
+        np.testing.assert_allclose(after.pose, pose, atol=1e-12)
+        for name in told.new:
+            there = beside(state.mosaic.poses["2"], known, told.sightings[name], **HOW)
+            np.testing.assert_allclose(after.mosaic.poses[name], there, atol=1e-12)
+
+
+def test_in_the_first_picture_others_are_placed_by_the_first_pattern():
+    for by in ("oldest", "newest", "nearest"):
+        state, info = printed(by)[0]
+        assert not state.mosaic.poses["0"].any()
+        np.testing.assert_allclose(
+            state.pose, camera_pose(np.zeros(3), in_camera(info.sightings["0"], **HOW)), atol=1e-12
+        )
+        for name in info.new[1:]:
+            there = beside(np.zeros(3), info.sightings["0"], info.sightings[name], **HOW)
+            np.testing.assert_allclose(state.mosaic.poses[name], there, atol=1e-12)
+
+
+def test_where_nothing_known_is_seen_a_new_pattern_is_placed_by_the_guess():
+    state, _ = run()[0]
+    state = replace(state, motion=np.array([0.1, 0.0, 0.0]))
+    mapper = Mapper(SCALE, CENTRE, MapRules(by="oldest"))
+    after, info = mapper.step(state, camera("varied", 5).image(POSE), rng=gen())
+    assert info.new
+    assert not info.located
+    np.testing.assert_array_equal(after.pose, se2.compose(state.pose, state.motion))
+    for name in info.new:
+        there = se2.compose(after.pose, in_camera(info.sightings[name], **HOW))
+        np.testing.assert_allclose(after.mosaic.poses[name], there, atol=1e-12)
+
+
+def test_as_printed_nothing_slides_and_nothing_is_closed_up():
+    """Two patterns ten px off in the map stay, are tracked on, and move no other."""
+    state, _, names = slipped()
+    every = replace(AS_PRINTED, tracker=MapRules().tracker, every=1)
+    for by, expected in (("oldest", "0"), ("newest", names[-1])):
+        after, told = Mapper(SCALE, CENTRE, replace(every, by=by)).step(state, film()[0], rng=gen())
+        assert told.closed
+        assert {*told.found} == {*names}
+        assert not told.lost
+        assert {*after.tracked} == {*told.sightings} >= {*state.tracked, *names}
+        pose = camera_pose(state.mosaic.poses[expected], in_camera(told.sightings[expected], **HOW))
+        np.testing.assert_array_equal(after.pose, pose)
+        for name, there in state.mosaic.poses.items():
+            np.testing.assert_array_equal(after.mosaic.poses[name], there)
+
+
+def test_a_robot_is_located_by_the_pattern_that_is_named():
+    poses = {"b": np.array([1.0, 0, 0.5]), "a": np.array([0.0, 1, 0.2]), "c": np.array([2.0, 2, 0])}
+    mosaic = Mosaic(poses, SCALE, np.array(CENTRE))
+    seen = {
+        "x": np.array([*CENTRE, 0, 1]),
+        "c": np.array([100.0, 0, 0, 1]),
+        "a": np.array([150.0, 90, 0.3, 1]),
+        "b": np.array([10.0, 20, 0.1, 1]),
+    }
+    for by, one in (("oldest", "b"), ("newest", "c"), ("nearest", "a")):
+        pose = camera_pose(poses[one], in_camera(seen[one], **HOW))
+        np.testing.assert_array_equal(located(mosaic, seen, by), pose)
+        with pytest.raises(
+            NoCommonPattern, match=r"must have a pattern of the mosaic, got \['x'\]"
+        ):
+            located(mosaic, {"x": seen["x"]}, by)
+    np.testing.assert_array_equal(located(mosaic, seen), mosaic.locate(seen)[0])
+    with pytest.raises(ValueError, match="by must be"):
+        located(mosaic, seen, "last")
+
+
+def test_as_printed_is_what_the_paper_prints():
+    tracker, patterns = AS_PRINTED.tracker, AS_PRINTED.patterns
+    assert tracker.particles == 200
+    np.testing.assert_allclose(tracker.sigmas, (5, 5, math.radians(3), 0.1))
+    assert (tracker.passes, tracker.bad, tracker.smoothing) == (0, "left out", "scale")
+    assert (patterns.fall, patterns.centred, patterns.curve, patterns.own) == (
+        "padded", False, "line", True,
+    )  # fmt: skip
+    assert (AS_PRINTED.by, AS_PRINTED.rigid, AS_PRINTED.closing) == ("oldest", False, "none")
+
+
+def test_as_printed_a_short_drive_is_mapped():
+    """Within ten pixels: the printed tracker is coarser."""
+    path, start = driven(14, 0.05, -0.02), printed()[0][0].pose
+    for pose, (state, info) in zip(path, printed(), strict=False):
+        error = se2.between(start, state.pose) - se2.between(path[0], pose)
+        assert info.located
+        assert np.hypot(*error[:2]) < 10 * SCALE
 
 
 # Coming back --------------------------------------------------------------------------------------
@@ -677,7 +826,8 @@ def test_what_is_sought_in_is_a_picture_with_its_contours():
     ("wrong", "said"),
     [
         ({"repeated": 1.5}, "repeated must be from 0 to 1, got 1.5"),
-        ({"closing": "open"}, "closing must be one of 'chain', 'adjust', got 'open'"),
+        ({"closing": "open"}, "closing must be one of 'chain', 'adjust', 'none', got"),
+        ({"by": "last"}, "by must be one of 'all', 'oldest', 'newest', 'nearest', got 'last'"),
         ({"enough": 0}, "enough must be from 1 to 10000, got 0"),
         ({"every": 0}, "every must be from 1 to 10000, got 0"),
         ({"candidates": 0}, "candidates must be from 1 to 10000, got 0"),

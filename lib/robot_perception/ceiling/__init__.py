@@ -9,7 +9,7 @@ __getattr__, __dir__, __all__ = door(
     {
         "contours": ("ContourRules", "find_contours", "find_edges"),
         "correction": ("Correction",),
-        "mapping": ("MapRules", "Mapper", "PatternTrackers"),
+        "mapping": ("AS_PRINTED", "MapRules", "Mapper", "PatternTrackers"),
         "mosaic": ("Mosaic", "adjust", "paint"),
         "navigator": ("Navigator",),
         "patterns": ("Pattern", "PatternRules", "WindowRules", "interest_windows", "make_pattern"),

@@ -26,7 +26,15 @@ from robot_perception.ceiling.contours import (
     picture,
     picture_size,
 )
-from robot_perception.ceiling.mosaic import Links, Mosaic, adjust, in_camera
+from robot_perception.ceiling.mosaic import (
+    Links,
+    Mosaic,
+    NoCommonPattern,
+    adjust,
+    camera_pose,
+    in_camera,
+    place,
+)
 from robot_perception.ceiling.patterns import (
     Pattern,
     PatternRules,
@@ -46,6 +54,7 @@ from robot_perception.geometry.angles import wrap_angle
 from robot_perception.geometry.se2 import between, compose
 
 __all__ = [
+    "AS_PRINTED",
     "MapInfo",
     "MapRules",
     "MapState",
@@ -53,8 +62,10 @@ __all__ = [
     "PatternTrackers",
     "PatternsInfo",
     "Sought",
+    "agreeing",
     "consistent",
     "inside",
+    "located",
     "look_for",
     "retrace",
 ]
@@ -62,6 +73,7 @@ __all__ = [
 
 STEADY = TrackerRules(sigmas=(3.0, 3.0, np.deg2rad(2.0), 0.01), tolerated=0.2, passes=1)
 """Of a robot on a level floor, whose distance from the ceiling stays the same."""
+BY = ("all", "oldest", "newest", "nearest")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +107,18 @@ class MapRules:
         expected, since errors have added up on the way. ``"chain"``: the mosaic stays as it was
         chained, as in the paper, and the robot is located by the pattern that it knows longer.
         ``"adjust"``: all poses are fitted to all that was seen (`.mosaic.adjust`), but for those
-        that no chain of pictures joins to the pattern.
+        that no chain of pictures joins to the pattern. ``"none"``: nothing; the mosaic stays, and
+        all patterns are tracked on, though they contradict each other.
     every
         It is looked for in every so many pictures, since contours take longer than tracking.
+    by
+        By which of the known patterns in view the robot is located, eq. (2), and a new pattern is
+        placed, eq. (3). ``"all"``: the pose is the least squares of all (`.mosaic.Mosaic.locate`),
+        and new patterns are placed by it. The others take one, as the equations are printed; the
+        paper says that one is enough, but not which: ``"oldest"`` or ``"newest"`` in the mosaic;
+        ``"nearest"`` to the middle of the picture, for a new pattern to that.
+    rigid
+        Whether patterns beyond the gate are let go. The paper has no such rule.
 
     Raises
     ------
@@ -119,10 +140,14 @@ class MapRules:
     gate: float = 6.0
     closing: str = "adjust"
     every: int = 5
+    by: str = "all"
+    rigid: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "repeated", checks.share("repeated", self.repeated))
-        checks.one_of("closing", self.closing, ("chain", "adjust"))
+        checks.one_of("closing", self.closing, ("chain", "adjust", "none"))
+        checks.one_of("by", self.by, BY)
+        checks.flag("rigid", self.rigid)
         kinds = (TrackerRules, PatternRules, WindowRules, ContourRules, RecognitionRules)
         names = ("tracker", "patterns", "windows", "contours", "recognition")
         for name, kind in zip(names, kinds, strict=True):
@@ -131,6 +156,23 @@ class MapRules:
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1, 10**4))
         for name in ("border", "search", "turn", "gate"):
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+
+
+AS_PRINTED = MapRules(
+    tracker=TrackerRules(deviation=0.1, worst=0.6, bad="left out", smoothing="scale"),
+    patterns=PatternRules(fall="padded", centred=False),
+    closing="none",
+    by="oldest",
+    rigid=False,
+)
+"""What the paper prints, where it prints anything.
+
+Of the tracker: the random walk of section 4.1, one look at each picture, bad vectors left out,
+σ = s where s > 1, vectors that keep their means, the autocorrelation with zeros beyond the ends. Of
+the mosaic: eqs (2) and (3) by one pattern, nothing that compares patterns with each other, nothing
+about loops. What it leaves open stays ours; σ and the threshold of eq. (6) are chosen for vectors
+that keep their means, whose correlations hardly fall.
+"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -293,32 +335,29 @@ class Mapper:
         trackers = PatternTrackers(state.patterns, rules.tracker, rules.border)
         tracked, told = trackers.step(state.tracked, image, rng=rng)
         infos = told.patterns
-        sightings, slid = consistent(
-            state.mosaic,
-            {name: infos[name].pose for name in tracked if not infos[name].lost},
-            rules.gate,
-        )
+        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
+        sightings, slid = agreeing(state.mosaic, sightings, rules)
         tracked = {name: one for name, one in tracked.items() if name not in slid}
         before, guess = state.pose, compose(state.pose, state.motion)
-        located = bool(sightings)
-        pose = state.mosaic.locate(sightings)[0] if located else guess
+        known = bool(sightings)
+        pose = located(state.mosaic, sightings, rules.by) if known else guess
         state = replace(state, tracked=tracked, pose=pose, count=state.count + 1, size=image.shape)
         sought, found, closed, together = None, (), False, sightings
-        if state.count % rules.every == 0 or not located:
+        if state.count % rules.every == 0 or not known:
             sought = Sought.of(image, rules.contours)
             again, expected = self._again(state, sought, rng)
             if again:
-                found, located = tuple(again), True
+                found, known = tuple(again), True
                 together = sightings | {name: one.pose for name, one in again.items()}
                 state, sightings, closed = self._rejoined(state, sightings, again, expected)
-        motion = between(before, state.pose) if located and not closed else state.motion
+        motion = between(before, state.pose) if known and not closed else state.motion
         state = replace(state, motion=motion)
         new: tuple[str, ...] = ()
         if len(sightings) < rules.enough:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
         together = together | sightings
         links = state.links.add(together, centre=self._middle, scale=self.scale)
-        seen = MapInfo(sightings, infos, located, new, told.lost + slid, found, closed)
+        seen = MapInfo(sightings, infos, known, new, told.lost + slid, found, closed)
         return replace(state, links=links), seen
 
     def _begun(
@@ -354,9 +393,9 @@ class Mapper:
         if closed and self.rules.closing == "adjust":
             links = state.links.add(both, centre=self._middle, scale=self.scale)
             mosaic = _adjusted(mosaic, links, next(iter(seen)))
-        elif closed:  # what was chained since is let go
+        elif closed and self.rules.closing == "chain":  # what was chained since is let go
             both, tracked = seen, {}
-        pose = mosaic.locate(both)[0]
+        pose = located(mosaic, both, self.rules.by)
         state = replace(state, mosaic=mosaic, tracked=tracked | dict(again), pose=pose)
         return state, both, closed
 
@@ -383,18 +422,31 @@ class Mapper:
                 image, scene.edges, scene.contours, window.centre, window.size, rules.patterns,
                 rng=rng,
             )  # fmt: skip
-            place = np.array([*window.centre, 0.0, 1.0])
+            at = np.array([*window.centre, 0.0, 1.0])
             if not mosaic.poses:  # the first pattern is the frame of the mosaic
                 mosaic = mosaic.with_pattern(name, np.zeros(3))
-                state = replace(state, pose=mosaic.locate({name: place})[0])
+                state = replace(state, pose=located(mosaic, {name: at}, rules.by))
             else:
-                there = in_camera(place, centre=self._middle, scale=self.scale)
-                mosaic = mosaic.with_pattern(name, compose(state.pose, there))  # eq. (3)
-            patterns[name], seen[name] = pattern, place
-            tracked[name] = PatternTracker(pattern, rules.tracker).start(place)
+                there = self._placed(replace(state, mosaic=mosaic), sightings or seen, at)
+                mosaic = mosaic.with_pattern(name, there)
+            patterns[name], seen[name] = pattern, at
+            tracked[name] = PatternTracker(pattern, rules.tracker).start(at)
             new.append(name)
         state = replace(state, mosaic=mosaic, patterns=patterns, tracked=tracked)
         return state, seen, tuple(new)
+
+    def _placed(
+        self, state: MapState, known: Mapping[str, np.ndarray], at: np.ndarray
+    ) -> Float[np.ndarray, " 3"]:
+        """Return the pose in the mosaic of a new pattern, by one that is known or by the pose.
+
+        The second is eq. (3), too: with the pose of eq. (2) from one pattern it is the same.
+        """
+        by, mosaic, how = self.rules.by, state.mosaic, {"centre": self._middle, "scale": self.scale}
+        if by == "all" or not known:
+            return compose(state.pose, in_camera(at, **how))
+        one = _chosen(mosaic, known, by, at[:2])
+        return place(mosaic.poses[one], known[one], at, **how)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -638,6 +690,88 @@ def look_for(
             if tried == rules.candidates:
                 break
     return found
+
+
+def located(
+    mosaic: Mosaic, sightings: Mapping[str, Float[np.ndarray, " 4"]], by: str = "all"
+) -> Float[np.ndarray, " 3"]:
+    """Return the pose of the camera in a mosaic, by all patterns in view or by one.
+
+    Parameters
+    ----------
+    mosaic
+        Where the patterns are.
+    sightings
+        Of one image, by names; patterns that the mosaic does not have are left out.
+    by
+        ``"all"``: `.mosaic.Mosaic.locate`; ``"oldest"``, ``"newest"``, ``"nearest"``: eq. (2) with
+        that one, see `MapRules`.
+
+    Returns
+    -------
+    (3,)
+        m and rad.
+
+    Raises
+    ------
+    NoCommonPattern
+        If the mosaic has none of the patterns.
+    ValueError
+        If a sighting is wrong or the word is none of these.
+
+    References
+    ----------
+    Section 2.2, eq. (2).
+    """
+    checks.instance("mosaic", mosaic, Mosaic)
+    checks.one_of("by", by, BY)
+    if by == "all":
+        return mosaic.locate(sightings)[0]
+    sightings = _sightings.sightings("sightings", sightings)
+    known = {name: at for name, at in sightings.items() if name in mosaic.poses}
+    if not known:
+        raise NoCommonPattern(
+            f"sightings must have a pattern of the mosaic, got {checks.shown([*sightings])}"
+        )
+    one = _chosen(mosaic, known, by, mosaic.centre)
+    there = in_camera(known[one], centre=mosaic.centre, scale=mosaic.scale)
+    return camera_pose(mosaic.poses[one], there)
+
+
+def _chosen(mosaic: Mosaic, known: Mapping[str, np.ndarray], by: str, at: np.ndarray) -> str:
+    """Return the name of the pattern by which another, or the camera, is located."""
+    if by == "nearest":
+        return min(known, key=lambda name: np.hypot(*(known[name][:2] - at)))
+    age = {name: k for k, name in enumerate(mosaic.poses)}
+    return (min if by == "oldest" else max)(known, key=lambda name: age[name])
+
+
+def agreeing(
+    mosaic: Mosaic, sightings: Mapping[str, Float[np.ndarray, " 4"]], rules: MapRules
+) -> tuple[dict[str, Float[np.ndarray, " 4"]], tuple[str, ...]]:
+    """Return what `consistent` does, or all sightings where the rules ask for no rigid mosaic.
+
+    Parameters
+    ----------
+    mosaic
+        Where the patterns are.
+    sightings
+        Of patterns of the mosaic, by name.
+    rules
+        With the gate.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another type.
+    ValueError
+        If a sighting is not four numbers or of no pattern of the mosaic.
+    """
+    checks.instance("rules", rules, MapRules)
+    if not rules.rigid:
+        checks.instance("mosaic", mosaic, Mosaic)
+        return _sightings.sightings("sightings", sightings), ()
+    return consistent(mosaic, sightings, rules.gate)
 
 
 def consistent(

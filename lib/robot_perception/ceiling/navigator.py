@@ -18,8 +18,9 @@ from robot_perception.ceiling.mapping import (
     MapRules,
     PatternTrackers,
     Sought,
-    consistent,
+    agreeing,
     inside,
+    located,
     look_for,
 )
 from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
@@ -197,11 +198,12 @@ class Navigator:
             raise NoCommonPattern(
                 f"image must show a pattern of the first key image, got none of {tuple(first)}"
             )
-        sightings, wrong = consistent(
-            self.mosaic, {name: one.pose for name, one in tracked.items()}, self.rules.gate
+        sightings, wrong = agreeing(
+            self.mosaic, {name: one.pose for name, one in tracked.items()}, self.rules
         )
         tracked = {name: one for name, one in tracked.items() if name not in wrong}
-        return ReplayState(tracked, self.mosaic.locate(sightings)[0], size=image.shape)
+        pose = located(self.mosaic, sightings, self.rules.by)
+        return ReplayState(tracked, pose, size=image.shape)
 
     def step(
         self,
@@ -235,13 +237,10 @@ class Navigator:
         trackers = PatternTrackers(self.patterns, rules.tracker, rules.border)
         tracked, told = trackers.step(state.tracked, image, rng=rng)
         infos = told.patterns
-        sightings, slid = consistent(
-            self.mosaic,
-            {name: infos[name].pose for name in tracked if not infos[name].lost},
-            rules.gate,
-        )
+        sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
+        sightings, slid = agreeing(self.mosaic, sightings, rules)
         tracked = {name: one for name, one in tracked.items() if name not in slid}
-        pose = self.mosaic.locate(sightings)[0] if sightings else state.pose
+        pose = located(self.mosaic, sightings, rules.by) if sightings else state.pose
         if state.count % rules.every == 0 or len(sightings) < rules.enough:
             again = look_for(
                 self._expected(pose, state.key, image.shape, tracked),

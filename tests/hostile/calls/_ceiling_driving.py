@@ -33,7 +33,7 @@ REPLAY = navigator.ReplayState(TRACKED, NOWHERE)
 
 CALLS = {
     mapping.MapRules: lambda: call(
-        *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5
+        *PARTS, RECOGNITION, 4, 0.97, 30.0, 40.0, 0.3, 5, 6.0, "adjust", 5, "all", True
     ),
     mapping.MapState: lambda: call(
         MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1, (60, 80)
@@ -47,6 +47,8 @@ CALLS = {
     mapping.PatternTrackers.start: lambda: call(TRACKERS, PLACES),
     mapping.PatternTrackers.step: lambda: call(TRACKERS, TRACKED, IMAGE, rng=rng()),
     mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
+    mapping.located: lambda: call(MOSAIC, THREE, "nearest"),
+    mapping.agreeing: lambda: call(MOSAIC, THREE, RULES),
     mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
     mapping.retrace: lambda: call([MOSAIC], [THREE, PLACES], 6.0),
     mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),
