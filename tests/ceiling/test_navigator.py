@@ -12,7 +12,13 @@ from robot_perception.ceiling import navigator as module
 from robot_perception.ceiling.mapping import MapRules, inside
 from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
 from robot_perception.ceiling.navigator import Navigator, ReplayState
-from robot_perception.ceiling.visual_memory import KeyImage, ServoRules, relative_pose, servo
+from robot_perception.ceiling.visual_memory import (
+    KeyImage,
+    PathGraph,
+    ServoRules,
+    relative_pose,
+    servo,
+)
 from robot_perception.geometry import se2
 from tests.ceiling.ceilings import BLANK, CENTRE, SCALE, camera, driven, film, run
 from tests.unchecked import unchecked
@@ -48,6 +54,21 @@ def replayed():
         if [one.status for *_, one in found[-2:]] == ["arrived"] * 2:
             break
         pose = drive(pose, *info.command, DT, rng=rng)
+    return found
+
+
+def driven_by(navigator, start, rng, most=60):
+    """Return what `Navigator.drive` makes of it."""
+    poses, found = [start], []
+    state = navigator.start(camera().image(start), rng=rng)
+    for after, info in navigator.drive(
+        state,
+        lambda: camera().image(poses[-1]),
+        lambda *command: poses.append(drive(poses[-1], *command, DT, rng=rng)),
+        rng=rng,
+        most=most,
+    ):
+        found.append((poses[-1], after, info))
     return found
 
 
@@ -166,6 +187,38 @@ def test_the_same_seed_gives_the_same_command():
     np.testing.assert_array_equal(first[0].pose, second[0].pose)
     np.testing.assert_array_equal(begun().pose, before[0])
     assert dict(begun().tracked) == before[1]
+
+
+def test_the_loop_is_that_of_the_steps():
+    """Bit by bit, up to the first arrival."""
+    found = driven_by(taught(), OFF, gen(5))
+    assert len(found) == len(replayed()) - 1
+    for (pose, state, info), (there, after, told) in zip(found, replayed(), strict=False):
+        np.testing.assert_array_equal(pose, there)
+        np.testing.assert_array_equal(state.pose, after.pose)
+        assert (info.command, info.status) == (told.command, told.status)
+    assert found[-1][2].status == "arrived"
+    assert len(driven_by(taught(), OFF, gen(5), most=3)) == 3
+
+
+def test_two_trajectories_that_meet_lead_from_the_first_place_to_the_last():
+    """A to B and B to C were learned; the robot drives from A to C. A way round is longer."""
+    one = taught()
+    first, second, third = one.route
+    graph = PathGraph().add("A", "B", [first, second]).add("B", "C", [third])
+    graph = graph.add("A", "C", [first, second, second, third])
+    parts = (one.patterns, one.mosaic, CENTRE, SCALE)
+    navigator = Navigator.between(graph, "A", "C", *parts, servo=one.servo)
+    assert navigator.route == (first, second, third)
+    assert (navigator.scale, navigator.servo) == (SCALE, one.servo)
+    pose, _, info = driven_by(navigator, OFF, gen(5))[-1]
+    assert info.status == "arrived"
+    assert np.hypot(*se2.between(PATH[-1], pose)[:2]) < 0.06 + 3 * SCALE
+    assert Navigator.between(graph, "B", "C", *parts).route == (third,)
+    with pytest.raises(ValueError, match="route must have a key image, got none"):
+        Navigator.between(graph, "A", "A", *parts)
+    with pytest.raises(ValueError, match="got no way from 'C' to 'A'"):
+        Navigator.between(graph, "C", "A", *parts)
 
 
 # What is in view ----------------------------------------------------------------------------------

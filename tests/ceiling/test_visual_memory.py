@@ -12,9 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.sparse.csgraph import shortest_path
 
-from robot_perception.ceiling.mosaic import camera_pose, in_camera
+from robot_perception.ceiling.mosaic import Mosaic, camera_pose, in_camera
 from robot_perception.ceiling.visual_memory import (
     Breach,
+    Follower,
     KeyImage,
     KeyRules,
     NoCommonPattern,
@@ -22,6 +23,7 @@ from robot_perception.ceiling.visual_memory import (
     ServoRules,
     breaches,
     choose_key_images,
+    closed_loop,
     passed,
     relative_pose,
     servo,
@@ -551,3 +553,158 @@ def test_gains_that_are_not_stable_are_refused(wrong, said):
 def test_conditions_that_nothing_fulfils_are_refused(wrong, said):
     with pytest.raises(ValueError, match=said):
         KeyRules(**wrong)
+
+
+# The loop -----------------------------------------------------------------------------------------
+
+STOPS = tuple(np.array([x, 0.1 * x, 0.1]) for x in (0.4, 0.8, 1.2))
+SWIFT = ServoRules(gain_distance=1.0, gain_bearing=2.5, gain_heading=-0.8, tolerance=0.02)
+
+
+def follower(**changed):
+    """Return one that knows three key images of a corridor."""
+    route = [KeyImage(picture(pose, CORRIDOR)) for pose in STOPS]
+    return Follower(
+        **({"route": route, "centre": tuple(CENTRE), "scale": SCALE, "servo": SWIFT} | changed)
+    )
+
+
+def moved(pose, speed, turn, seconds=0.1):
+    """Return where a unicycle is after a while, by small steps."""
+    x, y, heading = pose
+    for _ in range(50):
+        x += speed * math.cos(heading) * seconds / 50
+        y += speed * math.sin(heading) * seconds / 50
+        heading += turn * seconds / 50
+    return np.array([x, y, heading])
+
+
+def walked(one, start=(0.0, 0.05, 0.1), *, most=600, **how):
+    """Return the poses of a drive, and what each look led to."""
+    poses, told = [np.array(start)], []
+    for at in one.drive(
+        lambda: picture(poses[-1], CORRIDOR),
+        lambda speed, turn: poses.append(moved(poses[-1], speed, turn)),
+        most=most,
+        **how,
+    ):
+        told.append((poses[-1], at))
+    return poses, told
+
+
+@pytest.mark.parametrize("by_mosaic", [False, True])
+def test_a_follower_comes_to_the_last_key_image_by_way_of_all(by_mosaic):
+    mosaic = Mosaic(CORRIDOR, SCALE, CENTRE) if by_mosaic else None
+    poses, told = walked(one := follower(mosaic=mosaic))
+    assert [at.status for _, at in told] == ["driving"] * (len(told) - 1) + ["arrived"]
+    assert len(poses) == len(told)  # at the end it does not move
+    assert told[-1][1].command == (0.0, 0.0)
+    assert told[-1][1].key == 3
+    assert math.hypot(*(poses[-1] - STOPS[-1])[:2]) <= SWIFT.tolerance + 1e-9
+    for (pose, at), after in zip(told, poses[1:], strict=False):
+        np.testing.assert_allclose(at.target, se2.between(pose, STOPS[at.key]), atol=1e-9)
+        assert at.command == servo(at.target, SWIFT)
+        np.testing.assert_array_equal(after, moved(pose, *at.command))
+        if at.key < 2:
+            assert math.hypot(*at.target[:2]) > one.near
+    keys = [at.key for _, at in told]
+    assert keys == sorted(keys)
+    assert {*keys} == {0, 1, 2, 3}
+
+
+def test_a_scale_twice_too_large_is_one_that_sees_twice_as_far():
+    """Without the mosaic; with it the scale of the follower says nothing."""
+    view = picture(np.array([0.0, 0.05, 0.1]), CORRIDOR)
+    near, far = (follower(scale=k * SCALE, near=k * 0.2).step(view) for k in (1, 2))
+    assert near.key == far.key
+    np.testing.assert_allclose(far.target, near.target * [2, 2, 1], atol=1e-12)
+    mosaic = Mosaic(CORRIDOR, SCALE, CENTRE)
+    one, two = (follower(scale=k * SCALE, mosaic=mosaic).step(view) for k in (1, 2))
+    np.testing.assert_array_equal(one.target, two.target)
+
+
+def test_a_key_image_that_is_left_behind_counts_or_does_not():
+    """0.15 m beside and beyond the last: passed, though not near."""
+    view = picture(STOPS[-1] + [0.1, 0.15, 0.0], CORRIDOR)
+    assert follower().step(view, 2).status == "arrived"
+    told = follower(behind=False).step(view, 2)
+    assert told.status == "driving"
+    assert told.key == 2
+    near = picture(STOPS[-1] + [0.01, 0.01, 0.0], CORRIDOR)
+    assert follower(behind=False).step(near, 2).status == "arrived"
+
+
+def test_the_last_key_image_asks_for_more_than_those_before():
+    """A tenth of a metre before the second of two, and of three."""
+    view = picture(STOPS[1] - [0.1, 0.0, 0.0], CORRIDOR)
+    assert follower().step(view, 1).key == 2
+    last = follower(route=follower().route[:2]).step(view, 1)
+    assert (last.key, last.status) == (1, "driving")
+    assert follower(near=0.05).step(view, 1).key == 1
+
+
+def test_without_a_common_pattern_a_follower_is_lost_and_stands():
+    told = follower().step({"z": np.array([*CENTRE, 0.0, 1.0])}, 1)
+    assert (told.key, told.target, told.command, told.status) == (1, None, (0.0, 0.0), "lost")
+    _, looks = walked(follower(), start=(50.0, 0.0, 0.0))
+    assert [at.status for _, at in looks] == ["lost"]
+    done = follower().step({}, 3)
+    assert (done.key, done.command, done.status) == (3, (0.0, 0.0), "arrived")
+
+
+def test_a_drive_begins_with_the_key_image_that_is_named_and_ends_after_so_many_looks():
+    poses, told = walked(follower(), most=4)
+    assert [at.status for _, at in told] == ["driving"] * 4
+    assert len(poses) == 5
+    assert walked(follower(), key=2)[1][0][1].key == 2
+
+
+def test_the_loop_looks_then_decides_then_moves():
+    done = []
+
+    def step(seen):
+        done.append(f"step {seen}")
+        return follower().step({}, 3 if seen == 2 else 0) if seen else Going()
+
+    class Going:
+        status, command = "driving", (0.1, 0.2)
+
+    looks = iter(range(5))
+    loop = closed_loop(step, lambda: next(looks), lambda *how: done.append(how), most=9)
+    assert not done
+    assert next(loop).status == "driving"
+    assert done == ["step 0"]
+    assert [one.status for one in loop] == ["lost"]
+    assert done == ["step 0", (0.1, 0.2), "step 1"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "said"),
+    [
+        ({"route": ()}, ValueError, "route must have a key image, got none"),
+        ({"route": (5,)}, TypeError, r"route\[0\] must be a KeyImage, got 5"),
+        ({"centre": (1.0, math.inf)}, ValueError, "centre must be finite, got"),
+        ({"scale": 0.0}, ValueError, "scale must be positive and finite, got 0"),
+        ({"servo": 5}, TypeError, "servo must be a ServoRules, got 5"),
+        ({"near": 0.0}, ValueError, "near must be positive and finite, got 0"),
+        ({"behind": 5}, TypeError, "behind must be"),
+        ({"mosaic": 5}, TypeError, "mosaic must be a Mosaic"),
+    ],
+)
+def test_a_follower_is_checked(wrong, error, said):
+    with pytest.raises(error, match=said), unchecked():
+        follower(**wrong)
+
+
+def test_a_loop_is_checked():
+    for wrong in ({"step": 5}, {"look": None}, {"move": "on"}):
+        parts = {"step": follower().step, "look": dict, "move": dict} | wrong
+        said = f"{next(iter(wrong))} must be a function, got"
+        with pytest.raises(TypeError, match=said), unchecked():
+            closed_loop(**parts)
+    with pytest.raises(ValueError, match="most must be at least 1, got 0"):
+        closed_loop(follower().step, dict, dict, most=0)
+    with pytest.raises(ValueError, match="key must be from 0 to 3, got 4"):
+        follower().step({}, 4)
+    with pytest.raises(ValueError, match="key must be from 0 to 3, got 4"):
+        follower().drive(dict, dict, key=4)

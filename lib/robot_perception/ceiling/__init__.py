@@ -16,6 +16,7 @@ __getattr__, __dir__, __all__ = door(
         "recognition": ("RecognitionRules", "recognise"),
         "tracker": ("PatternTracker", "TrackerRules"),
         "visual_memory": (
+            "Follower",
             "KeyImage",
             "KeyRules",
             "PathGraph",

@@ -5,9 +5,10 @@ this it knows, up to the scale Z/f, where it stood then, and steers there. Nothi
 map in metres, no wheels.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -27,11 +28,11 @@ from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
 from robot_perception.ceiling.patterns import Pattern
 from robot_perception.ceiling.tracker import PatternState
 from robot_perception.ceiling.visual_memory import (
+    Follower,
     KeyImage,
+    PathGraph,
     ServoRules,
-    passed,
-    relative_pose,
-    servo,
+    closed_loop,
 )
 
 __all__ = ["Navigator", "ReplayInfo", "ReplayState"]
@@ -168,9 +169,40 @@ class Navigator:
         object.__setattr__(self, "near", checks.positive("near", self.near))
         object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
 
+    @classmethod
+    def between(
+        cls,
+        graph: PathGraph,
+        start: str,
+        goal: str,
+        patterns: Mapping[str, Pattern],
+        mosaic: Mosaic,
+        centre: tuple[float, float],
+        scale: float = 1.0,
+        **others: Any,
+    ) -> "Navigator":
+        """Return the navigator along the shortest route of a graph from a place to another.
+
+        Parameters
+        ----------
+        graph
+            Trajectories that were learned below one mosaic.
+        start, goal
+            Names of its places.
+        patterns, mosaic, centre, scale, others
+            As for a navigator along a route.
+
+        Raises
+        ------
+        ValueError
+            If no trajectories lead there, the two are one place, or as for a navigator.
+        """
+        route = checks.instance("graph", graph, PathGraph).route(start, goal)
+        return cls(route, patterns, mosaic, centre, scale, **others)
+
     @property
-    def _middle(self) -> Float[np.ndarray, " 2"]:
-        return np.array(self.centre)
+    def _follower(self) -> Follower:
+        return Follower(self.route, self.centre, self.scale, self.servo, self.near)
 
     def start(
         self, image: UInt8[np.ndarray, "height width"], *, rng: np.random.Generator
@@ -254,32 +286,59 @@ class Navigator:
         state = replace(state, tracked=tracked, pose=pose, count=state.count + 1, size=image.shape)
         return self._towards(state, sightings)
 
+    def drive(
+        self,
+        state: ReplayState,
+        look: Callable[[], UInt8[np.ndarray, "height width"]],
+        move: Callable[[float, float], object],
+        *,
+        rng: np.random.Generator,
+        most: int = 600,
+    ) -> Iterator[tuple[ReplayState, ReplayInfo]]:
+        """Drive the route by pictures: yield what `step` returns for each, before the robot moves.
+
+        It ends with the first that does not say ``"driving"``, see `.visual_memory.closed_loop`.
+
+        Parameters
+        ----------
+        state
+            Of `start`.
+        look
+            The picture that is seen now.
+        move
+            Drives with a speed, m/s, and a turn rate, rad/s, until the next picture.
+        rng
+            Source of randomness.
+        most
+            Pictures.
+
+        Raises
+        ------
+        TypeError
+            If an argument is of another type.
+        ValueError
+            If it is to look less than once.
+        """
+        last = checks.instance("state", state, ReplayState)
+        checks.generator("rng", rng)
+
+        def step(image: np.ndarray) -> ReplayInfo:
+            nonlocal last
+            last, info = self.step(last, image, rng=rng)
+            return info
+
+        return ((last, info) for info in closed_loop(step, look, move, most=most))
+
     def _towards(
         self, state: ReplayState, sightings: Mapping[str, np.ndarray]
     ) -> tuple[ReplayState, ReplayInfo]:
         """Return which key image comes next, and the command that leads there."""
-        key, target = state.key, None
-        while key < len(self.route):
-            try:
-                target = relative_pose(
-                    sightings, self.route[key], centre=self._middle, scale=self.scale
-                )
-            except NoCommonPattern:
-                blind = state.blind + 1
-                status = "driving" if blind <= self.patience else "lost"
-                info = ReplayInfo((0.0, 0.0), None, sightings, status)
-                return replace(state, key=key, blind=blind), info
-            last = key == len(self.route) - 1
-            if not passed(target, self.servo if last else replace(self.servo, tolerance=self.near)):
-                command = servo(target, self.servo)
-                return (
-                    replace(state, key=key, blind=0),
-                    ReplayInfo(command, target, sightings, "driving"),
-                )
-            key += 1
-        return replace(state, key=key, blind=0), ReplayInfo(
-            (0.0, 0.0), target, sightings, "arrived"
-        )
+        told = self._follower.step(sightings, min(state.key, len(self.route)))
+        blind = state.blind + 1 if told.status == "lost" else 0
+        waits = 0 < blind <= self.patience
+        status = "driving" if waits else told.status
+        after = replace(state, key=told.key, blind=blind)
+        return after, ReplayInfo(told.command, told.target, sightings, status)
 
     def _expected(
         self,

@@ -12,26 +12,30 @@ control", ASME Journal of Dynamic Systems, Measurement, and Control 121, 1999.
 
 import heapq
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
 from robot_perception.ceiling import _sightings
-from robot_perception.ceiling.mosaic import NoCommonPattern
+from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
 from robot_perception.geometry import se2, wrap_angle
 
 __all__ = [
     "Breach",
+    "Follower",
     "KeyImage",
     "KeyRules",
     "PathGraph",
     "ServoRules",
+    "Steering",
     "Trajectory",
     "breaches",
     "choose_key_images",
+    "closed_loop",
     "passed",
     "relative_pose",
     "servo",
@@ -576,6 +580,230 @@ def passed(target: Float[np.ndarray, "3"], rules: ServoRules | None = None) -> b
     x, y, heading = _sightings.pose("target", target, (3,)).tolist()
     ahead = x * math.cos(heading) + y * math.sin(heading)
     return math.hypot(x, y) <= rules.tolerance or ahead <= 0
+
+
+class Told(Protocol):
+    """What a look at the ceiling leads to."""
+
+    @property
+    def command(self) -> tuple[float, float]:
+        """Speed, m/s, and turn rate, rad/s."""
+
+    @property
+    def status(self) -> str:
+        """``"driving"``, or another word where the robot stands for good."""
+
+
+Look = TypeVar("Look")
+Step = TypeVar("Step", bound=Told)
+
+
+def closed_loop(
+    step: Callable[[Look], Step],
+    look: Callable[[], Look],
+    move: Callable[[float, float], object],
+    *,
+    most: int = 600,
+) -> Iterator[Step]:
+    """Look, decide, move, and so on: yield what each look leads to, before the robot moves.
+
+    It ends with the first that does not say ``"driving"``, or after so many looks.
+
+    Parameters
+    ----------
+    step
+        What follows from a look: a command and a status.
+    look
+        What is seen now: a picture, or sightings.
+    move
+        Drives with a speed, m/s, and a turn rate, rad/s, until the next look.
+    most
+        Looks.
+
+    Raises
+    ------
+    TypeError
+        If one of them cannot be called.
+    ValueError
+        If it is to look less than once.
+    """
+    for name, one in (("step", step), ("look", look), ("move", move)):
+        if not callable(one):
+            raise TypeError(f"{name} must be a function, got {checks.shown(one)}")
+    return _closed(step, look, move, checks.whole("most", most, 1))
+
+
+def _closed(
+    step: Callable[[Look], Step],
+    look: Callable[[], Look],
+    move: Callable[[float, float], object],
+    most: int,
+) -> Iterator[Step]:
+    for _ in range(most):
+        told = step(look())
+        yield told
+        if told.status != "driving":
+            return
+        move(*told.command)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Steering:
+    """What sightings lead to on a path of key images.
+
+    Parameters
+    ----------
+    key
+        Number of the key image that is steered for; that of all once the last is reached.
+    target : (3,) or None
+        Its pose in the frame of the robot, see `relative_pose`; of the last one where it is
+        reached.
+    command : (2,)
+        Speed, m/s, and turn rate, rad/s.
+    status
+        ``"driving"``, ``"arrived"``, or ``"lost"``: no pattern in common with that key image.
+    """
+
+    key: int
+    target: Float[np.ndarray, " 3"] | None
+    command: tuple[float, float]
+    status: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Follower:
+    r"""Steers from key image to key image by sightings: the servo loop of section 2.4.
+
+    Parameters
+    ----------
+    route
+        Key images, in order.
+    centre : (2,)
+        Where the optical axis meets the picture, px.
+    scale
+        Z/f as the robot believes it, m for a px.
+    servo
+        Of the control law.
+    near
+        From how near it turns to the next key image, m, as the pose up to scale; at the last one
+        it comes as near as the servo's tolerance. Ours.
+    behind
+        Whether a key image that is left behind counts as reached, see `passed`; else one must be
+        near it.
+    mosaic
+        If given, the robot steers by its pose in it, for comparison: from where the mosaic has the
+        robot to where it has the key image. Else a key image is compared with what is seen, and
+        nothing else is used.
+
+    Raises
+    ------
+    ValueError
+        If there is no key image, or a number is out of its range.
+
+    References
+    ----------
+    Section 2.4.
+    """
+
+    route: Sequence[KeyImage]
+    centre: tuple[float, float]
+    scale: float = 1.0
+    servo: ServoRules = field(default_factory=ServoRules)
+    near: float = 0.25
+    behind: bool = True
+    mosaic: Mosaic | None = None
+
+    def __post_init__(self) -> None:
+        route = checks.instances("route", self.route, KeyImage)
+        if not route:
+            raise ValueError("route must have a key image, got none")
+        object.__setattr__(self, "route", route)
+        centre = checks.array("centre", self.centre, (2,))
+        object.__setattr__(self, "centre", tuple(centre.tolist()))
+        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
+        checks.instance("servo", self.servo, ServoRules)
+        object.__setattr__(self, "near", checks.positive("near", self.near))
+        checks.flag("behind", self.behind)
+        checks.instance("mosaic", self.mosaic, Mosaic, type(None))
+
+    def step(self, sightings: Mapping[str, Float[np.ndarray, " 4"]], key: int = 0) -> Steering:
+        """Return which key image comes next, and the command that leads there.
+
+        Parameters
+        ----------
+        sightings
+            Of what is seen now, by names.
+        key
+            Number of the key image that was steered for before.
+
+        Raises
+        ------
+        ValueError
+            If a sighting is not four numbers, or there is no such key image.
+        """
+        sightings = _sightings.sightings("sightings", sightings)
+        key, count, target = checks.whole("key", key, 0, len(self.route)), len(self.route), None
+        while key < count:
+            try:
+                target = self._target(sightings, self.route[key])
+            except NoCommonPattern:
+                return Steering(key, None, (0.0, 0.0), "lost")
+            if not self._reached(target, last=key == count - 1):
+                return Steering(key, target, servo(target, self.servo), "driving")
+            key += 1
+        return Steering(key, target, (0.0, 0.0), "arrived")
+
+    def drive(
+        self,
+        look: Callable[[], Mapping[str, Float[np.ndarray, " 4"]]],
+        move: Callable[[float, float], object],
+        *,
+        key: int = 0,
+        most: int = 600,
+    ) -> Iterator[Steering]:
+        """Drive the route: yield what each look leads to, see `closed_loop`.
+
+        Parameters
+        ----------
+        look
+            Sightings of what is seen now.
+        move
+            Drives with a speed, m/s, and a turn rate, rad/s, until the next look.
+        key
+            Number of the key image with which it begins.
+        most
+            Looks.
+
+        Raises
+        ------
+        TypeError
+            If look or move cannot be called.
+        ValueError
+            If there is no such key image, or it is to look less than once.
+        """
+        at = checks.whole("key", key, 0, len(self.route))
+
+        def step(sightings: Mapping[str, np.ndarray]) -> Steering:
+            nonlocal at
+            told = self.step(sightings, at)
+            at = told.key
+            return told
+
+        return closed_loop(step, look, move, most=most)
+
+    def _target(
+        self, sightings: Mapping[str, np.ndarray], key: KeyImage
+    ) -> Float[np.ndarray, " 3"]:
+        if self.mosaic is None:
+            return relative_pose(sightings, key, centre=np.array(self.centre), scale=self.scale)
+        here, there = (self.mosaic.locate(seen)[0] for seen in (sightings, key.sightings))
+        return se2.between(here, there)
+
+    def _reached(self, target: Float[np.ndarray, " 3"], *, last: bool) -> bool:
+        rules = self.servo if last else replace(self.servo, tolerance=self.near)
+        if self.behind:
+            return passed(target, rules)
+        return math.hypot(*target[:2]) <= rules.tolerance
 
 
 def _broken(

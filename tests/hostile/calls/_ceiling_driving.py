@@ -28,6 +28,7 @@ SOUGHT = mapping.Sought.of(IMAGE)
 THREE = {"a": POSES[0], "b": POSES[0] + [10, 0, 0, 0], "c": POSES[1]}
 SERVO = visual_memory.ServoRules()
 ROUTE = [visual_memory.KeyImage(PLACES)]
+GRAPH = visual_memory.PathGraph().add("A", "B", ROUTE)
 NAVIGATOR = navigator.Navigator(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES)
 REPLAY = navigator.ReplayState(TRACKED, NOWHERE)
 
@@ -55,5 +56,11 @@ CALLS = {
     navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
     navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),
     navigator.Navigator.step: lambda: call(NAVIGATOR, REPLAY, IMAGE, rng=rng()),
+    navigator.Navigator.between: lambda: call(
+        GRAPH, "A", "B", PATTERNS, MOSAIC, CENTRE, 0.01, servo=SERVO
+    ),
+    navigator.Navigator.drive: lambda: call(
+        NAVIGATOR, REPLAY, lambda: IMAGE, lambda speed, turn: None, rng=rng(), most=1
+    ),
     navigator.ReplayState: lambda: call(TRACKED, NOWHERE, 0, 0, 0, (60, 80)),
 }

@@ -17,6 +17,7 @@ MOSAIC = mosaic.Mosaic({"a": POSE, "b": POSE + 0.3}, 0.01, CENTRE)
 LINKS = mosaic.Links().add(SIGHTINGS, CENTRE, 0.01)
 KEY = visual_memory.KeyImage(SIGHTINGS)
 KEYS, RULES = visual_memory.KeyRules(), visual_memory.ServoRules()
+FOLLOWER = visual_memory.Follower([KEY], (15.5, 11.5))
 GRAPH = visual_memory.PathGraph().add("A", "B", [KEY])
 
 GEOMETRY = {
@@ -67,5 +68,13 @@ GEOMETRY = {
     visual_memory.ServoRules: lambda: call(0.3, 1.5, -0.7, 0.3, 1.0, 0.05),
     visual_memory.servo: lambda: call(POSE, RULES),
     visual_memory.passed: lambda: call(POSE, RULES),
+    visual_memory.Follower: lambda: call([KEY], (15.5, 11.5), 0.01, RULES, 0.25, True, MOSAIC),
+    visual_memory.Follower.step: lambda: call(FOLLOWER, SIGHTINGS, 0),
+    visual_memory.Follower.drive: lambda: call(
+        FOLLOWER, lambda: SIGHTINGS, lambda speed, turn: None, key=0, most=3
+    ),
+    visual_memory.closed_loop: lambda: call(
+        FOLLOWER.step, lambda: SIGHTINGS, lambda speed, turn: None, most=3
+    ),
 }
 CALLS = GEOMETRY | _ceiling_patterns.CALLS | _ceiling_driving.CALLS
