@@ -728,6 +728,60 @@ def test_what_slid_is_let_go():
     assert {*after.tracked} == {*info.new} - {"3"}
 
 
+# Pieces -------------------------------------------------------------------------------------------
+
+
+@lru_cache
+def broken(back=False):
+    """Return a drive below one ceiling that goes on, after a jump, below another, and back."""
+    last = film()[5:9] if back else film(seed=5)[3:6]
+    pictures = np.concatenate([film()[:4], film(seed=5)[:3], last])
+    return mapped(pictures, MapRules(every=100))  # blind, it looks for known ones all the same
+
+
+def test_a_mosaic_in_two_pieces_says_so():
+    """What was made after the jump is joined to nothing before, and the pose there is a guess."""
+    before, after = broken()[:4], broken()[4:]
+    first = {*before[-1][0].mosaic.poses}
+    for state, info in before:
+        assert (info.located, info.piece) == (True, 0)
+        assert state.pieces == ((*state.mosaic.poses,),)
+    jump, *others = [info for _, info in after]
+    assert (jump.located, jump.piece) == (False, None)
+    assert jump.new
+    for info in others:
+        assert info.sightings
+        assert (info.located, info.piece) == (False, 1)
+    one, two = after[-1][0].pieces
+    assert {*one} == first
+    assert {*two} == {*after[-1][0].mosaic.poses} - first >= {*jump.new}
+
+
+def test_back_below_the_first_ceiling_it_is_located_again():
+    state, info = broken(back=True)[-1]
+    assert len(state.pieces) == 2
+    assert (info.located, info.piece) == (True, 0)
+    error = se2.between(run()[0][0].pose, state.pose) - driven(9, 0.05, 0.0)[-1]
+    assert np.hypot(*error[:2]) < 3 * SCALE
+
+
+def test_blank_pictures_are_of_no_piece():
+    mapper = Mapper(SCALE, CENTRE)
+    state, info = mapper.step(mapper.start(), BLANK, rng=gen())
+    assert (info.located, info.piece, state.pieces) == (False, None, ())
+    _, info = mapper.step(run()[4][0], BLANK, rng=gen())
+    assert (info.located, info.piece) == (False, None)
+
+
+def test_pieces_that_are_seen_together_are_one():
+    state, _ = run()[0]
+    apart = replace(state, links=Links())
+    assert apart.pieces == tuple((name,) for name in state.mosaic.poses)
+    after, info = Mapper(SCALE, CENTRE).step(apart, film()[1], rng=gen(2))
+    assert after.pieces == ((*after.mosaic.poses,),)
+    assert (info.located, info.piece) == (True, 0)
+
+
 # Parts --------------------------------------------------------------------------------------------
 
 PICTURE = cluttered(4)

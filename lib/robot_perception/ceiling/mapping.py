@@ -230,6 +230,15 @@ class MapState:
             own = MappingProxyType(dict(getattr(self, name)))
             object.__setattr__(self, name, own)
 
+    @property
+    def pieces(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the patterns that a chain of pictures joins, group by group.
+
+        There is more than one group where the robot was blind on the way. Nothing tells where one
+        lies from another (`.mosaic.pieces`); the first holds the first pattern.
+        """
+        return self.links.groups(self.mosaic.poses)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapInfo:
@@ -242,7 +251,9 @@ class MapInfo:
     tracking
         What each tracker says.
     located
-        Whether a known pattern was seen, or the first one made; if not, the pose is a guess.
+        Whether the robot is located in the mosaic's frame: a known pattern was seen that a chain of
+        pictures joins to the first one, or this was made. If not, the pose is a guess, though it
+        may be right in the frame of its piece.
     new
         Names of the patterns that were made.
     lost
@@ -251,6 +262,9 @@ class MapInfo:
         Of known ones that were found again.
     closed
         Whether one of them was further from where it was expected than the gate: a loop is closed.
+    piece
+        Number of the piece of the mosaic whose patterns were seen, see `MapState.pieces`; nothing
+        where no known one was. 0 is that of the first pattern; where another one lies is a guess.
     """
 
     sightings: Mapping[str, Float[np.ndarray, " 4"]]
@@ -260,6 +274,7 @@ class MapInfo:
     lost: tuple[str, ...] = ()
     found: tuple[str, ...] = ()
     closed: bool = False
+    piece: int | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -373,8 +388,10 @@ class Mapper:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
         together = together | sightings
         links = state.links.add(together, centre=self._middle, scale=self.scale)
-        seen = MapInfo(sightings, infos, known, new, told.lost + slid, found, closed)
-        return replace(state, links=links), seen
+        state = replace(state, links=links)
+        piece = _piece(state, next(iter(sightings))) if known else None
+        lost = told.lost + slid
+        return state, MapInfo(sightings, infos, piece == 0, new, lost, found, closed, piece)
 
     def _begun(
         self, state: MapState, image: np.ndarray, rng: np.random.Generator
@@ -383,7 +400,7 @@ class Mapper:
         state, sightings, new = self._make(state, image, None, {}, rng)
         links = state.links.add(sightings, centre=self._middle, scale=self.scale)
         after = replace(state, links=links, count=state.count + bool(new), size=image.shape)
-        return after, MapInfo(sightings, {}, bool(new), new)
+        return after, MapInfo(sightings, {}, bool(new), new, piece=0 if new else None)
 
     def _again(
         self, state: MapState, sought: "Sought", rng: np.random.Generator
@@ -562,9 +579,11 @@ class Sought:
         ValueError
             If a shape does not fit or the border is negative.
         """
+        rules = checks.instance("rules", rules, WindowRules)
+        taken = checks.array("taken", taken, ("m", 2))
+        border = checks.not_negative("border", border)
         found = interest_windows(self.edges, self.contours, rules, taken=taken)
         if self.seen is None:
-            checks.not_negative("border", border)
             return found
         return tuple(
             one
@@ -662,6 +681,11 @@ def _mask(seen: np.ndarray | None, shape: tuple[int | str, ...]) -> None:
     if not isinstance(seen, np.ndarray) or seen.dtype != bool:
         raise TypeError(f"seen must be an array of booleans, got {checks.shown(seen)}")
     checks.shaped("seen", seen, shape, beside="this picture")
+
+
+def _piece(state: MapState, name: str) -> int:
+    """Return the number of the piece that has a pattern."""
+    return next(k for k, group in enumerate(state.pieces) if name in group)
 
 
 def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
