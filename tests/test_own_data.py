@@ -768,6 +768,7 @@ def test_a_map_in_pieces_is_told_and_no_pose_goes_from_one_to_the_other(tmp_path
     changed(tmp_path, "ceiling.py", **{"HEIGHT, FOCAL": f"{mount.height}, {mount.focal}"})
     said = run(tmp_path, "ceiling.py", "film", "out")
     assert "files that are skipped: 1 (notes.txt)\n" in said
+    assert "the mosaic is in 2 pieces: where one lies from another is not known\n" in said
     assert numbers(said, "piece 1: pictures")[:2] == [10, 24]
     first, last = numbers(said, "piece 2, drawn: pictures")[:2]
     assert (first, last) == (pytest.approx(39, abs=2), 64)  # in the first ones it is made

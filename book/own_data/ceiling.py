@@ -73,8 +73,10 @@ def build(film: datasets.Film) -> tuple[MapState, dict[int, dict], Counter]:
         if not state.mosaic.poses:  # no distinctive window yet
             counts += Counter(all=1, empty=1)
             continue
-        counts += Counter(all=1, found=len(info.found), closed=info.closed, blind=not info.located)
-        if info.located:
+        counts += Counter(
+            all=1, found=len(info.found), closed=info.closed, blind=info.piece is None
+        )
+        if info.piece is not None:
             seen[k] = dict(info.sightings)
     if not state.mosaic.poses:
         raise ValueError(f"{film.path}: no picture has a distinctive window, as of a blank ceiling")
@@ -120,6 +122,8 @@ def main(film, out, topic, force):
     print(f"pictures: {counts['all']}, skipped {lost}", *recorded.remarks, sep="\n")
     again = f"found again: {counts['found']}, loops closed: {counts['closed']}"
     print(f"patterns: {len(patterns)}, {again}")
+    if len(parts) > 1:
+        print(f"the mosaic is in {len(parts)} pieces: where one lies from another is not known")
     largest = np.bincount(piece).argmax()
     for k, part in enumerate(parts) if len(parts) > 1 else ():
         span = " to ".join(map(str, frames[piece == k][[0, -1]])) if k in piece else "none"

@@ -1,24 +1,35 @@
 """Films below ceilings that are known, for the tests of those that drive there."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from data_synth.ceiling import CeilingCamera, Mount, make_ceiling
+from robot_perception.ceiling.correction import Correction
 from robot_perception.ceiling.mapping import MapInfo, Mapper, MapRules, MapState
 from robot_perception.geometry import se2
 
 MOUNT = Mount()
 CENTRE = MOUNT.middle
 SCALE = MOUNT.height / MOUNT.focal
+TILTED = replace(MOUNT, roll=np.deg2rad(6), pitch=np.deg2rad(-5), x=0.15, y=-0.1)
 BLANK = np.full(MOUNT.size[::-1], 128, np.uint8)
 Run = tuple[tuple[MapState, MapInfo], ...]
 
 
 @lru_cache
-def camera(kind: str = "varied", seed: int = 3) -> CeilingCamera:
+def camera(kind: str = "varied", seed: int = 3, mount: Mount = MOUNT) -> CeilingCamera:
     """Return the camera below a ceiling."""
-    return CeilingCamera(make_ceiling(kind, rng=np.random.default_rng(seed), side=8.0), MOUNT)
+    return CeilingCamera(make_ceiling(kind, rng=np.random.default_rng(seed), side=8.0), mount)
+
+
+@lru_cache
+def corrects(mount: Mount) -> Correction:
+    """Return what makes the pictures of a mounted camera those of the ideal one."""
+    level = np.array([0.0, 0.0, -1.0])
+    parts = mount.K, mount.rotation, mount.translation, level, mount.height, mount.size
+    return Correction(*parts, target=MOUNT.K)
 
 
 def driven(count: int, ahead: float, turn: float) -> np.ndarray:
@@ -30,14 +41,27 @@ def driven(count: int, ahead: float, turn: float) -> np.ndarray:
 
 
 @lru_cache
-def film(count: int = 14, ahead: float = 0.05, turn: float = 0.0, *, seed: int = 3) -> np.ndarray:
+def film(
+    count: int = 14,
+    ahead: float = 0.05,
+    turn: float = 0.0,
+    *,
+    seed: int = 3,
+    mount: Mount = MOUNT,
+) -> np.ndarray:
     """Return the pictures (count, rows, columns) of a drive."""
-    return np.array([camera("varied", seed).image(p) for p in driven(count, ahead, turn)])
+    return np.array([camera("varied", seed, mount).image(p) for p in driven(count, ahead, turn)])
 
 
-def mapped(pictures: np.ndarray, rules: MapRules | None = None, scale: float = SCALE) -> Run:
+def mapped(
+    pictures: np.ndarray,
+    rules: MapRules | None = None,
+    scale: float = SCALE,
+    correction: Correction | None = None,
+) -> Run:
     """Return states and what was seen in each picture, always from the same seed."""
-    mapper, rng = Mapper(scale, CENTRE, rules or MapRules()), np.random.default_rng(1)
+    mapper = Mapper(scale, CENTRE, rules or MapRules(), correction)
+    rng = np.random.default_rng(1)
     state, found = mapper.start(), []
     for picture in pictures:
         state, info = mapper.step(state, picture, rng=rng)

@@ -19,6 +19,8 @@ from robot_perception.ceiling.mapping import (
     MapState,
     PatternTrackers,
     Sought,
+    View,
+    agreeing,
     consistent,
     inside,
     located,
@@ -39,7 +41,19 @@ from robot_perception.ceiling.patterns import PatternRules, WindowRules, make_pa
 from robot_perception.ceiling.recognition import recognise
 from robot_perception.ceiling.tracker import PatternTracker, TrackerRules
 from robot_perception.geometry import se2
-from tests.ceiling.ceilings import BLANK, CENTRE, MOUNT, SCALE, camera, driven, film, mapped, run
+from tests.ceiling.ceilings import (
+    BLANK,
+    CENTRE,
+    MOUNT,
+    SCALE,
+    TILTED,
+    camera,
+    corrects,
+    driven,
+    film,
+    mapped,
+    run,
+)
 from tests.ceiling.pictures import SIZE, cluttered, drawn, rectangle
 from tests.unchecked import unchecked
 
@@ -191,6 +205,7 @@ def test_pose_and_motion_are_those_of_the_sightings():
 @pytest.fixture
 def pieces(monkeypatch):
     """Count the pictures whose contours are found, and what is looked for."""
+    run()
     told = []
     inner = mapping.look_for
 
@@ -315,6 +330,162 @@ def test_a_blank_picture_later_lets_the_motion_go_on():
     assert len(info.found) >= 2
     error = se2.between(run()[0][0].pose, state.pose) - driven(9, 0.05, 0.0)[-1]
     assert np.hypot(*error[:2]) < 2 * SCALE
+
+
+# A camera that is mounted anyhow ------------------------------------------------------------------
+
+SIDE = np.zeros(SHAPE, bool)  # only the left two thirds show the ceiling
+SIDE[:, :210] = True
+
+
+@lru_cache
+def tilted(turn=0.0, seed=3, *, corrected=True):
+    """Return a drive with a camera tilted by 6° and 5° and 18 cm aside."""
+    pictures = film(turn=turn, seed=seed, mount=TILTED)
+    return mapped(pictures, correction=corrects(TILTED) if corrected else None)
+
+
+@pytest.mark.parametrize(("turn", "seed"), DRIVES)
+def test_corrected_a_tilted_camera_makes_the_map_that_a_level_one_makes(turn, seed):
+    """Within a pixel and 0.6° of the truth; not corrected it is further off."""
+    path = driven(14, 0.05, turn)
+
+    def off(drive):
+        way = np.array([state.pose for state, _ in drive])
+        return se2.between(way[0], way) - se2.between(path[0], path)
+
+    level, fixed = off(run(turn=turn, seed=seed)), off(tilted(turn, seed))
+    raw = off(tilted(turn, seed, corrected=False))
+    for found in (level, fixed):
+        assert np.hypot(*found[:, :2].T).max() < SCALE
+        assert np.abs(found[:, 2]).max() < math.radians(0.6)
+    assert np.hypot(*(fixed - level)[:, :2].T).max() < SCALE
+    assert np.hypot(*raw[:, :2].T).max() > 1.3 * SCALE
+
+
+def test_nothing_is_made_or_kept_where_the_camera_sees_nothing():
+    fix = corrects(TILTED)
+    assert not fix.seen.all()
+    away = np.array(np.nonzero(~fix.seen)).T[:, ::-1]
+    made = 0
+    for turn, seed in DRIVES:
+        for state, info in tilted(turn, seed):
+            for one in state.tracked.values():
+                assert np.abs(away - one.pose[:2]).max(axis=1).min() > 30
+            for name in info.new:  # whole vectors
+                pattern, at = state.patterns[name], info.sightings[name]
+                phi = pattern.places[:, 2]
+                half = pattern.step * (pattern.vectors.shape[1] // 2)
+                for side in (-half, half):
+                    ends = pattern.seen(at) + side * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+                    u, v = np.rint(ends).astype(int).T
+                    assert fix.seen[v, u].all()
+                made += 1
+    assert made > 6
+
+
+def test_a_correction_that_changes_nothing_changes_nothing():
+    for (state, info), (after, told) in zip(
+        run(), mapped(film(), correction=corrects(MOUNT)), strict=True
+    ):
+        np.testing.assert_array_equal(after.pose, state.pose)
+        assert (told.new, told.lost, told.found) == (info.new, info.lost, info.found)
+
+
+def test_edges_near_to_what_is_not_seen_are_none():
+    picture = cluttered(4)
+    whole = Sought.of(picture)
+    part = Sought.of(picture, None, SIDE, 12)
+    np.testing.assert_array_equal(part.edges.mask[:, :198], whole.edges.mask[:, :198])
+    assert whole.edges.mask[:, 198:].any()
+    assert not part.edges.mask[:, 198:].any()
+    np.testing.assert_array_equal(part.edges.gradient, whole.edges.gradient)
+    assert all(piece.points(3.0)[:, 0].max() < 199 for piece in part.contours)
+    assert whole.seen is None
+    some = part.windows(WindowRules(), np.empty((0, 2)), 30.0)
+    assert some
+    assert all(one.centre[0] < 210 - 30 for one in some)
+    rules = WindowRules(strength=0.0, rival=1.0, most=400, apart=10.0)
+    beside = {one.centre[0] for one in part.windows(rules, np.empty((0, 2)), 0.0)}
+    assert max(beside) > 210 - 30
+
+
+def test_a_pattern_beyond_what_is_seen_is_let_go_and_not_found():
+    state, info = run()[0]
+    at = dict(info.sightings)
+    half = {name for name, place in at.items() if place[0] < 210 - 31}
+    assert 0 < len(half) < len(at)
+    trackers = PatternTrackers(state.patterns, MapRules().tracker, 30.0, seen=SIDE)
+    after, told = trackers.step(trackers.start(at), film()[0], rng=gen())
+    assert {*after} == half == {*at} - {*told.lost}
+    sought = Sought.of(film()[0], None, SIDE, 0)
+    assert {*look_for(at, state.patterns, sought, MapRules(), rng=gen())} <= half
+    with pytest.raises(ValueError, match="seen must be"):
+        trackers.step(trackers.start(at), film()[0][:100], rng=gen())
+    with pytest.raises(TypeError, match="seen must be an array of booleans, got"), unchecked():
+        PatternTrackers(state.patterns, seen=np.ones(SHAPE))
+
+
+def test_what_is_expected_beyond_what_is_seen_is_not_looked_for(pieces):
+    state, _ = tilted()[0]
+    fix = corrects(TILTED)
+    edge = np.array([np.nonzero(fix.seen[120])[0][-1] - 25.0, 120.0, 0.0, 1.0])
+    assert inside(edge, SHAPE, 30.0)
+    far = edge - np.array([20.0, 0, 0, 0])
+    mosaic = state.mosaic
+    for name, place in {"edge": edge, "in": far}.items():
+        there = (place[:3] - [*CENTRE, 0]) * [SCALE, SCALE, 1]
+        mosaic = mosaic.with_pattern(name, se2.compose(state.pose, there))
+    patterns = {**state.patterns, **dict.fromkeys(("edge", "in"), state.patterns["0"])}
+    mapper = Mapper(SCALE, CENTRE, MapRules(every=1), fix)
+    state = replace(state, mosaic=mosaic, patterns=patterns)
+    mapper.step(state, film(mount=TILTED)[0], rng=gen())
+    assert [*pieces[-1]] == ["in"]
+
+
+@given(
+    st.integers(-20, 100),
+    st.integers(-20, 80),
+    st.sampled_from([0.0, 1, 2.5, 4]),
+    st.integers(0, 30),
+)
+def test_a_place_keeps_off_what_is_not_seen(x, y, border, seed):
+    """In quarters of a pixel; a pixel that is reached in part counts."""
+    seen, (x, y) = gen(seed).uniform(size=(16, 21)) < 0.97, (x / 4, y / 4)
+    place = np.array([x, y, 0.3, 1.0])
+    within = border <= x <= 20 - border and border <= y <= 15 - border
+    near = [
+        abs(u - x) < border + 1 and abs(v - y) < border + 1 and (u, v)
+        for v, u in np.argwhere(~seen)
+    ]
+    assert inside(place, seen.shape, border) == within
+    assert inside(place, seen.shape, border, seen) == (within and not any(near))
+
+
+def test_a_view_is_checked_and_a_mapper_takes_a_correction():
+    with unchecked():
+        with pytest.raises(TypeError, match="correction must be a Correction"):
+            Mapper(SCALE, CENTRE, MapRules(), 5)
+        with pytest.raises(TypeError, match="rules must be a MapRules, got 5"):
+            View(None, 5)
+    fix = corrects(TILTED)
+    view = View(fix, MapRules())
+    np.testing.assert_array_equal(view.corrected(film()[0]), fix.apply(film()[0]))
+    np.testing.assert_array_equal(View(None, MapRules()).corrected(film()[0]), film()[0])
+    assert View(None, MapRules()).seen is None
+    assert View(corrects(MOUNT), MapRules()).seen is None
+    with pytest.raises(ValueError, match=r"image must be \(240, 320\) pixels, got"):
+        Mapper(SCALE, CENTRE, MapRules(), fix).step(
+            Mapper(SCALE, CENTRE).start(), BLANK[:100], rng=gen()
+        )
+    rules = MapRules(rigid=False)
+    sightings = {
+        name: at + np.array([50.0, 0, 0, 0]) * (name == "3")
+        for name, at in run()[0][1].sightings.items()
+    }
+    kept, slid = agreeing(run()[0][0].mosaic, sightings, rules)
+    assert ([*kept], slid) == ([*sightings], ())
+    assert agreeing(run()[0][0].mosaic, sightings, MapRules())[1] == ("3",)
 
 
 # As printed ---------------------------------------------------------------------------------------
@@ -555,6 +726,60 @@ def test_what_slid_is_let_go():
     assert "3" in told.tracking
     np.testing.assert_allclose(after.pose, state.pose, atol=SCALE)
     assert {*after.tracked} == {*info.new} - {"3"}
+
+
+# Pieces -------------------------------------------------------------------------------------------
+
+
+@lru_cache
+def broken(back=False):
+    """Return a drive below one ceiling that goes on, after a jump, below another, and back."""
+    last = film()[5:9] if back else film(seed=5)[3:6]
+    pictures = np.concatenate([film()[:4], film(seed=5)[:3], last])
+    return mapped(pictures, MapRules(every=100))  # blind, it looks for known ones all the same
+
+
+def test_a_mosaic_in_two_pieces_says_so():
+    """What was made after the jump is joined to nothing before, and the pose there is a guess."""
+    before, after = broken()[:4], broken()[4:]
+    first = {*before[-1][0].mosaic.poses}
+    for state, info in before:
+        assert (info.located, info.piece) == (True, 0)
+        assert state.pieces == ((*state.mosaic.poses,),)
+    jump, *others = [info for _, info in after]
+    assert (jump.located, jump.piece) == (False, None)
+    assert jump.new
+    for info in others:
+        assert info.sightings
+        assert (info.located, info.piece) == (False, 1)
+    one, two = after[-1][0].pieces
+    assert {*one} == first
+    assert {*two} == {*after[-1][0].mosaic.poses} - first >= {*jump.new}
+
+
+def test_back_below_the_first_ceiling_it_is_located_again():
+    state, info = broken(back=True)[-1]
+    assert len(state.pieces) == 2
+    assert (info.located, info.piece) == (True, 0)
+    error = se2.between(run()[0][0].pose, state.pose) - driven(9, 0.05, 0.0)[-1]
+    assert np.hypot(*error[:2]) < 3 * SCALE
+
+
+def test_blank_pictures_are_of_no_piece():
+    mapper = Mapper(SCALE, CENTRE)
+    state, info = mapper.step(mapper.start(), BLANK, rng=gen())
+    assert (info.located, info.piece, state.pieces) == (False, None, ())
+    _, info = mapper.step(run()[4][0], BLANK, rng=gen())
+    assert (info.located, info.piece) == (False, None)
+
+
+def test_pieces_that_are_seen_together_are_one():
+    state, _ = run()[0]
+    apart = replace(state, links=Links())
+    assert apart.pieces == tuple((name,) for name in state.mosaic.poses)
+    after, info = Mapper(SCALE, CENTRE).step(apart, film()[1], rng=gen(2))
+    assert after.pieces == ((*after.mosaic.poses,),)
+    assert (info.located, info.piece) == (True, 0)
 
 
 # Parts --------------------------------------------------------------------------------------------

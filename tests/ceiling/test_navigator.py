@@ -20,7 +20,17 @@ from robot_perception.ceiling.visual_memory import (
     servo,
 )
 from robot_perception.geometry import se2
-from tests.ceiling.ceilings import BLANK, CENTRE, SCALE, camera, driven, film, run
+from tests.ceiling.ceilings import (
+    BLANK,
+    CENTRE,
+    SCALE,
+    TILTED,
+    camera,
+    corrects,
+    driven,
+    film,
+    run,
+)
 from tests.unchecked import unchecked
 
 KEYS = (4, 9, 13)  # of the pictures of the path
@@ -219,6 +229,28 @@ def test_two_trajectories_that_meet_lead_from_the_first_place_to_the_last():
         Navigator.between(graph, "A", "A", *parts)
     with pytest.raises(ValueError, match="got no way from 'C' to 'A'"):
         Navigator.between(graph, "C", "A", *parts)
+
+
+def test_a_tilted_camera_is_corrected_on_the_way():
+    """It learned by pictures of the level one, so that nothing else can make up for the tilt."""
+    one, eye, rng, poses = taught(correction=corrects(TILTED)), camera(mount=TILTED), gen(5), [OFF]
+    state = one.start(eye.image(OFF), rng=rng)
+    for _, told in one.drive(
+        state,
+        lambda: eye.image(poses[-1]),
+        lambda *command: poses.append(drive(poses[-1], *command, DT, rng=rng)),
+        rng=rng,
+        most=60,
+    ):
+        info = told
+    assert info.status == "arrived"
+    away = se2.between(PATH[-1], poses[-1])
+    assert np.hypot(*away[:2]) < 0.06 + 3 * SCALE
+    assert abs(away[2]) < math.radians(10)
+    blind = taught().start(eye.image(OFF), rng=gen(5))
+    off = se2.between(pose_in_map(OFF), blind.pose)
+    assert np.hypot(*off[:2]) > 0.1  # without it the robot believes itself elsewhere
+    assert np.hypot(*se2.between(pose_in_map(OFF), state.pose)[:2]) < 3 * SCALE
 
 
 # What is in view ----------------------------------------------------------------------------------

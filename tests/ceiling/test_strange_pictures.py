@@ -1,6 +1,7 @@
 """Pictures that show nothing, and pictures of another size than those before."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -96,7 +97,19 @@ def replayed(image, rng):
     return navigator.step(state, image, rng=rng)
 
 
-STEPS = (followed, stepped, map_continued, map_continued_blindly, replayed)
+def replayed_blindly(image, rng):
+    navigator, state = replay()
+    return navigator.step(replace(state, tracked={}), image, rng=rng)
+
+
+STEPS = (
+    followed,
+    stepped,
+    map_continued,
+    map_continued_blindly,
+    replayed,
+    replayed_blindly,
+)
 
 
 @pytest.mark.parametrize(

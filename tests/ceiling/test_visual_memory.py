@@ -659,6 +659,15 @@ def test_a_drive_begins_with_the_key_image_that_is_named_and_ends_after_so_many_
     assert walked(follower(), key=2)[1][0][1].key == 2
 
 
+def test_a_follower_does_not_go_back_to_a_key_image():
+    """Pushed back behind one that it has neared, it steers for the next."""
+    views = iter([picture(STOPS[0], CORRIDOR), picture(STOPS[0] - [0.35, 0, 0], CORRIDOR)])
+    one = follower(near=0.1)
+    keys = [at.key for at in one.drive(lambda: next(views), lambda speed, turn: None, most=2)]
+    assert keys == [1, 1]
+    assert one.step(picture(STOPS[0] - [0.35, 0, 0], CORRIDOR)).key == 0
+
+
 def test_the_loop_looks_then_decides_then_moves():
     done = []
 

@@ -5,13 +5,14 @@ mosaic knows (eq. 2); look for known patterns that should be in view, by their c
 patterns where too few are left, and put them into the mosaic (eq. 3).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception import checks
 from robot_perception.ceiling import _sightings
@@ -26,6 +27,7 @@ from robot_perception.ceiling.contours import (
     picture,
     picture_size,
 )
+from robot_perception.ceiling.correction import Correction
 from robot_perception.ceiling.mosaic import (
     Links,
     Mosaic,
@@ -38,6 +40,7 @@ from robot_perception.ceiling.mosaic import (
 from robot_perception.ceiling.patterns import (
     Pattern,
     PatternRules,
+    Window,
     WindowRules,
     interest_windows,
     pattern_from,
@@ -50,8 +53,12 @@ from robot_perception.ceiling.tracker import (
     PatternTracker,
     TrackerRules,
 )
+from robot_perception.extras import needing
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.geometry.se2 import between, compose
+
+with needing():
+    import cv2
 
 __all__ = [
     "AS_PRINTED",
@@ -62,6 +69,7 @@ __all__ = [
     "PatternTrackers",
     "PatternsInfo",
     "Sought",
+    "View",
     "agreeing",
     "consistent",
     "inside",
@@ -222,6 +230,15 @@ class MapState:
             own = MappingProxyType(dict(getattr(self, name)))
             object.__setattr__(self, name, own)
 
+    @property
+    def pieces(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the patterns that a chain of pictures joins, group by group.
+
+        There is more than one group where the robot was blind on the way. Nothing tells where one
+        lies from another (`.mosaic.pieces`); the first holds the first pattern.
+        """
+        return self.links.groups(self.mosaic.poses)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapInfo:
@@ -234,7 +251,9 @@ class MapInfo:
     tracking
         What each tracker says.
     located
-        Whether a known pattern was seen, or the first one made; if not, the pose is a guess.
+        Whether the robot is located in the mosaic's frame: a known pattern was seen that a chain of
+        pictures joins to the first one, or this was made. If not, the pose is a guess, though it
+        may be right in the frame of its piece.
     new
         Names of the patterns that were made.
     lost
@@ -243,6 +262,9 @@ class MapInfo:
         Of known ones that were found again.
     closed
         Whether one of them was further from where it was expected than the gate: a loop is closed.
+    piece
+        Number of the piece of the mosaic whose patterns were seen, see `MapState.pieces`; nothing
+        where no known one was. 0 is that of the first pattern; where another one lies is a guess.
     """
 
     sightings: Mapping[str, Float[np.ndarray, " 4"]]
@@ -252,6 +274,7 @@ class MapInfo:
     lost: tuple[str, ...] = ()
     found: tuple[str, ...] = ()
     closed: bool = False
+    piece: int | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -266,6 +289,10 @@ class Mapper:
         Where the optical axis meets the picture, px.
     rules
         How.
+    correction
+        Eq. (1), where the camera is not mounted level and in the robot's frame: pictures are those
+        of the camera, scale and centre those of the ideal picture. Where the camera sees nothing of
+        it, nothing is sought, made or tracked, as beyond its border.
 
     Raises
     ------
@@ -274,18 +301,22 @@ class Mapper:
 
     References
     ----------
-    Section 2.3.
+    Sections 2.1 and 2.3.
     """
 
     scale: float
     centre: tuple[float, float]
     rules: MapRules = field(default_factory=MapRules)
+    correction: Correction | None = None
+    _view: "View" = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", checks.positive("scale", self.scale))
         centre = checks.array("centre", self.centre, (2,))
         object.__setattr__(self, "centre", tuple(centre.tolist()))
         checks.instance("rules", self.rules, MapRules)
+        checks.instance("correction", self.correction, Correction, type(None))
+        object.__setattr__(self, "_view", View(self.correction, self.rules))
 
     @property
     def _middle(self) -> Float[np.ndarray, " 2"]:
@@ -315,7 +346,7 @@ class Mapper:
         state
             Before it.
         image : (height, width)
-            Grey values, corrected (`.correction`).
+            Grey values, of the ideal camera where there is no correction.
         rng
             Source of randomness.
 
@@ -328,11 +359,11 @@ class Mapper:
         """
         checks.instance("state", state, MapState)
         checks.generator("rng", rng)
-        rules, image = self.rules, picture("image", image)
+        rules, image = self.rules, self._view.corrected(image)
         check_size("image", image.shape, state.size)
         if not state.mosaic.poses:
             return self._begun(state, image, rng)
-        trackers = PatternTrackers(state.patterns, rules.tracker, rules.border)
+        trackers = self._view.trackers(state.patterns)
         tracked, told = trackers.step(state.tracked, image, rng=rng)
         infos = told.patterns
         sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
@@ -344,7 +375,7 @@ class Mapper:
         state = replace(state, tracked=tracked, pose=pose, count=state.count + 1, size=image.shape)
         sought, found, closed, together = None, (), False, sightings
         if state.count % rules.every == 0 or not known:
-            sought = Sought.of(image, rules.contours)
+            sought = self._view.sought(image)
             again, expected = self._again(state, sought, rng)
             if again:
                 found, known = tuple(again), True
@@ -357,8 +388,10 @@ class Mapper:
             state, sightings, new = self._make(state, image, sought, sightings, rng)
         together = together | sightings
         links = state.links.add(together, centre=self._middle, scale=self.scale)
-        seen = MapInfo(sightings, infos, known, new, told.lost + slid, found, closed)
-        return replace(state, links=links), seen
+        state = replace(state, links=links)
+        piece = _piece(state, next(iter(sightings))) if known else None
+        lost = told.lost + slid
+        return state, MapInfo(sightings, infos, piece == 0, new, lost, found, closed, piece)
 
     def _begun(
         self, state: MapState, image: np.ndarray, rng: np.random.Generator
@@ -367,7 +400,7 @@ class Mapper:
         state, sightings, new = self._make(state, image, None, {}, rng)
         links = state.links.add(sightings, centre=self._middle, scale=self.scale)
         after = replace(state, links=links, count=state.count + bool(new), size=image.shape)
-        return after, MapInfo(sightings, {}, bool(new), new)
+        return after, MapInfo(sightings, {}, bool(new), new, piece=0 if new else None)
 
     def _again(
         self, state: MapState, sought: "Sought", rng: np.random.Generator
@@ -375,7 +408,8 @@ class Mapper:
         """Return known patterns that are found again, and where those in view were expected."""
         mosaic, border, shape = state.mosaic, self.rules.border, sought.image.shape
         places = {n: mosaic.expected(state.pose, n) for n in mosaic.poses if n not in state.tracked}
-        expected = {name: at for name, at in places.items() if inside(at, shape, border)}
+        seen = sought.seen
+        expected = {name: at for name, at in places.items() if inside(at, shape, border, seen)}
         return look_for(expected, state.patterns, sought, self.rules, rng=rng), expected
 
     def _rejoined(
@@ -408,12 +442,12 @@ class Mapper:
         rng: np.random.Generator,
     ) -> tuple[MapState, dict[str, np.ndarray], tuple[str, ...]]:
         """Return the state with new patterns, where the picture has distinctive windows left."""
-        rules, scene = self.rules, sought or Sought.of(image, self.rules.contours)
+        rules, scene = self.rules, sought or self._view.sought(image)
         taken = np.array([one.pose[:2] for one in state.tracked.values()]).reshape(-1, 2)
-        windows = interest_windows(scene.edges, scene.contours, rules.windows, taken=taken)
+        windows = scene.windows(rules.windows, taken, rules.border)
         if len(sightings) + len(windows) < 2:
             anything = replace(rules.windows, rival=rules.repeated)
-            windows = interest_windows(scene.edges, scene.contours, anything, taken=taken)
+            windows = scene.windows(anything, taken, rules.border)
         patterns, tracked, mosaic = dict(state.patterns), dict(state.tracked), state.mosaic
         seen, new = dict(sightings), []
         for window in windows:
@@ -461,6 +495,8 @@ class Sought:
         Of it.
     field
         Distances to the edges.
+    seen : (height, width)
+        Which pixels show the ceiling; all of them if not given.
 
     Raises
     ------
@@ -474,9 +510,10 @@ class Sought:
     edges: Edges
     contours: tuple[Segment | Arc, ...]
     field: EdgeField
+    seen: Bool[np.ndarray, "height width"] | None = None
 
     def __post_init__(self) -> None:
-        picture("image", self.image)
+        _mask(self.seen, picture("image", self.image).shape)
         checks.instance("edges", self.edges, Edges)
         contours = checks.instances("contours", self.contours, Segment, Arc)
         object.__setattr__(self, "contours", contours)
@@ -484,7 +521,11 @@ class Sought:
 
     @classmethod
     def of(
-        cls, image: UInt8[np.ndarray, "height width"], rules: ContourRules | None = None
+        cls,
+        image: UInt8[np.ndarray, "height width"],
+        rules: ContourRules | None = None,
+        seen: Bool[np.ndarray, "height width"] | None = None,
+        reach: int = 0,
     ) -> "Sought":
         """Return a picture with its edges and contours.
 
@@ -494,6 +535,10 @@ class Sought:
             Grey values.
         rules
             How contours are found.
+        seen : (height, width)
+            Which pixels show the ceiling; all of them if not given.
+        reach
+            An edge as near to others, px, is none.
 
         Raises
         ------
@@ -503,8 +548,144 @@ class Sought:
             If the image is not (height, width).
         """
         image = picture("image", image)
+        _mask(seen, image.shape)
+        reach = checks.whole("reach", reach, 0, 10**4)
         edges = find_edges(image, rules)
-        return cls(image, edges, find_contours(edges, rules), EdgeField(edges))
+        if seen is not None:
+            around = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+            edges = Edges(
+                edges.mask & (cv2.erode(seen.astype(np.uint8), around) > 0), edges.gradient
+            )
+        return cls(image, edges, find_contours(edges, rules), EdgeField(edges), seen)
+
+    def windows(
+        self, rules: WindowRules, taken: Float[np.ndarray, "m 2"], border: float
+    ) -> tuple[Window, ...]:
+        """Return its distinctive windows; none whose middle is near to what it does not show.
+
+        Parameters
+        ----------
+        rules
+            Of `.patterns.interest_windows`.
+        taken : (m, 2)
+            Centres of windows that are there already, px.
+        border
+            So near, px.
+
+        Raises
+        ------
+        TypeError
+            If the rules are none.
+        ValueError
+            If a shape does not fit or the border is negative.
+        """
+        rules = checks.instance("rules", rules, WindowRules)
+        taken = checks.array("taken", taken, ("m", 2))
+        border = checks.not_negative("border", border)
+        found = interest_windows(self.edges, self.contours, rules, taken=taken)
+        if self.seen is None:
+            return found
+        return tuple(
+            one
+            for one in found
+            if inside(np.array([*one.centre, 0.0, 1.0]), self.image.shape, border, self.seen)
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """What a robot makes of its camera's pictures before it looks for patterns.
+
+    Parameters
+    ----------
+    correction
+        Eq. (1); nothing where the camera is the ideal one.
+    rules
+        Of the map.
+    """
+
+    correction: Correction | None
+    rules: MapRules
+
+    def __post_init__(self) -> None:
+        checks.instance("correction", self.correction, Correction, type(None))
+        checks.instance("rules", self.rules, MapRules)
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "height width"] | None:
+        """Which pixels of the ideal picture the camera sees, if not all."""
+        if self.correction is None or self.correction.seen.all():
+            return None
+        return self.correction.seen
+
+    def corrected(
+        self, image: UInt8[np.ndarray, "height width"]
+    ) -> UInt8[np.ndarray, "height width"]:
+        """Return the picture of the ideal camera.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Of the robot's camera.
+
+        Raises
+        ------
+        TypeError
+            If it does not hold bytes.
+        ValueError
+            If it is not (height, width), or of another size than the correction's.
+        """
+        image = picture("image", image)
+        return image if self.correction is None else self.correction.apply(image)
+
+    def sought(self, image: UInt8[np.ndarray, "height width"]) -> Sought:
+        """Return a corrected picture with its edges and contours.
+
+        An edge of the ceiling counts if vectors across it end where the camera still sees.
+
+        Parameters
+        ----------
+        image : (height, width)
+            Grey values.
+
+        Raises
+        ------
+        TypeError
+            If it does not hold bytes.
+        ValueError
+            If it is not (height, width), or of another size than the correction's.
+        """
+        patterns = self.rules.patterns
+        reach = int(np.ceil(patterns.samples // 2 * patterns.step)) + 1
+        return Sought.of(image, self.rules.contours, self.seen, reach)
+
+    def trackers(self, patterns: Mapping[str, Pattern]) -> "PatternTrackers":
+        """Return the trackers of patterns.
+
+        Parameters
+        ----------
+        patterns
+            By name.
+
+        Raises
+        ------
+        TypeError
+            If one is none.
+        """
+        return PatternTrackers(patterns, self.rules.tracker, self.rules.border, seen=self.seen)
+
+
+def _mask(seen: np.ndarray | None, shape: tuple[int | str, ...]) -> None:
+    if seen is None:
+        return
+    if not isinstance(seen, np.ndarray) or seen.dtype != bool:
+        raise TypeError(f"seen must be an array of booleans, got {checks.shown(seen)}")
+    checks.shaped("seen", seen, shape, beside="this picture")
+
+
+def _piece(state: MapState, name: str) -> int:
+    """Return the number of the piece that has a pattern."""
+    return next(k for k, group in enumerate(state.pieces) if name in group)
 
 
 def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
@@ -548,6 +729,8 @@ class PatternTrackers:
         A pattern whose centre comes closer to the border is let go, px.
     patience
         So is one that is not seen in that many pictures in a row.
+    seen : (height, width)
+        Which pixels show the ceiling; what does not counts as beyond the border.
 
     Raises
     ------
@@ -559,9 +742,12 @@ class PatternTrackers:
     rules: TrackerRules = field(default_factory=TrackerRules)
     border: float = 0.0
     patience: int = 3
+    seen: Bool[np.ndarray, "height width"] | None = None
 
     def __post_init__(self) -> None:
         checks.entries("patterns", self.patterns, Pattern)
+        if self.seen is not None:
+            _mask(self.seen, ("height", "width"))
         checks.instance("rules", self.rules, TrackerRules)
         object.__setattr__(self, "border", checks.not_negative("border", self.border))
         object.__setattr__(self, "patience", checks.whole("patience", self.patience, 1))
@@ -613,13 +799,15 @@ class PatternTrackers:
         checks.generator("rng", rng)
         self._known("state", state)
         layers = Layers(image)
+        _mask(self.seen, layers.shape)
         steps = {
             name: self._tracker(name).step(one, layers, rng=rng) for name, one in state.items()
         }
         lost = tuple(
             name
             for name, (one, _) in steps.items()
-            if one.lost >= self.patience or not inside(one.pose, image.shape, self.border)
+            if one.lost >= self.patience
+            or not inside(one.pose, image.shape, self.border, self.seen)
         )
         after = {name: one for name, (one, _) in steps.items() if name not in lost}
         return after, PatternsInfo({name: info for name, (_, info) in steps.items()}, lost)
@@ -683,7 +871,7 @@ def look_for(
             if away > rules.search or abs(wrap_angle(one.pose[2] - at[2])) > rules.turn:
                 continue
             state, info = tracker.step(tracker.start(one.pose), layers, rng=rng)
-            inner = inside(state.pose, layers.shape, rules.border)
+            inner = inside(state.pose, layers.shape, rules.border, sought.seen)
             if not info.lost and info.match > best and inner:
                 found[name], best = state, info.match
             tried += 1
@@ -860,7 +1048,12 @@ def retrace(
     return np.array(numbers, dtype=int), np.array(poses).reshape(-1, 3)
 
 
-def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float) -> bool:
+def inside(
+    place: Float[np.ndarray, " 4"],
+    shape: tuple[int, ...],
+    border: float,
+    seen: Bool[np.ndarray, "height width"] | None = None,
+) -> bool:
     """Tell whether a place keeps off the border of a picture by so many px.
 
     Parameters
@@ -870,10 +1063,14 @@ def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float
     shape
         Height and width of the picture.
     border
-        px.
+        px, along rows and columns.
+    seen : (height, width)
+        Which pixels show the ceiling; from the others, too, it must keep off.
 
     Raises
     ------
+    TypeError
+        If what is seen is no array of booleans.
     ValueError
         If the place is not four numbers, the shape not two whole ones, or the border negative.
     """
@@ -883,4 +1080,10 @@ def inside(place: Float[np.ndarray, " 4"], shape: tuple[int, ...], border: float
         raise ValueError(f"shape must be height and width, got {checks.shown(sides)}")
     border = checks.not_negative("border", border)
     high, wide = sides
-    return bool(border <= x <= wide - 1 - border and border <= y <= high - 1 - border)
+    within = bool(border <= x <= wide - 1 - border and border <= y <= high - 1 - border)
+    if seen is None or not within:
+        return within
+    _mask(seen, sides)
+    left, top = math.floor(x - border), math.floor(y - border)
+    right, bottom = math.ceil(x + border), math.ceil(y + border)
+    return bool(seen[top : bottom + 1, left : right + 1].all())

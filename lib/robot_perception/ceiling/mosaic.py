@@ -526,7 +526,7 @@ class Links:
             dict.fromkeys(checks.instances("names", tuple(checks.iterable("names", names)), str))
         )
         place_of = {name: k for k, name in enumerate(names)}
-        pairs = [pair for pair in self._sums if set(pair) <= set(place_of)]
+        pairs = [(a, b) for a, b in self._sums if a in place_of and b in place_of]
         ends = np.array([[place_of[name] for name in pair] for pair in pairs], dtype=np.int64)
         groups: dict[int, list[str]] = {}
         for name, part in zip(names, _parts(ends.reshape(-1, 2), len(names)), strict=True):

@@ -14,11 +14,11 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from robot_perception import checks
-from robot_perception.ceiling.contours import check_size, picture, picture_size
+from robot_perception.ceiling.contours import check_size, picture_size
+from robot_perception.ceiling.correction import Correction
 from robot_perception.ceiling.mapping import (
     MapRules,
-    PatternTrackers,
-    Sought,
+    View,
     agreeing,
     inside,
     located,
@@ -124,6 +124,8 @@ class Navigator:
     patience
         The robot waits for so many pictures without a common pattern before it says that it is
         lost. Ours.
+    correction
+        Eq. (1), as that of `.mapping.Mapper`.
 
     Raises
     ------
@@ -145,6 +147,8 @@ class Navigator:
     rules: MapRules = field(default_factory=MapRules)
     near: float = 0.25
     patience: int = 5
+    correction: Correction | None = None
+    _view: View = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         route = checks.instances("route", self.route, KeyImage)
@@ -168,6 +172,7 @@ class Navigator:
         checks.instance("rules", self.rules, MapRules)
         object.__setattr__(self, "near", checks.positive("near", self.near))
         object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
+        object.__setattr__(self, "_view", View(self.correction, self.rules))
 
     @classmethod
     def between(
@@ -212,7 +217,7 @@ class Navigator:
         Parameters
         ----------
         image : (height, width)
-            Grey values, corrected.
+            Grey values, of the ideal camera where there is no correction.
         rng
             Source of randomness.
 
@@ -221,10 +226,10 @@ class Navigator:
         NoCommonPattern
             If none of them is found: the robot does not stand where the path begins.
         """
-        image, rng = picture("image", image), checks.generator("rng", rng)
+        image, rng = self._view.corrected(image), checks.generator("rng", rng)
         first = self.route[0].sightings
         anywhere = replace(self.rules, search=2.0 * max(image.shape), turn=np.pi)
-        sought = Sought.of(image, self.rules.contours)
+        sought = self._view.sought(image)
         tracked = look_for(first, self.patterns, sought, anywhere, rng=rng)
         if not tracked:
             raise NoCommonPattern(
@@ -251,7 +256,7 @@ class Navigator:
         state
             Before it.
         image : (height, width)
-            Grey values, corrected.
+            Grey values, of the ideal camera where there is no correction.
         rng
             Source of randomness.
 
@@ -264,9 +269,9 @@ class Navigator:
         """
         checks.instance("state", state, ReplayState)
         checks.generator("rng", rng)
-        image, rules = picture("image", image), self.rules
+        image, rules = self._view.corrected(image), self.rules
         check_size("image", image.shape, state.size)
-        trackers = PatternTrackers(self.patterns, rules.tracker, rules.border)
+        trackers = self._view.trackers(self.patterns)
         tracked, told = trackers.step(state.tracked, image, rng=rng)
         infos = told.patterns
         sightings = {name: infos[name].pose for name in tracked if not infos[name].lost}
@@ -277,7 +282,7 @@ class Navigator:
             again = look_for(
                 self._expected(pose, state.key, image.shape, tracked),
                 self.patterns,
-                Sought.of(image, rules.contours),
+                self._view.sought(image),
                 rules,
                 rng=rng,
             )
@@ -351,4 +356,5 @@ class Navigator:
         coming = self.route[key : key + 3]
         names = {name: None for key in coming for name in key.sightings if name not in tracked}
         places = {name: self.mosaic.expected(pose, name) for name in names}
-        return {n: at for n, at in places.items() if inside(at, shape, self.rules.border)}
+        border, seen = self.rules.border, self._view.seen
+        return {n: at for n, at in places.items() if inside(at, shape, border, seen)}

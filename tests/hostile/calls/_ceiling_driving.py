@@ -4,6 +4,7 @@ import numpy as np
 
 from robot_perception.ceiling import mapping, navigator, tracker, visual_memory
 from robot_perception.ceiling.contours import ContourRules
+from robot_perception.ceiling.correction import Correction
 from robot_perception.ceiling.mosaic import Links, Mosaic
 from robot_perception.ceiling.patterns import PatternRules, WindowRules
 from robot_perception.ceiling.recognition import RecognitionRules
@@ -24,6 +25,9 @@ NOWHERE = np.zeros(3)
 MOSAIC = Mosaic({"a": NOWHERE, "b": np.array([0.1, 0.0, 0.0]), "c": NOWHERE}, 0.01, MIDDLE)
 STATE = mapping.MapState(MOSAIC, PATTERNS | {"b": PATTERN, "c": PATTERN}, TRACKED, NOWHERE,
                          NOWHERE, Links().add(PLACES, MIDDLE, 0.01))  # fmt: skip
+SEEN = np.ones((60, 80), bool)
+FIX = Correction(np.diag([80.0, 80.0, 1.0]), np.eye(3), np.zeros(3), np.array([0.0, 0.0, -1.0]),
+                 2.0, (80, 60))  # fmt: skip
 SOUGHT = mapping.Sought.of(IMAGE)
 THREE = {"a": POSES[0], "b": POSES[0] + [10, 0, 0, 0], "c": POSES[1]}
 SERVO = visual_memory.ServoRules()
@@ -39,12 +43,17 @@ CALLS = {
     mapping.MapState: lambda: call(
         MOSAIC, STATE.patterns, TRACKED, NOWHERE, NOWHERE, STATE.links, 1, (60, 80)
     ),
-    mapping.Mapper: lambda: call(0.01, CENTRE, RULES),
+    mapping.Mapper: lambda: call(0.01, CENTRE, RULES, FIX),
     mapping.Mapper.start: lambda: call(MAPPER),
     mapping.Mapper.step: lambda: call(MAPPER, STATE, IMAGE, rng=rng()),
-    mapping.Sought: lambda: call(IMAGE, SOUGHT.edges, SOUGHT.contours, SOUGHT.field),
-    mapping.Sought.of: lambda: call(IMAGE, ContourRules()),
-    mapping.PatternTrackers: lambda: call(PATTERNS, FEW, 5.0, 3),
+    mapping.Sought: lambda: call(IMAGE, SOUGHT.edges, SOUGHT.contours, SOUGHT.field, SEEN),
+    mapping.Sought.of: lambda: call(IMAGE, ContourRules(), SEEN, 3),
+    mapping.Sought.windows: lambda: call(SOUGHT, PARTS[2], np.zeros((1, 2)), 5.0),
+    mapping.View: lambda: call(FIX, RULES),
+    mapping.View.corrected: lambda: call(mapping.View(None, RULES), IMAGE),
+    mapping.View.sought: lambda: call(mapping.View(None, RULES), IMAGE),
+    mapping.View.trackers: lambda: call(mapping.View(None, RULES), PATTERNS),
+    mapping.PatternTrackers: lambda: call(PATTERNS, FEW, 5.0, 3, SEEN),
     mapping.PatternTrackers.start: lambda: call(TRACKERS, PLACES),
     mapping.PatternTrackers.step: lambda: call(TRACKERS, TRACKED, IMAGE, rng=rng()),
     mapping.look_for: lambda: call(PLACES, PATTERNS, SOUGHT, RULES, rng=rng()),
@@ -52,8 +61,10 @@ CALLS = {
     mapping.agreeing: lambda: call(MOSAIC, THREE, RULES),
     mapping.consistent: lambda: call(MOSAIC, THREE, 6.0),
     mapping.retrace: lambda: call([MOSAIC], [THREE, PLACES], 6.0),
-    mapping.inside: lambda: call(POSES[0], (60, 80), 5.0),
-    navigator.Navigator: lambda: call(ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5),
+    mapping.inside: lambda: call(POSES[0], (60, 80), 5.0, SEEN),
+    navigator.Navigator: lambda: call(
+        ROUTE, PATTERNS, MOSAIC, CENTRE, 0.01, SERVO, RULES, 0.25, 5, FIX
+    ),
     navigator.Navigator.start: lambda: call(NAVIGATOR, IMAGE, rng=rng()),
     navigator.Navigator.step: lambda: call(NAVIGATOR, REPLAY, IMAGE, rng=rng()),
     navigator.Navigator.between: lambda: call(
