@@ -76,7 +76,7 @@ CALLS = {
     boxes.overlap: lambda: call(BOXES, BOXES + 1),
     boxes.overlap_in_pairs: lambda: call(BOXES, BOXES + 1),
     boxes.crop: lambda: call(GREY, BOX, (6, 5), equalise=True),
-    detection.FaceDetector: lambda: call(1.1, 4, 24, 100),
+    detection.FaceDetector: lambda: call(1.1, 4, 24, 100, 2),
     detection.FaceDetector.find: lambda: call(DETECTOR, GREY, BOX, (24.0, 40.0)),
     eigenfaces.Eigenfaces: lambda: call(
         SPACE.mean, SPACE.images, SPACE.deviations, SPACE.names, SPACE.descriptors, True, 2.0, 3.0
@@ -99,6 +99,7 @@ CALLS = {
     link.Link: lambda: call("ann", SEEN, 1),
     link.LinkRules: lambda: call("verified", 30, 1.0),
     link.same_name: lambda: call(LINK, SEEN),
+    link.same_descriptor: lambda: call(eigenfaces.Eigenfaces.learn(PORTRAITS, NAMES, 3)),
     link.keep_link: lambda: call(LINK, [SEEN], link.LinkRules(), verify=lambda a, b: True),
     icondensation.FaceFilterRules: lambda: call(
         50, 0.1, 0.05, 0.02, 0.5, 0.08, 0.08, 0.08, 3.0, (24.0, 90.0), 8
@@ -179,10 +180,12 @@ CALLS = {
     robot.body_of: lambda: call(BOX),
     robot.face_of: lambda: call(BOX),
     robot.RobotRules: lambda: call(link.LinkRules(), 3.0, 5.0, 5, True),
-    robot.RobotState: lambda: call(interaction.InteractionState("wait"), LINK, FOLLOWED, 1, True),
+    robot.RobotState: lambda: call(
+        interaction.InteractionState("wait"), LINK, FOLLOWED, 1, True, region.RegionState()
+    ),
     robot.CompanionRobot: lambda: call(
-        known, HANDS, DETECTOR, TUTOR, interaction.Interaction(TABLE, robot.EVENTS),
-        robot.RobotRules(), FOLLOWER,
+        known, HANDS, DETECTOR, region.FaceTracker(), link.same_name, TUTOR,
+        interaction.Interaction(TABLE, robot.EVENTS), robot.RobotRules(), FOLLOWER,
     ),
     robot.CompanionRobot.start: lambda: call(ROBOT),
     robot.CompanionRobot.step: lambda: call(ROBOT, ROBOT.start(), COLOUR, rng=rng()),

@@ -65,9 +65,12 @@ WAYS: Mapping[str, tuple[Mapping[str, CueMaker], Mapping[str, CueMaker]]] = Mapp
 
 
 @lru_cache(maxsize=3)
-def film(seed: int, scene: str, frames: int = FRAMES, **changes: float) -> ArmFilm:
+def film(
+    seed: int, scene: str, frames: int = FRAMES, varied: float = 0.0, **changes: float
+) -> ArmFilm:
     """Return the film of a seed, with some numbers of its scene changed."""
-    return film_arms(np.random.default_rng(seed), frames, replace(SCENES[scene], **changes))
+    happens = replace(SCENES[scene], varied=varied, **changes)
+    return film_arms(np.random.default_rng(seed), frames, happens)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
