@@ -30,6 +30,7 @@ from robot_perception.cameras import Pinhole
 from robot_perception.chapters.people_sensors.sessions import rig as rig_with
 from robot_perception.chapters.tutor_following.scene import CAMERA
 from robot_perception.companion.boxes import overlap
+from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.interaction import paper_table
 from robot_perception.datasets import (
     read_boxes,
@@ -949,7 +950,12 @@ def test_a_robot_on_a_film_does_what_that_of_the_chapter_does(ordering):
     """Its states exactly, on the same pictures; and its places are those of the person."""
     folder, sights, _ = ordering
     said = run(folder, "following.py", "pictures", "out")
-    robot = replace(tutor_following.companion(), recognise=lambda grey, box: "tutor")
+    robot = replace(
+        tutor_following.companion("told whose face", None),
+        faces=FaceDetector(scale=1.05, neighbours=2),
+        face_tracking=None,
+        recognise=lambda grey, box: "tutor",
+    )
     state, rng, states = robot.start(), np.random.default_rng(0), []
     for sight in sights:
         state, _ = robot.step(state, sight.image, rng=rng)

@@ -135,10 +135,13 @@ def test_only_claims_of_the_book_are_registered_each_in_its_order(registered):
 
 
 def test_the_list_was_only_ever_appended_to():
-    """Each version that git knows is the start of the next one, and of the file that is here."""
+    """Each version on the line of main is the start of the next one, and of the file that is here.
+
+    What a branch registered is appended where it is merged.
+    """
     name = registration.file().relative_to(ROOT).as_posix()
-    asked = subprocess.run(["git", "log", "--format=%H", "--", name], cwd=ROOT, capture_output=True,
-                           text=True)  # fmt: skip
+    line = ["git", "log", "--first-parent", "--format=%H", "--", name]
+    asked = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
     if asked.returncode:
         pytest.skip("there is no git here")
     now = registration.file().read_bytes()

@@ -615,40 +615,40 @@ def test_a_follower_comes_to_the_last_key_image_by_way_of_all(by_mosaic):
 def test_a_scale_twice_too_large_is_one_that_sees_twice_as_far():
     """Without the mosaic; with it the scale of the follower says nothing."""
     view = picture(np.array([0.0, 0.05, 0.1]), CORRIDOR)
-    near, far = (follower(scale=k * SCALE, near=k * 0.2).step(view) for k in (1, 2))
+    near, far = (follower(scale=k * SCALE, near=k * 0.2).steer(view) for k in (1, 2))
     assert near.key == far.key
     np.testing.assert_allclose(far.target, near.target * [2, 2, 1], atol=1e-12)
     mosaic = Mosaic(CORRIDOR, SCALE, CENTRE)
-    one, two = (follower(scale=k * SCALE, mosaic=mosaic).step(view) for k in (1, 2))
+    one, two = (follower(scale=k * SCALE, mosaic=mosaic).steer(view) for k in (1, 2))
     np.testing.assert_array_equal(one.target, two.target)
 
 
 def test_a_key_image_that_is_left_behind_counts_or_does_not():
     """0.15 m beside and beyond the last: passed, though not near."""
     view = picture(STOPS[-1] + [0.1, 0.15, 0.0], CORRIDOR)
-    assert follower().step(view, 2).status == "arrived"
-    told = follower(behind=False).step(view, 2)
+    assert follower().steer(view, 2).status == "arrived"
+    told = follower(behind=False).steer(view, 2)
     assert told.status == "driving"
     assert told.key == 2
     near = picture(STOPS[-1] + [0.01, 0.01, 0.0], CORRIDOR)
-    assert follower(behind=False).step(near, 2).status == "arrived"
+    assert follower(behind=False).steer(near, 2).status == "arrived"
 
 
 def test_the_last_key_image_asks_for_more_than_those_before():
     """A tenth of a metre before the second of two, and of three."""
     view = picture(STOPS[1] - [0.1, 0.0, 0.0], CORRIDOR)
-    assert follower().step(view, 1).key == 2
-    last = follower(route=follower().route[:2]).step(view, 1)
+    assert follower().steer(view, 1).key == 2
+    last = follower(route=follower().route[:2]).steer(view, 1)
     assert (last.key, last.status) == (1, "driving")
-    assert follower(near=0.05).step(view, 1).key == 1
+    assert follower(near=0.05).steer(view, 1).key == 1
 
 
 def test_without_a_common_pattern_a_follower_is_lost_and_stands():
-    told = follower().step({"z": np.array([*CENTRE, 0.0, 1.0])}, 1)
+    told = follower().steer({"z": np.array([*CENTRE, 0.0, 1.0])}, 1)
     assert (told.key, told.target, told.command, told.status) == (1, None, (0.0, 0.0), "lost")
     _, looks = walked(follower(), start=(50.0, 0.0, 0.0))
     assert [at.status for _, at in looks] == ["lost"]
-    done = follower().step({}, 3)
+    done = follower().steer({}, 3)
     assert (done.key, done.command, done.status) == (3, (0.0, 0.0), "arrived")
 
 
@@ -673,7 +673,7 @@ def test_the_loop_looks_then_decides_then_moves():
 
     def step(seen):
         done.append(f"step {seen}")
-        return follower().step({}, 3 if seen == 2 else 0) if seen else Going()
+        return follower().steer({}, 3 if seen == 2 else 0) if seen else Going()
 
     class Going:
         status, command = "driving", (0.1, 0.2)
@@ -707,13 +707,13 @@ def test_a_follower_is_checked(wrong, error, said):
 
 def test_a_loop_is_checked():
     for wrong in ({"step": 5}, {"look": None}, {"move": "on"}):
-        parts = {"step": follower().step, "look": dict, "move": dict} | wrong
+        parts = {"step": follower().steer, "look": dict, "move": dict} | wrong
         said = f"{next(iter(wrong))} must be a function, got"
         with pytest.raises(TypeError, match=said), unchecked():
             closed_loop(**parts)
     with pytest.raises(ValueError, match="most must be at least 1, got 0"):
-        closed_loop(follower().step, dict, dict, most=0)
+        closed_loop(follower().steer, dict, dict, most=0)
     with pytest.raises(ValueError, match="key must be from 0 to 3, got 4"):
-        follower().step({}, 4)
+        follower().steer({}, 4)
     with pytest.raises(ValueError, match="key must be from 0 to 3, got 4"):
         follower().drive(dict, dict, key=4)

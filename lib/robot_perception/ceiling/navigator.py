@@ -338,7 +338,7 @@ class Navigator:
         self, state: ReplayState, sightings: Mapping[str, np.ndarray]
     ) -> tuple[ReplayState, ReplayInfo]:
         """Return which key image comes next, and the command that leads there."""
-        told = self._follower.step(sightings, min(state.key, len(self.route)))
+        told = self._follower.steer(sightings, min(state.key, len(self.route)))
         blind = state.blind + 1 if told.status == "lost" else 0
         waits = 0 < blind <= self.patience
         status = "driving" if waits else told.status

@@ -726,7 +726,7 @@ class Follower:
         checks.flag("behind", self.behind)
         checks.instance("mosaic", self.mosaic, Mosaic, type(None))
 
-    def step(self, sightings: Mapping[str, Float[np.ndarray, " 4"]], key: int = 0) -> Steering:
+    def steer(self, sightings: Mapping[str, Float[np.ndarray, " 4"]], key: int = 0) -> Steering:
         """Return which key image comes next, and the command that leads there.
 
         Parameters
@@ -785,7 +785,7 @@ class Follower:
 
         def step(sightings: Mapping[str, np.ndarray]) -> Steering:
             nonlocal at
-            told = self.step(sightings, at)
+            told = self.steer(sightings, at)
             at = told.key
             return told
 

@@ -370,6 +370,8 @@ class TutorTracker:
             if edges is None:
                 edges = self._edges(image)
             edges = checks.array("edges", edges, image.shape[:2])
+            if (edges < 0).any():
+                raise ValueError(f"edges must not be negative, got {edges.min():g}")
             logs -= contour_distances(edges, states, model.contour) ** 2 / (
                 2 * rules.shape_sigma**2
             )

@@ -24,11 +24,12 @@ CALLS = {
     bodies.Person.joints: lambda: call(PERSON, STILL, np.array([0.0, 0, 2])),
     bodies.Stage.pixels: lambda: call(STAGE, np.array([[0.1, 0.2, 1.0]])),
     bodies.Stage.face: lambda: call(STAGE, PERSON),
+    bodies.Stage.joints: lambda: call(STAGE, PERSON, np.zeros(8)),
     bodies.Stage.paint: lambda: call(
         STAGE, PERSON, STILL, np.zeros((24, 32, 3), dtype=np.float32), 1.0
     ),
     bodies.make_person: lambda: call(rng(), WHO, OUTFIT),
-    gestures.ArmScene: lambda: call("pointing", 2, 1, 0.1, 1.0),
+    gestures.ArmScene: lambda: call("pointing", 2, 1, 0.1, 1.0, 0.05, 0.02, 0.1),
     gestures.film_arms: lambda: call(
         rng(), 2, gestures.ArmScene("still"), PERSON, STAGE, np.tile(STILL, (2, 1))
     ),

@@ -69,7 +69,7 @@ GEOMETRY = {
     visual_memory.servo: lambda: call(POSE, RULES),
     visual_memory.passed: lambda: call(POSE, RULES),
     visual_memory.Follower: lambda: call([KEY], (15.5, 11.5), 0.01, RULES, 0.25, True, MOSAIC),
-    visual_memory.Follower.step: lambda: call(FOLLOWER, SIGHTINGS, 0),
+    visual_memory.Follower.steer: lambda: call(FOLLOWER, SIGHTINGS, 0),
     visual_memory.Follower.drive: lambda: call(
         FOLLOWER, lambda: SIGHTINGS, lambda speed, turn: None, key=0, most=3
     ),
