@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import solve_ivp
@@ -443,6 +443,7 @@ def test_far_from_the_goal_there_is_no_cycle_and_no_other_rest(scale):
 
 @given(POSES, st.floats(0.1, 10))
 def test_bounds_keep_the_curve(target, scale):
+    assume(not ((target != 0) & (np.abs(target) < 1e-290)).any())  # a half of the least is 0
     free, bound = ServoRules(**WIDE), ServoRules()
     speed, rate = servo(target, free)
     slow, turn = servo(target, bound)
@@ -665,7 +666,7 @@ def test_a_follower_does_not_go_back_to_a_key_image():
     one = follower(near=0.1)
     keys = [at.key for at in one.drive(lambda: next(views), lambda speed, turn: None, most=2)]
     assert keys == [1, 1]
-    assert one.step(picture(STOPS[0] - [0.35, 0, 0], CORRIDOR)).key == 0
+    assert one.steer(picture(STOPS[0] - [0.35, 0, 0], CORRIDOR)).key == 0
 
 
 def test_the_loop_looks_then_decides_then_moves():

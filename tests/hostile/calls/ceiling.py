@@ -74,7 +74,7 @@ GEOMETRY = {
         FOLLOWER, lambda: SIGHTINGS, lambda speed, turn: None, key=0, most=3
     ),
     visual_memory.closed_loop: lambda: call(
-        FOLLOWER.step, lambda: SIGHTINGS, lambda speed, turn: None, most=3
+        FOLLOWER.steer, lambda: SIGHTINGS, lambda speed, turn: None, most=3
     ),
 }
 CALLS = GEOMETRY | _ceiling_patterns.CALLS | _ceiling_driving.CALLS
