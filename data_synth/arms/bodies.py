@@ -270,10 +270,9 @@ class Stage:
         light: float,
     ) -> None:
         """Lay the head before the trunk; its depth is that of the body's plane."""
+        # the face turns in steps, so that it is not drawn anew for every picture
         view = FaceView(
-            yaw=round(
-                -self.turn, 1
-            ),  # in steps, so that a face is not drawn anew for every picture
+            yaw=round(-self.turn, 1),
             azimuth=self.azimuth,
             elevation=self.elevation,
             ambient=self.ambient,
