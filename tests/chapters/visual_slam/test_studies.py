@@ -194,7 +194,7 @@ def test_of_each_frame_counts_what_the_ancestor_of_the_best_made(best):
 def test_the_same_place_lies_on_the_same_surface(seen):
     rows = np.flatnonzero(seen.tracks == np.argmax(np.bincount(seen.tracks)))[:3]
     assert (slam.apart(seen, rows, rows) < slam.AGAIN).all()
-    others = replace(seen, carriers=np.arange(len(seen.carriers)))
+    others = seen._replace(carriers=np.arange(len(seen.carriers)))
     assert (np.isfinite(slam.apart(others, rows, rows)) == np.eye(3)).all()
 
 
