@@ -401,7 +401,8 @@ def test_sabotages_change_one_thing(monkeypatch):
 
 
 def test_drives_of_all_filters_have_the_same_wheels_and_draws(monkeypatch):
-    monkeypatch.setattr(slam, "seen_in", lambda building, alike: begun())
+    seen = begun()
+    monkeypatch.setattr(slam, "seen_in", lambda building, alike: seen)
     with unchecked():
         one, other, third = (slam.driven(1, 21, draw, slam.Options(2)) for draw in (0, 0, 1))
     assert one == other
@@ -425,7 +426,7 @@ def test_with_the_same_numbers_in_each_frame_rules_differ_where_a_draw_is_spared
     first = spared[0]
     assert first > 5
     assert (ours.poses[:first] == always.poses[:first]).all()
-    assert (ours.poses[first] != always.poses[first]).any()
+    assert (ours.poses[first:] != always.poses[first:]).any()
 
 
 @cache
