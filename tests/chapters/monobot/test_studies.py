@@ -235,31 +235,167 @@ def test_sum_of_squares_by_the_filter_is_the_one_that_is_measured():
     assert near(evidence["the same, measured"], stated.estimate)
 
 
-def test_whether_the_error_is_proportional_hangs_on_which_error_is_meant():
-    finding = book.statement_proportional.find()
-    table = finding.tables["readings"]
-    said = [table[name, "proportional"] for name in table.rows]
-    assert said == ["no", "no", f"for {book.MANY} and more"]
-    of_one, of_map, of_all = (table[name, "exponent"] for name in (ONE, MAP, SUM))
-    assert finding.value == of_all
-    assert of_one.high < 0
-    assert of_map.low < of_map.high < 0.5
-    assert of_all.low < book.PROPORTIONAL.low < of_all.estimate < of_all.high < 1
-    assert max(table[name, "start known"].estimate for name in table.rows) < 0.5
-    starts = finding.tables["other starts"]
+def test_which_error_is_proportional():
+    """By exponents between two numbers of landmarks from the closed form of the limit."""
+    n = np.array(book.DOUBLED[3:])
+    forms = [book.limit(int(each)) for each in n]
+    one = np.array([form.landmark_variance for form in forms])
+    everything = n * one + [form.vehicle_variance for form in forms]
+    for claim, values in (
+        (book.statement_proportional, everything),
+        (book.proportional_map, np.sqrt(n * one)),
+        (book.proportional_landmark, one),
+    ):
+        value = claim.find().value
+        steps = np.diff(np.log(values)) / np.log(2)
+        assert (value.low, value.high) == pytest.approx((steps.min(), steps.max()), abs=0.01)
+
+
+def test_few_landmarks_and_a_known_start_stand_outside():
+    conditions = book.statement_proportional.find().conditions
+    assert [(c.needed, c.holds) for c in conditions] == [(True, True)] * 2
+    starts = book.statement_proportional.find().tables["other starts"]
     found = [starts[start, "exponent"].estimate for start in starts.rows]
     assert found == sorted(found)
 
 
-def test_it_is_conditional_whichever_error_is_called_the_one_that_is_meant():
-    """Of three readings one holds and two fail; each may give the claim its value."""
-    claim, finding = book.statement_proportional, book.statement_proportional.find()
-    assert all(c.needed and c.holds for c in finding.conditions)
-    table = finding.tables["readings"]
-    for name in table.rows:
-        value = table[name, "exponent"]
-        assert claim.verdict(replace(finding, value=value)) == "conditional"
-        assert claim.verdict(Finding(value)) == ("inconclusive" if name == SUM else "refuted")
+def test_the_page_sets_three_readings_beside_each_other():
+    rows = book.grown.rows()
+    table = book.readings(rows.where(start=1.0), rows.where(start=0.0))
+    assert [table[name, "proportional"] for name in (ONE, MAP, SUM)] == ["no", "no", "yes"]
+    assert max(table[name, "start known"].estimate for name in table.rows) < 0.5
+    wide = intervals.Interval(1.0, 0.8, 1.2)
+    assert book.is_proportional(wide) == "undecided"
+
+
+def test_a_map_made_on_the_way_is_that_of_a_filter():
+    """Each landmark is put into the map by its only measurement, after one more move."""
+    n, start = 4, 0.7
+    P = np.array([[start**2]])
+    for k in range(n):
+        P[0, 0] += 1.0
+        enters = np.vstack([np.eye(k + 1), np.eye(k + 1)[:1]])  # the new one where the robot is
+        P = enters @ P @ enters.T
+        P[-1, -1] += 1.0
+    np.testing.assert_allclose(book.explored(n, start), P)
+
+
+# What the paper says in passing, and what it repeats ---------------------------------------------
+
+
+def test_eq_9_is_wrong_by_the_noise_that_it_leaves_out():
+    """Closed form in one dimension: p = 1, h = 1, K = 1 / (1 + hw² w)."""
+    for hw, w in ((1.0, 0.5), (2.0, 0.5), (0.1, 3.0)):
+        K = 1 / (1 + hw**2 * w)
+        printed, right = (1 - K) ** 2 + K**2 * w, hw**2 * w / (1 + hw**2 * w)
+        assert (printed == pytest.approx(right)) == (hw == 1)
+    assert (
+        book.joseph.trial(
+            sample=3,
+        )["off"]
+        > 1e-3
+    )
+    assert book.joseph.but(scaled=False).trial(sample=3)["off"] < 1e-12
+
+
+def test_what_eq_9_states_in_fig_4_is_not_what_is_and_neither_is_the_best():
+    rows = book.misprinted.rows()
+    assert np.all(rows.of("is") > rows.of("best"))
+    assert np.all(rows.of("said") < rows.of("is"))
+
+
+def test_a_zero_gain_goes_with_a_variance_above_the_start():
+    rows = book.believed.rows()
+    assert rows.of("gain", noise="Fig. 3").max() < 1e-9
+    last = rows.of("left", noise="Fig. 3", landmarks=1)[0] ** 2 * 2  # P0 + W at first
+    assert last == pytest.approx(GOLDEN, rel=1e-9)
+
+
+@pytest.mark.parametrize("plant", [0.01, 0.5, 2.0, 10.0])
+def test_an_update_revises_by_the_recursion_of_the_two_parts(plant):
+    """Both parts shrink by W / s; a move adds V to the robot's."""
+    study = book.revised if plant > 1 else book.worse_sensor
+    found = study.rows().of("robot over landmark", landmarks=1, plant=plant)
+    x, y = plant, 1.0
+    for quotient in found[:12]:
+        assert quotient == pytest.approx(min(x / y, book.MUCH), rel=1e-6)
+        s = x + y + 1
+        x, y = x / s + plant, y / s
+
+
+@pytest.mark.parametrize("plant", [0.5, 2 / 3, 2.0])
+def test_the_first_of_many_landmarks_is_revised_by_the_closed_form(plant):
+    study, n = (book.revised if plant > 1 else book.worse_sensor), 50
+    found = study.rows().of("robot over landmark", landmarks=n, plant=plant)[0]
+    assert found**2 == pytest.approx(2 * n * plant**2 / (2 + (n - 1) * plant))
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.1])
+def test_the_robot_takes_over_after_the_root_of_twice_the_ratio(ratio):
+    found = book.worse_sensor.rows().of("robot over landmark", landmarks=1, plant=ratio)
+    first = 1 + int(np.argmax(found > 1))
+    assert abs(first - np.sqrt(2 / ratio)) < 1.5
+
+
+def test_two_landmarks_are_as_far_apart_as_independent_measurements_leave_them():
+    rows = book.agreed.rows()
+    np.testing.assert_allclose(rows.of("over a mean"), 1, rtol=1e-9)
+    known = rows.of("difference", landmarks=2, noise="Fig. 3")
+    np.testing.assert_allclose(known, 2 / np.arange(1, 102), rtol=1e-9)
+    rho = rows.of("correlation", landmarks=2, noise="Fig. 3")
+    assert rho[0] == pytest.approx(0.5)
+    assert np.all(np.diff(rho) > 0)
+
+
+def test_a_landmark_ends_where_the_closed_form_says():
+    rows = book.reached.rows().where(landmarks=1)
+    moving = rows.table[rows.table["plant"] > 0]
+    for row in moving.itertuples():
+        form = settled(
+            1,
+            start_variance=row.start**2,
+            motion_variance=row.plant**2,
+            measurement_variance=row.sensing**2,
+        )
+        assert row.variance == pytest.approx(form.landmark_variance, rel=1e-6)
+    still = rows.table[rows.table["plant"] == 0]
+    left = still["start"] ** 2 + still["sensing"] ** 2 / (book.STEPS + 1)
+    np.testing.assert_allclose(still["variance"], left, rtol=1e-9)
+
+
+def test_the_common_error_shrinks_by_the_closed_form_and_differences_by_none():
+    rows, common = book.paced.rows(), book.paced.but(common=True).rows()
+    for n in rows.levels("landmarks"):
+        for plant in rows.levels("plant"):
+            form = settled(
+                n, start_variance=1, motion_variance=plant**2, measurement_variance=1
+            ).pole
+            assert common.of("pole", landmarks=n, plant=plant)[0] == pytest.approx(form, rel=1e-6)
+            slowest = form if n == 1 else 1.0
+            assert rows.of("pole", landmarks=n, plant=plant)[0] == pytest.approx(slowest, rel=1e-6)
+
+
+def test_largest_over_least_is_taken_for_each_number_of_landmarks():
+    rows = book.paced.rows()
+    np.testing.assert_allclose(book.by_plant(rows, "pole")[1:], 1, rtol=1e-6)
+    poles = rows.of("pole", landmarks=1)
+    assert book.by_plant(rows, "pole")[0] == pytest.approx(poles.max() / poles.min())
+
+
+def test_a_landmark_is_where_the_whole_run_says():
+    """Against the estimate by a hand-written information sum for two measurements."""
+    robot = book.monobot(steps=1, start_deviation=1.0)
+    z = np.array([[2.0], [1.5]])
+    robot.u[:] = 0.3
+    best, sigma = book.by_least_squares(robot, z)
+    assert best == pytest.approx((2.0 / 1 + (1.5 + 0.3) / 2) / (1 + 1 / 2))
+    assert sigma == pytest.approx((1 + 1 / 2) ** -0.5)
+
+
+def test_neither_data_nor_the_start_change_the_information():
+    rows = book.by_data.rows()
+    assert rows.of("by drive").max() == rows.of("by start").max() == 0
+    assert book.by_data.but(squared=True).rows().of("by drive").min() > 1e-3
 
 
 # The filter broken on purpose ------------------------------------------------------------------
