@@ -469,7 +469,7 @@ def test_neither_data_nor_the_start_change_the_information():
 def test_a_sensor_of_squares_is_linearised_where_the_filter_is():
     """By the derivative of the squared distance, in differences."""
     robot, jacobians = book.monobot(2, 1), []
-    belief = Gaussian(np.array([[0.1, 1.2, 2.5]]), np.eye(3) * 1e-9)
+    belief = Gaussian(np.array([[0.1, 1.2, 2.5]]), np.eye(3) * 0.1)
     sensor = Sensor(robot.H, np.eye(2))
     at_rest = motion(0.4, 0.0, 2)
     seen = np.array([0.7, 2.0])  # distances from where it stands then
