@@ -66,7 +66,10 @@ def test_poses_that_may_be_wrong_leave_walls_that_are_less_sure():
 
 def test_a_scan_of_another_scanner_is_refused():
     mapper = WallMapper(SCANNER.angles, RULES, GATE)
-    with unchecked(), pytest.raises(ValueError, match=r"one range per angle, got \(10,\) and \(361,\)"):
+    with (
+        unchecked(),
+        pytest.raises(ValueError, match=r"one range per angle, got \(10,\) and \(361,\)"),
+    ):
         mapper.step(mapper.start(), RANGES[0, :10], POSES[0])
 
 

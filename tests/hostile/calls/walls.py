@@ -18,7 +18,11 @@ FACES = MAP.ends
 SEEN = np.ones(len(walls.sample_faces(FACES)[0]), dtype=bool)
 MAPPER = walls.WallMapper(ANGLES, Extraction(), Gate(), 0.01 * np.eye(3))
 POLE = np.array([[1.0, 0.1], [0.98, 0.0], [1.0, -0.1]])
-for kernel in (walls.count_hull_steps, walls.simplify, walls.simplify_fewest):  # compiled before the clock runs
+for kernel in (
+    walls.count_hull_steps,
+    walls.simplify,
+    walls.simplify_fewest,
+):  # compiled before the clock runs
     kernel(CHAIN, 0.1)
 walls.find_crossings(CROSSED)
 
