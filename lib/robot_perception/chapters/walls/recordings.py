@@ -9,8 +9,8 @@ from jaxtyping import Float, Int
 from scipy.stats import median_abs_deviation
 
 from robot_perception import walls
-from robot_perception.chapters.walls.office import world_points
 from robot_perception.datasets import LaserLog, read_graph_log
+from robot_perception.geometry import act
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
@@ -112,6 +112,16 @@ def compared(buildings: Mapping[str, RecordedMap]) -> Table:
         f"{10 / 90:.0%} if there were no preference",
     }
     return Table(rows, columns, corner="building")
+
+
+def world_points(
+    ranges: Float[np.ndarray, "scans beams"],
+    angles: Float[np.ndarray, " beams"],
+    poses: Float[np.ndarray, "scans 3"],
+) -> Float[np.ndarray, "readings 2"]:
+    """Return the readings that came back, in the frame of the world, m."""
+    valid = np.isfinite(ranges)
+    return act(poses, walls.to_points(np.where(valid, ranges, 0.0), angles))[valid]
 
 
 def _map(
