@@ -1,6 +1,5 @@
 """Wall maps of two real buildings, measured without any floor plan."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from robot_perception import walls
 from robot_perception.datasets import LaserLog, read_graph_log
 from robot_perception.geometry import act
 from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
 
 EXTRACTION = walls.Extraction(walls.RangeNoise(0.02), tolerance=0.1)
 GATE = walls.Gate(roughness=0.05, roughness_angle=float(np.deg2rad(2.0)))
@@ -86,32 +84,6 @@ def recorded_map(log: LaserLog, every: int) -> RecordedMap:
         turn_deg=float(np.rad2deg(median_abs_deviation(both.angles, scale="normal"))),
         shared=len(both.offsets),
     )
-
-
-def compared(buildings: Mapping[str, RecordedMap]) -> Table:
-    """Return what is known of the maps of buildings without a floor plan, a row each."""
-    rows = {
-        name: [
-            found.walls,
-            found.length,
-            100 * found.explained,
-            found.offset_mm,
-            found.turn_deg,
-            100 * found.square,
-        ]
-        for name, found in buildings.items()
-    }
-    columns = {
-        "walls": f"seen in {LEAST_SCANS} scans or more",
-        "length (m)": "of all walls",
-        "explained (%)": "share of the readings within three deviations of a wall",
-        "offset (mm)": "between the same walls in the first and in the second half of the drive, "
-        "robust standard deviation",
-        "turn (°)": "the same for the direction",
-        "aligned (%)": "share of the length within 5° of one pair of perpendicular directions, "
-        f"{10 / 90:.0%} if there were no preference",
-    }
-    return Table(rows, columns, corner="building")
 
 
 def world_points(
