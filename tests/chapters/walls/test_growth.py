@@ -17,8 +17,8 @@ from robot_perception.book.walls import (
     recorded_times,
     recursion,
     surplus,
-    wound,
     worst_case,
+    wound,
 )
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.records import records

@@ -1,5 +1,7 @@
 """One scan and its recursion: the oracle, the printed rule, the fewest vertices."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -86,7 +88,7 @@ def test_the_chapters_shortest_way_is_as_short_as_the_librarys():
         assert found[0] == 0
         assert found[-1] == len(chain) - 1
         assert len(found) == len(walls.simplify_fewest(chain, 0.7))
-        far = (heights(chain, i, j).max(initial=0) for i, j in zip(found, found[1:], strict=False))
+        far = (heights(chain, i, j).max(initial=0) for i, j in pairwise(found))
         assert max(far) <= 0.7
 
 
