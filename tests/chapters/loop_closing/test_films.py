@@ -40,8 +40,8 @@ def test_only_with_names_the_position_jumps(unnamed):
 
 def test_the_poster_shows_a_loop_that_names_have_closed_and_one_that_is_open(unnamed):
     named = loop.built("the names")
-    steps = films.steps_of(named)
-    shown = next(step for step in steps if step > jumps(named).argmax())
+    shown = films.steps_of(named)[-1]
     off = [np.hypot(*(one.path - one.truth)[shown, :2]) for one in (named, unnamed)]
-    assert off[0] < 0.5
+    assert off == [named.off, unnamed.off]
+    assert off[0] < 0.1
     assert off[1] > 2

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from textwrap import fill
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,11 @@ from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.teaching.tables import Table
+
+
+Found = Any
+"""Errors and NEES along a path, by filter, or what surveyed posts do: as the notebook makes them,
+which stores them as dataclasses of its own."""
 
 
 def tint(variant: str) -> str:
@@ -108,7 +114,7 @@ def _places(steps: int) -> np.ndarray:
     height=3.8,
     gridspec_kw={"right": 0.68},
 )
-def nees_along(ax: Axes, found: SimpleNamespace, most: float = 0.0, least: float = 1.5) -> Axes:
+def nees_along(ax: Axes, found: Found, most: float = 0.0, least: float = 1.5) -> Axes:
     """Draw the average NEES of the pose along the path and its 95 %, on axes from ``least``.
 
     They reach up to ``most`` or to the largest value.
@@ -155,7 +161,7 @@ def _names(ax: Axes, ends: Mapping[str, float]) -> None:
     gridspec_kw={"right": 0.72},
 )
 def growth(
-    axes: AxesRow, found: SimpleNamespace, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axes: AxesRow, found: Found, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> AxesRow:
     """Draw errors above and NEES below along the path, on two axes cleared first.
 
@@ -176,7 +182,7 @@ def growth(
     return axes
 
 
-def nailed(axes: AxesRow, found: SimpleNamespace) -> AxesRow:
+def nailed(axes: AxesRow, found: Found) -> AxesRow:
     """Draw a state of the explorer of anchors: map with ellipses, and errors along the path."""
     for ax in axes:
         ax.clear()

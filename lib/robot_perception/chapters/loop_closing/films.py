@@ -21,14 +21,13 @@ PLACES = (0.01, 0.01, 0.485, 0.88), (0.505, 0.01, 0.485, 0.88)
 """Of both maps in the frame of the film: left, bottom, width, height."""
 
 
-def both_maps(maps: Mapping[str, SimpleNamespace], poster: int) -> Shown:
-    """Show how two maps of one drive grow; the poster is the frame after a step of the drive."""
-    steps = steps_of(next(iter(maps.values())))
+def both_maps(maps: Mapping[str, SimpleNamespace]) -> Shown:
+    """Show how two maps of one drive grow; the poster is the last frame: one is closed."""
     return film(
         frames(maps),
         fps=FPS,
         name="loop-film",
-        poster=next(k for k, step in enumerate(steps) if step >= poster),
+        poster=len(steps_of(next(iter(maps.values())))) - 1,
         alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
         "robot comes back to the first corridor, the right path jumps home; the left one draws the "
         "corridor a second time beside the first.",
