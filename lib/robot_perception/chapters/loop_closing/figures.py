@@ -14,7 +14,6 @@ from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.teaching.tables import Table
 
-
 Found = Any
 """Errors and NEES along a path, by filter, or what surveyed posts do: as the notebook makes them,
 which stores them as dataclasses of its own."""
