@@ -195,9 +195,7 @@ def claimed_information(ax: Axes, gains: Mapping[str, np.ndarray]) -> Axes:
     height=3.0,
     gridspec_kw={"wspace": 0.3},
 )
-def heading_honesty(
-    axes: AxesRow, curves: Mapping[str, tuple[np.ndarray, np.ndarray]]
-) -> AxesRow:
+def heading_honesty(axes: AxesRow, curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> AxesRow:
     """Draw for each filter the heading's stated deviation and the error made, °, by step."""
     top = 1.25 * max(each.max() for both in curves.values() for each in both)
     made = MEANING["error"]
