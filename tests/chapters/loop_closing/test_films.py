@@ -43,5 +43,5 @@ def test_the_poster_shows_a_loop_that_names_have_closed_and_one_that_is_open(unn
     shown = films.steps_of(named)[-1]
     off = [np.hypot(*(one.path - one.truth)[shown, :2]) for one in (named, unnamed)]
     assert off == [named.off, unnamed.off]
-    assert off[0] < 0.1
+    assert off[0] < 0.2
     assert off[1] > 2
