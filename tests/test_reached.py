@@ -195,7 +195,7 @@ def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):
         "tests/test_kalman.py",
         "tests/test_mutants.py",
         "tests/hostile/test_hostile.py",
-        "tests/chapters/anchored_slam/test_claims.py",
+        "tests/chapters/anchored_slam/test_studies.py",
     } <= found.tests
     assert "monobot" in found.pages
 
