@@ -121,7 +121,8 @@ def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
     "one by decimetres and does not close; in the second it leaves it by less; in the third, "
     "adjusted, the two lie on each other.",
     caption="The loop by the mosaic as printed, by ours as it was chained, and by ours adjusted, "
-    "over the true path (thin). Strokes lead from where a pattern is to where the mosaic has it.",
+    "over the true path (thin). Strokes lead from where a pattern is to where the mosaic has it. "
+    "Above: root mean square error of the patterns.",
     cols=3,
     width=7.6,
     height=2.7,
@@ -199,8 +200,8 @@ def rules(axes: np.ndarray, table: Table) -> None:
     "Right: they share one, and may be turned as they like.",
     cols=3,
     width=7.4,
-    height=2.8,
-    gridspec_kw=_BARE,
+    height=1.95,
+    gridspec_kw=_BARE | {"top": 0.84},
 )
 def conditions(axes: np.ndarray, true: np.ndarray, found: Mapping[str, tuple]) -> None:
     """Draw a path and what is driven of it, by how its key images were chosen."""
@@ -240,7 +241,7 @@ def quotients(ax: Axes, state: SimpleNamespace) -> None:
         points = se2.compose(pose, np.column_stack([0.2 * _SQUARE, np.zeros(len(_SQUARE))]))
         ax.plot(*points[:, :2].T, color=MEANING[meaning], linewidth=2.0, label=words)
     ax.set(xlim=(-3.2, 4.0), ylim=(3.4, -2.8), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    ax.legend(loc="lower center", ncols=3, columnspacing=1.0)
+    ax.legend(loc="lower center", ncols=2, columnspacing=1.0)
     ax.set_title(f"B A⁻¹ is {state.off:.1f} m off")
 
 
@@ -250,7 +251,8 @@ def filmed(axes: np.ndarray, plan: Plan, found: SimpleNamespace, image: np.ndarr
     left.clear()
     photo(left, image)
     windows(left, found.sightings[k], MEANING["ceiling pattern"])
-    left.set_title(f"{0.1 * k:4.1f} s, key image {min(found.key[k] + 1, len(found.keys))}")
+    words = f"{0.1 * k:4.1f} s, key image {min(found.key[k] + 1, len(found.keys))}"
+    left.set_title(words, fontsize=15)  # the film is wide, and read on telephones
     right.clear()
     ceiling(right, plan)
     right.plot(*found.taught[:, :2].T, color=MEANING["taught path"], linewidth=2.4)
