@@ -172,7 +172,7 @@ def test_a_claim_that_fails_does_not_lose_the_others(run, three, tmp_path):
     ("words", "says"),
     [
         (("claims", "--chapter", "kitchen"), "no chapter 'kitchen'"),
-        (("claims", "--claim", "dp-cubic"), "no claim 'dp-cubic'; there are dp-recursive"),
+        (("claims", "--claim", "dp-cubic"), "no claim 'dp-cubic'; there are erratum-table2"),
         (("claims", "--run", "huge"), "'huge' is not one of"),
         (("claims", "--write", "x.json"), "say --run full"),
         (("claims", "--run", "full", "--write", "no/where.json"), "there is no folder no"),
