@@ -52,7 +52,7 @@ def test_the_detector_that_saw_photographs_finds_rendered_hands_all_the_same():
     for person in range(60000, 60020):
         one = page.shot(np.random.default_rng(person))
         hits.append(at(hands(training.PHOTOGRAPHED).find(one.grey), one.hand).any())
-    assert proportion(sum(hits), len(hits)).high > 0.9
+    assert proportion(int(sum(hits)), len(hits)).high > 0.9
     assert np.mean(hits) >= 0.8
 
 
