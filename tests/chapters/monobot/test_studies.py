@@ -271,6 +271,15 @@ def test_the_page_sets_three_readings_beside_each_other():
     assert book.is_proportional(wide) == "undecided"
 
 
+def test_an_exponent_is_fitted_from_end_to_end():
+    rows = book.grown.rows().where(start=1.0)
+    n = rows.of("landmarks").astype(float)
+    fitted = book.power(changed(rows, all=n**3), "all", least=10, most=100)
+    assert fitted.estimate == pytest.approx(3)
+    assert "n = 10 to 100;" in fitted.about
+    assert book.power(changed(rows, all=n**3), "all", times=2).estimate == pytest.approx(6)
+
+
 def test_a_map_made_on_the_way_is_that_of_a_filter():
     """Each landmark is put into the map by its only measurement, after one more move."""
     n, start = 4, 0.7
