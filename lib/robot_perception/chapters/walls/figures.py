@@ -5,7 +5,6 @@ What they draw is made in the notebook: a namespace with the names that a drawin
 
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace as Found
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,8 +14,6 @@ from robot_perception.chapters.walls.recordings import RecordedMap
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, band, label
-
-Room = Float[np.ndarray, "faces 2 2"]
 
 
 @drawn(
@@ -57,20 +54,19 @@ def scan_state(ax: Axes, scan: Found, extent: Float[np.ndarray, "n 2"]) -> Axes:
     return plan(ax, np.vstack([extent, [[0, 0]]]))
 
 
-def viewed(ax: Axes, scan: Found, place: tuple[float, float], room: Room) -> Axes:
+def viewed(ax: Axes, scan: Found, room: Float[np.ndarray, "faces 2 2"]) -> Axes:
     """Draw a scan from somewhere in the room, and the walls it gives, on axes cleared first."""
     ax.clear()
     lines(ax, room, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
-    dots(ax, scan.points + place, size=1.8)
-    lines(ax, scan.segments.ends + np.asarray(place), MEANING["walls"], 3.0)
-    ax.plot(*place, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
+    dots(ax, scan.points + scan.place, size=1.8)
+    lines(ax, scan.segments.ends + np.asarray(scan.place), MEANING["walls"], 3.0)
+    ax.plot(*scan.place, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
     ax.set_title(f"{len(scan.segments)} walls")
     return plan(ax, np.array([[-0.5, -2.9], [5.0, 4.2]]), margin=0.0)
 
 
 @drawn(
-    alt="One scan, twice. Left: the chain that splitting leaves, with many short chords along the "
-    "walls. Right: the chain of fewest chords, with hardly a vertex but at corners.",
+    alt="One scan, twice. Left: splitting keeps vertices along the walls. Right: hardly any.",
     caption="The same scan and the same ε, three deviations of the noise. Left: vertices kept by "
     "splitting. Right: the fewest with which no reading is farther from its chord than ε.",
     cols=2,
@@ -164,22 +160,16 @@ def worst_line(
 )
 def printed_rule(axes: Sequence[Axes], counts: Found, scan: Found, printed: Sequence[int]) -> None:
     """Draw the vertices kept at several scales, and those that the printed rule keeps."""
-    kept_by_scale(axes[0], counts)
-    scan_chain(axes[1], scan, printed).set_title(f"as printed: {len(printed)} vertices")
-
-
-def kept_by_scale(ax: Axes, counts: Found) -> Axes:
-    """Draw the vertices kept of one scan against its scale, by the right and the printed rule."""
-    scales = counts.scales
-    right, printed = MEANING["kept"], MEANING["paper"]
+    ax, scales = axes[0], counts.scales
+    right, printed_in = MEANING["kept"], MEANING["paper"]
     ax.semilogx(scales, counts.distance, "o-", color=right)
-    ax.semilogx(scales, counts.printed, "s-", color=printed)
-    label(ax, scales[1], counts.printed[0] + 14, "as printed", printed, ha="left")
+    ax.semilogx(scales, counts.printed, "s-", color=printed_in)
+    label(ax, scales[1], counts.printed[0] + 14, "as printed", printed_in, ha="left")
     label(ax, scales[-2] * 0.8, counts.distance[-2], "as a distance", right, ha="right")
     ax.set_xticks([0.1, 1, 10], ["0.1", "1", "10"])
     ax.minorticks_off()
     ax.set(xlabel="enlargement of the scan", ylabel="vertices kept", ylim=(0, None))
-    return ax
+    scan_chain(axes[1], scan, printed).set_title(f"as printed: {len(printed)} vertices")
 
 
 @drawn(
@@ -192,7 +182,7 @@ def kept_by_scale(ax: Axes, counts: Found) -> Axes:
     ),
     height=3.6,
 )
-def costs(ax: Axes, plain: Found, hulls: Found, times: Mapping[str, Any]) -> Axes:
+def costs(ax: Axes, plain: Found, hulls: Found, times: Mapping[str, object]) -> Axes:
     """Draw steps against vertices on logarithmic axes; dashed: proportional to the vertices."""
     ax.loglog(plain.sizes, plain.sizes * 10.0, "--", color=MEANING["expected"], linewidth=1.0)
     for found, name in ((plain, "every vertex"), (hulls, "path hulls")):
@@ -236,20 +226,15 @@ def two_hulls(ax: Axes, found: Found) -> Axes:
 )
 def crossing(axes: Sequence[Axes], example: Found) -> None:
     """Draw a chain that crosses itself, and the vertices that both algorithms keep of it."""
-    titles = "every vertex: {} kept", "path hulls: {} kept"
+    titles, chain = ("every vertex: {} kept", "path hulls: {} kept"), example.chain
     for ax, kept, title in zip(axes, (example.plain, example.hulls), titles, strict=True):
-        _crossing(ax, example, kept).set_title(title.format(len(kept)))
-
-
-def _crossing(ax: Axes, example: Found, kept: Int[np.ndarray, " kept"]) -> Axes:
-    """Draw a chain that crosses itself, its crossing edges, and the vertices kept of it."""
-    chain, lost = example.chain, np.setdiff1d(example.plain, kept)
-    ax.plot(*chain.T, "-", color=MEANING["readings"], linewidth=1.0)
-    for edge in np.unique(example.edges):
-        ax.plot(*chain[edge : edge + 2].T, "-", color=MEANING["error"], linewidth=2.6)
-    ax.plot(*chain[kept].T, "o", color=MEANING["kept"], markersize=5)
-    ax.plot(*chain[lost].T, "x", color=MEANING["missed"], markersize=9, markeredgewidth=2.2)
-    return plan(ax, chain)
+        lost = np.setdiff1d(example.plain, kept)
+        ax.plot(*chain.T, "-", color=MEANING["readings"], linewidth=1.0)
+        for edge in np.unique(example.edges):
+            ax.plot(*chain[edge : edge + 2].T, "-", color=MEANING["error"], linewidth=2.6)
+        ax.plot(*chain[kept].T, "o", color=MEANING["kept"], markersize=5)
+        ax.plot(*chain[lost].T, "x", color=MEANING["missed"], markersize=9, markeredgewidth=2.2)
+        plan(ax, chain).set_title(title.format(len(kept)))
 
 
 def search_range(ax: Axes, found: Found) -> Axes:
@@ -389,9 +374,8 @@ def two_directions(axes: Sequence[Axes], buildings: Mapping[str, RecordedMap]) -
 
 def directions(ax: Axes, found: RecordedMap) -> Axes:
     """Draw the share of wall length by direction, modulo a right angle."""
-    ax.bar(
-        found.directions, 100 * found.direction_share, width=4.4, color=MEANING["walls"], alpha=0.8
-    )
+    shares = 100 * found.direction_share
+    ax.bar(found.directions, shares, width=4.4, color=MEANING["walls"], alpha=0.8)
     even = 100 / len(found.directions)
     ax.axhline(even, color=MEANING["expected"], linewidth=1.2, linestyle="--")
     ax.set(xlabel="direction of the wall modulo 90° (°)", ylabel="share of length (%)")
