@@ -282,6 +282,13 @@ def test_a_turn_by_one_is_of_fifteen_degrees_about_the_anchor_or_where_the_robot
         np.testing.assert_allclose(before, after, atol=1e-12)
 
 
+def test_a_robot_at_rest_sees_from_one_place_and_a_driving_one_from_four():
+    for sensing, places in ((page.RESTING, 1), ("position sensor", 4)):
+        world = page.move_world(sensing, "turn about the robot", 1)
+        assert len(world.poses) == len(world.fixes) == places
+        assert (world.residual < 1e-12) == (places == 1)
+
+
 def test_what_is_unseen_is_what_the_exact_analysis_names():
     found = page.seen.rows().where(analysis="nonlinear")
     for name, motion in (*product(page.SETS, ("driving",)), ("position sensor", "at rest")):

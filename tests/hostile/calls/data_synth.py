@@ -59,10 +59,6 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(1)
 
 
-def runs() -> monobot.RailRuns:
-    return monobot.simulate_rail(PLAN, AT, 2, rng=rng(), **SIGMAS)
-
-
 def crowd() -> world.World:
     return world.World(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT, rng=rng())
 
@@ -209,8 +205,6 @@ CALLS = (
         laser.measure: lambda: call(laser.sight(FACES, POSES, SCANNER), SCANNER, rng=rng()),
         monobot.planned_path: lambda: call("sine", 5, start=0.0, reach=1.0),
         monobot.simulate_rail: lambda: call(PLAN, AT, 2, rng=rng(), **SIGMAS),
-        monobot.measure_anchor: lambda: call(runs(), 1.0, 0.1, rng=rng()),
-        monobot.watch_vehicle: lambda: call(runs(), 1.0, 0.1, rng=rng()),
         office.make_office: lambda: call(
             rng=rng(), rooms=2, length=20.0, corridor=2.0, depth=4.5, door=1.0, furniture=1
         ),
