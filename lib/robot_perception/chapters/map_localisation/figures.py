@@ -1,6 +1,6 @@
 """Figures of the chapter "Where am I?"."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -129,3 +129,24 @@ def _frames(moments: Sequence[SimpleNamespace]) -> Iterator[Figure]:
 def _photo(ax: Axes, image: UInt8[np.ndarray, "height width"]) -> None:
     picture(ax, image)
     ax.axis("off")
+
+
+@drawn(
+    name="mcl-weights",
+    alt="Three curves of a logarithm over the distance from the true place. One runs off the axes "
+    "at once, one is a needle at zero on a flat ground, one is a hill of some decimetres.",
+    caption="Logarithm of the weight of poses beside the true one, above that of a pose where no "
+    "match fits. As printed no pose comes near the axes. The needle: a match may be wrong. The "
+    "hill: with a spread of 0.3 m added.",
+    height=3.2,
+)
+def slices(ax: Axes, aside: Float[np.ndarray, "n"], logs: Mapping[str, np.ndarray]) -> Axes:
+    """Draw the logarithms of weights beside the truth, each above its own ground."""
+    styles = (("as printed", "paper", ":"), ("a match may be wrong", "plain", "-"),
+              ("with added spread", "estimate", "-"))  # fmt: skip
+    for name, meaning, style in styles:
+        ax.plot(aside, logs[name], style, color=MEANING[meaning], linewidth=2.0, label=name)
+    ax.set(xlabel="to the left of the true place (m)", ylabel="log weight", xlim=(-2, 2))
+    ax.set_ylim(min(logs["with added spread"]) - 60, max(logs["a match may be wrong"]) + 40)
+    ax.legend(loc="upper left")
+    return ax
