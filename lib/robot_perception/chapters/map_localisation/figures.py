@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -15,8 +15,6 @@ from robot_perception.teaching.media import Shown
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
 """Corners of the axes around the walls, m."""
-HERO = 0, 2, 4
-"""Which moments the first figure shows."""
 
 
 def where(ax: Axes, state: SimpleNamespace) -> Axes:
@@ -48,16 +46,16 @@ def arrow(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, style: str) -> No
 
 
 def _pictures(state: SimpleNamespace) -> str:
-    return f"{state.seen} picture{'s' if state.seen > 1 else ''}"
+    return f"{state.seen or 'no'} picture{'' if state.seen == 1 else 's'}"
 
 
 @drawn(
     name="mcl-hero",
-    alt="Three floor plans of a corridor with rooms. First strokes lie in several rooms, then in "
-    "few places, and last in one heap on the ring that marks the robot.",
-    caption="What 5000 particles make of one picture, of four, and of sixteen. Strokes: 200 of "
-    "them. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke while "
-    "the robot does not count as located. Lines: the walls, which neither robot nor map knows.",
+    alt="Three floor plans of a corridor with rooms. First strokes lie all over the floor, then "
+    "in one heap beside the square that marks the robot, and last on it.",
+    caption="5000 particles before the first picture, after one, and after sixteen. Strokes: 200 "
+    "of them. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
+    "while the robot does not count as located. Lines: the walls, which the map does not know.",
     cols=3,
     width=9.6,
     height=2.6,
@@ -126,27 +124,25 @@ def _frames(moments: Sequence[SimpleNamespace]) -> Iterator[Figure]:
         yield fig
 
 
-def _photo(ax: Axes, image: UInt8[np.ndarray, "height width"]) -> None:
-    picture(ax, image)
+def _photo(ax: Axes, image: Float[np.ndarray, "height width"]) -> None:
+    picture(ax, image.round().clip(0, 255).astype(np.uint8))
     ax.axis("off")
 
 
 @drawn(
     name="mcl-weights",
-    alt="Three curves of a logarithm over the distance from the true place. One runs off the axes "
-    "at once, one is a needle at zero on a flat ground, one is a hill of some decimetres.",
-    caption="Logarithm of the weight of poses beside the true one, above that of a pose where no "
-    "match fits. As printed no pose comes near the axes. The needle: a match may be wrong. The "
-    "hill: with a spread of 0.3 m added.",
+    alt="Two curves of a logarithm over the distance from the true place, both highest a quarter "
+    "of a metre from it. One is a needle on flat ground with two low hills, one a broad hill.",
+    caption="Logarithm of the weight of poses beside the true one. The needle: a match may be "
+    "wrong; the low hills beside it are made by a few matches each. The broad hill: with a spread "
+    "of 0.3 m added.",
     height=3.2,
 )
 def slices(ax: Axes, aside: Float[np.ndarray, "n"], logs: Mapping[str, np.ndarray]) -> Axes:
     """Draw the logarithms of weights beside the truth, each above its own ground."""
-    styles = (("as printed", "paper", ":"), ("a match may be wrong", "plain", "-"),
-              ("with added spread", "estimate", "-"))  # fmt: skip
-    for name, meaning, style in styles:
-        ax.plot(aside, logs[name], style, color=MEANING[meaning], linewidth=2.0, label=name)
+    for name, meaning in (("a match may be wrong", "plain"), ("with added spread", "estimate")):
+        ax.plot(aside, logs[name], color=MEANING[meaning], linewidth=2.0, label=name)
     ax.set(xlabel="to the left of the true place (m)", ylabel="log weight", xlim=(-2, 2))
-    ax.set_ylim(min(logs["with added spread"]) - 60, max(logs["a match may be wrong"]) + 40)
+    ax.set_ylim(top=max(logs["a match may be wrong"]) + 150)
     ax.legend(loc="upper left")
     return ax
