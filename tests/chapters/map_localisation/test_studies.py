@@ -42,7 +42,8 @@ def later(seed, way):
         rows = np.flatnonzero((seen[:, 2] > 0.5) & (seen[:, 2] < 7))
         noise = 0.03 * rng.standard_normal((len(rows), 3))
         covs = np.tile(1e-3 * np.eye(3), (len(rows), 1, 1))
-        shown.append((seen[rows] + noise, covs, looks[rows].astype(np.uint8)))
+        blurred = looks[rows] + rng.integers(0, 3, (len(rows), 128))  # never quite the same
+        shown.append((seen[rows] + noise, covs, blurred.astype(np.uint8)))
     motions = tuple(Odometry(step, np.diag(sigmas**2)) for step in steps)
     return path, motions, tuple(shown)
 
