@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
-from robot_perception.fields import OPEN, at_least, checked
+from robot_perception.fields import OPEN, checked
 from robot_perception.kernels import kernel
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
@@ -38,11 +38,12 @@ class Nearest:
     classes : (m, 2)
         The nearest and the second; -1 where there are fewer classes.
     distances : (m, 2)
-        Their squared distances; infinite where there are fewer classes.
+        Their squared distances, below zero only where a log-determinant is added; infinite where
+        there are fewer classes.
     """
 
     classes: Int[np.ndarray, "m 2"]
-    distances: Annotated[Float[np.ndarray, "m 2"], OPEN, at_least(0)]
+    distances: Annotated[Float[np.ndarray, "m 2"], OPEN]
     __post_init__ = checked
 
     def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:
