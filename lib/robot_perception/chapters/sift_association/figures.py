@@ -125,7 +125,7 @@ def matches(ax: ImageAxes, seen: Pair, found: Chosen) -> None:
 )
 def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) -> None:
     """Draw the distance of a point's descriptors against the viewpoint, and what it meets."""
-    angles = np.array([float(name.rstrip("°")) for name in table.rows])
+    angles = [float(name.rstrip("°")) for name in table.rows]
     cells = [table[name, "distance"] for name in table.rows]
     curve(ax, angles, cells, MEANING["readings"])
     lines = ("truth", "nearest other landmark"), ("look-alike", "look-alike, same viewpoint")
@@ -184,7 +184,7 @@ def right_by_rules(ax: Axes, table: Table) -> None:
     "rise from far below zero to near it, in the right panel they stay below; shrunk and pooled "
     "stay near zero.",
     caption="What the Mahalanobis distance gains over the Euclidean distance to the same means, on "
-    "frames that made no class; bands: 95 % intervals over ten buildings.",
+    "frames that made no class; bands: 95 % intervals over ten buildings, straight on over four.",
     cols=2,
     height=4.0,
 )
