@@ -77,7 +77,7 @@ def test_distance_by_angle_has_its_band_and_what_it_meets():
 
 
 def test_rules_are_drawn_by_threshold_in_order():
-    rows = {"2": (interval(0.95), interval(0.9)), "240": (interval(0.92), interval(0.85))}
+    rows = {"2.0": (interval(0.95), interval(0.9)), "240.0": (interval(0.92), interval(0.85))}
     table = Table(rows, {"100": "", "800": ""}, "made up", "rows")
     _, ax = figure()
     draw.right_by_rules.on(ax, table)

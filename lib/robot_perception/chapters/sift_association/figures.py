@@ -167,9 +167,9 @@ def right_by_rules(ax: Axes, table: Table) -> None:
     """Draw the share of right matches by threshold, within two rows and within all."""
     *thresholds, _ = table.columns
     ticks = range(len(table.columns))
-    lines = ("2", "±2 rows", "right", "bottom", "left"), ("240", "any row", "wrong", "top", "right")
+    lines = (2.0, "±2 rows", "right", "bottom", "left"), (240.0, "any row", "wrong", "top", "right")
     for rows, text, colour, va, ha in lines:
-        values = [100 * table[rows, name].estimate for name in table.columns]
+        values = [100 * table[f"{rows}", name].estimate for name in table.columns]
         ax.plot(ticks, values, "o-", color=MEANING[colour], markersize=4)
         middle = values[len(values) // 2]
         label(ax, len(values) / 2, middle, text, MEANING[colour], va=va, ha=ha)
