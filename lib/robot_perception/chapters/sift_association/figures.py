@@ -138,8 +138,8 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
 @drawn(
     name="sift-invariant",
     alt="Three panels: the share of the features that are recognised against turn, nearness and "
-    "light. SIFT stays high over the turn and falls towards the ends of the others; descriptors "
-    "that lack what SIFT does against the change fall to nearly nothing.",
+    "light. SIFT loses a sixth by a turn, a third by the distance, and most in bright light; what "
+    "lacks SIFT's remedy against the change falls to nearly nothing.",
     caption="Features that are recognised after a change. Above: SIFT. Below: the same features "
     "with descriptors that lack what SIFT does against this change: they are not turned upright, "
     "are of patches of one size, or are the grey values. Bands: 95 % over albums of pictures.",
