@@ -29,6 +29,12 @@ LANES = 64
 CACHE = 5 * 2**17  # single numbers that a processor has at hand: 2.5 MB
 
 
+def _numbers(name: str, value: np.ndarray) -> np.ndarray:
+    if np.isnan(value).any():
+        raise ValueError(f"{name} must be numbers, got {np.isnan(value).sum()} NaN")
+    return value
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Nearest:
     """The two nearest classes of each of m descriptors.
@@ -43,7 +49,7 @@ class Nearest:
     """
 
     classes: Int[np.ndarray, "m 2"]
-    distances: Annotated[Float[np.ndarray, "m 2"], OPEN]
+    distances: Annotated[Float[np.ndarray, "m 2"], OPEN, _numbers]
     __post_init__ = checked
 
     def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:
