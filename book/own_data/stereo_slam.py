@@ -53,12 +53,17 @@ def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
 
+def through(T: np.ndarray, mount: np.ndarray) -> np.ndarray:
+    """A motion of the robot as the camera at a mount makes it; by the inverse, the other way."""
+    return se3.inverse(mount) @ T @ mount
+
+
 def by_pictures(before, found, camera, last: np.ndarray) -> tuple[planar.Odometry, bool]:
     """The robot's motion, and whether it had to be guessed as the last one."""
     seen = landmarks.stereo_motion(before, found, camera) if NO_WHEELS == "stereo" else None
     if seen is None:
         return planar.Odometry(last, np.diag(SIGMAS["constant"]) ** 2), True
-    T = MOUNT @ se3.inverse(seen.T_now_before) @ se3.inverse(MOUNT)
+    T = through(se3.inverse(seen.T_now_before), se3.inverse(MOUNT))
     increment = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
     return planar.Odometry(increment, np.diag(SIGMAS["stereo"]) ** 2), False
 
@@ -112,8 +117,8 @@ def main(root, out, wheels, known, topic, time_unit, force):
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
     (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
-    how = {"time_unit": time_unit, "topic": topic}
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
+    how = {"time_unit": time_unit, "topic": topic}
     moved = [None, *(by_wheels(wheels, how, times) if wheels else [None] * (len(pairs) - 1))]
     if known is not None:
         poses, sure = map(np.array, zip(*localised(pairs, rig, moved, known), strict=True))
@@ -122,11 +127,12 @@ def main(root, out, wheels, known, topic, time_unit, force):
         return
     slam, found = visual.VisualSlam(MOUNT, FILTER), None
     state, last = slam.start(np.zeros(3)), np.zeros(3)
-    how, guessed, looks, steps, greys = {"costs": euclidean_mean, "rng": rng}, 0, [], [], []
+    rules, looks, steps, greys = {"rules": PAIRS, "track_rules": TRACKS}, [], [], []
+    guessed, asked = 0, {"costs": euclidean_mean, "rng": rng}
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
-        T = se3.between(ahead @ MOUNT, MOUNT)
-        found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
+        T_now_before = through(se3.inverse(ahead), MOUNT)
+        found = landmarks.sight(before, *pair, rig, T_now_before, **rules)
         if before is not None and motion is None:
             motion, blind = by_pictures(before, found, rig.camera, last)
             guessed += blind
@@ -134,7 +140,7 @@ def main(root, out, wheels, known, topic, time_unit, force):
         covs = points.cov.copy()
         covs[:, 1, 1] += (PITCH * points.mean[:, 2]) ** 2  # of heights
         seen = Observations(found.tracks.ids, points.mean, covs)
-        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **how)
+        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **asked)
         last = se2.between(pose, state.maps.pose)
         columns, rows = features.pixels[info.made].round().astype(int).T
         greys.extend(pair[0][rows, columns])
@@ -148,7 +154,7 @@ def main(root, out, wheels, known, topic, time_unit, force):
     path = np.array(poses)[np.arange(len(own)), own]
     robot, shades = se3.from_se2(path), np.array(greys, dtype=np.uint8)[names]
     datasets.write_tum(out[".tum"], times, robot, overwrite=force)
-    seen_from = se3.between(robot[:1] @ MOUNT, robot @ MOUNT)
+    seen_from = through(se3.between(robot[:1], robot), MOUNT)
     datasets.write_kitti(out["_kitti.txt"], seen_from, overwrite=force)
     datasets.write_ply(out[".ply"], places.mean, np.stack([shades] * 3, axis=1), overwrite=force)
     kept = localisation.LandmarkMap.of(state)
