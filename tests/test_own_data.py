@@ -115,7 +115,7 @@ def table(path: Path, names: str, columns: list[np.ndarray]) -> None:
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
 def test_scripts_are_short_and_on_the_page(script):
     lines = (SCRIPTS / script).read_text("utf-8").splitlines()
-    most = dict.fromkeys(LONGER, 130) | {"stereo_slam.py": 150}  # which localises in its map, too
+    most = dict.fromkeys(LONGER, 130) | {"stereo_slam.py": 155}  # which localises in its map, too
     assert sum(map(bool, lines)) <= most.get(script, 50)
     assert f"```{{literalinclude}} own_data/{script}\n" in PAGE
     assert f"{{download}}`{script} <own_data/{script}>`" in PAGE

@@ -77,7 +77,7 @@ def localised(pairs, rig, moved, file):
     state, found, last = tracker.start(rng=rng), None, np.zeros(3)
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
-        T = se3.between(ahead @ MOUNT, MOUNT)
+        T = through(se3.inverse(ahead), MOUNT)
         found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
         if before is not None and motion is None:
             motion, _ = by_pictures(before, found, rig.camera, last)

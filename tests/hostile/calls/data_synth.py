@@ -215,11 +215,11 @@ CALLS = (
             *np.array([[2.0, 0.5, 1.5], [0, -1, 0], [0, 0, -1]]), 0, (1.0, 2.0), 1.0, -1
         ),
         stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
-        stereo.Scene: lambda: call(*parts(SCENE)),
         stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
         stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
         stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
         stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+        stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.05),
         stereo.surface_points: lambda: call(
             SCENE, RIG, POSES[0], np.array([[3.5, 2.5], [99.0, 0]])
         ),
