@@ -21,6 +21,14 @@ def test_a_curve_goes_through_estimates_and_its_band_through_the_ends():
     assert {(10, 0.4), (10, 0.7), (20, 0.8), (20, 0.95)} <= ends
 
 
+def test_what_is_no_share_is_written_where_its_bar_would_be():
+    _, ax = figure()
+    bars(ax, {"one": FOUND[0], "none": "–"}, MEANING["right"], "held")
+    assert len(ax.patches) == 1
+    (text,) = ax.texts
+    assert (text.get_text(), text.get_position()[1]) == ("–", 1)
+
+
 def test_bars_are_as_long_as_estimates_and_lines_as_intervals_the_first_on_top():
     _, ax = figure()
     bars(ax, {"one": FOUND[0], "two": FOUND[1]}, MEANING["right"], "held")

@@ -20,9 +20,15 @@ def curve(
     ax.plot(x, [of.estimate for of in found], line, color=colour, markersize=4, **words)
 
 
-def bars(ax: Axes, found: Mapping[str, Interval], colour: str, xlabel: str) -> None:
-    """Draw a bar from 0 to 1 for each share, the first on top, and its interval as a line."""
+def bars(ax: Axes, found: Mapping[str, Interval | str], colour: str, xlabel: str) -> None:
+    """Draw a bar from 0 to 1 for each share, the first on top, and its interval as a line.
+
+    What is no share, as of an order that nobody came to, is written.
+    """
     for k, of in enumerate(found.values()):
+        if isinstance(of, str):
+            ax.text(0.01, k, of, va="center")
+            continue
         ax.barh(k, of.estimate, color=colour, height=0.6)
         ax.plot([of.low, of.high], [k, k], color=MEANING["mean"], linewidth=1.4)
     ax.set_yticks(range(len(found)), list(found))
