@@ -51,7 +51,7 @@ def rows() -> list[Row]:
 
     return [
         Row(
-            work=f"landmarks of a map, {LANDMARKS}: a step of {PARTICLES} particles, {POINTS} points",
+            work=f"landmarks of a map, {LANDMARKS}: {PARTICLES} particles, {POINTS} points",
             ours=step,
             peer=in_numpy,
             peer_name="the same in NumPy",
