@@ -57,7 +57,7 @@ def _pictures(state: SimpleNamespace) -> str:
     "of them. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
     "while the robot does not count as located. Lines: the walls, which the map does not know.",
     cols=3,
-    width=9.6,
+    width=7.4,
     height=2.6,
 )
 def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
