@@ -340,11 +340,14 @@ def test_photographs_of_a_folder_are_told_from_hands_too(run, tmp_path):
             (folder / name).write_text("no picture")
         else:
             cv2.imwrite(str(folder / name), rng.integers(0, 256, size, dtype=np.uint8))
-    shapes = [image.shape for image in photographs(folder)]
+    images, skipped = photographs(folder)
+    shapes = [image.shape for image in images]
+    assert skipped == 1
     assert shapes == [(240, 320), (60, 80), (TALL * 3 // 4, TALL)]
     done = run("hands", "--brief", "--others", folder)
     assert done.exit_code == 0, done.output
-    assert len(done.output.splitlines()) == 2
+    assert len(done.output.splitlines()) == 3
+    assert done.output.startswith(f"{folder}: files that are no pictures and no films: 1")
     (tmp_path / "empty").mkdir()
     none = run("hands", "--brief", "--others", tmp_path / "empty")
     assert none.exit_code == 1

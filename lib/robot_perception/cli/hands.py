@@ -40,10 +40,15 @@ def hands(file: Path | None, folders: tuple[Path, ...], brief: bool) -> None:
         )
 
     config = page.BRIEF if brief else {}
-    try:
-        seen = [image for folder in folders for image in photographs(folder)]
-    except (ValueError, DamagedFile) as error:
-        raise click.ClickException(str(error)) from error
+    seen = []
+    for folder in folders:
+        try:
+            images, skipped = photographs(folder)
+        except (ValueError, DamagedFile) as error:
+            raise click.ClickException(str(error)) from error
+        seen += images
+        if skipped:
+            click.echo(f"{folder}: files that are no pictures and no films: {skipped}")
     found = page.trained(
         np.random.default_rng(page.TRAINED_BY), told=told, photographs=seen, **config
     )

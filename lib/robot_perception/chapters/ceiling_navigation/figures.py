@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from robot_perception.chapters.ceiling_navigation.scene import HALF, Plan
 from robot_perception.geometry import se2
 from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.charts import bars
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.tables import Table
 
@@ -181,13 +182,9 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
 def rules(axes: np.ndarray, table: Table) -> None:
     """Draw the error by the rule that is exchanged, the others as printed and ours."""
     for ax, (title, column) in zip(axes, SETS.items(), strict=True):
-        for k, name in enumerate(table.rows):
-            found = table[name, column]
-            ax.barh(k, found.estimate, color=MEANING["error"], height=0.6)
-            ax.plot([found.low, found.high], [k, k], color=MEANING["mean"], linewidth=1.4)
-        ax.set_yticks(range(len(table.rows)), list(table.rows))
-        ax.set(ylim=(len(table.rows) - 0.4, -0.6), xlim=(0, None), xlabel="robot (cm)")
-        ax.set_title(title)
+        found = {name: table[name, column] for name in table.rows}
+        bars(ax, found, MEANING["error"], "robot (cm)")
+        ax.set(xlim=(0, 1.05 * max(of.high for of in found.values())), title=title)
 
 
 @drawn(

@@ -1,6 +1,7 @@
 """The trained detectors of open hands, stored as JSON with what each stage reached.
 
-``robot-perception hands --write`` trains one as the notebook has it, and stores it.
+``robot-perception hands --write`` trains one as the notebook has it, and stores it; the second one
+is trained with ``--others`` for the recordings ``people_video`` and ``faces_orl``.
 """
 
 import json
@@ -12,7 +13,7 @@ import cv2
 import numpy as np
 
 from robot_perception.companion.hands.cascade import Cascade, StageReport
-from robot_perception.datasets import read_image, read_video
+from robot_perception.datasets import picture_files, read_image, read_video
 from robot_perception.files import DamagedFile, reading
 from robot_perception.teaching.plain import write_json
 from robot_perception.teaching.records import records
@@ -28,7 +29,6 @@ class Trained:
 
 RENDERED, PHOTOGRAPHED = "open_hand", "open_hand_photographs"
 """Names of the models: of rendered pictures alone, and of photographs without hands as well."""
-PICTURES = {".png", ".jpg", ".jpeg", ".pgm", ".ppm", ".bmp", ".webp", ".tif", ".tiff"}
 FILMS = {".avi", ".mp4", ".mkv", ".mov", ".webm"}
 EVERY = 4
 """Of a film every so many pictures are taken: those between show the same."""
@@ -41,23 +41,27 @@ def model_file(name: str = RENDERED) -> Path:
     return records() / f"{name}.json"
 
 
-def photographs(folder: Path) -> list[np.ndarray]:
-    """Return the pictures of a folder, of the folders in it and of its films, as grey values.
+def photographs(folder: Path) -> tuple[list[np.ndarray], int]:
+    """Return the grey values of a folder's pictures and films, and how many files are neither.
+
+    Those of the folders in it, too.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If there are no pictures and no films.
     robot_perception.datasets.CorruptImage
         If one is damaged.
     """
-    found = []
-    for file in sorted(path for path in folder.rglob("*") if path.is_file()):
-        if file.suffix.lower() in FILMS:
-            some = [image for k, image in enumerate(read_video(file)) if not k % EVERY]
+    found, skipped = [], 0
+    for each in [folder, *sorted(path for path in folder.rglob("*") if path.is_dir())]:
+        pictures, others = picture_files(each)
+        films = [file for file in others if file.suffix.lower() in FILMS]
+        skipped += sum(file.is_file() for file in others) - len(films)
+        found += map(read_image, pictures)
+        for film in films:
+            some = [image for k, image in enumerate(read_video(film)) if not k % EVERY]
             found += [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in some]
-        elif file.suffix.lower() in PICTURES:
-            found.append(read_image(file))
     if not found:
         raise ValueError(f"{folder} has no pictures and no films")
     tall = [TALL / max(image.shape) for image in found]
@@ -65,7 +69,7 @@ def photographs(folder: Path) -> list[np.ndarray]:
         cv2.resize(image, None, fx=scale, fy=scale)
         for image, scale in zip(found, tall, strict=True)
         if scale > 2
-    ]
+    ], skipped
 
 
 def write(found: Trained, file: Path) -> None:
