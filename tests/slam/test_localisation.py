@@ -393,6 +393,18 @@ def test_wheels_alone_and_a_picture_without_matches_leave_the_weights(rng):
     assert not state.located  # nothing agrees
 
 
+def test_a_step_leaves_the_state_that_it_is_given(rng):
+    """Of a robot that stands, with headings beyond half a turn, of particles that stay."""
+    map_ = building(rng)
+    localiser = MapLocaliser(map_, MOUNT, LocaliserRules(particles=3, share=0.0))
+    poses = np.array([[5.0, 4.0, 4.0], [6.0, 4.0, 7.0], [5.0, 3.0, -5.0]])
+    before = posed(poses)
+    seen, found, _ = seen_from((5.0, 4.0, 0.1), map_, rng)
+    after, _ = localiser.step(before, None, seen, found, costs=by_looks, rng=rng)
+    np.testing.assert_array_equal(before.particles.states, poses)
+    assert (np.abs(after.particles.states[:, 2]) <= np.pi).all()
+
+
 def test_particles_are_drawn_anew_below_the_share(rng):
     map_ = building(rng)
     seen, found, _ = seen_from([5.0, 4.0, 0.3], map_)

@@ -570,8 +570,7 @@ class MapLocaliser:
     ) -> tuple[Whereabouts, int]:
         """Return a state, and how many matches agree with what it says."""
         rules = self.rules
-        poses[:, 2] = wrap_angle(poses[:, 2])
-        particles = ParticleSet(poses, logs)
+        particles = ParticleSet(np.column_stack([poses[:, :2], wrap_angle(poses[:, 2])]), logs)
         found = clusters(particles, near=rules.near)
         matches = np.count_nonzero(names[:, 0] >= 0)
         agreeing = self._agreeing(found[0].pose, seen, names).size
