@@ -6,6 +6,8 @@ import subprocess
 import sys
 
 import click
+import cv2
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
@@ -170,7 +172,7 @@ def test_a_claim_that_fails_does_not_lose_the_others(run, three, tmp_path):
     ("words", "says"),
     [
         (("claims", "--chapter", "kitchen"), "no chapter 'kitchen'"),
-        (("claims", "--claim", "dp-cubic"), "no claim 'dp-cubic'; there are dp-recursive"),
+        (("claims", "--claim", "dp-cubic"), "no claim 'dp-cubic'; there are erratum-table2"),
         (("claims", "--run", "huge"), "'huge' is not one of"),
         (("claims", "--write", "x.json"), "say --run full"),
         (("claims", "--run", "full", "--write", "no/where.json"), "there is no folder no"),
@@ -325,6 +327,31 @@ def test_a_detector_is_trained_and_stored(run, tmp_path):
     assert last == f"2 stages are stored in {file}"
     assert stages[0].endswith(f"of {read(file).stages[0].others} others "
                               f"{read(file).stages[0].false_alarms:.1%}")  # fmt: skip
+
+
+def test_photographs_of_a_folder_are_told_from_hands_too(run, tmp_path):
+    from robot_perception.chapters.tutor_following.training import TALL, photographs
+
+    folder = tmp_path / "room"
+    (folder / "later").mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    for name, size in (("a.png", (240, 320)), ("later/b.jpg", (60, 80)), ("notes.txt", None)):
+        if size is None:
+            (folder / name).write_text("no picture")
+        else:
+            cv2.imwrite(str(folder / name), rng.integers(0, 256, size, dtype=np.uint8))
+    images, skipped = photographs(folder)
+    shapes = [image.shape for image in images]
+    assert skipped == 1
+    assert shapes == [(240, 320), (60, 80), (TALL * 3 // 4, TALL)]
+    done = run("hands", "--brief", "--others", folder)
+    assert done.exit_code == 0, done.output
+    assert len(done.output.splitlines()) == 3
+    assert done.output.startswith(f"{folder}: files that are no pictures and no films: 1")
+    (tmp_path / "empty").mkdir()
+    none = run("hands", "--brief", "--others", tmp_path / "empty")
+    assert none.exit_code == 1
+    assert none.output.splitlines() == [f"Error: {tmp_path / 'empty'} has no pictures and no films"]
 
 
 def test_help_loads_nothing_that_computes():

@@ -9,14 +9,13 @@ import pytest
 from scipy.io import savemat
 
 from robot_perception import datasets
-from robot_perception.chapters.walls import growth
 from robot_perception.cli.workers import working
 from robot_perception.evaluation.sweep import sweep
 
 ROOT = Path(__file__).parents[1]
 EXECUTABLE = "sys.executable"
 PACKAGES = "lib", "data_synth", "book/own_data"
-MODULES = ("numpy", "scipy", "pandas", "joblib", "shapely", "robot_perception")
+MODULES = ("numpy", "scipy", "pandas", "joblib", "robot_perception")
 TOLD = "from pathlib import Path\nPath({!r}).touch()\n"
 
 
@@ -32,11 +31,6 @@ def fixes() -> None:
     datasets.read_fixes("a.mat")
 
 
-def peer() -> None:
-    pytest.importorskip("shapely")
-    assert growth._shapely_ends_with(3) == 0
-
-
 def root(item: int, *, rng: np.random.Generator) -> float:
     return float(np.sqrt(item))
 
@@ -46,7 +40,7 @@ def worker() -> None:
         assert sweep(root, [4, 9], rng=np.random.default_rng(0)) == [2, 3]
 
 
-@pytest.mark.parametrize("start", [vehicle, fixes, peer, worker])
+@pytest.mark.parametrize("start", [vehicle, fixes, worker])
 def test_a_process_takes_no_module_from_the_current_folder(
     start: Callable[[], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

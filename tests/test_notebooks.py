@@ -6,6 +6,7 @@ themselves, have the rules of ``tests/book/test_study_cells.py``.
 
 import ast
 import re
+import tomllib
 from pathlib import Path
 
 import nbformat
@@ -65,6 +66,18 @@ def code_lines(source):
 
 def test_the_book_has_notebooks():
     assert {"walls", "monobot", "scorecard"} <= {path.stem for path in NOTEBOOKS}
+
+
+def test_notebooks_that_compute_are_modules_of_the_wheel():
+    project = tomllib.loads((BOOK.parent / "pyproject.toml").read_text("utf-8"))
+    listed = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    compute = {
+        path.stem for path in NOTEBOOKS
+        if any(map(is_study, code_cells(nbformat.read(path, as_version=4))))
+    }  # fmt: skip
+    assert {f"book/{stem}.ipynb" for stem in compute} == {*listed} - {"book/_data"}
+    for stem in compute:
+        assert listed[f"book/{stem}.ipynb"] == f"robot_perception/_book/{stem}.ipynb"
 
 
 def test_cells_are_short(notebook, path):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.chapters.tutor_following.training import stored
+from robot_perception.chapters.tutor_following.training import PHOTOGRAPHED, stored
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.gallery import Gallery
 from robot_perception.companion.hands.cascade import HandDetector
@@ -31,7 +31,9 @@ PACE = 10.0  # pictures in a second that are used, if there are as many: events 
 RATE = 10.0  # pictures in a second, where film or folder does not tell
 WIDE = 640  # px: to this width larger pictures are made smaller
 FACES = FaceDetector(scale=1.05, neighbours=2)
-HANDS = HandDetector(stored().cascade)  # the one that this book has trained
+# trained on photographs without hands as well; for one of your own rooms see the command
+# `robot-perception hands`, and `read` of the same module
+HANDS = HandDetector(stored(PHOTOGRAPHED).cascade)
 INTERACTION = Interaction(paper_table(), EVENTS)
 RULES = RobotRules()
 ACCEPTED = 0.9  # of new pictures of those in the gallery; more lets in more strangers, too

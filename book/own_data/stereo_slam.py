@@ -1,15 +1,16 @@
-"""SLAM with a stereo camera: python stereo_slam.py FOLDER|BAG OUT [WHEELS]"""
+"""SLAM with a stereo camera: python stereo_slam.py FOLDER|BAG OUT [WHEELS] [--map MAP]"""
 
 import numpy as np
 
 from robot_perception import datasets, landmarks
 from robot_perception.cameras import level_mount
 from robot_perception.extras import needing
+from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
-from robot_perception.observations import Observations
+from robot_perception.observations import Observations, unnamed
 from robot_perception.scripts import Recording, Results, script, tell
-from robot_perception.slam import planar, rao_blackwellised, visual
+from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
 with needing():
@@ -29,6 +30,8 @@ PAIRS = landmarks.StereoRules(disparities=(8.0, np.inf))  # nearer than focal ·
 TRACKS = landmarks.TrackRules(window=40.0)  # how far a feature may be from where it should be, px
 PITCH = 0.01  # by how much the camera nods, rad
 FILTER = visual.Options(particles=100, stable=2)  # landmarks are seen in more than two pictures
+FINDER = localisation.LocaliserRules(particles=5000, fresh=0.05)  # with --map; starts anywhere
+MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a map's file holds
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
 
 
@@ -50,14 +53,39 @@ def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
 
+def through(T: np.ndarray, mount: np.ndarray) -> np.ndarray:
+    """A motion of the robot as the camera at a mount makes it; by the inverse, the other way."""
+    return se3.inverse(mount) @ T @ mount
+
+
 def by_pictures(before, found, camera, last: np.ndarray) -> tuple[planar.Odometry, bool]:
     """The robot's motion, and whether it had to be guessed as the last one."""
     seen = landmarks.stereo_motion(before, found, camera) if NO_WHEELS == "stereo" else None
     if seen is None:
         return planar.Odometry(last, np.diag(SIGMAS["constant"]) ** 2), True
-    T = MOUNT @ se3.inverse(seen.T_now_before) @ se3.inverse(MOUNT)
+    T = through(se3.inverse(seen.T_now_before), se3.inverse(MOUNT))
     increment = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
     return planar.Odometry(increment, np.diag(SIGMAS["stereo"]) ** 2), False
+
+
+def localised(pairs, rig, moved, file):
+    """The robot's pose in a map at each pair, and whether it counts as located."""
+    with reading(file, "no map of this script"), np.load(file) as kept:
+        means, covs, *looks = (kept[name] for name in MAP)
+    known = localisation.LandmarkMap(means, covs, visual.Looks(*looks))
+    tracker, rng = localisation.MapLocaliser(known, MOUNT, FINDER), np.random.default_rng(1)
+    state, found, last = tracker.start(rng=rng), None, np.zeros(3)
+    for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
+        before, ahead = found, se3.from_se2(motion.increment if motion else last)
+        T = through(se3.inverse(ahead), MOUNT)
+        found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
+        if before is not None and motion is None:
+            motion, _ = by_pictures(before, found, rig.camera, last)
+        last = motion.increment if motion else last
+        points, looks = found.points.points, found.points.features.descriptors * 1.0
+        seen, how = unnamed(points.mean, points.cov), {"costs": euclidean_mean, "rng": rng}
+        state, _ = tracker.step(state, motion, seen, looks, **how)
+        yield state.pose, state.located
 
 
 def film(lefts, looks, path, places):
@@ -81,23 +109,30 @@ def film(lefts, looks, path, places):
 
 @script
 @click.argument("root", metavar="FOLDER|BAG", type=Recording())
-@click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", ".mp4"))
+@click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", "_map.npz", ".mp4"))
 @click.argument("wheels", type=Recording(), required=False)
-def main(root, out, wheels, topic, time_unit, force):
+@click.option("--map", "known", type=Recording(), help="Localise in the map of another drive.")
+def main(root, out, wheels, known, topic, time_unit, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
     (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
-    how = {"time_unit": time_unit, "topic": topic}
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
+    how = {"time_unit": time_unit, "topic": topic}
     moved = [None, *(by_wheels(wheels, how, times) if wheels else [None] * (len(pairs) - 1))]
+    if known is not None:
+        poses, sure = map(np.array, zip(*localised(pairs, rig, moved, known), strict=True))
+        datasets.write_tum(out[".tum"], times, se3.from_se2(poses), overwrite=force)
+        print(f"pairs: {len(pairs)}, located: {sure.sum()}")
+        return
     slam, found = visual.VisualSlam(MOUNT, FILTER), None
     state, last = slam.start(np.zeros(3)), np.zeros(3)
-    how, guessed, looks, steps, greys = {"costs": euclidean_mean, "rng": rng}, 0, [], [], []
+    rules, looks, steps, greys = {"rules": PAIRS, "track_rules": TRACKS}, [], [], []
+    guessed, asked = 0, {"costs": euclidean_mean, "rng": rng}
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
-        T = se3.between(ahead @ MOUNT, MOUNT)
-        found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
+        T_now_before = through(se3.inverse(ahead), MOUNT)
+        found = landmarks.sight(before, *pair, rig, T_now_before, **rules)
         if before is not None and motion is None:
             motion, blind = by_pictures(before, found, rig.camera, last)
             guessed += blind
@@ -105,7 +140,7 @@ def main(root, out, wheels, topic, time_unit, force):
         covs = points.cov.copy()
         covs[:, 1, 1] += (PITCH * points.mean[:, 2]) ** 2  # of heights
         seen = Observations(found.tracks.ids, points.mean, covs)
-        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **how)
+        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **asked)
         last = se2.between(pose, state.maps.pose)
         columns, rows = features.pixels[info.made].round().astype(int).T
         greys.extend(pair[0][rows, columns])
@@ -119,9 +154,13 @@ def main(root, out, wheels, topic, time_unit, force):
     path = np.array(poses)[np.arange(len(own)), own]
     robot, shades = se3.from_se2(path), np.array(greys, dtype=np.uint8)[names]
     datasets.write_tum(out[".tum"], times, robot, overwrite=force)
-    seen_from = se3.between(robot[:1] @ MOUNT, robot @ MOUNT)
+    seen_from = through(se3.between(robot[:1], robot), MOUNT)
     datasets.write_kitti(out["_kitti.txt"], seen_from, overwrite=force)
     datasets.write_ply(out[".ply"], places.mean, np.stack([shades] * 3, axis=1), overwrite=force)
+    kept = localisation.LandmarkMap.of(state)
+    looks_of = kept.looks.firsts, kept.looks.means, kept.looks.squares, kept.looks.counts
+    with written(out["_map.npz"]) as path_of_map:
+        np.savez(path_of_map, **dict(zip(MAP, (kept.means, kept.covs, *looks_of), strict=True)))
     frames = tqdm(film(pairs.left, looks, path[:, :2], places.mean[:, :2]), "film", len(pairs))
     datasets.write_video(out[".mp4"], frames, rate=RATE, overwrite=force)
     used = sum(known.sum() for _, known, _ in looks)

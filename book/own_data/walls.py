@@ -5,7 +5,7 @@ import numpy as np
 from robot_perception import datasets
 from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script, tell
-from robot_perception.walls import Extraction, Gate, RangeNoise, build_map
+from robot_perception.walls import Extraction, Gate, RangeNoise, ScanReport, WallMapper
 
 with needing():
     import click
@@ -37,8 +37,15 @@ def main(kind, files, out, topic, time_unit, force):
             read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
             log = read(files[0], timed=False)  # a map needs no times
         ranges, angles, poses = log.ranges, log.angles, log.poses
-    found, report = build_map(ranges, angles, poses, WALLS, GATE, pose_cov=POSES)
-    found = found.seen_in(LEAST_SCANS)
+    if len(ranges) != len(poses):
+        counts = f"{len(ranges)} and {len(poses)}"
+        raise ValueError(f"ranges and poses must have a pose for each scan, got {counts}")
+    mapper = WallMapper(angles, WALLS, GATE, POSES)
+    state, report = mapper.start(), ScanReport(0, 0, 0, 0, 0, 0, 0)
+    for scan, pose in zip(ranges, poses, strict=True):
+        state, info = mapper.step(state, scan, pose)
+        report += info.report
+    found = state.seen_in(LEAST_SCANS)
     columns = dict(zip(("x1_m", "y1_m", "x2_m", "y2_m"), found.ends.reshape(-1, 4).T, strict=True))
     datasets.write_columns(out[""], columns | {"scans": found.scans}, overwrite=force)
     print(f"scans: {len(ranges)}, walls: {len(found)} of {found.lengths.sum():.1f} m in all")

@@ -26,8 +26,6 @@ OTHERS = MappingProxyType(
     {
         "Our robot starts at its dock, always with the same heading. So the start is known "
         "exactly, and your third direction is no problem.": "a colleague in an exercise",
-        "The robot has a mosaic. So it knows its pose in it, and where each key image was taken: "
-        "condition i is not needed at all.": "a colleague in an exercise",
         "Our system recognises 98 % of the enrolled people.": "a vendor in an exercise",
         "so that the filter listens again": "a student in an exercise",
         "Counted exactly": "a heading of the chapter",

@@ -140,7 +140,6 @@ def test_references_without_a_number_or_beyond_the_list_are_found():
 
 COUNTS = MappingProxyType(
     {
-        ("monobot", "thirty runs"): "of the figure beside it",
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",

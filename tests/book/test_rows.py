@@ -18,7 +18,7 @@ from tests.unchecked import unchecked
 
 DRAWN = 2
 """So many trials of a study are computed anew."""
-DEAR = frozenset({"monobot.fifty", "tutor_face.linked"})
+DEAR = frozenset({"monobot.fifty", "sift_association.assigned", "tutor_face.linked"})
 """Studies of which a trial takes more than some five seconds: theirs are drawn at a release."""
 LARGEST = 1e6
 RECORD = "robot-perception store --chapter {}"

@@ -23,7 +23,7 @@ SHOWN, FOLDED = 30, 40
 """So many lines has a cell that shows its code, and one that does not."""
 LEAST, MOST = 60, 220
 """So many lines of code shows a chapter, exercises apart."""
-THIRD_PARTY = {"numpy", "scipy", "pandas", "cv2"}
+THIRD_PARTY = {"numpy", "scipy", "pandas", "sympy", "cv2"}
 OURS = {"robot_perception", "data_synth"}
 NOT_OURS = re.compile(r"robot_perception\.cli\b")
 DEAR = {"rows", "run", "show", "record", "find", "found", "result", "drawn", "trial"}

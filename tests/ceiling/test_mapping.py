@@ -462,6 +462,45 @@ def test_a_place_keeps_off_what_is_not_seen(x, y, border, seed):
     assert inside(place, seen.shape, border, seen) == (within and not any(near))
 
 
+@pytest.mark.parametrize(("at", "reach"), [((5.0, 5.0), (3, 7)), ((5.5, 5.5), (3, 8))])
+def test_one_pixel_that_is_not_seen_is_enough_in_the_border_and_nowhere_else(at, reach):
+    low, high = reach
+    for v, u in np.ndindex(12, 12):
+        seen = np.ones((12, 12), bool)
+        seen[v, u] = False
+        near = low <= u <= high and low <= v <= high
+        assert inside(np.array([*at, 0.0, 1.0]), seen.shape, 2.0, seen) == (not near), (u, v)
+
+
+def test_a_known_pattern_is_found_again_only_where_all_round_it_is_seen():
+    state, info = run()[0]
+    at = dict(info.sightings)
+    name = max(at, key=lambda name: at[name][0])
+    cut = np.zeros(SHAPE, bool)
+    cut[:, : int(at[name][0] + MapRules().border) + 10] = True
+    for seen, there in ((cut, True), (np.roll(cut, -25, axis=1) & cut, False)):
+        sought = replace(Sought.of(film()[0]), seen=seen)
+        found = look_for({name: at[name]}, state.patterns, sought, MapRules(), rng=gen())
+        assert (name in found) == there
+
+
+def test_windows_keep_off_what_is_not_seen():
+    """With edges all over the picture, so that the mask alone keeps them off."""
+    part = replace(Sought.of(cluttered(4)), seen=SIDE)
+    rules = WindowRules(strength=0.0, rival=1.0, most=400, apart=10.0)
+    across = {border: [one.centre[0] for one in part.windows(rules, np.empty((0, 2)), border)]
+              for border in (0.0, 30.0)}  # fmt: skip
+    assert max(across[30.0]) <= 210 - 30 < max(across[0.0]) < 210
+
+
+def test_a_mapper_tracks_within_what_its_correction_shows():
+    fix = corrects(TILTED)
+    trackers = View(fix, MapRules()).trackers({})
+    assert not fix.seen.all()
+    assert trackers.seen is fix.seen
+    assert trackers.border == MapRules().border
+
+
 def test_a_view_is_checked_and_a_mapper_takes_a_correction():
     with unchecked():
         with pytest.raises(TypeError, match="correction must be a Correction"):

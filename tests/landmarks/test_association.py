@@ -67,6 +67,19 @@ def test_with_the_log_determinant_it_is_the_likelihood_of_a_normal_class():
         np.testing.assert_allclose(distance[:, j], -2 * normal.logpdf(found) - constant, rtol=1e-9)
 
 
+def test_with_the_log_determinant_a_narrow_class_may_be_nearer_than_zero():
+    found, means, variances, _ = scene(20, 30)
+    narrow = variances / 4000
+    squared = ((found[:, None] - means) ** 2 / narrow).sum(axis=-1) + np.log(narrow).sum(axis=1)
+    found[0] = means[3]
+    squared[0] = ((means[3] - means) ** 2 / narrow).sum(axis=-1) + np.log(narrow).sum(axis=1)
+    with unchecked():
+        nearest = Mahalanobis(means, narrow, log_determinant=True).two_nearest(found)
+    expect_nearest(nearest, squared)
+    assert nearest.distances[0, 0] < 0
+    assert nearest.within(0.0)[0] == 3
+
+
 def test_equal_variances_give_the_order_of_euclid():
     found, means, _, which = scene(50, 80)
     nearest = Mahalanobis(means, np.full(means.shape, 4.0)).two_nearest(found)

@@ -193,15 +193,16 @@ def bibliography(at: Standing) -> list[str]:
 
 
 def errata(at: Standing) -> list[str]:
-    """Say what has to be moved sideways, and if errata and their claims differ in number."""
+    """Say what has to be moved sideways, and which erratum names no claim."""
     held = """() => [...document.querySelectorAll(".bd-article *")].filter(
       (box) => box.clientWidth && box.scrollWidth > box.clientWidth + 1
         && getComputedStyle(box).overflowX !== "visible" && !box.closest(".math")
     ).map((box) => box.outerHTML)"""
-    claims = at.page.locator(".bd-article a[href^='scorecard.html#']").count()
-    errata = at.page.locator(".bd-article h2").count()
-    counted = unless(claims == errata > 0, f"{errata} errata, {claims} claims")
-    return at.page.evaluate(held) + counted
+    unclaimed = """() => [...document.querySelectorAll(".bd-article section section:has(> h2)")].filter(
+      (erratum) => !erratum.querySelector("a[href^='scorecard.html#']")
+    ).map((erratum) => `${erratum.id} names no claim`)"""
+    some = unless(at.page.locator(".bd-article section section > h2").count() > 0, "no erratum")
+    return at.page.evaluate(held) + at.page.evaluate(unclaimed) + some
 
 
 def download(at: Standing) -> list[bool]:

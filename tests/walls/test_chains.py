@@ -2,6 +2,7 @@
 
 import inspect
 import itertools
+import subprocess
 import sys
 
 import fastrdp
@@ -331,3 +332,20 @@ def test_spiral_and_star_cost_n_log_n_steps():
         for n in (1000, 4000):
             chain = make(np.random.default_rng(0), n)
             assert count_hull_steps(chain, 1e-9) < 8 * n * np.log2(n)
+
+
+def test_shapely_ends_before_a_hundred_thousand_vertices_of_the_worst_line():
+    """What the chapter says of the package: its recursion leaves no stack, and the process ends."""
+    pytest.importorskip("shapely")
+    program = (
+        "import numpy as np, shapely; n = {}; k = np.arange(n)\n"
+        "line = np.stack([k, np.where(k % 2, -1, 1) * (1 + np.sqrt(1 - (k / n) ** 2))], axis=-1)\n"
+        "print(len(shapely.LineString(line).simplify(0.1, preserve_topology=False).coords))"
+    )
+    few, many = (
+        subprocess.run([sys.executable, "-P", "-c", program.format(n)], capture_output=True)
+        for n in (1000, 100_000)
+    )
+    assert few.stdout.strip() == b"1000"
+    assert many.returncode != 0
+    assert not many.stdout

@@ -24,6 +24,7 @@ CHAPTERS = (
     "loop_closing",
     "sift_association",
     "visual_slam",
+    "map_localisation",
     "covariance_intersection",
     "people_sensors",
     "people_fusion",

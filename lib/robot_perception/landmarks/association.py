@@ -20,13 +20,19 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
-from robot_perception.fields import OPEN, at_least, checked
+from robot_perception.fields import OPEN, checked
 from robot_perception.kernels import kernel
 
 UNIT = 2.0**-24  # half the distance from 1 to the next number in single precision
 LARGEST = 1e30  # of what single precision can still square and add
 LANES = 64
 CACHE = 5 * 2**17  # single numbers that a processor has at hand: 2.5 MB
+
+
+def _numbers(name: str, value: np.ndarray) -> np.ndarray:
+    if np.isnan(value).any():
+        raise ValueError(f"{name} must be numbers, got {np.isnan(value).sum()} NaN")
+    return value
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,11 +44,12 @@ class Nearest:
     classes : (m, 2)
         The nearest and the second; -1 where there are fewer classes.
     distances : (m, 2)
-        Their squared distances; infinite where there are fewer classes.
+        Their squared distances, below zero only where a log-determinant is added; infinite where
+        there are fewer classes.
     """
 
     classes: Int[np.ndarray, "m 2"]
-    distances: Annotated[Float[np.ndarray, "m 2"], OPEN, at_least(0)]
+    distances: Annotated[Float[np.ndarray, "m 2"], OPEN, _numbers]
     __post_init__ = checked
 
     def within(self, limit: float, *, ratio: float = 1.0) -> Int[np.ndarray, " m"]:

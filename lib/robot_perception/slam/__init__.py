@@ -7,6 +7,7 @@ from robot_perception.doors import door
 __getattr__, __dir__, __all__ = door(
     __name__,
     {
+        "localisation": (),
         "monobot": (),
         "observability": (),
         "planar": (),

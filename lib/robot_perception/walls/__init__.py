@@ -14,6 +14,8 @@ from robot_perception.walls.corners import (
     find_poles,
     fit_pole,
 )
+from robot_perception.walls.fewest import simplify_fewest
+from robot_perception.walls.mapper import WallInfo, WallMapper, build_map
 from robot_perception.walls.path_hulls import count_hull_steps, simplify_path_hull
 from robot_perception.walls.scores import (
     MapScore,
@@ -42,7 +44,6 @@ from robot_perception.walls.simplicity import (
 from robot_perception.walls.wall_map import (
     Gate,
     WallMap,
-    build_map,
     merge,
     search,
     seen_from,
@@ -58,7 +59,9 @@ __all__ = [
     "RangeNoise",
     "ScanReport",
     "Segments",
+    "WallInfo",
     "WallMap",
+    "WallMapper",
     "build_map",
     "count_distances",
     "count_hull_steps",
@@ -83,6 +86,7 @@ __all__ = [
     "search",
     "seen_from",
     "simplify",
+    "simplify_fewest",
     "simplify_path_hull",
     "simplify_recursive",
     "to_points",

@@ -24,13 +24,7 @@ from robot_perception.checks import (
 )
 from robot_perception.fields import Level, NotNegative, checked
 from robot_perception.geometry import act, wrap_angle
-from robot_perception.walls.segments import (
-    Extraction,
-    ScanReport,
-    Segments,
-    extract_segments,
-    project,
-)
+from robot_perception.walls.segments import Segments, project
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,62 +262,6 @@ def merge(walls: WallMap, segments: Segments, gate: Gate) -> WallMap:
         before = np.append(before[~accepted], earlier)
         scans = np.append(scans[~accepted], earlier + 1)
     return WallMap(lines, covs, ends, scans)
-
-
-def build_map(
-    ranges: Float[np.ndarray, "scans beams"],
-    angles: Float[np.ndarray, " beams"],
-    poses: Float[np.ndarray, "scans 3"],
-    extraction: Extraction,
-    gate: Gate,
-    *,
-    pose_cov: Float[np.ndarray, "3 3"] | None = None,
-) -> tuple[WallMap, ScanReport]:
-    """Build the wall map of a drive with known poses.
-
-    Parameters
-    ----------
-    ranges
-        Readings of each scan, m; infinite where nothing came back.
-    angles
-        Directions of the beams, rad.
-    poses
-        Pose of the scanner at each scan, m and rad.
-    extraction
-        What is taken for a wall in one scan.
-    gate
-        Search range for walls already in the map.
-    pose_cov
-        Covariance of every pose; none if they are known exactly.
-
-    Returns
-    -------
-    walls, report
-        The map, and what became of all readings.
-
-    Raises
-    ------
-    ValueError
-        If there is no scan, the numbers of scans and poses differ, one of these is not as it should
-        be, or the covariance is none.
-    """
-    ranges, poses = reals("ranges", ranges), array("poses", poses, ("scans", 3))
-    instance("extraction", extraction, Extraction)
-    instance("gate", gate, Gate)
-    if pose_cov is not None:
-        pose_cov = covariance("pose_cov", pose_cov, (3, 3))
-    if ranges.ndim == 0 or len(ranges) == 0 or len(ranges) != len(poses):
-        count = len(ranges) if ranges.ndim else 0
-        raise ValueError(
-            f"ranges and poses must have a pose for each scan, got {count} and {len(poses)}"
-        )
-    walls = WallMap.empty()
-    report = ScanReport(0, 0, 0, 0, 0, 0, 0)
-    for scan, pose in zip(ranges, poses, strict=True):
-        segments, account = extract_segments(scan, angles, extraction)
-        walls = merge(walls, to_world(segments, pose, pose_cov), gate)
-        report = report + account
-    return walls, report
 
 
 def _fuse(lines: np.ndarray, covs: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robot_perception.chapters.anchored_slam.exercises import EXERCISES
-from tests.chapters.exercises import ExerciseTests
-
-
-class TestSheet(ExerciseTests):
-    stem = "anchored_slam"
-    sheet = EXERCISES
+from robot_perception.book.anchored_slam import EXERCISES
 
 
 def heading_column(pose, point):

@@ -7,7 +7,6 @@ from robot_perception.arms.likelihoods import sampled, square_of_sum
 from robot_perception.book import arm_likelihoods as page
 from robot_perception.chapters.arm_likelihoods import scene
 from robot_perception.chapters.arm_likelihoods.scene import glance
-from robot_perception.companion.cues import bhattacharyya
 
 
 def test_the_outline_has_many_peaks_and_all_cues_have_one():
@@ -78,12 +77,6 @@ def test_the_factor_of_the_exercise_makes_the_lower_peak_a_hundredth():
     heights = np.exp(page.EXERCISES["likelihoods-sharp"].answer * (page.LOG - page.LOG.max()))
     assert page.maxima(heights + 0.1 * np.exp(page.LOG)) == 2
     assert heights[60:].max() == pytest.approx(0.01)
-
-
-def test_one_bin_and_all_bins_are_as_far_as_the_exercise_says():
-    one, even = np.eye(8)[3], np.full(8, 1 / 8)
-    answer = page.EXERCISES["likelihoods-coefficient"].answer
-    assert answer == pytest.approx(bhattacharyya(one, even) ** 2)
 
 
 def test_the_person_that_is_shown_is_scored_nowhere():

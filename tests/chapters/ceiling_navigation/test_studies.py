@@ -1,5 +1,7 @@
 """The studies: what exact sightings are, what is measured, and with what, by law."""
 
+from dataclasses import replace
+from functools import reduce
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -296,16 +298,21 @@ def test_a_robot_learns_where_it_is_and_where_its_patterns_are():
     assert len(run.seen) == len(run.true) == 21
 
 
-def test_each_rule_is_turned_back_alone_to_what_is_printed():
+def test_all_rules_exchanged_make_the_other_set():
+    """But for the closing of loops, of which a corner has none."""
     printed, ours = page.PRINTED, page.OURS
-    changed = {**page.TURNED_BACK}
-    assert changed.pop("nothing") == ours
-    assert changed["σ of the walk"].tracker.sigmas == printed.tracker.sigmas
-    assert changed["one look"].tracker.passes == printed.tracker.passes == 0
-    assert not changed["means left in"].patterns.centred
-    assert changed["slopes from the vector alone"].patterns.fall == printed.patterns.fall
-    assert not changed["no gate"].rigid
-    assert changed["one pattern for eqs 2 and 3"].by == printed.by
+    for rules, other in ((ours, printed), (printed, ours)):
+        taken = reduce(lambda rules, take: take(rules, other), page.TAKEN.values(), rules)
+        assert replace(taken, closing=other.closing) == other
+
+
+def test_each_rule_is_exchanged_alone():
+    for name, take in page.TAKEN.items():
+        there = take(page.OURS, page.PRINTED)
+        assert there not in (page.OURS, page.PRINTED), name
+        assert take(there, page.OURS) == page.OURS, name
+        assert page.ONE_OTHER["ours", name] == there, name
+        assert page.ONE_OTHER["as printed", name] == take(page.PRINTED, page.OURS), name
 
 
 def test_heads_are_near_the_path_and_below_the_ceiling():
@@ -323,5 +330,5 @@ def test_what_is_other_is_one_thing_each():
 
 
 def test_ceilings_on_which_numbers_were_chosen_are_not_scored():
-    for study in (page.mapped, page.kept, page.drives, page.turned_back, page.disturbed):
+    for study in (page.mapped, page.kept, page.drives, page.exchanged, page.disturbed):
         assert not {*page.CHOOSING, page.SHOWN} & {*study.replicates}

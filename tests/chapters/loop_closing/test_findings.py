@@ -1,145 +1,117 @@
-"""What the chapter tells a reader to find, in every state of its explorers."""
+"""What the chapter tells a reader to find, beyond what its explorers assert themselves."""
 
 import numpy as np
 import pytest
 
+from robot_perception.book import loop_closing as loop
 from robot_perception.chapters.loop_closing import figures as draw
-from robot_perception.chapters.loop_closing import posts, states
-from robot_perception.chapters.loop_closing.explorers import ANCHORS, BUILT, GROWTH, PLAY
+from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING
-from tests.chapters.findings import ExplorerTests, limits
-from tests.unchecked import unchecked
-
-CLOSES = ("a sensor of the position", "the names", "the names and an anchor")
-
-
-@pytest.fixture(autouse=True, scope="module")
-def computed():
-    """All states, computed once, without the checks of shapes, which double their time."""
-    with unchecked():
-        states.grown()
-        states.all_nailed()
-        for state in BUILT.parameters():
-            BUILT.state(**state)
-
-
-class TestExplorers(ExplorerTests):
-    explorers = (BUILT, PLAY, ANCHORS, GROWTH)
-
+from tests.chapters.findings import limits
 
 # The building
 
 
-def test_only_names_or_a_position_close_the_loop():
-    for state in BUILT.parameters():
-        made = BUILT.state(**state)
-        assert (made.off < 0.5) == (state["given"] in CLOSES), state
-        assert (made.off > 2.0) == (state["given"] not in CLOSES), state
-        assert (made.twice == 0) == state["given"].startswith("the names"), state
-
-
-def test_an_anchor_changes_nothing_unless_the_names_are_known_and_the_start_is_not():
-    off = {tuple(s.values()): BUILT.found(**s)[0] for s in BUILT.parameters()}
-    for start in ("exact", "uncertain"):
-        assert off["an anchor", start] == pytest.approx(off["nothing", start], rel=0.02)
-    assert off["the names and an anchor", "exact"] == pytest.approx(
-        off["the names", "exact"], rel=0.02
-    )
-    assert off["the names and an anchor", "uncertain"] < off["the names", "uncertain"] / 2
+def test_from_an_uncertain_start_the_names_and_an_anchor_do_better_than_the_names():
+    off = {(given, start): loop.built(given, start).off
+           for given in ("the names", "the names and an anchor")
+           for start in ("exact", "uncertain")}  # fmt: skip
+    exact, turned = ([off[given, start] for given in ("the names and an anchor", "the names")]
+                     for start in ("exact", "uncertain"))  # fmt: skip
+    assert exact[0] == pytest.approx(exact[1], rel=0.02)
+    assert turned[0] < turned[1] / 2
 
 
 def test_the_map_holds_nearly_all_readings():
-    for state in BUILT.parameters():
-        left, right, low, high = limits(BUILT.drawn(**state))
-        readings = BUILT.state(**state).readings
+    for state in loop.give.parameters():
+        made = loop.built(**state)
+        left, right, low, high = limits(draw.built_map.on(figure()[1], made))
+        readings = made.readings
         assert ((readings > [left, low]) & (readings < [right, high])).mean() > 0.9
 
 
-# What the filter believes on the way
+@pytest.mark.parametrize("given", ["a sensor of the position", "nothing"])
+def test_readings_of_a_good_path_lie_on_the_plan(given):
+    made = loop.built(given, every=40, beams=12)
+    along = made.faces[:, 1] - made.faces[:, 0]
+    arm = made.readings[:, None] - made.faces[:, 0]
+    share = ((arm * along).sum(axis=-1) / (along**2).sum(axis=-1)).clip(0, 1)
+    gaps = np.linalg.norm(arm - share[..., None] * along, axis=-1).min(axis=1)
+    assert (np.median(gaps) < 0.15) == (given != "nothing")
+    title = draw.built_map.on(figure()[1], made).get_title(loc="left")
+    assert title == f"{made.off:.2f} m off, {made.twice} landmarks twice"
 
 
-def test_ellipses_grow_across_the_path_and_shrink_when_the_first_posts_return():
-    before, after = PLAY.presets["just before"], PLAY.presets["just after"]
-    for variant in ("plain", "anchored"):
-        played, reach = states.play(variant), PLAY.found(variant=variant)
-        assert max(reach) > 5 * reach[0]
-        assert reach[after["time"]] < reach[before["time"]] / 2
-        first, last = (played.history.kept[played.steps[p["time"]]] for p in (before, after))
+def test_an_exact_start_leaves_the_anchor_nothing_to_do_and_an_uncertain_one_does():
+    table = loop.by_setting(loop.rounded.rows())
+    for noise in ("small", "large"):
+        exact, uncertain = (
+            table[f"{noise} noise, known, {start} start", "ratio"]
+            for start in ("exact", "uncertain")
+        )
+        assert uncertain.high < 1
+        assert uncertain.estimate < exact.low
+    assert table["small noise, gated, displaced start", "ratio"].high < 0.2
+
+
+def test_hardly_a_landmark_of_the_building_is_seen_often_enough_for_the_papers_limit():
+    seen = loop.sighted.rows().spread("times")
+    assert 5 < seen.estimate < seen.high < 50
+    ruled = loop.rounded.rows().where(filter="anchored, rule at 15", setting=loop.UNKNOWN)
+    assert ruled.mean("retired").low > 5
+
+
+def test_the_figure_of_ends_has_the_filters_of_its_tables():
+    tables = {name: loop.at_the_end(name) for name in (loop.UNKNOWN, loop.KNOWN)}
+    _, axes = figure(1, 2)
+    draw.end_errors.on(axes, tables)
+    for ax, table in zip(axes, tables.values(), strict=True):
+        names = [name.get_text().replace("\n", " ") for name in ax.get_yticklabels()]
+        assert names == list(table.rows)
+
+
+# The posts
+
+
+def test_when_the_first_posts_return_every_one_becomes_surer():
+    before, after = (loop.play.presets[name]["time"] for name in ("just before", "just after"))
+    for way in ("plain", "anchored"):
+        first, last = (loop.moment(way, time).belief for time in (before, after))
         shrunk = np.trace(last.landmark_covs[: len(first.landmarks)], axis1=1, axis2=2)
         assert (shrunk < np.trace(first.landmark_covs, axis1=1, axis2=2)).all()
 
 
-def test_the_anchor_opens_the_same_fan_from_a_sharper_point():
-    plain, anchored, external = (PLAY.found(variant=v) for v in PLAY.controls["variant"].values)
-    assert anchored[0] < 0.8 * plain[0]
-    assert max(anchored) > 0.7 * max(plain)
-    assert max(external) < max(plain) / 3
-
-
 def test_the_last_posts_in_sight_again_make_the_whole_map_sharp():
-    played = states.play("plain")
-    before, after = (played.history.kept[played.steps[i]] for i in (33, states.FRAMES - 1))
-    assert np.trace(after.pose_cov[:2, :2]) < 0.1 * np.trace(before.pose_cov[:2, :2])
-    assert len(after.landmarks) == len(played.drive.landmarks)
-
-
-# Anchors
-
-
-def test_an_anchor_works_where_the_robot_has_had_time_to_err():
-    (none,) = set(ANCHORS.found(count=0))
-    ones, twos = (dict(zip(states.PLACES, ANCHORS.found(count=n), strict=True)) for n in (1, 2))
-    assert max(ones.values()) < none
-    best = min(ones, key=ones.get)
-    assert 15 <= best <= 45
-    assert ones[best] < min(ones[0], ones[75])
-    assert all(twos[place] < one for place, one in ones.items())
-
-
-def test_two_that_are_far_apart_hold_the_heading():
-    for place in states.PLACES:
-        one, two = (states.nailed(count, place).runs for count in (1, 2))
-        assert np.mean(two.rms_heading**2) < np.mean(one.rms_heading**2)
-
-
-# Noise and length
-
-
-def test_errors_grow_with_the_loop_and_hardly_with_the_external_sensor():
-    for noise in states.NOISES:
-        found = GROWTH.found(noise=noise)
-        assert found[-1]["plain"] > 5 * found[0]["plain"]
-        assert max(errors["external"] for errors in found) < 0.6
+    before, after = (loop.moment("plain", time) for time in (33, loop.FRAMES - 1))
+    assert np.trace(after.belief.pose_cov[:2, :2]) < 0.1 * np.trace(before.belief.pose_cov[:2, :2])
+    assert len(after.belief.landmarks) == len(after.posts)
 
 
 def test_errors_grow_with_the_noise_from_the_quietest_to_the_roughest():
-    quiet, *_, rough = GROWTH.found(length=90.0)
-    assert all(rough[name] > error for name, error in quiet.items())
+    quiet, rough = (loop.grown(noise, 90.0) for noise in (loop.NOISES[0], loop.NOISES[-1]))
+    assert all(rough.rms[way].max() > quiet.rms[way].max() for way in loop.GROWN)
 
 
-def test_the_quietest_filter_is_not_better_and_less_honest():
-    quiet, next_to_it, *_ = states.NOISES
-    for length in states.LENGTHS:
-        first, other = states.growth(quiet, length), states.growth(next_to_it, length)
-        assert first["plain"].nees.mean() > 1.5 * other["plain"].nees.mean()
-        louder = (states.growth(noise, length)["plain"] for noise in states.NOISES[2:])
-        assert all(first["plain"].nees.mean() > 1.1 * one.nees.mean() for one in louder)
-        assert first["plain"].rms.max() > other["plain"].rms.max()
-        assert first["first estimates"].nees.mean() < 0.6 * first["plain"].nees.mean()
+def test_agreeing_jacobians_remove_most_of_the_excess_nees_and_little_of_the_error():
+    excess, error, _ = loop.removed(loop.honest.rows(), "turned")
+    assert excess.low > 0.5
+    assert error.high < 0.5
 
 
 # Words and colours
 
 
 def test_every_variant_has_its_own_colour():
-    assert len({draw.tint(name) for name in posts.JACOBIANS}) == len(posts.JACOBIANS)
-    assert MEANING["rule"] not in map(draw.tint, posts.JACOBIANS)
+    assert len({draw.tint(name) for name in loop.JACOBIANS}) == len(loop.JACOBIANS)
+    assert MEANING["rule"] not in map(draw.tint, loop.JACOBIANS)
 
 
 def test_words_say_what_the_pictures_show():
-    most = states.growth(0.3, 30.0)["external"].rms.max()
-    assert f"external: at most {most:.2f} m" in GROWTH.described(noise=0.3, length=30.0)
-    last = states.nailed(2, 15).runs.rms[-1]
-    assert f"{last:.2f} m at the end" in ANCHORS.described(count=2, place=15)
-    number = len(states.play("plain").drive.landmarks)
-    assert f"{number} landmarks" in PLAY.described(time=states.FRAMES - 1)
+    most = loop.grown(0.3, 30.0).rms["external"].max()
+    assert f"external: at most {most:.2f} m" in loop.grow.described(noise=0.3, length=30.0)
+    last = loop.nailed(2, 15).rms[-1]
+    assert f"{last:.2f} m at the end" in loop.anchor.described(count=2, place=15)
+    number = len(loop.played("plain")[0].landmarks)
+    assert f"{number} landmarks" in loop.play.described(time=loop.FRAMES - 1)
+    whole = f"{loop.nailed(1, 30).drive_error:.2f} m"
+    assert whole in loop.anchor.drawn(count=1, place=30)[1].get_title(loc="left")

@@ -1,17 +1,16 @@
 """World and filter of the notebook: laws, and against those that share nothing with them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy import stats
 
+from data_synth.monobot import planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import monobot as book
 from robot_perception.book.monobot import FIG3, FIG4, GOLDEN
-from robot_perception.chapters.monobot import rail
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
+from robot_perception.slam.monobot import Reference, run_filter, run_referenced
 
 RUNS = 400
 RNG = np.random.default_rng
@@ -22,27 +21,61 @@ def ride(seed=0, runs=RUNS, **setting):
     return book.ride(book.monobot(**setting), runs, RNG(seed))
 
 
+def noises_on(plan, landmarks, *, start_deviation, motion_deviation, motion_share=0.0,
+              measurement_deviation, measurement_share=0.0):  # fmt: skip
+    """Return the belief in the start, and the deviations of each move and of each measurement."""
+    moves = motion_deviation + motion_share * np.abs(np.diff(plan))
+    looks = measurement_deviation + measurement_share * np.abs(1.0 - plan)
+    start = Gaussian(np.array([-1.0]), np.array([[start_deviation**2]]))
+    return start, moves, np.tile(looks[:, None], landmarks)
+
+
+def by_the_library(runs, seed, *, landmarks=1, shape="sine", steps=100, reach=1.0, **noises):
+    """Return a drive of `data_synth.monobot`, and what the filter of `slam.monobot` makes of it."""
+    plan = planned_path(shape, steps, start=-1.0, reach=reach)
+    start, moves, looks = noises_on(plan, landmarks, **noises)
+    world = simulate_rail(
+        plan,
+        np.full(landmarks, 1.0),
+        runs,
+        start_deviation=noises["start_deviation"],
+        motion_deviation=moves,
+        measurement_deviation=looks,
+        rng=RNG(seed),
+    )
+    given = start, world.commands, world.measurements
+    return world, run_filter(*given, motion_variance=moves**2, measurement_variance=looks**2)
+
+
 @FIGURES
 @pytest.mark.parametrize("changes", [{}, {"landmarks": 3, "shape": "at rest", "steps": 7}])
 def test_world_is_that_of_the_simulation_and_filter_that_of_the_library(noises, changes):
-    """The chapter about the anchor still takes both from there."""
-    config = rail.Config(runs=5, **noises | changes)
-    world = rail.simulate(config, rng=RNG(3))
-    other = rail.Result(config, world, rail.refilter(config, world))
-    found = ride(3, 5, **noises | changes)
-    for name in ("positions", "measurements", "means", "landmark_errors", "vehicle_errors"):
-        ours, theirs = getattr(found, name), getattr(other, name)
-        np.testing.assert_allclose(ours, theirs, atol=1e-12, err_msg=name)
-    np.testing.assert_allclose(found.deviations, other.deviations, atol=1e-12)
-    np.testing.assert_allclose(found.gains, other.gains, atol=1e-12)
-    assert found.landmarks_at == other.landmarks_at
+    setting = noises | changes
+    world, other = by_the_library(5, 3, **setting)
+    found = ride(3, 5, **setting)
+    theirs = {
+        "positions": world.positions,
+        "measurements": world.measurements,
+        "means": other.means,
+        "landmark_errors": other.means[..., 1:] - world.landmarks,
+        "vehicle_errors": other.means[..., 0] - world.positions,
+        "deviations": other.deviations[0],
+        "gains": other.gains[0, :, :2, -setting.get("landmarks", 1)],
+    }
+    for name, expected in theirs.items():
+        np.testing.assert_allclose(getattr(found, name), expected, atol=1e-12, err_msg=name)
+    assert found.landmarks_at == 1.0
 
 
 @FIGURES
 def test_anchor_is_that_of_the_library(noises):
     """By the covariances, which need no draws."""
-    plain = rail.Config(landmarks=2, reference="anchor", **noises)
-    found, other = book.stated(book.monobot(2, anchor=True, **noises)), rail.covariances(plain)
+    noises = {key: value for key, value in noises.items() if key != "reach"}
+    start, moves, looks = noises_on(planned_path("sine", 100, start=-1.0, reach=1.0), 2, **noises)
+    anchor = Reference(-1, np.zeros((1, 100)), looks[1:, 0] ** 2, 0.0)
+    given = start, np.zeros(100), np.zeros((1, 101, 2)), anchor
+    other = run_referenced(*given, motion_variance=moves**2, measurement_variance=looks**2)
+    found = book.stated(book.monobot(2, anchor=True, **noises))
     np.testing.assert_allclose(found.P, other.covs[0], atol=1e-12)
     np.testing.assert_allclose(found.K, other.gains[0], atol=1e-12)
     np.testing.assert_allclose(found.S, other.innovation_covs[0], atol=1e-12)
@@ -63,11 +96,10 @@ def test_errors_are_as_large_as_the_filter_says(noises, landmarks, anchor):
 
 @FIGURES
 def test_innovations_are_white_and_of_the_stated_size(noises):
-    config = rail.Config(runs=RUNS, landmarks=2, **noises)
-    found = rail.refilter(config, rail.simulate(config, rng=RNG(0)))
+    _, found = by_the_library(RUNS, 0, landmarks=2, **noises)
     S = found.innovation_covs[0]
     nis = normalised_squared(found.innovations, S)
-    low, high = average_bounds(2, RUNS * config.steps, 1 - 1e-4)
+    low, high = average_bounds(2, RUNS * 100, 1 - 1e-4)
     assert low < nis.mean() < high
     roots = np.linalg.inv(np.linalg.cholesky(S))
     white = np.einsum("kij,rkj->kri", roots, found.innovations)
@@ -184,15 +216,6 @@ def test_true_covariance_of_a_shared_error_is_that_of_many_runs():
     errors = np.concatenate([found.means[:, -1, :1] - r[:, -1:], found.means[:, -1, 1:] - 1], 1)
     exact = book.with_one_error(robot, found.K)
     np.testing.assert_allclose(np.cov(errors.T), exact, atol=0.1 * exact.max())
-
-
-def test_shared_piece_keeps_the_ends_of_all_runs():
-    config = replace(rail.FIG4, runs=6)
-    world = rail.simulate(config, rng=RNG(1))
-    result = rail.Result(config, world, rail.refilter(config, world))
-    found = rail.ends(result)
-    np.testing.assert_array_equal(found.first, result.first_errors[:, 0])
-    np.testing.assert_array_equal(found.last, result.last_errors[:, 0])
 
 
 def test_start_stands_alone_before_the_first_measurement():

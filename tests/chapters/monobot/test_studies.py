@@ -1,17 +1,20 @@
 """The chapter's studies: recorded rows against closed forms, and theory against runs."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from robot_perception.beliefs import Gaussian
 from robot_perception.book import monobot as book
 from robot_perception.book.monobot import GOLDEN
 from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.slam.monobot import settled
+from robot_perception.kalman import Sensor, predict
+from robot_perception.slam.monobot import motion, settled
 from robot_perception.teaching.claims import Finding
 
 ONE, MAP, SUM = book.READINGS.values()
@@ -235,31 +238,260 @@ def test_sum_of_squares_by_the_filter_is_the_one_that_is_measured():
     assert near(evidence["the same, measured"], stated.estimate)
 
 
-def test_whether_the_error_is_proportional_hangs_on_which_error_is_meant():
-    finding = book.statement_proportional.find()
-    table = finding.tables["readings"]
-    said = [table[name, "proportional"] for name in table.rows]
-    assert said == ["no", "no", f"for {book.MANY} and more"]
-    of_one, of_map, of_all = (table[name, "exponent"] for name in (ONE, MAP, SUM))
-    assert finding.value == of_all
-    assert of_one.high < 0
-    assert of_map.low < of_map.high < 0.5
-    assert of_all.low < book.PROPORTIONAL.low < of_all.estimate < of_all.high < 1
-    assert max(table[name, "start known"].estimate for name in table.rows) < 0.5
-    starts = finding.tables["other starts"]
+def test_which_error_is_proportional():
+    """By exponents between two numbers of landmarks from the closed form of the limit."""
+    n = np.array(book.DOUBLED[3:])
+    forms = [book.limit(int(each)) for each in n]
+    one = np.array([form.landmark_variance for form in forms])
+    everything = n * one + [form.vehicle_variance for form in forms]
+    for claim, values in (
+        (book.statement_proportional, everything),
+        (book.proportional_map, np.sqrt(n * one)),
+        (book.proportional_landmark, one),
+    ):
+        value = claim.find().value
+        steps = np.diff(np.log(values)) / np.log(2)
+        assert (value.low, value.high) == pytest.approx((steps.min(), steps.max()), abs=0.01)
+
+
+def test_few_landmarks_and_a_known_start_stand_outside():
+    conditions = book.statement_proportional.find().conditions
+    assert [(c.needed, c.holds) for c in conditions] == [(True, True)] * 2
+    starts = book.statement_proportional.find().tables["other starts"]
     found = [starts[start, "exponent"].estimate for start in starts.rows]
     assert found == sorted(found)
 
 
-def test_it_is_conditional_whichever_error_is_called_the_one_that_is_meant():
-    """Of three readings one holds and two fail; each may give the claim its value."""
-    claim, finding = book.statement_proportional, book.statement_proportional.find()
-    assert all(c.needed and c.holds for c in finding.conditions)
-    table = finding.tables["readings"]
-    for name in table.rows:
-        value = table[name, "exponent"]
-        assert claim.verdict(replace(finding, value=value)) == "conditional"
-        assert claim.verdict(Finding(value)) == ("inconclusive" if name == SUM else "refuted")
+def test_the_page_sets_three_readings_beside_each_other():
+    rows = book.grown.rows()
+    table = book.readings(rows.where(start=1.0), rows.where(start=0.0))
+    assert [table[name, "proportional"] for name in (ONE, MAP, SUM)] == ["no", "no", "yes"]
+    assert max(table[name, "start known"].estimate for name in table.rows) < 0.5
+    wide = intervals.Interval(1.0, 0.8, 1.2)
+    assert book.is_proportional(wide) == "undecided"
+
+
+def test_an_exponent_is_fitted_from_end_to_end():
+    rows = book.grown.rows().where(start=1.0)
+    n = rows.of("landmarks").astype(float)
+    fitted = book.power(changed(rows, all=n**3), "all", least=10, most=100)
+    assert fitted.estimate == pytest.approx(3)
+    assert "n = 10 to 100;" in fitted.about
+    assert book.power(changed(rows, all=n**3), "all", times=2).estimate == pytest.approx(6)
+
+
+def test_a_map_made_on_the_way_is_that_of_a_filter():
+    """Each landmark is put into the map by its only measurement, after one more move."""
+    n, start = 4, 0.7
+    P = np.array([[start**2]])
+    for k in range(n):
+        P[0, 0] += 1.0
+        enters = np.vstack([np.eye(k + 1), np.eye(k + 1)[:1]])  # the new one where the robot is
+        P = enters @ P @ enters.T
+        P[-1, -1] += 1.0
+    np.testing.assert_allclose(book.explored(n, start), P)
+
+
+# What the paper says in passing, and what it repeats ---------------------------------------------
+
+
+def test_eq_9_is_wrong_by_the_noise_that_it_leaves_out():
+    """Closed form in one dimension: p = 1, h = 1, K = 1 / (1 + hw² w)."""
+    for hw, w in ((1.0, 0.5), (2.0, 0.5), (0.1, 3.0)):
+        K = 1 / (1 + hw**2 * w)
+        printed, right = (1 - K) ** 2 + K**2 * w, hw**2 * w / (1 + hw**2 * w)
+        assert (printed == pytest.approx(right)) == (hw == 1)
+    printed = [book.joseph.trial(sample=k) for k in range(20)]
+    plain = [book.joseph.but(scaled=False).trial(sample=k) for k in range(20)]
+    assert min(one["off"] for one in printed) > 1e-6
+    assert max(one["off"] for one in plain) < 1e-12
+    assert any(one["too certain"] for one in printed)
+    assert not any(one["too certain"] for one in plain)
+    assert min(one["least"] for one in (*printed, *plain)) > 0
+    assert min(book.joseph.but(short=True).trial(sample=k)["least"] for k in range(20)) < 0
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_what_eq_9_states_in_fig_4_is_not_what_is_and_neither_is_the_best(n):
+    """Against the mean square error of a filter that is run with the printed gains."""
+    found = book.misprinted.trial(landmarks=n)
+    assert found["best"] < found["is"]
+    assert found["said"] < found["is"]
+    robot, share = book.monobot(n, **book.FIG4), book.FIG4["measurement_share"]
+
+    def as_printed(belief, move, z, sensor):
+        moved, H = predict(belief, move), sensor.matrix
+        K = moved.cov @ H.T @ np.linalg.inv(H @ moved.cov @ H.T + sensor.noise)
+        rest = np.eye(n + 1) - K @ H
+        mean = moved.mean + (z - moved.mean @ H.T) @ K.T
+        cov = rest @ moved.cov @ rest.T + share**2 * K @ K.T
+        return Gaussian(mean, cov), SimpleNamespace(innovation_cov=sensor.noise, gain=K)
+
+    _, z = book.drive(robot, 4000, np.random.default_rng(5))
+    run = book.filtered(robot, z, step=as_printed)
+    assert run.deviations[-1, 1] == pytest.approx(found["said"], rel=1e-9)
+    low, high = stats.chi2.ppf([1e-4, 1 - 1e-4], 4000) / 4000
+    errors = run.means[:, -1, 1] - book.LANDMARK
+    assert low < np.mean(errors**2) / found["is"] ** 2 < high
+
+
+def test_a_zero_gain_goes_with_a_variance_above_the_start():
+    one = book.believed.trial(landmarks=1, noise="Fig. 3")
+    assert one["gain"] < 1e-9
+    assert 2 * one["left"] ** 2 == pytest.approx(GOLDEN, rel=1e-9)  # P0 + W at first
+    cured = book.believed.but(cured=True).trial(landmarks=1, noise="Fig. 3")
+    assert cured["left"] == pytest.approx(101**-0.5)
+
+
+@pytest.mark.parametrize("plant", [0.01, 0.5, 2.0, 10.0])
+def test_an_update_revises_by_the_recursion_of_the_two_parts(plant):
+    """Both parts shrink by W / s; a move adds V to the robot's."""
+    found = book.revised.trial(landmarks=1, plant=plant)["robot over landmark"]
+    x, y = plant, 1.0
+    for quotient in found[:12]:
+        assert quotient == pytest.approx(min(x / y, book.MUCH), rel=1e-6)
+        s = x + y + 1
+        x, y = x / s + plant, y / s
+
+
+@pytest.mark.parametrize("plant", [0.5, 2 / 3, 2.0])
+def test_the_first_of_many_landmarks_is_revised_by_the_closed_form(plant):
+    n = 50
+    found = book.revised.trial(landmarks=n, plant=plant)["robot over landmark"][0]
+    assert found**2 == pytest.approx(2 * n * plant**2 / (2 + (n - 1) * plant))
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.1])
+def test_the_robot_takes_over_after_the_root_of_twice_the_ratio(ratio):
+    found = book.worse_sensor.rows().of("robot over landmark", landmarks=1, plant=ratio)
+    first = 1 + int(np.argmax(found > 1))
+    assert abs(first - np.sqrt(2 / ratio)) < 1.5
+
+
+def test_the_table_of_revisions_says_at_which_update():
+    table = book.by_update()
+    assert table["0.5", "update 1"] == pytest.approx(0.5)
+    assert table["0.5", "update 2"] == pytest.approx(1.75)
+    assert table["10", "update 2"] == pytest.approx(130)
+
+
+@pytest.mark.parametrize("noise", book.NOISES)
+@pytest.mark.parametrize("n", [2, 5])
+def test_two_landmarks_are_as_far_apart_as_independent_measurements_leave_them(n, noise):
+    found = book.agreed.trial(landmarks=n, noise=noise)
+    np.testing.assert_allclose(found["over a mean"], 1, rtol=1e-9)
+    W = book.monobot(n, **book.NOISES[noise]).W[:, 0]
+    np.testing.assert_allclose(found["difference"], 2 / np.cumsum(1 / W), rtol=1e-9)
+    assert found["correlation"][0] == pytest.approx(0.5)
+    assert np.all(np.diff(found["correlation"]) > 0)
+    common = book.limit(n).landmark_variance
+    if noise == "Fig. 3":  # what two do not share is half of their difference
+        short = 1 / 101 / (common + (1 - 1 / n) / 101)
+        assert 1 - found["correlation"][-1] == pytest.approx(short, rel=1e-6)
+
+
+def test_an_anchor_keeps_the_correlation_at_a_half():
+    found = book.agreed.but(anchor=True).trial(landmarks=3, noise="Fig. 4")
+    np.testing.assert_allclose(found["correlation"], 0.5)
+
+
+def test_growth_is_the_least_fall_of_what_is_missing():
+    rows = book.agreed.rows()
+    rho = np.tile(1 - 0.9 ** np.arange(101.0), len(rows) // 101)
+    assert book.growth(changed(rows, correlation=rho)).estimate == pytest.approx(0.1)
+    rho[7] = rho[6]
+    assert book.growth(changed(rows, correlation=rho)).estimate == pytest.approx(0)
+
+
+@pytest.mark.parametrize("start", [0.5, 2.0])
+@pytest.mark.parametrize("plant", [0.0, 0.5, 2.0])
+def test_a_landmark_ends_where_the_closed_form_says(start, plant):
+    found = book.reached.trial(landmarks=1, start=start, plant=plant, sensing=0.5)
+    form = start**2 + 0.25 / (book.STEPS + 1)
+    if plant:
+        noises = {"motion_variance": plant**2, "measurement_variance": 0.25}
+        form = settled(1, start_variance=start**2, **noises).landmark_variance
+    assert found["variance"] == pytest.approx(form, rel=1e-6)
+    assert found["over start"] == pytest.approx(form / start**2, rel=1e-6)
+
+
+def test_a_difference_does_not_know_the_plant_noise_and_an_anchor_undercuts_the_start():
+    where = {"start": 1.0, "plant": 2.0, "sensing": 1.0}
+    apart = book.reached.but(differences=True).trial(landmarks=3, **where)["variance"]
+    assert apart == pytest.approx(2 / (book.STEPS + 1))
+    anchored = book.reached.but(anchor=True).trial(landmarks=3, **where)
+    assert anchored["over start"] < 0.1
+
+
+@pytest.mark.parametrize("n", [1, 2, 10])
+def test_the_common_error_shrinks_by_the_closed_form_and_differences_by_none(n):
+    form = settled(n, start_variance=1, motion_variance=4, measurement_variance=1).pole
+    common = book.paced.but(common=True).trial(landmarks=n, plant=2.0)["pole"]
+    assert common == pytest.approx(form, rel=1e-6)
+    slowest = book.paced.trial(landmarks=n, plant=2.0)["pole"]
+    assert slowest == pytest.approx(form if n == 1 else 1.0, rel=1e-6)
+
+
+def test_largest_over_least_is_taken_for_each_number_of_landmarks():
+    rows = book.paced.rows()
+    np.testing.assert_allclose(book.by_plant(rows, "pole")[1:], 1, rtol=1e-6)
+    poles = rows.of("pole", landmarks=1)
+    assert book.by_plant(rows, "pole")[0] == pytest.approx(poles.max() / poles.min())
+
+
+def test_the_bound_is_the_least_of_each_start():
+    rows = book.reached.rows()
+    least = rows.table.groupby("start")["over start"].min()
+    found = book.bound(rows)
+    assert (found.low, found.high) == pytest.approx((least.min(), least.max()))
+
+
+def test_a_landmark_is_where_the_whole_run_says():
+    """Three measurements, against the sum over all positions of the robot by the least squares."""
+    robot = book.monobot(steps=2, start_deviation=1.0)
+    robot.u[:], robot.V[:], z = (0.3, -0.1), (0.5, 2.0), np.array([[2.0], [1.5], [1.9]])
+    best, sigma = book.by_least_squares(robot, z)
+    rows = [[0, 0, 1], [-1, 0, 1], [0, -1, 1], [1, 0, 0], [-1, 1, 0]]  # of both places, landmark
+    weights, seen = [1, 1, 1, 1 / 0.5, 1 / 2.0], [2.0, 1.5, 1.9, 0.3, -0.1]
+    A, W = np.array(rows, dtype=float), np.diag(weights)
+    cov = np.linalg.inv(A.T @ W @ A)
+    assert best == pytest.approx((cov @ A.T @ W @ seen)[2])
+    assert sigma == pytest.approx(cov[2, 2] ** 0.5)
+
+
+@pytest.mark.parametrize("noise", book.NOISES)
+def test_the_least_sum_is_where_the_whole_run_says(noise):
+    assert book.nearest.trial(sample=3, noise=noise)["apart"] < 1e-6
+
+
+def test_the_least_sum_of_wrong_distances_is_elsewhere():
+    assert book.nearest.but(alike=True).trial(sample=3, noise="Fig. 4")["apart"] > 1e-3
+
+
+def test_neither_data_nor_the_start_change_the_information():
+    found = book.by_data.trial(sample=3)
+    assert found["by drive"] == found["by start"] == 0
+    squared = book.by_data.but(squared=True).trial(sample=3)
+    assert min(squared.values()) > 1e-3
+
+
+def test_a_sensor_of_squares_is_linearised_where_the_filter_is():
+    """By the derivative of the squared distance, in differences."""
+    robot, jacobians = book.monobot(2, 1), []
+    belief = Gaussian(np.array([[0.1, 1.2, 2.5]]), np.eye(3) * 0.1)
+    sensor = Sensor(robot.H, np.eye(2))
+    at_rest = motion(0.4, 0.0, 2)
+    seen = np.array([0.7, 2.0])  # distances from where it stands then
+    found, _ = book.squares(jacobians)(belief, at_rest, seen[None], sensor)
+    x = np.array([0.5, 1.2, 2.5])
+
+    def squared(state):
+        return (state[1:] - state[0]) ** 2
+
+    steps = 1e-6 * np.eye(3)
+    slope = [(squared(x + step) - squared(x - step)) / 2e-6 for step in steps]
+    np.testing.assert_allclose(jacobians[0], np.transpose(slope), atol=1e-6)
+    np.testing.assert_allclose(found.mean[0], x, atol=1e-12)
 
 
 # The filter broken on purpose ------------------------------------------------------------------

@@ -3,19 +3,12 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.sift_association import stereo
-from robot_perception.chapters.sift_association import variances as law
-from robot_perception.chapters.sift_association.exercises import EXERCISES
-from tests.chapters.exercises import ExerciseTests
-
-
-class TestSheet(ExerciseTests):
-    stem = "sift_association"
-    sheet = EXERCISES
+from robot_perception.book import sift_association as law
+from robot_perception.book.sift_association import EXERCISES
 
 
 def test_depth_of_the_exercise_is_what_triangulation_says():
-    rig = stereo.rig()
+    rig = law.rig()
     measured = rig.project(np.array([[0.0, 0.0, 5.0]]))
     cov = rig.triangulate(measured, 0.5).cov
     assert EXERCISES["sift-depth"].answer == pytest.approx(np.sqrt(cov[0, 2, 2]), rel=1e-6)

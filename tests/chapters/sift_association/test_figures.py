@@ -1,13 +1,12 @@
 """The drawings hold what the results say, on axes that stay."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from robot_perception.book.sift_association import MODELS, RAW, Rooms, expected_distance
 from robot_perception.chapters.sift_association import figures as draw
-from robot_perception.chapters.sift_association import table1
-from robot_perception.chapters.sift_association.hero import Hero
-from robot_perception.chapters.sift_association.threshold import Curve
-from robot_perception.chapters.sift_association.variances import expected_distance
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.style import MEANING, image_axes
@@ -16,7 +15,7 @@ from tests.chapters.findings import limits
 
 AROUND = 2.0
 RNG = np.random.default_rng
-DRAWN = (table1.RAW, "shrunk", "pooled")
+DRAWN = (RAW, "shrunk", "pooled")
 
 
 def interval(value: float) -> Interval:
@@ -32,7 +31,7 @@ def check_band(band, low, high):
     np.testing.assert_allclose(sorted(heights), sorted({round(y, 9) for y in (*low, *high)}))
 
 
-@pytest.mark.parametrize("model", table1.MODELS)
+@pytest.mark.parametrize("model", MODELS)
 def test_every_model_has_the_colour_of_its_variance(model):
     assert draw.tint(model) == MEANING[model.split(",")[0]]
 
@@ -40,7 +39,7 @@ def test_every_model_has_the_colour_of_its_variance(model):
 def test_lines_between_rooms_lead_from_the_left_to_the_right():
     image = np.zeros((240, 650), np.uint8)
     here, there = RNG(1).uniform(10, 200, (2, 8, 2))
-    found = Hero(image, here, there, np.arange(8) == 0, 8.0)
+    found = Rooms(image, here, there, np.arange(8) == 0, 8.0)
     _, ax = image_axes(image)
     for _ in range(2):
         draw.hero.on(ax, found)
@@ -78,7 +77,7 @@ def test_distance_by_angle_has_its_band_and_what_it_meets():
 
 
 def test_rules_are_drawn_by_threshold_in_order():
-    rows = {"2": (interval(0.95), interval(0.9)), "240": (interval(0.92), interval(0.85))}
+    rows = {"2.0": (interval(0.95), interval(0.9)), "240.0": (interval(0.92), interval(0.85))}
     table = Table(rows, {"100": "", "800": ""}, "made up", "rows")
     _, ax = figure()
     draw.right_by_rules.on(ax, table)
@@ -92,20 +91,19 @@ def test_rules_are_drawn_by_threshold_in_order():
 
 
 def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
+    panels = "as the track", "from aside"
     value = {
-        f"{name}, {end}": (-10.0 * k - j, -float(k))
-        for k, name in enumerate(DRAWN)
-        for j, end in enumerate(draw.ENDS)
+        title: {name: (-10.0 * k - j, -float(k)) for k, name in enumerate(DRAWN)}
+        for j, title in enumerate(panels)
     }
-    rows = {name: tuple(map(interval, pair)) for name, pair in value.items()}
-    table = Table(rows, {"p = 3": "", "p = 30": ""}, "made up", "decided by")
+    cells = {t: {n: [*map(interval, v)] for n, v in some.items()} for t, some in value.items()}
     _, axes = figure(1, 2)
-    draw.gains.on(axes, table)
-    for ax, (end, title) in zip(axes, draw.ENDS.items(), strict=True):
+    draw.gains.on(axes, cells, (3, 30))
+    for ax, title in zip(axes, panels, strict=True):
         _, *lines = ax.lines
         assert ax.get_title(loc="left") == title
         for line, band, name in zip(lines, ax.collections, DRAWN, strict=True):
-            expected = np.array(value[f"{name}, {end}"])
+            expected = np.array(value[title][name])
             assert line.get_ydata() == pytest.approx(expected)
             assert line.get_xdata() == pytest.approx([3, 30])
             assert line.get_color() == MEANING[name]
@@ -117,10 +115,8 @@ def test_gains_have_a_panel_for_each_test_and_a_line_for_each_variance():
 
 def test_an_infinite_law_is_left_out():
     _, ax = figure()
-    table = Table(
-        {"p = 3": (interval(6000.0),), "p = 30": (interval(900.0),)}, {"measured": ""}, "", "frames"
-    )
-    draw.own_distance.on(ax, table)
+    rows = {"3": (interval(6000.0), "∞"), "30": (interval(900.0), expected_distance(30))}
+    draw.own_distance.on(ax, Table(rows, {"measured": "", "law": ""}, "", "frames"))
     measured, law, known = ax.lines
     assert measured.get_xydata().tolist() == [[3, 6000], [30, 900]]
     assert law.get_xydata().tolist() == [[30, expected_distance(30)]]
@@ -131,7 +127,8 @@ def test_an_infinite_law_is_left_out():
 
 def test_new_landmarks_have_a_dot_at_the_best_threshold():
     limits_ = np.array([1.0, 2.0, 3.0])
-    made = Curve(limits_, np.array([0.5, 0.9, 1.0]), np.array([1.0, 0.8, 0.0]))
+    precision, recall = np.array([0.5, 0.9, 1.0]), np.array([1.0, 0.8, 0.0])
+    made = SimpleNamespace(limits=limits_, precision=precision, recall=recall, best=1)
     _, ax = figure()
     draw.new_landmarks.on(ax, {"Euclid": made, "pooled": made})
     for name, line, dot in zip(("Euclid", "pooled"), ax.lines[::2], ax.lines[1::2], strict=True):

@@ -1,24 +1,22 @@
 """The explorers: what the chapter tells a reader to find, and what their states say and draw."""
 
 import re
-from itertools import pairwise, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from robot_perception.chapters.sift_association import explorers, hero, recordings, table1
-from robot_perception.chapters.sift_association.explorers import ANY, PLANT, TABLE, VIEW, Decision
-from robot_perception.chapters.sift_association.viewpoint import View
+from robot_perception.book import sift_association as page
+from robot_perception.book.sift_association import ANY
+from robot_perception.chapters.sift_association import recordings
 from robot_perception.teaching.figures.style import MEANING
-from tests.chapters.findings import ExplorerTests, limits
+from tests.chapters.findings import limits
 
-
-class TestExplorers(ExplorerTests):
-    explorers = (VIEW, PLANT, TABLE)
+PLANT, TABLE, VIEW = page.plant, page.deciding, page.aside
 
 
 def test_all_lines_between_the_two_rooms_are_wrong():
-    rooms = hero.doors()
+    rooms = page.doors()
     assert len(rooms.here) > 50
     assert not rooms.right.any()
 
@@ -26,17 +24,9 @@ def test_all_lines_between_the_two_rooms_are_wrong():
 # A viewpoint
 
 
-@pytest.mark.parametrize("picture", explorers.PICTURES.values())
-def test_with_30_degrees_more_fewer_are_found_and_their_descriptors_have_moved_farther(picture):
-    count, median = zip(*VIEW.found(subject=picture), strict=True)
-    assert explorers.ANGLES[6] - explorers.ANGLES[0] == 30
-    assert all(a > b for a, b in zip(count, count[6:], strict=False))
-    assert all(a < b for a, b in zip(median, median[6:], strict=False))
-
-
-@pytest.mark.parametrize("picture", explorers.PICTURES.values())
+@pytest.mark.parametrize("picture", page.PICTURES.values())
 def test_features_are_found_again_or_lost(picture):
-    views = [explorers.view(picture, angle) for angle in (0.0, 30.0, 60.0)]
+    views = [page.view(picture, angle) for angle in (0.0, 30.0, 60.0)]
     assert len({len(one.pixels) + one.lost for one in views}) == 1
     for one in views:
         assert len(one.distances) == len(one.pixels) > 0
@@ -47,7 +37,7 @@ def test_features_are_found_again_or_lost(picture):
 
 @pytest.mark.parametrize("angle", [0.0, 45.0])
 def test_words_of_a_view_are_its_numbers(angle):
-    found = explorers.view("notices", angle)
+    found = page.view("notices", angle)
     numbers = re.findall(r"\d+", VIEW.described(subject="notices", angle=angle))
     total = len(found.pixels) + found.lost
     moved = round(float(np.median(found.distances)))
@@ -55,14 +45,16 @@ def test_words_of_a_view_are_its_numbers(angle):
 
 
 def test_words_of_a_view_without_features():
-    none = View(np.zeros((4, 4), np.uint8), np.empty((0, 2)), np.empty(0), 7)
-    said = VIEW.alt(("notices", 60.0, none))
+    none = SimpleNamespace(
+        subject="notices", angle=60.0, pixels=np.empty((0, 2)), distances=np.empty(0), lost=7
+    )
+    said = VIEW.alt(none)
     assert "0 of 7 features" in said
     assert "by nothing" in said
 
 
 def test_a_view_shows_every_feature():
-    found = explorers.view("poster", 30.0)
+    found = page.view("poster", 30.0)
     (ax,) = VIEW.drawn(angle=30.0).axes
     near, far = ax.collections
     assert len(near.get_offsets()) + len(far.get_offsets()) == len(found.pixels)
@@ -73,23 +65,23 @@ def test_a_view_shows_every_feature():
 # The aloe
 
 
-def test_up_to_a_threshold_of_200_two_rows_are_better_than_any_row():
-    for threshold in (100.0, 200.0):
-        two, free = (PLANT.found(rows=rows, threshold=threshold) for rows in (2.0, ANY))
-        assert all(a > b for a, b in zip(two, free, strict=True))
-
-
-def test_without_a_threshold_a_ratio_is_better_without_rows():
+def test_on_the_plant_each_rule_needs_the_other():
     alone = [PLANT.state(rows=2.0, threshold=ANY), PLANT.state(rows=ANY, threshold=200.0)]
     both = PLANT.state(rows=2.0, threshold=200.0).share
-    assert max(one.share for one in alone) < both - 0.3  # each rule needs the other
-    two, free = (PLANT.found(rows=rows, threshold=ANY) for rows in (2.0, ANY))
-    for ratio, a, b in zip(PLANT.controls["ratio"].values, two, free, strict=True):
-        assert (a < b) == (ratio < 1), ratio
+    assert max(one.share for one in alone) < both - 0.3
+
+
+def test_a_finding_that_is_turned_round_is_noticed():
+    found = np.reshape(PLANT.found(), (3, 4, 4))
+    assert PLANT.finds(found.ravel().tolist())
+    for place in ((0, 1, 2), (2, 3, 0), (0, 3, 3)):  # too few right with two rows, by a ratio, free
+        other = found.copy()
+        other[place] = 0.0
+        assert not PLANT.finds(other.ravel().tolist())
 
 
 def test_words_of_the_aloe_are_its_matches():
-    aloe = explorers.aloe()
+    aloe = page.aloe()
     for state in list(PLANT.parameters())[::5]:
         found = recordings.choose(aloe.result, **state)
         matched, known = np.count_nonzero(found.others >= 0), np.count_nonzero(aloe.result.known)
@@ -101,7 +93,7 @@ def test_words_of_the_aloe_are_its_matches():
 
 
 def test_the_aloe_shows_every_match():
-    pair, chosen = explorers.aloe().result, explorers.matched(2.0, 100.0, 0.7)
+    pair, chosen = page.aloe().result, page.chosen(2.0, 100.0, 0.7)
     for _ in range(2):
         ax = PLANT.drawn(threshold=100.0, ratio=0.7)
         assert len(ax.lines) == 5  # nothing is left of the last one
@@ -117,46 +109,45 @@ def test_the_aloe_shows_every_match():
 # Table 1
 
 
-def test_raw_variances_win_on_their_own_frames_and_lose_on_all_others():
-    for where in table1.TESTS:
-        gains = TABLE.found(model=table1.RAW, where=where)
-        assert all((gain > 0) == (where == "trained") for gain in gains), where
+def test_a_finding_of_table_1_that_is_turned_round_is_noticed():
+    found = TABLE.found()
+    assert TABLE.finds(found)
+    for model, where, gain in (("raw", page.OTHER, 1.0), ("raw", page.OWN, -1.0),
+                               ("pooled", page.FARTHER, -2.0)):  # fmt: skip
+        at = next(k for k, one in enumerate(found) if one[:2] == (model, where))
+        other = [*found]
+        other[at] = (*found[at][:3], gain)
+        assert not TABLE.finds(other)
 
 
-def test_raw_variances_lose_the_more_the_fewer_frames_they_come_from():
-    for where, track in product(("again", "aside"), table1.TRACKS):
-        gains = TABLE.found(model=table1.RAW, where=where, track=track)
-        assert all(a < b for a, b in pairwise(gains)), (where, track)
-
-
-def test_pooled_variances_never_lose_much():
-    assert min(TABLE.found(model="pooled")) > -1
-
-
-def test_every_state_of_table_1_is_recorded_and_said():
-    for state in (Decision(**parameters) for parameters in TABLE.parameters()):
-        column = f"p = {state.p}"
-        good, like = (t[state.model, column].estimate for t in state.tables())
+def test_every_state_of_table_1_is_said_and_is_that_of_the_rows():
+    rows = page.straight.rows()
+    for parameters in TABLE.parameters():
+        state = TABLE.state(**parameters)
+        good, like = state.share[state.model], state.like[state.model]
         assert 0 <= good + like <= 100 + 1e-9
-        means, first = (state.share(name) for name in (table1.EUCLID, table1.ONE_VIEW))
+        means, first = (state.share[name] for name in (page.EUCLID, page.ONE_VIEW))
         said = TABLE.alt(state)
         assert f"{good:.1f} % right, {like:.1f} % taken" in said
         assert f"Euclid has {means:.1f} % to the means and {first:.1f} % to the first" in said
+    where = {"p": 10, "model": "shrunk", "where": page.FARTHER}
+    shown = TABLE.state(p=10, model="shrunk", where=page.FARTHER, track="straight on")
+    assert shown.share["shrunk"] == pytest.approx(rows.of("right", **where).mean())
+    assert shown.like["shrunk"] == pytest.approx(rows.of("alike", **where).mean())
 
 
 def test_bars_of_table_1_are_the_errors_and_the_dot_is_on_the_line():
-    model, column = "shrunk, log-determinant", "p = 10"
-    state = Decision(10, model, "aside", "")
-    above, below = TABLE.drawn(p=10, model=model, where="aside")
-    names = table1.ONE_VIEW, table1.EUCLID, model
+    model = "shrunk, log-determinant"
+    state = TABLE.state(p=10, model=model, where=page.FARTHER, track="to either side")
+    above, below = TABLE.drawn(p=10, model=model, where=page.FARTHER)
+    names = page.ONE_VIEW, page.EUCLID, model
     widths = np.reshape([bar.get_width() for bar in above.patches], (2, 3)).T
-    wrong, alike = [100 - state.share(n) for n in names], state.tables()[1]
-    assert widths.sum(axis=1) == pytest.approx(wrong)
-    assert widths[:, 0] == pytest.approx([alike[n, column].estimate for n in names])
+    assert widths.sum(axis=1) == pytest.approx([100 - state.share[n] for n in names])
+    assert widths[:, 0] == pytest.approx([state.like[n] for n in names])
     assert [t.get_text() for t in above.get_yticklabels()] == ["first views", "means", "variances"]
     *lines, dot = below.lines
-    assert len(lines) == len(table1.MODELS)
-    assert dot.get_xydata() == pytest.approx(np.array([[10, state.share(model)]]))
+    assert len(lines) == len(page.MODELS)
+    assert dot.get_xydata() == pytest.approx(np.array([[10, state.share[model]]]))
     strong = [line for line in lines if line.get_linewidth() > 2]
     assert sorted((line.get_color(), line.get_linestyle()) for line in strong) == sorted(
         [(MEANING["Euclid"], "--"), (MEANING["Euclid"], "-"), (MEANING["shrunk"], "-")]
@@ -166,3 +157,55 @@ def test_bars_of_table_1_are_the_errors_and_the_dot_is_on_the_line():
 def test_axes_of_table_1_stay():
     states = list(TABLE.parameters())[::7]
     assert len({tuple(map(limits, TABLE.drawn(**state))) for state in states}) == 1
+
+
+# What the text says of the rows
+
+
+def test_right_matches_are_fewer_without_either_rule():
+    table = page.with_and_without(page.matched.rows())
+    both = table["both rules", "right"]
+    for name in ("no row rule", "no threshold", "neither"):
+        assert table[name, "right"].estimate < both.estimate
+    assert table["neither", "right"].high < both.low
+
+
+def test_a_landmark_from_aside_is_farther_than_a_look_alike_and_nearer_than_another_landmark():
+    rows = page.viewed.rows()
+    alike, slight, large = (page.moved(rows, angle) for angle in (0, 5, 30))
+    assert alike.high < large.low
+    assert large.high < rows.mean("other", angle=0).low
+    assert rows.ratio("moved", ("angle", 5, 0)).low > 1.5
+    assert large.low > 1.5 * slight.high
+
+
+def test_the_verdict_hangs_on_which_descriptor_euclid_is_to():
+    rows = page.assigned.rows()
+    assert page.gain(rows, page.OTHER).low > 0 > page.gain(rows, page.OTHER, over="Euclid").high
+
+
+def test_a_class_knows_its_own_frames_and_with_few_of_them_hardly_any_others():
+    rows = page.assigned.rows()
+    assert page.right_by(rows, page.OWN, "raw", 3).low > 99
+    raw, means = (page.right_by(rows, page.OTHER, name, 3) for name in ("raw", "Euclid"))
+    assert raw.estimate < means.estimate - 2
+
+
+def test_shared_variances_do_not_lose_where_raw_ones_do():
+    gains = page.gains()["straight on, then aside"]
+    assert all(one.high < -5 for one in gains["raw"])
+    assert all(one.low > -1 for one in gains["pooled"])
+
+
+def test_as_printed_nothing_is_new_and_as_meant_most_of_it():
+    rows = page.called.rows()
+    assert rows.mean("called").high == 0
+    assert rows.mean("as meant").low > 0.7
+
+
+def test_shrunk_variances_break_even_and_with_the_log_determinant_gain_less_than_two_points():
+    rows = page.assigned.rows()
+    even = page.gain(rows, page.OTHER, model="shrunk", over="Euclid")
+    assert even.low < 0 < even.high
+    best = page.gain(rows, page.OTHER, model="shrunk" + page.WITH, over="Euclid")
+    assert 0 < best.low < 2

@@ -7,7 +7,7 @@ import pytest
 from data_synth import stereo
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
-from robot_perception.chapters.sift_association import recordings, table1
+from robot_perception.chapters.sift_association import recordings
 from robot_perception.chapters.sift_association.recordings import FAR, RIGHT_PX, Pair, choose
 from robot_perception.datasets import CorruptImage, DatasetMissing
 from robot_perception.geometry import se3
@@ -139,9 +139,9 @@ def test_a_rendered_drive_is_assigned_by_the_poses_that_made_it(tmp_path):
     assert found.landmarks[0] > 100
     assert found.descriptors[0] > 50
     right = {name: float(found.right[name][0]) for name in recordings.MODELS}
-    assert right[table1.EUCLID] > 80
+    assert right["Euclid"] > 80
     assert right["pooled"] > 80
-    assert right["raw"] < right[table1.EUCLID]
+    assert right["raw"] < right["Euclid"]
     table = found.table()
     assert table["raw", "p = 3"] == right["raw"]
     assert "2 frames after the track" in table.about

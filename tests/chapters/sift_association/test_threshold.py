@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.sift_association import table1, threshold
-from robot_perception.chapters.sift_association.threshold import Config, curve
+from robot_perception.book import sift_association as page
+from robot_perception.book.sift_association import curve
 from tests.chapters.sift_association.worlds import clear_views
 
 RNG = np.random.default_rng
@@ -44,19 +44,13 @@ def test_best_is_the_largest_harmonic_mean():
     assert found.best == int(np.argmax(means))
 
 
-def clear(monkeypatch, seen, **changes):
-    """Return a run on views, of whose landmarks half are left out."""
-    monkeypatch.setattr(threshold, "views", lambda stations, seed: seen)
-    return threshold.one_building(Config(p=4, **changes), rng=RNG(2))
-
-
 @pytest.mark.parametrize("aside", [False, True])
-def test_where_landmarks_look_different_new_ones_are_all_found(monkeypatch, aside):
+def test_where_landmarks_look_different_new_ones_are_all_found(aside):
     """What is seen from aside is not tested."""
     seen = clear_views(40, RNG(1))
     if aside:
         seen.aside[::2], seen.tests[::2] = 0.3, 0
-    for found in clear(monkeypatch, seen).curves.values():
+    for found in page.found_new(seen, 4, RNG(2))[0].values():
         assert found.precision[found.best] == 1
         assert found.recall[found.best] > 0.95  # a threshold is one of the distances
 
@@ -65,25 +59,26 @@ def test_what_is_in_the_map_is_not_new(monkeypatch):
     """At the least threshold all but one are called new: so many of them are as were left out."""
     seen = clear_views(40, RNG(1))
     for share in (0.25, 0.75):
-        monkeypatch.setattr(threshold, "LEFT_OUT", share)
-        for found in clear(monkeypatch, seen).curves.values():
+        monkeypatch.setattr(page, "LEFT_OUT", share)
+        for found in page.found_new(seen, 4, RNG(2))[0].values():
             assert found.precision[0] == pytest.approx(share, abs=0.15)
 
 
 def test_as_printed_nothing_is_new_and_as_meant_nearly_all(monkeypatch):
     """§4 calls new what exceeds the threshold for none of the landmarks; some are always far."""
-    seen = clear_views(40, RNG(1))
-    printed, meant = (clear(monkeypatch, seen, meant=meant) for meant in (False, True))
-    assert printed.called == 0
-    assert meant.called > 0.95
+    seen = clear_views(40, RNG(1), frames=10)
+    monkeypatch.setattr(page, "views", lambda stations, seed: seen)
+    printed, meant = (page.called.but(meant=how).trial(building=0) for how in (False, True))
+    assert printed["called"] == 0
+    assert meant["called"] == printed["as meant"] > 0.95
 
 
-@pytest.mark.parametrize("model", threshold.MODELS)
+@pytest.mark.parametrize("model", page.JUDGES)
 def test_new_is_what_is_far_from_all_that_are_known(model):
     seen = clear_views(40, RNG(1))
     known = np.arange(40) < 20
     new = ~seen.same()[:, known].any(axis=1)
-    decided = table1.decide(model, seen.classes(4)[known])
+    decided = page.decide(model, seen.classes(4)[known])
     distances = decided.distances(seen.tests.astype(float))
     limit = distances[~new].min(axis=1).max()  # the least that knows all known ones
     assert ((distances > limit).all(axis=1) == new).all()

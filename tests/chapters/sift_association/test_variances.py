@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.sift_association import variances as law
-from robot_perception.chapters.sift_association.table1 import decide
-from robot_perception.chapters.sift_association.views import classes_of
+from robot_perception.book import sift_association as law
+from robot_perception.book.sift_association import classes_of, decide
 from robot_perception.landmarks import Mahalanobis
 
 RNG = np.random.default_rng

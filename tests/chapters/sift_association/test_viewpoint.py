@@ -6,8 +6,8 @@ import pytest
 from data_synth import stereo
 from data_synth.stereo import Rig
 from data_synth.textures import paint
-from robot_perception.chapters.sift_association import viewpoint
-from robot_perception.chapters.sift_association.viewpoint import Config, found_again
+from robot_perception.book import sift_association as page
+from robot_perception.book.sift_association import found_again
 from tests.chapters.sift_association.worlds import features
 
 RNG = np.random.default_rng
@@ -54,16 +54,16 @@ def test_each_of_several_is_found_by_itself_and_nothing_among_nothing():
 
 @pytest.mark.parametrize("angle", [0.0, 30.0, -45.0])
 def test_the_camera_goes_round_the_middle_and_looks_at_it(angle):
-    pose = viewpoint.stand(angle)
+    pose = page.stand(angle)
     middle = stereo.project(QUIET, pose, np.array([[0.0, 0.0, QUIET.height]]))[0]
-    assert middle == pytest.approx([*QUIET.centre_px, viewpoint.DISTANCE])
+    assert middle == pytest.approx([*QUIET.centre_px, page.DISTANCE])
     assert np.rad2deg(np.arctan2(pose[1], -pose[0])) == pytest.approx(angle)
 
 
 def test_a_picture_hangs_about_the_middle_in_its_own_shape():
     for kind in ("poster", "notices"):
         picture = paint(kind, rng=RNG(0))
-        corner, right, down = (viewpoint.hang(picture).frames[0][:, k] for k in (2, 0, 1))
+        corner, right, down = (page.hang(picture).frames[0][:, k] for k in (2, 0, 1))
         assert corner + right / 2 + down / 2 == pytest.approx([0, 0, QUIET.height])
         shape = np.linalg.norm(down) / np.linalg.norm(right)
         assert shape == pytest.approx(picture.shape[0] / picture.shape[1])
@@ -72,10 +72,10 @@ def test_a_picture_hangs_about_the_middle_in_its_own_shape():
 
 def test_without_noise_the_same_view_is_the_same():
     """Every feature finds itself, or its twin of another direction, and nothing has moved."""
-    scene = viewpoint.hang(paint("poster", rng=RNG(3)))
-    looks = [viewpoint.seen_ahead(scene, QUIET, rng=RNG(k)) for k in (1, 2)]
+    scene = page.hang(paint("poster", rng=RNG(3)))
+    looks = [page.seen_ahead(scene, QUIET, rng=RNG(k)) for k in (1, 2)]
     (first, points), (second, _) = looks
-    at = stereo.project(QUIET, viewpoint.stand(0.0), points)
+    at = stereo.project(QUIET, page.stand(0.0), points)
     pairs = found_again(first, at, second)
     assert len(pairs) == len(first) > 50
     assert (first.pixels[pairs[:, 0]] == second.pixels[pairs[:, 1]]).all()
@@ -90,16 +90,28 @@ def test_a_record_is_the_mean_over_all_features_of_all_pictures(monkeypatch):
         "poster": (10, np.array([8, 0]), np.array([80.0, 0.0]), 3000.0),
         "sign": (30, np.array([24, 6]), np.array([480.0, 600.0]), 6000.0),
     }
-    monkeypatch.setattr(viewpoint, "_picture", lambda kind, config, rng: parts[kind])
-    config = Config(kinds=("poster", "sign"), angles=(0, 30))
-    same, again, other = viewpoint.one_set(config, rng=RNG(0))
-    assert same == pytest.approx([17.5, 100.0])
-    assert again == pytest.approx([0.8, 0.15])
-    assert other == 225.0
+    monkeypatch.setattr(page, "gone_round", lambda kind, angles, rng: parts[kind])
+    monkeypatch.setattr(page, "KINDS", ("poster", "sign"))
+    monkeypatch.setattr(page, "ANGLES", (0, 30))
+    found = page.viewed.trial(album=0)
+    assert found["moved"] == pytest.approx([17.5, 100.0])
+    assert found["found"] == pytest.approx([0.8, 0.15])
+    assert found["other"] == 225.0
 
 
 def test_noise_moves_descriptors_less_than_thirty_degrees_and_these_less_than_another_landmark():
-    config = Config(sets=1, kinds=("notices",), angles=(0, 30))
-    found = viewpoint.run(config, rng=RNG(7))
-    assert 0 < found.at(0) < found.at(30) < found.other
-    assert 1 >= found.again[0, 0] > found.again[0, 1] > 0
+    features, found, moved, other = page.gone_round("notices", (0, 30), RNG(7))
+    near, far = moved / found
+    assert 0 < near < far < other / features
+    assert features >= found[0] > found[1] > 0
+
+
+def test_a_camera_that_stays_where_it_was_sees_the_same_at_every_angle(monkeypatch):
+    """Nothing but the noise differs."""
+    seen = []
+    round_trip = (1, np.ones(1), np.ones(1), 1.0)
+    monkeypatch.setattr(page, "gone_round", lambda kind, at, rng: seen.append(at) or round_trip)
+    page.viewed.but(still=True).trial(album=0)
+    page.viewed.trial(album=0)
+    assert [set(at) for at in seen[: len(page.KINDS)]] == [{0.0}] * len(page.KINDS)
+    assert tuple(seen[-1]) == page.ANGLES

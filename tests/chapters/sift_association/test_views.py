@@ -7,8 +7,8 @@ from data_synth import stereo
 from data_synth.stereo import Rig
 from data_synth.textured_building import drive, make_textured_building
 from data_synth.textures import paint
-from robot_perception.chapters.sift_association import views
-from robot_perception.chapters.sift_association.views import APART, FOCUS, Stations, Views
+from robot_perception.book import sift_association as page
+from robot_perception.book.sift_association import APART, FOCUS, Stations, Views
 from robot_perception.landmarks import detect, raw_variances
 from tests.chapters.sift_association.worlds import features, places, tiled_wall
 from tests.unchecked import unchecked
@@ -20,7 +20,7 @@ SMALL = Stations(count=2, frames=6, sightings=4, again=2, swing=0.05, aside=(0.3
 
 def recorded(seed: int) -> Views:
     with unchecked():
-        return views.views.__wrapped__(SMALL, seed)
+        return page.views.__wrapped__(SMALL, seed)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def frames():
     for start, rng in zip((0, len(poses) - SMALL.frames - 1), streams, strict=True):
         ways = np.linspace(-SMALL.swing, SMALL.swing, SMALL.frames)
         straight = poses[start : start + SMALL.frames]
-        part = np.stack([views.stand_aside(p, a) for p, a in zip(straight, ways, strict=True)])
+        part = np.stack([page.stand_aside(p, a) for p, a in zip(straight, ways, strict=True)])
         taken = stereo.frames(building.scene, RIG, part, rng=rng)
         out.append((part, [detect(frame.left) for frame in taken]))
     return out
@@ -52,7 +52,7 @@ def test_places_are_on_the_wall_where_the_ray_meets_it():
     wall, pose = tiled_wall(paint("poster", rng=RNG(1))), np.array([1.0, 0.5, 0.1])
     points = np.array([[4.0, y, z] for y in (-1.5, 0.3, 1.2) for z in (0.4, 1.7)])
     at = stereo.project(RIG, pose, points)
-    found = views.place(wall, RIG, pose, features(at[:, :2], scales=3.0, angles=0.4))
+    found = page.place(wall, RIG, pose, features(at[:, :2], scales=3.0, angles=0.4))
     assert found["points"] == pytest.approx(points)
     assert (found["carriers"] == 0).all()
     assert found["sizes"] == pytest.approx(3.0 * at[:, 2] / RIG.focal_px)
@@ -64,8 +64,8 @@ def test_places_are_on_the_wall_where_the_ray_meets_it():
 
 def test_a_feature_on_nothing_has_no_carrier_and_no_features_no_places():
     wall, pose = tiled_wall(paint("poster", rng=RNG(1))), np.array([1.0, 0.0, np.pi])
-    assert (views.place(wall, RIG, pose, features([[5.0, 7.0]]))["carriers"] == -1).all()
-    assert len(views.place(wall, RIG, pose, features([]))) == 0
+    assert (page.place(wall, RIG, pose, features([[5.0, 7.0]]))["carriers"] == -1).all()
+    assert len(page.place(wall, RIG, pose, features([]))) == 0
 
 
 @pytest.mark.parametrize("aside", [-0.6, 0.3])
@@ -73,7 +73,7 @@ def test_who_stands_aside_looks_at_the_same_place(aside):
     pose = np.array([2.0, -1.0, 2.5])
     ahead = np.array([[np.cos(2.5), np.sin(2.5), 0.0]])
     target = np.array([*pose[:2], 1.0]) + FOCUS * ahead
-    stood = views.stand_aside(pose, aside)
+    stood = page.stand_aside(pose, aside)
     (column, _, depth), middle = stereo.project(RIG, stood, target)[0], RIG.centre_px[0]
     assert column == pytest.approx(middle)
     assert depth == pytest.approx(np.hypot(FOCUS, aside))

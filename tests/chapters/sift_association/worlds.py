@@ -3,11 +3,11 @@
 import numpy as np
 
 from data_synth.stereo import Scene, Surface, make_scene
-from robot_perception.chapters.sift_association.views import PLACE, Places, Views
+from robot_perception.book.sift_association import PLACE, Views
 from robot_perception.landmarks import Features
 
 
-def places(points, *, carriers=0, prints=None, sizes=0.01, angles=0.0) -> Places:
+def places(points, *, carriers=0, prints=None, sizes=0.01, angles=0.0) -> np.ndarray:
     """Return places; what is not told is the same for all."""
     points = np.reshape(np.asarray(points, dtype=float), (-1, 3))
     out = np.empty(len(points), PLACE)

@@ -19,3 +19,22 @@ def test_the_window_of_the_exercise_reaches_as_far_as_that_of_the_tracker():
     cov = np.diag([16.0 - 1.0, 16.0 - 1.0, 4.0, 1.0, 1.0, 1.0])  # 4 px of middle and half a side
     wide, high = FaceTracker().window(RegionState(Gaussian(mean, cov)))[2:]
     assert EXERCISES["tutor-window"].answer == pytest.approx(320 * 240 / (wide * high))
+
+
+def test_a_limit_is_that_of_strangers_and_its_price_the_tutors():
+    def right(later, strangers):
+        limit = np.sort(strangers)[round(0.05 * len(strangers)) - 1]
+        return limit, np.mean(later > limit)
+
+    def of_the_tutors(later, strangers):
+        limit = np.quantile(later, 0.95)
+        return limit, np.mean(later > limit)
+
+    def what_passes(later, strangers):
+        limit = np.quantile(strangers, 0.05)
+        return limit, np.mean(later <= limit)
+
+    sheet = EXERCISES["tutor-limit"]
+    assert sheet.judge(right)[0] == "right"
+    for wrong in (of_the_tutors, what_passes):
+        assert sheet.judge(wrong)[0] == "wrong"

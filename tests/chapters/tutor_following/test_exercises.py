@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from robot_perception.book.tutor_following import EXERCISES, whistle
+from robot_perception.book.tutor_following import EXERCISES
 from robot_perception.companion.hands.boosting import boost
 from robot_perception.companion.hands.features import integral
-from robot_perception.companion.interaction import Event, Interaction, InteractionState
-from robot_perception.companion.robot import EVENTS
+from robot_perception.companion.interaction import Event
 
 
 def test_four_numbers_of_an_integral_image_are_the_sum_of_a_rectangle():
@@ -35,12 +34,16 @@ def test_a_model_forgets_as_the_exercise_says():
     assert EXERCISES["following-drift"].answer == pictures == 7
 
 
-def test_two_whistles_halt_the_robot():
-    rules = {**EVENTS, "whistle": Event(lambda seen: seen["whistle"], 2)}
-    machine, state = Interaction(whistle, rules), InteractionState("follow")
-    seen = {"hands": 0, "fresh": True, "hidden": False, "whistle": True}
-    names = []
-    for _ in range(2):
-        state, _ = machine.step(state, seen)
-        names.append(state.name)
-    assert names == ["follow", "halt"]
+def test_a_rate_of_the_exercise_leaves_half_of_the_model():
+    model = 1.0
+    for _ in range(25):
+        model *= 1 - EXERCISES["following-rate"].answer
+    assert model == pytest.approx(0.5)
+
+
+def test_three_whistles_in_a_row_halt_the_robot():
+    sheet = EXERCISES["following-whistle"]
+    assert sheet.judge(Event(lambda seen: seen["whistle"], 3))[0] == "right"
+    assert "too early" in sheet.judge(Event(lambda seen: seen["whistle"], 2))[1]
+    for wrong in (Event(lambda seen: seen["whistle"], 4), Event(lambda seen: seen["fresh"], 3)):
+        assert sheet.judge(wrong)[0] == "wrong"

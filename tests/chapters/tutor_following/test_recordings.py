@@ -2,10 +2,11 @@
 
 import cv2
 import numpy as np
-import pytest
 
-from robot_perception.chapters.tutor_following import recordings
-from robot_perception.chapters.tutor_following.scene import hands
+from robot_perception.book import tutor_following as page
+from robot_perception.chapters.tutor_following import recordings, training
+from robot_perception.chapters.tutor_following.scene import at, hands
+from robot_perception.evaluation.intervals import proportion
 
 
 def test_the_real_open_hand_is_found_upright_and_not_when_tilted_far():
@@ -36,6 +37,25 @@ def test_in_most_kinds_of_real_photographs_hands_are_seen_that_are_not_there():
     assert shares["a hall"].estimate == 0
 
 
+def test_photographs_in_the_training_take_most_alarms_away():
+    """In recordings that neither detector was trained on."""
+    found = [one.read().result for one in recordings.HANDLESS.values()]
+    before, after = (np.concatenate([getattr(one, name) for one in found]) > 0
+                     for name in ("counts", "fewer"))  # fmt: skip
+    first, second = (proportion(int(some.sum()), len(some)) for some in (before, after))
+    assert second.high < first.low
+    assert all(one.row()[2].estimate <= one.row()[1].estimate for one in found)
+
+
+def test_the_detector_that_saw_photographs_finds_rendered_hands_all_the_same():
+    hits = []
+    for person in range(60000, 60020):
+        one = page.shot(np.random.default_rng(person))
+        hits.append(at(hands(training.PHOTOGRAPHED).find(one.grey), one.hand).any())
+    assert proportion(int(sum(hits)), len(hits)).high > 0.9
+    assert np.mean(hits) >= 0.8
+
+
 def test_alarms_are_counted_by_photograph_whatever_its_size(tmp_path):
     rng = np.random.default_rng(0)
     for k, size in enumerate(((480, 640), (60, 80), (240, 320))):
@@ -44,10 +64,12 @@ def test_alarms_are_counted_by_photograph_whatever_its_size(tmp_path):
     cv2.imwrite(str(tmp_path / "3.png"), noise)
     found = recordings.alarms(tmp_path, "*.png")
     assert found.counts.tolist() == [0, 0, 0, len(hands().find(noise))]
+    assert found.fewer.tolist() == [0, 0, 0, len(hands(training.PHOTOGRAPHED).find(noise))]
     assert len(recordings.alarms(tmp_path, "*.png", every=2).counts) == 2
 
 
 def test_a_share_is_of_photographs_and_not_of_alarms():
-    found = recordings.Alarms(np.array([0, 3, 0, 1]))
+    found = recordings.Alarms(np.array([0, 3, 0, 1]), np.array([0, 0, 2, 0]))
     assert found.share().estimate == 0.5
-    assert found.row()[::2] == [4, pytest.approx(1.0)]
+    count, before, after = found.row()
+    assert (count, before.estimate, after.estimate) == (4, 0.5, 0.25)

@@ -2,7 +2,12 @@
 
 import pytest
 
-from robot_perception.chapters.walls.exercises import EXERCISES
+from robot_perception import walls
+from robot_perception.book.walls import EXERCISES, worst_case
+
+
+def test_so_many_distances_are_measured_on_the_worst_line():
+    assert EXERCISES["walls-1"].answer == walls.count_distances(worst_case(1000), 0.1)
 
 
 @pytest.mark.parametrize(

@@ -19,16 +19,6 @@ def test_stored_map_is_one(recording):
     assert 0 < found.shared <= found.walls
 
 
-def test_buildings_are_compared_by_what_is_stored():
-    stored = {r.store: r.stored().result for r in (recordings.FR079, recordings.INTEL)}
-    table = recordings.compared(stored)
-    assert list(table.rows) == list(stored)
-    for name, found in stored.items():
-        assert table[name, "walls"] == found.walls
-        assert table[name, "explained (%)"] == pytest.approx(100 * found.explained)
-        assert table[name, "aligned (%)"] == pytest.approx(100 * found.square)
-
-
 def map_of_room(ring):
     """The map of a room with these corners, recorded from ten places, twice."""
     faces = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)

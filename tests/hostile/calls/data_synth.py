@@ -60,10 +60,6 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(1)
 
 
-def runs() -> monobot.RailRuns:
-    return monobot.simulate_rail(PLAN, AT, 2, rng=rng(), **SIGMAS)
-
-
 def crowd() -> world.World:
     return world.World(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT, rng=rng())
 
@@ -210,8 +206,6 @@ CALLS = (
         laser.measure: lambda: call(laser.sight(FACES, POSES, SCANNER), SCANNER, rng=rng()),
         monobot.planned_path: lambda: call("sine", 5, start=0.0, reach=1.0),
         monobot.simulate_rail: lambda: call(PLAN, AT, 2, rng=rng(), **SIGMAS),
-        monobot.measure_anchor: lambda: call(runs(), 1.0, 0.1, rng=rng()),
-        monobot.watch_vehicle: lambda: call(runs(), 1.0, 0.1, rng=rng()),
         office.make_office: lambda: call(
             rng=rng(), rooms=2, length=20.0, corridor=2.0, depth=4.5, door=1.0, furniture=1
         ),
@@ -222,11 +216,11 @@ CALLS = (
             *np.array([[2.0, 0.5, 1.5], [0, -1, 0], [0, 0, -1]]), 0, (1.0, 2.0), 1.0, -1
         ),
         stereo.Rig: lambda: call(280.0, 0.1, (8, 6), 1.0, 0.6, 0.7, 1.2, 0.01, 0.1, 0.02),
-        stereo.Scene: lambda: call(*parts(SCENE)),
         stereo.make_scene: lambda: call([CARD], [np.full((4, 4), 90.0)]),
         stereo.left_frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
         stereo.render_left: lambda: call(SCENE, RIG, POSES[0], exposure=1.1, rng=rng()),
         stereo.frames: lambda: call(SCENE, RIG, POSES, rng=rng()),
+        stereo.ideal_image: lambda: call(SCENE, RIG, POSES[0], across=0.05),
         stereo.surface_points: lambda: call(
             SCENE, RIG, POSES[0], np.array([[3.5, 2.5], [99.0, 0]])
         ),

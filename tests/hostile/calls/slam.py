@@ -8,7 +8,14 @@ import sympy
 from robot_perception.beliefs import Gaussian, ParticleSet
 from robot_perception.observations import Observations
 from robot_perception.particles import effective_number, systematic
-from robot_perception.slam import monobot, observability, planar, rao_blackwellised, visual
+from robot_perception.slam import (
+    localisation,
+    monobot,
+    observability,
+    planar,
+    rao_blackwellised,
+    visual,
+)
 from robot_perception.slam.observability import symbolic
 from robot_perception.slam.planar import calibration, textbook
 from robot_perception.slam.rao_blackwellised import textbook as one_by_one
@@ -70,6 +77,16 @@ VISUAL, _ = SLAM.step(
     LOOKS,
     costs=lambda asked: np.ones((1, 1)),
     rng=np.random.default_rng(0),
+)
+MARKS = localisation.LandmarkMap(
+    np.array([[2.0, 1.0, 0.5], [3.0, -1.0, 1.5]]),
+    np.tile(0.1 * Q, (2, 1, 1)),
+    visual.Looks(np.eye(2, 4), np.eye(2, 4), np.zeros((2, 4)), np.array([1, 2])),
+)
+FINDER = localisation.MapLocaliser(MARKS, MOUNT, localisation.LocaliserRules(20))
+FOUND = FINDER.start(rng=np.random.default_rng(0))
+PAIR = Observations(
+    np.array([-1, -1]), np.array([[-1.0, 0.5, 2.0], [1.0, -0.5, 3.0]]), np.tile(0.1 * Q, (2, 1, 1))
 )
 PARTICLE = one_by_one.Particle(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)})
 
@@ -205,6 +222,39 @@ CALLS = {
         costs=lambda asked: np.ones((1, 1)),
         rng=np.random.default_rng(0),
     ),
+    localisation.LandmarkMap: lambda: call(MARKS.means, MARKS.covs, MARKS.looks),
+    localisation.LandmarkMap.of: lambda: call(VISUAL),
+    localisation.LocaliserRules: lambda: call(
+        20, 2.0, 2, 0.3, 0.1, 0.2, 0.5, (0.1, 0.1, 0.1), 0.1, "area", (1.0, 0.5), 0.5, 0.9, 0.2
+    ),
+    localisation.MapLocaliser: lambda: call(
+        MARKS, MOUNT, localisation.LocaliserRules(20), np.array([[0.0, 0.0], [3.0, 4.0]])
+    ),
+    localisation.MapLocaliser.start: lambda: call(
+        FINDER, Gaussian(POSE, 0.1 * Q), rng=np.random.default_rng(0)
+    ),
+    localisation.MapLocaliser.step: lambda: call(
+        FINDER,
+        FOUND,
+        MOTION,
+        PAIR,
+        np.eye(2, 4),
+        costs=lambda asked: np.ones((2, 2)),
+        rng=np.random.default_rng(0),
+    ),
+    localisation.MapLocaliser.fix: lambda: call(
+        FINDER,
+        PAIR,
+        np.eye(2, 4),
+        costs=lambda asked: 1 - np.eye(2),
+        rng=np.random.default_rng(0),
+        tries=20,
+    ),
+    localisation.Fix: lambda: call(POSE, 3),
+    localisation.LocaliserInfo: lambda: call(
+        np.zeros((2, 1), dtype=int), 1.0, True, np.zeros(3, dtype=int), 0.5, 1
+    ),
+    localisation.clusters: lambda: call(PARTICLES, near=(1.0, 0.5)),
     one_by_one.Particle: lambda: call(POSE, {4: Gaussian(np.full(3, 2.0), 0.1 * Q)}, -1.0),
     one_by_one.camera_pose: lambda: call(POSE, MOUNT),
     one_by_one.predict: lambda: call(PARTICLE, MOTION, rng=np.random.default_rng(0)),

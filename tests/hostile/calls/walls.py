@@ -16,8 +16,13 @@ SCANS = np.stack([RANGES, RANGES])
 MAP = walls.build_map(SCANS, ANGLES, POSES, Extraction(), Gate())[0]
 FACES = MAP.ends
 SEEN = np.ones(len(walls.sample_faces(FACES)[0]), dtype=bool)
+MAPPER = walls.WallMapper(ANGLES, Extraction(), Gate(), 0.01 * np.eye(3))
 POLE = np.array([[1.0, 0.1], [0.98, 0.0], [1.0, -0.1]])
-for kernel in (walls.count_hull_steps, walls.simplify):  # compiled before the clock runs
+for kernel in (
+    walls.count_hull_steps,
+    walls.simplify,
+    walls.simplify_fewest,
+):  # compiled before the clock runs
     kernel(CHAIN, 0.1)
 walls.find_crossings(CROSSED)
 
@@ -28,6 +33,9 @@ CALLS = {
     LandmarkRules: lambda: call(Extraction(), 0.7, 0.1, 0.003, 0.15, 5, 0.15),
     WallMap.empty: lambda: call(),
     WallMap.seen_in: lambda: call(MAP, 1),
+    walls.WallMapper: lambda: call(ANGLES, Extraction(), Gate(), 0.01 * np.eye(3)),
+    walls.WallMapper.start: lambda: call(MAPPER),
+    walls.WallMapper.step: lambda: call(MAPPER, MAP, RANGES, POSES[1]),
     walls.build_map: lambda: call(
         SCANS, ANGLES, POSES, Extraction(), Gate(), pose_cov=0.01 * np.eye(3)
     ),
@@ -54,6 +62,7 @@ CALLS = {
     walls.search: lambda: call(MAP, SEGMENTS, 0, Gate()),
     walls.seen_from: lambda: call(MAP.lines, MAP.covs, np.array([1.0, 2.0])),
     walls.simplify: lambda: call(CHAIN, 0.1),
+    walls.simplify_fewest: lambda: call(CHAIN, 0.1),
     walls.simplify_path_hull: lambda: call(CHAIN, 0.1, assume_simple=True),
     walls.simplify_recursive: lambda: call(CHAIN, 0.1),
     walls.to_points: lambda: call(RANGES, ANGLES),

@@ -1,3 +1,1 @@
-"""Anchored SLAM: Andrade-Cetto, "Perception Issues", section 2.2, eqs (19) to (27)."""
-
-STUDIES = ("rails", "gauge")
+"""Anchored SLAM: what one known landmark makes observable, and what not."""

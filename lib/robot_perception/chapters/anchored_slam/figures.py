@@ -1,19 +1,17 @@
 """Drawings of the chapter: the rail, moved worlds, invented information, the real recordings."""
 
 from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
-from robot_perception.chapters.anchored_slam import invented
-from robot_perception.chapters.anchored_slam.gauge import MovedWorld
 from robot_perception.chapters.anchored_slam.intel import Building
 from robot_perception.chapters.anchored_slam.mrclam import ANCHORS, Robots
 from robot_perception.chapters.anchored_slam.victoria import Park
 from robot_perception.chapters.monobot import figures
-from robot_perception.chapters.monobot.figures import MEASUREMENTS
-from robot_perception.chapters.monobot.rail import Result
+from robot_perception.chapters.monobot.figures import MEASUREMENTS, Runs
 from robot_perception.gating import chi_squared_quantile
 from robot_perception.geometry import act
 from robot_perception.teaching.figures import drawn
@@ -45,7 +43,7 @@ ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
     height=7.2,
     gridspec_kw={"hspace": 0.16},
 )
-def side_by_side(axes: np.ndarray, results: Mapping[str, Result], run: int) -> np.ndarray:
+def side_by_side(axes: np.ndarray, results: Mapping[str, Runs], run: int) -> np.ndarray:
     """Draw one run of studies by title, a column each, all bands ±2σ, on common scales."""
     for column, (name, result) in zip(axes.T, results.items(), strict=True):
         figures.one_run(column[[0, 2, 1, 3]], result, run)
@@ -88,7 +86,7 @@ def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
     return ax
 
 
-def fan_and_gains(axes: AxesRow, result: Result) -> AxesRow:
+def fan_and_gains(axes: AxesRow, result: Runs) -> AxesRow:
     """Draw landmark errors of many runs and the gains, cleared first, on scales that compare."""
     for ax in axes:
         ax.clear()
@@ -105,7 +103,7 @@ def fan_and_gains(axes: AxesRow, result: Result) -> AxesRow:
 _ROBOT = np.array([[0.35, 0.0], [-0.2, 0.2], [-0.2, -0.2], [0.35, 0.0]])
 
 
-def moved_world(ax: Axes, world: MovedWorld) -> Axes:
+def moved_world(ax: Axes, world: SimpleNamespace) -> Axes:
     """Draw a world before (grey) and after (blue) it was moved, on axes cleared first.
 
     A measurement that no longer fits is a magenta line: from where it asks a known thing to be, to
@@ -158,21 +156,24 @@ def _strokes(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
     alt="Information about the turn relative to the start, logarithmic: the plain "
     "filter's rises to more than ten times within two rounds, the other two stay at "
     "one.",
-    caption=lambda filters: (
+    caption=lambda gains: (
         "What each filter claims to know about the turn of the world about the anchor, over "
-        f"what it knew at the start; {len(filters['ideal'].gains)} runs, median and "
+        f"what it knew at the start; {len(gains['ideal'])} runs, median and "
         "central 80 %. Who told it?"
     ),
 )
-def claimed_information(ax: Axes, filters: Mapping[str, invented.Result]) -> Axes:
-    """Draw the information that the three filters claim: medians, and the central 80 %."""
+def claimed_information(ax: Axes, gains: Mapping[str, np.ndarray]) -> Axes:
+    """Draw the information that the three filters claim: medians, and the central 80 %.
+
+    It is by filter, runs × beliefs, over that of the start.
+    """
     ax.axhline(1, color=MEANING["expected"], linewidth=0.8)
-    top = max(np.quantile(result.gains, 0.9, axis=0).max() for result in filters.values())
+    top = max(np.quantile(values, 0.9, axis=0).max() for values in gains.values())
     styles = zip(("-", "-", "--"), (1.6 * top, 0.55, 1.6), strict=True)
-    for (name, result), (line, place) in zip(filters.items(), styles, strict=True):
+    for (name, values), (line, place) in zip(gains.items(), styles, strict=True):
         colour = MEANING[name]
-        k = np.arange(result.gains.shape[1])
-        low, middle, high = np.quantile(result.gains, [0.1, 0.5, 0.9], axis=0)
+        k = np.arange(values.shape[1])
+        low, middle, high = np.quantile(values, [0.1, 0.5, 0.9], axis=0)
         band(ax, k, low, high, colour)
         ax.semilogy(k, middle, color=colour, linestyle=line)
         label(ax, 0.97 * k[-1], place, name, colour, ha="right")
@@ -194,10 +195,10 @@ def claimed_information(ax: Axes, filters: Mapping[str, invented.Result]) -> Axe
     height=3.0,
     gridspec_kw={"wspace": 0.3},
 )
-def heading_honesty(axes: AxesRow, filters: Mapping[str, invented.Result]) -> AxesRow:
-    """Draw for each filter the heading's stated deviation and the error made, root mean square."""
-    curves = {name: np.degrees([one.stated, one.rms]) for name, one in filters.items()}
-    top, made = 1.25 * max(both.max() for both in curves.values()), MEANING["error"]
+def heading_honesty(axes: AxesRow, curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> AxesRow:
+    """Draw for each filter the heading's stated deviation and the error made, °, by step."""
+    top = 1.25 * max(each.max() for both in curves.values() for each in both)
+    made = MEANING["error"]
     for ax, (name, (stated, errors)) in zip(axes, curves.items(), strict=True):
         colour, k = MEANING[name], np.arange(1, stated.size + 1)
         band(ax, k, np.zeros(k.size), stated, colour)

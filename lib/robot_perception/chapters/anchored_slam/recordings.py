@@ -1,6 +1,6 @@
 """The real recordings of the chapter "Anchored SLAM": five robots, a car among trees, a building.
 
-No claim of the paper rests on them, for its own recording is not to be had.
+No claim of the paper rests on them: its own recording is unavailable.
 """
 
 from robot_perception.chapters.anchored_slam.intel import INTEL

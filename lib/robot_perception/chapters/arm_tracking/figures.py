@@ -62,8 +62,8 @@ def card(ax: Axes) -> Axes:
 
 @drawn(
     name="arms-hero",
-    alt="A person points to the side. Red points follow the outlines of both arms, green lines "
-    "their true joints.",
+    alt="A person points to the side. Points follow the outlines of both arms, lines their true "
+    "joints.",
     caption="Points: the outlines of the estimate. Lines: the true shoulders, elbows and wrists. "
     "The program sees this picture and those before it, and nothing else.",
     width=5.6,
@@ -112,8 +112,9 @@ def ablation(ax: Axes, table: Table, column: str) -> Axes:
     name="arms-resampling",
     alt="Two clouds of points on a picture of a person, one at each hand. In each a few points are "
     "much larger than the others.",
-    caption="One picture of the auxiliary filter. Each dot is a wrist of one of the four hundred "
-    "particles after it has moved; its area is its weight. The few large dots decide.",
+    caption="One picture of the auxiliary filter. Small dots: a wrist of each of the four "
+    "hundred particles after it has moved. Large ones: the same, by weight. The few large dots "
+    "decide.",
     width=5.6,
     height=4.2,
     gridspec_kw=_PHOTO,
@@ -160,10 +161,10 @@ def following(axes: np.ndarray, state: views.Tracked) -> None:
 
 
 def laid_out() -> tuple[Figure, np.ndarray]:
-    """Return a figure with a picture, a stick figure beside it, and a curve below."""
-    fig, axes = figure(3, width=7.2, height=4.6)
+    """Return a figure with a picture, and a stick figure and a curve below; for telephones, too."""
+    fig, axes = figure(3, width=4.8, height=5.3)
     left, right, below = axes
-    left.set_position((0.0, 0.30, 0.60, 0.70))
-    right.set_position((0.62, 0.34, 0.37, 0.62))
-    below.set_position((0.10, 0.12, 0.88, 0.15))
+    left.set_position((0.0, 0.32, 1.0, 0.68))
+    right.set_position((0.0, 0.02, 0.40, 0.29))
+    below.set_position((0.52, 0.11, 0.45, 0.19))
     return fig, axes

@@ -14,8 +14,9 @@ FPS = 7.5
 EVERY = 2
 """Of the pictures every second is shown."""
 _WORDS = (
-    "Left: the picture, the outline of the estimate, and lines through the true joints. Right: "
-    "both arms in space, turned by 35°, truth and estimate. Below: how far off the wrists are."
+    "Above: the picture, the outline of the estimate, and lines through the true joints. Below, "
+    "left: both arms in space, turned by 35°, truth and estimate. Right: how far off the wrists "
+    "are. Solid and dashed: the two wrists; dotted: 15 px."
 )
 
 
@@ -27,7 +28,7 @@ def points() -> Shown:
         name="arms-points",
         poster=8,
         alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
-        "other one. Red outlines stay on both arms; beside it two stick figures move together.",
+        "other one. Outlines stay on both arms; below it two stick figures move together.",
         caption=f"All cues, bare wall. {_WORDS}",
     )
 
@@ -39,8 +40,8 @@ def gestures() -> Shown:
         fps=FPS,
         name="arms-gestures",
         poster=16,
-        alt="A person before a cluttered wall moves both arms while two others walk behind. Red "
-        "outlines follow the arms; beside it two stick figures, and below the errors.",
+        alt="A person before a cluttered wall moves both arms while two others walk behind. "
+        "Outlines follow the arms; below it two stick figures, and the errors.",
         caption=f"All cues, clutter, two people behind. {_WORDS}",
     )
 

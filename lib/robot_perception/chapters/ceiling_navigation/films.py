@@ -15,7 +15,7 @@ from robot_perception.teaching.media import Shown
 FPS = 8.0
 EVERY = 2
 """Of so many pictures one is a frame: the film runs nearly twice as fast as the robot."""
-PLACES = (0.005, 0.01, 0.49, 0.9), (0.505, 0.01, 0.49, 0.9)
+PLACES = (0.005, 0.01, 0.49, 0.88), (0.505, 0.01, 0.49, 0.88)
 
 
 def frames(found: SimpleNamespace, every: int = EVERY) -> Iterator[Figure]:
@@ -41,7 +41,7 @@ def comeback(found: SimpleNamespace) -> Shown:
         "within two metres and follows it round a corner to its end.",
         caption="Left: the ceiling as the robot sees it, with the patterns that are tracked. "
         "Right, as seen looking up: the taught path (broad) with its key images (dots), the "
-        "robot's true path (thin) and two triangles, where it is and where it is in its own "
-        "mosaic. It was put down beside the path and believes the ceiling to be half as high again "
-        "as it is.",
+        "robot's true path (thin) and two triangles, which nearly coincide: where it is and where "
+        "it is in its own mosaic. It was put down beside the path and believes the ceiling to be "
+        "half as high again as it is.",
     )

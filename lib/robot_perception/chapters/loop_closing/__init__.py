@@ -1,3 +1,1 @@
-"""Round the loop: Andrade-Cetto, "Perception Issues", section 2.2, Fig. 7."""
-
-STUDIES = ("building", "posts")
+"""Round the loop: data association, linearisation and consistency of a filter that comes back."""

@@ -2,19 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.loop_closing.building import Built
-from robot_perception.chapters.loop_closing.loops import VARIANTS, first_observed
-from robot_perception.chapters.loop_closing.posts import Result
-from robot_perception.chapters.loop_closing.states import Nailed, Played
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.teaching.tables import Table
+
+Found = Any
+"""Errors and NEES along a path, by filter, or what surveyed posts do: as the notebook makes them,
+which stores them as dataclasses of its own."""
 
 
 def tint(variant: str) -> str:
@@ -40,21 +42,19 @@ def _line(variant: str) -> str:
     width=6.4,
     height=4.6,
 )
-def built_map(ax: Axes, built: Built) -> Axes:
+def built_map(ax: Axes, built: SimpleNamespace) -> Axes:
     """Draw Fig. 7 again, on axes cleared first: readings and map over the plan, path, end error."""
     ax.clear()
-    truth, path, error = built.drive.poses, built.history.poses, MEANING["error"]
+    truth, path, error = built.truth, built.path, MEANING["error"]
     lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
     dots(ax, built.readings, size=1.1)
-    ax.plot(*built.history.belief.landmarks.T, "o", color=MEANING["landmark"], markersize=3.5)
+    ax.plot(*built.landmarks.T, "o", color=MEANING["landmark"], markersize=3.5)
     ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0, linestyle="--")
     ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.6)
     ends = np.stack([truth[-1, :2], path[-1, :2]])
     ax.plot(*ends.T, color=error, linewidth=2.2)
     ax.plot(*ends[1], "o", color=error, markersize=5)
-    if VARIANTS[built.case.variant].anchored:
-        anchor = built.drive.landmarks[first_observed(built.drive.seen)]
-        ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
+    ax.plot(*built.anchors.T, "P", color=MEANING["anchor"], markersize=9)
     ax.set_title(f"{built.off:.2f} m off, {built.twice} landmarks twice")
     plan(ax, built.faces.reshape(-1, 2), margin=4.0)
     ax.locator_params(nbins=5)
@@ -113,16 +113,15 @@ def _places(steps: int) -> np.ndarray:
     height=3.8,
     gridspec_kw={"right": 0.68},
 )
-def nees_along(ax: Axes, result: Result, most: float = 0.0, least: float = 1.5) -> Axes:
+def nees_along(ax: Axes, found: Found, most: float = 0.0, least: float = 1.5) -> Axes:
     """Draw the average NEES of the pose along the path and its 95 %, on axes from ``least``.
 
     They reach up to ``most`` or to the largest value.
     """
     # logarithms on a plain axis: a logarithmic one takes twice as long to draw
-    low, high = average_bounds(3, result.config.runs)
-    nees = {name: runs.nees.mean(axis=0) for name, runs in result.runs.items()}
-    at = _places(1 + len(next(iter(nees.values()))))
-    along, nees = result.config.step * at, {name: v[at - 1] for name, v in nees.items()}
+    low, high = average_bounds(3, found.runs)
+    at = _places(1 + len(next(iter(found.nees.values()))))
+    along, nees = found.step * at, {name: v[at - 1] for name, v in found.nees.items()}
     band(ax, along[[0, -1]], *np.log10([[low, low], [high, high]]), MEANING["expected"])
     for name, values in nees.items():
         ax.plot(along, np.log10(values), color=tint(name), linestyle=_line(name))
@@ -161,7 +160,7 @@ def _names(ax: Axes, ends: Mapping[str, float]) -> None:
     gridspec_kw={"right": 0.72},
 )
 def growth(
-    axes: AxesRow, result: Result, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axes: AxesRow, found: Found, reach: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> AxesRow:
     """Draw errors above and NEES below along the path, on two axes cleared first.
 
@@ -169,38 +168,36 @@ def growth(
     """
     for ax in axes:
         ax.clear()
-    errors = {name: runs.rms for name, runs in result.runs.items()}
-    at = _places(len(next(iter(errors.values()))))
-    for name, values in errors.items():
-        axes[0].plot(result.config.step * at, values[at], color=tint(name), linestyle=_line(name))
-    far = max(reach[0], result.config.step * at[-1])
-    top = 1.1 * max(reach[1], *(values[at].max() for values in errors.values()))
+    at = _places(len(next(iter(found.rms.values()))))
+    for name, values in found.rms.items():
+        axes[0].plot(found.step * at, values[at], color=tint(name), linestyle=_line(name))
+    far = max(reach[0], found.step * at[-1])
+    top = 1.1 * max(reach[1], *(values[at].max() for values in found.rms.values()))
     axes[0].set(xlim=(0, far), ylim=(0, top))
     axes[0].set(xlabel="path (m)", ylabel="position error (m)")
     axes[0].locator_params(nbins=4)
-    nees_along.on(axes[1], result, reach[2], 0.5)
+    nees_along.on(axes[1], found, reach[2], 0.5)
     axes[1].set_xlim(0, far)
     return axes
 
 
-def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
+def nailed(axes: AxesRow, found: Found) -> AxesRow:
     """Draw a state of the explorer of anchors: map with ellipses, and errors along the path."""
     for ax in axes:
         ax.clear()
     here, there = axes
-    posts, poses = state.config.world
-    at, shown = _places(len(poses)), np.linspace(1, len(poses) - 1, 14).astype(int)
+    at = _places(len(found.rms))
     truth, robot, heading = MEANING["truth"], MEANING["robot"], MEANING["heading"]
-    here.plot(*poses[:, :2].T, color=truth, linewidth=1.0, linestyle="--")
-    here.plot(*posts.T, "o", color=truth, markersize=3)
-    ellipses(here, state.first.poses[shown, :2], state.first.pose_covs[shown, :2, :2], robot)
-    if state.anchors:
-        here.plot(*posts[list(state.anchors)].T, "P", color=MEANING["anchor"], markersize=10)
-    plan(here, posts, margin=3.0)
-    along, top = state.config.step * at, 1.8
-    there.plot(along, state.runs.rms[at], color=robot)
-    there.plot(along, state.runs.rms_heading[at] / 10, color=heading)
+    here.plot(*found.truth[:, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    here.plot(*found.posts.T, "o", color=truth, markersize=3)
+    ellipses(here, found.centres, found.covs, robot)
+    here.plot(*found.anchors.T, "P", color=MEANING["anchor"], markersize=10)
+    plan(here, found.posts, margin=3.0)
+    along, top = found.step * at, 1.8
+    there.plot(along, found.rms[at], color=robot)
+    there.plot(along, found.heading[at] / 10, color=heading)
     there.set(xlim=(0, along[-1]), ylim=(0, top), xlabel="path (m)", ylabel="error")
+    there.set_title(f"over the whole drive {found.drive_error:.2f} m")
     for ax in axes:
         ax.locator_params(nbins=4)
     label(there, 0.02 * along[-1], 0.93 * top, "position (m)", robot)
@@ -208,23 +205,20 @@ def nailed(axes: AxesRow, state: Nailed) -> AxesRow:
     return axes
 
 
-def moment(ax: Axes, played: Played, time: int) -> Axes:
+def moment(ax: Axes, found: SimpleNamespace) -> Axes:
     """Draw what a filter believes at one moment, with 2σ ellipses, on axes cleared first."""
     ax.clear()
-    step, robot, truth = played.steps[time], MEANING["robot"], MEANING["truth"]
-    belief, path = played.history.kept[step], played.history.poses[: step + 1]
-    ax.plot(*played.drive.landmarks.T, "o", color=truth, markersize=3)
-    ax.plot(*played.drive.poses[: step + 1, :2].T, color=truth, linewidth=1.0, linestyle="--")
-    if VARIANTS[played.case.variant].anchored:
-        anchor = played.drive.landmarks[first_observed(played.drive.seen)]
-        ax.plot(*anchor, "P", color=MEANING["anchor"], markersize=9)
-    ax.plot(*path[:, :2].T, color=robot, linewidth=1.6)
+    robot, truth = MEANING["robot"], MEANING["truth"]
+    belief = found.belief
+    ax.plot(*found.posts.T, "o", color=truth, markersize=3)
+    ax.plot(*found.truth[:, :2].T, color=truth, linewidth=1.0, linestyle="--")
+    ax.plot(*found.anchors.T, "P", color=MEANING["anchor"], markersize=9)
+    ax.plot(*found.path[:, :2].T, color=robot, linewidth=1.6)
     ellipses(ax, belief.landmarks, belief.landmark_covs, MEANING["landmark"], width=1.1)
-    ellipses(ax, path[-1:, :2], belief.pose_cov[None, :2, :2], robot, width=2.2)
-    heading = np.degrees(path[-1, 2]) - 90
-    ax.plot(*path[-1, :2], marker=(3, 0, heading), color=robot, markersize=9)
-    along = step * played.config.step
-    ax.set_title(f"{played.case.variant}: {along:.0f} m driven, {played.off(time):.2f} m off")
+    ellipses(ax, found.path[-1:, :2], belief.pose_cov[None, :2, :2], robot, width=2.2)
+    heading = np.degrees(found.path[-1, 2]) - 90
+    ax.plot(*found.path[-1, :2], marker=(3, 0, heading), color=robot, markersize=9)
+    ax.set_title(f"{found.way}: {found.along:.0f} m driven, {found.off:.2f} m off")
     ax.set(xlim=(-11, 30), ylim=(-7, 22), xlabel="x (m)", ylabel="y (m)")
     ax.set_aspect("equal", adjustable="box")
     ax.locator_params(nbins=5)

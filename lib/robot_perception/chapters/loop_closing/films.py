@@ -1,21 +1,18 @@
 """The film of the chapter: the same drive with names unknown and known, as the maps grow."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.chapters.loop_closing import building
-from robot_perception.chapters.loop_closing.building import Built
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, label
 from robot_perception.teaching.media import Shown
 
-GIVEN = {"nothing": "names unknown", "the names": "names known"}
-"""What the filter is given, and how that is called above the map."""
 FPS = 8
 EVERY = 8
 """Steps of 20 cm from one frame to the next."""
@@ -24,13 +21,13 @@ PLACES = (0.01, 0.01, 0.485, 0.88), (0.505, 0.01, 0.485, 0.88)
 """Of both maps in the frame of the film: left, bottom, width, height."""
 
 
-def show() -> Shown:
-    """Show how both maps grow."""
+def both_maps(maps: Mapping[str, SimpleNamespace]) -> Shown:
+    """Show how two maps of one drive grow; the poster is the last frame: one is closed."""
     return film(
-        frames(),
+        frames(maps),
         fps=FPS,
         name="loop-film",
-        poster=3 * len(steps()) // 4,
+        poster=len(steps_of(next(iter(maps.values())))) - 1,
         alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
         "robot comes back to the first corridor, the right path jumps home; the left one draws the "
         "corridor a second time beside the first.",
@@ -40,35 +37,27 @@ def show() -> Shown:
     )
 
 
-def jump() -> float:
-    """Return how far the position with names known moves at the step that closes the loop, m."""
-    built = building.built("the names")
-    moved = np.diff(built.history.poses[:, :2] - built.drive.poses[:, :2], axis=0)
-    return float(np.linalg.norm(moved, axis=1).max())
-
-
-def steps() -> list[int]:
+def steps_of(built: SimpleNamespace) -> list[int]:
     """Return the steps of the drive that are shown."""
-    last = len(building.built(next(iter(GIVEN))).drive.poses) - 1
+    last = len(built.truth) - 1
     return [*range(0, last, EVERY), last]
 
 
-def frames() -> Iterator[Figure]:
+def frames(maps: Mapping[str, SimpleNamespace]) -> Iterator[Figure]:
     """Yield the frames of the film, all drawn on one figure."""
     fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
-    both = {title: building.built(given) for given, title in GIVEN.items()}
-    for step in steps():
-        for ax, (title, built) in zip(axes, both.items(), strict=True):
+    for step in steps_of(next(iter(maps.values()))):
+        for ax, (title, built) in zip(axes, maps.items(), strict=True):
             grown(ax, built, step, title)
         yield fig
 
 
-def grown(ax: Axes, built: Built, step: int, title: str) -> Axes:
+def grown(ax: Axes, built: SimpleNamespace, step: int, title: str) -> Axes:
     """Draw path, readings and error of the position until a step, on axes cleared first."""
     ax.clear()
-    truth, path = built.drive.poses[: step + 1, :2], built.history.poses[: step + 1, :2]
+    truth, path = built.truth[: step + 1, :2], built.path[: step + 1, :2]
     lines(ax, built.faces, MEANING["truth"], 3.0, alpha=0.25, zorder=0)
     readings = built.readings[built.steps <= step]
     ax.plot(*readings.T, "o", color=MEANING["readings"], markersize=0.9)

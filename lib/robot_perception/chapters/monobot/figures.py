@@ -17,7 +17,7 @@ from robot_perception.teaching.figures.style import MEANING, AxesRow, band, elli
 MEASUREMENTS = "measurements after the first"
 
 Runs = Any
-"""Runs of an experiment, as the notebook makes them, or `rail.Result`: ``positions``,
+"""Runs of an experiment, as the notebook makes them: ``positions``,
 ``measurements``, ``means``, ``vehicle_errors`` and ``landmark_errors`` (runs first), ``deviations``
 (measurements × states), and ``gains`` (steps × vehicle and landmark)."""
 

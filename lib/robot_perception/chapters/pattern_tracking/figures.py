@@ -185,10 +185,11 @@ def fig8(axes: np.ndarray, moved: Sequence[float], errors: np.ndarray) -> None:
 def occlusion(ax: Axes, shares: Sequence[float], errors: Mapping[str, list[Interval]]) -> Axes:
     """Draw the error against what is covered, by the rule of bad vectors."""
     at = 100 * np.array(shares)
+    words = {"none": "no tolerance", "at worst": "counted as the threshold"}
     for name, row in errors.items():
         dashed = name.endswith("beyond 3")
         colour = MEANING[{"none": "no tolerance"}.get(name, name.removesuffix(" beyond 3"))]
-        curve(ax, at, row, colour, "--s" if dashed else "-o", label=name)
+        curve(ax, at, row, colour, "--s" if dashed else "-o", label=words.get(name, name))
     ax.set(xlabel="covered (%)", ylabel="error (σ)", xlim=(0, at[-1]), ylim=(0, None))
     ax.legend(loc="upper left")
     return ax

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -9,18 +10,22 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception.cameras import StereoRig
-from robot_perception.chapters.sift_association import table1
-from robot_perception.chapters.sift_association.views import classes_of
 from robot_perception.datasets import read_depth_pair, read_kitti, read_plane_pair
 from robot_perception.geometry import homographies, se3
 from robot_perception.landmarks import (
+    DescriptorClasses,
     Euclidean,
     Features,
+    Mahalanobis,
     Sift,
     detect,
+    floored_variances,
     follow,
     match_stereo,
+    pooled_variances,
     predict_pixels,
+    raw_variances,
+    shrunk_variances,
 )
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
@@ -142,7 +147,14 @@ class RealTracks:
         return Table(rows, columns, about, "decided by")
 
 
-MODELS = (table1.EUCLID, "raw", "floored", "shrunk", "pooled")
+VARIANCES = {
+    "raw": raw_variances,
+    "floored": partial(floored_variances, least=100.0),
+    "shrunk": partial(shrunk_variances, strength=10.0),
+    "pooled": pooled_variances,
+}
+"""Estimates as those of Table 1."""
+MODELS = ("Euclid", *VARIANCES)
 
 
 def kitti(folder: Path, tracked: tuple[int, ...] = (3, 5), gap: int = 3) -> RealTracks:
@@ -205,8 +217,11 @@ def _assigned(
     at[front] = rig.camera.project(points[front])
     same = np.linalg.norm(later.pixels[:, None] - at, axis=-1) <= RIGHT_PX
     rows = np.flatnonzero(same.any(axis=1))
-    classes, tests = classes_of(stacks), later.descriptors[rows]
-    named = (table1.decide(name, classes).two_nearest(tests).classes[:, 0] for name in MODELS)
+    mean, tests = stacks.mean(axis=1), later.descriptors[rows]
+    squares = ((stacks - mean[:, None]) ** 2).sum(axis=1)
+    classes = DescriptorClasses(mean, squares, np.full(len(mean), stacks.shape[1]))
+    rules = Euclidean(mean), *(Mahalanobis(mean, f(classes)) for f in VARIANCES.values())
+    named = (rule.two_nearest(tests).classes[:, 0] for rule in rules)
     return np.array([len(stacks), len(rows), *(same[rows, own].sum() for own in named)])
 
 

@@ -22,25 +22,25 @@ from robot_perception.teaching.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 PLACES = {
-    "wait": (0.0, 0.6),
-    "identify": (0.85, 1.1),
-    "idle": (1.6, 0.6),
-    "follow": (3.2, 1.3),
-    "halt": (3.2, 0.6),
-    "gesture": (3.2, -0.1),
+    "wait": (0.45, 2.2),
+    "identify": (1.45, 3.05),
+    "idle": (2.3, 2.2),
+    "follow": (4.3, 3.5),
+    "halt": (4.3, 2.2),
+    "gesture": (4.3, 0.6),
 }
-"""Where the states stand in the drawing of the table."""
+"""Where the states stand in the drawing of the table, inches."""
 TEXTS = {
-    ("wait", "identify"): (0.66, 0.78, "face"),
-    ("identify", "wait"): (0.14, 1.0, "nobody"),
-    ("identify", "idle"): (1.62, 0.96, "tutor"),
-    ("idle", "follow"): (2.12, 1.14, "hand above"),
-    ("follow", "halt"): (3.55, 0.95, "open hand"),
-    ("halt", "idle"): (2.62, 0.8, "hand down"),
-    ("idle", "gesture"): (1.94, 0.1, "hand beside"),
-    ("gesture", "idle"): (3.02, 0.3, "hand down"),
+    ("wait", "identify"): (0.5, "face"),
+    ("identify", "wait"): (0.3, "nobody"),
+    ("identify", "idle"): (-0.25, "tutor"),
+    ("idle", "follow"): (-0.12, "hand above"),
+    ("follow", "halt"): (0.0, "open hand"),
+    ("halt", "idle"): (0.12, "hand down"),
+    ("idle", "gesture"): (0.3, "hand beside"),
+    ("gesture", "idle"): (0.3, "hand down"),
 }
-"""Where the events stand in it."""
+"""How far the arrows bend that have a text, and the event that leads there."""
 
 
 def seen(ax: Axes, moment: SimpleNamespace) -> Axes:
@@ -133,21 +133,20 @@ def tilts(ax: Axes, table: Table) -> Axes:
     "hand beside from idle to gesture and back. Dashed arrows lead from everywhere to wait.",
     caption="The table of states. At each arrow stands the event that leads there. Dashed: the "
     "tutor is gone, or lost.",
-    width=7.2,
+    width=4.8,
     height=4.0,
-    gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
+    gridspec_kw={"left": 0.0, "right": 1.0, "bottom": 0.0, "top": 1.0},
 )
 def states(ax: Axes, table: StateTable) -> Axes:
     """Draw the states and the arrows between them; dashed are those without a text."""
     pairs = [(arrow.source, arrow.target) for arrow in table.transitions]
-    bends = {"follow": 0.42, "gesture": -0.32, "halt": -0.25}
+    bends = {"follow": 0.55, "gesture": -0.32, "halt": -0.3}
     charts.states(ax, PLACES, [
-        Arrow(*pair) if pair in TEXTS else Arrow(*pair, bends.get(pair[0], -0.15), dashed=True)
+        Arrow(*pair, *TEXTS[pair]) if pair in TEXTS
+        else Arrow(*pair, bends.get(pair[0], -0.15), dashed=True)
         for pair in pairs
     ])  # fmt: skip
-    for x, y, text in (TEXTS[pair] for pair in pairs if pair in TEXTS):
-        ax.text(x, y, text, ha="center", va="center", fontsize=10)
-    ax.set(xlim=(-0.35, 3.95), ylim=(-0.5, 1.7))
+    ax.set(xlim=(0.0, 4.8), ylim=(0.2, 4.2))
     return ax
 
 

@@ -30,8 +30,8 @@ def whole(shown: Sequence[SimpleNamespace]) -> Shown:
         "raises a hand, turns and walks off; the robot drives after him while somebody walks "
         "through between them. He raises a hand again, and it stops.",
         caption="Above: what the robot sees. Squares: faces, known (solid) or not (dashed), hands, "
-        "and the person it follows (dotted: the truth). Right: robot and person from above. Below: "
-        "the state.",
+        "and the person it follows (dotted: the truth). Below, left: robot (triangle) and person "
+        "(dot) from above, and the ways they came (solid and dotted). Right: the state.",
     )
 
 
@@ -40,10 +40,10 @@ def frames(shown: Sequence[SimpleNamespace]) -> Iterator[Figure]:
     levels = np.array([STATES.index(moment.state) for moment in shown])
     ways = np.array([moment.pose[:2] for moment in shown])
     people = np.array([moment.tutor for moment in shown])
-    fig, (top, plan, below) = figure(3, width=6.6, height=5.4)
-    top.set_position((0.0, 0.36, 0.72, 0.64))
-    plan.set_position((0.80, 0.42, 0.19, 0.55))
-    below.set_position((0.13, 0.10, 0.85, 0.22))
+    fig, (top, plan, below) = figure(3, width=4.8, height=5.9)  # narrow: read on telephones
+    top.set_position((0.0, 0.39, 1.0, 0.61))
+    plan.set_position((0.01, 0.03, 0.26, 0.34))
+    below.set_position((0.45, 0.10, 0.53, 0.27))
     for k in range(0, len(shown), EVERY):
         moment = shown[k]
         top.clear()
@@ -57,8 +57,10 @@ def frames(shown: Sequence[SimpleNamespace]) -> Iterator[Figure]:
         plan.set(xlim=(-8.5, -1.5), ylim=(3, 14), xticks=[], yticks=[], aspect="equal")
         below.clear()
         below.step(
-            np.arange(k + 1), levels[: k + 1], where="post", color=MEANING["robot"], linewidth=2.2
-        )
-        below.set(xlim=(0, len(shown) - 1), ylim=(len(STATES) - 0.5, -0.5), xlabel="picture")
+            1 + np.arange(k + 1) / EVERY, levels[: k + 1], where="post", color=MEANING["robot"],
+            linewidth=2.2,
+        )  # fmt: skip
+        frames_shown = 1 + (len(shown) - 1) // EVERY  # the unit of the film's counter
+        below.set(xlim=(1, frames_shown), ylim=(len(STATES) - 0.5, -0.5), xlabel="frame")
         below.set_yticks(range(len(STATES)), STATES)
         yield fig

@@ -12,6 +12,7 @@ from jaxtyping import Float, Int64
 from data_synth.companion.canvas import lay, photograph, room
 from robot_perception.chapters.tutor_face.scene import CHOOSING
 from robot_perception.chapters.tutor_following.scene import FREE, RULES, SAME, hands
+from robot_perception.chapters.tutor_following.training import PHOTOGRAPHED, RENDERED
 from robot_perception.companion.boxes import overlap_in_pairs
 from robot_perception.companion.tutor import TutorModel, TutorRules, TutorTracker
 from robot_perception.datasets import read_boxes, read_image, read_images
@@ -151,30 +152,40 @@ class Alarms:
     Parameters
     ----------
     counts : (n,)
-        In each photograph.
+        In each photograph, by the detector that was trained on rendered pictures.
+    fewer : (n,)
+        By the one that was trained on photographs, too, of other recordings.
     """
 
     counts: Int64[np.ndarray, " n"]
+    fewer: Int64[np.ndarray, " n"]
 
     def share(self) -> Interval:
         """Return the share of the photographs with an alarm."""
-        return proportion(int((self.counts > 0).sum()), len(self.counts))
+        return _share(self.counts)
 
     def row(self) -> list:
-        """Return how many photographs there are, the share with an alarm, and alarms in each."""
-        return [len(self.counts), self.share(), float(self.counts.mean())]
+        """Return how many photographs there are, and the shares with an alarm by both."""
+        return [len(self.counts), self.share(), _share(self.fewer)]
+
+
+def _share(counts: np.ndarray) -> Interval:
+    """Return the share of the photographs with an alarm."""
+    return proportion(int((counts > 0).sum()), len(counts))
 
 
 def alarms(folder: Path, pattern: str, every: int = 1) -> Alarms:
     """Look for open hands in every so many photographs of a recording that shows none."""
     counts = []
+    detectors = hands(RENDERED), hands(PHOTOGRAPHED)
     for file in sorted(folder.glob(pattern))[::every]:
         image = read_image(file)
         scale = LONGEST / max(image.shape)
         size = round(image.shape[1] * scale), round(image.shape[0] * scale)
         way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-        counts.append(len(hands().find(cv2.resize(image, size, interpolation=way))))
-    return Alarms(np.array(counts, dtype=np.int64))
+        shown = cv2.resize(image, size, interpolation=way)
+        counts.append([len(detector.find(shown)) for detector in detectors])
+    return Alarms(*np.array(counts, dtype=np.int64).reshape(-1, len(detectors)).T)
 
 
 def _handless(dataset: str, pattern: str, store: str, every: int = 1) -> Recording[Alarms]:
@@ -189,6 +200,6 @@ IN_HALLS = _handless("euroc_static_stereo", "cam*/*.png", "handless-hall")
 HANDLESS = MappingProxyType(
     {"faces": IN_FACES, "a girl's head": IN_HEADS, "a street": IN_STREETS, "a hall": IN_HALLS}
 )
-"""By what the photographs show. The cascade was trained on rendered pictures alone."""
+"""By what the photographs show."""
 PHOTOGRAPHS = Recording("hands_hgr1", gestures, Hands, "hands-hgr1")
 GIRL = Recording("head_girl", girl, Girl, "girl-patches")

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from data_synth.companion.hall import RobotCamera
-from robot_perception.chapters.tutor_following.training import stored
+from robot_perception.chapters.tutor_following.training import RENDERED, stored
 from robot_perception.companion.boxes import overlap
 from robot_perception.companion.hands.cascade import HandDetector
 from robot_perception.companion.tutor import TutorRules
@@ -20,10 +20,10 @@ FREE = {"gate": 1.0, "whole_gate": 1.0}
 """Gates that let every picture be learnt."""
 
 
-@lru_cache(maxsize=1)
-def hands() -> HandDetector:
-    """Return the detector of open hands that this book has trained."""
-    return HandDetector(stored().cascade)
+@lru_cache(maxsize=2)
+def hands(name: str = RENDERED) -> HandDetector:
+    """Return a detector of open hands that this book has trained."""
+    return HandDetector(stored(name).cascade)
 
 
 def at(boxes: Float[np.ndarray, "n 4"], truth: Float[np.ndarray, " 4"]) -> np.ndarray:

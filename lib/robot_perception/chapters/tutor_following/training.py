@@ -1,6 +1,7 @@
-"""The trained detector of open hands, stored as JSON with what each stage reached.
+"""The trained detectors of open hands, stored as JSON with what each stage reached.
 
-``robot-perception hands --write`` trains it as the notebook has it, and stores it.
+``robot-perception hands --write`` trains one as the notebook has it, and stores it; the second one
+is trained with ``--others`` for the recordings ``people_video`` and ``faces_orl``.
 """
 
 import json
@@ -8,7 +9,11 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import cv2
+import numpy as np
+
 from robot_perception.companion.hands.cascade import Cascade, StageReport
+from robot_perception.datasets import picture_files, read_image, read_video
 from robot_perception.files import DamagedFile, reading
 from robot_perception.teaching.plain import write_json
 from robot_perception.teaching.records import records
@@ -22,9 +27,49 @@ class Trained:
     stages: tuple[StageReport, ...]
 
 
-def model_file() -> Path:
-    """Return where the trained detector is stored."""
-    return records() / "open_hand.json"
+RENDERED, PHOTOGRAPHED = "open_hand", "open_hand_photographs"
+"""Names of the models: of rendered pictures alone, and of photographs without hands as well."""
+FILMS = {".avi", ".mp4", ".mkv", ".mov", ".webm"}
+EVERY = 4
+"""Of a film every so many pictures are taken: those between show the same."""
+TALL = 320
+"""Pictures that are not half so large, px, are taken a second time, enlarged to that."""
+
+
+def model_file(name: str = RENDERED) -> Path:
+    """Return where a trained detector is stored."""
+    return records() / f"{name}.json"
+
+
+def photographs(folder: Path) -> tuple[list[np.ndarray], int]:
+    """Return the grey values of a folder's pictures and films, and how many files are neither.
+
+    Those of the folders in it, too.
+
+    Raises
+    ------
+    ValueError
+        If there are no pictures and no films.
+    robot_perception.datasets.CorruptImage
+        If one is damaged.
+    """
+    found, skipped = [], 0
+    for each in [folder, *sorted(path for path in folder.rglob("*") if path.is_dir())]:
+        pictures, others = picture_files(each)
+        films = [file for file in others if file.suffix.lower() in FILMS]
+        skipped += sum(file.is_file() for file in others) - len(films)
+        found += map(read_image, pictures)
+        for film in films:
+            some = [image for k, image in enumerate(read_video(film)) if not k % EVERY]
+            found += [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in some]
+    if not found:
+        raise ValueError(f"{folder} has no pictures and no films")
+    tall = [TALL / max(image.shape) for image in found]
+    return found + [
+        cv2.resize(image, None, fx=scale, fy=scale)
+        for image, scale in zip(found, tall, strict=True)
+        if scale > 2
+    ], skipped
 
 
 def write(found: Trained, file: Path) -> None:
@@ -50,7 +95,7 @@ def read(file: Path) -> Trained:
         raise DamagedFile(f"{file}: {error}") from error
 
 
-@lru_cache(maxsize=1)
-def stored() -> Trained:
-    """Return the detector of the book."""
-    return read(model_file())
+@lru_cache(maxsize=2)
+def stored(name: str = RENDERED) -> Trained:
+    """Return a detector of the book."""
+    return read(model_file(name))

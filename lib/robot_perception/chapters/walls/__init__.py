@@ -2,5 +2,3 @@
 
 The paper gives neither a noise of the scanner nor a tolerance: wherever they stand, they are ours.
 """
-
-STUDIES = ("straight", "splitting", "growth", "crossings", "office")

@@ -1,21 +1,19 @@
-"""Figures of the chapter "Walls from laser scans"."""
+"""Figures of the chapter "Walls from laser scans".
+
+What they draw is made in the notebook: a namespace with the names that a drawing reads.
+"""
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace as Found
 
 import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.walls.crossings import Crossing
-from robot_perception.chapters.walls.growth import Growth, Hulls, recorded_times
-from robot_perception.chapters.walls.office import GateStudy, Growing, SearchRange
 from robot_perception.chapters.walls.recordings import RecordedMap
-from robot_perception.chapters.walls.splitting import KeptByScale, OneScan, Step
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots, lines, plan
 from robot_perception.teaching.figures.style import MEANING, band, label
-
-Room = Float[np.ndarray, "faces 2 2"]
 
 
 @drawn(
@@ -30,7 +28,7 @@ Room = Float[np.ndarray, "faces 2 2"]
     cols=2,
     height=4.2,
 )
-def opening(axes: Sequence[Axes], scan: OneScan) -> None:
+def opening(axes: Sequence[Axes], scan: Found) -> None:
     """Draw one scan as the scanner gives it, and in the plane with its walls."""
     raw, plane = axes
     raw.plot(np.rad2deg(scan.angles), scan.ranges, ".", color=MEANING["readings"], markersize=2.5)
@@ -40,14 +38,14 @@ def opening(axes: Sequence[Axes], scan: OneScan) -> None:
     lines(plane, scan.segments.ends, MEANING["walls"], 3.0)
 
 
-def scan_chain(ax: Axes, scan: OneScan, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
+def scan_chain(ax: Axes, scan: Found, kept: Sequence[int] | Int[np.ndarray, " kept"]) -> Axes:
     """Draw the readings of one scan and the chain of the vertices kept of it."""
     _readings(ax, scan)
     ax.plot(*scan.points[kept].T, "o-", color=MEANING["kept"], linewidth=1.4, markersize=4.5)
     return ax
 
 
-def scan_state(ax: Axes, scan: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axes:
+def scan_state(ax: Axes, scan: Found, extent: Float[np.ndarray, "n 2"]) -> Axes:
     """Draw one scan, the chain kept of it and the true faces, on axes that hold ``extent``."""
     ax.clear()
     lines(ax, scan.truth, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
@@ -56,18 +54,31 @@ def scan_state(ax: Axes, scan: OneScan, extent: Float[np.ndarray, "n 2"]) -> Axe
     return plan(ax, np.vstack([extent, [[0, 0]]]))
 
 
-def viewed(ax: Axes, scan: OneScan, place: tuple[float, float], room: Room) -> Axes:
+def viewed(ax: Axes, scan: Found, room: Float[np.ndarray, "faces 2 2"]) -> Axes:
     """Draw a scan from somewhere in the room, and the walls it gives, on axes cleared first."""
     ax.clear()
     lines(ax, room, MEANING["truth"], 5.0, alpha=0.2, zorder=0)
-    dots(ax, scan.points + place, size=1.8)
-    lines(ax, scan.segments.ends + np.asarray(place), MEANING["walls"], 3.0)
-    ax.plot(*place, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
+    dots(ax, scan.points + scan.place, size=1.8)
+    lines(ax, scan.segments.ends + np.asarray(scan.place), MEANING["walls"], 3.0)
+    ax.plot(*scan.place, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
     ax.set_title(f"{len(scan.segments)} walls")
     return plan(ax, np.array([[-0.5, -2.9], [5.0, 4.2]]), margin=0.0)
 
 
-def _readings(ax: Axes, scan: OneScan) -> None:
+@drawn(
+    alt="One scan, twice. Left: splitting keeps vertices along the walls. Right: hardly any.",
+    caption="The same scan and the same ε, three deviations of the noise. Left: vertices kept by "
+    "splitting. Right: the fewest with which no reading is farther from its chord than ε.",
+    cols=2,
+    height=3.8,
+)
+def fewest(axes: Sequence[Axes], scan: Found, chains: Mapping[str, Sequence[int]]) -> None:
+    """Draw the chains that two ways leave of one scan, an axes each."""
+    for ax, (name, kept) in zip(axes, chains.items(), strict=True):
+        scan_chain(ax, scan, kept).set_title(f"{name}: {len(kept) - 1} chords")
+
+
+def _readings(ax: Axes, scan: Found) -> None:
     dots(ax, scan.points, size=1.8)
     ax.plot(0, 0, marker=(3, 0, -90), color=MEANING["robot"], markersize=9)
     plan(ax, np.vstack([scan.points, [[0, 0]]]))
@@ -83,7 +94,7 @@ def _readings(ax: Axes, scan: OneScan) -> None:
     height=4.0,
 )
 def one_split(
-    ax: Axes, chain: Float[np.ndarray, "n 2"], step: Step, kept: Sequence[int] = ()
+    ax: Axes, chain: Float[np.ndarray, "n 2"], step: Found, kept: Sequence[int] = ()
 ) -> Axes:
     """Draw one call of the recursion; its farthest vertex is filled if the chain splits there."""
     for part, alpha, width in ((chain, 0.35, 0.8), (chain[step.i : step.j + 1], 1.0, 1.0)):
@@ -104,7 +115,11 @@ def one_split(
 
 
 def recursion_state(
-    ax: Axes, chain: Float[np.ndarray, "n 2"], calls: Sequence[Step], *, stretch: bool = False
+    ax: Axes,
+    chain: Float[np.ndarray, "n 2"],
+    calls: Sequence[Found],
+    *,
+    stretch: bool = False,
 ) -> Axes:
     """Draw the latest call of the recursion, what all kept, and their cost; zigzags stretched."""
     ax.clear()
@@ -127,7 +142,7 @@ def recursion_state(
     height=3.4,
 )
 def worst_line(
-    axes: Sequence[Axes], zigzag: Float[np.ndarray, "n 2"], splits: Sequence[Step]
+    axes: Sequence[Axes], zigzag: Float[np.ndarray, "n 2"], splits: Sequence[Found]
 ) -> None:
     """Draw the first split of the worst case and its sixth."""
     for ax, count, name in zip(axes, (1, 6), ("first split", "sixth split"), strict=True):
@@ -143,44 +158,31 @@ def worst_line(
     cols=2,
     height=3.8,
 )
-def printed_rule(
-    axes: Sequence[Axes], counts: KeptByScale, scan: OneScan, printed: Sequence[int]
-) -> None:
+def printed_rule(axes: Sequence[Axes], counts: Found, scan: Found, printed: Sequence[int]) -> None:
     """Draw the vertices kept at several scales, and those that the printed rule keeps."""
-    kept_by_scale(axes[0], counts)
-    scan_chain(axes[1], scan, printed).set_title(f"as printed: {len(printed)} vertices")
-
-
-def kept_by_scale(ax: Axes, counts: KeptByScale) -> Axes:
-    """Draw the vertices kept of one scan against its scale, by the right and the printed rule."""
-    scales = counts.scales
-    right, printed = MEANING["kept"], MEANING["paper"]
+    ax, scales = axes[0], counts.scales
+    right, printed_in = MEANING["kept"], MEANING["paper"]
     ax.semilogx(scales, counts.distance, "o-", color=right)
-    ax.semilogx(scales, counts.printed, "s-", color=printed)
-    label(ax, scales[1], counts.printed[0] + 14, "as printed", printed, ha="left")
+    ax.semilogx(scales, counts.printed, "s-", color=printed_in)
+    label(ax, scales[1], counts.printed[0] + 14, "as printed", printed_in, ha="left")
     label(ax, scales[-2] * 0.8, counts.distance[-2], "as a distance", right, ha="right")
     ax.set_xticks([0.1, 1, 10], ["0.1", "1", "10"])
     ax.minorticks_off()
     ax.set(xlabel="enlargement of the scan", ylabel="vertices kept", ylim=(0, None))
-    return ax
-
-
-def _seconds(plain: Growth, hulls: Growth) -> str:
-    times = recorded_times()
-    return (
-        "Elementary steps on the worst line, counted. Dashed: proportional to n. In seconds, "
-        f"recorded for 100 000 vertices: {times['ours_s']:.2f} with path hulls, "
-        f"{times['peer_s']:.1f} without (the package {times['peer']}, compiled)."
-    )
+    scan_chain(axes[1], scan, printed).set_title(f"as printed: {len(printed)} vertices")
 
 
 @drawn(
     alt="Steps against vertices, both logarithmic. The plain algorithm rises twice as steeply as "
     "path hulls.",
-    caption=_seconds,
+    caption=lambda plain, hulls, times: (
+        "Elementary steps on the worst line, counted. Dashed: proportional to n. In seconds, "
+        f"recorded for 100 000 vertices: {times['ours_s']:.2f} with path hulls, "
+        f"{times['peer_s']:.1f} without (the package {times['peer']}, compiled)."
+    ),
     height=3.6,
 )
-def costs(ax: Axes, plain: Growth, hulls: Growth) -> Axes:
+def costs(ax: Axes, plain: Found, hulls: Found, times: Mapping[str, object]) -> Axes:
     """Draw steps against vertices on logarithmic axes; dashed: proportional to the vertices."""
     ax.loglog(plain.sizes, plain.sizes * 10.0, "--", color=MEANING["expected"], linewidth=1.0)
     for found, name in ((plain, "every vertex"), (hulls, "path hulls")):
@@ -200,7 +202,7 @@ def costs(ax: Axes, plain: Growth, hulls: Growth) -> Axes:
     "stay as it is?",
     height=3.0,
 )
-def two_hulls(ax: Axes, found: Hulls) -> Axes:
+def two_hulls(ax: Axes, found: Found) -> Axes:
     """Draw a chain with the hulls of its two halves, its chord and the vertex farthest from it."""
     chain = found.chain
     for hull, name in zip(found.corners, ("path hulls", "other hull"), strict=True):
@@ -222,25 +224,20 @@ def two_hulls(ax: Axes, found: Hulls) -> Axes:
     cols=2,
     height=3.8,
 )
-def crossing(axes: Sequence[Axes], example: Crossing) -> None:
+def crossing(axes: Sequence[Axes], example: Found) -> None:
     """Draw a chain that crosses itself, and the vertices that both algorithms keep of it."""
-    titles = "every vertex: {} kept", "path hulls: {} kept"
+    titles, chain = ("every vertex: {} kept", "path hulls: {} kept"), example.chain
     for ax, kept, title in zip(axes, (example.plain, example.hulls), titles, strict=True):
-        _crossing(ax, example, kept).set_title(title.format(len(kept)))
+        lost = np.setdiff1d(example.plain, kept)
+        ax.plot(*chain.T, "-", color=MEANING["readings"], linewidth=1.0)
+        for edge in np.unique(example.edges):
+            ax.plot(*chain[edge : edge + 2].T, "-", color=MEANING["error"], linewidth=2.6)
+        ax.plot(*chain[kept].T, "o", color=MEANING["kept"], markersize=5)
+        ax.plot(*chain[lost].T, "x", color=MEANING["missed"], markersize=9, markeredgewidth=2.2)
+        plan(ax, chain).set_title(title.format(len(kept)))
 
 
-def _crossing(ax: Axes, example: Crossing, kept: Int[np.ndarray, " kept"]) -> Axes:
-    """Draw a chain that crosses itself, its crossing edges, and the vertices kept of it."""
-    chain, lost = example.chain, np.setdiff1d(example.plain, kept)
-    ax.plot(*chain.T, "-", color=MEANING["readings"], linewidth=1.0)
-    for edge in np.unique(example.edges):
-        ax.plot(*chain[edge : edge + 2].T, "-", color=MEANING["error"], linewidth=2.6)
-    ax.plot(*chain[kept].T, "o", color=MEANING["kept"], markersize=5)
-    ax.plot(*chain[lost].T, "x", color=MEANING["missed"], markersize=9, markeredgewidth=2.2)
-    return plan(ax, chain)
-
-
-def search_range(ax: Axes, found: SearchRange) -> Axes:
+def search_range(ax: Axes, found: Found) -> Axes:
     """Draw a wall hypothesis and the band in which the same wall may lie in another scan."""
     ax.clear()
     along, half = found.along, 100 * found.half_width
@@ -283,7 +280,7 @@ def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
     cols=2,
     height=3.2,
 )
-def gate_study(axes: Sequence[Axes], study: GateStudy) -> None:
+def gate_study(axes: Sequence[Axes], study: Found) -> None:
     """Draw walls, precision and missed length of maps against the roughness of their gate."""
     left, right = axes
     place = np.arange(len(study.roughness))
@@ -300,7 +297,7 @@ def gate_study(axes: Sequence[Axes], study: GateStudy) -> None:
         ax.set_xlabel("roughness of the gate (cm)")
 
 
-def map_state(ax: Axes, state: Growing, least: int, extent: Float[np.ndarray, "n 2"]) -> Axes:
+def map_state(ax: Axes, state: Found, least: int, extent: Float[np.ndarray, "n 2"]) -> Axes:
     """Draw the map after some scans: walls seen at least so often, on axes that hold ``extent``."""
     ax.clear()
     found = state.found.seen_in(least)
@@ -377,9 +374,8 @@ def two_directions(axes: Sequence[Axes], buildings: Mapping[str, RecordedMap]) -
 
 def directions(ax: Axes, found: RecordedMap) -> Axes:
     """Draw the share of wall length by direction, modulo a right angle."""
-    ax.bar(
-        found.directions, 100 * found.direction_share, width=4.4, color=MEANING["walls"], alpha=0.8
-    )
+    shares = 100 * found.direction_share
+    ax.bar(found.directions, shares, width=4.4, color=MEANING["walls"], alpha=0.8)
     even = 100 / len(found.directions)
     ax.axhline(even, color=MEANING["expected"], linewidth=1.2, linestyle="--")
     ax.set(xlabel="direction of the wall modulo 90° (°)", ylabel="share of length (%)")

@@ -1,6 +1,5 @@
 """Wall maps of two real buildings, measured without any floor plan."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,10 +8,9 @@ from jaxtyping import Float, Int
 from scipy.stats import median_abs_deviation
 
 from robot_perception import walls
-from robot_perception.chapters.walls.office import world_points
 from robot_perception.datasets import LaserLog, read_graph_log
+from robot_perception.geometry import act
 from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
 
 EXTRACTION = walls.Extraction(walls.RangeNoise(0.02), tolerance=0.1)
 GATE = walls.Gate(roughness=0.05, roughness_angle=float(np.deg2rad(2.0)))
@@ -88,30 +86,14 @@ def recorded_map(log: LaserLog, every: int) -> RecordedMap:
     )
 
 
-def compared(buildings: Mapping[str, RecordedMap]) -> Table:
-    """Return what is known of the maps of buildings without a floor plan, a row each."""
-    rows = {
-        name: [
-            found.walls,
-            found.length,
-            100 * found.explained,
-            found.offset_mm,
-            found.turn_deg,
-            100 * found.square,
-        ]
-        for name, found in buildings.items()
-    }
-    columns = {
-        "walls": f"seen in {LEAST_SCANS} scans or more",
-        "length (m)": "of all walls",
-        "explained (%)": "share of the readings within three deviations of a wall",
-        "offset (mm)": "between the same walls in the first and in the second half of the drive, "
-        "robust standard deviation",
-        "turn (°)": "the same for the direction",
-        "aligned (%)": "share of the length within 5° of one pair of perpendicular directions, "
-        f"{10 / 90:.0%} if there were no preference",
-    }
-    return Table(rows, columns, corner="building")
+def world_points(
+    ranges: Float[np.ndarray, "scans beams"],
+    angles: Float[np.ndarray, " beams"],
+    poses: Float[np.ndarray, "scans 3"],
+) -> Float[np.ndarray, "readings 2"]:
+    """Return the readings that came back, in the frame of the world, m."""
+    valid = np.isfinite(ranges)
+    return act(poses, walls.to_points(np.where(valid, ranges, 0.0), angles))[valid]
 
 
 def _map(

@@ -1,0 +1,148 @@
+"""Figures of the chapter "Where am I?"."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import SimpleNamespace
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robot_perception.teaching.figures import drawn, figure, film
+from robot_perception.teaching.figures.maps import dots, lines, picture, plan
+from robot_perception.teaching.figures.style import MEANING, AxesRow
+from robot_perception.teaching.media import Shown
+
+FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
+"""Corners of the axes around the walls, m."""
+
+
+def where(ax: Axes, state: SimpleNamespace) -> Axes:
+    """Draw the plan with particles, estimate and truth, on axes cleared first."""
+    ax.clear()
+    lines(ax, state.plan, MEANING["truth"], 2.0, alpha=0.25, zorder=0)
+    cloud(ax, state.particles, MEANING["estimate"])
+    arrow(ax, state.truth, MEANING["truth"], "-")
+    if state.pose is not None:
+        arrow(ax, state.pose, MEANING["estimate"], "--" if not state.located else "-")
+    plan(ax, FLOOR, margin=0.0)
+    ax.set(xticks=[], yticks=[], xlabel="", ylabel="")
+    return ax
+
+
+def cloud(ax: Axes, particles: Float[np.ndarray, "n 3"], colour: str) -> None:
+    """Draw poses as short strokes in the direction in which they look."""
+    ahead = np.stack([np.cos(particles[:, 2]), np.sin(particles[:, 2])], axis=-1)
+    ends = np.stack([particles[:, :2], particles[:, :2] + 0.35 * ahead], axis=1)
+    lines(ax, ends, colour, 1.2, alpha=0.6)
+
+
+def arrow(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, style: str) -> None:
+    """Draw a robot as a square or a ring with a stroke in the direction in which it looks."""
+    tip = pose[:2] + 1.1 * np.array([np.cos(pose[2]), np.sin(pose[2])])
+    marker = "s" if colour == MEANING["truth"] else "o"
+    ax.plot(*pose[:2], marker, color=colour, markersize=10, fillstyle="none", markeredgewidth=2.0)
+    ax.plot(*np.stack([pose[:2], tip], axis=-1), style, color=colour, linewidth=2.0)
+
+
+def _pictures(state: SimpleNamespace) -> str:
+    return f"{state.seen or 'no'} picture{'' if state.seen == 1 else 's'}"
+
+
+@drawn(
+    name="mcl-hero",
+    alt="Three floor plans of a corridor with rooms. First strokes lie all over the floor, then "
+    "in one heap beside the square that marks the robot, and last on it.",
+    caption="5000 particles before the first picture, after one, and after sixteen. Strokes: 200 "
+    "of them. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
+    "while the robot does not count as located. Lines: the walls, which the map does not know.",
+    cols=3,
+    width=7.4,
+    height=2.6,
+)
+def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
+    """Draw three moments of a search."""
+    for ax, state in zip(axes, states, strict=True):
+        where(ax, state)
+        ax.set_title(_pictures(state), fontsize=11)
+    return axes
+
+
+def card(ax: Axes, state: SimpleNamespace) -> Axes:
+    """Draw one moment for the book's first page."""
+    return where(ax, state)
+
+
+@drawn(
+    name="mcl-map",
+    alt="Floor plan with about a thousand dots along the walls that a drive passed.",
+    caption="The map: its landmarks from above, laid on the plan by the best rigid motion. The "
+    "robot knows places, covariances and descriptors, and no wall.",
+    width=6.4,
+    height=4.0,
+)
+def marks(
+    ax: Axes, walls: Float[np.ndarray, "walls 2 2"], places: Float[np.ndarray, "n 2"]
+) -> Axes:
+    """Draw the landmarks over the plan."""
+    lines(ax, walls, MEANING["truth"], 2.0, alpha=0.25, zorder=0)
+    dots(ax, places, MEANING["landmark"], 1.8)
+    return plan(ax, FLOOR, margin=0.0)
+
+
+FPS = 3.0
+
+
+def carried(moments: Sequence[SimpleNamespace]) -> Shown:
+    """Show a robot that is carried away: its picture, and two filters."""
+    return film(
+        _frames(moments),
+        fps=FPS,
+        name="mcl-film",
+        poster=len(moments) - 1,
+        alt="Above, what the left eye sees. Below, two plans: particles gather at the robot in "
+        "both. Then it is carried to another room. Without fresh particles they stay where they "
+        "were; with them a second heap grows at the robot.",
+        caption="Above: the left eye. Below: two filters, left as in the paper, right with 5 % "
+        "fresh particles. Square: the robot. Strokes and ring: particles "
+        "and estimate, dashed while the robot does not count as located. Half-way somebody carries "
+        "the robot to another room.",
+    )
+
+
+def _frames(moments: Sequence[SimpleNamespace]) -> Iterator[Figure]:
+    """Yield the pictures of the film, all on one figure."""
+    fig, (top, left, right) = figure(3, width=6.6, height=5.0)
+    top.set_position((0.28, 0.46, 0.44, 0.52))
+    left.set_position((0.01, 0.02, 0.48, 0.42))
+    right.set_position((0.51, 0.02, 0.48, 0.42))
+    for moment in moments:
+        top.clear()
+        _photo(top, moment.image())
+        for ax, state in ((left, moment.without), (right, moment.fresh)):
+            where(ax, state)
+        yield fig
+
+
+def _photo(ax: Axes, image: Float[np.ndarray, "height width"]) -> None:
+    picture(ax, image.round().clip(0, 255).astype(np.uint8))
+    ax.axis("off")
+
+
+@drawn(
+    name="mcl-weights",
+    alt="Two curves of a logarithm over the distance from the true place, both highest a quarter "
+    "of a metre from it. One is a needle on flat ground with two low hills, one a broad hill.",
+    caption="Logarithm of the weight of poses beside the true one. The needle: a match may be "
+    "wrong; the low hills beside it are made by a few matches each. The broad hill: with a spread "
+    "of 0.3 m added.",
+    height=3.2,
+)
+def slices(ax: Axes, aside: Float[np.ndarray, "n"], logs: Mapping[str, np.ndarray]) -> Axes:
+    """Draw the logarithms of weights beside the truth, each above its own ground."""
+    for name, meaning in (("a match may be wrong", "plain"), ("with added spread", "estimate")):
+        ax.plot(aside, logs[name], color=MEANING[meaning], linewidth=2.0, label=name)
+    ax.set(xlabel="to the left of the true place (m)", ylabel="log weight", xlim=(-2, 2))
+    ax.set_ylim(top=max(logs["a match may be wrong"]) + 150)
+    ax.legend(loc="upper left")
+    return ax
