@@ -198,7 +198,9 @@ def errata(at: Standing) -> list[str]:
       (box) => box.clientWidth && box.scrollWidth > box.clientWidth + 1
         && getComputedStyle(box).overflowX !== "visible" && !box.closest(".math")
     ).map((box) => box.outerHTML)"""
-    unclaimed = """() => [...document.querySelectorAll(".bd-article section section:has(> h2)")].filter(
+    unclaimed = """() => [
+      ...document.querySelectorAll(".bd-article section section:has(> h2)")
+    ].filter(
       (erratum) => !erratum.querySelector("a[href^='scorecard.html#']")
     ).map((erratum) => `${erratum.id} names no claim`)"""
     some = unless(at.page.locator(".bd-article section section > h2").count() > 0, "no erratum")
