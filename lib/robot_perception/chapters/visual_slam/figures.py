@@ -146,24 +146,6 @@ def in_space(ax: Axes, drive: Any, turn: float, walls: np.ndarray) -> Axes:
     return ax
 
 
-@drawn(
-    name="slam-pulled",
-    alt="Floor plan with the true path and two others: the dashed one stays near the true path, "
-    "the dotted one jumps about and cuts through walls.",
-    caption="Sixteen per cent of the names are wrong. Dotted: the path by one filter of the pose "
-    "and all landmarks, which follows each point that it is given. Dashed: the best of ten "
-    "particles, with the same names. Solid: the true path.",
-    width=6.4,
-    height=4.2,
-)
-def pulled(ax: Axes, drive: Any, single: np.ndarray, walls: np.ndarray) -> Axes:
-    """Draw the path of one hypothesis beside that of the best of the particles."""
-    ground(ax, walls, drive.seen.poses, WIDE)
-    ax.plot(*single[:, :2].T, color=MEANING["expected"], linewidth=1.2, linestyle=":")
-    ax.plot(*drive.path[:, :2].T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
-    return ax
-
-
 def route(ax: Axes, walls: np.ndarray, path: np.ndarray) -> Axes:
     """Draw a floor plan and the way through it, on axes cleared first."""
     ax.clear()
