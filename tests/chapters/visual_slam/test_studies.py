@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,10 +13,11 @@ from robot_perception.book import visual_slam as slam
 from robot_perception.chapters.visual_slam import figures, recordings
 from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
-from robot_perception.landmarks.metrics import METRICS, euclidean_mean
+from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.particles import StepInfo
 from robot_perception.slam.visual import FrameInfo
 from robot_perception.teaching.rows import Rows
+from tests.chapters.visual_slam.drives import ages, asked_of
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -75,15 +75,6 @@ def test_errors_of_a_disparity_last(seen):
     pairs = (seen.tracks[one] == seen.tracks[next_]) & lasting[one] & lasting[next_]
     correlation = np.corrcoef(errors[one[pairs]], errors[next_[pairs]])[0, 1]
     assert 0.4 < correlation < 0.6
-
-
-def ages(seen):
-    """Return for each point in how many frames its track was seen by then."""
-    counts, found = {}, []
-    for track in seen.tracks.tolist():
-        counts[track] = counts.get(track, 0) + 1
-        found.append(counts[track])
-    return np.array(found)
 
 
 def recognised(drive):
@@ -316,88 +307,21 @@ def test_buildings_have_one_plan_and_are_hung_and_driven_otherwise():
     assert not {0, *slam.CHOOSING} & set(slam.SCORED)
 
 
-def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
-    """Of made-up distances, and of the buildings that they were chosen in."""
-    first, *others = METRICS
-    own = {name: np.linspace(0, 200, 401) * (k + 1) for k, name in enumerate(METRICS)}
-    with monkeypatch.context() as patch:
-        patch.setattr(slam, "seen_in", lambda building: building)
-        patch.setattr(slam, "right_pairs", lambda seen, metrics: own)
-        found = slam.limits()
-    assert found[first] == pytest.approx(150, abs=0.5)
-    assert [found[name] / found[first] for name in others] == pytest.approx([2, 3, 4])
-
-
-@pytest.mark.slow
-def test_the_limits_are_those_of_the_buildings_that_they_were_chosen_in():
-    found = slam.limits(METRICS | slam.DENSITIES)
-    assert found == pytest.approx(slam.ALL_LIMITS, rel=0.005)
-
-
-def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
-    rows = slam.beginnings(seen)
-    assert rows.shape[1] == 6
-    assert (seen.tracks[rows] == seen.tracks[rows[:, :1]]).all()
-    assert (np.diff(seen.frames[rows], axis=1) == 1).all()
-    assert (ages(seen)[rows[:, 0]] == 1).all()
-    assert len(rows) == np.count_nonzero(np.bincount(seen.tracks) > 5)
-    with unchecked():
-        right = slam.right_pairs(seen)
-    means = seen.descriptors[rows].astype(float).mean(axis=1)
-    last = rows[:, -1]
-    earlier = seen.frames[rows[:, 0]][:, None] > seen.frames[last]
-    gaps = np.where(earlier, slam.apart(seen, last, last), np.inf)
-    new = np.isfinite(gaps).any(axis=1)
-    pairs = np.linalg.norm(means[new] - means[gaps[new].argmin(axis=1)], axis=1)
-    assert right["Euclid to the mean"] == pytest.approx(pairs, abs=1e-3)
-    assert {len(own) for own in right.values()} == {np.count_nonzero(new)}
-
-
-def asked_of(monkeypatch):
-    """Let a trial tell with which options it drives, and by what it asks; nobody drives."""
-    seen = []
-
-    def driven(seed, building, draw, options, ask=None, **more):
-        seen.append((options, ask, more))
-        return {"path": 1.0}
-
-    monkeypatch.setattr(slam, "driven", driven)
-    return seen
-
-
-def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared(monkeypatch):
-    asked = asked_of(monkeypatch)
-    for alone in (False, True):
-        for whose in slam.named.axes["whose"]:
-            slam.named.one(200, 0, whose, alone=alone)
-    counts = [options.particles for options, _, _ in asked]
-    assert counts == [10, 10, 10, 1, 10, 10]
-    assert [options.association for options, _, _ in asked[:3]] == ["shared", "each", "each"]
-    assert [options.reach for options, _, _ in asked[:3]] == [0.3, 0.3, 0.0]
-
-
 def test_sabotages_change_one_thing(monkeypatch):
-    asked = asked_of(monkeypatch)
+    asked = asked_of(monkeypatch, slam)
     slam.counted.one(21, 0, 50, fifty=1)
     slam.counted.one(21, 0, 400, fifty=1)
-    slam.mapped.one(200, 0, slam.EUCLID, alone=True)
-    slam.mapped.one(200, 0, slam.RAW, alone=True)
-    assert [options.particles for options, _, _ in asked] == [1, 400, 1, 10]
+    assert [options.particles for options, _, _ in asked] == [1, 400]
     slam.held.one(200, 0, 5, five=0)
     slam.held.one(200, 0, 0, five=0)
     slam.stabled.one(21, 0, 5, least=5)
-    assert [options.stable for options, _, _ in asked[4:]] == [0, 0, 5]
+    assert [options.stable for options, _, _ in asked[2:]] == [0, 0, 5]
     assert asked[-1][2]["least"] == 5
     for rule, more in (("below M/2", {}), ("always", {}), ("below M/2", {"ours": "never"}),
                        ("always", {"other": "never"})):  # fmt: skip
         slam.redrawn.one(200, 0, 50, rule, **more)
     assert [options.share for options, _, _ in asked[-4:]] == [0.5, 1.0, 0.0, 0.0]
     assert all(more == {"framed": True} for *_, more in asked[-4:])
-    slam.compared.one(21, 0, slam.RAW, limit=1e6)
-    slam.compared.one(21, 0, slam.EUCLID, limit=1e6)
-    slam.compared.one(21, 0, slam.RAW + slam.WIDE)
-    limits = [(options.limit, options.reach) for options, _, _ in asked[-3:]]
-    assert limits == [(1e6, 0.3), (149.0, 0.3), (45.3, 1.0)]
 
 
 def test_drives_of_all_filters_have_the_same_wheels_and_draws(monkeypatch):
@@ -434,28 +358,6 @@ def begun():
     return slam.seen_in(frames=120)
 
 
-def test_wrong_names_are_as_many_as_asked_for_and_far_away(seen):
-    report = slam.roll(seen.poses, RNG(3))
-    found = {}
-    for share in (0.0, 0.3):
-        ask = slam.misnamed(seen, share, RNG(5))
-        with unchecked():
-            drive = slam.drive_through(seen, slam.Options(reach=1000.0), report, RNG(4), ask)
-        found[share] = drive.wrong / drive.matched
-    assert found[0.0] == 0.0
-    assert found[0.3] == pytest.approx(0.3, abs=0.07)
-
-
-def test_a_misnamed_track_is_no_landmark_near_its_place(seen):
-    founders = np.flatnonzero(np.diff(seen.tracks, prepend=-1))[:200]
-    asked = SimpleNamespace(rows=np.arange(20))
-    table = slam.misnamed(seen, 1.0, RNG(1))(founders[:20], founders)(asked)
-    gaps = cdist(seen.places[founders[:20]], seen.places[founders])
-    assert (np.isfinite(table) == (gaps > slam.SAME)).all()
-    right = slam.misnamed(seen, 0.0, RNG(1))(founders[:20], founders)(asked)
-    assert (right == slam.apart(seen, founders[:20], founders)).all()
-
-
 def test_all_descend_from_some():
     """Of ancestors that are known: one of four from the first, or each from itself."""
     drive = slam.shown(10)
@@ -472,19 +374,6 @@ def test_the_law_of_the_number_that_counts():
         x = RNG(1).standard_normal((200_000, 3))
         w = np.exp(-(x**2).sum(axis=1) / (2 * r**2))
         assert slam.law(r) == pytest.approx(w.mean() ** 2 / (w**2).mean(), rel=0.05)
-
-
-def test_densities_are_distances_and_the_logarithm_of_the_volume():
-    rng = RNG(2)
-    descriptors = rng.normal(50, 20, (3, 16))
-    means, squares = rng.normal(50, 20, (5, 16)), rng.uniform(10, 900, (5, 16))
-    looks = SimpleNamespace(firsts=means, means=means, squares=squares, counts=np.full(5, 6))
-    asked = SimpleNamespace(descriptors=descriptors, looks=looks)
-    found = slam.DENSITIES[slam.RAW + slam.LOGS](asked) ** 2
-    variances = squares / 5
-    apart = (descriptors[:, None] - means) ** 2 / variances
-    expected = apart.sum(axis=-1) + np.log(variances * 12).sum(axis=-1)
-    assert found == pytest.approx(expected, rel=1e-6)
 
 
 def rows_of(**measures):
