@@ -25,6 +25,7 @@ CHAPTERS = (
     "sift_association",
     "visual_slam",
     "map_localisation",
+    "look_alikes",
     "covariance_intersection",
     "people_sensors",
     "people_fusion",

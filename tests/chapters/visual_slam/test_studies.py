@@ -1,30 +1,23 @@
 """Front end, drives, topology and exact maps, on what can be worked out otherwise."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.distance import cdist
 
 from data_synth import stereo
-from robot_perception.chapters.visual_slam import (
-    association,
-    drives,
-    explorers,
-    factorisation,
-    figures,
-    frontend,
-    maps,
-    recordings,
-    resampling,
-    stability,
-)
+from robot_perception.book import visual_slam as slam
+from robot_perception.chapters.visual_slam import figures, recordings
 from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
-from robot_perception.landmarks.metrics import METRICS, euclidean_mean
+from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.particles import StepInfo
 from robot_perception.slam.visual import FrameInfo
-from tests.chapters.ledger import recorded
+from robot_perception.teaching.rows import Rows
+from tests.chapters.visual_slam.drives import ages, asked_of
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -32,16 +25,16 @@ RNG = np.random.default_rng
 
 @pytest.fixture(scope="module")
 def seen():
-    return frontend.seen()
+    return slam.seen_in()
 
 
 def test_points_lie_where_the_renderer_says(seen):
     """In the middle half a decimetre: some pairs do not belong together."""
-    _, poses = frontend.world()
+    _, poses = slam.world()
     rows = RNG(0).choice(len(seen.points), 500, replace=False)
     gaps = []
     for row in rows:
-        at = stereo.project(frontend.RIG, poses[seen.frames[row]], seen.places[row][None])[0]
+        at = stereo.project(slam.RIG, poses[seen.frames[row]], seen.places[row][None])[0]
         assert at[:2] == pytest.approx(seen.pixels[row], abs=1e-6)
         gaps.append(abs(seen.points[row, 2] - at[2]) / at[2])
     assert np.median(gaps) < 0.02
@@ -59,38 +52,29 @@ def test_a_track_is_one_place(seen):
 
 
 def test_points_of_one_frame_are_wrong_in_depth_more_often(seen):
-    _, poses = frontend.world()
+    _, poses = slam.world()
     lengths = np.bincount(seen.tracks)[seen.tracks]
     depths = [
-        stereo.project(frontend.RIG, pose, seen.places[seen.frames == k])[:, 2]
+        stereo.project(slam.RIG, pose, seen.places[seen.frames == k])[:, 2]
         for k, pose in enumerate(poses)
     ]
     wrong = np.abs(seen.points[:, 2] / np.concatenate(depths) - 1) > 0.1
-    once, stay = stability.wrong_depths(seen)
+    once, stay = slam.wrong_depths(seen)
     assert [once, stay] == pytest.approx([wrong[lengths == 1].mean(), wrong[lengths > 5].mean()])
     assert 1.5 * stay < once
 
 
 def test_errors_of_a_disparity_last(seen):
     """In neighbouring frames they correlate by about one half."""
-    T = se3.compose(se3.from_se2(seen.poses), frontend.RIG.T_robot_camera)[seen.frames]
+    T = se3.compose(se3.from_se2(seen.poses), slam.RIG.T_robot_camera)[seen.frames]
     truth = np.einsum("ni,ni->n", T[:, :3, 2], seen.places - T[:, :3, 3])
-    errors = frontend.RIG.focal_px * frontend.RIG.baseline * (1 / seen.points[:, 2] - 1 / truth)
+    errors = slam.RIG.focal_px * slam.RIG.baseline * (1 / seen.points[:, 2] - 1 / truth)
     order = np.lexsort((seen.frames, seen.tracks))
     lasting = (np.bincount(seen.tracks) > 5)[seen.tracks] & (np.abs(errors) < 3)
     one, next_ = order[:-1], order[1:]
     pairs = (seen.tracks[one] == seen.tracks[next_]) & lasting[one] & lasting[next_]
     correlation = np.corrcoef(errors[one[pairs]], errors[next_[pairs]])[0, 1]
     assert 0.4 < correlation < 0.6
-
-
-def ages(seen):
-    """Return for each point in how many frames its track was seen by then."""
-    counts, found = {}, []
-    for track in seen.tracks.tolist():
-        counts[track] = counts.get(track, 0) + 1
-        found.append(counts[track])
-    return np.array(found)
 
 
 def recognised(drive):
@@ -102,9 +86,9 @@ def recognised(drive):
 
 
 def test_most_that_is_taken_for_another_lies_on_the_same_surface():
-    drive = explorers.driven(10)
+    drive = slam.shown(10)
     rows, names, gaps = recognised(drive)
-    far = gaps > drives.SAME
+    far = gaps > slam.SAME
     assert (len(rows), np.count_nonzero(far)) == (drive.matched, drive.wrong)
     same = drive.seen.carriers[rows[far]] == drive.seen.carriers[drive.founders[names[far]]]
     assert 0.5 < same.mean() < 0.9
@@ -112,7 +96,7 @@ def test_most_that_is_taken_for_another_lies_on_the_same_surface():
 
 def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
     """Each track of more than five frames is recognised or a landmark; later points may be lost."""
-    drive = explorers.driven(10)
+    drive = slam.shown(10)
     age = ages(drive.seen)
     assert age[drive.rows].min() == 6
     assert np.isin(np.flatnonzero(age == 6), drive.rows).all()
@@ -126,7 +110,7 @@ def test_points_of_stable_tracks_are_used_and_each_is_looked_up():
 
 def test_costs_are_asked_of_the_metric(seen):
     """By default distances to the mean descriptors; a metric that likes nothing recognises none."""
-    report, begin = drives.roll(seen.poses[:120], rng=RNG(2)), frontend.seen(120)
+    report, begin = slam.roll(seen.poses[:120], RNG(2)), slam.seen_in(frames=120)
     asked = []
 
     def watching(question):
@@ -134,8 +118,12 @@ def test_costs_are_asked_of_the_metric(seen):
         return euclidean_mean(question)
 
     one, other, none = (
-        drives.run(begin, drives.Options(2), report, rng=RNG(4), **more)
-        for more in ({}, {"metric": watching}, {"metric": lambda q: 1e9 + euclidean_mean(q)})
+        slam.drive_through(begin, slam.Options(2), report, RNG(4), ask)
+        for ask in (
+            lambda rows, founders: euclidean_mean,
+            lambda rows, founders: watching,
+            lambda rows, founders: lambda q: 1e9 + euclidean_mean(q),
+        )
     )
     assert (one.poses == other.poses).all()
     assert (one.names == other.names).all()
@@ -148,11 +136,11 @@ def test_costs_are_asked_of_the_metric(seen):
 @pytest.fixture(scope="module")
 def each():
     """Return a drive on which particles do not agree: weights are dull, and the gate is narrow."""
-    seen = frontend.seen(120)
-    report = drives.roll(seen.poses, rng=RNG(3))
-    options = drives.Options(6, share=0.3, level=0.5, reach=0.0, noise=8.0, association="each")
+    seen = slam.seen_in(frames=120)
+    report = slam.roll(seen.poses, RNG(3))
+    options = slam.Options(6, share=0.3, level=0.5, reach=0.0, noise=8.0, association="each")
     with unchecked():
-        return drives.run(seen, options, report, rng=RNG(4))
+        return slam.drive_through(seen, options, report, RNG(4))
 
 
 def test_where_each_names_by_its_own_map_the_heaviest_is_scored(each):
@@ -160,7 +148,7 @@ def test_where_each_names_by_its_own_map_the_heaviest_is_scored(each):
     best, known = each.maps.best, each.maps.known
     assert 10 < each.drawn.sum() < 100
     assert len(each.founders) == known[best].sum() < each.maps.ids.size
-    exact, _ = factorisation.exact_map(each, each.path)
+    exact, _ = slam.exact_map(each, each.path)
     assert exact == pytest.approx(each.means, abs=1e-8)
 
 
@@ -174,7 +162,7 @@ def test_where_each_names_by_its_own_map_points_are_used_and_each_is_looked_up(e
     )
     assert (used - made == each.observed).all()
     gaps = recognised(each)[2]
-    assert (len(gaps), np.count_nonzero(gaps > drives.SAME)) == (each.matched, each.wrong)
+    assert (len(gaps), np.count_nonzero(gaps > slam.SAME)) == (each.matched, each.wrong)
 
 
 @pytest.mark.parametrize("best", range(4))
@@ -187,7 +175,7 @@ def test_of_each_frame_counts_what_the_ancestor_of_the_best_made(best):
         FrameInfo(tag, np.ones(1, dtype=bool), tag % 2 == 0, StepInfo(4.0, True, before, 0.0))
         for tag, before in zip(tags, ancestors, strict=True)
     ]
-    found, m = drives._of_best(infos, best), best
+    found, m = slam.of_best(infos, best), best
     for frame in range(5, -1, -1):
         assert found[frame].names == tags[frame, m]
         assert found[frame].new == (tags[frame, m] % 2 == 0)
@@ -196,232 +184,232 @@ def test_of_each_frame_counts_what_the_ancestor_of_the_best_made(best):
 
 def test_the_same_place_lies_on_the_same_surface(seen):
     rows = np.flatnonzero(seen.tracks == np.argmax(np.bincount(seen.tracks)))[:3]
-    assert (drives.apart(seen, rows, rows) < drives.AGAIN).all()
-    others = replace(seen, carriers=np.arange(len(seen.carriers)))
-    assert (np.isfinite(drives.apart(others, rows, rows)) == np.eye(3)).all()
+    assert (slam.apart(seen, rows, rows) < slam.AGAIN).all()
+    others = seen._replace(carriers=np.arange(len(seen.carriers)))
+    assert (np.isfinite(slam.apart(others, rows, rows)) == np.eye(3)).all()
 
 
 def test_what_is_in_the_map_again_was_there_before():
-    drive = explorers.driven(10)
-    near = cdist(drive.places, drive.places) < drives.AGAIN
+    drive = slam.shown(10)
+    near = cdist(drive.places, drive.places) < slam.AGAIN
     carriers, made = drive.seen.carriers[drive.founders], drive.seen.frames[drive.founders]
     same, before = carriers[:, None] == carriers, made[:, None] > made
     assert drive.twice == (near & same & before).any(axis=1).sum() > 0
 
 
 def test_the_filter_takes_what_the_wheels_report():
-    poses = frontend.world()[1]
-    report = drives.roll(poses, rng=RNG(2))
-    motion = drives.motions(report)[6]
+    poses = slam.world()[1]
+    report = slam.roll(poses, RNG(2))
+    motion = slam.motions(report)[6]
     assert (motion.increment == report.increments[6]).all()
     assert np.sqrt(np.diag(motion.increment_cov)) == pytest.approx(report.deviations[6])
 
 
 def test_the_path_is_that_of_ancestors():
-    drive = explorers.driven(10)
+    drive = slam.shown(10)
     m = drive.maps.best
     for k in range(len(drive.poses) - 1, 400, -1):
         assert (drive.path[k] == drive.poses[k, m]).all()
         m = drive.ancestors[k, m]
-    assert (drive.survivors()[:-60] == 1).all()
+    assert (slam.survivors(drive)[:-60] == 1).all()
 
 
 def test_the_paths_to_a_frame_are_those_of_its_particles():
-    drive = explorers.driven(10)
-    paths, alive = drive.paths(300), drive.survivors(300)
+    drive = slam.shown(10)
+    paths, alive = slam.paths(drive, 300), slam.survivors(drive, 300)
     assert (paths[300] == drive.poses[300]).all()
     assert (paths[299] == drive.poses[299, drive.ancestors[300]]).all()
     assert [len(alive), alive[299], alive[300]] == [301, len(set(drive.ancestors[300])), 10]
 
 
 def test_told_the_names_nothing_is_wrong(seen):
-    report = drives.roll(seen.poses, rng=RNG(3))
+    report = slam.roll(seen.poses, RNG(3))
     with unchecked():
-        drive = drives.run(seen, drives.Options(), report, rng=RNG(4), told=True)
+        drive = slam.drive_through(seen, slam.Options(), report, RNG(4), slam.told(seen))
     assert drive.matched > 100
     assert drive.wrong == 0
-    assert recognised(drive)[2].max() < drives.AGAIN
+    assert recognised(drive)[2].max() < slam.AGAIN
 
 
-def test_a_map_is_right_where_rooms_order_and_visits_all_are():
-    whole = maps.Topology(inside=1.0, ordered=True, apart=0.0)
-    assert whole.right
-    for wrong in ({"inside": 0.9}, {"ordered": False}, {"apart": 0.6}):
-        assert not replace(whole, **wrong).right
+def test_a_map_is_right_where_rooms_order_and_visits_all_are(monkeypatch):
+    drive, floors = slam.shown(100), slam.rooms()
+    assert slam.topology(drive, floors).right
+    with monkeypatch.context() as patch:
+        patch.setattr(slam, "torn_by", lambda errors, passed: 0.6)
+        assert not slam.topology(drive, floors).right
+    with monkeypatch.context() as patch:
+        patch.setattr(slam, "SHARE_RIGHT", 1.01)
+        assert not slam.topology(drive, floors).right
+    with monkeypatch.context() as patch:
+        patch.setattr(slam, "order", lambda passed: passed.tolist())
+        found = slam.topology(drive, floors)
+        assert not found.ordered
+        assert not found.right
 
 
-def test_a_right_map_is_right_and_a_torn_one_is_not():
-    drive = explorers.driven(100)
-    assert maps.topology(drive).right
+def test_a_torn_map_is_not_right():
+    drive = slam.shown(100)
     half = len(drive.poses) // 2
     poses = drive.poses.copy()
     poses[half:, :, 1] += 1.5
-    torn = replace(drive, poses=poses)
-    found = maps.topology(torn)
-    assert found.apart > maps.MARGIN
+    found = slam.topology(replace(drive, poses=poses), slam.rooms())
+    assert found.torn > slam.MARGIN
     assert not found.right
 
 
+def test_visits_of_a_room_lie_apart_by_their_mean_errors():
+    passed = np.repeat([0, 1, 0, 2, 1], [6, 8, 5, 4, 9])
+    errors = np.zeros((len(passed), 2))
+    errors[14:19] = [0.3, 0.4]  # the second visit of the first room
+    errors[23:] = [0.0, 0.2]  # of the second
+    assert slam.torn_by(errors, passed) == pytest.approx(0.5)
+    assert slam.torn_by(errors[:14], passed[:14]) == 0.0
+    assert slam.order(passed) == [0, 1, 0, 2, 1]
+
+
 def test_rooms_are_the_floors_and_the_order_is_that_of_the_drive():
-    floors = maps.rooms()
+    floors = slam.rooms()
     assert len(floors) == 7
     assert (floors[:, 1] > floors[:, 0]).all()
-    truth = frontend.world()[1]
-    order = maps.order(maps.room_of(truth))
+    order = slam.order(slam.room_of(slam.world()[1], floors))
     assert len(order) > 8
     assert len(set(order)) == 6  # nobody enters one room
 
 
 def test_exact_maps_are_not_those_of_another_path():
-    drive = explorers.driven(10)
-    exact, cov = factorisation.exact_map(drive, drive.path)
+    drive = slam.shown(10)
+    exact, cov = slam.exact_map(drive, drive.path)
     assert exact == pytest.approx(drive.means, abs=1e-8)
-    moved, _ = factorisation.exact_map(drive, drive.path + np.array([0.1, 0, 0]))
+    moved, _ = slam.exact_map(drive, drive.path + np.array([0.1, 0, 0]))
     assert moved - exact == pytest.approx(np.tile([0.1, 0, 0], (len(exact), 1)), abs=1e-8)
     assert (np.linalg.eigvalsh(cov) > 0).all()
 
 
 def test_numbers_of_weights():
-    printed, effective = resampling.numbers(np.array([0.5, 0.25, 0.25]))
+    printed, effective = slam.both_numbers(np.array([0.5, 0.25, 0.25]))
     assert printed == pytest.approx(1)
     assert effective == pytest.approx(1 / 0.375)
 
 
 def test_lasting_points_keep_their_tracks(seen):
-    long = frontend.lasting(seen, 5)
+    long = slam.lasting(seen, 5)
     lengths = np.bincount(long.tracks)
     assert lengths.min() > 5
     assert len(lengths) == np.count_nonzero(np.bincount(seen.tracks) > 5)
 
 
 def test_buildings_have_one_plan_and_are_hung_and_driven_otherwise():
-    (one, path), (other, way) = frontend.world(), frontend.world(1)
+    (one, path), (other, way), floors = slam.world(), slam.world(1), slam.rooms()
     assert (one.plan == other.plan).all()
-    assert maps.order(maps.room_of(path)) == maps.order(maps.room_of(way))
+    assert slam.order(slam.room_of(path, floors)) == slam.order(slam.room_of(way, floors))
     assert np.abs(path - way)[:, :2].max() > 0.0
     assert one.kinds.tolist() != other.kinds.tolist()
-    assert not {0, *frontend.CHOOSING} & set(frontend.SCORED)
+    assert not {0, *slam.CHOOSING} & set(slam.SCORED)
 
 
-def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
-    """Of made-up distances, and of the buildings that they were chosen in."""
-    first, *others = METRICS
-    own = {name: np.linspace(0, 200, 401) * (k + 1) for k, name in enumerate(METRICS)}
-    with monkeypatch.context() as patch:
-        patch.setattr(frontend, "seen", lambda building: building)
-        patch.setattr(association, "right_pairs", lambda seen: own)
-        found = association.limits()
-    assert found[first] == pytest.approx(150, abs=0.5)
-    assert [found[name] / found[first] for name in others] == pytest.approx([2, 3, 4])
+def test_sabotages_change_one_thing(monkeypatch):
+    asked = asked_of(monkeypatch, slam)
+    slam.counted.one(21, 0, 50, fifty=1)
+    slam.counted.one(21, 0, 400, fifty=1)
+    assert [options.particles for options, _, _ in asked] == [1, 400]
+    slam.held.one(200, 0, 5, five=0)
+    slam.held.one(200, 0, 0, five=0)
+    slam.stabled.one(21, 0, 5, least=5)
+    assert [options.stable for options, _, _ in asked[2:]] == [0, 0, 5]
+    assert asked[-1][2]["least"] == 5
+    for rule, more in (("below M/2", {}), ("always", {}), ("below M/2", {"ours": "never"}),
+                       ("always", {"other": "never"})):  # fmt: skip
+        slam.redrawn.one(200, 0, 50, rule, **more)
+    assert [options.share for options, _, _ in asked[-4:]] == [0.5, 1.0, 0.0, 0.0]
+    assert all(more == {"framed": True} for *_, more in asked[-4:])
 
 
-@pytest.mark.slow
-def test_the_limits_are_those_of_the_buildings_that_they_were_chosen_in():
-    found = association.limits()
-    assert {name: found[name] for name in METRICS} == pytest.approx(association.LIMITS, rel=0.005)
-
-
-def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
-    rows = association.beginnings(seen)
-    assert rows.shape[1] == 6
-    assert (seen.tracks[rows] == seen.tracks[rows[:, :1]]).all()
-    assert (np.diff(seen.frames[rows], axis=1) == 1).all()
-    assert (ages(seen)[rows[:, 0]] == 1).all()
-    assert len(rows) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+def test_drives_of_all_filters_have_the_same_wheels_and_draws(monkeypatch):
+    seen = begun()
+    monkeypatch.setattr(slam, "seen_in", lambda building, alike: seen)
     with unchecked():
-        right = association.right_pairs(seen)
-    means = seen.descriptors[rows].astype(float).mean(axis=1)
-    last = rows[:, -1]
-    earlier = seen.frames[rows[:, 0]][:, None] > seen.frames[last]
-    gaps = np.where(earlier, drives.apart(seen, last, last), np.inf)
-    new = np.isfinite(gaps).any(axis=1)
-    pairs = np.linalg.norm(means[new] - means[gaps[new].argmin(axis=1)], axis=1)
-    assert right["Euclid to the mean"] == pytest.approx(pairs, abs=1e-3)
-    assert {len(own) for own in right.values()} == {np.count_nonzero(new)}
+        one, other, third = (slam.driven(1, 21, draw, slam.Options(2)) for draw in (0, 0, 1))
+    assert one == other
+    assert one["wheels"] != third["wheels"]
+    keys = {slam.luck(building, draw, 1)[0].integers(10**9) for building in (21, 22, 200)
+            for draw in range(3)}  # fmt: skip
+    assert len(keys) == 9
 
 
-def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared():
-    named = {f.name: f.options for f in association.named(*association.WAYS, alone=True)}
-    assert [o.particles for n, o in named.items() if n.startswith("shared")] == [1, 1, 1]
-    assert [o.particles for n, o in named.items() if n.startswith("each")] == [10, 10, 50]
-    assert {o.association for n, o in named.items() if n.startswith("each")} == {"each"}
-    assert named["each, own gate"].reach == 0.0
+def test_with_the_same_numbers_in_each_frame_rules_differ_where_a_draw_is_spared():
+    """And not before: whatever one of the two has drawn, the next frame is the same."""
+    report = slam.roll(begun().poses, RNG(2))
+    ours, always = (
+        slam.drive_through(
+            begun(), slam.Options(4, share=share, noise=20.0), report, RNG(3).spawn(120)
+        )
+        for share in (0.5, 1.0)
+    )
+    spared = np.flatnonzero(ours.drawn != always.drawn)
+    assert spared.size
+    first = spared[0]
+    assert first > 5
+    assert (ours.poses[:first] == always.poses[:first]).all()
+    assert (ours.poses[first:] != always.poses[first:]).any()
+
+
+@cache
+def begun():
+    return slam.seen_in(frames=120)
+
+
+def test_all_descend_from_some():
+    """Of ancestors that are known: one of four from the first, or each from itself."""
+    drive = slam.shown(10)
+    none = replace(drive, ancestors=np.tile(np.arange(10), (61, 1)))
+    assert slam.related(none) == 1.0
+    pairs = np.tile(np.arange(10), (61, 1))
+    pairs[[15, 35, 55]] = np.arange(10) // 2  # once in each twenty frames
+    assert slam.related(replace(drive, ancestors=pairs)) == 0.5
+
+
+def test_the_law_of_the_number_that_counts():
+    """Of weights that are drawn: a normal spread, judged by points of some sharpness."""
+    for r in (0.3, 0.8, 2.0):
+        x = RNG(1).standard_normal((200_000, 3))
+        w = np.exp(-(x**2).sum(axis=1) / (2 * r**2))
+        assert slam.law(r) == pytest.approx(w.mean() ** 2 / (w**2).mean(), rel=0.05)
+
+
+def rows_of(**measures):
+    """Return rows of three buildings, two drives each, with some measures."""
+    table = pd.DataFrame({"building": [1, 1, 2, 2, 3, 3], "draw": [0, 1] * 3} | measures)
+    return Rows(table, "building", {})
 
 
 def test_means_and_ratios_are_those_of_buildings():
     """Of the drives through one building the mean is taken first."""
-    numbers = np.array([[1.0, 3.0], [4.0, 6.0], [0.0, 2.0]])
-    found = maps.mean(numbers, "m")
-    of_means = bootstrap_mean(np.array([2.0, 5.0, 1.0]), "m")
-    assert (found.estimate, found.low, found.high) == (
-        of_means.estimate,
-        of_means.low,
-        of_means.high,
+    rows = rows_of(
+        path=[1.0, 3, 4, 6, 0, 2], wrong=[1, 1, 0, 2, 1, 1], matched=[10, 10, 5, 5, 4, 4]
     )
-    assert maps.ratio(2 * numbers, numbers).estimate == 2.0
-    assert maps.worst(numbers) == 5.0
-
-
-def accounts(**errors):
-    """Return accounts of filters with some errors of the path, and of nothing else."""
-    empty = maps.Account(*[np.ones((2, 2))] * len(maps.Account._fields))
-    return {name: empty._replace(path=np.asarray(path)) for name, path in errors.items()}
-
-
-def test_the_particles_needed_are_those_of_equal_error():
-    """Errors that fall as a power: the rule that is as good with a third as many needs a third."""
-    power = {1: 0.5, 2: 0.8}
-    law = np.array([[1.0, 1.1], [2.0, 2.2]])
-    falls = np.array([[power[1]] * 2, [power[2]] * 2])
-    found = {}
-    for count in resampling.COUNTS:
-        for rule, size in (("below M/2", 3 * count), ("always", count)):
-            name = resampling.called(rule, count, 1.0)
-            found |= accounts(**{name: law * size**-falls})
-    needed = resampling.needed(found)
-    assert [needed.estimate, needed.low, needed.high] == pytest.approx([1 / 3] * 3)
-
-
-def test_errors_by_number_of_particles_are_those_of_the_ledger():
-    """One row for each number: both rules, and the frames after which one says nothing."""
-    rules = recorded()["neff-resampling"].tables["rules"]
-    shown = resampling.by_count(rules)
-    assert list(shown.rows) == [f"M = {count}" for count in resampling.COUNTS]
-    assert shown["M = 3", "below M/2 (m)"] == rules["below M/2, M = 3", "ATE (m)"]
-    assert shown["M = 20", "always (m)"] == rules["always, M = 20", "ATE (m)"]
-    spared = 100 * recorded()["neff-resampling"].evidence["draws spared, below M/2, M = 3"].estimate
-    assert shown["M = 3", "spared (%)"] == pytest.approx(spared)
-
-
-def test_drives_of_all_filters_have_the_same_wheels_and_draws():
-    """And the buildings come in order, each with its own drives."""
-    twice = (maps.Filter("one"), maps.Filter("other"))
-    with unchecked():
-        found = maps.run(maps.Config(twice, 2, (0, 1), frames=120), rng=RNG(0))
-    one, other = found.values()
-    assert all((a == b).all() for a, b in zip(one, other, strict=True))
-    assert one.path.shape == (2, 2)
-    assert len(set(one.wheels.ravel())) == 4
-    with unchecked():
-        first = maps.run(maps.Config(twice[:1], 2, (0,), frames=120), rng=RNG(0))["one"]
-    assert (first.path[0] == one.path[0]).all()
+    found, of_means = slam.mean(rows, "path", "m"), bootstrap_mean(np.array([2.0, 5.0, 1.0]), "m")
+    assert replace(found, about="") == replace(of_means, about="")
+    twice = rows_of(path=[2.0, 6, 8, 12, 0, 4])
+    assert slam.ratio(twice, rows, "path").estimate == 2.0
+    assert slam.worst(rows) == 5.0
+    assert slam.wrong_share(rows) == pytest.approx([0.1, 0.2, 0.25])
 
 
 def test_half_of_the_landmarks_are_less_misplaced():
-    drive = explorers.driven(10)
-    motion = maps.align(drive.path, drive.seen.poses)
-    gaps = np.linalg.norm(maps.act(motion, drive.means[:, :2]) - drive.places[:, :2], axis=1)
-    assert np.mean(gaps <= maps.misplaced(drive)) == pytest.approx(0.5, abs=0.01)
+    drive = slam.shown(10)
+    motion = slam.align(drive.path, drive.seen.poses)
+    gaps = np.linalg.norm(slam.act(motion, drive.means[:, :2]) - drive.places[:, :2], axis=1)
+    found = slam.account(drive, slam.rooms())
+    assert np.mean(gaps <= found["places"]) == pytest.approx(0.5, abs=0.01)
 
 
 def test_accounts_say_what_the_drives_did():
-    one, ten = (explorers.driven(count) for count in (1, 10))
-    both = maps.Account(*np.transpose([maps.account(drive) for drive in (one, ten)]))
-    assert both.landmarks.tolist() == [len(drive.places) for drive in (one, ten)]
-    assert both.wheels[0] == both.wheels[1]
-    assert both.right.tolist() == [0, 1]
+    one, ten = (slam.shown(count) for count in (1, 10))
+    first, second = (slam.account(drive, slam.rooms()) for drive in (one, ten))
+    assert [found["landmarks"] for found in (first, second)] == [len(d.places) for d in (one, ten)]
+    assert [found["right"] for found in (first, second)] == [False, True]
     weighed = ten.effective[ten.observed > 0]
-    assert both.effective == pytest.approx([1, weighed.mean() / 10])
+    assert [first["effective"], second["effective"]] == pytest.approx([1, weighed.mean() / 10])
 
 
 def test_turned_points_are_those_of_a_view_from_a_height():

@@ -7,6 +7,7 @@ import numpy as np
 from data_synth import (
     building,
     fisheye,
+    floor_plans,
     laser,
     monobot,
     office,
@@ -225,6 +226,7 @@ CALLS = (
         ),
         stereo.project: lambda: call(RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
         stereo.visible: lambda: call(SCENE, RIG, POSES[0], np.array([[2.0, 0, 1], [3, 1, 1]])),
+        floor_plans.make_floor: lambda: call(3, alike=True, rng=rng()),
         textured_building.make_textured_building: lambda: call(rng=rng()),
         textured_building.drive: lambda: call(LIT, rng=rng(), poses=20, radius=0.8, wander=0.05),
         textures.paint: lambda: call("sign", rng=rng()),

@@ -1,12 +1,12 @@
 """Drawings of the chapter: pictures, maps, particles over time, the map in space."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.visual_slam import frontend
-from robot_perception.chapters.visual_slam.drives import Drive, Options
-from robot_perception.chapters.visual_slam.frontend import Seen
 from robot_perception.chapters.visual_slam.recordings import Followed
 from robot_perception.evaluation.trajectories import align
 from robot_perception.geometry import act
@@ -25,10 +25,10 @@ TICKS = 1, 2, 5, 10, 20, 50
 # Pictures ----------------------------------------------------------------------------------------
 
 
-def ride() -> Shown:
+def ride(pictures: Sequence[np.ndarray]) -> Shown:
     """Show the drive through the left eye."""
     return film(
-        frontend.film(),
+        pictures,
         fps=6,
         name="slam-film",
         alt="Frames of the left camera along the drive: a corridor with doors and posters, rooms "
@@ -44,14 +44,14 @@ def ride() -> Shown:
     "features were followed for some frames; many orange dots have no trail.",
     caption="Frame 120, while the robot turns. Orange: points that both eyes see. Green, with "
     "their trails: those that were followed for more than five frames, and so count.",
-    axes=lambda seen, frame: image_axes(frontend.film()[frame // frontend.EVERY]),
+    axes=lambda picture, seen, frame, stable: image_axes(picture),
 )
-def tracks_on(ax: Axes, seen: Seen, frame: int) -> Axes:
+def tracks_on(ax: Axes, picture: np.ndarray, seen: Any, frame: int, stable: int) -> Axes:
     """Draw the points of a frame over its picture: with the trail of those that are stable."""
     here = seen.frames == frame
     for track, pixel in zip(seen.tracks[here], seen.pixels[here], strict=True):
         trail = seen.pixels[(seen.tracks == track) & (seen.frames <= frame)]
-        if len(trail) > Options().stable:
+        if len(trail) > stable:
             ax.plot(*trail[-12:].T, color=MEANING["landmark"], linewidth=1.6)
             ax.plot(*pixel, "o", color=MEANING["landmark"], markersize=4)
         else:
@@ -62,19 +62,19 @@ def tracks_on(ax: Axes, seen: Seen, frame: int) -> Axes:
 # The building ------------------------------------------------------------------------------------
 
 
-def ground(ax: Axes, truth: np.ndarray, corners: np.ndarray) -> None:
+def ground(ax: Axes, walls: np.ndarray, truth: np.ndarray, corners: np.ndarray) -> None:
     """Draw the plan of the building and the true path, on axes of some corners."""
-    lines(ax, frontend.world()[0].plan, MEANING["truth"], 2.4, alpha=0.25, zorder=0)
+    lines(ax, walls, MEANING["truth"], 2.4, alpha=0.25, zorder=0)
     ax.plot(*truth[:, :2].T, color=MEANING["truth"], linewidth=1.0)
     plan(ax, corners, margin=0.0)
     ax.locator_params(nbins=5)
 
 
-def built(ax: Axes, drive: Drive) -> Axes:
+def built(ax: Axes, drive: Any, walls: np.ndarray) -> Axes:
     """Draw Fig. 4 again, on axes cleared first: landmarks and path over the plan, and the truth."""
     ax.clear()
     dots(ax, drive.means[:, :2], MEANING["landmark"], 1.6)
-    ground(ax, drive.seen.poses, WIDE)
+    ground(ax, walls, drive.seen.poses, WIDE)
     ax.plot(*drive.path[:, :2].T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
     return ax
 
@@ -88,9 +88,9 @@ def built(ax: Axes, drive: Drive) -> Axes:
     width=6.4,
     height=4.2,
 )
-def wheels_alone(ax: Axes, drive: Drive) -> Axes:
+def wheels_alone(ax: Axes, drive: Any, walls: np.ndarray) -> Axes:
     """Draw Fig. 4d again: the true path and that by the wheels."""
-    ground(ax, drive.seen.poses, FLOOR)
+    ground(ax, walls, drive.seen.poses, FLOOR)
     ax.plot(*drive.odometry[:, :2].T, color=MEANING["odometry"], linewidth=1.4, linestyle="--")
     start = drive.seen.poses[0, :2]
     ax.plot(*start, "o", color=MEANING["truth"], markersize=7)
@@ -98,20 +98,19 @@ def wheels_alone(ax: Axes, drive: Drive) -> Axes:
     return ax
 
 
-def particles(axes: AxesRow, drive: Drive, frame: int) -> AxesRow:
-    """Draw the particles at a frame with the paths that led there, and numbers over time."""
+def particles(axes: AxesRow, state: Any, walls: np.ndarray) -> AxesRow:
+    """Draw the particles at a moment with the paths that led there, and numbers over time."""
     for ax in axes:
         ax.clear()
-    above, below = axes
-    ground(above, drive.seen.poses[: frame + 1], FLOOR)
-    for path in np.unique(drive.paths(frame)[..., :2], axis=1).swapaxes(0, 1):
+    (above, below), drive, frame = axes, state.drive, state.at
+    ground(above, walls, drive.seen.poses[: frame + 1], FLOOR)
+    for path in np.unique(state.paths[..., :2], axis=1).swapaxes(0, 1):
         above.plot(*path[:: max(1, frame // 120)].T, color=MEANING["robot"], linewidth=0.7)
     above.plot(*drive.poses[frame, :, :2].T, "o", color=MEANING["robot"], markersize=2.5)
     shown = np.union1d(np.arange(0, frame, 3), np.arange(max(frame - 15, 0), frame + 1))
     frames, count, _ = drive.poses.shape
-    survivors = drive.survivors(frame)[shown]
     below.plot(shown, drive.effective[shown], color=MEANING["expected"], linewidth=1.0)
-    below.plot(shown, survivors, color=MEANING["robot"], linewidth=2.2)
+    below.plot(shown, state.alive[shown], color=MEANING["robot"], linewidth=2.2)
     below.axhline(count / 2, color=MEANING["paper"], linewidth=1.0, linestyle="--")
     below.set_yscale("log")
     below.set_yticks(TICKS, [f"{tick:g}" for tick in TICKS])
@@ -130,12 +129,12 @@ def turned(points: Float[np.ndarray, "n 3"], turn: float) -> Float[np.ndarray, "
     return np.stack([across, np.sin(tilt) * away + np.cos(tilt) * z], axis=-1)
 
 
-def in_space(ax: Axes, drive: Drive, turn: float) -> Axes:
+def in_space(ax: Axes, drive: Any, turn: float, walls: np.ndarray) -> Axes:
     """Draw the map in space, turned, on axes cleared first: landmarks, floor plan and path."""
     ax.clear()
     motion = align(drive.path, drive.seen.poses)
-    walls, path = frontend.world()[0].plan.reshape(-1, 2), act(motion, drive.path[::4, :2])
-    floor, way = (turned(np.pad(p, ((0, 0), (0, 1))), turn) for p in (walls, path))
+    ends, path = walls.reshape(-1, 2), act(motion, drive.path[::4, :2])
+    floor, way = (turned(np.pad(p, ((0, 0), (0, 1))), turn) for p in (ends, path))
     lines(ax, floor.reshape(-1, 2, 2), MEANING["truth"], 1.6, alpha=0.3, zorder=0)
     ax.plot(*way.T, color=MEANING["robot"], linewidth=1.0)
     places = np.column_stack([act(motion, drive.means[:, :2]), drive.means[:, 2]])
@@ -144,6 +143,17 @@ def in_space(ax: Axes, drive: Drive, turn: float) -> Axes:
     ax.set_aspect("equal", adjustable="box")
     ax.set_position((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
+    return ax
+
+
+def route(ax: Axes, walls: np.ndarray, path: np.ndarray) -> Axes:
+    """Draw a floor plan and the way through it, on axes cleared first."""
+    ax.clear()
+    lines(ax, walls, MEANING["truth"], 2.0, alpha=0.4, zorder=0)
+    ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.4)
+    ax.plot(*path[0, :2], "o", color=MEANING["robot"], markersize=6)
+    middle = np.mean([walls.min(axis=(0, 1)), walls.max(axis=(0, 1))], axis=0)
+    plan(ax, middle + np.array([[-18.0, -11.0], [18.0, 11.0]]), margin=0.0)
     return ax
 
 

@@ -13,8 +13,7 @@ from jaxtyping import Float
 
 from data_synth import wheels
 from robot_perception.cameras import level_mount
-from robot_perception.chapters.visual_slam.drives import motions
-from robot_perception.chapters.visual_slam.frontend import moved
+from robot_perception.chapters.visual_slam.odometry import motions, moved
 from robot_perception.datasets import read_kitti, read_stereo_features
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.landmarks import StereoRules, TrackRules, sight

@@ -1,0 +1,37 @@
+"""Drawings of the chapter: paths of filters that were told wrong names."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from robot_perception.chapters.visual_slam.figures import WIDE, ground
+from robot_perception.teaching.figures import drawn
+from robot_perception.teaching.figures.style import MEANING, label
+
+
+@drawn(
+    name="look-pulled",
+    alt="Floor plan with the true path and two others: the dashed one stays near the true path, "
+    "the dotted one jumps about and cuts through walls.",
+    caption="Sixteen of a hundred names are wrong. Dotted: the path by one filter of the pose and "
+    "all landmarks. Dashed: the best of ten particles, with the same names. Solid: the true path.",
+    width=6.4,
+    height=4.4,
+)
+def pulled(ax: Axes, one: Any, ten: Any, walls: np.ndarray) -> Axes:
+    """Draw the path of one hypothesis beside that of the best of ten."""
+    ground(ax, walls, one.truth, WIDE)
+    ax.plot(*one.path.T, color=MEANING["expected"], linewidth=1.2, linestyle=":")
+    ax.plot(*ten.path.T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
+    return ax
+
+
+def followed(ax: Axes, state: Any, walls: np.ndarray) -> Axes:
+    """Draw one path and the truth, on axes cleared first."""
+    ax.clear()
+    ground(ax, walls, state.truth, WIDE)
+    ax.plot(*state.path.T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
+    ax.plot(*state.path[-1], "o", color=MEANING["robot"], markersize=6)
+    label(ax, state.path[-1, 0], state.path[-1, 1] + 0.5, "the end", MEANING["robot"], ha="center")
+    return ax

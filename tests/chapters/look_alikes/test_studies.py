@@ -1,0 +1,238 @@
+"""Names, right ones and wrong ones, and filters that get them, on what can be worked out."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from robot_perception.book import look_alikes as look
+from robot_perception.evaluation.trajectories import absolute_error
+from robot_perception.geometry import act, compose, inverse, se3
+from robot_perception.landmarks.metrics import METRICS
+from tests.chapters.visual_slam.drives import ages, asked_of
+from tests.unchecked import unchecked
+
+RNG = np.random.default_rng
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return look.seen_in()
+
+
+def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
+    """Of made-up distances, and of the buildings that they were chosen in."""
+    first, *others = METRICS
+    own = {name: np.linspace(0, 200, 401) * (k + 1) for k, name in enumerate(METRICS)}
+    with monkeypatch.context() as patch:
+        patch.setattr(look, "seen_in", lambda building: building)
+        patch.setattr(look, "right_pairs", lambda seen, metrics: own)
+        found = look.limits()
+    assert found[first] == pytest.approx(150, abs=0.5)
+    assert [found[name] / found[first] for name in others] == pytest.approx([2, 3, 4])
+
+
+@pytest.mark.slow
+def test_the_limits_are_those_of_the_buildings_that_they_were_chosen_in():
+    found = look.limits(METRICS | look.DENSITIES)
+    assert found == pytest.approx(look.ALL_LIMITS, rel=0.005)
+
+
+def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
+    rows = look.beginnings(seen)
+    assert rows.shape[1] == 6
+    assert (seen.tracks[rows] == seen.tracks[rows[:, :1]]).all()
+    assert (np.diff(seen.frames[rows], axis=1) == 1).all()
+    assert (ages(seen)[rows[:, 0]] == 1).all()
+    assert len(rows) == np.count_nonzero(np.bincount(seen.tracks) > 5)
+    with unchecked():
+        right = look.right_pairs(seen)
+    means = seen.descriptors[rows].astype(float).mean(axis=1)
+    last = rows[:, -1]
+    earlier = seen.frames[rows[:, 0]][:, None] > seen.frames[last]
+    gaps = np.where(earlier, look.apart(seen, last, last), np.inf)
+    new = np.isfinite(gaps).any(axis=1)
+    pairs = np.linalg.norm(means[new] - means[gaps[new].argmin(axis=1)], axis=1)
+    assert right["Euclid to the mean"] == pytest.approx(pairs, abs=1e-3)
+    assert {len(own) for own in right.values()} == {np.count_nonzero(new)}
+
+
+def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared(monkeypatch):
+    asked = asked_of(monkeypatch, look)
+    for alone in (False, True):
+        for whose in look.named.axes["whose"]:
+            look.named.one(200, 0, whose, alone=alone)
+    counts = [options.particles for options, _, _ in asked]
+    assert counts == [10, 10, 10, 1, 10, 10]
+    assert [options.association for options, _, _ in asked[:3]] == ["shared", "each", "each"]
+    assert [options.reach for options, _, _ in asked[:3]] == [0.3, 0.3, 0.0]
+
+
+def test_wrong_names_are_as_many_as_asked_for_and_far_away(seen):
+    report = look.roll(seen.poses, RNG(3))
+    found = {}
+    for share in (0.0, 0.3):
+        ask = look.misnamed(seen, share, RNG(5))
+        with unchecked():
+            drive = look.drive_through(seen, look.Options(reach=1000.0), report, RNG(4), ask)
+        found[share] = drive.wrong / drive.matched
+    assert found[0.0] == 0.0
+    assert found[0.3] == pytest.approx(0.3, abs=0.07)
+
+
+def test_a_misnamed_track_is_no_landmark_near_its_place(seen):
+    founders = np.flatnonzero(np.diff(seen.tracks, prepend=-1))[:200]
+    asked = SimpleNamespace(rows=np.arange(20))
+    table = look.misnamed(seen, 1.0, RNG(1))(founders[:20], founders)(asked)
+    gaps = cdist(seen.places[founders[:20]], seen.places[founders])
+    assert (np.isfinite(table) == (gaps > look.SAME)).all()
+    right = look.misnamed(seen, 0.0, RNG(1))(founders[:20], founders)(asked)
+    assert (right == look.apart(seen, founders[:20], founders)).all()
+
+
+def test_densities_are_distances_and_the_logarithm_of_the_volume():
+    rng = RNG(2)
+    descriptors = rng.normal(50, 20, (3, 16))
+    means, squares = rng.normal(50, 20, (5, 16)), rng.uniform(10, 900, (5, 16))
+    looks = SimpleNamespace(firsts=means, means=means, squares=squares, counts=np.full(5, 6))
+    asked = SimpleNamespace(descriptors=descriptors, looks=looks)
+    found = look.DENSITIES[look.RAW + look.LOGS](asked) ** 2
+    variances = squares / 5
+    apart = (descriptors[:, None] - means) ** 2 / variances
+    expected = apart.sum(axis=-1) + np.log(variances * 12).sum(axis=-1)
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_changed_study_changes_one_thing(monkeypatch):
+    asked = asked_of(monkeypatch, look)
+    look.compared.one(21, 0, look.RAW, limit=1e6)
+    look.compared.one(21, 0, look.EUCLID, limit=1e6)
+    look.compared.one(21, 0, look.RAW + look.WIDE)
+    limits = [(options.limit, options.reach) for options, _, _ in asked]
+    assert limits == [(1e6, 0.3), (149.0, 0.3), (45.3, 1.0)]
+    for distance in (look.EUCLID, look.RAW, look.TOLD):
+        look.mapped.one(210, 0, distance, knows=True)
+    assert [ask is look.told for _, ask, _ in asked[3:]] == [False, True, True]
+    assert [options.limit for options, _, _ in asked[3:]] == [149.0, 1.0, 1.0]
+    look.mapped.one(210, 0, look.RAW)
+    assert asked[-1][0].limit == 45.3
+    assert asked[-1][1] is not look.told
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """Return a drive with names that are told, and what its wheels report."""
+    seen = look.seen_in(frames=200)
+    report = look.roll(seen.poses, RNG(3))
+    with unchecked():
+        return look.drive_through(
+            seen, look.Options(reach=1000.0), report, RNG(4), look.told(seen)
+        ), report
+
+
+def test_from_above_a_landmark_is_seen_where_it_is(driven):
+    drive, report = driven
+    steps, gaps, sizes = look.from_above(drive, report), [], []
+    assert len(steps) == len(drive.poses)
+    assert steps[0].motion is None
+    for pose, step in zip(drive.seen.poses, steps, strict=True):
+        places = drive.places[step.observations.ids]
+        there = se3.act(se3.inverse(se3.from_se2(pose)), places)[:, :2]
+        errors = step.observations.values - there
+        gaps += np.linalg.norm(errors, axis=1).tolist()
+        sizes += np.einsum(
+            "ni,nij,nj->n", errors, np.linalg.inv(step.observations.covs), errors
+        ).tolist()
+    assert np.median(gaps) < 0.1
+    assert np.median(sizes) < 0.5  # the covariances have the axes of the errors, and are wide
+
+
+def circled(frames=80, noise=0.03):
+    """Return the steps of a robot that drives round among points, its true path and the wheels."""
+    rng = RNG(1)
+    places, angle = rng.uniform(-6, 6, (40, 2)), np.linspace(0, 3 * np.pi, frames)
+    path = np.column_stack([4 * np.cos(angle), 4 * np.sin(angle), angle + np.pi / 2])
+    sigmas, steps, alone = np.array([0.03, 0.03, 0.02]), [], [path[0]]
+    for k, pose in enumerate(path):
+        motion = None
+        if k:
+            increment = compose(inverse(path[k - 1]), pose) + sigmas * rng.standard_normal(3)
+            motion = look.planar.Odometry(increment, np.diag(sigmas**2))
+            alone.append(motion.move(alone[-1]))
+        there = act(inverse(pose), places)
+        ids = np.flatnonzero((there[:, 0] > 0) & (np.linalg.norm(there, axis=1) < 5))
+        values = there[ids] + noise * rng.standard_normal((len(ids), 2))
+        covs = np.tile(noise**2 * np.eye(2), (len(ids), 1, 1))
+        steps.append(look.planar.Step(motion, look.Observations(ids, values, covs)))
+    return steps, path, np.array(alone)
+
+
+def test_at_first_one_filter_and_many_are_the_same():
+    """Landmarks that were seen from a pose that is exact have no error in common."""
+    steps, path, _ = circled()
+    many = [belief.pose for belief in look.separate(path[0], steps)]
+    whole = look.joint(path[0], steps).poses
+    assert whole[1] == pytest.approx(many[1], abs=1e-9)
+    assert whole[20] != pytest.approx(many[20], abs=1e-6)
+
+
+def test_all_filters_find_the_path_that_the_wheels_lose():
+    steps, path, alone = circled()
+    wheels = absolute_error(alone, path, False)
+    many = np.array([belief.pose for belief in look.separate(path[0], steps)])
+    for found in (look.joint(path[0], steps).poses, look.joint(path[0], steps, 0.99).poses, many):
+        assert absolute_error(found, path, False) < wheels / 5
+
+
+def test_a_gate_turns_wrong_names_away(driven):
+    drive, report = driven
+    steps, start = look.from_above(drive, report), drive.seen.poses[0]
+    wrong = steps[:150]
+    last = wrong[-1].observations
+    moved = last.values + np.array([5.0, 0.0])
+    wrong[-1] = look.planar.Step(wrong[-1].motion, look.Observations(last.ids, moved, last.covs))
+    assert look.joint(start, wrong, 0.99).used[-1].max() == -1
+    assert look.joint(start, wrong).used[-1].min() >= 0
+
+
+def test_entries_that_differ_are_those_that_changed_or_are_new():
+    before = np.arange(9.0).reshape(3, 3) + 1
+    after = np.ones((4, 4))
+    after[:3, :3] = before
+    after[1, 2] += 1e-12 + 1
+    assert np.count_nonzero(look.differs(before, after)) == 8
+    assert not look.differs(before, before).any()
+
+
+def test_troubles_are_those_that_are_named(monkeypatch):
+    asked = []
+
+    def troubled(building, trouble, count=10):
+        asked.append((trouble, count))
+        path = np.zeros((3, 3))
+        seen = SimpleNamespace(poses=path)
+        return SimpleNamespace(path=path, odometry=path, seen=seen, founders=[]), None
+
+    monkeypatch.setattr(look, "troubled", troubled)
+    look.hypothesised.one(210, "wheels", "10 particles")
+    look.hypothesised.one(210, "wheels", "100 particles", truly="names")
+    assert asked == [("wheels", 10), ("names", 100)]
+
+
+def test_bad_wheels_are_three_times_as_bad_and_names_are_wrong_where_they_should_be(monkeypatch):
+    begun = look.seen_in(frames=120)
+    monkeypatch.setattr(look, "seen_in", lambda building: begun)
+    reports = {trouble: look.troubled(210, trouble) for trouble in look.TROUBLES}
+    good, bad, wrong = (reports[trouble] for trouble in ("none", "wheels", "names"))
+    assert bad[1].deviations == pytest.approx(3 * good[1].deviations)
+    assert (wrong[1].increments == good[1].increments).all()
+    assert good[0].wrong == bad[0].wrong == 0 < wrong[0].wrong
+
+
+def test_only_one_filter_is_lost():
+    lost = dict.fromkeys(look.FOLLOWERS, 0.3) | {"one filter": 5.0}
+    told = [(look.SHARES[-1], follower, error) for follower, error in lost.items()]
+    assert look.only_one_filter_is_lost(told)
+    other = [(share, f, 4.0 if f == "one filter, gate" else e) for share, f, e in told]
+    assert not look.only_one_filter_is_lost(other)
