@@ -55,7 +55,7 @@ def world_to_pixels(mount, pose, points):
     flat = np.column_stack([points - pose[:2], np.zeros(len(points))])
     robot = spun.apply(flat) + np.array([0, 0, mount.height])
     lens = np.array([*mount.distortion, 0.0, 0.0])
-    way, _ = cv2.Rodrigues(mount.rotation)
+    way = Rotation.from_matrix(mount.rotation).as_rotvec()  # cv2 takes 1e-5 rad for no rotation
     pixels, _ = cv2.projectPoints(robot, way, mount.translation, mount.K, lens)
     return pixels[:, 0]
 

@@ -32,6 +32,7 @@ def followed(ax: Axes, state: Any, walls: np.ndarray) -> Axes:
     ax.clear()
     ground(ax, walls, state.truth, WIDE)
     ax.plot(*state.path.T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
-    ax.plot(*state.path[-1], "o", color=MEANING["robot"], markersize=6)
-    label(ax, state.path[-1, 0], state.path[-1, 1] + 0.5, "the end", MEANING["robot"], ha="center")
+    x, y = state.path[-1].tolist()
+    ax.plot(x, y, "o", color=MEANING["robot"], markersize=6)
+    label(ax, x, y + 0.5, "the end", MEANING["robot"], ha="center")
     return ax
