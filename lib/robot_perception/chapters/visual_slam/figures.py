@@ -147,13 +147,14 @@ def in_space(ax: Axes, drive: Any, turn: float, walls: np.ndarray) -> Axes:
 
 
 def route(ax: Axes, walls: np.ndarray, path: np.ndarray) -> Axes:
-    """Draw a floor plan and the way through it, on axes cleared first."""
+    """Draw a floor plan and the way through it about its middle, on axes cleared first."""
     ax.clear()
-    lines(ax, walls, MEANING["truth"], 2.0, alpha=0.4, zorder=0)
-    ax.plot(*path[:, :2].T, color=MEANING["robot"], linewidth=1.4)
-    ax.plot(*path[0, :2], "o", color=MEANING["robot"], markersize=6)
     middle = np.mean([walls.min(axis=(0, 1)), walls.max(axis=(0, 1))], axis=0)
-    plan(ax, middle + np.array([[-18.0, -11.0], [18.0, 11.0]]), margin=0.0)
+    lines(ax, walls - middle, MEANING["truth"], 2.0, alpha=0.4, zorder=0)
+    way = path[:, :2] - middle
+    ax.plot(*way.T, color=MEANING["robot"], linewidth=1.4)
+    ax.plot(*way[0], "o", color=MEANING["robot"], markersize=6)
+    plan(ax, np.array([[-18.0, -11.0], [18.0, 11.0]]), margin=0.0)
     return ax
 
 
