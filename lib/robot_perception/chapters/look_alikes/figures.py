@@ -22,7 +22,7 @@ from robot_perception.teaching.figures.style import MEANING, label
 def pulled(ax: Axes, one: Any, ten: Any, walls: np.ndarray) -> Axes:
     """Draw the path of one hypothesis beside that of the best of ten."""
     ground(ax, walls, one.truth, WIDE)
-    ax.plot(*one.path.T, color=MEANING["expected"], linewidth=1.2, linestyle=":")
+    ax.plot(*one.path.T, color=MEANING["error"], linewidth=1.6, linestyle=":")
     ax.plot(*ten.path.T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
     return ax
 
