@@ -7,9 +7,9 @@ import pytest
 import shapely
 
 from data_synth.floor_plans import LENGTH, NAMES, PLANS, make_floor
-from data_synth.laser import cast
 from data_synth.stereo import Rig, surface_points
 from data_synth.textured_building import drive
+from tests.data_synth.rooms import standing, walls_where_a_laser_finds_them
 
 each_plan = pytest.mark.parametrize("plan", range(len(PLANS)), ids=NAMES)
 HUNG = "poster", "notices", "books", "door", "drawers", "window"
@@ -34,13 +34,9 @@ def test_a_route_is_as_long_as_the_papers(plan):
 
 @each_plan
 def test_the_drive_keeps_clear_of_all_that_stands(plan):
-    frames = floor(plan).scene.frames
-    upright = np.abs(frames[:, 2, 1]) > 0
-    low = upright & (frames[:, 2, 2] + frames[:, 2, 1] < 1.0)  # reaches below the robot's top
-    ends = np.stack([frames[low, :2, 2], frames[low, :2, 2] + frames[low, :2, 0]], axis=1)
-    standing = shapely.MultiLineString(list(ends))
+    low = standing(floor(plan))
     for seed in range(3):
-        assert shapely.LineString(way(plan, seed)[:, :2]).distance(standing) > 0.27
+        assert shapely.LineString(way(plan, seed)[:, :2]).distance(low) > 0.27
 
 
 @each_plan
@@ -53,20 +49,7 @@ def test_no_ray_leaves_the_building(plan):
 
 @each_plan
 def test_walls_stand_where_a_laser_finds_them(plan):
-    rig, building = Rig(), floor(plan)
-    columns = np.arange(0.0, 320.0, 4.0)
-    pixels = np.stack([columns, np.full(len(columns), rig.centre_px[1])], axis=-1)  # level rays
-    met = 0
-    for pose in way(plan)[::40]:
-        found = surface_points(building.scene, rig, pose, pixels)
-        angles = pose[2] - np.arctan((columns - rig.centre_px[0]) / rig.focal_px)
-        distance, _ = cast(pose[:2], angles, building.plan)
-        away = np.hypot(*(found.points[:, :2] - pose[:2]).T)
-        wall = building.kinds[found.surfaces] == "wall"
-        np.testing.assert_allclose(away[wall], distance[wall], rtol=1e-6)
-        assert (away <= distance + 1e-6).all()
-        met += wall.sum()
-    assert met > 100
+    assert walls_where_a_laser_finds_them(floor(plan), way(plan)[::40]) > 100
 
 
 @each_plan

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import shapely
 
-from data_synth.laser import cast
 from data_synth.stereo import Rig, render, surface_points
 from data_synth.textured_building import SLIP, drive, make_textured_building
 from data_synth.wheels import roll, true_increments
+from tests.data_synth.rooms import standing, walls_where_a_laser_finds_them
 
 BUILDINGS = [make_textured_building(rng=np.random.default_rng(seed)) for seed in range(2)]
 each_building = pytest.mark.parametrize("building", BUILDINGS)
@@ -45,13 +45,9 @@ def test_turns_and_way_take_their_share_of_the_poses():
 
 @each_building
 def test_the_drive_keeps_clear_of_all_that_stands(building):
-    frames = building.scene.frames
-    upright = np.abs(frames[:, 2, 1]) > 0
-    low = upright & (frames[:, 2, 2] + frames[:, 2, 1] < 1.0)  # reaches below the robot's top
-    ends = np.stack([frames[low, :2, 2], frames[low, :2, 2] + frames[low, :2, 0]], axis=1)
-    standing = shapely.MultiLineString(list(ends))
+    low = standing(building)
     for seed in range(3):
-        assert shapely.LineString(way(building, seed)[:, :2]).distance(standing) > 0.27
+        assert shapely.LineString(way(building, seed)[:, :2]).distance(low) > 0.27
 
 
 def test_the_drive_returns_to_places_in_the_same_direction():
@@ -102,20 +98,7 @@ def test_no_ray_leaves_the_building(building):
 
 @each_building
 def test_walls_stand_where_a_laser_finds_them(building):
-    rig = Rig()
-    columns = np.arange(0.0, 320.0, 4.0)
-    pixels = np.stack([columns, np.full(len(columns), rig.centre_px[1])], axis=-1)  # level rays
-    met = 0
-    for pose in way(building)[::25]:
-        found = surface_points(building.scene, rig, pose, pixels)
-        angles = pose[2] - np.arctan((columns - rig.centre_px[0]) / rig.focal_px)
-        distance, _ = cast(pose[:2], angles, building.plan)
-        away = np.hypot(*(found.points[:, :2] - pose[:2]).T)
-        wall = building.kinds[found.surfaces] == "wall"
-        np.testing.assert_allclose(away[wall], distance[wall], rtol=1e-6)
-        assert (away <= distance + 1e-6).all()
-        met += wall.sum()
-    assert met > 300
+    assert walls_where_a_laser_finds_them(building, way(building)[::25]) > 300
 
 
 @each_building
