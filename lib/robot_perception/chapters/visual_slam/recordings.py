@@ -114,15 +114,14 @@ def _filter(
         maps, info = slam.step(maps, motion, frame, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
-    lineage = rb.lineage(ancestors)[:, maps.best]
-    return np.array(poses)[np.arange(len(poses)), lineage], maps
+    return rb.paths(poses, ancestors)[:, maps.best], maps
 
 
-def _loosened(ids: np.ndarray, points: np.ndarray, covs: np.ndarray) -> Observations:
+def _loosened(seen: Observations) -> Observations:
     """Return observations whose heights count less the farther they are."""
-    covs = covs.copy()
-    covs[:, 1, 1] += (PITCH * points[:, 2]) ** 2
-    return Observations(ids, points, covs)
+    covs = seen.covs.copy()
+    covs[:, 1, 1] += (PITCH * seen.values[:, 2]) ** 2
+    return Observations(seen.ids, seen.values, covs)
 
 
 def gtsam_tracks(folder: Path) -> Followed:
@@ -135,7 +134,7 @@ def gtsam_tracks(folder: Path) -> Followed:
         mine = (read.frames == k) & near
         names, rows = np.unique(read.landmarks[mine], return_index=True)
         points = rig.triangulate(read.measurements[mine][rows], SIGMA)
-        frames.append(_loosened(names, points.mean, points.cov))
+        frames.append(_loosened(Observations(names, points.mean, points.cov)))
     return followed(frames, planar(read.poses))
 
 
@@ -148,8 +147,7 @@ def kitti(folder: Path) -> Followed:
     frames, found = [], None
     for pair, T in zip(read.frames, moved(report, MOUNT), strict=True):
         found = sight(found, *pair, rig, T, rules=rules, track_rules=TrackRules(30.0))
-        old, points = found.tracks.stable(2), found.points.points
-        frames.append(_loosened(found.tracks.ids[old], points.mean[old], points.cov[old]))
+        frames.append(_loosened(found.observations[found.tracks.stable(2)]))
     return followed(frames, truth)
 
 
