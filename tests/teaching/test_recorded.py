@@ -324,6 +324,13 @@ def test_what_the_book_reads_is_what_was_stored(found: Recorded, monkeypatch):
     assert (records() / f"{found.store}.npz").stat().st_size <= LARGEST
 
 
-def test_an_unknown_chapter_has_no_states():
+@pytest.mark.parametrize("ask", [chapters.states, chapters.recordings])
+def test_an_unknown_chapter_has_nothing_stored(ask):
     with pytest.raises(ValueError, match="no chapter 'sailing'"):
-        chapters.states(["sailing"])
+        ask(["sailing"])
+
+
+def test_recordings_are_found_in_packages_and_in_study_cells():
+    found = [one.store for one in chapters.recordings(["tutor_face", "tutor_following"])]
+    assert {"faces-yale", "handless-hall", "hands-hgr1", "girl-patches"} <= set(found)
+    assert len(found) == len(set(found))

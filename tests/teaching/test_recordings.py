@@ -142,6 +142,72 @@ def test_the_code_is_that_of_function_and_result(recorded, monkeypatch):
     assert set(asked[0]) == {__name__, "robot_perception.teaching.recordings"}
 
 
+CELLS = (
+    """from dataclasses import dataclass
+from functools import partial
+import numpy as np
+from robot_perception.teaching.recordings import Recording
+""",
+    """@dataclass(frozen=True, eq=False)
+class Counted:
+    counts: np.ndarray
+""",
+    """LEAST = 2
+
+
+def count(folder, pattern, least=LEAST):
+    return Counted(np.array([max(len(list(folder.glob(pattern))), least)]))
+
+
+def logs(pattern):
+    return Recording("attic", partial(count, pattern=pattern), Counted, "test-store")
+
+
+LOGS = logs("*.log")
+""",
+)
+EDITS = (("counts", "numbers"), ("LEAST = 2", "LEAST = 3"), ("*.log", "*.txt"), ("max(", "min("))
+
+
+def edited(old: str, new: str) -> list[str]:
+    """Return the cells with a text replaced."""
+    assert any(old in text for text in CELLS)
+    return [text.replace(old, new) for text in CELLS]
+
+
+@pytest.fixture
+def in_cells(recorded, book):
+    """The same recording, computed by study cells, and what is stored of it."""
+    made = book.made(*CELLS)
+    made.LOGS.write()
+    return made
+
+
+def test_what_study_cells_compute_of_a_recording_is_stored(in_cells, book):
+    read = in_cells.LOGS.read()
+    assert not read.live
+    assert read.result.counts.tolist() == [2]
+    assert isinstance(read.result, in_cells.Counted)
+    moved = book.made(*CELLS[:2], "MORE = 1", CELLS[2] + "def other():\n    return MORE\n")
+    assert moved.LOGS.is_current()
+
+
+@pytest.mark.parametrize(("old", "new"), EDITS)
+def test_it_is_computed_anew_by_other_study_cells(in_cells, book, old, new):
+    """Function, result, what they reach, and what the function is given."""
+    other = book.made(*edited(old, new))
+    assert not other.LOGS.is_current()
+    assert other.LOGS.read().live
+
+
+@pytest.mark.parametrize(("old", "new"), EDITS)
+def test_a_reader_who_edits_a_study_cell_sees_what_it_computes(in_cells, live, old, new):
+    assert not live(*CELLS).LOGS.read().live
+    read = live(*edited(old, new)).LOGS.read()
+    assert read.live
+    assert "Computed on this machine" in read.note
+
+
 def test_keys_are_renewed_only_if_the_result_is_the_same(recorded, tmp_path, monkeypatch):
     before = (tmp_path / "data/test-store.npz").read_bytes()
     changed_code(tmp_path, monkeypatch)

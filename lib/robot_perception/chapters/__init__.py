@@ -2,7 +2,8 @@
 
 The study cells of a chapter's notebook are its module (:mod:`robot_perception.book`); claims are
 found there in the order of their declarations. A chapter that is not in this form yet has a package
-that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``.
+that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``, and in
+study cells.
 """
 
 from collections.abc import Iterable
@@ -104,15 +105,22 @@ def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
 
 
 def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:
-    """Return the real recordings of chapters: what their modules `recordings` hold."""
-    found: list[Recording] = []
+    """Return the real recordings of chapters: what modules `recordings` and study cells hold.
+
+    Raises
+    ------
+    ValueError
+        If the book has no such chapter.
+    """
+    found: dict[int, Recording] = {}
     for stem in stems:
-        studies(stem)  # an unknown chapter is an error, not an empty answer
+        modules = studies(stem)  # an unknown chapter is an error, not an empty answer
         name = f"{__name__}.{stem}.recordings"
         if find_spec(name) is not None:
-            values = vars(import_module(name)).values()
-            found += [value for value in values if isinstance(value, Recording)]
-    return tuple(found)
+            modules = (import_module(name), *modules)
+        for values in (vars(module).values() for module in modules):
+            found |= {id(value): value for value in values if isinstance(value, Recording)}
+    return tuple(found.values())
 
 
 def states(stems: Iterable[str] = CHAPTERS) -> tuple[Recorded, ...]:

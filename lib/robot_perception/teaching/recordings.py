@@ -22,7 +22,8 @@ from typing import Any, Generic, TypeVar
 from robot_perception import datasets
 from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import storage
-from robot_perception.teaching.dependencies import code_digest
+from robot_perception.teaching.cells import BOOK, LIVE, code_of
+from robot_perception.teaching.dependencies import code_digest, hashed
 from robot_perception.teaching.records import records
 
 Result = TypeVar("Result")
@@ -161,14 +162,23 @@ class Recording(Generic[Result]):
         return same
 
     def _code(self) -> str | None:
-        """Return the digest of what computes the result; ``None`` if it is not the book's own."""
+        """Return the digest of what computes the result; ``None`` if it is not the book's own.
+
+        Of study cells that is what the function reaches there, and what it is given.
+        """
         function: Any = self.compute
+        given: list[tuple[Any, ...]] = []
         while isinstance(function, partial):
+            given.append((function.args, sorted(function.keywords.items())))
             function = function.func
-        modules = {inspect.unwrap(function).__module__, self.result.__module__}
+        function = inspect.unwrap(function)
+        if function.__module__ == LIVE or function.__module__.startswith(BOOK):
+            code = code_of(function)
+            return None if code is None else hashed(f"{code} {given}")
+        modules = {function.__module__, self.result.__module__}
         try:
             return code_digest(*modules)
-        except ValueError:  # the reader's own, in a notebook
+        except ValueError:  # the reader's own
             return None
 
     def _data(self) -> str | None:
