@@ -564,8 +564,11 @@ def test_park_is_as_stored(stored):
 def test_robots_are_as_stored(stored):
     live = recordings_robots.all_robots(need("utias_mrclam_6"))
     for method in ("lasting", "first"):
-        cells = live.errors[method].cells
-        np.testing.assert_allclose(cells, stored["anchored-utias"].errors[method].cells, atol=0.005)
+        cells, expected = (
+            recordings_robots.cells(found.errors[method])
+            for found in (live, stored["anchored-utias"])
+        )
+        np.testing.assert_allclose(cells, expected, atol=0.005)
 
 
 @pytest.mark.slow
