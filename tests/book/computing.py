@@ -15,6 +15,8 @@ from tests.book import pages
 PACKAGES = {stem: import_module(f"robot_perception.chapters.{stem}") for stem in CHAPTERS}
 COMPUTING = tuple(stem for stem in CHAPTERS if not hasattr(PACKAGES[stem], "STUDIES"))
 """Chapters in the form in which the study cells of the notebook are the module."""
+FURTHER = tuple(page for package in PACKAGES.values() for page in getattr(package, "PAGES", ()))
+"""Notebooks beside those of the chapters that compute on recordings, by the same rules."""
 HIDDEN = frozenset({"hide-input", "remove-input", "hide-cell", "remove-cell"})
 CHECKED = "# NBVAL_CHECK_OUTPUT"
 EXERCISE = re.compile(r"^check\(", re.MULTILINE)

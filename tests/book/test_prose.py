@@ -6,7 +6,7 @@ from types import MappingProxyType
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
-from robot_perception.chapters.anchored_slam import mrclam
+from robot_perception.book import recordings_robots
 from tests.book import pages, proofreading
 from tests.book.pages import DRAWN, Passage
 
@@ -207,7 +207,7 @@ SHARES = MappingProxyType(
             "four-experiments", "lost", "both", "rectangle"
         ),
         ("head_tracking", "two frames in a hundred"): least("histogram-threshold"),
-        ("recordings_robots", "one chance in ten thousand"): 1 - mrclam.LEVEL,
+        ("recordings_robots", "one chance in ten thousand"): 1 - recordings_robots.LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "two in three"): seen(
             "eigenfaces", "strangers accepted, from the side, too"

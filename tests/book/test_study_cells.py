@@ -11,6 +11,7 @@ from tests.book.computing import (
     CHECKED,
     COMPUTING,
     EXERCISE,
+    FURTHER,
     code_cells,
     is_study,
     is_visible,
@@ -31,7 +32,7 @@ DEAR = {"rows", "run", "show", "record", "find", "found", "result", "drawn", "tr
 RECORDS = {"recorded", "ledger", "Ledger"}
 PARTS = {"evidence", "tables", "stored"}
 
-EACH = pytest.mark.parametrize("stem", COMPUTING)
+EACH = pytest.mark.parametrize("stem", [*COMPUTING, *FURTHER])
 
 
 def imports(source: str) -> set[str]:

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -26,6 +26,12 @@ class Found:
 class More:
     walls: Float[np.ndarray, "n 2"]
     doors: int
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    count: int
+    seconds: Float[np.ndarray, " n"] = field(metadata={"timed": True})
 
 
 def find(folder):
@@ -206,6 +212,38 @@ def test_a_reader_who_edits_a_study_cell_sees_what_it_computes(in_cells, live, o
     read = live(*edited(old, new)).LOGS.read()
     assert read.live
     assert "Computed on this machine" in read.note
+
+
+@pytest.mark.parametrize("module", ["robot_perception.book.walls", "__main__"])
+def test_the_code_of_study_cells_is_what_function_and_result_reach(recorded, monkeypatch, module):
+    def of_cells(folder):
+        return find(folder)
+
+    of_cells.__module__ = module
+    code = {"of_cells": "reaches these cells", "Found": "has these fields"}
+    monkeypatch.setattr(recordings, "code_of", lambda one: code[one.__name__])
+    monkeypatch.setattr(recordings, "code_digest", lambda *modules: pytest.fail("no module of it"))
+    cells = Recording("attic", partial(of_cells), Found, "test-store")
+    cells.write()
+    assert cells.is_current()
+    for name in code:
+        for edited in ("edited", None):
+            with monkeypatch.context() as now:
+                now.setitem(code, name, edited)
+                assert not cells.is_current()
+    assert cells.is_current()
+
+
+def test_of_measured_times_only_the_shape_must_be_the_same(recorded):
+    def timed(*seconds, count=3):
+        result = Timed(count, np.array(seconds))
+        return Recording("attic", lambda folder: result, Timed, "test-times")
+
+    timed(0.1, 0.2).write()
+    assert timed(0.3, 0.4).renew()
+    assert not timed(0.1, 0.2, 0.3).renew()
+    assert not timed(0.1, 0.2, count=4).renew()
+    np.testing.assert_array_equal(timed(0.3, 0.4).stored().result.seconds, [0.1, 0.2])
 
 
 def test_keys_are_renewed_only_if_the_result_is_the_same(recorded, tmp_path, monkeypatch):

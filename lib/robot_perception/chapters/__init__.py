@@ -2,8 +2,8 @@
 
 The study cells of a chapter's notebook are its module (:mod:`robot_perception.book`); claims are
 found there in the order of their declarations. A chapter that is not in this form yet has a package
-that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``, and in
-study cells.
+that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``, in its
+notebook, and in further notebooks that a package names in ``PAGES``.
 """
 
 from collections.abc import Iterable
@@ -105,22 +105,27 @@ def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
 
 
 def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:
-    """Return the real recordings of chapters: what modules `recordings` and study cells hold.
+    """Return the real recordings of chapters, those of their further pages too.
 
     Raises
     ------
     ValueError
         If the book has no such chapter.
     """
-    found: dict[int, Recording] = {}
+    found: dict[int, Recording] = {}  # one that several modules hold, once
     for stem in stems:
-        modules = studies(stem)  # an unknown chapter is an error, not an empty answer
+        own = studies(stem)  # an unknown chapter is an error, not an empty answer
         name = f"{__name__}.{stem}.recordings"
-        if find_spec(name) is not None:
-            modules = (import_module(name), *modules)
-        for values in (vars(module).values() for module in modules):
+        parts = [import_module(name)] if find_spec(name) is not None else []
+        for values in (vars(module).values() for module in (*parts, *own, *pages(stem))):
             found |= {id(value): value for value in values if isinstance(value, Recording)}
     return tuple(found.values())
+
+
+def pages(stem: str) -> tuple[ModuleType, ...]:
+    """Return the study cells of a chapter's further pages, which its package names in ``PAGES``."""
+    package = import_module(f"{__name__}.{stem}")
+    return tuple(import_module(f"{BOOK}{page}") for page in getattr(package, "PAGES", ()))
 
 
 def states(stems: Iterable[str] = CHAPTERS) -> tuple[Recorded, ...]:

@@ -4,7 +4,9 @@ A result is a frozen dataclass of arrays, numbers, texts, and mappings or nested
 them. It is stored in full precision as ``.npz`` beside a summary in JSON, which a diff can be read
 of; reading it makes the same type again. The summary has three keys: of the code that computed the
 result, of the recording that it was computed from, and of what was stored. Where all fit,
-computing it again would give what is stored.
+computing it again would give what is stored. Where study cells of a notebook compute it, the key of
+the code is that of the definitions that this reaches. A field with ``metadata={"timed": True}``
+holds times that were measured, which are never the same again.
 """
 
 import hashlib
@@ -12,7 +14,7 @@ import inspect
 import json
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -142,7 +144,7 @@ class Recording(Generic[Result]):
         Returns
         -------
         bool
-            Whether it is, each number to 1e-9. If not, nothing is changed.
+            Whether it is, each number to 1e-9 but for measured times. If not, nothing is changed.
 
         Raises
         ------
@@ -152,10 +154,11 @@ class Recording(Generic[Result]):
             If a number is not finite.
         """
         file, result = self._file(), self.compute(datasets.path(self.dataset))
+        timed = {part.name for part in fields(self.result) if part.metadata.get("timed")}
         with TemporaryDirectory() as folder:
             again = Path(folder) / file.name
             storage.save(again, result)
-            same = file.exists() and storage.same(again, file)
+            same = file.exists() and storage.same(again, file, but=timed)
         if same:
             stored = self._summary()
             self._describe(stored["date"], stored["result"])
@@ -173,8 +176,8 @@ class Recording(Generic[Result]):
             function = function.func
         function = inspect.unwrap(function)
         if function.__module__ == LIVE or function.__module__.startswith(BOOK):
-            code = code_of(function)
-            return None if code is None else hashed(f"{code} {given}")
+            keys = [code_of(one) for one in (function, self.result)]
+            return None if None in keys else hashed(f"{keys} {given}")
         modules = {function.__module__, self.result.__module__}
         try:
             return code_digest(*modules)

@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
-from robot_perception.chapters.anchored_slam.intel import Building
-from robot_perception.chapters.anchored_slam.mrclam import ANCHORS, Robots
-from robot_perception.chapters.anchored_slam.victoria import Park
 from robot_perception.chapters.monobot import figures
 from robot_perception.chapters.monobot.figures import MEASUREMENTS, Runs
 from robot_perception.gating import chi_squared_quantile
@@ -214,11 +212,13 @@ def heading_honesty(axes: AxesRow, curves: Mapping[str, tuple[np.ndarray, np.nda
 
 # Five robots -------------------------------------------------------------------------------------
 
+ANCHORS = ("no anchor", "one anchor", "two anchors")
+"""Names of runs by how many landmarks their filter knows."""
 REACH = float(np.sqrt(chi_squared_quantile(0.95, 2)))
 """Of an ellipse that holds a point of the plane with 95 %, in deviations."""
 
 
-def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
+def robot_path(ax: Axes, found: Any, robot: int, anchors: int) -> Axes:
     """Draw path and map of one robot with 0 to 2 anchors beside motion capture, on clear axes."""
     ax.clear()
     ax.grid(visible=False)
@@ -253,7 +253,7 @@ def robot_path(ax: Axes, found: Robots, robot: int, anchors: int) -> Axes:
     rows=2,
     height=5.0,
 )
-def error_bands(axes: AxesRow, found: Robots, robot: int, anchors: int) -> AxesRow:
+def error_bands(axes: AxesRow, found: Any, robot: int, anchors: int) -> AxesRow:
     """Draw errors of position and heading of one robot beside two deviations of the filter."""
     one, colour = found.robots[robot], MEANING["robot"]
     minutes, units = one.times / 60, np.array([1, np.rad2deg(1.0)])
@@ -278,7 +278,7 @@ def error_bands(axes: AxesRow, found: Robots, robot: int, anchors: int) -> AxesR
     "% of the time.",
     height=3.6,
 )
-def nees_over_time(ax: Axes, found: Robots, robot: int) -> Axes:
+def nees_over_time(ax: Axes, found: Any, robot: int) -> Axes:
     """Draw the normalised error squared of one robot's pose, for no, one and two anchors."""
     one, grey = found.robots[robot], MEANING["expected"]
     minutes, limit = one.times / 60, chi_squared_quantile(0.95, 3)
@@ -307,7 +307,7 @@ def nees_over_time(ax: Axes, found: Robots, robot: int) -> Axes:
     "optimum. Dots: satellite fixes.",
     height=6.2,
 )
-def park_map(ax: Axes, found: Park) -> Axes:
+def park_map(ax: Axes, found: Any) -> Axes:
     """Draw the drive through the park: satellite fixes, and the filter with two linearisations."""
     tints, truth = (MEANING["plain"], MEANING["first estimates"]), MEANING["truth"]
     for i, ((name, run), colour) in enumerate(zip(found.runs.items(), tints, strict=True)):
@@ -334,7 +334,7 @@ def park_map(ax: Axes, found: Park) -> Axes:
     "is seen touches the robot's three rows of the covariance only.",
     height=3.0,
 )
-def step_times(ax: Axes, found: Park) -> Axes:
+def step_times(ax: Axes, found: Any) -> Axes:
     """Draw the time a step took against the number of landmarks in the map."""
     named = (("trees in sight", MEANING["landmark"]), ("none in sight", MEANING["odometry"]))
     for values, (words, colour) in zip(found.microseconds, named, strict=True):
@@ -357,7 +357,7 @@ def step_times(ax: Axes, found: Park) -> Axes:
     width=5.0,
     height=5.6,
 )
-def building_paths(ax: Axes, found: Building) -> Axes:
+def building_paths(ax: Axes, found: Any) -> Axes:
     """Draw the way through the building: corrected, by wheels, by the filter, blind and told."""
     dots(ax, found.spots, MEANING["landmark"], 3.0, alpha=0.3)
     paths = (
@@ -386,7 +386,7 @@ def building_paths(ax: Axes, found: Building) -> Axes:
     "reported, the best dot or all of them?",
     height=3.6,
 )
-def loop_errors(ax: Axes, found: Building) -> Axes:
+def loop_errors(ax: Axes, found: Any) -> Axes:
     """Draw the error across loops: of wheels with intervals, and of every choice of the filter."""
     groups = {
         "odometry": ("wheels\nraw", "odometry"),
