@@ -24,15 +24,12 @@ from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
 SLIP = wheels.LARGE
-PITCH = 0.01
-"""By how much the camera nods, rad (1σ); ours."""
-NEAR = 8.0
-"""Least disparity of a point that is used, px: 48 m on these cameras; ours."""
+PITCH = 0.01  # by how much the camera nods, rad (1σ); ours
+NEAR = 8.0  # least disparity of a point that is used, px: 48 m on these cameras; ours
 COUNTS = (1, 10, 100)
 SEEDS = 10
 MOUNT = level_mount(np.zeros(3))
-SIGMA = 0.5
-"""Of a column, and of a row, px; ours."""
+SIGMA = 0.5  # of a column, and of a row, px; ours
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,11 +98,7 @@ def followed(frames: list[Observations], truth: Float[np.ndarray, "k 3"]) -> Fol
 
 
 def _filter(
-    frames: list[Observations],
-    start: np.ndarray,
-    moved: list[Odometry],
-    count: int,
-    rng: np.random.Generator,
+    frames: list, start: np.ndarray, moved: list, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, rb.ParticleMaps]:
     still = Odometry(np.zeros(3), np.zeros((3, 3)))
     slam = rb.RaoBlackwellisedSlam(MOUNT, count)
