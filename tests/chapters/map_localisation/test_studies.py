@@ -103,6 +103,12 @@ def test_a_plan_is_driven_as_far_as_its_route_goes():
         assert way == pytest.approx(length, abs=4)
 
 
+def test_a_ring_is_driven_one_way_and_a_dead_end_both():
+    """By the plans: the first is a ring, the ninth one corridor with its ends."""
+    assert page.both_ways(220) == 0
+    assert page.both_ways(228) > 0.7
+
+
 def test_shares_are_of_buildings():
     """No building's five starts are five opinions: the interval is as wide as of ten numbers."""
     rows = page.anywhere.rows()
