@@ -82,7 +82,14 @@ CALLS = {
     landmarks.require_rectified: lambda: call(BEFORE, AFTER, StereoRules(), least=2),
     landmarks.shrunk_variances: lambda: call(CLASSES, 5.0),
     landmarks.sight: lambda: call(
-        SIGHTED, IMAGE, RIGHT, RIG, np.eye(4), rules=StereoRules(), track_rules=TrackRules()
+        SIGHTED,
+        IMAGE,
+        RIGHT,
+        RIG,
+        np.eye(4),
+        rules=StereoRules(),
+        track_rules=TrackRules(),
+        patience=2,
     ),
     landmarks.stereo_motion: lambda: call(SIGHTED, NEXT, RIG.camera, reach_px=2.0),
     textbook.describe: lambda: call(textbook.patch(IMAGE, np.array([60.0, 45.0]), 2.0, 0.3)),
