@@ -22,7 +22,6 @@ from robot_perception.teaching.locks import changing
 from robot_perception.teaching.records import records
 
 RTOL = 1e-6
-ROUNDED = 1e-14  # what rounding leaves of numbers of size one that cancel
 MARK = "\x10"
 """Data link escape: what follows in a column of text is JSON of what is no text."""
 FEATURES = ("AVX512_SKX", "AVX2", "SSE42")
@@ -182,9 +181,7 @@ def alike(again: pd.Series, before: pd.Series, others: pd.Series, elsewhere: boo
     if elsewhere:
         reach = np.ptp(all_)
         return bool((all_.min() - reach <= ours).all() and (ours <= all_.max() + reach).all())
-    # a column of zeros but for rounding is the same on every processor
-    within = max(RTOL * np.abs(all_).max(initial=0.0), ROUNDED)
-    return bool((np.abs(ours - theirs) <= within).all())
+    return bool((np.abs(ours - theirs) <= RTOL * np.abs(all_).max(initial=0.0)).all())
 
 
 def processor() -> str:
