@@ -29,7 +29,7 @@ SIGMAS = {"stereo": [0.03, 0.03, 0.003], "constant": [0.1, 0.05, 0.02]}  # of it
 PAIRS = landmarks.StereoRules(disparities=(8.0, np.inf))  # nearer than focal · baseline / 8 px
 TRACKS = landmarks.TrackRules(window=40.0)  # how far a feature may be from where it should be, px
 PITCH = 0.01  # by how much the camera nods, rad
-FILTER = visual.Options(particles=100, stable=2, patience=0)  # seen in more than two, none missed
+FILTER = visual.Options(particles=100, stable=2, patience=0)  # three pairs in a row
 FINDER = localisation.LocaliserRules(particles=5000, fresh=0.05)  # with --map; starts anywhere
 MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a map's file holds
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
