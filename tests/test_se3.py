@@ -60,6 +60,19 @@ def test_motions_are_those_of_matrices_in_batches(seed):
     np.testing.assert_allclose(se3.act(one, moved), se3.act(one @ batch, POINTS), **near)
 
 
+@given(SEEDS)
+def test_what_is_fixed_to_a_body_moves_with_it(seed):
+    """A camera that is carried from one pose to another; and back by the inverse of the mount."""
+    rng = np.random.default_rng(seed)
+    before, mount, motions = se3.exp(rng.uniform(-1.5, 1.5, (3, 5, 6)))
+    carried = np.linalg.inv(before @ mount) @ (before @ motions @ mount)
+    ours = se3.conjugated(motions, mount[0])
+    np.testing.assert_allclose(se3.conjugated(motions, mount), carried, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(ours[0], carried[0], rtol=0, atol=1e-12)
+    back = se3.conjugated(ours, se3.inverse(mount[0]))
+    np.testing.assert_allclose(back, motions, rtol=0, atol=1e-12)
+
+
 @given(POSES, POSES)
 def test_the_plane_lies_in_space(first, second):
     ours = se3.compose(se3.from_se2(first, 1.5), se3.from_se2(second))
@@ -88,6 +101,8 @@ SHEAR[0, 1], FAR[3, 0] = 2e-5, 1e-3
         (lambda: se3.log(np.stack([EYE, MIRROR])), "rotations, but there is a reflection"),
         (lambda: se3.compose(FAR, EYE), r"first must have the last row \(0, 0, 0, 1\)"),
         (lambda: se3.between(EYE, FAR), r"second must have the last row \(0, 0, 0, 1\)"),
+        (lambda: se3.conjugated(FAR, EYE), r"motion must have the last row \(0, 0, 0, 1\)"),
+        (lambda: se3.conjugated(EYE, FAR), r"mount must have the last row \(0, 0, 0, 1\)"),
         (lambda: se3.act(EYE, np.ones(3)), r"points must be \(…, n, 3\), got \(3,\)"),
         (lambda: se3.act(np.stack([EYE] * 2), np.ones((3, 4, 3))), "leading axes must broadcast"),
         (lambda: se3.exp(np.full(6, np.nan)), "twist must be finite, got 6 of 6"),

@@ -8,7 +8,7 @@ from robot_perception.extras import needing
 from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
-from robot_perception.observations import Observations, unnamed
+from robot_perception.observations import Observations
 from robot_perception.scripts import Recording, Results, script, tell
 from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
@@ -29,7 +29,7 @@ SIGMAS = {"stereo": [0.03, 0.03, 0.003], "constant": [0.1, 0.05, 0.02]}  # of it
 PAIRS = landmarks.StereoRules(disparities=(8.0, np.inf))  # nearer than focal · baseline / 8 px
 TRACKS = landmarks.TrackRules(window=40.0)  # how far a feature may be from where it should be, px
 PITCH = 0.01  # by how much the camera nods, rad
-FILTER = visual.Options(particles=100, stable=2)  # landmarks are seen in more than two pictures
+FILTER = visual.Options(particles=100, stable=2, patience=0)  # three pairs in a row
 FINDER = localisation.LocaliserRules(particles=5000, fresh=0.05)  # with --map; starts anywhere
 MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a map's file holds
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
@@ -53,17 +53,12 @@ def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
 
-def through(T: np.ndarray, mount: np.ndarray) -> np.ndarray:
-    """A motion of the robot as the camera at a mount makes it; by the inverse, the other way."""
-    return se3.inverse(mount) @ T @ mount
-
-
 def by_pictures(before, found, camera, last: np.ndarray) -> tuple[planar.Odometry, bool]:
     """The robot's motion, and whether it had to be guessed as the last one."""
     seen = landmarks.stereo_motion(before, found, camera) if NO_WHEELS == "stereo" else None
     if seen is None:
         return planar.Odometry(last, np.diag(SIGMAS["constant"]) ** 2), True
-    T = through(se3.inverse(seen.T_now_before), se3.inverse(MOUNT))
+    T = se3.conjugated(se3.inverse(seen.T_now_before), se3.inverse(MOUNT))
     increment = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
     return planar.Odometry(increment, np.diag(SIGMAS["stereo"]) ** 2), False
 
@@ -77,14 +72,13 @@ def localised(pairs, rig, moved, file):
     state, found, last = tracker.start(rng=rng), None, np.zeros(3)
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
-        T = through(se3.inverse(ahead), MOUNT)
+        T = se3.conjugated(se3.inverse(ahead), MOUNT)
         found = landmarks.sight(before, *pair, rig, T, rules=PAIRS, track_rules=TRACKS)
         if before is not None and motion is None:
             motion, _ = by_pictures(before, found, rig.camera, last)
         last = motion.increment if motion else last
-        points, looks = found.points.points, found.points.features.descriptors * 1.0
-        seen, how = unnamed(points.mean, points.cov), {"costs": euclidean_mean, "rng": rng}
-        state, _ = tracker.step(state, motion, seen, looks, **how)
+        seen, how = found.points.observations, {"costs": euclidean_mean, "rng": rng}
+        state, _ = tracker.step(state, motion, seen, found.descriptors, **how)
         yield state.pose, state.located
 
 
@@ -127,20 +121,21 @@ def main(root, out, wheels, known, topic, time_unit, force):
         return
     slam, found = visual.VisualSlam(MOUNT, FILTER), None
     state, last = slam.start(np.zeros(3)), np.zeros(3)
-    rules, looks, steps, greys = {"rules": PAIRS, "track_rules": TRACKS}, [], [], []
+    rules = {"rules": PAIRS, "track_rules": TRACKS, "patience": FILTER.patience}
+    looks, steps, greys = [], [], []
     guessed, asked = 0, {"costs": euclidean_mean, "rng": rng}
     for pair, motion in zip(tqdm(pairs, "pairs"), moved, strict=True):
         before, ahead = found, se3.from_se2(motion.increment if motion else last)
-        T_now_before = through(se3.inverse(ahead), MOUNT)
+        T_now_before = se3.conjugated(se3.inverse(ahead), MOUNT)
         found = landmarks.sight(before, *pair, rig, T_now_before, **rules)
         if before is not None and motion is None:
             motion, blind = by_pictures(before, found, rig.camera, last)
             guessed += blind
-        features, points, pose = found.points.features, found.points.points, state.maps.pose
-        covs = points.cov.copy()
-        covs[:, 1, 1] += (PITCH * points.mean[:, 2]) ** 2  # of heights
-        seen = Observations(found.tracks.ids, points.mean, covs)
-        state, info = slam.step(state, motion, seen, features.descriptors * 1.0, **asked)
+        features, seen, pose = found.points.features, found.observations, state.maps.pose
+        covs = seen.covs.copy()
+        covs[:, 1, 1] += (PITCH * seen.values[:, 2]) ** 2  # of heights
+        seen = Observations(seen.ids, seen.values, covs)
+        state, info = slam.step(state, motion, seen, found.descriptors, **asked)
         last = se2.between(pose, state.maps.pose)
         columns, rows = features.pixels[info.made].round().astype(int).T
         greys.extend(pair[0][rows, columns])
@@ -150,11 +145,10 @@ def main(root, out, wheels, known, topic, time_unit, force):
     best, (names, places) = state.maps.best, state.maps.landmarks(state.maps.best)
     if not len(names):
         raise ValueError(f"{root}: no feature is in more than {FILTER.stable} pictures in a row")
-    own = rao_blackwellised.lineage(ancestors)[:, best]
-    path = np.array(poses)[np.arange(len(own)), own]
+    path = rao_blackwellised.paths(poses, ancestors)[:, best]
     robot, shades = se3.from_se2(path), np.array(greys, dtype=np.uint8)[names]
     datasets.write_tum(out[".tum"], times, robot, overwrite=force)
-    seen_from = through(se3.between(robot[:1], robot), MOUNT)
+    seen_from = se3.conjugated(se3.between(robot[:1], robot), MOUNT)
     datasets.write_kitti(out["_kitti.txt"], seen_from, overwrite=force)
     datasets.write_ply(out[".ply"], places.mean, np.stack([shades] * 3, axis=1), overwrite=force)
     kept = localisation.LandmarkMap.of(state)

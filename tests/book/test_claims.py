@@ -27,7 +27,7 @@ REGISTER = "robot-perception register --claim {} --remark WHY"
 NOT_COMPUTED = ("date", "versions", "sabotages")
 CLAIMS = chapters.claims(COMPUTING)
 EVERY = chapters.claims()
-WITHDRAWN = {"one-second": "observing"}
+WITHDRAWN = {"one-second": "observing", "long-tracks-map": "long-tracks-matches"}
 """Claims that were registered and are none of the book any more, and what took their place."""
 OF_ROWS = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 

@@ -8,6 +8,7 @@ import pytest
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.landmarks import (
     DescriptorClasses,
+    Missed,
     TrackRules,
     Tracks,
     detect,
@@ -167,6 +168,71 @@ def test_wrong_arguments_are_named():
             predict_pixels(np.ones((1, 3)), np.diag([2.0, 2, 2, 1]), CAMERA)
         with pytest.raises(TypeError, match="camera must be a Pinhole"):
             predict_pixels(np.ones((1, 3)), np.eye(4), None)
+
+
+def test_a_track_that_is_missed_is_looked_for_where_its_point_should_be():
+    """The cameras go aside three times, and see nothing twice; a track has two frames at most."""
+    rig, left = StereoRig(CAMERA, 0.2), texture(3)  # a wall 3 m away
+    nothing = np.full_like(left, 128)
+    aside = np.eye(4)
+    aside[0, 3] = -0.12  # of the wall, to the left: by 12 px a pair
+    pairs = [(left, shifted(left, -20.0)), *[(nothing, nothing)] * 2]
+    third = shifted(left, -36.0)
+    pairs.append((third, shifted(third, -20.0)))
+
+    def followed(patience):
+        found = None
+        for pair in pairs:
+            found = sight(found, *pair, rig, aside, patience=patience)
+            yield found
+
+    with unchecked():
+        patient, hasty = list(followed(2)), list(followed(1))
+    first, once, twice, last = patient
+    assert len(first.tracks) == len(once.missed) == len(twice.missed) > 50
+    assert (once.missed.frames == 1).all()
+    assert (twice.missed.frames == 2).all()
+    np.testing.assert_allclose(
+        twice.missed.points - first.points.points.mean,
+        np.tile([-0.24, 0, 0], (len(twice.missed), 1)),
+    )
+    again = last.tracks.ids < len(first.tracks)
+    assert again.mean() > 0.5
+    assert (last.tracks.classes.counts[again] == 2).all()
+    assert (last.tracks.origins == -1).all()  # the pair before showed none of them
+    before = first.tracks.ids.searchsorted(last.tracks.ids[again])
+    moved = last.points.features.pixels[again] - first.points.features.pixels[before]
+    np.testing.assert_allclose(np.median(moved, axis=0), [-36, 0], atol=0.1)
+    assert last.missed is None or not np.isin(last.missed.ids, last.tracks.ids).any()
+    assert hasty[1].missed is not None
+    assert hasty[2].missed is None
+    assert hasty[3].tracks.ids.min() >= len(first.tracks)
+
+
+def test_what_is_waited_for_is_one_thing_of_each_track():
+    found = features([[10, 10], [50, 10]], [0, 1])
+    classes = DescriptorClasses.of(found.descriptors)
+    columns = np.arange(2), np.ones(2, dtype=int), np.ones((2, 3))
+    assert len(Missed(*columns, found, classes)) == 2
+    with unchecked():
+        with pytest.raises(ValueError, match="features must be of 2 tracks, got 1"):
+            Missed(*columns, found[:1], classes)
+        with pytest.raises(ValueError, match="classes must be of 2 tracks, got 1"):
+            Missed(*columns, found, classes[:1])
+        with pytest.raises(ValueError, match="frames must not be negative, got -1"):
+            Missed(np.arange(2), np.array([1, -1]), np.ones((2, 3)), found, classes)
+
+
+def test_a_sighting_is_what_a_filter_takes():
+    left = texture(3)
+    found = sight(None, left, shifted(left, -20.0), StereoRig(CAMERA, 0.2), np.eye(4))
+    seen, points = found.observations, found.points.points
+    np.testing.assert_array_equal(seen.ids, found.tracks.ids)
+    np.testing.assert_array_equal(seen.values, points.mean)
+    np.testing.assert_array_equal(seen.covs, points.cov)
+    assert (found.points.observations.ids == -1).all()
+    assert found.descriptors.dtype == float
+    np.testing.assert_array_equal(found.descriptors, found.points.features.descriptors)
 
 
 def test_points_of_two_eyes_are_followed_where_the_motion_of_the_camera_expects_them():

@@ -243,6 +243,63 @@ def test_a_track_is_looked_up_once_by_the_mean_of_its_first_frames(seed, stable)
     assert known
 
 
+@pytest.mark.parametrize("association", ["shared", "each"])
+def test_tracks_that_are_missed_now_and_then_are_those_of_all_their_frames(association):
+    """No frame shows a track whose number and its own add up to a multiple of three."""
+    poses, frames = world(np.random.default_rng(3))
+    thinned = []
+    for k, frame in enumerate(frames):
+        rows = (frame.seen.ids + k) % 3 > 0
+        seen, truth = frame.seen[rows], frame.truth[rows]
+        thinned.append(Frame(frame.motion, seen, frame.descriptors[rows], truth))
+    options = replace(LOOSE, association=association, patience=1)
+    states, infos, _ = run(poses, thinned, options, rng=np.random.default_rng(1))
+    counted = lengths_and_means(thinned)
+    for frame, before, state, (lengths, means) in zip(
+        thinned[1:], states, states[1:], list(counted)[1:], strict=False
+    ):
+        ours, count = state.tracks, len(frame.seen)
+        np.testing.assert_array_equal(ours.ids[:count], frame.seen.ids)
+        np.testing.assert_array_equal(ours.lengths[:count], lengths)
+        np.testing.assert_allclose(ours.means[:count], means, atol=1e-9)
+        old = before.tracks.ids[before.tracks.missed == 0]
+        assert set(ours.ids[count:]) == set(old) - set(frame.seen.ids)
+        assert (ours.missed == np.r_[np.zeros(count), np.ones(len(ours.ids) - count)]).all()
+        assert ours.names.shape[-1] == len(ours.ids)
+    hasty = replace(options, patience=0)
+    _, fewer, _ = run(poses, thinned, hasty, rng=np.random.default_rng(1))
+    used, less = (sum(info.known.any() for info in one) for one in (infos, fewer))
+    assert used > 2 * less
+
+
+def test_a_track_keeps_its_landmark_as_long_as_it_is_waited_for():
+    options = Options(1, 0, patience=2)
+    never = lambda asked: np.full((len(asked.rows), len(asked.looks)), np.inf)  # noqa: E731
+    for frames, name in ((0, 0), (2, 0), (3, 1)):
+        state = begun(look([[2, 0, 1]], tracks=[7]), options)
+        for _ in range(frames):
+            state, _ = go(state, look([]), options)
+        assert len(state.tracks.ids) == (frames < 3)
+        _, info = go(state, look([[2, 0, 1]], tracks=[7]), options, costs=never)
+        assert info.names.tolist() == [name]
+        assert info.first.tolist() == [name == 1]
+
+
+def test_the_names_of_a_track_that_is_waited_for_descend_with_their_particles():
+    """Of two particles one recognises the tracks; the other, which does not, is drawn no more."""
+    options = Options(2, 0, share=0.0, association="each", patience=1, reach=0.0, unmatched=1e-9)
+    state = begun(look([[2, 0, 1], [3, 1, 1]], tracks=[1, 2], variance=1e-2), options)
+    state = standing(state, [0.0, 0, 0], [0.0, 5, 0])  # the second is elsewhere
+    both = look([[2, 0, 1], [3, 1, 1]], tracks=[3, 4], variance=1e-2)
+    state, _ = go(state, both, options, costs=lambda asked: np.where(np.eye(2) > 0, 0.0, np.inf))
+    held = state.tracks.names[:, state.tracks.ids == 4]
+    assert held.ravel().tolist() == [1, 3]
+    one = look([[2, 0, 1]], tracks=[3], variance=1e-2)
+    after, info = go(state, one, replace(options, share=1.0))
+    assert info.resampling.ancestors.tolist() == [0, 0]
+    assert after.tracks.names[:, after.tracks.ids == 4].ravel().tolist() == [1, 1]
+
+
 @pytest.mark.parametrize("told", [True, False])
 def test_accounts_agree_with_the_maps(told):
     poses, frames = world(np.random.default_rng(5))

@@ -257,9 +257,17 @@ def test_a_number_is_alike_to_rounding_or_elsewhere_within_the_reach_of_the_othe
     assert alike(pd.Series(again), pd.Series(before), RANGE, elsewhere) is same
 
 
-def test_zeros_must_be_zero():
+def test_zeros_must_be_zero_but_for_rounding():
     zero = pd.Series([0.0])
     assert alike(zero, zero, zero, False)
-    assert not alike(pd.Series([1e-12]), zero, zero, False)
+    assert alike(pd.Series([-9e-13]), zero, zero, False)
+    assert not alike(pd.Series([1.1e-12]), zero, zero, False)
     assert alike(pd.Series([True]), pd.Series([True]), pd.Series([True, False]), False)
     assert not alike(pd.Series([False]), pd.Series([True]), pd.Series([True, False]), False)
+
+
+def test_elsewhere_a_single_number_is_alike_to_rounding():
+    alone = pd.Series([5.0])
+    assert alike(pd.Series([5.0 + 4e-6]), alone, alone, True)
+    assert not alike(pd.Series([5.0 + 6e-6]), alone, alone, True)
+    assert not alike(pd.Series([5.0 - 6e-6]), alone, alone, True)

@@ -27,7 +27,7 @@ def compose(
     ValueError
         If a matrix is no rigid motion or the leading axes do not broadcast.
     """
-    first, second = _motions(first, second)
+    first, second = _pair(first=first, second=second)
     return first @ second
 
 
@@ -56,10 +56,36 @@ def between(
     ValueError
         If a matrix is no rigid motion or the leading axes do not broadcast.
     """
-    first, second = _motions(first, second)
+    first, second = _pair(first=first, second=second)
     R = first[..., :3, :3].mT
     shift = second[..., :3, 3:] - first[..., :3, 3:]
     return _matrix(R @ second[..., :3, :3], (R @ shift)[..., 0])
+
+
+def conjugated(
+    motion: Float[np.ndarray, "... 4 4"], mount: Float[np.ndarray, "... 4 4"]
+) -> Float[np.ndarray, "... 4 4"]:
+    r"""Return a motion of a body as what is fixed to it at a mount makes it, in its own frame.
+
+    .. math:: M^{-1}\, T\, M
+
+    A robot whose camera sits at ``T_robot_camera`` moves the camera so; the inverse of the mount
+    leads back, from the camera's motion to the robot's.
+
+    Parameters
+    ----------
+    motion : (…, 4, 4)
+        T, for instance T_before_now or T_now_before of a robot, m.
+    mount : (…, 4, 4)
+        M, for instance T_robot_camera, m.
+
+    Raises
+    ------
+    ValueError
+        If a matrix is no rigid motion or the leading axes do not broadcast.
+    """
+    motion, mount = _pair(motion=motion, mount=mount)
+    return between(mount, motion @ mount)
 
 
 def act(
@@ -189,10 +215,11 @@ def checked(name: str, pose: Float[np.ndarray, "... 4 4"]) -> Float[np.ndarray, 
     return T
 
 
-def _motions(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    first, second = checked("first", first), checked("second", second)
-    checks.check_batches(first=first.shape[:-2], second=second.shape[:-2])
-    return first, second
+def _pair(**motions: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return two motions, checked, whose leading axes fit."""
+    found = {name: checked(name, T) for name, T in motions.items()}
+    checks.check_batches(**{name: T.shape[:-2] for name, T in found.items()})
+    return tuple(found.values())
 
 
 def _back(pose: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from robot_perception.landmarks.stereo import (
 )
 from robot_perception.landmarks.tracking import (
     FeatureTrack,
+    Missed,
     Sighting,
     TrackRules,
     Tracks,
@@ -34,6 +35,7 @@ __all__ = [
     "FeatureTrack",
     "Features",
     "Mahalanobis",
+    "Missed",
     "Nearest",
     "Sift",
     "Sighting",

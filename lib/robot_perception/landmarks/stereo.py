@@ -12,6 +12,7 @@ from robot_perception.cameras import StereoRig
 from robot_perception.fields import Positive, checked
 from robot_perception.landmarks.features import SIFT, Features, Sift, check_grey, detect
 from robot_perception.landmarks.matching import match_window
+from robot_perception.observations import Observations, unnamed
 
 
 def _rising(name: str, value: Any) -> tuple[float, float]:
@@ -72,6 +73,16 @@ class StereoPoints:
 
     def __len__(self) -> int:
         return len(self.features)
+
+    @property
+    def observations(self) -> Observations:
+        """The points with their covariances, as a filter takes them; nobody knows their names."""
+        return unnamed(self.points.mean, self.points.cov)
+
+    @property
+    def descriptors(self) -> Float[np.ndarray, "n d"]:
+        """How each looks, as a filter takes it: in double precision."""
+        return self.features.descriptors.astype(float)
 
 
 def match_stereo(

@@ -1,7 +1,7 @@
 """Features followed from frame to frame: what stays visible long enough to be a landmark."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import repeat
 from typing import Annotated
 
@@ -10,12 +10,13 @@ from jaxtyping import Bool, Float, Int, UInt8
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole, StereoRig
-from robot_perception.fields import Positive, checked, from_to
+from robot_perception.fields import Positive, at_least, checked, from_to
 from robot_perception.geometry import se3
 from robot_perception.landmarks.classes import DescriptorClasses
 from robot_perception.landmarks.features import Features
 from robot_perception.landmarks.matching import match_window
 from robot_perception.landmarks.stereo import StereoPoints, StereoRules, check_both, observe
+from robot_perception.observations import Observations
 
 RULES = StereoRules()
 
@@ -228,6 +229,40 @@ def extend(
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Missed:
+    """Tracks that a pair of pictures does not show, and that may go on in a later one.
+
+    Parameters
+    ----------
+    ids : (k,)
+        Their numbers.
+    frames : (k,)
+        How many pairs in a row missed each so far.
+    points : (k, 3)
+        Where they should be, in the frame of the left camera now, m.
+    features
+        How they looked when they were seen last: k features.
+    classes
+        The descriptors of each track so far.
+    """
+
+    ids: Int[np.ndarray, " k"]
+    frames: Annotated[Int[np.ndarray, " k"], at_least(0)]
+    points: Float[np.ndarray, "k 3"]
+    features: Features
+    classes: DescriptorClasses
+
+    def __post_init__(self) -> None:
+        checked(self)
+        for name, count in (("features", len(self.features)), ("classes", len(self.classes))):
+            if count != len(self):
+                raise ValueError(f"{name} must be of {len(self)} tracks, got {count}")
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
     """What a pair of pictures shows: points in space, and the track that each belongs to.
 
@@ -237,11 +272,24 @@ class Sighting:
         n points with covariances, in the frame of the left camera.
     tracks
         Their tracks.
+    missed
+        Tracks of earlier pairs that may still go on; ``None`` where none is waited for.
     """
 
     points: StereoPoints
     tracks: Tracks
+    missed: Missed | None = None
     __post_init__ = checked
+
+    @property
+    def observations(self) -> Observations:
+        """The points with their covariances, named by the numbers of their tracks."""
+        return self.points.observations.named(self.tracks.ids)
+
+    @property
+    def descriptors(self) -> Float[np.ndarray, "n d"]:
+        """How each looks, in double precision."""
+        return self.points.descriptors
 
 
 def sight(
@@ -253,8 +301,12 @@ def sight(
     *,
     rules: StereoRules = RULES,
     track_rules: TrackRules = TrackRules(),
+    patience: int = 0,
 ) -> Sighting:
     """Return what the next pair of a drive shows: `observe`, `predict_pixels` and `extend` in one.
+
+    A track that a pair misses may be waited for. It is looked for where its point should be, and
+    goes on with the feature that looks like it, as if it had not been missed.
 
     Parameters
     ----------
@@ -268,22 +320,57 @@ def sight(
         Pose of the left camera at the pair before in its frame now, for instance by the wheels.
     rules, track_rules
         What counts as a match of left and right, and of now and before.
+    patience
+        How many pairs in a row may miss a track. Ours, as is waiting: a track of the paper is seen
+        in "consecutive frames".
 
     Raises
     ------
     TypeError
         If an argument is of another type.
     ValueError
-        If a picture is not grey or not of the rig's size, or ``T_now_before`` no rigid motion.
+        If a picture is not grey or not of the rig's size, ``T_now_before`` no rigid motion, or
+        ``patience`` no whole number of at least 0.
     """
     checks.instance("track_rules", track_rules, TrackRules)
+    patience = checks.whole("patience", patience, 0)
     points = observe(left, right, rig, rules=rules)
     if before is None:
         return Sighting(points, Tracks.start(points.features))
-    then = checks.instance("before", before, Sighting).points
-    predicted = predict_pixels(then.points.mean, T_now_before, rig.camera)
-    tracks = extend(before.tracks, then.features, points.features, track_rules, predicted=predicted)
-    return Sighting(points, tracks)
+    old = _remembered(checks.instance("before", before, Sighting))
+    predicted = predict_pixels(old.points, T_now_before, rig.camera)
+    known = Tracks(old.ids, np.full(len(old), -1), old.classes, before.tracks.begun)
+    tracks = extend(known, old.features, points.features, track_rules, predicted=predicted)
+    waiting = old.frames < patience
+    waiting[tracks.origins[tracks.origins >= 0]] = False
+    missed = _waited_for(old, waiting, T_now_before) if waiting.any() else None
+    latest = tracks.origins < len(before.tracks)
+    return Sighting(points, replace(tracks, origins=np.where(latest, tracks.origins, -1)), missed)
+
+
+def _remembered(before: Sighting) -> Missed:
+    """Return all tracks that may go on: those of the latest pair, and after them the missed."""
+    points, tracks = before.points, before.tracks
+    none, own = np.zeros(len(tracks), dtype=int), points.points.mean
+    latest, missed = Missed(tracks.ids, none, own, points.features, tracks.classes), before.missed
+    if missed is None:
+        return latest
+    return Missed(
+        np.concatenate([latest.ids, missed.ids]),
+        np.concatenate([latest.frames, missed.frames]),
+        np.concatenate([latest.points, missed.points]),
+        _joined(latest.features, missed.features),
+        latest.classes.with_others(missed.classes),
+    )
+
+
+def _waited_for(
+    old: Missed, rows: Bool[np.ndarray, " k"], T_now_before: Float[np.ndarray, "4 4"]
+) -> Missed:
+    """Return some tracks, missed once more, as they should be seen after a motion."""
+    points = se3.act(T_now_before, old.points[rows])
+    frames = old.frames[rows] + 1
+    return Missed(old.ids[rows], frames, points, old.features[rows], old.classes[rows])
 
 
 def follow(
@@ -352,10 +439,10 @@ def _endless(predictions: Iterable) -> Iterator:
 
 def _gather(seen: list[Features], rows: list[int]) -> Features:
     """Return one feature of each frame."""
-    pairs = list(zip(seen, rows, strict=True))
-    return Features(
-        np.array([frame.pixels[row] for frame, row in pairs]),
-        np.array([frame.descriptors[row] for frame, row in pairs]),
-        np.array([frame.scales[row] for frame, row in pairs]),
-        np.array([frame.angles[row] for frame, row in pairs]),
-    )
+    return _joined(*(frame[[row]] for frame, row in zip(seen, rows, strict=True)))
+
+
+def _joined(*parts: Features) -> Features:
+    """Return features one after the other."""
+    names = (field.name for field in fields(Features))
+    return Features(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

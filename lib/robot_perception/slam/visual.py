@@ -20,7 +20,7 @@ descriptors are "stored" once, when it "has been tracked for p frames" (section 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import Field, dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -76,6 +76,8 @@ class Options:
     unmatched
         Density of a point for a particle to which it is none of its landmarks, where it is one to
         another particle, m⁻³; ours.
+    patience
+        How many frames in a row may miss a track before it ends; paper: none.
 
     Raises
     ------
@@ -93,6 +95,7 @@ class Options:
     noise: float = 1.0
     association: Literal["shared", "each"] = "shared"
     unmatched: float = 1.0
+    patience: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1))
@@ -106,6 +109,7 @@ class Options:
         object.__setattr__(self, "noise", checks.positive("noise", self.noise))
         checks.one_of("association", self.association, ("shared", "each"))
         object.__setattr__(self, "unmatched", checks.positive("unmatched", self.unmatched))
+        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,7 +142,7 @@ class Looks:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ongoing:
-    """The tracks that the latest frame showed. A track ends with the first frame that misses it.
+    """The tracks that go on: those of the latest frame, and those that it missed but may return.
 
     Parameters
     ----------
@@ -155,6 +159,8 @@ class Ongoing:
     names : (k,) or (M, k)
         Landmark that it was taken for, or that was made of it; -1 as long as it is not stable. A
         row for each particle where each names by its own map.
+    missed : (k,)
+        How many frames in a row have missed it since.
     """
 
     ids: Int[np.ndarray, "k"]
@@ -163,6 +169,7 @@ class Ongoing:
     sums: Float[np.ndarray, "k d"]
     squares: Float[np.ndarray, "k d"]
     names: Int[np.ndarray, "*M k"]
+    missed: Int[np.ndarray, "k"]
     __post_init__ = checked
 
     @property
@@ -189,7 +196,7 @@ class VisualMaps:
     looks
         How each of N landmarks looked when it was made: the descriptors of its track.
     tracks
-        The tracks of the latest frame.
+        The tracks that go on.
     """
 
     maps: ParticleMaps
@@ -305,7 +312,7 @@ class VisualSlam:
         empty = np.empty((0, checks.whole("length", length, 0)))
         maps = ParticleMaps.start(pose, options.particles)
         names = none if options.association == "shared" else np.empty((len(maps), 0), dtype=int)
-        tracks = Ongoing(none, none, empty, empty, empty, names)
+        tracks = Ongoing(none, none, empty, empty, empty, names, none)
         return VisualMaps(maps, Looks(empty, empty, empty, none), tracks)
 
     def step(
@@ -371,7 +378,10 @@ class VisualSlam:
         seen = Observations(np.full(len(found), -1), observations.values, covs)
         names = _recognised(maps, state.looks, tracks, seen, mount, costs, options)
         maps, resampling = _weighed(maps, seen, names, mount, options, rng)
-        names, held = (_inherited(own, resampling.ancestors) for own in (names, tracks.names))
+        waiting = _waited_for(state.tracks, observations.ids, options.patience)
+        names, held, kept = (
+            _inherited(own, resampling.ancestors) for own in (names, tracks.names, waiting.names)
+        )
         new, looks = first & (names < 0), state.looks
         made = _somewhere(new)
         fresh = len(looks) + np.cumsum(made) - 1
@@ -381,6 +391,7 @@ class VisualSlam:
             maps = add_landmarks(maps, seen[made].named(fresh[made]), mount, where)
             looks = _joined(looks, tracks.looks, made)
         tracks = replace(tracks, names=np.where(first, names, held))
+        tracks = _appended(tracks, replace(waiting, names=kept))
         return VisualMaps(maps, looks, tracks), FrameInfo(names, first, new, resampling)
 
 
@@ -424,7 +435,31 @@ def _followed(before: Ongoing, ids: np.ndarray, descriptors: np.ndarray) -> Ongo
     sums[on] += before.sums[old]
     squares[on] = before.squares[old] + count / (count + 1) * apart**2
     names[..., on] = before.names[..., old]
-    return Ongoing(ids, lengths, firsts, sums, squares, names)
+    return Ongoing(ids, lengths, firsts, sums, squares, names, np.zeros(len(ids), dtype=int))
+
+
+def _waited_for(before: Ongoing, ids: np.ndarray, patience: int) -> Ongoing:
+    """Return the tracks of the frame before that a frame misses, and that do not end with that."""
+    rows = np.flatnonzero(~np.isin(before.ids, ids) & (before.missed < patience))
+    kept = {
+        field.name: getattr(before, field.name).take(rows, _axis(field))
+        for field in fields(Ongoing)
+    }
+    return Ongoing(**kept | {"missed": kept["missed"] + 1})
+
+
+def _appended(tracks: Ongoing, others: Ongoing) -> Ongoing:
+    """Return some tracks and after them others."""
+    both = [
+        ([getattr(part, field.name) for part in (tracks, others)], _axis(field))
+        for field in fields(Ongoing)
+    ]
+    return Ongoing(*(np.concatenate(*one) for one in both))
+
+
+def _axis(field: Field) -> int:
+    """Return which axis of a field counts the tracks."""
+    return -1 if field.name == "names" else 0
 
 
 def _recognised(

@@ -27,7 +27,7 @@ def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
     own = {name: np.linspace(0, 200, 401) * (k + 1) for k, name in enumerate(METRICS)}
     with monkeypatch.context() as patch:
         patch.setattr(look, "seen_in", lambda building: building)
-        patch.setattr(look, "right_pairs", lambda seen, metrics: own)
+        patch.setattr(look, "right_pairs", lambda seen, metrics, stable: own)
         found = look.limits()
     assert found[first] == pytest.approx(150, abs=0.5)
     assert [found[name] / found[first] for name in others] == pytest.approx([2, 3, 4])
@@ -37,6 +37,9 @@ def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
 def test_the_limits_are_those_of_the_buildings_that_they_were_chosen_in():
     found = look.limits(METRICS | look.DENSITIES)
     assert found == pytest.approx(look.ALL_LIMITS, rel=0.005)
+    pace = {"slowness": look.SLOWNESS, "patience": 2}
+    slow = look.limits({name: METRICS[name] for name in look.SLOW_LIMITS}, look.LONG, **pace)
+    assert slow == pytest.approx(look.SLOW_LIMITS, rel=0.005)
 
 
 def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
@@ -56,6 +59,65 @@ def test_right_pairs_are_tracks_of_one_place_by_their_first_frames(seen):
     pairs = np.linalg.norm(means[new] - means[gaps[new].argmin(axis=1)], axis=1)
     assert right["Euclid to the mean"] == pytest.approx(pairs, abs=1e-3)
     assert {len(own) for own in right.values()} == {np.count_nonzero(new)}
+
+
+def test_long_tracks_are_looked_up_by_as_many_frames_as_are_asked_for(seen):
+    rows = look.beginnings(seen, 11)
+    assert rows.shape[1] == 12
+    assert (ages(seen)[rows] == np.arange(1, 13)).all()
+    assert len(rows) == np.count_nonzero(np.bincount(seen.tracks) > 11)
+
+
+def test_slow_drives_wait_for_tracks_and_make_landmarks_of_long_ones(monkeypatch):
+    asked = asked_of(monkeypatch, look)
+    for knows in (False, True):
+        for distance in look.slowed.axes["distance"]:
+            look.slowed.one(230, 0, distance, knows=knows)
+    options = [one for one, _, _ in asked]
+    assert {(one.stable, one.patience, one.reach, one.particles) for one in options} == {
+        (23, 2, 1.0, 10)
+    }
+    assert [one.limit for one in options] == [149.0, 38.6, 19.9, 1.0, 149.0, 1.0, 1.0, 1.0]
+    told = [ask is look.told for _, ask, _ in asked]
+    assert told == [False, False, False, True, False, True, True, True]
+    assert all(more == {"slowness": 4} for _, _, more in asked)
+
+
+def test_a_slow_drive_is_the_same_way_with_more_frames():
+    fast, slow = (look.world(220, slowness=slowness)[1] for slowness in (1, 4))
+    assert len(slow) == 4 * len(fast)
+    lengths = [np.hypot(*np.diff(path[:, :2], axis=0).T).sum() for path in (fast, slow)]
+    assert lengths[1] == pytest.approx(lengths[0], rel=0.02)
+    begun = look.seen_in(0, frames=12, slowness=2, patience=2)
+    assert len(begun.poses) == 24
+    gaps = np.diff(begun.frames[np.lexsort((begun.frames, begun.tracks))])
+    within = np.diff(np.sort(begun.tracks)) == 0
+    assert set(gaps[within]) == {1, 2, 3}  # tracks that were missed, and went on
+    hasty = look.seen_in(0, frames=12, slowness=2)
+    assert np.bincount(begun.tracks).mean() > np.bincount(hasty.tracks).mean()
+
+
+def test_descriptors_vary_more_between_visits_than_their_tracks_say(monkeypatch):
+    """Two tracks of one place, by numbers of which all is known."""
+    rng, length = RNG(1), look.LONG + 1
+    noise = rng.normal(0, 2.0, (2, length, 128))
+    visits = np.stack([np.zeros(128), rng.normal(0, 6.0, 128)])
+    descriptors = (100 + visits[:, None] + noise).reshape(-1, 128)
+    frames = np.r_[np.arange(length), 100 + np.arange(length)]
+    count = 2 * length
+    seen = SimpleNamespace(
+        frames=frames,
+        tracks=np.repeat([0, 1], length),
+        descriptors=descriptors,
+        places=np.zeros((count, 3)),
+        carriers=np.zeros(count, dtype=int),
+    )
+    monkeypatch.setattr(look, "seen_in", lambda building, **pace: seen)
+    found = look.outgrown.one(230)
+    assert found["pairs"] == 1
+    assert found["within"] == pytest.approx(4, rel=0.1)
+    assert found["between"] == pytest.approx((36 + 4 + 4 / 23) / (1 + 1 / 23), rel=0.3)
+    assert look.outgrown.one(230, itself=True)["between"] == pytest.approx(4, rel=0.3)
 
 
 def test_a_filter_that_is_alone_has_one_particle_only_where_names_are_shared(monkeypatch):
@@ -208,8 +270,8 @@ def test_entries_that_differ_are_those_that_changed_or_are_new():
 def test_troubles_are_those_that_are_named(monkeypatch):
     asked = []
 
-    def troubled(building, trouble, count=10):
-        asked.append((trouble, count))
+    def troubled(building, trouble, count, reach):
+        asked.append((trouble, count, reach))
         path = np.zeros((3, 3))
         seen = SimpleNamespace(poses=path)
         return SimpleNamespace(path=path, odometry=path, seen=seen, founders=[]), None
@@ -217,7 +279,22 @@ def test_troubles_are_those_that_are_named(monkeypatch):
     monkeypatch.setattr(look, "troubled", troubled)
     look.hypothesised.one(210, "wheels", "10 particles")
     look.hypothesised.one(210, "wheels", "100 particles", truly="names")
-    assert asked == [("wheels", 10), ("names", 100)]
+    look.guarded.one(220, look.GATED)
+    assert asked == [("wheels", 10, 1000), ("names", 100, 1000), ("names", 10, 0.3)]
+
+
+def test_where_both_have_a_gate_it_can_be_opened(monkeypatch, driven):
+    levels = []
+
+    def joint(start, steps, level):
+        levels.append(level)
+        return SimpleNamespace(poses=driven[0].path)
+
+    monkeypatch.setattr(look, "troubled", lambda *_: driven)
+    monkeypatch.setattr(look, "joint", joint)
+    for open in (False, True):
+        look.guarded.one(220, "joint, gate", open=open)
+    assert levels == [0.99, 1.0]
 
 
 def test_bad_wheels_are_three_times_as_bad_and_names_are_wrong_where_they_should_be(monkeypatch):

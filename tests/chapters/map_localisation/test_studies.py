@@ -83,6 +83,41 @@ def test_a_robot_is_found_where_points_are_known_and_not_where_they_are_others()
     assert (back["metres"] > 1).all()
 
 
+def test_buildings_of_other_plans_are_tried_alike():
+    """The drives of `PLANS` have a route of their own, and are told as those of one plan are."""
+    ours, theirs = (
+        one(study, building=221, way=page.WAYS[0], finder=page.SEVERAL)
+        for study in (page.anywhere, page.started)
+    )
+    assert {name: values.tolist() for name, values in ours.items()} == {
+        name: values.tolist() for name, values in theirs.items()
+    }
+    other = one(page.anywhere, building=221, way=page.WAYS[0], finder=page.SEVERAL, shuffled=True)
+    assert not other["found"].all()
+
+
+def test_a_plan_is_driven_as_far_as_its_route_goes():
+    for seed, length in ((5, 52.0), (222, 81.0)):
+        path = page.route(seed, page.WAYS[0], 400, np.random.default_rng(1))
+        way = np.hypot(*np.diff(path[:, :2], axis=0).T).sum()
+        assert way == pytest.approx(length, abs=4)
+
+
+def test_a_ring_is_driven_one_way_and_a_dead_end_both():
+    """By the plans: the first is a ring, the ninth one corridor with its ends."""
+    assert page.both_ways(220) == 0
+    assert page.both_ways(228) > 0.7
+
+
+def test_shares_are_of_buildings():
+    """No building's five starts are five opinions: the interval is as wide as of ten numbers."""
+    rows = page.anywhere.rows()
+    shares = rows.where(way=page.WAYS[0], finder=page.SEVERAL).of("found").reshape(-1, page.STARTS)
+    found, own = page.found_in(rows, page.WAYS[0]), shares.mean(axis=1)
+    assert found.estimate == pytest.approx(own.mean())
+    assert found.high - found.low == pytest.approx(4 * own.std() / np.sqrt(10), rel=0.4)
+
+
 @pytest.mark.parametrize("finder", ["one picture", "wheels alone", "the twin floor's map"])
 def test_opponents(finder):
     rows = one(page.started, building=1, way=page.WAYS[0], finder=finder)

@@ -97,3 +97,9 @@ def test_a_knocked_camera_loses_its_matches(monkeypatch, seen):
     assert knocked["matches"] < whole["matches"] / 10
     share = [one["right"] / one["matches"] for one in (whole, knocked)]
     assert share[1] < share[0] - 0.2
+
+
+def test_a_camera_that_is_knocked_too_far_is_told(monkeypatch, seen):
+    """By hand: four rows off and half a row allowed, no match is right."""
+    with pytest.raises(ValueError, match=r"no match is right within 0.5 rows, the camera off by 4"):
+        counts(monkeypatch, seen, rows=0.5, threshold=50.0, knocked=4.0)

@@ -14,6 +14,7 @@ from robot_perception.chapters.visual_slam import figures, recordings
 from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
 from robot_perception.landmarks.metrics import euclidean_mean
+from robot_perception.observations import Observations
 from robot_perception.particles import StepInfo
 from robot_perception.slam.visual import FrameInfo
 from robot_perception.teaching.rows import Rows
@@ -322,11 +323,15 @@ def test_sabotages_change_one_thing(monkeypatch):
         slam.redrawn.one(200, 0, 50, rule, **more)
     assert [options.share for options, _, _ in asked[-4:]] == [0.5, 1.0, 0.0, 0.0]
     assert all(more == {"framed": True} for *_, more in asked[-4:])
+    for rule, few in (("below M/2", 50), ("below M/2", 1), ("always", 50), ("always", 1)):
+        slam.spared.one(240, 0, rule, few=few)
+    assert [options.particles for options, _, _ in asked[-4:]] == [50, 50, 50, 1]
+    assert [options.share for options, _, _ in asked[-4:]] == [0.5, 0.5, 1.0, 1.0]
 
 
 def test_drives_of_all_filters_have_the_same_wheels_and_draws(monkeypatch):
     seen = begun()
-    monkeypatch.setattr(slam, "seen_in", lambda building, alike: seen)
+    monkeypatch.setattr(slam, "seen_in", lambda building, alike, **how: seen)
     with unchecked():
         one, other, third = (slam.driven(1, 21, draw, slam.Options(2)) for draw in (0, 0, 1))
     assert one == other
@@ -439,7 +444,7 @@ def test_the_path_of_a_camera_in_the_plane():
 
 def test_heights_of_a_recording_count_less_the_farther_they_are():
     points, covs = np.array([[0.0, 0, 5], [0, 0, 20]]), np.stack([np.eye(3)] * 2)
-    looser = recordings._loosened(np.arange(2), points, covs).covs
+    looser = recordings._loosened(Observations(np.arange(2), points, covs)).covs
     assert looser - covs == pytest.approx(
         np.array([np.diag([0, 0.05**2, 0]), np.diag([0, 0.2**2, 0])])
     )

@@ -23,6 +23,7 @@ CALLS = {
     se3.compose: lambda: call(SPACE, SPACE),
     se3.inverse: lambda: call(SPACE),
     se3.between: lambda: call(SPACE, SPACE),
+    se3.conjugated: lambda: call(SPACE, SPACE),
     se3.act: lambda: call(SPACE, np.ones((4, 3))),
     se3.exp: lambda: call(np.ones(6)),
     se3.log: lambda: call(SPACE),

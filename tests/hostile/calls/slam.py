@@ -204,13 +204,16 @@ CALLS = {
     ),
     rao_blackwellised.printed_number: lambda: call(np.zeros(2)),
     rao_blackwellised.lineage: lambda: call([np.array([0, 0]), np.array([1, 0])]),
+    rao_blackwellised.paths: lambda: call(
+        [np.ones((2, 3)), np.zeros((2, 3))], [np.array([0, 0]), np.array([1, 0])]
+    ),
     rao_blackwellised.associate_shared: lambda: call(
         MAPS, POINT.anonymous(), MOUNT, **gated(by="best")
     ),
     rao_blackwellised.associate_each: lambda: call(
         MAPS, POINT.anonymous(), MOUNT, np.array([[4], [-1]]), **gated()
     ),
-    visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0, "each", 0.5),
+    visual.Options: lambda: call(10, 5, 0.5, "printed", 150.0, 0.99, 0.3, 2.0, "each", 0.5, 1),
     visual.VisualSlam: lambda: call(MOUNT, FEW),
     visual.VisualSlam.start: lambda: call(SLAM, POSE, length=4),
     visual.VisualSlam.step: lambda: call(

@@ -18,6 +18,7 @@ from robot_perception.slam.rao_blackwellised import (
     add_landmarks,
     forward_mount,
     lineage,
+    paths,
     predict,
     printed_number,
     resample,
@@ -221,13 +222,13 @@ def test_the_map_of_each_particle_is_the_exact_one_given_its_path():
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
     assert any((row != np.arange(8)).any() for row in ancestors)
-    lines = lineage(ancestors)
-    paths = np.stack(poses)[np.arange(15)[:, None], lines]
-    np.testing.assert_array_equal(paths[-1], maps.poses)
+    lines, own = lineage(ancestors), paths(poses, ancestors)
+    np.testing.assert_array_equal(own, np.stack(poses)[np.arange(15)[:, None], lines])
+    np.testing.assert_array_equal(own[-1], maps.poses)
     for m in range(8):
         ids, ours = maps.landmarks(m)
-        places, _ = kalman_map(world, paths[:, m])
-        filters, information = filterpy_map(world, paths[:, m])
+        places, _ = kalman_map(world, own[:, m])
+        filters, information = filterpy_map(world, own[:, m])
         for i, name in enumerate(ids.tolist()):
             assert_close(ours.mean[i], places[name].mean)
             assert_close(ours.cov[i], places[name].cov)
@@ -453,6 +454,13 @@ def test_lineage_is_that_of_ancestors_followed_by_hand():
     np.testing.assert_array_equal(lineage(rows[:1]), [[0, 1, 2]])
 
 
+def test_paths_are_poses_of_ancestors_followed_by_hand():
+    rows = [np.array([0, 1]), np.array([1, 1]), np.array([0, 0])]
+    poses = [np.array([[k, 0, 0.0], [k, 1, 0]]) for k in range(3)]
+    expected = [[[0, 1, 0], [0, 1, 0]], [[1, 0, 0], [1, 0, 0]], [[2, 0, 0], [2, 1, 0]]]
+    np.testing.assert_array_equal(paths(poses, rows), expected)
+
+
 def test_the_mean_pose_turns_round():
     poses = np.array([[0.0, 1.0, np.pi - 0.1], [2.0, 3.0, -np.pi + 0.1], [9.0, 9.0, 0.0]])
     none = np.empty((3, 0, 3))
@@ -623,6 +631,11 @@ def wrong_look(**changed):
         ),
         (lambda m: lineage([]), "ancestors must be rows of one length"),
         (lambda m: lineage([np.array([0, 2])]), "ancestors must be of 2 particles, got more"),
+        (lambda m: paths([], [np.array([0, 1])]), "poses must be of 1 steps, got 0"),
+        (
+            lambda m: paths([np.zeros((3, 3))], [np.array([0, 1])]),
+            r"poses must be \(2, 3\) for each step, got \(3, 3\)",
+        ),
         (lambda m: m.landmarks(2), "particle must be from 0 to 1, got 2"),
         (lambda m: printed_number(np.full(3, -np.inf)), "log_weights must not all be -inf"),
         (lambda m: printed_number(np.array([0.0, np.nan])), "log_weights must be finite or -inf"),

@@ -158,9 +158,6 @@ def route(ax: Axes, walls: np.ndarray, path: np.ndarray) -> Axes:
     return ax
 
 
-# The car -----------------------------------------------------------------------------------------
-
-
 def street(ax: Axes, result: Followed) -> Axes:
     """Draw the path of a car, true, by its wheels and by the filter, with the landmarks near it."""
     near = np.abs(result.points - result.truth[:, None, :2]).max(axis=-1).min(axis=0) < 12

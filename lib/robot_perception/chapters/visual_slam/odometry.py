@@ -13,8 +13,7 @@ def moved(
 ) -> Float[np.ndarray, "frames 4 4"]:
     """Return T_now_before of the camera at each frame, as the wheels report it."""
     increments = np.concatenate([np.zeros((1, 3)), report.increments])
-    T_before_now = se3.compose(se3.from_se2(increments), T_robot_camera)
-    return se3.between(T_before_now, T_robot_camera)
+    return se3.conjugated(se3.inverse(se3.from_se2(increments)), T_robot_camera)
 
 
 def motions(report: wheels.Odometry) -> list[Odometry]:

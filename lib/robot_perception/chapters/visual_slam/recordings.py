@@ -24,15 +24,12 @@ from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.tables import Table
 
 SLIP = wheels.LARGE
-PITCH = 0.01
-"""By how much the camera nods, rad (1σ); ours."""
-NEAR = 8.0
-"""Least disparity of a point that is used, px: 48 m on these cameras; ours."""
+PITCH = 0.01  # by how much the camera nods, rad (1σ); ours
+NEAR = 8.0  # least disparity of a point that is used, px: 48 m on these cameras; ours
 COUNTS = (1, 10, 100)
 SEEDS = 10
 MOUNT = level_mount(np.zeros(3))
-SIGMA = 0.5
-"""Of a column, and of a row, px; ours."""
+SIGMA = 0.5  # of a column, and of a row, px; ours
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,11 +98,7 @@ def followed(frames: list[Observations], truth: Float[np.ndarray, "k 3"]) -> Fol
 
 
 def _filter(
-    frames: list[Observations],
-    start: np.ndarray,
-    moved: list[Odometry],
-    count: int,
-    rng: np.random.Generator,
+    frames: list, start: np.ndarray, moved: list, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, rb.ParticleMaps]:
     still = Odometry(np.zeros(3), np.zeros((3, 3)))
     slam = rb.RaoBlackwellisedSlam(MOUNT, count)
@@ -114,15 +107,14 @@ def _filter(
         maps, info = slam.step(maps, motion, frame, rng=rng)
         poses.append(maps.poses)
         ancestors.append(info.ancestors)
-    lineage = rb.lineage(ancestors)[:, maps.best]
-    return np.array(poses)[np.arange(len(poses)), lineage], maps
+    return rb.paths(poses, ancestors)[:, maps.best], maps
 
 
-def _loosened(ids: np.ndarray, points: np.ndarray, covs: np.ndarray) -> Observations:
+def _loosened(seen: Observations) -> Observations:
     """Return observations whose heights count less the farther they are."""
-    covs = covs.copy()
-    covs[:, 1, 1] += (PITCH * points[:, 2]) ** 2
-    return Observations(ids, points, covs)
+    covs = seen.covs.copy()
+    covs[:, 1, 1] += (PITCH * seen.values[:, 2]) ** 2
+    return Observations(seen.ids, seen.values, covs)
 
 
 def gtsam_tracks(folder: Path) -> Followed:
@@ -135,7 +127,7 @@ def gtsam_tracks(folder: Path) -> Followed:
         mine = (read.frames == k) & near
         names, rows = np.unique(read.landmarks[mine], return_index=True)
         points = rig.triangulate(read.measurements[mine][rows], SIGMA)
-        frames.append(_loosened(names, points.mean, points.cov))
+        frames.append(_loosened(Observations(names, points.mean, points.cov)))
     return followed(frames, planar(read.poses))
 
 
@@ -148,8 +140,7 @@ def kitti(folder: Path) -> Followed:
     frames, found = [], None
     for pair, T in zip(read.frames, moved(report, MOUNT), strict=True):
         found = sight(found, *pair, rig, T, rules=rules, track_rules=TrackRules(30.0))
-        old, points = found.tracks.stable(2), found.points.points
-        frames.append(_loosened(found.tracks.ids[old], points.mean[old], points.cov[old]))
+        frames.append(_loosened(found.observations[found.tracks.stable(2)]))
     return followed(frames, truth)
 
 

@@ -404,8 +404,8 @@ def printed_number(log_weights: Float[np.ndarray, "M"]) -> float:
 def lineage(ancestors: Sequence[Int[np.ndarray, "M"]]) -> Int[np.ndarray, "steps M"]:
     """Return from which particle of each step each particle of the last step descends.
 
-    The path of particle m is ``poses[t, lineage[t, m]]`` over the steps t. Where all of a row are
-    equal, one particle is left of which all others are copies.
+    The path of particle m is ``poses[t, lineage[t, m]]`` over the steps t: `paths`. Where all of a
+    row are equal, one particle is left of which all others are copies.
 
     Parameters
     ----------
@@ -431,6 +431,36 @@ def lineage(ancestors: Sequence[Int[np.ndarray, "M"]]) -> Int[np.ndarray, "steps
     for row in rows[:0:-1]:
         traced.append(row[traced[-1]])
     return np.array(traced[::-1])
+
+
+def paths(
+    poses: Sequence[Float[np.ndarray, "M 3"]], ancestors: Sequence[Int[np.ndarray, "M"]]
+) -> Float[np.ndarray, "steps M 3"]:
+    """Return the path of each particle of the last step: its pose, and those it descends from.
+
+    Parameters
+    ----------
+    poses
+        The particles after each step, as a state has them after drawing anew; m, m, rad.
+    ancestors
+        What each step says, as of `lineage`.
+
+    Returns
+    -------
+    (steps, M, 3)
+
+    Raises
+    ------
+    ValueError
+        If there is no step, the poses are not (steps, M, 3) or not finite, or where `lineage`
+        raises.
+    """
+    line = lineage(ancestors)
+    steps = checks.iterable("poses", poses)
+    found = [checks.array("poses", row, (line.shape[1], 3), "each step") for row in steps]
+    if len(found) != len(line):
+        raise ValueError(f"poses must be of {len(line)} steps, got {len(found)}")
+    return np.array(found)[np.arange(len(line))[:, None], line]
 
 
 def checked_seen(observations: Observations, mount: np.ndarray) -> np.ndarray:
