@@ -50,6 +50,12 @@ def tell(facts: Facts, count: Callable[[str, int], None]) -> None:
         count(f"serious or critical violations, {theme}", len(found))
 
 
+@pytest.mark.parametrize("name", PAGES)
+def test_rows_of_a_page_are_recorded(name: str, site: Path) -> None:
+    """No page has computed a few replicates of a study, as it does where a reader has edited it."""
+    assert "computed here" not in (site / f"{name}.html").read_text("utf-8")
+
+
 @pytest.mark.parametrize("name", folder.VISITED)
 def test_page_from_a_folder(
     name: str, visit: Callable[..., Visit], site: Path, count: Callable[[str, int], None]
