@@ -206,7 +206,6 @@ SHARES = MappingProxyType(
         ("colour_and_shape", "One card in forty"): cell(
             "four-experiments", "lost", "both", "rectangle"
         ),
-        ("head_tracking", "two frames in a hundred"): least("histogram-threshold"),
         ("recordings_robots", "one chance in ten thousand"): 1 - recordings_robots.LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "two in three"): seen(

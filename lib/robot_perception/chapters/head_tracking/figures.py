@@ -117,7 +117,7 @@ def looked(axes: np.ndarray, state: SimpleNamespace) -> None:
     right.barh(places, list(state.common.values()), color=MEANING["adapted model"], height=0.6)
     for place, share in zip(places, state.common.values(), strict=True):
         right.text(min(share, 0.84) + 0.02, place, f"{share:.0%}", va="center")
-    right.set_yticks(places, list(state.common))
+    right.set_yticks(places, [name.replace(", ", ",\n") for name in state.common])
     right.set(xlim=(0, 1), xlabel="in common with frame 0")
 
 
@@ -200,15 +200,13 @@ def work(ax: Axes, half_widths: Sequence[int], carried: np.ndarray, summed: np.n
 
 @drawn(
     name="head-grid",
-    alt=lambda rows, **_: (
-        "Panels of the missed share against the threshold, a line for each a. "
-        "Where others pass the lines fall with the threshold towards that of the fixed model; where "
-        "nobody passes the threshold makes less of a difference."
-    ),
+    alt="Panels of the missed share against the threshold, a line for each a. Where others pass "
+    "the lines fall with the threshold towards that of the fixed model; where nobody passes the "
+    "threshold makes less of a difference.",
     caption=lambda rows, **_: (
-        f"How often the head is missed, by threshold, over the first "
-        f"{len(rows.levels('film'))} of the films. Solid: never given up. Dotted: a = 0.02, given up "
-        "below a score of 0.45. Dashed: the fixed model."
+        "How often the head is missed, by threshold, over the first "
+        f"{len(rows.levels('film'))} of the films. Solid: never given up. Dotted: a = 0.02, given "
+        "up below a score of 0.45. Dashed: the fixed model."
     ),
     cols=3,
     width=7.4,
