@@ -1,6 +1,7 @@
 """What the chapter tells a reader to find, beyond what its explorers assert themselves."""
 
 import numpy as np
+import pytest
 
 from robot_perception.book import head_tracking as heads
 
@@ -48,7 +49,7 @@ def test_descriptions_say_what_is_shown():
 
 
 def test_the_first_frame_has_all_in_common_with_itself_and_a_later_one_less():
-    assert set(heads.looked(0).common.values()) == {1.0}
+    assert min(heads.looked(0).common.values()) == pytest.approx(1)
     assert max(heads.looked(60).common.values()) < 1
 
 

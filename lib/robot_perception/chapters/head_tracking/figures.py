@@ -201,8 +201,8 @@ def work(ax: Axes, half_widths: Sequence[int], carried: np.ndarray, summed: np.n
 @drawn(
     name="head-grid",
     alt="Panels of the missed share against the threshold, a line for each a. Where others pass "
-    "the lines fall with the threshold towards that of the fixed model; where nobody passes the "
-    "threshold makes less of a difference.",
+    "the lines of the faster models fall with the threshold to that of the fixed model and below; "
+    "where nobody passes the threshold makes less of a difference.",
     caption=lambda rows, **_: (
         "How often the head is missed, by threshold, over the first "
         f"{len(rows.levels('film'))} of the films. Solid: never given up. Dotted: a = 0.02, given "
@@ -224,7 +224,8 @@ def grid(
         for (name, trackers), mark in zip(lines.items(), ("o-", "^-", "s-", "o:"), strict=True):
             missed = [here.of("missed", tracker=one).mean() for one in trackers]
             ax.plot(gates, missed, mark, label=None if mark == "o:" else name, **style)
-        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1), title=scene)
+        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1))
+        ax.set_title(scene.rpartition(", ")[2])
     axes[0].legend(loc="upper left")
 
 
