@@ -273,7 +273,13 @@ def test_unnamed_folds_are_found():
     assert not proofreading.mislabelled_folds(fold.format("<pre>a = 1</pre>") + "<table></table>")
 
 
-INK = MappingProxyType({"black is what it does not see": "of a photograph, in both themes"})
+INK = MappingProxyType(
+    {
+        "black is what it does not see": "of a photograph, in both themes",
+        "white lamp": "the colour of its light",
+        "steady white light": "the same",
+    }
+)
 """What is black or white, whatever the theme."""
 
 
