@@ -72,6 +72,13 @@ def test_models_of_one_and_of_two_views_have_the_same_mass(monkeypatch):
         assert np.abs(one - two).sum() > 0.1 * mass  # the second view is hair
 
 
+def test_the_second_view_has_the_weight_of_the_first_and_is_hair(monkeypatch):
+    one = models(monkeypatch, views=1, mass=1.0)[0]
+    more = models(monkeypatch, views=2, mass=2.0)[0] - one
+    assert more.max() == pytest.approx(1)  # all of it of one colour
+    assert np.count_nonzero(np.abs(more) > 1e-9) == 1
+
+
 def test_a_step_is_told_the_size_of_its_own_frame_and_the_rules_that_are_named(monkeypatch):
     _, rules, width = models(monkeypatch, rate=0.5, gate=0.1)
     assert (rules.rate, rules.gate, rules.measure) == (0.5, 0.1, "shares")
