@@ -173,9 +173,9 @@ def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here
 
 
 def test_a_line_of_a_study_reaches_the_claims_of_its_own_chapter(here: Reach):
-    found = here.of("lib/robot_perception/chapters/head_tracking/incremental.py")
+    found = here.of("lib/robot_perception/chapters/people_fusion/rates.py")
     claims = {test for test in found.tests if test.endswith("test_claims.py")}
-    assert claims == {"tests/chapters/head_tracking/test_claims.py", "tests/book/test_claims.py"}
+    assert claims == {"tests/chapters/people_fusion/test_claims.py", "tests/book/test_claims.py"}
     assert "scorecard" in found.pages
 
 

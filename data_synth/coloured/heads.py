@@ -31,7 +31,8 @@ class HeadScene:
     Parameters
     ----------
     light
-        ``"steady"`` or ``"changing"``: brightness, colour temperature, and a lamp from the side.
+        ``"changing"``: brightness, colour temperature, and a lamp from the side; ``"steady"``; or
+        ``"white"``: steady, and the lamp is white like the light all about.
     others
         How many pass the target: the first before it, the next behind it, and so on.
     turns
@@ -42,6 +43,9 @@ class HeadScene:
         Whether it comes and goes, and walks to the sides.
     lamp
         How strong the lamp is at most, shares of full light.
+    sweats
+        How much more skin and hair shine at the end than at the beginning, in between in
+        proportion to the time; 0 for not at all.
     """
 
     light: str = "changing"
@@ -50,13 +54,15 @@ class HeadScene:
     tilts: bool = True
     moves: bool = True
     lamp: float = 0.55
+    sweats: float = 0.0
 
     def __post_init__(self) -> None:
-        one_of("light", self.light, LIGHTS)
+        one_of("light", self.light, (*LIGHTS, "white"))
         whole("others", self.others, 0, 12)
         for name in ("turns", "tilts", "moves"):
             instance(name, getattr(self, name), bool)
         number("lamp", self.lamp, 0.0, 5.0)
+        number("sweats", self.sweats, 0.0, 1e4)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,8 +162,9 @@ def head(
         whose = np.full((HEIGHT, WIDTH), -1, dtype=np.int16)
         for k, person in enumerate(people):
             centres, maps, kinds, colours = person.parts(time)
+            wet = 1.0 + scene.sweats * time / frames * (k == 0)
             _cast(centres, maps, kinds, colours, _boxes(centres, maps), near, side, _LAMP,
-                  shift, k, _FOCAL, canvas, depths, whose)  # fmt: skip
+                  wet, shift, k, _FOCAL, canvas, depths, whose)  # fmt: skip
         return canvas, whose
 
     def paint(time: float, moment: int) -> np.ndarray:
@@ -233,11 +240,11 @@ def _lit(walls, lean, near, side):
 
 @kernel()
 def _cast(
-    centres, maps, kinds, colours, boxes, near, side, lamp, shift, owner, focal, canvas, depths,
-    whose,
+    centres, maps, kinds, colours, boxes, near, side, lamp, wet, shift, owner, focal, canvas,
+    depths, whose,
 ):  # fmt: skip
     """Write what a ray through each pixel meets first; ``whose`` gets the owner's number for a
-    head, more by ``_BITS`` for a neck, a nose or an ear, else -1.
+    head, more by ``_BITS`` for a neck, a nose or an ear, else -1. All shines ``wet`` times as much.
     """
     paint = np.empty(3)
     u, v = (canvas.shape[1] - 1) / 2, (canvas.shape[0] - 1) / 2
@@ -284,7 +291,7 @@ def _cast(
                 lit = max(facing, 0.0)
                 shade = 0.72 + 0.28 * up
                 mirror = -n0 * a - n1 * b - n2
-                shine = gloss * max(0.0, (facing * 1.0 + mirror / long) / 2) ** 24
+                shine = wet * gloss * max(0.0, (facing * 1.0 + mirror / long) / 2) ** 24
                 for channel in range(3):
                     canvas[row, column, channel] = (
                         paint[channel] * (shade * near[channel] + lit * side[channel])
@@ -397,7 +404,7 @@ def _lights(
     glow = wave(0.5, (40, 120), rng=rng)
 
     def ambient(time: float) -> np.ndarray:
-        if scene.light == "steady":
+        if scene.light != "changing":
             return np.array([0.80, 0.80, 0.80])
         heat = warm(time)
         return (0.78 + bright(time)) * np.array(
@@ -405,8 +412,9 @@ def _lights(
         )
 
     def lamp(time: float) -> np.ndarray:
-        share = 0.5 if scene.light == "steady" else 0.5 + glow(time)
-        return scene.lamp * share * np.array([1.0, 0.82, 0.55])
+        share = 0.5 + glow(time) if scene.light == "changing" else 0.5
+        colour = [1.0, 1.0, 1.0] if scene.light == "white" else [1.0, 0.82, 0.55]
+        return scene.lamp * share * np.array(colour)
 
     return ambient, lamp
 

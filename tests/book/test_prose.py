@@ -206,7 +206,6 @@ SHARES = MappingProxyType(
         ("colour_and_shape", "One card in forty"): cell(
             "four-experiments", "lost", "both", "rectangle"
         ),
-        ("head_tracking", "two frames in a hundred"): least("histogram-threshold"),
         ("recordings_robots", "one chance in ten thousand"): 1 - recordings_robots.LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "two in three"): seen(
@@ -274,7 +273,13 @@ def test_unnamed_folds_are_found():
     assert not proofreading.mislabelled_folds(fold.format("<pre>a = 1</pre>") + "<table></table>")
 
 
-INK = MappingProxyType({"black is what it does not see": "of a photograph, in both themes"})
+INK = MappingProxyType(
+    {
+        "black is what it does not see": "of a photograph, in both themes",
+        "white lamp": "the colour of its light",
+        "steady white light": "the same",
+    }
+)
 """What is black or white, whatever the theme."""
 
 

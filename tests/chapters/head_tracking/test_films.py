@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from robot_perception.chapters.head_tracking import films, recordings, scene
-from robot_perception.chapters.head_tracking.heads import OFF
+from robot_perception.book import head_tracking as heads
+from robot_perception.chapters.head_tracking import films
 
 
 @pytest.fixture
@@ -29,15 +29,17 @@ def test_a_frame_has_the_ellipses_of_its_picture_and_the_overlap_so_far(drawn):
 
 def test_the_film_shows_what_its_words_tell():
     """The fixed model loses the head after seven seconds; the adapted one stays with it."""
-    states = (scene.followed(scene.LIGHT, rate, *films.RULE) for rate in (0.0, scene.RULES.rate))
-    fixed, adapted = (state.iou for state in states)
-    assert (fixed[:90] > OFF).all()
+    seen = heads.light_film()
+    fixed, adapted = (seen.overlaps[f"{name} model"] for name in ("fixed", "adapted"))
+    assert (fixed[:90] > heads.OFF).all()
     assert (fixed[130:] < 0.05).all()
-    assert (adapted < OFF).mean() < 0.1
+    assert (adapted < heads.OFF).mean() < 0.1
 
 
 def test_without_the_recording_the_film_says_so(monkeypatch):
     monkeypatch.setattr(films.datasets, "find", lambda name: None)
-    words = films.girl(recordings.GIRL.stored().result)._repr_mimebundle_()["text/plain"]
-    assert recordings.GIRL.dataset in words
+    words = films.girl(heads.GIRL.dataset, heads.GIRL.stored().result)._repr_mimebundle_()[
+        "text/plain"
+    ]
+    assert heads.GIRL.dataset in words
     assert "not on this machine" in words

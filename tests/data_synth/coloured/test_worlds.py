@@ -362,6 +362,35 @@ def test_the_lamp_lights_the_head_from_its_side():
     assert grey[left].mean() > 1.15 * grey[s.masks[0] & ~left].mean()
 
 
+def test_a_white_lamp_lights_as_the_other_one_and_has_no_colour():
+    white, warm = (film(head, scene=HeadScene(light=name)) for name in ("white", "steady"))
+    assert np.ptp(white.light, axis=0).max() == 0
+    assert np.ptp(white.light[0]) == 0
+    assert white.light[0, 0] == warm.light[0, 0]
+    assert np.ptp(warm.light[0]) > 0.1
+
+
+def test_who_sweats_shines_more_and_more_and_nobody_and_nothing_else_does():
+    dry, wet = (
+        film(head, frames=30, scene=HeadScene("white", 1, True, True, True, 0.55, sweats))
+        for sweats in (0.0, 300.0)
+    )
+    np.testing.assert_array_equal(wet.frames[0], dry.frames[0])
+    np.testing.assert_array_equal(wet.masks, dry.masks)
+    more = wet.frames.astype(int) - dry.frames
+    assert more.min() >= 0
+    skin = wet.masks | wet.extra
+    assert (more.any(axis=3) <= skin).all()
+    shining = [np.sort(one[mask].mean(axis=1))[-20:].mean() for one, mask in zip(
+        more[[9, 19, 29]], wet.masks[[9, 19, 29]], strict=True)]  # fmt: skip
+    assert shining == sorted(shining)
+    assert shining[0] > 10
+    light = [255 * (one[29] / 255.0) ** 2.2 for one in (dry.frames, wet.frames)]
+    added = (light[1] - light[0])[more[29].sum(axis=2) > 90]
+    whole = added[(wet.frames[29][more[29].sum(axis=2) > 90] < 250).all(axis=1)]
+    assert np.ptp(whole.mean(axis=0)) < 0.2 * whole.mean()  # a white lamp adds white
+
+
 def test_one_passes_before_the_head_and_the_next_behind_it():
     alone = film(head, frames=60, scene=HeadScene(others=0))
     passed = film(head, frames=60, scene=HeadScene(others=1))

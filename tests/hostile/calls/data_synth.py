@@ -121,7 +121,7 @@ CALLS = (
         lamp.rectangle: lambda: call(rng=rng(), frames=1, light="steady"),
         beetles.beetle: lambda: call(rng=rng(), frames=1, light="steady", legs=True, clutter=False),
         snails.snail: lambda: call(rng=rng(), frames=1, light="steady", neck=True, clutter=False),
-        heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3),
+        heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3, 2.0),
         heads.head: lambda: call(rng=rng(), frames=1, scene=heads.HeadScene(others=0)),
         bodies.Person: lambda: call(
             1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)

@@ -1,6 +1,7 @@
 """The films of the chapter: a rendered and a real head, and where two trackers have it."""
 
 from collections.abc import Iterator, Mapping
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -8,8 +9,7 @@ from matplotlib.figure import Figure
 
 from robot_perception import datasets
 from robot_perception.chapters.head_tracking import figures as draw
-from robot_perception.chapters.head_tracking import heads, scene
-from robot_perception.chapters.head_tracking.recordings import GIRL, Girl
+from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.datasets import read_images
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
@@ -25,18 +25,13 @@ Rings = Mapping[str, Float[np.ndarray, "n 4"]]
 LINES = {"truth": ":", "fixed model": "--", "adapted model": "-"}
 
 
-def light() -> Shown:
+def light(seen: SimpleNamespace) -> Shown:
     """Show the rendered head in changing light, with the fixed and the adapted model."""
-    seen = scene.filmed(scene.LIGHT)
-    rings = {"truth": seen.ellipses, "fixed model": scene.ellipses(scene.LIGHT, 0.0)}
-    rings["adapted model"] = scene.ellipses(scene.LIGHT)
-    states = (scene.followed(scene.LIGHT, rate, *RULE) for rate in (0.0, heads.RULES.rate))
-    overlaps = dict(zip(("fixed model", "adapted model"), (s.iou for s in states), strict=True))
     return film(
-        frames(seen.frames, rings, overlaps, 2, WIDE),
+        frames(seen.images, seen.rings, seen.overlaps, 2, WIDE),
         fps=FPS,
         name="head-film",
-        poster=len(seen.frames) // 3,
+        poster=55,
         alt="A man's head moves through a rendered room whose light grows dim, bright and "
         "coloured. A solid ellipse stays on or near the head; a dashed one slides off after "
         "seven seconds and ends on the door. Below, its overlap falls to zero.",
@@ -46,15 +41,11 @@ def light() -> Shown:
     )
 
 
-RULE = heads.RULES.gate, heads.RULES.gives_up
-"""Threshold, and the score below which a tracker gives up."""
-
-
-def girl(result: Girl) -> Shown:
+def girl(dataset: str, result: Girl) -> Shown:
     """Show the girl with the fixed model and the one adapted fast, if the recording is here."""
-    folder = datasets.find(GIRL.dataset)
+    folder = datasets.find(dataset)
     if folder is None:
-        words = f"The film needs the recording {GIRL.dataset}, which is not on this machine."
+        words = f"The film needs the recording {dataset}, which is not on this machine."
         return Shown({"text/html": f"<p>{words}</p>", "text/plain": words})
     named = {"fixed model": "fixed", "adapted model": "adapted fast"}
     row = {meaning: result.variants.index(name) for meaning, name in named.items()}
