@@ -14,10 +14,10 @@ from robot_perception.chapters.people_sensors.sessions import (
     LEARN,
     SENSORS,
     TEST,
+    WALLED,
     Config,
     Recording,
 )
-from robot_perception.chapters.people_sensors.witnesses import WALLED
 from robot_perception.people.aggregation import Aggregator, Hypotheses
 from robot_perception.people.detections import polar
 from tests.chapters.people_sensors.test_studies import recording
