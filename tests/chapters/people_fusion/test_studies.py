@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from robot_perception.book.people_sensors import WALLED
 from robot_perception.chapters.people_fusion import committee, rates, sequential, survival
 from robot_perception.chapters.people_fusion.behaviours import SEEDS
 from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
@@ -17,7 +18,6 @@ from robot_perception.chapters.people_sensors.sessions import (
     Config,
     Recording,
 )
-from robot_perception.chapters.people_sensors.witnesses import WALLED
 from robot_perception.people.aggregation import Aggregator, Hypotheses
 from robot_perception.people.detections import polar
 from tests.chapters.people_sensors.test_studies import recording

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from robot_perception.book import people_sensors as page
+from robot_perception.book.people_sensors import LOOK, STAND
 from robot_perception.chapters.people_sensors import figures as draw
-from robot_perception.chapters.people_sensors import scene, sessions, standing, witnesses
-from robot_perception.chapters.people_sensors.explorers import LOOK, STAND, found, place
+from robot_perception.chapters.people_sensors import scene, sessions
 from robot_perception.chapters.people_sensors.scene import SHOWN
 from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs, sonar
 from robot_perception.teaching.figures import figure, image_axes
-from tests.chapters.findings import ExplorerTests
 from tests.unchecked import unchecked
 
 
@@ -25,46 +25,42 @@ def computed():
         STAND.found()
 
 
-class TestExplorers(ExplorerTests):
-    explorers = (LOOK, STAND)
-
-
 # Somebody who stands somewhere
 
 
 def test_the_person_stands_free_in_a_room_that_nothing_else_uses():
-    office, _, robot = standing._office()
-    polar = [[r, np.deg2rad(phi)] for r in standing.DISTANCES for phi in standing.DIRECTIONS]
+    office, _, robot = page.prepared()
+    polar = [[r, np.deg2rad(phi)] for r in page.DISTANCES for phi in page.DIRECTIONS]
     assert (office.free(robot[:2] + sessions.points(np.array(polar))) > 0.2).all()
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *witnesses.WALLED}
-    assert standing.OFFICE not in used
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *page.WALLED}
+    assert page.OFFICE not in used
 
 
-@pytest.mark.parametrize("how", standing.HOW)
+@pytest.mark.parametrize("how", page.HOW)
 def test_the_laser_sees_nobody_behind_and_nobody_who_is_sideways(how):
-    assert found(how, ahead=False)["laser"] == (0, 12)
-    seen, places = found(how, ahead=True)["laser"]
+    assert page.found_by("laser", how, ahead=False) == (0, 12)
+    seen, places = page.found_by("laser", how, ahead=True)
     assert places == 15
     assert seen <= 1 if how in ("sideways", "in a long skirt") else seen >= 13
 
 
 def test_the_camera_needs_a_face():
-    assert found("facing the robot")["camera"] == (27, 27)
-    assert found("turned away")["camera"] == (0, 27)
+    assert page.found_by("camera", "facing the robot") == (27, 27)
+    assert page.found_by("camera", "turned away") == (0, 27)
 
 
 def test_sonars_hear_some_and_not_all_however_they_stand():
-    for how in standing.HOW:
-        heard, places = found(how)["sonar"]
+    for how in page.HOW:
+        heard, places = page.found_by("sonar", how)
         assert places // 3 < heard < places
-    assert found("sideways")["sonar"] < found("turned away")["sonar"]
+    assert page.found_by("sonar", "sideways") < page.found_by("sonar", "turned away")
 
 
 def test_the_grip_is_on_the_person():
     for setting in STAND.parameters():
         now = STAND.state(**setting)
         np.testing.assert_allclose(
-            place(**setting), draw.from_above(sessions.points(now.polar))[0], atol=1e-12
+            page.place(**setting), draw.from_above(sessions.points(now.polar))[0], atol=1e-12
         )
 
 
@@ -72,7 +68,7 @@ def test_the_grip_is_on_the_person():
 
 
 def test_the_session_is_none_of_those_that_are_used_elsewhere():
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *witnesses.WALLED}
+    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *page.WALLED}
     assert scene.CONFIG.seed not in used
 
 
@@ -102,14 +98,6 @@ def test_signals_are_those_that_the_detectors_had():
 # The explorer
 
 
-def test_the_laser_never_finds_all_the_sonars_find_all_or_none_and_the_camera_makes_somebody_up():
-    found = {s: np.array(LOOK.found(sensor=s)) for s in SENSORS}  # found, and nobody's
-    assert found["laser"][:, 0].max() == 2
-    assert (found["sonar"][:, 0].min(), found["sonar"][:, 0].max()) == (0, 3)
-    assert {s for s in SENSORS if found[s][:, 1].any()} == {"camera"}
-    assert all((found[s][:, 0] < 3).any() for s in SENSORS)
-
-
 def test_presets_show_what_their_names_say():
     found = [LOOK.found(**LOOK.default | values)[0] for values in LOOK.presets.values()]
     assert found == [(1, 0), (3, 0), (2, 2)]
@@ -118,7 +106,7 @@ def test_presets_show_what_their_names_say():
 def test_a_person_has_a_detection_of_their_own_and_the_rest_is_nobodys():
     for sensor in SENSORS:
         for at in scene.MOMENTS:
-            look = scene.look(sensor, at)
+            look = page.look(sensor, at)
             assert look.found.sum() + look.nobody.sum() == len(look.detections)
 
 
@@ -140,7 +128,7 @@ def test_each_drawing_is_drawn_twice_alike():
     fig.draw_without_rendering()  # plans keep their aspect
     assert sum(ax.get_position().width for ax in axes) > 0.75, "the row is empty"
     assert len(draw.hero.on(axes, SHOWN)[2].get_children()) == len(once)
-    for drawing in (draw.scan.on, draw.ring.on, draw.overlay):
+    for drawing in (lambda ax, at: draw.scan.on(ax, at, 0.4), draw.ring.on, draw.overlay):
         _, ax = figure()
         counts = [len(drawing(ax, SHOWN).get_children()) for _ in range(2)]
         assert counts[0] == counts[1]
@@ -149,11 +137,10 @@ def test_each_drawing_is_drawn_twice_alike():
 
 
 def test_shares_are_drawn_where_they_are():
-    shares = [Interval(v, v - 0.1, v + 0.1) for v in (0.9, 0.5)]
-    evidence = dict(zip(("found, 1 to 1.5 m", "found, 1.5 to 2 m"), shares, strict=True))
+    shares = {end: Interval(v, v - 0.1, v + 0.1) for end, v in ((1.5, 0.9), (2.0, 0.5))}
     _, ax = figure()
-    draw.shares(ax, "laser", evidence | {"detections in a reading": shares[0]}, -0.03)
+    draw.rates_by_distance.on(ax, {"sonar": shares})
     bars, line = ax.lines[:2], ax.lines[2]
-    np.testing.assert_allclose(line.get_xdata(), [1.22, 1.72])
+    np.testing.assert_allclose(line.get_xdata(), [1.25, 1.75])
     np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
     np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])

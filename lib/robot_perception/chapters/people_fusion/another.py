@@ -12,7 +12,7 @@ from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import ALL, Comparison, Rates, System
 from robot_perception.chapters.people_sensors import hearing, sessions
 from robot_perception.chapters.people_sensors.hearing import PAIR, Ears, with_microphones
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio, exact
 from robot_perception.people import sound
 from robot_perception.teaching.claims import Finding

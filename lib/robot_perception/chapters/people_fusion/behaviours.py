@@ -22,8 +22,7 @@ from data_synth.sonar import SonarRing
 from data_synth.wheels import SMALL, roll
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.rates import scaled
-from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Senses, rig
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import PAPER, RIG, SENSORS, Senses, rig
 from robot_perception.evaluation.intervals import bootstrap_mean, proportion
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import se2, wrap_angle

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import PAPER
 from robot_perception.evaluation.intervals import Interval, exact
 from robot_perception.people.aggregation import (
     AggregationRules,

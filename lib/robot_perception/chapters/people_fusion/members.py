@@ -7,8 +7,7 @@ import numpy as np
 
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import Rates, Row, System, View
-from robot_perception.chapters.people_sensors.sessions import QUICK, SENSORS
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import PAPER, QUICK, SENSORS
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.studies import Change

@@ -17,8 +17,14 @@ from robot_perception.chapters.people_fusion.committee import (
     View,
     compare,
 )
-from robot_perception.chapters.people_sensors.sessions import CHOOSE, FULL, SENSORS, TEST, Config
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import (
+    CHOOSE,
+    FULL,
+    PAPER,
+    SENSORS,
+    TEST,
+    Config,
+)
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.trajectories import Trajectory, trajectories

@@ -7,8 +7,7 @@ from jaxtyping import Float
 
 from robot_perception.chapters.people_fusion.committee import RULES
 from robot_perception.chapters.people_fusion.members import STRANGERS
-from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
-from robot_perception.chapters.people_sensors.witnesses import PAPER
+from robot_perception.chapters.people_sensors.sessions import PAPER, RIG, SENSORS
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, exponent
 from robot_perception.people.aggregation import AggregationRules, Aggregator
 from robot_perception.people.detections import Detections, polar

@@ -9,13 +9,14 @@ from jaxtyping import Bool, Float
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.committee import System, Tracked, View
 from robot_perception.chapters.people_sensors.sessions import (
+    BODY,
+    PAPER,
     SENSORS,
     TURNED,
     Config,
     Recording,
     own,
 )
-from robot_perception.chapters.people_sensors.witnesses import BODY, PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.people.verification import Verifier

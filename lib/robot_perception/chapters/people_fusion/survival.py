@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_sensors import sessions
 from robot_perception.chapters.people_sensors.sessions import (
+    PAPER,
     QUICK,
     SENSORS,
     TEST,
@@ -16,7 +17,6 @@ from robot_perception.chapters.people_sensors.sessions import (
     Recording,
     own,
 )
-from robot_perception.chapters.people_sensors.witnesses import PAPER
 from robot_perception.evaluation.intervals import Interval, bootstrap_mean, bootstrap_ratio
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.geometry import wrap_angle

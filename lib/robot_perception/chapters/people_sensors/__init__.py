@@ -1,3 +1,1 @@
-"""Three witnesses: what a laser, sonars and a camera each take for a person, one at a time."""
-
-STUDIES = ("witnesses",)
+"""Three witnesses: drawings, the sessions that the next chapter needs, too, and recordings."""

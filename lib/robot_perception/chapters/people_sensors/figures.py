@@ -1,7 +1,7 @@
 """Drawings of the chapter: the room from above, and what each sensor says of it."""
 
-import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -10,18 +10,14 @@ from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.people_sensors import recordings, scene, standing
+from robot_perception.chapters.people_sensors import recordings, scene
 from robot_perception.chapters.people_sensors.recordings import Legs, Pedestrians
-from robot_perception.chapters.people_sensors.scene import Report
 from robot_perception.chapters.people_sensors.sessions import RIG, points
-from robot_perception.chapters.people_sensors.standing import Stood
-from robot_perception.chapters.people_sensors.witnesses import GATES
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs
 from robot_perception.teaching.figures import drawn, image_axes
 from robot_perception.teaching.figures.maps import dots, lines
 from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.ledger import Ledger
 
 REACH = 3.4  # the drawings show so much around the robot, m
 NEAR = 2.9  # and that of somebody who stands there so much
@@ -30,8 +26,6 @@ NAMES = "ABCDEFGH"  # of the people
 BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot, m
 _TURN = np.linspace(0, 2 * np.pi, 65)
 CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
-WITNESSES: dict[str, str] = {"camera": "fisheye", "laser": "legs", "sonar": "sonar"}
-"""The claim about each sensor."""
 OUT = 0.36  # from the middle of a person to the letter, m
 
 
@@ -190,8 +184,8 @@ def bare(ax: Axes) -> Axes:
     "but has no second.",
     height=4.2,
 )
-def scan(ax: Axes, at: float) -> Axes:
-    """Draw one scan of the laser: what is taken for legs, and for pairs of them."""
+def scan(ax: Axes, at: float, gate: float) -> Axes:
+    """Draw one scan: what is taken for legs, and for pairs of them, right within a gate, m."""
     ax.clear()
     ranges = scene.signals().scans[scene.MOMENTS.index(at)]
     back, rules = ranges > 0, legs.LegRules()
@@ -203,7 +197,7 @@ def scan(ax: Axes, at: float) -> Axes:
     people(ax, at, strong=False)
     for pair in paired:
         middle = middles[pair].mean(axis=0)
-        near = np.hypot(*(scene.people(at) - middle).T).min() < GATES["laser"]
+        near = np.hypot(*(scene.people(at) - middle).T).min() < gate
         colour = MEANING["right" if near else "wrong"]
         ax.plot(*from_above(middles[pair]).T, "o-", color=colour, markersize=6, linewidth=2.4)
     single = from_above(middles[np.setdiff1d(np.arange(len(middles)), paired.ravel())])
@@ -287,39 +281,24 @@ def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
     "laser from two metres on, the sonars from the start.",
     caption="Share of people found by a single reading, by distance. Laser: of those whom its "
     "beams meet, in trousers and not sideways; sonars: of those in a cone; camera: of those who "
-    "face it. Bars: 95 % over ten sessions.",
+    "face it. Bars: 95 % over forty sessions.",
     height=3.2,
 )
-def rates_by_distance(ax: Axes, ledger: Ledger) -> Axes:
-    """Draw the share of people found against their distance, with intervals."""
+def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
+    """Draw the share that each sensor finds, by the end of half a metre of distance, m."""
     beside = {"camera": (5, 0.1, "bottom"), "laser": (4, -0.1, "top")}
-    for shift, (sensor, claim) in zip((-0.03, 0.0, 0.03), WITNESSES.items(), strict=True):
-        curve = shares(ax, sensor, ledger[claim].evidence, shift)
-        at, gap, va = beside.get(sensor, (-1, 0.1, "center"))  # there the curves are apart
-        r, share = curve[at] + (gap, 0.0)
+    for shift, (sensor, shares) in zip((0.0, -0.03, 0.03), found.items(), strict=True):
         colour = MEANING[sensor]
-        label(ax, r, share, sensor, colour, ha="left" if gap > 0 else "right", va=va)
+        middles = np.array(list(shares)) - 0.25 + shift
+        for r, share in zip(middles, shares.values(), strict=True):
+            ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+        estimates = [share.estimate for share in shares.values()]
+        ax.plot(middles, estimates, "o-", color=colour, linewidth=1.4)
+        at, gap, va = beside.get(sensor, (-1, 0.1, "center"))  # there the curves are apart
+        side = "left" if gap > 0 else "right"
+        label(ax, middles[at] + gap, estimates[at], sensor, colour, ha=side, va=va)
     ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
-
-
-def shares(
-    ax: Axes, sensor: str, evidence: Mapping[str, Interval], shift: float
-) -> Float[np.ndarray, "n 2"]:
-    """Draw what of the evidence is named "found, 1 to 1.5 m", moved to the side by a little.
-
-    Its points are returned.
-    """
-    named = {
-        re.fullmatch(r"found, ([\d.]+) to ([\d.]+) m", name): s for name, s in evidence.items()
-    }
-    found = {np.mean([*map(float, m.groups())]) + shift: s for m, s in named.items() if m}
-    colour = MEANING[sensor]
-    for r, share in found.items():
-        ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
-    places = np.array([(r, share.estimate) for r, share in found.items()])
-    ax.plot(*places.T, "o-", color=colour, linewidth=1.4)
-    return places
 
 
 # Real scans --------------------------------------------------------------------------------------
@@ -370,7 +349,7 @@ def taken_for_skin(ax: Axes, result: Pedestrians) -> Axes:
 # Explorer ----------------------------------------------------------------------------------------
 
 
-def look(ax: Axes, now: Report) -> Axes:
+def look(ax: Axes, now: Any) -> Axes:
     """Draw what one sensor takes for people at a moment, on axes cleared first.
 
     A detection that is nobody's has a cross in the middle.
@@ -386,10 +365,10 @@ def look(ax: Axes, now: Report) -> Axes:
     return ax
 
 
-def stood(ax: Axes, now: Stood) -> Axes:
+def stood(ax: Axes, now: Any) -> Axes:
     """Draw somebody who stands somewhere, the signals, and what each sensor takes for people."""
     ax.clear()
-    lines(ax, from_above(standing.room()), MEANING["world"], 1.0, alpha=0.45)
+    lines(ax, from_above(now.room), MEANING["world"], 1.0, alpha=0.45)
     back = np.isfinite(now.scan)
     dots(ax, polar(now.scan[back], LASER_ANGLES[back]), MEANING["laser"], 1.8)
     arcs(ax, now.echoes, beyond=False)

@@ -1,13 +1,12 @@
-"""A short session for the pages: what the sensors reported, and the states of an explorer."""
+"""A short session for the pages: what the sensors reported."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt8
+from jaxtyping import Float, Int, UInt8
 
 from data_synth.people import readings
-from robot_perception.chapters.people_sensors import sessions, witnesses
+from robot_perception.chapters.people_sensors import sessions
 from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Config, Recording
 from robot_perception.evaluation.progress import progress
 from robot_perception.geometry import se2
@@ -96,39 +95,3 @@ def picture(at: float) -> UInt8[np.ndarray, "height width 3"]:
 
 
 SHOWN = 4.86  # the moment of the hero and of the drawings of single readings, s
-
-
-# The states of the explorer ----------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Report:
-    """What one sensor reported at a moment (s): whom it found, and which detections are nobody's.
-
-    A person is found who has a detection of their own.
-    """
-
-    sensor: str
-    at: float
-    detections: Detections
-    found: Bool[np.ndarray, " p"]
-    nobody: Bool[np.ndarray, " n"]
-
-    @property
-    def words(self) -> str:
-        """What the explorer shows."""
-        count = int(self.nobody.sum())
-        return (
-            f"The room from above after {self.at:.0f} s: the {self.sensor} takes "
-            f"{len(self.nobody)} for people and finds {self.found.sum()} of {len(self.found)}; "
-            f"{count or 'none'} of its detections {'is' if count == 1 else 'are'} false."
-        )
-
-
-@cache
-def look(sensor: str, at: float) -> Report:
-    """Return what one sensor makes of a moment."""
-    detections, polar = found(at, sensor), recording().polar[row(at)]
-    whose, theirs = witnesses.pairs(polar, detections.positions.mean, sensor)
-    people, some = np.arange(len(polar)), np.arange(len(detections))
-    return Report(sensor, at, detections, np.isin(people, whose), ~np.isin(some, theirs))

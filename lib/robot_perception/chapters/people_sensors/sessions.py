@@ -51,6 +51,8 @@ PEOPLE = 3
 JUDGED = (4, 2, 3)
 """Of so many readings of laser, sonars and camera one is compared with the truth: 2.5 a second."""
 FAR = 1e3  # dearer than all pairs in reach together, m
+PAPER = "sensor-aggregation"
+BODY = 0.3  # so far from the edge of the laser's half-plane both legs are inside, m; ours
 TURNED = 0.8  # cosine from which on a face looks at the robot, or away from it
 
 
