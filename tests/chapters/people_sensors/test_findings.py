@@ -141,6 +141,6 @@ def test_shares_are_drawn_where_they_are():
     _, ax = figure()
     draw.rates_by_distance.on(ax, {"sonar": shares})
     bars, line = ax.lines[:2], ax.lines[2]
-    np.testing.assert_allclose(line.get_xdata(), [1.25, 1.75])
+    np.testing.assert_allclose(line.get_xdata(), [1.28, 1.78])
     np.testing.assert_allclose(line.get_ydata(), [0.9, 0.5])
     np.testing.assert_allclose(bars[1].get_ydata(), [0.4, 0.6])

@@ -287,9 +287,10 @@ def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
 def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
     """Draw the share that each sensor finds, by the end of half a metre of distance, m."""
     beside = {"camera": (5, 0.1, "bottom"), "laser": (4, -0.1, "top")}
-    for shift, (sensor, shares) in zip((0.0, -0.03, 0.03), found.items(), strict=True):
+    beside_each_other = {"laser": 0.0, "sonar": 0.03, "camera": -0.03}  # m
+    for sensor, shares in found.items():
         colour = MEANING[sensor]
-        middles = np.array(list(shares)) - 0.25 + shift
+        middles = np.array(list(shares)) - 0.25 + beside_each_other[sensor]
         for r, share in zip(middles, shares.values(), strict=True):
             ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
         estimates = [share.estimate for share in shares.values()]
