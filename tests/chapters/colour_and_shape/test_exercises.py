@@ -1,16 +1,10 @@
-"""The exercises of the chapter."""
+"""The answers of the exercises are what happens."""
 
 import numpy as np
 import pytest
 
 from robot_perception.appearance.segmentation import euler_number
-from robot_perception.chapters.colour_and_shape.exercises import EXERCISES
-from tests.chapters.exercises import ExerciseTests
-
-
-class TestExercises(ExerciseTests):
-    stem = "colour_and_shape"
-    sheet = EXERCISES
+from robot_perception.book.colour_and_shape import EXERCISES
 
 
 def test_a_piece_with_three_holes_has_the_number_of_the_exercise():
