@@ -1,7 +1,6 @@
 """The studies: worlds, trackers and what they count, by law."""
 
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -180,7 +179,7 @@ def test_a_window_moves_to_where_its_colour_is():
     index = np.zeros((60, 80), dtype=int)
     index[20:40, 34:54] = 1
     moved = page.shifted(np.array([0.0, 1.0]), index, (28, 17, 20, 20))
-    assert np.abs(np.subtract(moved, (34, 20, 20, 20))).max() <= 1
+    assert np.abs(np.subtract(moved, (34, 20, 20, 20))).max() <= 2
 
 
 @pytest.mark.parametrize("model", page.MODELS)
@@ -226,13 +225,13 @@ def test_a_disc_in_its_own_place_is_not_rejected():
     assert found["rho"] < 0.2
 
 
-def test_what_is_lost_is_what_has_another_shape(monkeypatch):
+def test_a_star_in_its_place_is_rejected():
     found = page.replaced.trial(film=9001, other="star")
     assert found["rejected"]
     assert found["rho"] > page.IN_RGB.worst
 
 
-def test_a_cover_hides_two_fifths_of_the_disc_and_leaves(monkeypatch):
+def test_a_cover_comes_or_is_there_and_leaves(monkeypatch):
     seen = {}
 
     def watch(film, outlines):
@@ -248,9 +247,8 @@ def test_a_cover_hides_two_fifths_of_the_disc_and_leaves(monkeypatch):
             first, middle, last = (
                 np.abs(np.diff(film.frames[t][filled(film.outlines[t], (240, 320))].astype(int),
                                axis=0)).max(axis=1) > 25
-                for t in (0, 10, 19)
+                for t in (0, 7, 15)
             )  # fmt: skip
             assert middle.any()
             assert not last.any()
             assert first.any() == (when == page.WHEN[1])
-    assert isinstance(film, SimpleNamespace)
