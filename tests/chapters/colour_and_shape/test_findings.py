@@ -130,12 +130,6 @@ def test_camshift_loses_most_circles_some_snails_and_cards_and_no_beetle():
     assert share["rectangle"] > 0 == share["beetle"]
 
 
-def test_the_printed_sign_holds_no_more_films():
-    rows = page.signed.rows()
-    printed, other = (page.held(rows, f"the {name} sign") for name in ("printed", "other"))
-    assert printed.estimate <= other.estimate
-
-
 def test_one_sample_is_worse_than_fifty_on_the_beetle():
     by_count = page.by_count()["beetle"]
     assert by_count[1].estimate < by_count[50].estimate
