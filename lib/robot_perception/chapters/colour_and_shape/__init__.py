@@ -1,3 +1,1 @@
 """Colour and shape: Andrade-Cetto, section 3.3, Figs 8 and 10–13."""
-
-STUDIES = ("snakes", "area_sign", "cues")

@@ -1,6 +1,7 @@
 """Figures of the chapter "Colour and shape": films, colours, samples, one iteration, snakes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -9,16 +10,20 @@ from matplotlib.colors import to_rgb
 
 from data_synth.coloured import Sequence as Film
 from robot_perception.appearance.affine_snake import area
-from robot_perception.chapters.colour_and_shape import area_sign, films
-from robot_perception.chapters.colour_and_shape.experiments import LOST, WORLDS, shown_colours
-from robot_perception.chapters.colour_and_shape.films import outline, picture
-from robot_perception.chapters.colour_and_shape.iteration import STEPS, Iteration
-from robot_perception.chapters.colour_and_shape.samples import Samples
-from robot_perception.chapters.colour_and_shape.snakes import Case
-from robot_perception.chapters.colour_and_shape.states import Slid, Tried
+from robot_perception.chapters.colour_and_shape.films import LINES, outline, picture
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label, on_plate
-from robot_perception.teaching.tables import Table
+
+LOST = 0.2
+"""Overlap below which an outline is no longer on the object."""
+STEPS = {
+    "a": "samples with their weights",
+    "b": "drawn, some more than once",
+    "c": "moved by A",
+    "d": "scattered by B",
+    "e": "weighed by the frame",
+}
 
 
 def _near(ax: Axes, points: np.ndarray, half: float = 60.0) -> None:
@@ -55,17 +60,21 @@ _PHOTOS = {
     height=5.6,
     gridspec_kw=_PHOTOS,
 )
-def hero(axes: np.ndarray, at: int = 50) -> None:
+def hero(
+    axes: np.ndarray,
+    films: Mapping[str, Film],
+    tracks: Mapping[str, Mapping[str, np.ndarray]],
+    at: int = 50,
+) -> None:
     """Draw a frame of each experiment with the true outline and those of three trackers."""
-    for ax, world in zip(axes.ravel(), WORLDS, strict=True):
-        film = films.shown(world)
+    for ax, (world, film) in zip(axes.ravel(), films.items(), strict=True):
         picture(ax, film.frames[at])
-        for name in ("colours adapted", "edges alone", "fused"):
-            outline(ax, films.track(world, name)[at - 1], name)
+        for name in reversed(tracks[world]):
+            outline(ax, tracks[world][name][at - 1], name)
         outline(ax, film.outlines[at], "truth", linewidth=1.4)
         ax.set_title(world)
         height, width = film.frames[at].shape[:2]
-        if area(films.track(world, "colours adapted")[at - 1]) > 0.9 * height * width:
+        if area(tracks[world]["colours adapted"][at - 1]) > 0.9 * height * width:
             colour = MEANING["colours adapted"]
             label(ax, 0.03 * width, 0.94 * height, "colours: the whole frame", colour)
 
@@ -82,48 +91,38 @@ def hero(axes: np.ndarray, at: int = 50) -> None:
     width=7.4,
     height=5.6,
 )
-def overlaps(axes: np.ndarray) -> None:
+def overlaps(axes: np.ndarray, found: Mapping[str, Mapping[str, np.ndarray]]) -> None:
     """Draw the overlap with the truth against the frame, by tracker, one experiment an axes."""
-    for ax, world in zip(axes.ravel(), WORLDS, strict=True):
-        for name in films.NAMES:
-            values = films.overlap(world, name)
+    for ax, (world, by_name) in zip(axes.ravel(), found.items(), strict=True):
+        for name, values in by_name.items():
             k = np.arange(1, len(values) + 1)
-            line = films.LINES[name]
-            ax.plot(k, values, line, color=MEANING[name], label=name, linewidth=2.0)
+            ax.plot(k, values, LINES[name], color=MEANING[name], label=name, linewidth=2.0)
         ax.axhline(LOST, color=MEANING["expected"], linewidth=1.0)
         label(ax, 0.5, LOST - 0.06, "lost", MEANING["expected"])
         ax.set(xlabel="frame", ylabel="overlap with the object", ylim=(0, 1.03))
-        ax.set_xlim(0, films.FRAMES)
+        ax.set_xlim(0, k[-1])
         ax.set_title(world)
     axes[0, 0].legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
 
 
 @drawn(
     name="shape-samples-many",
-    alt="Mean overlap against the number of samples, 1 to 100, for the four kinds of film: low "
-    "with one sample, above all for the beetle, and nearly level from fifty samples on.",
-    caption="Mean overlap of the fused tracker against the number of samples, six films of each "
+    alt="Mean overlap against the number of samples, 1 to 50, for the four kinds of film: low "
+    "with one sample, above all for the beetle, and nearly level from twenty samples on.",
+    caption="Mean overlap of the fused tracker against the number of samples, four films of each "
     "kind; bands: 95 % over films.",
     rows=2,
     cols=2,
     width=7.4,
     height=5.0,
 )
-def many(axes: np.ndarray, found: Table) -> None:
+def many(axes: np.ndarray, found: Mapping[str, Mapping[int, Interval]]) -> None:
     """Draw the mean overlap of the fused tracker against the number of samples, by kind of film."""
-    counts = [int(count) for count in found.rows]
-    for ax, world in zip(axes.ravel(), found.columns, strict=True):
-        cells = [found[row, world] for row in found.rows]
-        middle = np.array([cell.estimate for cell in cells])
-        ax.fill_between(
-            counts,
-            [cell.low for cell in cells],
-            [cell.high for cell in cells],
-            color=MEANING["fused"],
-            alpha=0.2,
-            linewidth=0,
-        )
-        ax.plot(counts, middle, "o-", color=MEANING["fused"])
+    for ax, (world, cells) in zip(axes.ravel(), found.items(), strict=True):
+        counts = list(cells)
+        ends = np.array([[cell.low, cell.estimate, cell.high] for cell in cells.values()]).T
+        ax.fill_between(counts, ends[0], ends[2], color=MEANING["fused"], alpha=0.2, linewidth=0)
+        ax.plot(counts, ends[1], "o-", color=MEANING["fused"])
         ax.set_xscale("log")
         ax.set_xticks(counts, [str(count) for count in counts])
         ax.minorticks_off()
@@ -153,7 +152,8 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
         picture(panel, film.frames[k])
         _near(panel, film.outlines[k])
         panel.set_title(f"frame {k}")
-    colours = shown_colours(film)
+    means = [image[mask].mean(axis=0) for image, mask in zip(film.frames, film.masks, strict=True)]
+    colours = np.round(means).astype(np.uint8)
     red, _, blue = colours.T.astype(float)
     ax.plot(red, blue, color=MEANING["expected"], linewidth=0.8)
     ink = on_plate(ax)
@@ -180,7 +180,7 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     height=4.6,
     gridspec_kw=_PHOTOS | {"left": 0.09, "wspace": 0.52, "hspace": 0.34},
 )
-def samples(axes: Sequence[Sequence[Axes]], found: Samples) -> None:
+def samples(axes: Sequence[Sequence[Axes]], found: SimpleNamespace) -> None:
     """Draw colours of samples in the opponent space, one a column; below, what has such colours."""
     everything = _rgb(found.clouds.reshape(-1, 3))
     left, right = _room(everything.sum(axis=1))
@@ -234,7 +234,7 @@ def _joined(ax: Axes, start: np.ndarray, end: np.ndarray, top: float) -> None:
     ax.plot(x, y, color=MEANING["expected"], linewidth=0.8, alpha=faint)
 
 
-def iterated(ax: Axes, found: Iteration, step: str) -> None:
+def iterated(ax: Axes, found: SimpleNamespace, step: str) -> None:
     """Draw an iteration up to one of its steps, each below the one before; axes cleared first."""
     ax.clear()
     even = np.ones(len(found.start))
@@ -279,7 +279,7 @@ def iterated(ax: Axes, found: Iteration, step: str) -> None:
     ax.grid(visible=False)
 
 
-def tried(ax: Axes, state: Tried) -> None:
+def tried(ax: Axes, state: SimpleNamespace) -> None:
     """Draw the overlap by frame for a number of samples and a noise; axes cleared first."""
     ax.clear()
     k = np.arange(1, len(state.overlap) + 1)
@@ -302,7 +302,7 @@ SLID = (2, 5, 12)
 """Steps of a snake that are drawn between its start and its end."""
 
 
-def segmented(case: Case) -> UInt8[np.ndarray, "height width 3"]:
+def segmented(case: SimpleNamespace) -> UInt8[np.ndarray, "height width 3"]:
     """Return the frame with the blob as it is, its neck tinted, and all else faded."""
     faded = 110 + case.image.astype(float) * 0.2
     picture = np.where(case.blob[..., None], case.image, faded)
@@ -312,7 +312,7 @@ def segmented(case: Case) -> UInt8[np.ndarray, "height width 3"]:
     return np.round(picture).astype(np.uint8)
 
 
-def near_shell(ax: Axes, case: Case) -> None:
+def near_shell(ax: Axes, case: SimpleNamespace) -> None:
     """Show of the axes of a picture what lies round the shell."""
     height, width = case.neck.shape
     u = np.clip(case.truth[:, 0].mean(), HALF - 0.5, width - 0.5 - HALF)
@@ -325,7 +325,7 @@ def _closed(ax: Axes, points: np.ndarray, colour: str, **kwargs: object) -> None
     ax.plot(*np.vstack([points, points[:1]]).T, color=colour, **kwargs)
 
 
-def slid(ax: Axes, state: Slid) -> None:
+def slid(ax: Axes, state: SimpleNamespace) -> None:
     """Draw a snake from its start over some steps to its end, on the axes of the segmented frame.
 
     They are cleared first.
@@ -350,12 +350,11 @@ def slid(ax: Axes, state: Slid) -> None:
     "are 1 and σ is 0.5. As printed, the right area gets the least weight.",
     height=3.0,
 )
-def signs(ax: Axes) -> None:
+def signs(ax: Axes, ratios: np.ndarray, weights: Mapping[str, np.ndarray]) -> None:
     """Draw the weight of a segmentation against its area, with both signs."""
-    ratios = np.geomspace(0.25, 4, 97)
-    for sign, meaning, line in (("printed", "paper", "--"), ("turned round", "right", "-")):
-        weights = area_sign.curve(ratios, sign)
-        ax.plot(ratios, weights, line, color=MEANING[meaning], label=sign)
+    looks = (("paper", "--"), ("right", "-"))
+    for (sign, values), (meaning, line) in zip(weights.items(), looks, strict=True):
+        ax.plot(ratios, values, line, color=MEANING[meaning], label=sign)
     ax.axvline(1, color=MEANING["expected"], linewidth=1.0)
     ax.set_xscale("log", base=2)
     ax.set_xticks([0.25, 0.5, 1, 2, 4], ["¼", "½", "1", "2", "4"])

@@ -1,7 +1,6 @@
 """The four experiments as films: where the object is, and where trackers have it."""
 
-from collections.abc import Iterator
-from itertools import product
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Float
@@ -9,57 +8,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_synth.coloured import Sequence
-from robot_perception.chapters.colour_and_shape import experiments
-from robot_perception.chapters.colour_and_shape.experiments import (
-    CHOOSING,
-    WORLDS,
-    filmed,
-    rules_of,
-    trained,
-)
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING
 from robot_perception.teaching.media import Shown
-from robot_perception.teaching.recorded import recorded
 
-FRAMES = 60
-"""That are tracked."""
 EVERY = 2
-"""Which of them a film shows."""
+"""Which of the frames a film shows."""
 FPS = 6.0
 WIDTH = 4.2
 """Of a frame, inches."""
-SEED = CHOOSING[2]
-"""Of the films that are shown, of those on which numbers were chosen; picked since all of them show
-where a cue alone fails."""
-CROSSED = 2012
-"""Seed of a film of circles that is lost, a scored one: those of `CHOOSING` are held."""
-NAMES = {"fused": "fused", "edges alone": "shape", "colours adapted": "colour, adapted"}
-"""The trackers by what the figures call them."""
 LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
-
-
-SHOWN = (*product(WORLDS, NAMES, (SEED,)), ("circles", "fused", CROSSED))
-"""Experiment, tracker and seed of the outlines that the page shows."""
-
-
-def shown(world: str, seed: int = SEED) -> Sequence:
-    """Return the film of an experiment."""
-    return filmed(world, seed, FRAMES)
-
-
-@recorded("shape-tracks", SHOWN)
-def track(world: str, name: str, seed: int = SEED) -> Float[np.ndarray, "frames points 2"]:
-    """Return the outlines of a tracker in the film of an experiment, from the second frame on."""
-    seen, rng = shown(world, seed), np.random.default_rng(seed)
-    found = experiments.follow(NAMES[name], seen, trained(world), rules_of(world), rng=rng)
-    return np.array(list(found))
-
-
-def overlap(world: str, name: str, seed: int = SEED) -> Float[np.ndarray, " frames"]:
-    """Return how far these outlines overlap with the truth."""
-    return experiments.scored(track(world, name, seed), shown(world, seed))
+Tracks = Mapping[str, Float[np.ndarray, "frames points 2"]]
+"""Outlines by tracker, from the second frame on."""
 
 
 def outline(ax: Axes, points: Float[np.ndarray, "n 2"], name: str, **kwargs: object) -> Axes:
@@ -70,30 +31,28 @@ def outline(ax: Axes, points: Float[np.ndarray, "n 2"], name: str, **kwargs: obj
     return ax
 
 
-def frames(
-    *worlds: str, seed: int = SEED, names: tuple[str, ...] = ("fused", "colours adapted")
-) -> Iterator[Figure]:
-    """Yield every second frame of one experiment, or of all side by side, with outlines."""
-    for k in range(1, FRAMES + 1, EVERY):
-        rows, width = (1, WIDTH) if len(worlds) == 1 else (2, 1.6 * WIDTH)
-        size = {"width": width, "height": 0.75 * width}
-        edges = {"left": 0, "right": 1, "bottom": 0, "top": 1, "wspace": 0.02, "hspace": 0.02}
-        fig, axes = figure(rows, rows, gridspec_kw=edges, **size)
-        for ax, world in zip(np.ravel(axes), worlds, strict=True):
-            seen = shown(world, seed)
+def frames(films: Mapping[str, Sequence], tracks: Mapping[str, Tracks]) -> Iterator[Figure]:
+    """Yield every second frame of one film, or of all side by side, with outlines."""
+    length = len(next(iter(films.values())).frames)
+    rows, width = (1, WIDTH) if len(films) == 1 else (2, 1.6 * WIDTH)
+    edges = {"left": 0, "right": 1, "bottom": 0, "top": 1, "wspace": 0.02, "hspace": 0.02}
+    for k in range(1, length, EVERY):
+        fig, axes = figure(rows, rows, gridspec_kw=edges, width=width, height=0.75 * width)
+        for ax, (world, seen) in zip(np.ravel(axes), films.items(), strict=True):
             picture(ax, seen.frames[k])
-            for name in reversed(names):
-                outline(ax, track(world, name, seed)[k - 1], name)
+            for name in reversed(tracks[world]):
+                outline(ax, tracks[world][name][k - 1], name)
             outline(ax, seen.outlines[k], "truth", linewidth=1.4)
         yield fig
 
 
-def four() -> Shown:
+def four(films: Mapping[str, Sequence], tracks: Mapping[str, Tracks]) -> Shown:
     """Return the films of all experiments side by side."""
     return film(
-        frames(*WORLDS),
+        frames(films, tracks),
         fps=FPS,
         name="shape-films",
+        poster=24,
         alt="Four films side by side. The red outline stays on the circle, the card, the beetle "
         "and the shell of the snail; the olive one leaves each of them within seconds.",
         caption="The same films, four seconds each, slowed down. Dotted: the truth. Red: fused. "
@@ -101,12 +60,13 @@ def four() -> Shown:
     )
 
 
-def lost() -> Shown:
-    """Return a film that the fused tracker loses."""
+def lost(film_of_circles: Sequence, track: np.ndarray, poster: int) -> Shown:
+    """Return a film that the fused tracker loses; it opens where the outline goes astray."""
     return film(
-        frames("circles", seed=CROSSED, names=("fused",)),
+        frames({"circles": film_of_circles}, {"circles": {"fused": track}}),
         fps=FPS,
         name="shape-lost",
+        poster=poster,
         alt="A smaller, light blue circle moves across the target; the red outline first holds "
         "both, then jumps onto the smaller circle and leaves with it.",
         caption="A film that the fused tracker loses. Dotted: the truth. Red: fused.",

@@ -1,0 +1,252 @@
+"""The studies: worlds, trackers and what they count, by law."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from robot_perception.appearance import shape_scores
+from robot_perception.appearance.affine_snake import area
+from robot_perception.appearance.segmentation import boundary, filled
+from robot_perception.book import colour_and_shape as page
+from robot_perception.teaching.rows import Rows, framed
+
+RNG = np.random.default_rng
+SQUARE = np.array([[10.0, 10.0], [29.0, 10.0], [29.0, 29.0], [10.0, 29.0]])
+
+
+def rows_of(last):
+    """Two films of each kind by two trackers, of which all overlap by what is given at the end."""
+    trials = [
+        {"film": film, "world": world, "tracker": name, "overlap": value, "last": value}
+        for film in (0, 1)
+        for world in page.WORLDS
+        for name in ("both", "edges alone")
+        for value in [last.get((world, name, film), 0.8)]
+    ]
+    return Rows(framed(trials), "film", {})
+
+
+# Films and what is counted
+
+
+def test_a_film_is_as_long_as_it_is_tracked_and_its_first_frame():
+    assert len(page.filmed("circles", 9001, 3).frames) == 4
+
+
+def test_overlap_of_squares():
+    assert page.overlap(SQUARE, SQUARE) == 1
+    assert page.overlap(SQUARE, SQUARE + 30) == 0
+    aside = page.overlap(SQUARE, SQUARE + np.array([10.0, 0.0]))
+    assert aside == pytest.approx(9 / 29, abs=1e-12)  # they are 19 px wide
+
+
+def test_films_are_counted_kind_by_kind_by_their_last_frames():
+    rows = rows_of({("rectangle", "edges alone", 1): 0.1, ("snail", "both", 1): 0.19,
+                    ("circles", "edges alone", 0): 0.2})  # fmt: skip
+    assert page.lost(rows, "edges alone").tolist() == [0, 0, 0, 1, 0, 0, 0, 0]
+    assert page.lost(rows, "both").tolist() == [0, 0, 0, 0, 0, 0, 0, 1]
+    assert page.lost(rows, "both", least=0.81).all()
+    assert page.held(rows, "both").estimate == pytest.approx(7 / 8)
+    assert page.more_often(rows, "edges alone", "both").estimate == 0
+    assert page.more_often(rows, "edges alone", "both", ("rectangle",)).estimate == 0.5
+    ahead = page.further(rows, "both", "edges alone")
+    assert ahead.estimate == pytest.approx((0.7 - 0.61 + 0.6) / 8)
+    assert page.by_loss(rows)["edges alone", "rectangle"] == 0.5
+
+
+def test_the_same_draws_go_to_all_trackers_and_others_to_other_films():
+    first, again, other, kind = (
+        page.draws(*of).random() for of in (("snail", 4002), ("snail", 4002), ("snail", 4003),
+                                            ("beetle", 4002))
+    )  # fmt: skip
+    assert first == again
+    assert len({first, other, kind}) == 3
+
+
+def test_scored_films_are_new_and_spaces_have_cells_of_one_number():
+    own = {*page.CHOOSING, page.TRAINING, *range(1001, 1031), *range(2001, 2041)}
+    for study in (page.followed, page.relit, page.recoloured, page.slid, page.replaced):
+        assert not set(study.replicates) & own
+    assert {page.rules_of("circles", space).binning.count for space in page.SPACES} == {4096}
+    assert {binning.count for binning in page.CELLS.values()} == {4096}
+    for name, count in page.MANY.items():
+        assert page.rules_of("snail", name).samples == count
+
+
+def test_in_the_first_frames_both_cues_are_on_the_object():
+    for world in ("circles", "snail"):
+        film, rules = page.filmed(world, 9001, 3), page.rules_of(world)
+        outlines = page.follow("both", film, rules, page.trained(world), RNG(0))
+        assert page.overlaps_of(film, outlines).min() > 0.5
+
+
+# Snakes
+
+
+def test_what_is_cut_out_is_of_the_shells_colours_and_starts_a_frame_before():
+    cases = list(page.cut_out(page.CHOOSING[2], (8, 24), RNG(0)))
+    for case in cases:
+        start, truth = (filled(o, case.neck.shape) for o in (case.start, case.truth))
+        assert (start & truth).sum() > 0.85 * (start | truth).sum()
+        assert (case.piece.mask & truth).sum() > 0.6 * truth.sum()
+        assert (case.piece.mask & case.neck).sum() > 0.5 * case.neck.sum()
+        np.testing.assert_array_equal(case.piece.boundary(), boundary(case.piece.mask))
+    (bare,) = page.cut_out(page.CHOOSING[2], (4,), RNG(0), neck=False)
+    assert bare.neck.any()  # where it would be
+    assert (bare.neck & bare.piece.mask).sum() < 0.3 * bare.neck.sum()
+
+
+def test_what_lies_within_an_outline_is_counted():
+    (case,) = page.cut_out(page.CHOOSING[2], (8,), RNG(0))
+    whole = np.array([[-1.0, -1], [320, -1], [320, 240], [-1, 240]])
+    inside = filled(case.truth, case.neck.shape)
+    assert page.within(whole, case) == (1, pytest.approx(inside.mean()))
+    taken, lies = page.within(case.truth, case)
+    assert lies == 1
+    assert taken == pytest.approx((inside & case.neck).sum() / case.neck.sum())
+
+
+def test_the_affine_snake_is_affine_and_the_free_one_swallows_more():
+    found = page.slid.but(frames=(8, 24)).trial(film=page.CHOOSING[2])
+    rows = Rows(framed([found]), "film", {})
+    assert rows.of("residual", snake="affine").max() < 1e-8
+    assert rows.of("residual", snake="free", rigidity=page.LOOSE).min() > 0.5
+    loose = {k: rows.mean("swallowed", snake=k, rigidity=page.LOOSE).estimate for k in page.SNAKES}
+    assert loose["free"] > loose["affine"]
+
+
+def test_the_gap_is_the_mean_of_the_films_means_over_the_cases_that_count():
+    trials = [
+        {"film": film, "snake": snake, "rigidity": page.LOOSE, "reach": 5.0,
+         "piece": True, "held": held, "swallowed": value, "overlap": 0.5, "residual": 0.0}
+        for film, held, snake, value in (
+            (0, 0.9, "affine", 0.0), (0, 0.9, "free", 0.4), (0, 0.6, "affine", 0.1),
+            (0, 0.6, "free", 0.1), (1, 0.9, "affine", 0.0), (1, 0.9, "free", 0.6),
+            (1, 0.1, "affine", 0.0), (1, 0.1, "free", 0.9))
+    ]  # fmt: skip
+    found = page.gap(Rows(framed(trials), "film", {}), "swallowed")
+    assert found.estimate == pytest.approx((0.2 + 0.6) / 2)
+
+
+# The sign of the area's score
+
+
+@pytest.mark.parametrize("ratio", [Fraction(1, 3), Fraction(1), Fraction(2), Fraction(7, 2)])
+@pytest.mark.parametrize("sign", page.SIGNS)
+def test_exact_rho_is_that_of_the_scores(ratio, sign):
+    exact = page.exact_rho(ratio, sign == "printed")
+    score = page.SIGNS[sign](1.0, float(ratio))
+    assert float(exact) == pytest.approx(shape_scores.rho(1.0, score, 1.0, page.EVEN))
+
+
+def test_a_perfect_match_costs_everything_as_printed_and_nothing_turned_round():
+    assert page.exact_rho(Fraction(1), True) == 1
+    assert page.exact_rho(Fraction(1), False) == 0
+    assert page.exact_rho(Fraction(2), True) == Fraction(1, 2)
+
+
+def test_the_printed_sign_prefers_a_shell_of_twice_the_area():
+    found = page.shells.trial(film=page.CHOOSING[3])
+    assert (found["right first, printed"], found["right first, turned round"]) == (False, True)
+    assert found["perfect"] == 1
+    assert page.shells.but(printed=False).trial(film=page.CHOOSING[3])["perfect"] == 0
+
+
+# Models of colours
+
+
+def test_a_mixture_finds_the_parts_that_colours_come_from():
+    rng = RNG(0)
+    colours = np.concatenate([rng.normal(middle, 0.03, (300, 3)) for middle in (0.2, 0.5, 0.8)])
+    shares, means, _ = page.mixed(colours)
+    np.testing.assert_allclose(shares, 1 / 3, atol=0.02)
+    np.testing.assert_allclose(means, [[m] * 3 for m in (0.2, 0.5, 0.8)], atol=0.02)
+    moved = page.adapted((shares, means, np.tile(0.01 * np.eye(3), (3, 1, 1))), colours + 0.1)
+    np.testing.assert_allclose(moved[1], means + 0.02, atol=0.01)  # a fifth of the way
+    density = page.densities((np.ones(1), np.zeros((1, 3)), np.eye(3)[None]), np.zeros((1, 3)))
+    assert density.item() == pytest.approx((2 * np.pi) ** -1.5)
+
+
+def test_a_predicted_cloud_goes_on_as_it_went():
+    cloud = RNG(0).normal(0.4, [0.05, 0.03, 0.01], (400, 3))
+    before, last = (page.distributions.describe(cloud + step) for step in (0.0, 0.1))
+    told = page.predicted(before, last, cloud + 0.1)
+    np.testing.assert_allclose(told, cloud + 0.2, atol=1e-9)
+
+
+def test_a_window_moves_to_where_its_colour_is():
+    index = np.zeros((60, 80), dtype=int)
+    index[20:40, 34:54] = 1
+    moved = page.shifted(np.array([0.0, 1.0]), index, (28, 17, 20, 20))
+    assert np.abs(np.subtract(moved, (34, 20, 20, 20))).max() <= 2
+
+
+@pytest.mark.parametrize("model", page.MODELS)
+def test_every_model_follows_circles_that_keep_their_colour(model):
+    found = page.recoloured.but(steady=True).trial(film=9001, world="circles", model=model)
+    assert found["overlap"] > 0.7
+
+
+def test_a_model_is_compared_with_the_space_that_does_best():
+    trials = [
+        {"film": film, "world": "circles", "model": model, "overlap": value, "last": value}
+        for film in (0, 1)
+        for model, value in zip(page.MODELS, (0.1, 0.5, 0.2, 0.3, 0.7, 0.05), strict=True)
+    ]
+    rows = Rows(framed(trials), "film", {})
+    assert page.ahead(rows, "adapted mixture", "circles").estimate == pytest.approx(0.2)
+    assert page.more_fixed(rows, "predicted cloud", "circles").estimate == pytest.approx(-1)
+
+
+# Another shape, and something in front
+
+
+@pytest.mark.parametrize("name", page.TURNS)
+def test_shapes_have_the_area_of_a_disc(name):
+    assert area(page.shape(name)) == pytest.approx(np.pi)
+    assert np.ptp(np.hypot(*page.shape(name).T)) > 0.5 or name != "star"
+
+
+def test_colours_go_on_and_are_not_those_of_the_ground():
+    for seed in range(20):
+        colour = page.paint_of(RNG(seed))
+        first, next_ = (np.asarray(colour(t)) ** (1 / 2.2) for t in (0, 1))
+        assert np.abs(first - 0.55).max() >= 0.29
+        assert 0 < np.linalg.norm(next_ - first) < 0.021
+        still = page.paint_of(RNG(seed), 0.0)
+        assert (still(0) == still(9)).all()
+
+
+def test_a_disc_in_its_own_place_is_not_rejected():
+    found = page.replaced.trial(film=9001, other="disc")
+    assert found["on"] > 0.9
+    assert not found["rejected"]
+    assert found["rho"] < 0.2
+
+
+def test_a_star_in_its_place_is_rejected():
+    found = page.replaced.trial(film=9001, other="star")
+    assert found["rejected"]
+    assert found["rho"] > page.IN_RGB.worst
+
+
+def test_a_cover_comes_or_is_there_and_leaves(monkeypatch):
+    seen = {}
+
+    def watch(film, outlines):
+        seen["film"] = film
+        return np.ones(len(film.outlines) - 1)
+
+    monkeypatch.setattr(page, "overlaps_of", watch)
+    monkeypatch.setattr(page, "follow", lambda *args: iter(()))
+    for cover in page.COVERS:
+        for when in page.WHEN:
+            page.screened.trial(film=9002, cover=cover, when=when)
+            film = seen["film"]
+            spread = [
+                film.frames[t][filled(film.outlines[t], (240, 320))].std(axis=0).max()
+                for t in (0, 7, 15)
+            ]
+            assert spread[1] > 2 * spread[2]  # two colours where there was one
+            assert (spread[0] > 2 * spread[2]) == (when == page.WHEN[1])
