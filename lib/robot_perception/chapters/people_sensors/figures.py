@@ -291,13 +291,13 @@ def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -
     for sensor, shares in found.items():
         colour = MEANING[sensor]
         middles = np.array(list(shares)) - 0.25 + beside_each_other[sensor]
-        for r, share in zip(middles, shares.values(), strict=True):
-            ax.plot([r, r], [share.low, share.high], color=colour, linewidth=2.0)
+        for x, share in zip(middles, shares.values(), strict=True):
+            ax.plot([x, x], [share.low, share.high], color=colour, linewidth=2.0)
         estimates = [share.estimate for share in shares.values()]
         ax.plot(middles, estimates, "o-", color=colour, linewidth=1.4)
         at, gap, va = beside.get(sensor, (-1, 0.1, "center"))  # there the curves are apart
-        side = "left" if gap > 0 else "right"
-        label(ax, middles[at] + gap, estimates[at], sensor, colour, ha=side, va=va)
+        x, y = middles[at] + gap, estimates[at]
+        label(ax, x, y, sensor, colour, ha="left" if gap > 0 else "right", va=va)
     ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
