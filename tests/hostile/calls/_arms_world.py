@@ -20,7 +20,6 @@ def rng():
 
 CALLS = {
     bodies.Build: lambda: call(0.3, 0.25, 0.17, 0.4, 0.25, 0.05),
-    bodies.Person: lambda: call(bodies.Build(), OUTFIT, WHO),
     bodies.Person.joints: lambda: call(PERSON, STILL, np.array([0.0, 0, 2])),
     bodies.Stage.pixels: lambda: call(STAGE, np.array([[0.1, 0.2, 1.0]])),
     bodies.Stage.face: lambda: call(STAGE, PERSON),

@@ -123,9 +123,6 @@ CALLS = (
         snails.snail: lambda: call(rng=rng(), frames=1, light="steady", neck=True, clutter=False),
         heads.HeadScene: lambda: call("steady", 1, True, False, True, 0.3, 2.0),
         heads.head: lambda: call(rng=rng(), frames=1, scene=heads.HeadScene(others=0)),
-        bodies.Person: lambda: call(
-            1.6, 0.2, 0.2, (0.06, 0.05), 1.0, False, True, (9, 9, 9), (8, 8, 8), (7, 7, 7)
-        ),
         bodies.make_person: lambda: call(rng=rng(), skirt=True),
         bodies.skin: lambda: call(0.3),
         bodies.legs: lambda: call(PAIR[0], NOON, 0.2, 0.3, 0.1),
