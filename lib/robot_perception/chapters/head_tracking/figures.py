@@ -102,7 +102,7 @@ def tracked(axes: np.ndarray, state: SimpleNamespace) -> None:
 
 def looked(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw the picture, the colours of the head in it and in the first, and what they share."""
-    left, middle, right = axes
+    left, right = axes
     for ax in axes:
         ax.clear()
     picture(left, state.image)
@@ -110,15 +110,12 @@ def looked(axes: np.ndarray, state: SimpleNamespace) -> None:
         (state.first, "fixed model", "frame 0"),
         (state.now, "adapted model", "this frame"),
     ):
-        middle.scatter(*points.T, s=7, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
-    middle.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
-    middle.legend(loc="upper left")
-    places = np.arange(len(state.common))[::-1]
-    right.barh(places, list(state.common.values()), color=MEANING["adapted model"], height=0.6)
-    for place, share in zip(places, state.common.values(), strict=True):
-        right.text(min(share, 0.84) + 0.02, place, f"{share:.0%}", va="center")
-    right.set_yticks(places, [name.replace(", ", ",\n") for name in state.common])
-    right.set(xlim=(0, 1), xlabel="in common with frame 0")
+        right.scatter(*points.T, s=7, color=MEANING[name], alpha=0.6, linewidths=0, label=words)
+    right.set(xlim=(0, 765), ylim=(-110, 60), xlabel="R + G + B", ylabel="G − R")
+    right.legend(loc="upper left")
+    shared = {name: f"{share:.0%}" for name, share in state.common.items()}
+    left.set_title(f"coarse {shared['opponent']}, finer {shared['opponent, finer cells']}")
+    right.set_title(f"RGB {shared['RGB']}, rgb {shared['normalised rgb']}, HSI {shared['HSI']}")
 
 
 @drawn(
