@@ -3,7 +3,7 @@
 import numpy as np
 
 from data_synth.people import readings
-from robot_perception.chapters.people_fusion import committee
+from robot_perception.book.people_fusion import RULES as COMMITTEE
 from robot_perception.chapters.people_sensors.sessions import RIG, Config, Senses, staged
 from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
 from robot_perception.people.detections import Detections, polar
@@ -49,14 +49,14 @@ def _system() -> Row:
     signals = list(readings(session, RIG, rng=noise))
 
     def run() -> Hypotheses:
-        senses, aggregator = Senses(np.random.default_rng(0)), Aggregator(committee.RULES)
+        senses, aggregator = Senses(np.random.default_rng(0)), Aggregator(COMMITTEE)
         known = aggregator.start()
         for signal in signals:
             known, _ = aggregator.step(known, senses.detect(signal, 0.0), np.zeros(3))
         return known
 
     def agree() -> None:
-        assert len(run().persons(committee.RULES)) >= 2  # of three people
+        assert len(run().persons(COMMITTEE)) >= 2  # of three people
 
     return Row(
         work=f"people system, {len(signals)} readings of {SECONDS:g} s, signals to persons",

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from shapely import LineString, Point
 
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import (
@@ -17,6 +18,7 @@ from robot_perception.people.behaviours import (
     Behaviours,
     Command,
     State,
+    blocks,
     roles,
 )
 from tests.people.test_aggregation import known
@@ -87,6 +89,46 @@ def test_a_guide_gives_up_and_takes_the_visitor_back_all_the_same():
     assert phases == ["asking back", "given up"]
     state, command = RULES.guide(state, persons(late + 1, (4, 1, 0)))
     assert (state.phase, command.say) == ("busy", "welcome back")
+
+
+def test_a_guide_that_is_blocked_asks_once_waits_and_says_thank_you():
+    busy, here = State("busy", 4, seen=0.0, since=0.0), (4, 2.0, 3.0)
+    state, phases, commands = busy, [], []
+    for time, blocked in ((1.0, False), (2.0, True), (3.0, True), (4.0, False), (5.0, False)):
+        state, command = RULES.guide(state, persons(time, here), blocked)
+        phases.append(state.phase)
+        commands.append(command)
+    assert phases == ["busy", "blocked", "blocked", "busy", "busy"]
+    assert [c.say for c in commands] == ["", "clear the path", "", "thank you", ""]
+    assert [c.speed > 0 for c in commands] == [True, False, False, True, True]
+    assert state.since == 4.0
+
+
+def test_a_guide_that_is_blocked_still_notices_who_leaves():
+    busy = State("busy", 4, seen=0.0, since=0.0)
+    state, command = RULES.guide(busy, persons(0.5), True)  # out of sight for a moment
+    assert (state.phase, command.say, state.seen, state.since) == (
+        "blocked", "clear the path", 0.0, 0.5,
+    )  # fmt: skip
+    waits, command = RULES.guide(state, persons(0.9), False)
+    assert (waits.phase, command) == ("blocked", STOP)
+    gone, command = RULES.guide(state, persons(0.1 + RULES.patience), True)
+    assert (gone.phase, command.say) == ("asking back", "come back")
+    nobody, command = RULES.guide(State(), persons(1.0), True)
+    assert (nobody.phase, command) == ("waiting", STOP)
+
+
+@given(
+    st.lists(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), min_size=2, max_size=5, unique=True),
+    st.tuples(st.floats(-4, 4), st.floats(-4, 4)),
+    st.floats(0.1, 2.0),
+)
+def test_who_blocks_a_route_is_nearer_than_half_its_width(ends, point, width):
+    line = LineString(ends)
+    apart = line.distance(Point(point))
+    assume(abs(apart - width / 2) > 1e-6)
+    there = blocks(np.array([point, (99.0, 0.0)]), np.array(ends), width)
+    assert there.tolist() == [apart < width / 2, False]
 
 
 @pytest.mark.parametrize("behaviour", [RULES.guide, RULES.follow])
@@ -166,7 +208,7 @@ def test_a_survey_from_the_invitation_to_the_end():
         assert command.speed == command.turn_rate == 0
     waiting, inviting, busy = "waiting", "inviting", "busy"
     assert phases == [waiting] * 2 + [inviting] * 2 + [busy] * 2 + [waiting] * 2 + [inviting]
-    assert say == ["", "", "take part", "", "first question", "", "thank you", "", "take part"]
+    assert say == ["", "", "come nearer", "", "take part", "", "thank you", "", "come nearer"]
     assert state.person == 6
 
 
@@ -192,6 +234,7 @@ def test_who_does_not_come_is_forgotten():
 
 
 BAD = [
+    (lambda: blocks(np.zeros((1, 2)), np.zeros((1, 2)), 1.0), "two ends at least"),
     (
         lambda: RULES.guide(State("busy", 1, 5.0, 1.0), persons(4.0, (1, 1, 0))),
         "older than the state",

@@ -16,13 +16,13 @@ from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.people.aggregation import Hypotheses
 
-Phase = Literal["waiting", "inviting", "busy", "asking back", "given up"]
-PHASES = ("waiting", "inviting", "busy", "asking back", "given up")
+Phase = Literal["waiting", "inviting", "busy", "asking back", "given up", "blocked"]
+PHASES = ("waiting", "inviting", "busy", "asking back", "given up", "blocked")
 NOBODY, FURNITURE, MOVES, PARTNER = range(4)
 """What a hypothesis is taken for: too weak or nowhere, one that stays, a person, the one it is
 about."""
@@ -44,7 +44,9 @@ class Command:
 
     speed: float = 0.0
     turn_rate: float = 0.0
-    say: Literal["", "come back", "welcome back", "take part", "first question", "thank you"] = ""
+    say: Literal[
+        "", "come back", "welcome back", "come nearer", "take part", "clear the path", "thank you"
+    ] = ""
 
 
 STOP = Command()
@@ -57,8 +59,8 @@ class State:
     Parameters
     ----------
     phase
-        ``"waiting"`` for somebody, ``"inviting"`` them, ``"busy"`` with them, ``"asking back"`` or
-        ``"given up"``.
+        ``"waiting"`` for somebody, ``"inviting"`` them, ``"busy"`` with them, ``"asking back"``,
+        ``"given up"``, or ``"blocked"`` by others on the route.
     person
         Identity of the one it is about; -1: nobody yet.
     seen
@@ -135,20 +137,40 @@ class Behaviours:
         if self.close > self.reach:
             raise ValueError(f"close must not be above reach {self.reach}, got {self.close}")
 
-    def guide(self, state: State, persons: Hypotheses) -> tuple[State, Command]:
+    def guide(
+        self, state: State, persons: Hypotheses, blocked: bool = False
+    ) -> tuple[State, Command]:
         """Return what a guide does: go on while the visitor is there, else stop and ask back.
 
         It waits for a first visitor. When they are away for longer than the patience it stops and
         asks them to come back; when they are there again it goes on; after a time it gives up.
-        Where the route leads is not its business: the speed is that along the route.
+        While others stand on the route it stops, asks them once to clear the path, and thanks them
+        when they have. Where the route leads is not its business: the speed is that along the
+        route.
+
+        Parameters
+        ----------
+        state, persons
+            What it remembers, and who is there now.
+        blocked
+            Whether others stand on the route ahead; `blocks` says who does.
         """
+        blocked = checks.flag("blocked", blocked)
         time, at = _sight(state, persons, self, "reach")
+        touring = state.phase in ("busy", "blocked")
+        there = at >= 0 or (touring and time - state.seen <= self.patience)
+        if there and (blocked or (at < 0 and state.phase == "blocked")):
+            say = "" if state.phase == "blocked" else "clear the path"
+            since = state.since if state.phase == "blocked" else time
+            after = replace(state, phase="blocked", since=since)
+            return (_with(after, persons, at, "blocked") if at >= 0 else after), Command(say=say)
         go = Command(speed=self.speed)
         if at >= 0:
-            say = "welcome back" if state.phase in ("asking back", "given up") else ""
+            said = {"asking back": "welcome back", "given up": "welcome back"}
+            say = (said | {"blocked": "thank you"}).get(state.phase, "")
             return _with(state, persons, at, "busy"), replace(go, say=say)
-        if state.phase == "busy":
-            if time - state.seen <= self.patience:
+        if touring:
+            if there:
                 return state, go
             return replace(state, phase="asking back", since=time), Command(say="come back")
         return _resigned(state, time, self, "given up"), STOP
@@ -178,10 +200,10 @@ class Behaviours:
     def survey(self, state: State, persons: Hypotheses, finished: bool) -> tuple[State, Command]:
         """Return what a poller does: invite, ask, notice who breaks off, call back, begin again.
 
-        Somebody within reach is invited; when they come close they are asked. Who is not close for
-        longer than the patience before the end has broken off and is asked back; when they are
-        close again the survey goes on. After a time, and after the end, the robot waits for the
-        next; the one who has just been there is not invited again.
+        Somebody within reach is asked nearer; when they come close they are asked to take part. Who
+        is not close for longer than the patience before the end has broken off and is asked back;
+        when they are close again the survey goes on. After a time, and after the end, the robot
+        waits for the next; the one who has just been there is not invited again.
 
         Parameters
         ----------
@@ -197,10 +219,10 @@ class Behaviours:
             if not near.any():
                 return state, STOP
             at = int(np.where(near, persons.mean[:, 0], np.inf).argmin())
-            return _with(state, persons, at, "inviting"), Command(say="take part")
+            return _with(state, persons, at, "inviting"), Command(say="come nearer")
         if state.phase == "inviting":
             if at >= 0:
-                return _with(state, persons, at, "busy"), Command(say="first question")
+                return _with(state, persons, at, "busy"), Command(say="take part")
             near = (persons.identity == state.person) & (persons.mean[:, 0] <= self.reach)
             if near.any():
                 return replace(state, seen=time), STOP
@@ -261,6 +283,40 @@ def roles(
     role = np.where(theirs, PARTNER, np.where(still, FURNITURE, MOVES))
     placed = np.sqrt(hypotheses.cov[:, 0, 0]) <= known
     return np.where(placed & (hypotheses.weight > person), role, NOBODY)
+
+
+def blocks(
+    points: Float[np.ndarray, "n 2"], route: Float[np.ndarray, "k 2"], width: float
+) -> Bool[np.ndarray, " n"]:
+    r"""Tell which points stand on a route: nearer than half a width to one of its straight parts.
+
+    .. math:: \min_{0 \le s \le 1} |p - a - s (b - a)| < width / 2
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Places, m.
+    route : (k, 2)
+        Ends of the parts in their order, two at least, in the same frame, m.
+    width
+        Room that the robot takes with what it keeps free on both sides, m.
+
+    Raises
+    ------
+    ValueError
+        If shapes disagree, a number is not finite, the route has no part or the width is not
+        positive.
+    """
+    points = checks.array("points", points, ("n", 2))
+    route = checks.array("route", route, ("k", 2))
+    if len(route) < 2:
+        raise ValueError(f"route must have two ends at least, got {len(route)}")
+    a, part = route[:-1], np.diff(route, axis=0)
+    gap = points[:, None] - a  # (n, k - 1, 2)
+    squared = np.maximum((part**2).sum(axis=-1), np.finfo(float).tiny)
+    s = np.clip((gap * part).sum(axis=-1) / squared, 0.0, 1.0)
+    apart = np.linalg.norm(gap - s[..., None] * part, axis=-1)
+    return (apart < checks.positive("width", width) / 2).any(axis=1)
 
 
 def _sight(state: State, persons: Hypotheses, rules: Behaviours, limit: str) -> tuple[float, int]:

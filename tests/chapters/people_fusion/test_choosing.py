@@ -3,14 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.chapters.people_fusion import choosing, committee
-from robot_perception.chapters.people_fusion.choosing import DRAWS, drawn, race
-from robot_perception.chapters.people_fusion.committee import System
-from robot_perception.chapters.people_sensors.sessions import Config
+from robot_perception.book.people_fusion import DRAWS, RULES, drawn, race
+from robot_perception.chapters.people_sensors.sessions import CHOOSE
 
 
 def obeys(rules):
@@ -27,25 +24,20 @@ def test_the_more_reliable_the_sensor_the_higher_is_alpha(seed):
 
 def test_the_rules_of_the_committee_are_one_of_the_draws():
     source = np.random.default_rng(0)
-    assert committee.RULES in [drawn(source) for _ in range(DRAWS)]
-    assert obeys(committee.RULES)
+    assert RULES in [drawn(source) for _ in range(DRAWS)]
+    assert obeys(RULES)
 
 
-def test_the_best_of_all_sessions_wins_among_those_that_are_left(monkeypatch):
+def test_the_best_of_all_sessions_wins_among_those_that_are_left():
     """Each round adds sessions to those before, and the worse half goes."""
     asked = []
 
-    def judged(job, *, rng):
-        (system, session), worth = job, np.array([10.0, 10.0, 0.0, 0.0, 0.0])
-        walk = system.rules.walk
-        asked.append((walk, session.seed))
-        worth[2] = 10 * walk if session.seed else 5 - walk
-        return worth
+    def score(rules, session):
+        asked.append((rules.walk, session))
+        matched = 10 * rules.walk if session != CHOOSE[0] else 5 - rules.walk
+        return np.array([10.0, 10.0, matched])
 
-    monkeypatch.setattr(choosing, "_judged", judged)
-    some = [System(replace(committee.RULES, walk=walk)) for walk in (0.1, 0.2, 0.3, 0.4)]
-    sessions = [Config(0), Config(1), Config(2)]
-    ((best, worth),) = race(some, sessions, ((1, 2), (3, 1)), rng=np.random.default_rng(0))
-    assert best.rules.walk == 0.2  # 0.3 and 0.4 would have won later
-    assert worth == pytest.approx(5 * (4.8 + 2.0 + 2.0) / (5 * 30))
-    assert sorted(asked[4:]) == [(0.1, 1), (0.1, 2), (0.2, 1), (0.2, 2)]
+    some = [replace(RULES, walk=walk) for walk in (0.1, 0.2, 0.3, 0.4)]
+    best = race(some, score, ((1, 2), (3, 1)))
+    assert best.walk == 0.2  # 0.3 and 0.4 would have won later
+    assert sorted(asked[4:]) == [(walk, CHOOSE[k]) for walk in (0.1, 0.2) for k in (1, 2)]

@@ -1,15 +1,16 @@
-"""The exercises judge right and wrong answers, and their answers are what happens."""
+"""The exercises' answers are what happens."""
 
 import numpy as np
 import pytest
 
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.people_fusion.exercises import (
+from robot_perception.book.people_fusion import (
     EXERCISES,
-    _adds_alpha,
-    _falls_from_one_to_nothing,
-    _never_deletes,
-    _weight,
+    adds_alpha,
+    falls_to_nothing,
+    never_deletes,
+    repeated,
+    update_weight,
 )
 from robot_perception.people.aggregation import (
     AggregationRules,
@@ -18,13 +19,6 @@ from robot_perception.people.aggregation import (
     SensorRules,
 )
 from robot_perception.people.detections import Detections
-from tests.chapters.exercises import ExerciseTests
-
-
-class TestSheet(ExerciseTests):
-    stem = "people_fusion"
-    sheet = EXERCISES
-
 
 RULES = AggregationRules(threshold=0.3, walk=0.0, sensors={"laser": SensorRules(0.1, 3.0)})
 
@@ -45,10 +39,10 @@ def one(weight: float) -> Hypotheses:
 
 def test_the_written_function_is_judged():
     exercise = EXERCISES["people-update"]
-    assert exercise.judge(_weight)[0] == "right"
+    assert exercise.judge(update_weight)[0] == "right"
     assert exercise.judge(0.5)[0] == "wrong"
     assert exercise.judge(lambda weight: weight)[0] == "wrong"
-    wrong = (_never_deletes, _adds_alpha, _falls_from_one_to_nothing)
+    wrong = (never_deletes, adds_alpha, falls_to_nothing)
     for given, (_, words) in zip(wrong, exercise.mistakes, strict=True):
         outcome, said = exercise.judge(given)
         assert outcome == "wrong"
@@ -61,7 +55,7 @@ def test_the_written_function_is_judged():
 def test_the_written_function_is_what_the_aggregation_does(weight, matched, elapsed):
     seen = reading(elapsed, *[(2.0, 0.0)] * matched)
     after, _ = Aggregator(RULES).step(one(weight), seen, np.zeros(3))
-    expected = _weight(weight, matched, elapsed, 0.1, 3.0, 0.3)
+    expected = update_weight(weight, matched, elapsed, 0.1, 3.0, 0.3)
     assert expected == pytest.approx(after.weight[0] if len(after) else 0.0)
 
 
@@ -76,3 +70,9 @@ def test_a_hypothesis_is_deleted_after_the_time_of_the_exercise():
     gone = EXERCISES["people-forgotten"].answer
     assert len(Aggregator(RULES).step(one(0.9), reading(gone - 1e-3), np.zeros(3))[0]) == 1
     assert len(Aggregator(RULES).step(one(0.9), reading(gone + 1e-3), np.zeros(3))[0]) == 0
+
+
+def test_four_readings_of_the_faster_laser_are_one_of_the_old_one():
+    faster = EXERCISES["people-rate"].answer
+    old, new = repeated.one(0.2, 5)["power"], repeated.one(faster, 20)["power"]
+    assert old * np.log(0.8) == pytest.approx(new * np.log(1 - faster))

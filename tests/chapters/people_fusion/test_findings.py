@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from robot_perception.chapters.people_fusion import committee, rates, scene
+from robot_perception.book import people_fusion as page
+from robot_perception.book.people_fusion import RULED, SCENE
 from robot_perception.chapters.people_fusion import figures as draw
-from robot_perception.chapters.people_fusion.behaviours import SEEDS
-from robot_perception.chapters.people_fusion.explorers import RULES, SCENE
-from robot_perception.chapters.people_sensors.scene import CONFIG, MOMENTS, SHOWN, found
+from robot_perception.chapters.people_sensors.scene import CONFIG, MOMENTS, SHOWN, found, recording
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.people.scores import score
 from robot_perception.teaching.figures import figure
-from robot_perception.teaching.tables import Table
-from tests.chapters.findings import ExplorerTests, limits
+from tests.chapters.findings import limits
 from tests.unchecked import unchecked
 
 
@@ -20,15 +17,11 @@ from tests.unchecked import unchecked
 def computed():
     """All states, computed once, without the checks of shapes."""
     with unchecked():
-        scene.all_chosen()
+        page.all_chosen()
         SCENE.found()
 
 
-class TestExplorers(ExplorerTests):
-    explorers = (SCENE, RULES)
-
-
-@pytest.mark.parametrize("explorer", [SCENE, RULES])
+@pytest.mark.parametrize("explorer", [SCENE, RULED], ids=["scene", "rules"])
 def test_no_two_states_say_the_same(explorer):
     words = [explorer.described(**setting) for setting in explorer.parameters()]
     assert len(set(words)) == len(words)
@@ -37,132 +30,124 @@ def test_no_two_states_say_the_same(explorer):
 # The scene
 
 
-def test_the_session_is_none_of_the_stories():
-    assert CONFIG.seed not in SEEDS
+def errors(who, at=SHOWN):
+    """Return how many are missed, are nobody's, and are placed."""
+    now = page.watched(who, at)
+    return int(now.missed.sum()), int(now.nobody.sum()), now.placed
 
 
-def test_all_three_find_and_place_as_many_as_any_others_and_the_camera_alone_places_nobody():
-    for setting in SCENE.parameters():
-        ((missed, _, known),) = SCENE.found(**setting)
-        ((together, _, placed),) = SCENE.found(**setting | {"who": "all three"})
-        assert together <= missed, setting
-        assert placed >= known, setting
-        assert known == 0 or setting["who"] != "the camera alone", setting
+def test_the_session_is_none_of_those_that_are_scored():
+    scored = (*page.TEST, *page.FRESH, *page.guided.replicates, *page.surveyed.replicates)
+    assert CONFIG.seed not in scored
 
 
-def test_the_laser_alone_the_camera_alone_and_all_three_make_somebody_up():
-    made_up = {who: any(scene.watched(who, at).nobody.any() for at in MOMENTS) for who in scene.WHO}
-    assert made_up["the laser alone"]
-    assert made_up["the camera alone"]
-    assert made_up["all three"]
-    assert not made_up["the sonars alone"]
+def test_the_sonars_make_nobody_up():
+    assert not any(errors("the sonars alone", at)[1] for at in MOMENTS)
 
 
 def test_the_moment_of_the_hero_is_right_together_and_by_no_sensor_alone():
-    errors = {who: SCENE.found(who=who, at=SHOWN)[0] for who in scene.WHO}
-    assert errors["all three"] == (0, 0, 3)
-    alone = [errors[who] for who, sensors in scene.WHO.items() if len(sensors) == 1]
+    assert errors("all three") == (0, 0, 3)
+    alone = [errors(who) for who, sensors in page.SOME.items() if len(sensors) == 1]
     assert all(missed or known < 3 for missed, _, known in alone)
     counts = {"camera": 3, "laser": 2, "sonar": 1}
     assert {sensor: len(found(SHOWN, sensor)) for sensor in counts} == counts
 
 
 def test_presets_show_what_their_names_say():
-    found = {
-        name: scene.watched(**SCENE.default | values) for name, values in SCENE.presets.items()
-    }
-    assert found["no camera"].missed.tolist() == [True, False, False]
-    assert found["no sonars"].missed.tolist() == [False, True, False]
-    assert found["no sonars"].nobody.any()
-    assert scene.watched("all three", found["no sonars"].at).errors == (0, 0)
-    worst = max(MOMENTS, key=lambda t: scene.watched("all three", t).errors[0])
-    assert found["the worst moment"].at == worst
+    shown = {name: page.watched(**SCENE.default | v) for name, v in SCENE.presets.items()}
+    assert shown["no camera"].missed.tolist() == [True, False, False]
+    assert shown["no sonars"].missed.tolist() == [False, True, False]
+    assert shown["no sonars"].nobody.any()
+    assert errors("all three", shown["no sonars"].at)[:2] == (0, 0)
+    worst = max(MOMENTS, key=lambda t: errors("all three", t)[0])
+    assert shown["the worst moment"].at == worst
 
 
-@pytest.mark.parametrize("who", scene.WHO)
+@pytest.mark.parametrize("who", page.SOME)
 def test_a_state_counts_as_the_studies_do(who):
+    run = page.committee(recording(), sensors=page.SOME[who])
+    every = list(run.persons())
     for at in MOMENTS:
-        state = scene.watched(who, at)
-        run = scene.history(sensors=scene.WHO[who])
-        times = run.recording.judged_at[run.rows]
-        last = int(np.searchsorted(times, at, side="right")) - 1
-        total = score([list(committee.frames(run))[last]], committee.REACH)
-        assert total.matched == len(state.missed) - state.missed.sum()
-        assert total.hypotheses == state.persons.sum()
-        assert total.hypotheses - total.matched == state.nobody.sum()
+        missed, nobody, _ = errors(who, at)
+        times = run.told.judged_at[run.rows]
+        row, persons, _ = every[int(np.searchsorted(times, at, side="right")) - 1]
+        seen = page.judged(run.told, row, persons, page.EVERYWHERE)
+        assert len(seen.who) == 3 - missed
+        assert len(seen.counts) - len(seen.which) == nobody
+
+
+def test_a_finding_that_is_not_so_is_found():
+    every = SCENE.found()
+    assert page.together_best(every)
+    worse = [(who, at, missed + (who == "all three"), *rest) for who, at, missed, *rest in every]
+    assert not page.together_best(worse)
+    placed = [(*one[:3], 9 if one[0] == "the camera alone" else one[3], one[4]) for one in every]
+    assert not page.together_best(placed)
+    assert page.never_loses(RULED.found())
+    assert not page.never_loses(RULED.found()[::-1])
 
 
 # The rules
 
 
-def test_more_belief_or_a_higher_threshold_never_loses_people_and_none_reach_93():
-    tracked = np.reshape(RULES.found(), (len(rates.THRESHOLDS), len(rates.FACTORS)))
-    assert (np.diff(tracked, axis=0) >= 0).all()
-    assert (np.diff(tracked, axis=1) >= 0).all()
-    assert tracked.max() < rates.OF_THE_PAPER[1]
-
-
 def test_the_last_people_cost_the_most_false_hypotheses():
-    ours = scene.chosen(**RULES.default)
-    most = max(scene.all_chosen().values(), key=lambda one: (one.tracked, one.false))
-    assert most.tracked - ours.tracked < 0.03
-    assert most.false > 1.5 * ours.false
+    ours, most = page.ruled_by(**RULED.default).shares, max(page.all_chosen().values())
+    assert most[0] - ours[0] < 0.03
+    assert most[1] > 1.5 * ours[1]
 
 
 # Drawings
 
 
 def test_the_axes_hold_every_choice():
-    left, right, low, high = limits(RULES.drawn())
-    for one in scene.all_chosen().values():
-        assert left <= one.false <= right
-        assert low <= one.tracked <= high
+    left, right, low, high = limits(RULED.drawn())
+    for tracked, false in page.all_chosen().values():
+        assert left <= false <= right
+        assert low <= tracked <= high
 
 
 def test_the_committee_is_drawn_twice_alike():
     _, ax = figure()
-    counts = [len(draw.together.on(ax, SHOWN).get_children()) for _ in range(2)]
+    persons = page.together_at(SHOWN)
+    counts = [len(draw.together.on(ax, SHOWN, persons).get_children()) for _ in range(2)]
     assert counts[0] == counts[1]
 
 
+def shares(*pairs):
+    """Return shares tracked and false with their intervals."""
+    return [tuple(Interval(v, max(v - 0.1, 0), min(v + 0.1, 1)) for v in pair) for pair in pairs]
+
+
 def test_rooms_are_drawn_row_by_row_beside_the_papers_lines():
-    shares = {name: (0.8 + 0.05 * k, 0.4 - 0.1 * k) for k, name in enumerate(("ours", "other"))}
-    rows = {
-        name: (*(Interval(v, v - 0.1, v + 0.1) for v in both), None, None)
-        for name, both in shares.items()
-    }
     _, ax = figure()
-    draw.rooms.on(ax, Table(rows, committee.COLUMNS, "made up", "system"))
+    draw.rooms.on(ax, dict(zip(("ours", "other"), shares((0.8, 0.4), (0.85, 0.3)), strict=True)))
     dots = [line.get_data() for line in ax.lines if line.get_marker() == "o"]
     np.testing.assert_allclose(np.ravel(dots), [0.4, 0, 0.8, 0, 0.3, 1, 0.85, 1])
     lines = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
-    np.testing.assert_allclose(lines, [[x, x] for x in rates.OF_THE_PAPER])
+    np.testing.assert_allclose(lines, [[x, x] for x in draw.OF_THE_PAPER])
 
 
 def test_sweeps_and_the_paper_are_drawn_where_they_are():
-    names = [f"{v} {name}" for name in ("α", "t_v") for v in (0.5, 2)] + ["θ = 0.1", "θ = 0.4"]
-    rows = {
-        name: (Interval(0.5 + 0.05 * k, 0, 1), Interval(0.1 * k, 0, 1), None, None)
-        for k, name in enumerate(names)
-    }
+    made = {
+        what: dict(zip((f"1 {what}", f"2 {what}"), shares((0.5 + k, 0.1), (0.6 + k, 0.2)),
+                       strict=True))
+        for what, k in (("θ", 0.0), ("α", 0.1), ("t_v", 0.2))
+    }  # fmt: skip
     _, axes = figure(1, 3)
-    draw.trade.on(axes, Table(rows, committee.COLUMNS, "made up", "system"))
-    (theta, paper), (alpha, _), (patience, _) = (
-        [np.array(line.get_data()).T for line in ax.lines] for ax in axes
-    )
-    np.testing.assert_allclose(alpha, [[0.0, 0.5], [0.1, 0.55]])
-    np.testing.assert_allclose(patience, [[0.2, 0.6], [0.3, 0.65]])
-    np.testing.assert_allclose(theta, [[0.4, 0.7], [0.5, 0.75]])
-    np.testing.assert_allclose(paper, [rates.OF_THE_PAPER])
+    draw.trade.on(axes, made)
+    for ax, k in zip(axes, (0.0, 0.1, 0.2), strict=True):
+        curve, paper = (np.array(line.get_data()).T for line in ax.lines)
+        np.testing.assert_allclose(curve, [[0.1, 0.5 + k], [0.2, 0.6 + k]])
+        np.testing.assert_allclose(paper, [draw.OF_THE_PAPER])
 
 
 def test_every_person_has_a_way():
-    run = scene.history()
+    run = page.committee(recording())
     _, ax = figure()
     with unchecked():
         draw.ways.on(ax, run)
     ends = [line for line in ax.lines if line.get_marker() in ("s", "o")]
     squares = [line for line in ends if line.get_marker() == "s"]
-    found = [(persons.identity, static) for _, persons, static in run.persons]
+    found = [(persons.identity, static) for _, persons, static in run.persons()]
     assert len(ends) == np.unique(np.concatenate([one for one, _ in found])).size
     assert len(squares) == np.unique(np.concatenate([one[static] for one, static in found])).size

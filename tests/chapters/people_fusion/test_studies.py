@@ -3,29 +3,26 @@
 from dataclasses import fields, replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from robot_perception.book import people_fusion as page
+from robot_perception.book.people_fusion import AHEAD, BEHIND, EVERYWHERE, View
 from robot_perception.book.people_sensors import WALLED
-from robot_perception.chapters.people_fusion import committee, rates, sequential, survival
-from robot_perception.chapters.people_fusion.behaviours import SEEDS
-from robot_perception.chapters.people_fusion.committee import Rates, Tracked, View
-from robot_perception.chapters.people_sensors import sessions
+from robot_perception.chapters.people_sensors import hearing
+from robot_perception.chapters.people_sensors.hearing import NAME
 from robot_perception.chapters.people_sensors.sessions import (
     CHOOSE,
     LEARN,
     SENSORS,
     TEST,
-    Config,
     Recording,
 )
-from robot_perception.people.aggregation import Aggregator, Hypotheses
-from robot_perception.people.detections import polar
+from robot_perception.people.aggregation import Aggregator, Hypotheses, SensorRules
+from robot_perception.people.detections import Detections, polar
+from robot_perception.teaching.rows import Rows
+from tests.chapters.people_fusion.sessions import session
 from tests.chapters.people_sensors.test_studies import recording
-
-
-def only(scene, where="everywhere", by="place"):
-    """Return rates of the detections of one reading, taken for persons."""
-    return committee.frame(scene, 0, hypotheses(scene.found(0).positions), View(where, by))
 
 
 def hypotheses(found):
@@ -34,48 +31,63 @@ def hypotheses(found):
     return Hypotheses(found.mean, found.cov, one, names, *[0 * one] * 3, {}, len(one))
 
 
-def run(scene, hypotheses):
+def only(scene, view):
+    """Judge the detections of one reading, taken for persons."""
+    return page.judged(scene, 0, hypotheses(scene.found(0).positions), view)
+
+
+def run(scene, known):
     """Return what was tracked in a session of one reading."""
-    static = np.zeros(len(hypotheses), dtype=bool)
-    return Tracked(scene, np.array([0]), (hypotheses,), (static,), 0.0)
+    return page.Run(scene, 0.0, [0], [known], [np.zeros(len(known), dtype=bool)])
 
 
 def first(scene):
     """Return the hypotheses after the only reading."""
-    return Aggregator(committee.RULES).step(Hypotheses.none(), scene.found(0), np.zeros(3))[0]
+    return Aggregator(page.RULES).step(Hypotheses.none(), scene.found(0), np.zeros(3))[0]
+
+
+def rows(**columns):
+    """Return rows written down by hand."""
+    return Rows(pd.DataFrame(columns), "session", {})
 
 
 def test_seeds_never_meet():
-    assert not set(LEARN) & set(CHOOSE) | set(LEARN) & set(TEST) | set(CHOOSE) & set(TEST)
-    assert len(TEST) == 40
-    nights = {config.seed for config in survival.NIGHTS}
-    assert not {*WALLED, *nights} & {*LEARN, *CHOOSE, *TEST, *SEEDS}
-    assert not nights & {*WALLED, *sequential.SKIRTED}
+    scored = [TEST, page.FRESH, page.needed.replicates, page.SKIRTED]
+    flat = [seed for seeds in (*scored, LEARN, CHOOSE, WALLED) for seed in seeds]
+    assert len(flat) == len(set(flat))
+    assert len(page.FRESH) == len(page.needed.replicates) == 40
+    assert sorted(page.SKIRTED) == list(page.SKIRTED)
+
+
+# Judging
 
 
 def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():
     scene = recording(
         [(2, 0), (2, 1), (6, -1)], [(2, 0), (2, 1), (6, -1), (4, 2)], clear=[True, False, True]
     )
-    frame = only(scene)
-    assert frame.people_ids.tolist() == [0]
-    assert frame.hypotheses_ids.tolist() == [0, 3]
+    seen = only(scene, View(by="place"))
+    assert seen.asked.tolist() == [0]
+    assert seen.counts.tolist() == [0, 3]
+    assert (seen.who.tolist(), seen.which.tolist()) == ([0], [0])
 
 
-@pytest.mark.parametrize(("where", "people", "found"), [("ahead", [0], [0]), ("behind", [1], [1])])
-def test_a_hypothesis_counts_on_the_side_of_its_person(where, people, found):
+@pytest.mark.parametrize(("view", "people", "found"), [(AHEAD, [0], [0]), (BEHIND, [1], [1])])
+def test_a_hypothesis_counts_on_the_side_of_its_person(view, people, found):
     """The second hypothesis lies ahead, and is that of somebody just behind."""
     scene = recording([(2, 0), (2, 1.6)], [(2, 0), (2, 1.5)])
-    frame = only(scene, where)
-    assert frame.people_ids.tolist() == people
-    assert frame.hypotheses_ids.tolist() == found
+    seen = only(scene, replace(view, by="place"))
+    assert seen.asked.tolist() == people
+    assert seen.counts.tolist() == found
 
 
-def test_by_direction_the_distance_does_not_matter():
-    scene = recording([(2, 3.1)], [(4, -3.1)])
-    near = committee.REACH * (2 * np.pi - 6.2) / committee.TURN
-    for by, apart in (("direction", near), ("place", np.hypot(2, 0.2))):
-        assert only(scene, by=by).apart.item() == pytest.approx(apart, rel=0.02)
+def test_by_direction_the_distance_does_not_matter_and_the_turn_is_the_short_way():
+    people, found = np.array([[2, 3.1]]), np.array([[4, -3.1]])
+    near = EVERYWHERE.reach * (2 * np.pi - 6.2) / page.TURN
+    for by, gap in (("direction", near), ("place", np.hypot(2, 0.2))):
+        assert page.apart(people, found, np.ones(1), View(by=by)).item() == pytest.approx(
+            gap, rel=0.02
+        )
 
 
 @pytest.mark.parametrize(("sigma", "same"), [(1.1, "place"), (1.3, "direction")])
@@ -84,82 +96,211 @@ def test_a_hypothesis_is_judged_as_its_covariance_allows(sigma, same):
     people = np.array([[2.0, 0.5], [3.0, -0.3]])
     found = polar(np.array([4.0, 3.2]), np.array([0.55, -0.4]), sigma, 0.1)
     for by in ("covariance", same):
-        apart = View(by=by).apart(people, found.mean, np.sqrt(found.cov[:, 0, 0]))
-        near = apart <= committee.REACH
+        view = View(by=by)
+        near = page.apart(people, found.mean, np.sqrt(found.cov[:, 0, 0]), view) <= view.reach
         assert near.tolist() == [[same == "direction", False], [False, True]]
 
 
-def test_rates_of_a_scene_that_is_half_right():
+def test_a_scene_that_is_half_right_is_counted_in_each_view():
     scene = recording([(2, 0), (2, 1)], [(2, 0), (4, -1)])
-    found = Rates(*np.array([committee.sums(run(scene, first(scene)), View())] * 2).T)
-    assert found.tracked.estimate == found.false.estimate == 0.5
-    assert found.worth() == pytest.approx([0.5, 0.5])
-    assert found.worth(1.0) == pytest.approx([0.5, 0.5])
-    assert found.mota.estimate == 0
-    assert found.gospa == pytest.approx([1.0, 1.0])
-
-
-def test_scaled_rules():
-    some = rates.scaled(committee.RULES, alpha=0.5, patience=2.0)
-    for name in SENSORS:
-        old, new = committee.RULES.sensors[name], some.sensors[name]
-        assert new.alpha == old.alpha / 2
-        assert new.patience == 2 * old.patience
-    assert rates.scaled(committee.RULES, alpha=100.0).sensors["camera"].alpha_behind == 1
-
-
-def test_who_is_seen_again_and_again_becomes_a_person(monkeypatch):
-    one, n = recording([(2, 0)], [(2, 0)], sensor="sonar"), 20
-    names = {entry.name for entry in fields(Recording)} - {"times", "judged", "skirt"}
-    rows = {name: np.repeat(getattr(one, name), n, axis=0) for name in names}
-    many = replace(one, times=np.arange(n) / 10, judged=np.arange(n), **rows)
-    monkeypatch.setattr(sessions, "record", lambda config: many)
-    tracked = committee.tracked.__wrapped__(Config(1))
-    counts = [len(persons) for _, persons, _ in tracked.persons]
-    assert counts[0] == 0
-    assert counts[-1] == 1
-    assert counts == sorted(counts)
-    assert all(len(frame.hypotheses) <= 1 for frame in committee.frames(tracked))
+    counts = page.tally(run(scene, first(scene)), {"all": EVERYWHERE, "behind": BEHIND})
+    assert counts["view"] == ["all", "behind"]
+    assert [counts[name].tolist() for name in ("people", "found", "matched")] == [
+        [2, 0], [2, 0], [1, 0],
+    ]  # fmt: skip
+    assert page.f_beta(2, 2, 1) == page.f_beta(2, 2, 1, 1.0) == 0.5
+    assert page.f_beta(4, 6, 3) == pytest.approx(5 * 3 / (4 * 4 + 6))
 
 
 def test_no_persons_no_hypotheses():
-    (frame,) = committee.frames(run(recording([(2, 0)], []), Hypotheses.none()))
-    assert (len(frame.people), len(frame.hypotheses)) == (1, 0)
+    seen = page.judged(recording([(2, 0)], []), 0, Hypotheses.none(), EVERYWHERE)
+    assert (len(seen.asked), len(seen.counts), len(seen.who)) == (1, 0, 0)
 
 
-def test_each_row_of_a_comparison_is_its_own(monkeypatch):
-    """Rows that share a system have their own views, and none takes another's sessions."""
-
-    def tracked(config, system):
-        scene = recording([(2, 0), (2, 2)], [(2, 0)][: config.seed])
-        return run(scene, first(scene))
-
-    monkeypatch.setattr(committee, "tracked", tracked)
-    ours, other = committee.System(), committee.System(dark=True)
-    rows = (("all", ours, View()), ("ahead", ours, View("ahead")), ("dark", other, View("behind")))
-    both = committee.Comparison((Config(0), Config(1)), rows)
-    found = committee.compare(both, rng=np.random.default_rng(0))
-    assert [one.people.tolist() for one in found.values()] == [[2, 2], [1, 1], [1, 1]]
-    assert [one.matched.tolist() for one in found.values()] == [[0, 1], [0, 1], [0, 0]]
-    assert list(found) == ["all", "ahead", "dark"]
+# What a run remembers
 
 
-def test_a_person_missed_costs_four_that_are_nobody():
-    missed, false = (
-        Rates(*np.array([[10.0], [found], [matched], [0], [0]]))
-        for found, matched in ((9, 9), (14, 10))
+def test_who_is_seen_again_and_again_becomes_a_person():
+    one, n = recording([(2, 0)], [(2, 0)], sensor="sonar"), 20
+    names = {entry.name for entry in fields(Recording)} - {"times", "judged", "skirt"}
+    columns = {name: np.repeat(getattr(one, name), n, axis=0) for name in names}
+    many = replace(one, times=np.arange(n) / 10, judged=np.arange(n), **columns)
+    counts = [len(persons) for _, persons, _ in page.committee(many).persons()]
+    assert counts[0] == 0
+    assert counts[-1] == 1
+    assert counts == sorted(counts)
+
+
+def test_hypotheses_are_kept_after_each_judged_reading_of_a_sensor_that_takes_part():
+    whole = session([(2.0, 0.3)], 2.0)
+    known = page.committee(whole, sensors=("laser",))
+    own = [row for row, k in enumerate(whole.judged) if SENSORS[whole.sensors[k]] == "laser"]
+    assert known.rows == own
+    assert len(known.found) == len(known.static) == len(own) > 5
+    times = whole.judged_at[own]
+    assert known.at(times[3]) is known.found[3]
+    assert known.at(times[3] - 1e-6) is known.found[2]
+
+
+def test_joined_readings_are_heard_by_the_committee():
+    """Somebody whom only microphones detect is tracked with them, and not without."""
+    whole = session([(2.0, 2.8)], 4.0, sees=())
+    more = tuple(
+        Detections(0.25 * k, NAME, polar(np.full(1, 2.0), np.full(1, 2.8), 2.0, 0.1))
+        for k in range(1, 16)
     )
-    assert missed.worth() == pytest.approx(false.worth(), abs=0.01)
-    assert missed.worth(1.0) > false.worth(1.0) + 0.1
+    rules = hearing.with_microphones(page.RULES, SensorRules(0.3, 2.0, silence=False))
+    with_, none = page.committee(whole, rules, more=more), page.committee(whole, rules)
+    assert len(with_.found[-1].persons(rules)) == 1
+    assert len(none.found[-1]) == 0
+    assert with_.rows == none.rows
 
 
-def test_the_full_size_changes_one_thing_each_beside_the_ways_to_count():
-    full = rates.RATE.full
-    names = [name for one in (full, *full.more) for name, *_ in one.rows]
-    assert len(set(names)) == len(names) == 7 + 8 + 15 + 7
-    assert rates.RATE.quick.rows == full.rows
-    changed = {one.rows[0][0]: one.sessions for one in full.more[1:]}
-    for name, (seen, *_) in changed.items():
-        ours = rates.FEW[0]
-        other = {f.name for f in fields(Config) if getattr(seen, f.name) != getattr(ours, f.name)}
-        assert other == set(rates.PROPERTIES[name])
+def test_all_readings_come_in_the_order_of_time_with_the_pose_of_the_last_one():
+    whole = session([(2.0, 0.3)], 1.0)
+    more = tuple(
+        Detections(time, NAME, polar(np.ones(1), np.zeros(1), 2.0, 0.1)) for time in (0.5, 0.9)
+    )
+    own = np.flatnonzero(whole.sensors == 0).tolist()
+    done = hearing.joined(whole, own, more)
+    times = [one.time for _, one, _ in done]
+    assert times == sorted(times)
+    assert [k for k, *_ in done if k >= 0] == own
+    assert [one for k, one, _ in done if k < 0] == list(more)
+
+
+# Rules that are changed
+
+
+def test_scaled_rules():
+    some = page.scaled(page.RULES, alpha=0.5, patience=2.0)
+    for name in SENSORS:
+        old, new = page.RULES.sensors[name], some.sensors[name]
+        assert new.alpha == old.alpha / 2
+        assert new.patience == 2 * old.patience
+    assert some.sensors["camera"].alpha_behind == page.RULES.sensors["camera"].alpha_behind / 2
+    assert page.scaled(page.RULES, alpha=100.0).sensors["camera"].alpha_behind == 1
+
+
+def test_one_rule_at_a_time_is_another_one():
+    assert len(set(page.OTHERS.values())) == len(page.OTHERS) == 8
+    assert page.OTHERS["as chosen"] is page.RULES
+    assert page.RULES in page.SWEEPS["θ"].values()
+    one, other = (
+        page.ROOMS["no table legs, wood and cork"],
+        page.ROOMS["who stops looks at the robot"],
+    )
+    assert (one | other).items() < page.ROOMS["both, and half as fast"].items()
+
+
+@pytest.fixture
+def both_seen(monkeypatch):
+    """Let every session be one of two people, one ahead and one behind, who are both seen."""
+    whole = session([(2.0, 0.3), (1.5, 2.8)], 4.0)
+    monkeypatch.setattr(page, "record", lambda config: whole)
+    monkeypatch.setattr(page, "found_by", page.found_by.__wrapped__)
+
+    def counts(study, who="together", **how):
+        return pd.DataFrame(study.one(1, who, **how)).set_index("view")
+
+    return counts
+
+
+def test_sensors_that_are_blind_ahead_find_those_behind_alone(both_seen):
+    ours, other = both_seen(page.counted), both_seen(page.counted, blind=True)
+    assert ours.matched["ahead"] > 0.8 * ours.people["ahead"]
+    assert other.matched["ahead"] == 0
+    assert other.matched["behind"] == ours.matched["behind"] > 0.8 * ours.people["behind"]
+
+
+def test_what_is_put_in_place_of_the_committee_changes_no_member(both_seen):
+    second = {"together": ("laser",)}
+    assert both_seen(page.counted, **second).equals(both_seen(page.counted, "laser alone"))
+    same = both_seen(page.counted, "sonar alone", strangers=True, **second)
+    assert same.equals(both_seen(page.counted, "sonar alone"))
+    strange = both_seen(page.counted, strangers=True)
+    assert strange.found["everywhere"] > 1.5 * both_seen(page.counted).found["everywhere"]
+
+
+def test_counts_are_called_by_other_names(both_seen):
+    ours, swapped = both_seen(page.counted), both_seen(page.relabelled)
+    assert swapped.matched["ahead"] == ours.matched["behind"] != ours.matched["ahead"]
+    assert swapped.matched["ahead, by place"] == ours.matched["behind, by place"]
+    assert swapped.matched["within 3 m"] == ours.matched["within 3 m"]
+    fourth = both_seen(page.relabelled, how="every fourth")
+    assert (fourth.found * 3 == fourth.matched * 4).all()
+    place = both_seen(page.relabelled, "camera alone", how="by place")
+    camera = both_seen(page.counted, "camera alone")
+    assert place.loc["behind"].equals(camera.loc["behind, by place"])
+    assert len(place) == 1
+
+
+# Shares
+
+
+def counts():
+    """Return two sessions in which two systems find people everywhere, ahead and behind."""
+    return rows(
+        session=[1, 1, 2, 2, 1, 2], who=["together"] * 4 + ["without sonars"] * 2,
+        view=["everywhere", "behind"] * 2 + ["behind"] * 2, people=[10, 4, 10, 6, 4, 6],
+        found=[12, 3, 8, 4, 4, 4], matched=[8, 2, 6, 3, 1, 2],
+    )  # fmt: skip
+
+
+def test_shares_are_of_all_sessions_together():
+    some = counts()
+    assert page.tracked(some).estimate == pytest.approx(14 / 20)
+    assert page.false(some).estimate == pytest.approx(6 / 20)
+    assert page.misses_behind(some).estimate == pytest.approx(5 / 6)
+    assert page.over(some, "without sonars", "behind").estimate == pytest.approx(
+        (2 / 4 + 3 / 6) / (1 / 4 + 2 / 6)
+    )
+    assert page.more(some, "behind").estimate == pytest.approx((1 / 4 + 1 / 6) / 2)
+    assert page.false_over(some, "without sonars", "behind").estimate == pytest.approx(
+        (1 / 3 + 1 / 4) / (3 / 4 + 2 / 4)
+    )
+    tracked, false = page.both(some, who="together")
+    assert (tracked.estimate, false.estimate) == pytest.approx((0.7, 0.3))
+
+
+def test_the_gain_is_over_the_best_of_each_session():
+    two = {"together": (9, 8), "laser alone": (9, 4), "sonar alone": (1, 1), "camera alone": (3, 8)}
+    some = rows(
+        session=[1, 2] * 4, who=np.repeat([*two], 2), view=["everywhere"] * 8, people=[10] * 8,
+        found=[10] * 8, matched=[one for pair in two.values() for one in pair],
+    )  # fmt: skip
+    assert page.gain(some).estimate == pytest.approx(1.0)
+
+
+# What does not move
+
+
+@pytest.mark.parametrize(("who", "walkers", "static"), [((0.0, 0.0), False, 1.0),
+                                                        ((0.0, 0.0), True, 0.0),
+                                                        ((0.3, 0.0), False, 0.0)])  # fmt: skip
+def test_what_stays_is_told_from_what_goes(monkeypatch, who, walkers, static):
+    """Somebody who goes round the robot at some speed, and a chair, each seen by the laser."""
+    whole = session([(2.0, -1.2), (2.0, 1.2)], 12.0, sees=("laser",))
+    turned = np.arange(len(whole.times)) / len(whole.times) * 2.0
+    places = whole.polar.copy()
+    places[:, 0, 1] += turned  # the person walks, the chair does not
+    means = whole.means.copy()
+    lasers = np.repeat(np.arange(len(whole.counts)), whole.counts)
+    pair = np.arange(len(means)) % 2
+    means[:, 1] += np.where(pair == 0, turned[lasers], who[0] * whole.times[lasers])
+    present = np.broadcast_to([True, False], whole.present.shape)
+    whole = replace(whole, polar=places, means=means, present=present)
+    monkeypatch.setattr(page, "record", lambda config: whole)
+    found = page.settled.one(1, walkers=walkers)
+    assert found["counted"] > 20
+    assert found["static"] / found["counted"] == pytest.approx(static, abs=0.15)
+
+
+def test_to_discard_never_adds_a_false_one_and_to_move_does():
+    """Of two people and three places, one place is nobody's; the place of a person is moved."""
+    people = np.array([[0.0, 0.0], [5.0, 0.0]])
+    found = np.array([[0.2, 0.0], [5.1, 0.0], [9.0, 9.0]])
+    assert page.nobodys(people, found) == 1
+    assert page.nobodys(people, found[1:]) == 1
+    assert page.nobodys(people, found + 20.0 * np.eye(3)[:, :1] * [1, 0]) == 2
+    assert page.nobodys(people[:0], found) == 3

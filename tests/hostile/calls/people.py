@@ -125,7 +125,8 @@ CALLS = {
     behaviours.State: lambda: call("busy", 0, 1.0, 0.5),
     behaviours.Behaviours: lambda: call(3.0, 1.5, 1.0, 3.0, 20.0, 1.0, 0.8, 1.0, 1.0),
     behaviours.roles: lambda: call(THERE, np.array([True, False]), BUSY, 0.4, 1.2),
-    behaviours.Behaviours.guide: lambda: call(BEHAVIOURS, BUSY, THERE),
+    behaviours.blocks: lambda: call(np.ones((2, 2)), np.eye(2), 0.8),
+    behaviours.Behaviours.guide: lambda: call(BEHAVIOURS, BUSY, THERE, False),
     behaviours.Behaviours.follow: lambda: call(BEHAVIOURS, BUSY, THERE),
     behaviours.Behaviours.survey: lambda: call(BEHAVIOURS, BUSY, THERE, False),
 }

@@ -1,12 +1,1 @@
 """People, by committee: the whole system of Schaffernicht et al., from signals to behaviour."""
-
-STUDIES = (
-    "members",
-    "survival",
-    "sequential",
-    "scaling",
-    "forgetting",
-    "rates",
-    "another",
-    "behaviours",
-)

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_synth.people import LASER_ANGLES, FisheyeImage, LaserScan, SonarScan, readings
-from robot_perception.chapters.people_fusion import committee
 from robot_perception.chapters.people_fusion.figures import aggregated
 from robot_perception.chapters.people_sensors import sessions
 from robot_perception.chapters.people_sensors.figures import (
@@ -57,12 +56,11 @@ class Instant:
 
 
 @kept
-def instants() -> list[Instant]:
+def instants(tracker: PeopleTracker) -> list[Instant]:
     """Return what the film shows: the signals again, and the committee after each reading."""
     session, rng = sessions.staged(CONFIG)
     known, last, found = recording(), {}, []
     ends = np.searchsorted(known.times, TIMES, side="right")
-    tracker = PeopleTracker(committee.RULES, committee.STATIC)
     state, room = tracker.start(known.reckoned[0]), se2.inverse(session.robot[0])
     for k, reading in zip(range(ends[-1]), readings(session, RIG, rng=rng), strict=False):
         last[type(reading)] = reading, known.found(k).positions
@@ -86,22 +84,22 @@ def instants() -> list[Instant]:
     return found
 
 
-def spread(person: int, time: float) -> float:
+def spread(tracker: PeopleTracker, person: int, time: float) -> float:
     """Return how well the committee knew at a time how far away somebody is (1σ, m).
 
     That is of the hypothesis, among those that count as persons, that is nearest in direction.
     """
-    instant = instants()[int(np.abs(TIMES - time).argmin())]
+    instant = instants(tracker)[int(np.abs(TIMES - time).argmin())]
     ahead, left, _ = instant.people[person]
-    known = instant.hypotheses.persons(committee.RULES)
+    known = instant.hypotheses.persons(tracker.aggregation)
     off = np.abs(wrap_angle(known.mean[:, 1] - np.arctan2(left, ahead)))
     return float(np.sqrt(known.cov[off.argmin(), 0, 0]))
 
 
-def show() -> Shown:
+def show(tracker: PeopleTracker) -> Shown:
     """Show ten seconds: what the sensors see, and whom the committee knows."""
     return film(
-        frames(),
+        frames(tracker),
         fps=FPS,
         name="people-clock",
         poster=len(TIMES) // 2,
@@ -116,14 +114,14 @@ def show() -> Shown:
     )
 
 
-def frames() -> Iterator[Figure]:
+def frames(tracker: PeopleTracker) -> Iterator[Figure]:
     """Yield the frames of the film, all drawn on one figure."""
     fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
-    for instant in instants():
+    for instant in instants(tracker):
         look(axes[0], instant)
-        plan(axes[1], instant)
+        plan(axes[1], instant, tracker.aggregation.person)
         yield fig
 
 
@@ -137,7 +135,7 @@ def look(ax: Axes, instant: Instant) -> Axes:
     return ax
 
 
-def plan(ax: Axes, instant: Instant) -> Axes:
+def plan(ax: Axes, instant: Instant, least: float) -> Axes:
     """Draw scan, echoes, hypotheses and people from above, on axes cleared first."""
     ax.clear()
     floor(ax, 0.3)
@@ -146,6 +144,6 @@ def plan(ax: Axes, instant: Instant) -> Axes:
     ax.plot(*beams.T, "o", color=MEANING["laser"], markersize=1.8)
     arcs(ax, instant.echoes)
     bodies(ax, instant.people[:, :2], instant.headings)
-    aggregated(ax, instant.hypotheses)
+    aggregated(ax, instant.hypotheses, least)
     ax.set_title(f"{instant.time:.1f} s")
     return ax

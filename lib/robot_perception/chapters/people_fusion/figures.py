@@ -1,11 +1,12 @@
 """Drawings of the chapter: whom the committee knows in the room, and its rates."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 from jaxtyping import Bool
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.people_fusion import committee, rates, scene
-from robot_perception.chapters.people_fusion.scene import Choice, State
 from robot_perception.chapters.people_sensors.figures import (
     NAMES,
     floor,
@@ -15,17 +16,21 @@ from robot_perception.chapters.people_sensors.figures import (
     polar,
     rims,
 )
+from robot_perception.evaluation.intervals import Interval
 from robot_perception.geometry import se2
 from robot_perception.people.aggregation import Hypotheses
+from robot_perception.people.trajectories import trajectories
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.tables import Table
+
+OF_THE_PAPER = 0.25, 0.93
+"""Share of the hypotheses that are false, and of the people who are tracked."""
 
 
 def aggregated(
-    ax: Axes, hypotheses: Hypotheses, nobody: Bool[np.ndarray, " n"] | None = None
+    ax: Axes, hypotheses: Hypotheses, least: float, nobody: Bool[np.ndarray, " n"] | None = None
 ) -> None:
-    """Draw hypotheses as bent 2σ ellipses: the heavier the stronger, the persons filled.
+    """Draw hypotheses as bent 2σ ellipses: the heavier the stronger, persons of a weight filled.
 
     Persons that are ``nobody`` have a cross in the middle, not a dot.
     """
@@ -34,7 +39,7 @@ def aggregated(
     crossed = np.zeros(len(hypotheses), dtype=bool) if nobody is None else nobody
     parts = zip(shapes, hypotheses.mean, hypotheses.weight, crossed, strict=True)
     for shape, mean, weight, cross in parts:
-        person = weight > committee.RULES.person
+        person = weight > least
         if person:
             ax.fill(*shape.T, color=colour, alpha=0.25 * weight, linewidth=0)
             mark, size = ("x", 10) if cross else ("o", 4)
@@ -52,9 +57,9 @@ def aggregated(
     width=5.0,
     height=5.0,
 )
-def together(ax: Axes, at: float) -> Axes:
+def together(ax: Axes, at: float, persons: Hypotheses) -> Axes:
     """Draw all in one: people, the three sensors, and the persons they agree on."""
-    aggregated(overlay(ax, at), scene.history().at(at).persons(committee.RULES))
+    aggregated(overlay(ax, at), persons, 0.0)
     return ax
 
 
@@ -67,50 +72,51 @@ def together(ax: Axes, at: float) -> Axes:
     width=5.0,
     height=5.0,
 )
-def ways(ax: Axes, run: committee.Tracked) -> Axes:
+def ways(ax: Axes, run: Any) -> Axes:
     """Draw the ways of all persons, those who were static at last with a square, and the truth."""
     ax.clear()
-    known = run.recording
-    start = se2.inverse(known.poses[0])
+    told = run.told
+    start = se2.inverse(told.poses[0])
     floor(ax, 0.4)
-    for way in np.moveaxis(known.places, 1, 0):
+    for way in np.moveaxis(told.places, 1, 0):
         ax.plot(*from_above(way).T, color=MEANING["truth"], linewidth=3.0, alpha=0.3)
-    still = {one for _, persons, static in run.persons for one in persons.identity[static].tolist()}
-    for way in rates.ways(run):
+    rows, persons, static = zip(*run.persons(), strict=True)
+    still = {
+        one
+        for known, stays in zip(persons, static, strict=True)
+        for one in known.identity[stays].tolist()
+    }
+    for way in trajectories(persons, told.poses[told.judged[list(rows)]]):
         points = from_above(se2.act(start, way.points))
-        static = way.identity in still
-        colour = MEANING["wrong" if static else "estimate"]
+        stays = way.identity in still
+        colour = MEANING["wrong" if stays else "estimate"]
         ax.plot(*points.T, color=colour, linewidth=1.3)
-        ax.plot(*points[-1], "s" if static else "o", color=colour, markersize=5)
+        ax.plot(*points[-1], "s" if stays else "o", color=colour, markersize=5)
     return ax
+
+
+Shares = Mapping[str, tuple[Interval, Interval]]
+"""Of the people who are tracked, and of the hypotheses that are false, by name."""
 
 
 @drawn(
     name="people-trade",
     alt="Three panels of the share of people tracked against the share of false hypotheses: the "
     "curves rise slowly to the right and pass below the paper's point.",
-    caption="Ten sessions; θ changed alone, all α, or all patiences, from a quarter to three times "
-    "ours. All three move along the same curve, which passes below the paper's point.",
+    caption="Forty sessions; θ changed alone, all α, or all patiences, from a quarter to three "
+    "times ours. All three move along the same curve, which passes below the paper's point.",
     cols=3,
     width=7.4,
     height=3.0,
 )
-def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
-    """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers.
-
-    The recorded table has rows "θ = 0.1", "2 α" and "2 t_v".
-    """
-    for ax, name in zip(axes, ("θ", "α", "t_v"), strict=True):
-        rows = [row for row in sweeps.rows if name in row.split()]
-        false, tracked = (
-            np.array([sweeps[row, column].estimate for row in rows])
-            for column in ("false", "tracked")
-        )
-        colour = MEANING[name]
+def trade(axes: np.ndarray, sweeps: Mapping[str, Shares]) -> np.ndarray:
+    """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers."""
+    for ax, (name, rows) in zip(axes, sweeps.items(), strict=True):
+        tracked, false = np.array([[one.estimate for one in both] for both in rows.values()]).T
+        colour, words = MEANING[name], [one.replace("t_v", "t\u1d65") for one in rows]
         ax.plot(false, tracked, "o-", color=colour, linewidth=1.4, markersize=4)
         for k, ha, va, gap in ((0, "left", "top", -0.01), (-1, "center", "bottom", 0.015)):
-            text = rows[k].replace("t_v", "t\u1d65")
-            label(ax, false[k], tracked[k] + gap, text, colour, ha=ha, va=va, fontsize=9)
+            label(ax, false[k], tracked[k] + gap, words[k], colour, ha=ha, va=va, fontsize=9)
         _paper(ax)
     return axes
 
@@ -123,30 +129,29 @@ def trade(axes: np.ndarray, sweeps: Table) -> np.ndarray:
     "people who stop look at the robot, or walk half as fast.",
     caption="What the paper's two numbers would take: the same system, with one thing about light, "
     "range, rooms or people changed at a time, and at last five of them. Left: false hypotheses; "
-    "right: people who are tracked. Bars: 95 % over ten sessions, of the range over forty; dotted: "
-    "the paper.",
+    "right: people who are tracked. Bars: 95 % over forty sessions; dotted: the paper.",
     height=6.0,
 )
-def rooms(ax: Axes, table: Table) -> Axes:
-    """Draw what each row of `rates.one_at_a_time` does to both shares."""
-    for x, column in zip(rates.OF_THE_PAPER, ("false", "tracked"), strict=True):
+def rooms(ax: Axes, shares: Shares) -> Axes:
+    """Draw what each change does to both shares."""
+    for x, column in zip(OF_THE_PAPER, ("false", "tracked"), strict=True):
         ax.axvline(x, color=MEANING["paper"], linewidth=1.4, linestyle=":")
         label(ax, x - 0.01, -0.8, f"{column}: {x:.0%}", MEANING["paper"], ha="right")
-    for row, name in enumerate(table.rows):
-        for column, meaning in (("false", "wrong"), ("tracked", "right")):
-            share, colour = table[name, column], MEANING[meaning]
+    for row, (name, (tracked, false)) in enumerate(shares.items()):
+        for share, meaning in ((false, "wrong"), (tracked, "right")):
+            colour = MEANING[meaning]
             ax.plot([share.low, share.high], [row, row], color=colour, linewidth=1.8)
             ax.plot(share.estimate, row, "o", color=colour, markersize=6)
         label(ax, 0.01, row - 0.38, name, MEANING["world"])
-    ax.set(xlim=(0, 1), ylim=(len(table.rows) - 0.5, -1.2), xlabel="share", yticks=[])
+    ax.set(xlim=(0, 1), ylim=(len(shares) - 0.5, -1.2), xlabel="share", yticks=[])
     return ax
 
 
 def _paper(ax: Axes) -> None:
     """Mark the paper's two numbers, and make the axes of shares."""
     colour = MEANING["paper"]
-    ax.plot(*rates.OF_THE_PAPER, "D", color=colour, markersize=8)
-    label(ax, rates.OF_THE_PAPER[0], 0.972, "the paper", colour, ha="center")
+    ax.plot(*OF_THE_PAPER, "D", color=colour, markersize=8)
+    label(ax, OF_THE_PAPER[0], 0.972, "the paper", colour, ha="center")
     ax.set(xlim=(0, 0.6), ylim=(0.4, 1.01))
     ax.set(xlabel="hypotheses: share false", ylabel="people: share tracked")
 
@@ -154,24 +159,24 @@ def _paper(ax: Axes) -> None:
 # Explorers ---------------------------------------------------------------------------------------
 
 
-def committee_at(ax: Axes, state: State) -> Axes:
+def committee_at(ax: Axes, now: Any) -> Axes:
     """Draw the hypotheses of some sensors at a moment over the truth, on axes cleared first."""
     ax.clear()
     floor(ax, 0.5)
-    gone = zip(NAMES, state.missed, strict=False)
+    gone = zip(NAMES, now.missed, strict=False)
     words = [f"{name}?" if missed else name for name, missed in gone]
-    people(ax, state.at, strong=False, words=words)
-    aggregated(ax, state.hypotheses, state.nobody)
-    ax.set_title(f"{state.who}: {len(state.missed) - state.missed.sum()} of 3 found")
+    people(ax, now.at, strong=False, words=words)
+    aggregated(ax, now.hypotheses, now.least, now.nobody)
+    ax.set_title(f"{now.who}: {len(now.missed) - now.missed.sum()} of 3 found")
     return ax
 
 
-def rules(ax: Axes, now: Choice) -> Axes:
-    """Draw the two shares under a choice of the rules, on axes cleared first."""
+def rules(ax: Axes, now: tuple[float, float], every: Sequence[tuple[float, float]]) -> Axes:
+    """Draw the shares tracked and false under a choice of the rules, on axes cleared first."""
     ax.clear()
-    every = np.array([[one.false, one.tracked] for one in scene.all_chosen().values()])
-    ax.plot(*every.T, "o", color=MEANING["expected"], markersize=2.5)
+    tracked, false = np.array(every).T
+    ax.plot(false, tracked, "o", color=MEANING["expected"], markersize=2.5)
     _paper(ax)
-    ax.plot(now.false, now.tracked, "o", color=MEANING["estimate"], markersize=10)
-    label(ax, now.false + 0.03, now.tracked, "here", MEANING["estimate"])
+    ax.plot(now[1], now[0], "o", color=MEANING["estimate"], markersize=10)
+    label(ax, now[1] + 0.03, now[0], "here", MEANING["estimate"])
     return ax

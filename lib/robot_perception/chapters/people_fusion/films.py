@@ -1,23 +1,20 @@
 """Films of the behaviours: the office from above, what the robot believes, and what it says."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.chapters.people_fusion import behaviours
-from robot_perception.chapters.people_fusion.behaviours import SAID, WITHOUT_CAMERA, Kind, Story
 from robot_perception.chapters.people_sensors.figures import CIRCLE, bent
-from robot_perception.chapters.people_sensors.sessions import SENSORS
 from robot_perception.geometry import se2
-from robot_perception.people.behaviours import MOVES, PARTNER, PHASES
+from robot_perception.people.behaviours import MOVES, PARTNER
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.maps import lines, plan
 from robot_perception.teaching.figures.style import MEANING, figure, label
 from robot_perception.teaching.media import Shown
-from robot_perception.teaching.recorded import recorded
 
 FRAMES = 40
 FPS = 3.0
@@ -27,65 +24,67 @@ LASTS = 2.0  # for so long what was said stands in the picture, s
 _WORDS = {
     "come back": "Please come back!",
     "welcome back": "Welcome back.",
+    "come nearer": "Please come nearer.",
     "take part": "Would you take part?",
-    "first question": "First question …",
+    "clear the path": "May we pass, please?",
     "thank you": "Thank you.",
 }
-_TOLD: dict[Kind, tuple[int, tuple[str, ...], str, str]] = {
+_TOLD = {
     "guide": (
-        6002,
-        SENSORS,
+        30,
         "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
         "robot stops and says: Please come back! The visitor returns and the tour goes on.",
         "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
         "Ellipses (2σ): what it takes for persons, with the one it deals with filled; grey ones "
         "do not count. The greater the weight, the wider the line.",
     ),
+    "blocked": (
+        15,
+        "A guide drives along the corridor towards two people who stand in its way. It stops a "
+        "good metre before them and asks to pass; they step aside, and it drives on between them.",
+        "Two people block the path of a guide; drawn as above.",
+    ),
     "follow": (
-        6003,
-        WITHOUT_CAMERA,
+        20,
         "A person leads the robot out of a room and along the corridor; an ellipse stays on the "
         "person, and the robot stays about a metre and a half behind.",
         "Followed by laser and sonars alone; drawn as above.",
     ),
     "survey": (
-        6004,
-        SENSORS,
-        "A visitor comes down the corridor, is invited and asked, walks away after nine seconds, "
-        "and the robot calls after them three seconds later.",
+        31,
+        "A visitor comes down the corridor, is asked nearer and to take part, walks away after "
+        "nine seconds, and the robot calls after them three seconds later.",
         "A survey that is broken off; drawn as above.",
     ),
 }
-"""Seed and sensors of the story that is shown, alternative text and caption."""
+"""The frame that stands first, alternative text and caption."""
 
 
-@recorded("people-stories", ((kind,) for kind in _TOLD))
-def story(kind: Kind) -> Story:
-    """Return the story of a kind that is shown."""
-    seed, sensors, _, _ = _TOLD[kind]
-    return behaviours.told(kind, seed, sensors)
+def show(kind: str, story: Any, world: Any) -> Shown:
+    """Show a story of a kind, in its world, as a film."""
+    poster, alt, caption = _TOLD[kind]
+    return film(
+        frames(story, world),
+        fps=FPS,
+        name=f"people-{kind}",
+        alt=alt,
+        caption=caption,
+        poster=poster,
+    )
 
 
-def show(kind: Kind) -> Shown:
-    """Show a story of a kind as a film."""
-    *_, alt, caption = _TOLD[kind]
-    return film(frames(kind), fps=FPS, name=f"people-{kind}", alt=alt, caption=caption)
-
-
-def frames(kind: Kind) -> Iterator[Figure]:
+def frames(story: Any, world: Any) -> Iterator[Figure]:
     """Yield the frames of a story, all drawn on one figure."""
-    told = story(kind)
-    world, _ = behaviours.stage(kind, np.random.default_rng(_TOLD[kind][0]))
     faces, posts = world.office.section(0.3)
     fig, ax = figure(width=WIDTH, height=HEIGHT)
-    for look in np.linspace(0, len(told.looks) - 1, FRAMES).round().astype(int).tolist():
-        frame(ax, told, look, faces, posts)
+    for look in np.linspace(0, len(story.looks) - 1, FRAMES).round().astype(int).tolist():
+        frame(ax, story, look, faces, posts)
         yield fig
 
 
 def frame(
     ax: Axes,
-    story: Story,
+    story: Any,
     look: int,
     faces: Float[np.ndarray, "f 2 2"],
     posts: Float[np.ndarray, "p 3"],
@@ -95,19 +94,21 @@ def frame(
     k = int(story.looks[look])
     lines(ax, faces, MEANING["world"], 1.6, alpha=0.5, zorder=0)
     ax.scatter(*posts[:, :2].T, s=5, color=MEANING["world"], linewidths=0, alpha=0.5, zorder=0)
-    ax.plot(*story.visitor[: k + 1].T, color=MEANING["truth"], linewidth=1.0, linestyle=":")
+    for way in np.moveaxis(story.people[: k + 1], 1, 0):
+        ax.plot(*way.T, color=MEANING["truth"], linewidth=1.0, linestyle=":")
     ax.plot(*story.robot[: k + 1, :2].T, color=MEANING["robot"], linewidth=1.4)
     first, last = story.counts[:look].sum(), story.counts[: look + 1].sum()
     for row in range(first, last):
         _hypothesis(ax, story, row, story.robot[k])
-    _disc(ax, story.visitor[k], MEANING["truth"])
+    for place in story.people[k]:
+        _disc(ax, place, MEANING["truth"])
     _disc(ax, story.robot[k, :2], MEANING["robot"])
     nose = se2.act(story.robot[k], np.array([[0.0, 0.0], [1.6 * BODY, 0.0]]))
     ax.plot(*nose.T, color=MEANING["robot"], linewidth=2.5)
-    plan(ax, np.concatenate([story.visitor, story.robot[:, :2]]), margin=1.4)
+    plan(ax, np.concatenate([*np.moveaxis(story.people, 1, 0), story.robot[:, :2]]), margin=1.4)
     _widen(ax)
     ax.grid(visible=False)
-    ax.set_title(f"{story.times[k]:.0f} s: {PHASES[story.phase[k]]}")
+    ax.set_title(f"{story.times[k]:.0f} s: {story.phase[k]}")
     word = _last_word(story, k)
     if word:
         above = story.robot[k, :2] + [0.0, 0.75]
@@ -118,7 +119,7 @@ def frame(
     return ax
 
 
-def _hypothesis(ax: Axes, story: Story, row: int, pose: np.ndarray) -> None:
+def _hypothesis(ax: Axes, story: Any, row: int, pose: np.ndarray) -> None:
     """Draw where a hypothesis reaches with 2σ; the line is as wide as its weight."""
     (rim,) = bent(story.mean[[row]], story.cov[[row]])
     points, status = se2.act(pose, rim), story.status[row]
@@ -143,9 +144,9 @@ def _widen(ax: Axes) -> None:
     ax.set_ylim((y0 + y1 - high) / 2, (y0 + y1 + high) / 2)
 
 
-def _last_word(story: Story, k: int) -> str:
+def _last_word(story: Any, k: int) -> str:
     """Return what was said a short while ago, or nothing."""
-    spoken = np.flatnonzero(story.said[: k + 1])
+    spoken = np.flatnonzero(story.said[: k + 1] != "")
     if not spoken.size or story.times[k] - story.times[spoken[-1]] > LASTS:
         return ""
-    return _WORDS[SAID[story.said[spoken[-1]]]]
+    return _WORDS[story.said[spoken[-1]]]
