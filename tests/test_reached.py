@@ -172,13 +172,6 @@ def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here
     assert here.of("tests/conftest.py") is None
 
 
-def test_a_line_of_a_study_reaches_the_claims_of_its_own_chapter(here: Reach):
-    found = here.of("lib/robot_perception/chapters/people_fusion/rates.py")
-    claims = {test for test in found.tests if test.endswith("test_claims.py")}
-    assert claims == {"tests/chapters/people_fusion/test_claims.py", "tests/book/test_claims.py"}
-    assert "scorecard" in found.pages
-
-
 def test_a_line_of_a_notebook_reaches_those_who_import_its_cells_and_ask_for_its_chapter(
     here: Reach,
 ):

@@ -127,20 +127,6 @@ def test_rooms_are_drawn_row_by_row_beside_the_papers_lines():
     np.testing.assert_allclose(lines, [[x, x] for x in draw.OF_THE_PAPER])
 
 
-def test_sweeps_and_the_paper_are_drawn_where_they_are():
-    made = {
-        what: dict(zip((f"1 {what}", f"2 {what}"), shares((0.5 + k, 0.1), (0.6 + k, 0.2)),
-                       strict=True))
-        for what, k in (("θ", 0.0), ("α", 0.1), ("t_v", 0.2))
-    }  # fmt: skip
-    _, axes = figure(1, 3)
-    draw.trade.on(axes, made)
-    for ax, k in zip(axes, (0.0, 0.1, 0.2), strict=True):
-        curve, paper = (np.array(line.get_data()).T for line in ax.lines)
-        np.testing.assert_allclose(curve, [[0.1, 0.5 + k], [0.2, 0.6 + k]])
-        np.testing.assert_allclose(paper, [draw.OF_THE_PAPER])
-
-
 def test_every_person_has_a_way():
     run = page.committee(recording())
     _, ax = figure()

@@ -100,28 +100,6 @@ Shares = Mapping[str, tuple[Interval, Interval]]
 
 
 @drawn(
-    name="people-trade",
-    alt="Three panels of the share of people tracked against the share of false hypotheses: the "
-    "curves rise slowly to the right and pass below the paper's point.",
-    caption="Forty sessions; θ changed alone, all α, or all patiences, from a quarter to three "
-    "times ours. All three move along the same curve, which passes below the paper's point.",
-    cols=3,
-    width=7.4,
-    height=3.0,
-)
-def trade(axes: np.ndarray, sweeps: Mapping[str, Shares]) -> np.ndarray:
-    """Draw tracked against false shares as θ, α or t_v changes, and the paper's two numbers."""
-    for ax, (name, rows) in zip(axes, sweeps.items(), strict=True):
-        tracked, false = np.array([[one.estimate for one in both] for both in rows.values()]).T
-        colour, words = MEANING[name], [one.replace("t_v", "t\u1d65") for one in rows]
-        ax.plot(false, tracked, "o-", color=colour, linewidth=1.4, markersize=4)
-        for k, ha, va, gap in ((0, "left", "top", -0.01), (-1, "center", "bottom", 0.015)):
-            label(ax, false[k], tracked[k] + gap, words[k], colour, ha=ha, va=va, fontsize=9)
-        _paper(ax)
-    return axes
-
-
-@drawn(
     name="people-rooms",
     alt="Nine rows, each with two dots: the share of hypotheses that are false, left, and of "
     "people tracked, right. The left dot moves to the paper's line with the lamps out, where half "
