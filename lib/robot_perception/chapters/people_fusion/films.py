@@ -31,7 +31,7 @@ _WORDS = {
 }
 _TOLD = {
     "guide": (
-        30,
+        23,
         "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
         "robot stops and says: Please come back! The visitor returns and the tour goes on.",
         "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
@@ -39,7 +39,7 @@ _TOLD = {
         "do not count. The greater the weight, the wider the line.",
     ),
     "blocked": (
-        15,
+        12,
         "A guide drives along the corridor towards two people who stand in its way. It stops a "
         "good metre before them and asks to pass; they step aside, and it drives on between them.",
         "Two people block the path of a guide; drawn as above.",
@@ -51,7 +51,7 @@ _TOLD = {
         "Followed by laser and sonars alone; drawn as above.",
     ),
     "survey": (
-        31,
+        32,
         "A visitor comes down the corridor, is asked nearer and to take part, walks away after "
         "nine seconds, and the robot calls after them three seconds later.",
         "A survey that is broken off; drawn as above.",
