@@ -101,14 +101,14 @@ Shares = Mapping[str, tuple[Interval, Interval]]
 
 @drawn(
     name="people-rooms",
-    alt="Nine rows, each with two dots: the share of hypotheses that are false, left, and of "
-    "people tracked, right. The left dot moves to the paper's line with the lamps out, where half "
-    "of the people are lost, and beyond it without table legs, wood and cork; the right one if "
-    "people who stop look at the robot, or walk half as fast.",
-    caption="What the paper's two numbers would take: the same system, with one thing about light, "
-    "range, rooms or people changed at a time, and at last five of them. Left: false hypotheses; "
-    "right: people who are tracked. Bars: 95 % over forty sessions; dotted: the paper.",
-    height=6.0,
+    alt="Five rows, each with two dots: the share of hypotheses that are false, and that of the "
+    "people who are tracked. Without table legs, wood and cork the first falls below the paper's "
+    "line; the second rises where people who stop look at the robot, and stays below the paper's.",
+    caption="What the paper's two numbers would take: the same system, with one thing about range, "
+    "rooms or people changed at a time, and at last three of them. The dot of the lower share: "
+    "hypotheses that are false; of the higher: people who are tracked. Bars: 95 % over forty "
+    "sessions; dotted: the paper.",
+    height=4.2,
 )
 def rooms(ax: Axes, shares: Shares) -> Axes:
     """Draw what each change does to both shares."""
