@@ -1,0 +1,1 @@
+"""One world for all: filters of three papers on one loop."""
