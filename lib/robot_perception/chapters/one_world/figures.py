@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from robot_perception.gating import chi_squared_quantile
 from robot_perception.teaching.figures import drawn
 from robot_perception.teaching.figures.maps import dots
 from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
@@ -12,33 +13,31 @@ from robot_perception.teaching.rows import Rows
 from robot_perception.teaching.tables import Table
 
 NEAR = 2.0  # m to each side of the true place
-NINETY_FIVE = 2.448  # deviations of the region of a plane that holds 95 %
+REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 95 % of a plane
 
 
 @drawn(
     name="world-close",
-    alt="Close-up of a place on the floor: a large ellipse holds the true place; a tiny one, with "
-    "all particles in it, lies beside it and does not.",
-    caption="Half-way round a loop of posts. Cross: where the robot is. The large ellipse: where "
-    "it is with 95 % probability, says a Kalman filter. The small one and its dots: the same by "
-    "200 particles.",
+    alt="Close-up of a place on the floor: the large ellipse of B holds the true place; the tiny "
+    "one of A lies beside it and does not.",
+    caption="Half-way round a loop of posts, seen from the robot. Cross: the robot. Ellipses: where "
+    "it is with 95 % probability, says A, and says B.",
     width=5.2,
     height=4.2,
 )
-def close(ax: Axes, found: Any) -> Axes:
-    """Draw what a Kalman filter and particles believe round the true place, on cleared axes."""
+def close(ax: Axes, found: Any, names: tuple[str, str]) -> Axes:
+    """Draw what particles and a Kalman filter believe round the true place, on cleared axes."""
     ax.clear()
-    truth = found.truth
-    rows = (("plain", "Kalman", found.kalman), ("robot", f"{found.count} particles", found.crowd))
-    dots(ax, found.cloud - truth, MEANING["particles"], size=2.0)
-    for colour, name, (place, cov) in rows:
-        ellipses(ax, place[None] - truth, cov[None], MEANING[colour], deviations=NINETY_FIVE,
-                 width=1.8, corners=48)  # fmt: skip
-        x, y = np.clip(place - truth, -0.95 * NEAR, 0.95 * NEAR)
-        ax.plot(*(place - truth), "o", color=MEANING[colour], markersize=5)
-        label(ax, x, y + 0.12, name, MEANING[colour], ha="center")
+    dots(ax, found.cloud - found.truth, MEANING["particles"], size=2.0)
+    both = zip(names, ("robot", "plain"), (found.crowd, found.kalman), strict=True)
+    for name, meaning, (place, cov) in both:
+        off, colour = place - found.truth, MEANING[meaning]
+        ellipses(ax, off[None], cov[None], colour, deviations=REGION, width=1.8, corners=48)
+        ax.plot(*off, "o", color=colour, markersize=5)
+        x, y = np.clip(off, -0.9 * NEAR, 0.9 * NEAR)
+        label(ax, x, y + 0.12, name, colour, ha="center")
     ax.plot(0, 0, "+", color=MEANING["truth"], markersize=14, markeredgewidth=2.2)
-    ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR), xlabel="off ahead in x (m)", ylabel="in y (m)")
+    ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR), xlabel="off in x (m)", ylabel="off in y (m)")
     ax.set_title(f"{found.along:.0f} m driven")
     ax.set_aspect("equal", adjustable="box")
     return ax
@@ -53,18 +52,21 @@ def close(ax: Axes, found: Any) -> Axes:
     "honest filter. Dotted: the error of the path that fits all measurements best.",
     height=4.0,
 )
-def who(ax: Axes, table: Table, floor: float) -> Axes:
-    """Draw the filters of a table by "path (m)" and "outside (%)"."""
+def who(ax: Axes, table: Table) -> Axes:
+    """Draw the filters of a table by "path (m)" and "outside"; others have no "outside"."""
     for name in table.rows:
-        path, outside = table[name, "path (m)"], table[name, "outside (%)"]
+        path, outside = table[name, "path (m)"], table[name, "outside"]
+        if outside is None:
+            continue
         colour = MEANING["particles"] if "particles" in name else MEANING[name]
         ax.plot([path.low, path.high], [outside.estimate] * 2, color=colour, linewidth=1.4)
         ax.plot([path.estimate] * 2, [outside.low, outside.high], color=colour, linewidth=1.4)
         ax.plot(path.estimate, outside.estimate, "o", color=colour, markersize=6)
-        label(ax, path.estimate, outside.estimate + 2.5, name, colour, ha="center")
-    ax.axhline(5.0, color=MEANING["expected"], linewidth=1.0, linestyle="--")
+        label(ax, path.high, outside.estimate, f"  {name}", colour, va="center")
+    ax.axhline(0.05, color=MEANING["expected"], linewidth=1.0, linestyle="--")
+    floor = table["best fit of all", "path (m)"].estimate
     ax.axvline(floor, color=MEANING["expected"], linewidth=1.0, linestyle=":")
-    ax.set(xlabel="error of the path (m)", ylabel="outside (% of the drive)", ylim=(-2, 108))
+    ax.set(xlabel="error of the path (m)", ylabel="outside, share of the drive", ylim=(-0.03, 1.05))
     return ax
 
 
