@@ -1,1 +1,1 @@
-"""One world for all: filters of three papers on one loop."""
+"""One world for all: filters of three papers, beyond each of them."""

@@ -12,16 +12,16 @@ from robot_perception.teaching.figures.style import MEANING, AxesRow, band, elli
 from robot_perception.teaching.rows import Rows
 from robot_perception.teaching.tables import Table
 
-NEAR = 2.0  # m to each side of the true place
+NEAR = 2.5  # m to each side of the true place
 REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 95 % of a plane
 
 
 @drawn(
     name="world-close",
-    alt="Close-up of a place on the floor: the large ellipse of B holds the true place; the tiny "
-    "one of A lies beside it and does not.",
-    caption="Half-way round a loop of posts, seen from the robot. Cross: the robot. Ellipses: where "
-    "it is with 95 % probability, says A, and says B.",
+    alt="Close-up of a place on the floor: the large ellipse of B holds the true place; the "
+    "smaller one of A lies beside it and does not.",
+    caption="Two thirds of the way round a loop of posts, seen from the robot. Cross: the robot. "
+    "Ellipses: where it is with 95 % probability, says A, and says B.",
     width=5.2,
     height=4.2,
 )
