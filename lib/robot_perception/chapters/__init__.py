@@ -38,6 +38,7 @@ CHAPTERS = (
     "tutor_following",
     "arm_likelihoods",
     "arm_tracking",
+    "one_world",
 )
 """Stems of the chapters, in the order of the book."""
 
