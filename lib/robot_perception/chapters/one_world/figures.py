@@ -14,6 +14,8 @@ from robot_perception.teaching.tables import Table
 
 NEAR = 2.5  # m to each side of the true place
 REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 95 % of a plane
+LEFTWARDS = "first estimates", "anchored", "50 particles"
+"""Filters whose names stand before their marks, where those of others are in the way."""
 
 
 @drawn(
@@ -34,8 +36,8 @@ def close(ax: Axes, found: Any, names: tuple[str, str]) -> Axes:
         off, colour = place - found.truth, MEANING[meaning]
         ellipses(ax, off[None], cov[None], colour, deviations=REGION, width=1.8, corners=48)
         ax.plot(*off, "o", color=colour, markersize=5)
-        x, y = np.clip(off, -0.9 * NEAR, 0.9 * NEAR)
-        label(ax, x, y + 0.12, name, colour, ha="center")
+        top = off[1] + REGION * np.sqrt(cov[1, 1]) + 0.12
+        label(ax, off[0], min(top, 0.93 * NEAR), name, colour, ha="center", va="bottom")
     ax.plot(0, 0, "+", color=MEANING["truth"], markersize=14, markeredgewidth=2.2)
     ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR), xlabel="off in x (m)", ylabel="off in y (m)")
     ax.set_title(f"{found.along:.0f} m driven")
@@ -62,11 +64,15 @@ def who(ax: Axes, table: Table) -> Axes:
         ax.plot([path.low, path.high], [outside.estimate] * 2, color=colour, linewidth=1.4)
         ax.plot([path.estimate] * 2, [outside.low, outside.high], color=colour, linewidth=1.4)
         ax.plot(path.estimate, outside.estimate, "o", color=colour, markersize=6)
-        label(ax, path.high, outside.estimate, f"  {name}", colour, va="center")
+        left = name in LEFTWARDS
+        x, text = (path.low, f"{name}  ") if left else (path.high, f"  {name}")
+        side = "right" if left else "left"
+        label(ax, x, outside.estimate, text, colour, ha=side, va="center")
     ax.axhline(0.05, color=MEANING["expected"], linewidth=1.0, linestyle="--")
     floor = table["best fit of all", "path (m)"].estimate
     ax.axvline(floor, color=MEANING["expected"], linewidth=1.0, linestyle=":")
-    ax.set(xlabel="error of the path (m)", ylabel="outside, share of the drive", ylim=(-0.03, 1.05))
+    ax.set(xlabel="error of the path (m)", ylabel="outside, share of the drive")
+    ax.set(xlim=(0.1, 1.7), ylim=(-0.03, 1.05))
     return ax
 
 
@@ -95,8 +101,8 @@ def heard(ax: Axes, one: Any) -> Axes:
     along = np.linspace(0, one.length, len(one.off))
     band(ax, along, np.zeros(len(along)), one.stated, MEANING["robot"], alpha=0.2)
     ax.plot(along, one.off, color=MEANING["error"], linewidth=1.8)
-    x = along[len(along) // 2]
-    label(ax, x, one.stated[len(along) // 2], "2σ, as stated", MEANING["robot"], va="bottom")
+    label(ax, 2.0, 1.25, "band: 2σ, as stated", MEANING["robot"])
+    label(ax, 2.0, 0.9, "line: the error", MEANING["error"])
     ax.set(xlabel="driven (m)", ylabel="off (m)", ylim=(0, 1.6), xlim=(0, one.length))
     ax.set_title(f"{one.rule}: {one.outside:.0%} of the drive outside 95 %")
     return ax
