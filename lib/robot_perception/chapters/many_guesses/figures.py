@@ -13,7 +13,7 @@ from robot_perception.teaching.figures import band, drawn
 from robot_perception.teaching.figures.charts import curve
 from robot_perception.teaching.figures.style import MEANING, AxesRow, label
 
-AREA = 900.0
+AREA = 1500.0
 """Area of all discs together, square points."""
 NAMES = {
     "exact": "expected",
@@ -38,7 +38,7 @@ def _lost(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
     for name, shares in found.items():
         curve(ax, list(shares), list(shares.values()), MEANING[NAMES[name]], label=name)
     ax.set_xscale("log")
-    ax.set(xlabel="error of the sensor (m)", ylabel="share of drives lost", ylim=(0, 1))
+    ax.set(xlabel="error of the sensor (m)", ylabel="share of drives lost", ylim=(0, 0.5))
     ax.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
     ax.minorticks_off()
     ax.legend(loc="upper center")
