@@ -81,7 +81,7 @@ def crowd(ax: Axes, now: SimpleNamespace) -> Axes:
     corridor(ax, now.world, now.top, now.robot)
     bubbles(ax, now.guesses, now.weights, -0.5 * BELOW * now.top)
     ax.set(ylabel="density (1/m)", title=f"worth {now.effective:.0f} of {len(now.guesses)} guesses")
-    ax.legend(loc="upper right", ncols=2)
+    ax.legend(loc="upper right")
     return ax
 
 
@@ -119,7 +119,7 @@ def weighted(ax: Axes, now: SimpleNamespace) -> Axes:
     ax.plot(now.centre, 0, "o", color=MEANING["at worst"], markersize=9)
     ax.set(ylabel="density (1/m)")
     ax.set_title(f"worth {now.effective:.0f}; beyond 11 m: {now.told:.0%}, truly {now.true:.0%}")
-    ax.legend(loc="upper right", ncols=2)
+    ax.legend(loc="upper right")
     return ax
 
 

@@ -35,7 +35,7 @@ def corridor(ax: Axes, world: Any, top: float, robot: float | None = None) -> No
     ax.set(xlim=(0, world.length), ylim=(-BELOW * top, top), xlabel="place in the corridor (m)")
     ax.set_xticks(range(0, int(world.length) + 1, 5))
     ax.set_yticks(
-        [tick for tick in (0.0, 0.2, 0.5, 1.0, 2.0, 4.0) if top / 8 < tick < top or not tick]
+        [tick for tick in (0.0, 0.2, 0.5, 1.0, 2.0, 4.0) if top / 5 < tick < top or not tick]
     )
 
 
@@ -76,7 +76,7 @@ def doors(ax: Axes, now: SimpleNamespace) -> Axes:
     filled(ax, now.places, now.belief, MEANING["estimate"], "after it")
     corridor(ax, now.world, HIGHEST, now.robot)
     ax.set(ylabel="density (1/m)", title=f"“{now.word}”: {now.share:.0%} near the robot")
-    ax.legend(loc="upper right", ncols=2)
+    ax.legend(loc="upper right")
     return ax
 
 
@@ -184,8 +184,8 @@ def bearing(ax: Axes, now: SimpleNamespace) -> Axes:
 
 @drawn(
     name="belief-bearings",
-    alt="The deviation of the filter falls from a metre to a few centimetres as the robot passes "
-    "the lamp, and grows again beyond it. Its error stays within two deviations.",
+    alt="The deviation of the filter falls from a metre to about a decimetre as the robot passes "
+    "the lamp, and grows again beyond it. Its error stays within two deviations, or just touches them.",
     caption="One drive past the lamp (dotted: where it hangs). Line: error of the extended filter; "
     "band: 2σ as it states it; dashed: 2σ of the exact belief.",
     height=3.2,
