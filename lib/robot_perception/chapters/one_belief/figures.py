@@ -185,7 +185,7 @@ def bearing(ax: Axes, now: SimpleNamespace) -> Axes:
 @drawn(
     name="belief-bearings",
     alt="The deviation of the filter falls from a metre to about a decimetre as the robot passes "
-    "the lamp, and grows again beyond it. Its error stays within two deviations, or just touches them.",
+    "the lamp, and grows again beyond it. Its error hardly leaves the band.",
     caption="One drive past the lamp (dotted: where it hangs). Line: error of the extended filter; "
     "band: 2σ as it states it; dashed: 2σ of the exact belief.",
     height=3.2,
