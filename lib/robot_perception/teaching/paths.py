@@ -138,6 +138,5 @@ def graph(contents: Contents) -> Shown:
     svg = to_svg(fig).replace(
         ' role="img"', f' role="group" aria-label="Which chapter needs which. {escape(told)}."', 1
     )
-    links = iter(places)  # the drawing keeps its links, but not where they lead
-    svg = re.sub('<a target="_blank">', lambda _: f'<a href="{next(links)}.html">', svg)
+    svg = re.sub(r'xlink:href="(\w+\.html)" target="_blank"', r'href="\1"', svg)
     return output(f'<div class="rp-graph">{svg}</div>', told.replace("; ", "\n"), "figure.css")
