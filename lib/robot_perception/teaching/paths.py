@@ -127,9 +127,9 @@ def graph(contents: Contents) -> Shown:
     for k, (stem, text) in enumerate(lines):
         y = ROW * (k + 0.6)
         if stem is None:
-            ax.text(dot + 0.12, y, text, va="center", fontsize=7.6, color=MEANING["expected"])
+            ax.text(dot + 0.12, y, text, va="center", fontsize=8.6, color=MEANING["expected"])
         else:
-            ax.text(dot + 0.12, y, text, va="center", fontsize=8.8, url=f"{stem}.html")
+            ax.text(dot + 0.12, y, text, va="center", fontsize=9.0, url=f"{stem}.html")
     told = "; ".join(
         f"{named(contents, page.stem)} needs "
         + (", ".join(contents.pages[s].title for s in contents.direct(page.stem)) or "no other")

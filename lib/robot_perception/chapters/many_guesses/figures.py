@@ -119,7 +119,7 @@ def weighted(ax: Axes, now: SimpleNamespace) -> Axes:
     ax.plot(now.centre, 0, "o", color=MEANING["at worst"], markersize=9)
     ax.set(ylabel="density (1/m)")
     ax.set_title(f"worth {now.effective:.0f}; beyond 11 m: {now.told:.0%}, truly {now.true:.0%}")
-    ax.legend(loc="upper right")
+    ax.legend(loc="upper left")
     return ax
 
 

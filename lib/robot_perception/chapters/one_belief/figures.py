@@ -76,7 +76,7 @@ def doors(ax: Axes, now: SimpleNamespace) -> Axes:
     filled(ax, now.places, now.belief, MEANING["estimate"], "after it")
     corridor(ax, now.world, HIGHEST, now.robot)
     ax.set(ylabel="density (1/m)", title=f"“{now.word}”: {now.share:.0%} near the robot")
-    ax.legend(loc="upper right")
+    ax.legend(loc="upper left")
     return ax
 
 

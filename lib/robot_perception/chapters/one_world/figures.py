@@ -14,8 +14,6 @@ from robot_perception.teaching.tables import Table
 
 NEAR = 2.5  # m to each side of the true place
 REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 95 % of a plane
-LEFTWARDS = "first estimates", "anchored", "50 particles"
-"""Filters whose names stand before their marks, where those of others are in the way."""
 
 
 @drawn(
@@ -45,6 +43,10 @@ def close(ax: Axes, found: Any, names: tuple[str, str]) -> Axes:
     return ax
 
 
+LEFTWARDS = "first estimates", "anchored", "50 particles"
+"""Filters whose names stand before their marks, where those of others are in the way."""
+
+
 @drawn(
     name="world-who",
     alt="Scatter of filters by error of the path and share of the drive outside: Kalman filters "
@@ -60,7 +62,7 @@ def who(ax: Axes, table: Table) -> Axes:
         path, outside = table[name, "path (m)"], table[name, "outside"]
         if outside is None:
             continue
-        colour = MEANING["particles"] if "particles" in name else MEANING[name]
+        colour = MEANING["robot"] if "particles" in name else MEANING[name]
         ax.plot([path.low, path.high], [outside.estimate] * 2, color=colour, linewidth=1.4)
         ax.plot([path.estimate] * 2, [outside.low, outside.high], color=colour, linewidth=1.4)
         ax.plot(path.estimate, outside.estimate, "o", color=colour, markersize=6)
