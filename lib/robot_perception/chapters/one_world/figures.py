@@ -28,14 +28,15 @@ REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 9
 def close(ax: Axes, found: Any, names: tuple[str, str]) -> Axes:
     """Draw what particles and a Kalman filter believe round the true place, on cleared axes."""
     ax.clear()
-    dots(ax, found.cloud - found.truth, MEANING["particles"], size=2.0)
+    dots(ax, found.cloud - found.truth, MEANING["robot"], size=2.0)
     both = zip(names, ("robot", "plain"), (found.crowd, found.kalman), strict=True)
     for name, meaning, (place, cov) in both:
         off, colour = place - found.truth, MEANING[meaning]
         ellipses(ax, off[None], cov[None], colour, deviations=REGION, width=1.8, corners=48)
         ax.plot(*off, "o", color=colour, markersize=5)
-        top = off[1] + REGION * np.sqrt(cov[1, 1]) + 0.12
-        label(ax, off[0], min(top, 0.93 * NEAR), name, colour, ha="center", va="bottom")
+        way, va = (1, "bottom") if meaning == "robot" else (-1, "top")
+        end = off[1] + way * (REGION * np.sqrt(cov[1, 1]) + 0.12)
+        label(ax, off[0], np.clip(end, -2.2, 2.2), name, colour, ha="center", va=va)
     ax.plot(0, 0, "+", color=MEANING["truth"], markersize=14, markeredgewidth=2.2)
     ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR), xlabel="off in x (m)", ylabel="off in y (m)")
     ax.set_title(f"{found.along:.0f} m driven")
@@ -43,7 +44,7 @@ def close(ax: Axes, found: Any, names: tuple[str, str]) -> Axes:
     return ax
 
 
-LEFTWARDS = "first estimates", "anchored", "50 particles"
+LEFTWARDS = "anchored", "50 particles"
 """Filters whose names stand before their marks, where those of others are in the way."""
 
 
@@ -60,7 +61,7 @@ def who(ax: Axes, table: Table) -> Axes:
     """Draw the filters of a table by "path (m)" and "outside"; others have no "outside"."""
     for name in table.rows:
         path, outside = table[name, "path (m)"], table[name, "outside"]
-        if outside is None:
+        if outside is None or name == "ideal":  # which lies on that of first estimates
             continue
         colour = MEANING["robot"] if "particles" in name else MEANING[name]
         ax.plot([path.low, path.high], [outside.estimate] * 2, color=colour, linewidth=1.4)
@@ -74,7 +75,7 @@ def who(ax: Axes, table: Table) -> Axes:
     floor = table["best fit of all", "path (m)"].estimate
     ax.axvline(floor, color=MEANING["expected"], linewidth=1.0, linestyle=":")
     ax.set(xlabel="error of the path (m)", ylabel="outside, share of the drive")
-    ax.set(xlim=(0.1, 1.7), ylim=(-0.03, 1.05))
+    ax.set(xlim=(0.1, 1.9), ylim=(-0.03, 1.05))
     return ax
 
 
@@ -106,7 +107,7 @@ def heard(ax: Axes, one: Any) -> Axes:
     label(ax, 2.0, 1.25, "band: 2σ, as stated", MEANING["robot"])
     label(ax, 2.0, 0.9, "line: the error", MEANING["error"])
     ax.set(xlabel="driven (m)", ylabel="off (m)", ylim=(0, 1.6), xlim=(0, one.length))
-    ax.set_title(f"{one.rule}: {one.outside:.0%} of the drive outside 95 %")
+    ax.set_title(f"{one.rule}: outside for {one.outside:.0%}")
     return ax
 
 
@@ -120,12 +121,12 @@ def heard(ax: Axes, one: Any) -> Axes:
     height=4.0,
     gridspec_kw={"right": 0.74},
 )
-def names(ax: Axes, rows: Rows) -> Axes:
+def misnamed(ax: Axes, rows: Rows) -> Axes:
     """Draw the median errors by the number of wrong names."""
     counts = rows.levels("count")
-    colours = {"Kalman": "plain", "Kalman, gate": "first estimates", "10 particles": "external",
-               "50 particles": "anchored", "200 particles": "robot"}  # fmt: skip
-    for name in rows.levels("filter"):
+    colours = {"Kalman": "Kalman", "Kalman, gate": "agreement", "10 particles": "external",
+               "200 particles": "robot"}  # fmt: skip
+    for name in colours:
         off = [rows.median("path", filter=name, count=count) for count in counts]
         colour = MEANING[colours[name]]
         ax.plot(range(len(counts)), off, "o-", color=colour, linewidth=1.8, markersize=4)
