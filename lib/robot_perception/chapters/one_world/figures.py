@@ -67,10 +67,11 @@ def who(ax: Axes, table: Table) -> Axes:
         ax.plot([path.low, path.high], [outside.estimate] * 2, color=colour, linewidth=1.4)
         ax.plot([path.estimate] * 2, [outside.low, outside.high], color=colour, linewidth=1.4)
         ax.plot(path.estimate, outside.estimate, "o", color=colour, markersize=6)
-        left = name in LEFTWARDS
-        x, text = (path.low, f"{name}  ") if left else (path.high, f"  {name}")
-        side = "right" if left else "left"
-        label(ax, x, outside.estimate, text, colour, ha=side, va="center")
+        y = outside.estimate
+        if name in LEFTWARDS:
+            label(ax, path.low, y, f"{name}  ", colour, ha="right", va="center")
+        else:
+            label(ax, path.high, y, f"  {name}", colour, ha="left", va="center")
     ax.axhline(0.05, color=MEANING["expected"], linewidth=1.0, linestyle="--")
     floor = table["best fit of all", "path (m)"].estimate
     ax.axvline(floor, color=MEANING["expected"], linewidth=1.0, linestyle=":")
