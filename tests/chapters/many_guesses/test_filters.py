@@ -9,6 +9,7 @@ from robot_perception import particles
 from robot_perception.beliefs import ParticleSet
 from robot_perception.book import many_guesses as page
 from robot_perception.book import one_belief
+from tests.chapters.exercises import assert_judged, assert_told
 
 STEPS = [page.condensation, page.auxiliary, page.importance]
 weights = st.lists(st.floats(0, 1), min_size=2, max_size=30).filter(lambda w: sum(w) > 0.1)
@@ -125,10 +126,7 @@ def test_a_better_sensor_is_worse_for_few_guesses_and_not_for_the_list():
     ],
 )
 def test_answers_are_judged(key, right):
-    exercise = page.EXERCISES[key]
-    assert exercise.judge(right)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    assert exercise.judge(lambda *_: 0.0)[0] == "wrong"
+    assert_judged(page.EXERCISES[key], right)
 
 
 @pytest.mark.parametrize(
@@ -143,9 +141,7 @@ def test_answers_are_judged(key, right):
     ],
 )
 def test_typical_mistakes_are_told_apart(key, wrong, said):
-    outcome, words = page.EXERCISES[key].judge(wrong)
-    assert outcome == "wrong"
-    assert said in words
+    assert_told(page.EXERCISES[key], wrong, said)
 
 
 def test_a_comb_is_systematic_drawing_with_its_random_number():

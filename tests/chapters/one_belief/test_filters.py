@@ -10,6 +10,7 @@ from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import one_belief as page
 from robot_perception.kalman import Motion, Sensor
+from tests.chapters.exercises import assert_judged, assert_told
 
 places = st.floats(3.0, 17.0)
 deviations = st.floats(0.2, 1.0)
@@ -164,10 +165,7 @@ def test_a_straight_curve_makes_the_extended_filter_exact(monkeypatch):
     ],
 )
 def test_answers_are_judged_and_mistakes_have_hints_that_differ(key, right):
-    exercise = page.EXERCISES[key]
-    assert exercise.judge(right)[0] == "right"
-    assert exercise.judge(...)[0] == "not yet"
-    assert exercise.judge(lambda *_: 0.0)[0] == "wrong"
+    assert_judged(page.EXERCISES[key], right)
 
 
 @pytest.mark.parametrize(
@@ -182,9 +180,7 @@ def test_answers_are_judged_and_mistakes_have_hints_that_differ(key, right):
     ],
 )
 def test_typical_mistakes_are_told_apart(key, wrong, said):
-    outcome, words = page.EXERCISES[key].judge(wrong)
-    assert outcome == "wrong"
-    assert said in words
+    assert_told(page.EXERCISES[key], wrong, said)
 
 
 def test_readings_one_by_one_are_readings_together():

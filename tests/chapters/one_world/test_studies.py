@@ -81,6 +81,28 @@ def test_a_reading_is_taken_in_by_the_inverse_of_the_covariance(rule):
     assert found.mean == pytest.approx(moved, abs=1e-7)
 
 
+def test_by_equation_4_what_is_out_of_sight_grows_less_certain_without_end(monkeypatch):
+    """It compares determinants of the reading alone, so that the rest of the state pays."""
+
+    def by_determinants(S, C, n):
+        mine, theirs = np.linalg.det(S), np.linalg.det(C)
+        return mine / (mine + theirs)
+
+    belief = belief_of(3, RNG(2))
+    seen = Observations(np.array([77]), np.array([[2.0, 2.5]]), 1e-4 * np.eye(2)[None])
+    left = {77: (np.array([3.0, 1.0]), 1e-3 * np.eye(2))}
+    ours, theirs = belief, belief
+    for _ in range(50):
+        ours = page.heard(ours, seen, left, "intersected")
+    with monkeypatch.context() as patch:
+        patch.setattr(page, "weight", by_determinants)
+        for _ in range(50):
+            theirs = page.heard(theirs, seen, left, "intersected")
+    before, bounded, endless = (np.trace(b.cov[3:, 3:]) for b in (belief, ours, theirs))
+    assert bounded < 100 * before
+    assert endless > 1e6 * before
+
+
 def test_where_no_landmark_leaves_the_filter_is_the_plain_one(run):
     poses, covs, sizes = page.retiring(run, page.USUAL, "intersected", limit=10_000)
     history = page.filtered(run, "plain", "own", "known", page.USUAL.start)
@@ -153,7 +175,8 @@ def test_a_crowd_is_near_what_the_kalman_filter_says_at_first():
     gap = ride.poses[:20] - history.poses[:20]
     sigma = np.sqrt(np.diagonal(history.pose_covs[:20], axis1=1, axis2=2))
     assert (np.abs(gap) <= 0.5 * sigma + 1e-6).all()
-    assert ride.ancestors[0].size == 4000
+    assert len(ride.clouds) == len(run.poses)
+    assert ride.clouds[0].shape == (4000, 3)
 
 
 def test_errors_of_the_stated_size_are_outside_once_in_twenty():

@@ -68,11 +68,15 @@ def story(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
     return axes
 
 
+def _before(ax: Axes, x: np.ndarray, y: np.ndarray, name: str) -> None:
+    """Draw what was believed before, dashed."""
+    ax.plot(x, y, color=MEANING["expected"], linestyle="--", label=name)
+
+
 def doors(ax: Axes, now: SimpleNamespace) -> Axes:
     """Draw what is expected after a motion, and what is believed after the second word."""
     ax.clear()
-    expected = {"color": MEANING["expected"], "linestyle": "--", "label": "before the word"}
-    ax.plot(now.places, now.expected, **expected)
+    _before(ax, now.places, now.expected, "before the word")
     filled(ax, now.places, now.belief, MEANING["estimate"], "after it")
     corridor(ax, now.world, HIGHEST, now.robot)
     ax.set(ylabel="density (1/m)", title=f"“{now.word}”: {now.share:.0%} near the robot")
@@ -167,8 +171,7 @@ def lag(ax: Axes, told: SimpleNamespace) -> Axes:
 def bearing(ax: Axes, now: SimpleNamespace) -> Axes:
     """Draw a belief, the exact one after a bearing, and the one of the extended filter."""
     ax.clear()
-    before = {"color": MEANING["expected"], "linestyle": "--", "label": "before"}
-    ax.plot(now.x, now.prior, **before)
+    _before(ax, now.x, now.prior, "before")
     filled(ax, now.x, now.exact, MEANING["truth"], "exact")
     ax.plot(now.x, now.extended, color=MEANING["Kalman"], label="extended filter")
     corridor(ax, now.world, HIGHEST, now.robot)
