@@ -92,14 +92,14 @@ def test_by_equation_4_what_is_out_of_sight_grows_less_certain_without_end(monke
     seen = Observations(np.array([77]), np.array([[2.0, 2.5]]), 1e-4 * np.eye(2)[None])
     left = {77: (np.array([3.0, 1.0]), 1e-3 * np.eye(2))}
     ours, theirs = belief, belief
-    for _ in range(50):
+    for _ in range(5):
         ours = page.heard(ours, seen, left, "intersected")
     with monkeypatch.context() as patch:
         patch.setattr(page, "weight", by_determinants)
-        for _ in range(50):
+        for _ in range(5):
             theirs = page.heard(theirs, seen, left, "intersected")
     before, bounded, endless = (np.trace(b.cov[3:, 3:]) for b in (belief, ours, theirs))
-    assert bounded < 100 * before
+    assert bounded < 1.1 * before
     assert endless > 1e6 * before
 
 
