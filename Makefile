@@ -67,6 +67,8 @@ reproduce: .venv/.book ## recompute rows, stored results and claims in full, of 
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
+	$(BIN)/robot-perception store --anew --only arm_tracking.timed # rows that are made of that record
+	$(BIN)/robot-perception claims --run full --claim observing --write book/_data/claims.json
 
 clean: ## remove what was built; keeps .venv
 	rm -rf build book/_build

@@ -125,7 +125,8 @@ _REFERENCE = re.compile(
 
 def statements(text: str) -> int | None:
     """Return how many statements of the paper a section lists, or nothing if it is another."""
-    found = re.search(r"^## What the paper says$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    head = r"^## What the papers? says?$(.*?)(?=^## |\Z)"
+    found = re.search(head, text, re.MULTILINE | re.DOTALL)
     return len(_ITEM.findall(found[1])) if found else None
 
 

@@ -17,7 +17,7 @@ from tests.book.pages import Passage, claims, papers, prose, words
 
 LIST = Path(__file__).with_name("quotations.tsv")
 _QUOTED = re.compile(r"“([^”]+)”|\"([^\"]+)\"")
-_FENCED = re.compile(r"^(`{3,}).*?^\1|`[^`]+`", re.MULTILINE | re.DOTALL)
+_FENCED = re.compile(r"^(`{3,}).*?^\1|`[^`]+`|<a id=\"[\w-]+\">", re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r"\$.*\$")
 _LEFT_OUT = re.compile(r"…|\.\.\.|\[[^\]]*\]")
 _CAPTION = re.compile(r"\n\n(?:Fig|FIG|Tab|TAB)[^\n]+(?=\n\n)")

@@ -64,6 +64,7 @@ def test_what_a_paper_does_not_say_is_found_out(quotation):
 def test_quotations_are_what_stands_between_marks_in_one_paragraph():
     text = 'He says "one\ntwo" and “three”.\n\n`"code"` and 5" \n\n```\nx = "more"\n```\n"$L_i$"'
     assert quotations.quotations(text) == ["one two", "three"]
+    assert quotations.quotations(f'<a id="place"></a>{text}') == ["one two", "three"]
 
 
 def test_a_digest_depends_on_words_alone():

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robot_perception.teaching.exercises import Sheet
+from robot_perception.teaching.exercises import Exercise, Sheet
 
 
 class ExerciseTests:
@@ -33,3 +33,17 @@ class ExerciseTests:
         notebook = Path(__file__).parents[2] / "book" / f"{self.stem}.ipynb"
         asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
         assert sorted(asked) == sorted(self.sheet)
+
+
+def assert_judged(exercise: Exercise, right: object) -> None:
+    """Check that an exercise by code takes the right function, waits, and takes no constant."""
+    assert exercise.judge(right)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    assert exercise.judge(lambda *_: 0.0)[0] == "wrong"
+
+
+def assert_told(exercise: Exercise, wrong: object, said: str) -> None:
+    """Check that a typical mistake is wrong, and is told by its own words."""
+    outcome, words = exercise.judge(wrong)
+    assert outcome == "wrong"
+    assert said in words

@@ -9,7 +9,10 @@ BOOK = Path(__file__).parents[2] / "book"
 
 def _listed() -> list[str]:
     contents = yaml.safe_load((BOOK / "_toc.yml").read_text())
-    parts = (chapter["file"] for part in contents["parts"] for chapter in part["chapters"])
+    chapters = [chapter for part in contents["parts"] for chapter in part["chapters"]]
+    parts = (
+        page["file"] for chapter in chapters for page in (chapter, *chapter.get("sections", ()))
+    )
     return [contents["root"], *parts]
 
 

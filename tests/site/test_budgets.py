@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from robot_perception.chapters import CHAPTERS
+from robot_perception.chapters import CHAPTERS, PRIMER
 from tests.site.budgets import Chapter
 
 WORDS, NUMBERS = 4000, 5
@@ -15,7 +15,7 @@ OF_STUDIES = 90, 35
 BEFORE_FIGURE, BEFORE_EXPLORER = 350, 700
 
 
-@pytest.fixture(params=CHAPTERS, scope="module")
+@pytest.fixture(params=(*PRIMER, *CHAPTERS), scope="module")
 def chapter(request: pytest.FixtureRequest, site: Path) -> Chapter:
     """A chapter of the built site."""
     return Chapter((site / f"{request.param}.html").read_text("utf-8"))

@@ -24,6 +24,7 @@ ALT = "A line whose slope is the gain that was chosen."
 def expire(folder: Path, keys: dict[str, str | None], env: SimpleNamespace) -> list[str]:
     """Let a build begin with these keys of pages; return which pages are read again."""
     env.found_docs, env.doc2path = keys, str
+    env.config = SimpleNamespace(root_doc="intro", book_contents="")
     app = SimpleNamespace(outdir=folder / "html", env=env)
     found = SimpleNamespace(key=lambda page: keys[page.name])
     with pytest.MonkeyPatch.context() as patch, unchecked():

@@ -15,6 +15,7 @@ from robot_perception.teaching import badges, overview, scorecard
 from robot_perception.teaching.bets import bet
 from robot_perception.teaching.cards import Card, cards
 from robot_perception.teaching.claims import Finding
+from robot_perception.teaching.contents import Contents
 from robot_perception.teaching.exercises import Exercise, Sheet
 from robot_perception.teaching.explore import choice, explore
 from robot_perception.teaching.figures import figure, film, show
@@ -24,6 +25,7 @@ from robot_perception.teaching.performance import Latency, Record, Work
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 from tests.teaching.entries import claim, made
+from tests.teaching.test_contents import page
 
 PLAIN = "a word that is long enough"
 HOSTILE = (
@@ -84,7 +86,9 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
     "tables of benchmarks": lambda text: record(text).tables(),
     "themes": lambda text: record(text).themes().show(),
     "table": lambda text: entry(text).tables[text].show(bold=[text]),
-    "cards": lambda text: cards(Card(text, text, text, drawing(text), text)),
+    "cards": lambda text: cards(
+        Contents([page("walls", text)]), {"walls": Card(text, drawing(text), text)}
+    ),
     "bet": lambda text: bet(text, {text: text, "other": text}, text),
     "exercise": lambda text: Sheet({text: Exercise(1, ((2, text),), text)}).check(text, 2),
     "another exercise": lambda text: Sheet({text: Exercise(text)}).check(text, [text]),

@@ -3,7 +3,8 @@
 The study cells of a chapter's notebook are its module (:mod:`robot_perception.book`); claims are
 found there in the order of their declarations. A chapter that is not in this form yet has a package
 that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``, in its
-notebook, and in further notebooks that a package names in ``PAGES``.
+notebook, and in further notebooks that a package names in ``PAGES``. Before the chapters stand the
+pages of the primer: notebooks of the same form, without a paper and without claims.
 """
 
 from collections.abc import Iterable
@@ -17,6 +18,9 @@ from robot_perception.teaching.recorded import Recorded
 from robot_perception.teaching.recordings import Recording
 from robot_perception.teaching.studies import Claim, claims_in
 from robot_perception.teaching.trials import Trials
+
+PRIMER = ("one_belief", "many_guesses")
+"""Stems of the pages before the chapters, which teach what several of them need."""
 
 CHAPTERS = (
     "walls",
@@ -38,6 +42,7 @@ CHAPTERS = (
     "tutor_following",
     "arm_likelihoods",
     "arm_tracking",
+    "one_world",
 )
 """Stems of the chapters, in the order of the book."""
 
@@ -52,7 +57,7 @@ def studies(stem: str) -> tuple[ModuleType, ...]:
     ValueError
         If the book has no such chapter.
     """
-    if stem not in CHAPTERS:
+    if stem not in (*PRIMER, *CHAPTERS):
         raise ValueError(f"no chapter {stem!r}; the book has {', '.join(CHAPTERS)}")
     package = import_module(f"{__name__}.{stem}")
     if not hasattr(package, "STUDIES"):

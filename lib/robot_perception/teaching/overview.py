@@ -42,3 +42,14 @@ def overview(titles: Mapping[str, str]) -> Shown:
     head = "".join(f'<th scope="col">{name}</th>' for name in HEAD)
     html = html_table("Papers and verdicts", "rp-papers", head, "".join(rows))
     return output(html, "\n".join(lines), *SHEETS)
+
+
+def explained() -> Shown:
+    """Return the verdicts with what each of them means, as a list for who meets them first."""
+    html = "".join(
+        f'<dt><span class="{style(verdict)}"><span class="rp-badge-verdict">{verdict}</span></span>'
+        f"</dt><dd>{escape(means)}</dd>"
+        for verdict, means in EXPLAINED.items()
+    )
+    text = "\n".join(f"{verdict}: {means}" for verdict, means in EXPLAINED.items())
+    return output(f'<dl class="rp-verdicts">{html}</dl>', text, *SHEETS)

@@ -32,7 +32,7 @@ from sphinx.util import logging
 from robot_perception.evaluation.sweep import WORKERS
 from robot_perception.files import written
 from robot_perception.teaching import source_pages
-from robot_perception.teaching.dependencies import ROOT, Dependencies, code
+from robot_perception.teaching.dependencies import ROOT, Dependencies, code, hashed
 from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 from robot_perception.teaching.formulas import with_mathml
@@ -123,6 +123,9 @@ def _expire(
     """Drop the results that no longer follow from the code, and have their pages read again."""
     before, dependencies = getattr(env, "page_keys", {}), Dependencies(ROOT)
     keys = {name: dependencies.key(Path(env.doc2path(name))) for name in env.found_docs}
+    first = env.config.root_doc
+    if keys.get(first) is not None:  # it shows the order of the chapters
+        keys[first] = hashed(keys[first] + env.config.book_contents)
     env.page_keys = {name: key for name, key in keys.items() if key is not None}
     kept = {_cache(app, name) for name in env.page_keys}
     for stale in set(_caches(app).glob("*")) - kept:

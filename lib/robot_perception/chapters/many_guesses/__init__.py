@@ -1,0 +1,1 @@
+"""Many guesses: particles in the corridor with three doors, their weights, how they are drawn."""

@@ -1,0 +1,1 @@
+"""One world for all: filters of three papers, beyond each of them."""

@@ -1,0 +1,62 @@
+"""The way in: landing page, README and errata are in step with the chapters."""
+
+import re
+
+import pytest
+
+from robot_perception.chapters import CHAPTERS
+from robot_perception.teaching.badges import recorded
+from robot_perception.teaching.contents import read
+from robot_perception.teaching.papers import PAPERS
+from robot_perception.teaching.paths import PATHS
+from tests.book.pages import BOOK, ROOT
+
+CONTENTS = read()
+ERRATA = (BOOK / "errata.md").read_text("utf-8")
+PARTS = ("The paper prints", "It must be", "Why", "What the difference does")
+
+
+def test_every_chapter_of_the_package_is_a_chapter_of_the_contents():
+    assert set(CHAPTERS) <= {page.stem for page in CONTENTS.chapters}
+
+
+def test_chapters_have_a_box_of_what_to_know():
+    assert not {page.stem for page in CONTENTS.chapters if not page.box}
+
+
+def test_the_readme_lists_the_chapters_in_their_order():
+    text = (ROOT / "README.md").read_text("utf-8")
+    listed = re.findall(r"^\| \[(.+?)\]\(book/(\w+)\.ipynb\)", text, re.M)
+    assert listed == [(page.title, page.stem) for page in CONTENTS.chapters]
+
+
+@pytest.mark.parametrize("way", PATHS, ids=lambda way: way.name)
+def test_paths_lead_to_pages_that_are_there_and_take_an_afternoon_at_most(way):
+    stops = way.stops(CONTENTS)
+    assert len(set(stops)) == len(stops) > len(way.goals)
+    assert 45 < way.minutes(CONTENTS) < 8 * 60
+
+
+def test_the_landing_page_says_what_a_verdict_is_before_the_first_badge():
+    text = (BOOK / "intro.md").read_text("utf-8")
+    said = [
+        text.index(words) for words in ("For whom", "What to know", "How long", "Where to begin")
+    ]
+    assert max(said) < text.index("explained()") < text.index("overview(")
+
+
+def test_every_erratum_has_its_derivation_and_a_claim_of_the_ledger():
+    for entry in re.split(r"^## ", ERRATA, flags=re.M)[1:]:
+        names = tuple(re.findall(r"^(\w[\w ]+)\n: ", entry, re.M))
+        assert names == PARTS, entry
+        claims = re.findall(r"scorecard\.ipynb#([\w-]+)", entry)
+        assert claims, entry
+        assert all(recorded()[claim] for claim in claims)
+
+
+def test_errata_name_every_paper_and_every_claim_of_an_erratum():
+    assert set(re.findall(r"^\{cite\}`(\w+)`", ERRATA, re.M)) == {
+        paper.reference for paper in PAPERS.values()
+    }
+    claims = {entry.id for entry in recorded().entries if entry.id.startswith("erratum-")}
+    assert claims <= set(re.findall(r"scorecard\.ipynb#([\w-]+)", ERRATA))
