@@ -39,7 +39,7 @@ _TOLD = {
         "do not count. The greater the weight, the wider the line.",
     ),
     "blocked": (
-        12,
+        17,
         "A guide drives along the corridor towards two people who stand in its way. It stops a "
         "good metre before them and asks to pass; they step aside, and it drives on between them.",
         "Two people block the path of a guide; drawn as above.",
