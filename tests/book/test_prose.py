@@ -142,6 +142,7 @@ COUNTS = MappingProxyType(
     {
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
+        ("people_fusion", "eight other sessions"): "on which rules were chosen",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
