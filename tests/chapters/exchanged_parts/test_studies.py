@@ -1,6 +1,6 @@
 """Laws of the rules that are exchanged, and oracles for what is measured."""
 
-from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -170,7 +170,8 @@ def test_the_nearest_of_more_guesses_is_nearer():
 @pytest.mark.parametrize(("told", "size"), [(0.5, 4), (1.0, 8)])
 def test_shares_of_independent_coordinates_multiply(told, size):
     tracker = page.TRACKERS[2 if size == 8 else 0]
-    found = page.shared.but(told=told).one(700, tracker)
+    rows = page.shared.but(told=told).run(world=(700,), tracker=(tracker,))
+    found = rows.table.iloc[0]
     h = told**-2
     alone = np.sqrt(1 + 2 * h) / (1 + h)  # of a normal walk and a normal likelihood
     assert found["product"] == pytest.approx(alone**size, rel=0.35)
@@ -210,26 +211,23 @@ def test_said_four_times_weights_rise_and_kalman_is_surer(told):
     surer = page.repeated(told, page.TOLD[page.BY_KALMAN], 4)
     area = [np.median(np.linalg.det(np.concatenate([f.cov for f in run.found])))
             for run in (once, often, surer)]  # fmt: skip
-    assert area[1] == pytest.approx(area[0], rel=0.2)
+    assert area[1] > 0.8 * area[0]
     assert area[2] < 0.5 * area[0]
 
 
 def test_honest_hypotheses_have_a_mean_squared_error_of_one(told):
     """Put each person's hypothesis off by a draw of its covariance, and judge."""
-    rng, rows = np.random.default_rng(5), []
-    run = page.repeated(told, page.people.RULES, 1)
-    for row, found in zip(run.rows, run.found, strict=True):
-        near = np.abs(told.polar[row, :, 1]) < 9  # everybody
-        people = told.polar[row][near & told.present[row] & told.clear[row]]
-        cov = np.tile(np.diag([0.05**2, 0.02**2]), (len(people), 1, 1))
-        off = rng.standard_normal(people.shape) * [0.05, 0.02]
-        some = found.select(np.zeros(len(found), dtype=bool))
-        weight, names = np.ones(len(people)), np.arange(len(people))
-        rows.append(replace(some, mean=people + off, cov=cov, weight=weight, identity=names))
-    found = page.judged(
-        told, replace(run, found=rows, static=[np.zeros(len(r), bool) for r in rows])
-    )
-    assert found["errors"] / found["matched"] == pytest.approx(1, abs=0.3)
+    rng, sigma = np.random.default_rng(5), np.array([0.05, 0.02])
+
+    def persons():
+        for row in range(len(told.judged)):
+            people = told.polar[row][told.present[row] & told.clear[row]]
+            off = sigma * rng.standard_normal(people.shape)
+            cov = np.tile(np.diag(sigma**2), (len(people), 1, 1))
+            yield row, SimpleNamespace(mean=people + off, cov=cov), None
+
+    found = page.judged(told, SimpleNamespace(persons=persons))
+    assert found["errors"] / found["matched"] == pytest.approx(1, abs=0.15)
     assert found["matched"] == found["people"]
 
 
