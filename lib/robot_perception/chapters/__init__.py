@@ -43,6 +43,7 @@ CHAPTERS = (
     "arm_likelihoods",
     "arm_tracking",
     "one_world",
+    "exchanged_parts",
 )
 """Stems of the chapters, in the order of the book."""
 

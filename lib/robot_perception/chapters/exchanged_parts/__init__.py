@@ -1,0 +1,1 @@
+"""Parts exchanged: what one paper's rule does in another paper's system, drawn."""
