@@ -7,9 +7,10 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from robot_perception.cli import grading, main
-from robot_perception.cli.grading import judged
+from robot_perception.cli import main
+from robot_perception.teaching import grading
 from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.grading import judged
 
 STEM = "covariance_intersection"
 KEYS = "ci-echo", "ci-three", "ci-weight", "ci-hits"

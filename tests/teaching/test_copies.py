@@ -116,6 +116,8 @@ def test_cells_are_marked_as_nbgrader_marks_them():
         ("one-2-points", True, False, True, 2),
         ("one-prose-1", True, True, False, 2),
     ]
+    locked = [c for c in made(solutions=False) if c["metadata"].get("nbgrader", {}).get("locked")]
+    assert all("raises-exception" in cell["metadata"]["tags"] for cell in locked)
     assert all(a["schema_version"] == 3 and a["task"] is False for a in about if a)
 
 

@@ -71,9 +71,9 @@ def grade(
     from dataclasses import asdict, fields
 
     from robot_perception import chapters
-    from robot_perception.cli.grading import Mark, notebooks
-    from robot_perception.cli.grading import grade as marks
     from robot_perception.files import written
+    from robot_perception.teaching.grading import Mark, notebooks
+    from robot_perception.teaching.grading import grade as marks
 
     if not stems:
         every = (*chapters.PRIMER, *chapters.CHAPTERS)

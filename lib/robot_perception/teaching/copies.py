@@ -163,7 +163,11 @@ def _counts(cell: Cell, one: Asked) -> Cell:
         "cell_type": "code",
         "execution_count": None,
         "id": f"{cell['id']}-points",
-        "metadata": {"jupyter": {"source_hidden": True}, "nbgrader": about},
+        "metadata": {
+            "jupyter": {"source_hidden": True},
+            "nbgrader": about,
+            "tags": ["raises-exception"],  # all cells can be run before all is answered
+        },
         "outputs": [],
         "source": f'assert ": right." in repr(check("{one.key}", {one.name}))  # its points',
     }

@@ -187,13 +187,14 @@ def overview(contents: Contents | None = None) -> Shown:
     for number, one in enumerate(weeks(), 1):
         pages = "<br>".join(linked(contents, stem) for stem in one.read)
         before = f"{one.before(contents):.0f}′"
-        keys = ", ".join(f"<code>{escape(key)}</code>" for key in one.hand_in) or "the project"
+        points = sum(exercise(contents, key)[1].points for key in one.hand_in)
+        counts = counted(points) if points else "the project"
         rows.append(
             f'<tr><th scope="row">{number}</th><td class="rp-text">{pages}</td>'
-            f'<td class="rp-text">{before}</td><td class="rp-text">{keys}</td></tr>'
+            f'<td class="rp-text">{before}</td><td class="rp-text">{counts}</td></tr>'
         )
         titles = ", ".join(named(contents, stem) for stem in one.read)
-        lines.append(f"{number}: {titles}; {before}; {', '.join(one.hand_in) or 'the project'}")
+        lines.append(f"{number}: {titles}; {before}; {counts}")
     names = "Week", "Read before", "Takes", "Hand in"
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     html = html_table("Weeks of the course", "rp-paths", head, "".join(rows))
