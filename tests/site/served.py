@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from robot_perception.chapters import CHAPTERS
 from tests.site import scorecard
 from tests.site.accessibility import serious, violations
 from tests.site.browser import TELEPHONE, WINDOW
@@ -223,6 +224,35 @@ def not_the_notebook(same: Iterable[bool]) -> Iterator[str]:
         yield from unless(holds, f"another {part}")
 
 
+def explained(at: Standing) -> list[str]:
+    """Say what is wrong with the first word that is explained: on focus, on pointing, on a tap."""
+    word, note = at.page.locator("a.rp-term").first, at.page.locator("#rp-says")
+    wrong = []
+    word.scroll_into_view_if_needed()
+    word.focus()
+    wrong += unless(note.is_visible(), "no note on focus")
+    wrong += unless(bool(note.inner_text().strip()), "the note is empty")
+    named = word.get_attribute("aria-describedby") == "rp-says"
+    wrong += unless(named, "the word does not name its note")
+    box = note.bounding_box() or {"x": -1, "width": 0}
+    inside = box["x"] >= 0 and box["x"] + box["width"] <= at.stage.window["width"]
+    wrong += unless(inside, "the note is not whole in the window")
+    at.page.keyboard.press("Escape")
+    wrong += unless(not note.is_visible(), "a note after Escape")
+    word.evaluate("word => word.blur()")
+    word.hover()
+    note.wait_for(state="visible", timeout=2000)
+    at.page.mouse.move(0, 0)
+    note.wait_for(state="hidden", timeout=2000)
+    word.dispatch_event("pointerdown", {"pointerType": "touch"})
+    before = at.page.url
+    word.evaluate("word => word.click()")
+    wrong += unless(note.is_visible(), "no note on a tap")
+    wrong += unless(at.page.url == before, "the first tap leaves the page")
+    at.page.keyboard.press("Escape")
+    return wrong
+
+
 def axe(at: Standing) -> list[dict[str, Any]]:
     """Return what axe finds in the theme of the stage."""
     return violations(at.page, at.stage.theme)
@@ -245,6 +275,7 @@ CHECKS = (
     Check("explorers", (LIGHT,), driven, badly_driven, NOTEBOOKS, moves=True),
     Check("points", (LIGHT, PHONE), dragged, badly_driven, NOTEBOOKS, moves=True),
     Check("timelines", (LIGHT,), played, badly_moved, NOTEBOOKS, moves=True),
+    Check("words", (LIGHT, PHONE), explained, pages=CHAPTERS, moves=True),
     Check("bibliography", (LIGHT,), bibliography, pages=("references",)),
     Check("errata", (PHONE,), errata, pages=("errata",)),
     *scorecard.served(LIGHT, PHONE),

@@ -198,6 +198,14 @@ def test_bytecode_expires_nothing_and_a_page_without_code_has_no_key(house: Path
     assert len({before[name] for name in EVERY}) == 3
 
 
+def test_a_page_that_reads_the_contents_reads_every_page():
+    book, found = ROOT / "book", Dependencies(ROOT)
+    for name in ("words", "course", "intro"):
+        read = {file.name for file in found._read_by(code(book / f"{name}.md"))}
+        assert {"_toc.yml", "walls.ipynb", "your_own_data.md"} <= read
+    assert not {file.name for file in found._read_by(code(book / "walls.ipynb"))} & {"_toc.yml"}
+
+
 def test_the_monobot_stands_on_no_walls_and_the_scorecard_on_every_chapter():
     book, found = ROOT / "book", Dependencies(ROOT)
     monobot = found.modules(code(book / "monobot.ipynb"))

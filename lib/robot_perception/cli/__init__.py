@@ -1,4 +1,4 @@
-"""The command line: the claim ledger, the stored results, the data sets, a detector to train.
+"""The command line: claims, stored results, data sets, a detector to train, notebooks of a course.
 
 Only what a command needs is imported, when it runs, so that ``--help`` answers at once.
 """
@@ -9,6 +9,7 @@ import click
 
 from robot_perception import __version__
 from robot_perception.cli.claims import claims
+from robot_perception.cli.course import course, grade
 from robot_perception.cli.datasets import datasets
 from robot_perception.cli.hands import hands
 from robot_perception.cli.register import register
@@ -24,7 +25,9 @@ def main() -> None:
 
 
 main.add_command(claims)
+main.add_command(course)
 main.add_command(datasets)
+main.add_command(grade)
 main.add_command(hands)
 main.add_command(register)
 main.add_command(store)

@@ -24,6 +24,8 @@ from robot_perception.files import reading
 NOTEBOOKS = "robot_perception.book."
 """Above the modules that are the study cells of notebooks."""
 CHAPTERS = "robot_perception.chapters"
+CONTENTS = "robot_perception.teaching.contents"
+"""Reads all pages."""
 ROWS = "rows"
 """Folder of the recorded rows, named by chapter and study."""
 ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records are these
@@ -256,9 +258,17 @@ class Dependencies:
             yield from (page for page in pages if page.exists())
 
     def _read_by(self, cells: list[ast.Module]) -> list[Path]:
-        """Return the notebooks whose cells a page runs; one that asks all chapters reads all."""
-        if CHAPTERS in self.imported(cells):
-            return sorted((self._root / "book").glob("*.ipynb"))
+        """Return the notebooks whose cells a page runs; one that asks all chapters reads all.
+
+        Who reads the book's contents reads its other pages, too.
+        """
+        book, imported = self._root / "book", set(self.imported(cells))
+        if CONTENTS in imported:
+            return sorted(
+                file for kind in ("*.ipynb", "*.md", "_toc.yml") for file in book.glob(kind)
+            )
+        if CHAPTERS in imported:
+            return sorted(book.glob("*.ipynb"))
         return list(self.notebooks(cells))
 
     def named(self, cells: Iterable[ast.Module], modules: Iterable[str]) -> frozenset[str]:

@@ -3,9 +3,10 @@
 It sets the environment variable by which kernels know that no reader sits behind them, keeps the
 results of a page only as long as all they depend on is the same, copies MathJax from its
 package into the site, moves the states of explorers and films into files beside the page and the
-answers of bets to the ends of their sections, numbers figures and what refers to them, writes pages
-of source code, lets pages link to what outputs name, puts MathML beside formulas, and drops every
-script that would ask another host for something.
+answers of bets to the ends of their sections, numbers figures and what refers to them, marks the
+first use of a word (:mod:`.sphinx_terms`), writes pages of source code, lets pages link to what
+outputs name, puts MathML beside formulas, and drops every script that would ask another host for
+something.
 """
 
 import base64
@@ -36,6 +37,7 @@ from robot_perception.teaching.dependencies import ROOT, Dependencies, code, has
 from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 from robot_perception.teaching.formulas import with_mathml
+from robot_perception.teaching.sphinx_terms import connect_terms
 
 STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
@@ -85,6 +87,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-before-read-docs", _execute)
     app.connect("source-read", _choose_cache)
     connect_figures(app)
+    connect_terms(app)
     app.connect("env-check-consistency", _name_references)
     app.connect("doctree-read", _note_outputs)
     app.connect("html-collect-pages", _source_pages)
