@@ -15,12 +15,12 @@ MOST_WORDS = 40
 SMALL = """
     a after all am an and another are at by can eight for four from has he him his how hundred i
     in is it its like many me must not of on one or our round that the they this three to two
-    what where which who whose why with you accurate asks checked choose compares finds follow
+    what where which who whose why with you accurate asks exchanged checked choose compares finds follow
     keeps known makes remembers seen sets stay taken across behind raised right unknown wrong
 """
 PLAIN = """
     angles arms camera ceiling committee corridor dimension doors eye hand head microphones motion
-    names opinions opponent people person price robot shape walls ways witnesses world
+    copies names opinions paper parts rule system opponent people person price robot shape walls ways witnesses world
     birchfield douglas peucker ramer
 """
 NO_TERMS = frozenset(SMALL.split())
