@@ -15,12 +15,13 @@ MOST_WORDS = 40
 SMALL = """
     a after all am an and another are at by can eight for four from has he him his how hundred i
     in is it its like many me must not of on one or our round that the they this three to two
-    what where which who whose why with you accurate asks exchanged checked choose compares finds follow
-    keeps known makes remembers seen sets stay taken across behind raised right unknown wrong
+    what where which who whose why with you accurate asks checked choose compares exchanged
+    finds follow keeps known makes remembers seen sets stay taken across behind raised right unknown wrong
 """
 PLAIN = """
     angles arms camera ceiling committee corridor dimension doors eye hand head microphones motion
-    copies names opinions paper parts rule system opponent people person price robot shape walls ways witnesses world
+    copies names opinions opponent paper parts people person price robot rule shape system walls
+    ways witnesses world
     birchfield douglas peucker ramer
 """
 NO_TERMS = frozenset(SMALL.split())
