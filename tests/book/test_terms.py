@@ -16,7 +16,8 @@ SMALL = """
     a after all am an and another are at by can eight for four from has he him his how hundred i
     in is it its like many me must not of on one or our round that the they this three to two
     what where which who whose why with you accurate asks checked choose compares exchanged
-    finds follow keeps known makes remembers seen sets stay taken across behind raised right unknown wrong
+    finds follow keeps known makes remembers seen sets stay taken across behind raised right
+    unknown wrong
 """
 PLAIN = """
     angles arms camera ceiling committee corridor dimension doors eye hand head microphones motion
