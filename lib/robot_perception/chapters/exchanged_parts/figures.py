@@ -73,7 +73,7 @@ def courses(ax: Axes, rows: Rows, strays: Mapping[str, str]) -> Axes:
     """Draw the median size over frames by each rule; those that stray have a name."""
     for name in rows.levels("measure"):
         frames = rows.levels("frame")
-        median = [np.median(rows.of("size", measure=name, frame=k)) for k in frames]
+        median = [np.median(rows.where(measure=name).of("size", frame=k)) for k in frames]
         colour = MEANING[strays.get(name, "expected")]
         ax.plot(frames, median, color=colour, linewidth=2.2)
         if name in strays:
