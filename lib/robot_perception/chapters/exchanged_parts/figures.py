@@ -44,10 +44,12 @@ def heads(ax: Axes, now: Any, sizes: Mapping[str, float]) -> Axes:
     for (name, size), meaning in zip(sizes.items(), _OF, strict=False):
         colour, half = MEANING[meaning], 1.2 * size * now.true
         _ring(ax, now, size, colour, linewidth=2.2)
-        inside = v - half > 20
-        y = v - half - 8 if inside else 12
-        at = u if inside else u + 1.35 * now.true
-        label(ax, at, y, name, colour, ha="center" if inside else "left", clip_on=True)
+        if size < 0.5:  # within the head: the name stands below that
+            label(ax, u, v + 1.2 * now.true + 12, name, colour, ha="center")
+        elif v - half > 20:
+            label(ax, u, v - half - 8, name, colour, ha="center")
+        else:
+            label(ax, 12, 12, name, colour)
     return ax
 
 
@@ -77,7 +79,7 @@ def courses(ax: Axes, rows: Rows, strays: Mapping[str, str]) -> Axes:
         colour = MEANING[strays.get(name, "expected")]
         ax.plot(frames, median, color=colour, linewidth=2.2)
         if name in strays:
-            label(ax, frames[4], median[4] * 1.35, name, colour)
+            label(ax, frames[4], median[4] * (1.6 if median[4] > 1 else 0.66), name, colour)
     label(ax, frames[4], 1.35, "the other three", MEANING["expected"])
     ax.set(yscale="log", ylim=(0.1, 10), xlabel="frame", ylabel="size over the true one")
     ax.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
@@ -110,9 +112,9 @@ def reached(ax: Axes, now: Any) -> Axes:
     ):
         ax.plot(now.counts, values, "o-", color=MEANING[meaning], linewidth=2.2)
         above = meaning == "robot"
-        end = values[-1] + (0.35 if above else -0.35)
+        end = values.max() + 0.4 if above else values.min() - 0.4
         label(ax, now.counts[-1], end, name, MEANING[meaning], ha="right")
-    ax.set(xscale="log", ylim=(-0.4, 5.2), xlabel="guesses", ylabel="error (deviations)")
+    ax.set(xscale="log", ylim=(-0.6, 5.6), xlabel="guesses", ylabel="error (deviations)")
     ax.set_xticks(now.counts, [f"{n}" for n in now.counts])
     ax.minorticks_off()
     return ax
