@@ -23,7 +23,7 @@ from data_synth.ceiling import clutter, grille_patch, patch, superimpose
 from data_synth.ceiling import plane as ceiling_plane
 from data_synth.ceiling import robot as ceiling_robot
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
-from data_synth.people import bodies, session, signals, world
+from data_synth.people import bodies, session, signals, staging, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
 from tests.hostile.calls import _arms_world, _companion_world
@@ -164,6 +164,12 @@ CALLS = (
             signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
         ),
         signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
+        staging.Config: lambda: call(
+            *(3, 5.0, "drives", 2.0, ("laser",), False, True, 0.5, 0.1, 1.0),
+        ),
+        staging.rig: lambda: call(("laser", "camera"), sonar.SonarRing()),
+        staging.staged: lambda: call(staging.Config(3, 0.2)),
+        staging.truths: lambda: call(some_session(), [0.1, 0.15]),
         people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
         people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
         people_sound.converse: lambda: call(
