@@ -69,7 +69,7 @@ def test_people_and_office_are_as_the_config_says():
     dark, _ = staged(replace(SHORT, lights_out=0.2))
     assert np.isinf(session.lights_out).all()
     assert (dark.lights_out == 0.2).all()
-    drives, _ = staged(replace(SHORT, duration=8.0, robot="drives"))
+    drives, _ = staged(replace(SHORT, duration=15.0, robot="drives"))
     assert np.ptp(drives.robot[:, :2], axis=0).max() > 0.1
     assert not np.ptp(session.robot, axis=0).any()
 
