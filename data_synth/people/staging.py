@@ -154,9 +154,10 @@ def truths(session: Session, times: Sequence[float]) -> dict[str, np.ndarray]:
         One at least, s.
     """
     instance("session", session, Session)
-    if not len(array("times", times, (None,))):
-        raise ValueError("times must be one at least, got none")
-    moments = [session.at(float(time)) for time in times]
+    times, end = array("times", times, (None,)), float(session.times[-1])
+    if not len(times) or times.min() < 0 or times.max() > end:
+        raise ValueError(f"times must be one at least, from 0 to {end:g} s, got {times}")
+    moments = [session.at(time) for time in times.tolist()]
     known = [truth(session.office, session.people, moment, _TRUTH) for moment in moments]
 
     def column(rows: Sequence[object], name: str) -> np.ndarray:
@@ -174,6 +175,7 @@ def truths(session: Session, times: Sequence[float]) -> dict[str, np.ndarray]:
 
 def _silent(sensors: Sequence[str]) -> list[bool]:
     """Tell which of `SENSORS` take no part."""
-    if isinstance(sensors, str) or not set(sensors) <= set(SENSORS):
+    is_list = isinstance(sensors, Sequence) and not isinstance(sensors, str)
+    if not is_list or not all(isinstance(name, str) and name in SENSORS for name in sensors):
         raise ValueError(f"sensors must be of {', '.join(SENSORS)}, got {sensors!r:.60}")
     return [name not in sensors for name in SENSORS]

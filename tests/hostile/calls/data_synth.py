@@ -129,7 +129,6 @@ CALLS = (
         bodies.figures: lambda: call(
             PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
         ),
-        fisheye.Fisheye: lambda: call(16, 4.5, 1.2, 1.7, 0.01, 0.001),
         fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
         fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
         fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
@@ -186,7 +185,6 @@ CALLS = (
             rng=rng(),
         ),
         sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
-        world.Wander: lambda: call(0.1, 0.5, 3.0),
         world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
         world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
         world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),
