@@ -19,6 +19,7 @@ from data_synth.companion.faces import make_identity
 from data_synth.companion.hall import make_hall
 from data_synth.companion.visits import Stance, make_visitor, see
 from data_synth.people import LASER_ANGLES, make_people_office, make_session, readings
+from data_synth.people.staging import rig as rig_with
 from data_synth.people.world import Wander
 from data_synth.posts import glimpse, make_posts
 from data_synth.wheels import LARGE, roll
@@ -27,7 +28,6 @@ from robot_perception.appearance.segmentation import filled
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.book import tutor_following
 from robot_perception.cameras import Pinhole
-from robot_perception.chapters.people_sensors.sessions import rig as rig_with
 from robot_perception.chapters.tutor_following.scene import CAMERA
 from robot_perception.companion.boxes import overlap
 from robot_perception.companion.faces.detection import FaceDetector

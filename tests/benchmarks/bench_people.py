@@ -3,8 +3,9 @@
 import numpy as np
 
 from data_synth.people import readings
+from data_synth.people.staging import RIG, Config, staged
 from robot_perception.book.people_fusion import RULES as COMMITTEE
-from robot_perception.chapters.people_sensors.sessions import RIG, Config, Senses, staged
+from robot_perception.book.people_sensors import Senses
 from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
 from robot_perception.people.detections import Detections, polar
 from tests.benchmarks.harness import Row

@@ -4,8 +4,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from data_synth.people.staging import RIG, SENSORS
 from robot_perception.book.people_fusion import HEARD
-from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS, Recording
+from robot_perception.book.people_sensors import Told
 from tests.chapters.people_sensors.test_studies import recording
 
 SPREAD = {"laser": (0.1, 0.05), "sonar": (0.3, 0.15), "camera": (2.0, 0.05)}
@@ -36,7 +37,7 @@ def session(people, duration=12.0, sees=("laser", "sonar", "camera")):
     spreads = [np.diag(SPREAD[SENSORS[sensor]]) ** 2 for _, sensor in rows]
     covs = [np.tile(one, (len(p), 1, 1)) for one, p in zip(spreads, parts, strict=True)]
     times, sensors = (np.array(column) for column in zip(*rows, strict=True))
-    still = {f.name for f in fields(Recording)} - {
+    still = {f.name for f in fields(Told)} - {
         *("times", "sensors", "poses", "reckoned", "counts", "means", "covs", "judged", "skirt")
     }
     return replace(

@@ -7,9 +7,9 @@ import pytest
 
 from data_synth.people import SonarScan
 from robot_perception.book import people_fusion as page
+from robot_perception.book import people_sensors
 from robot_perception.book.people_fusion import BEHAVES, LASER_SONAR, RING, STRAYS
 from robot_perception.chapters.people_fusion import films
-from robot_perception.chapters.people_sensors import sessions
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import PARTNER
 
@@ -178,7 +178,7 @@ def test_the_robot_keeps_to_the_one_it_follows(followed):
 
 def test_a_story_without_the_camera_renders_no_image(monkeypatch):
     monkeypatch.setitem(page.DURATION, "survey", 0.5)
-    monkeypatch.setattr(sessions, "skin_model", None)
+    monkeypatch.setattr(people_sensors, "skin_model", None)
     monkeypatch.setattr(page.Sensing, "_image", None)
     assert len(happened("survey", SEED, LASER_SONAR)["times"]) == 10
 

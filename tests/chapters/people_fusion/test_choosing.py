@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.book.people_fusion import DRAWS, RULES, drawn, race
-from robot_perception.chapters.people_sensors.sessions import CHOOSE
+from robot_perception.book.people_fusion import CHOOSE, DRAWS, RULES, drawn, race
 
 
 def obeys(rules):

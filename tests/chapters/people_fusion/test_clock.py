@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from robot_perception.book.people_fusion import KNOWN, RULES, TRACKER
+from robot_perception.book import people_fusion as page
+from robot_perception.book.people_fusion import KNOWN, NOW, RULES, page_session, scene
 from robot_perception.chapters.people_fusion import clock
-from robot_perception.chapters.people_sensors.scene import MOMENTS, SHOWN, recording, row, signals
 from robot_perception.people.aggregation import Aggregator
 
 
 @pytest.fixture(scope="module")
 def instants():
-    return clock.instants(TRACKER)
+    return page.instants()
 
 
 def test_it_runs_as_fast_as_the_session_went_by(instants):
@@ -21,16 +21,15 @@ def test_it_runs_as_fast_as_the_session_went_by(instants):
 
 def test_signals_and_people_are_those_of_the_other_drawings(instants):
     """The sonars' round at a moment of the explorer is the last one at the next frame, too."""
-    shown = min(instants, key=lambda one: abs(one.time - SHOWN))
-    after = next(one for one in instants if one.time > SHOWN)
-    np.testing.assert_array_equal(after.echoes, signals().echoes[MOMENTS.index(SHOWN)])
-    place = recording().places[row(SHOWN)]
-    assert np.abs(shown.people[:, :2] - place).max() < 0.15  # of an eighth of a second
+    shown = min(instants, key=lambda one: abs(one.time - NOW))
+    after = next(one for one in instants if one.time > NOW)
+    np.testing.assert_array_equal(after.echoes, scene(NOW).echoes)
+    assert np.abs(shown.people[:, :2] - scene(NOW).people).max() < 0.15  # of an eighth of a second
 
 
 def test_the_committee_is_that_of_the_loop_on_the_page(instants):
     """The robot stands; each frame has what all readings until then have made."""
-    known, aggregator, k = recording(), Aggregator(RULES), 0
+    known, aggregator, k = page_session(), Aggregator(RULES), 0
     hypotheses = aggregator.start()
     for one in instants:
         while known.times[k] <= one.time:
@@ -41,9 +40,9 @@ def test_the_committee_is_that_of_the_loop_on_the_page(instants):
             np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
-def test_a_sonar_makes_a_place_of_a_direction():
-    assert clock.spread(TRACKER, 0, 2.0) > 1.9
-    assert clock.spread(TRACKER, 0, 4.8) < 0.35
-    breathing = [clock.spread(TRACKER, 0, t) for t in np.arange(7.6, 10.3, 0.2)]
+def test_a_sonar_makes_a_place_of_a_direction(instants):
+    assert clock.spread(instants, RULES, 0, 2.0) > 1.9
+    assert clock.spread(instants, RULES, 0, 4.8) < 0.35
+    breathing = [clock.spread(instants, RULES, 0, t) for t in np.arange(7.6, 10.3, 0.2)]
     assert min(breathing) < 0.6
     assert max(breathing) > KNOWN

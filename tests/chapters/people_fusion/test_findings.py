@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 
 from robot_perception.book import people_fusion as page
-from robot_perception.book.people_fusion import RULED, SCENE
+from robot_perception.book.people_fusion import (
+    MOMENTS,
+    NOW,
+    PAGE,
+    RULED,
+    SCENE,
+    page_session,
+    room,
+    scene,
+)
 from robot_perception.chapters.people_fusion import figures as draw
-from robot_perception.chapters.people_sensors.scene import CONFIG, MOMENTS, SHOWN, found, recording
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.figures import figure
 from tests.chapters.findings import limits
@@ -30,7 +38,7 @@ def test_no_two_states_say_the_same(explorer):
 # The scene
 
 
-def errors(who, at=SHOWN):
+def errors(who, at=NOW):
     """Return how many are missed, are nobody's, and are placed."""
     now = page.watched(who, at)
     return int(now.missed.sum()), int(now.nobody.sum()), now.placed
@@ -38,7 +46,7 @@ def errors(who, at=SHOWN):
 
 def test_the_session_is_none_of_those_that_are_scored():
     scored = (*page.FRESH, *page.SKIRTED, *page.guided.replicates, *page.surveyed.replicates)
-    assert CONFIG.seed not in scored
+    assert PAGE.seed not in scored
 
 
 def test_the_sonars_make_nobody_up():
@@ -50,7 +58,7 @@ def test_the_moment_of_the_hero_is_right_together_and_by_no_sensor_alone():
     alone = [errors(who) for who, sensors in page.SOME.items() if len(sensors) == 1]
     assert all(missed or known < 3 for missed, _, known in alone)
     counts = {"camera": 3, "laser": 2, "sonar": 1}
-    assert {sensor: len(found(SHOWN, sensor)) for sensor in counts} == counts
+    assert {sensor: len(scene(NOW).found[sensor]) for sensor in counts} == counts
 
 
 def test_presets_show_what_their_names_say():
@@ -65,7 +73,7 @@ def test_presets_show_what_their_names_say():
 
 @pytest.mark.parametrize("who", page.SOME)
 def test_a_state_counts_as_the_studies_do(who):
-    run = page.committee(recording(), sensors=page.SOME[who])
+    run = page.committee(page_session(), sensors=page.SOME[who])
     every = list(run.persons())
     for at in MOMENTS:
         missed, nobody, _ = errors(who, at)
@@ -108,8 +116,8 @@ def test_the_axes_hold_every_choice():
 
 def test_the_committee_is_drawn_twice_alike():
     _, ax = figure()
-    persons = page.together_at(SHOWN)
-    counts = [len(draw.together.on(ax, SHOWN, persons).get_children()) for _ in range(2)]
+    persons = page.together_at(NOW)
+    counts = [len(draw.together.on(ax, scene(NOW), persons).get_children()) for _ in range(2)]
     assert counts[0] == counts[1]
 
 
@@ -128,10 +136,10 @@ def test_rooms_are_drawn_row_by_row_beside_the_papers_lines():
 
 
 def test_every_person_has_a_way():
-    run = page.committee(recording())
+    run = page.committee(page_session())
     _, ax = figure()
     with unchecked():
-        draw.ways.on(ax, run)
+        draw.ways.on(ax, run, room())
     ends = [line for line in ax.lines if line.get_marker() in ("s", "o")]
     squares = [line for line in ends if line.get_marker() == "s"]
     found = [(persons.identity, static) for _, persons, static in run.persons()]

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_synth.people.staging import RIG, SENSORS
 from robot_perception.book import people_fusion as page
 from robot_perception.book.people_fusion import LIBRARY, OURS, RULES
-from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
 from robot_perception.teaching.rows import Rows

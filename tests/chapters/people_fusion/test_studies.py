@@ -8,16 +8,7 @@ import pytest
 
 from robot_perception.book import people_fusion as page
 from robot_perception.book.people_fusion import AHEAD, BEHIND, EVERYWHERE, View
-from robot_perception.book.people_sensors import WALLED
-from robot_perception.chapters.people_sensors import hearing
-from robot_perception.chapters.people_sensors.hearing import NAME
-from robot_perception.chapters.people_sensors.sessions import (
-    CHOOSE,
-    LEARN,
-    SENSORS,
-    TEST,
-    Recording,
-)
+from robot_perception.book.people_sensors import CHOOSE, LEARN, SENSORS, TEST, WALLED, Told
 from robot_perception.people.aggregation import Aggregator, Hypotheses, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.teaching.rows import Rows
@@ -122,7 +113,7 @@ def test_no_persons_no_hypotheses():
 
 def test_who_is_seen_again_and_again_becomes_a_person():
     one, n = recording([(2, 0)], [(2, 0)], sensor="sonar"), 20
-    names = {entry.name for entry in fields(Recording)} - {"times", "judged", "skirt"}
+    names = {entry.name for entry in fields(Told)} - {"times", "judged", "skirt"}
     columns = {name: np.repeat(getattr(one, name), n, axis=0) for name in names}
     many = replace(one, times=np.arange(n) / 10, judged=np.arange(n), **columns)
     counts = [len(persons) for _, persons, _ in page.committee(many).persons()]
@@ -146,10 +137,10 @@ def test_joined_readings_are_heard_by_the_committee():
     """Somebody whom only microphones detect is tracked with them, and not without."""
     whole = session([(2.0, 2.8)], 4.0, sees=())
     more = tuple(
-        Detections(0.25 * k, NAME, polar(np.full(1, 2.0), np.full(1, 2.8), 2.0, 0.1))
+        Detections(0.25 * k, "microphones", polar(np.full(1, 2.0), np.full(1, 2.8), 2.0, 0.1))
         for k in range(1, 16)
     )
-    rules = hearing.with_microphones(page.RULES, SensorRules(0.3, 2.0, silence=False))
+    rules = page.with_microphones(page.RULES, SensorRules(0.3, 2.0, silence=False))
     with_, none = page.committee(whole, rules, more=more), page.committee(whole, rules)
     assert len(with_.found[-1].persons(rules)) == 1
     assert len(none.found[-1]) == 0
@@ -159,10 +150,11 @@ def test_joined_readings_are_heard_by_the_committee():
 def test_all_readings_come_in_the_order_of_time_with_the_pose_of_the_last_one():
     whole = session([(2.0, 0.3)], 1.0)
     more = tuple(
-        Detections(time, NAME, polar(np.ones(1), np.zeros(1), 2.0, 0.1)) for time in (0.5, 0.9)
+        Detections(time, "microphones", polar(np.ones(1), np.zeros(1), 2.0, 0.1))
+        for time in (0.5, 0.9)
     )
     own = np.flatnonzero(whole.sensors == 0).tolist()
-    done = hearing.joined(whole, own, more)
+    done = page.in_order(whole, own, more)
     times = [one.time for _, one, _ in done]
     assert times == sorted(times)
     assert [k for k, *_ in done if k >= 0] == own

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from data_synth.people.staging import RIG, SENSORS
 from robot_perception.book import people_sensors as page
-from robot_perception.book.people_sensors import LOOK, STAND
+from robot_perception.book.people_sensors import LOOK, NOW, STAND, scene
 from robot_perception.chapters.people_sensors import figures as draw
-from robot_perception.chapters.people_sensors import scene, sessions
-from robot_perception.chapters.people_sensors.scene import SHOWN
-from robot_perception.chapters.people_sensors.sessions import RIG, SENSORS
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs, sonar
+from robot_perception.people.places import points
 from robot_perception.teaching.figures import figure, image_axes
 from tests.unchecked import unchecked
 
@@ -20,7 +19,7 @@ from tests.unchecked import unchecked
 def computed():
     """All states, computed once, without the checks of shapes."""
     with unchecked():
-        scene.signals()
+        page.signals()
         LOOK.found()
         STAND.found()
 
@@ -31,8 +30,8 @@ def computed():
 def test_the_person_stands_free_in_a_room_that_nothing_else_uses():
     office, _, robot = page.prepared()
     polar = [[r, np.deg2rad(phi)] for r in page.DISTANCES for phi in page.DIRECTIONS]
-    assert (office.free(robot[:2] + sessions.points(np.array(polar))) > 0.2).all()
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *page.WALLED}
+    assert (office.free(robot[:2] + points(np.array(polar))) > 0.2).all()
+    used = {*page.LEARN, *page.CHOOSE, *page.TEST, *page.WALLED}
     assert page.OFFICE not in used
 
 
@@ -60,7 +59,7 @@ def test_the_grip_is_on_the_person():
     for setting in STAND.parameters():
         now = STAND.state(**setting)
         np.testing.assert_allclose(
-            page.place(**setting), draw.from_above(sessions.points(now.polar))[0], atol=1e-12
+            page.place(**setting), draw.from_above(points(now.polar))[0], atol=1e-12
         )
 
 
@@ -68,12 +67,12 @@ def test_the_grip_is_on_the_person():
 
 
 def test_the_session_is_none_of_those_that_are_used_elsewhere():
-    used = {*sessions.LEARN, *sessions.CHOOSE, *sessions.TEST, *page.WALLED}
-    assert scene.CONFIG.seed not in used
+    used = {*page.LEARN, *page.CHOOSE, *page.TEST, *page.WALLED}
+    assert page.PAGE.seed not in used
 
 
 def test_everybody_is_there_and_in_view_at_all_moments_ahead_and_behind():
-    known = scene.recording()
+    known = page.page_session()
     assert known.present.all()
     assert known.clear.all()
     assert (known.polar[..., 0] < draw.REACH).all()
@@ -83,14 +82,14 @@ def test_everybody_is_there_and_in_view_at_all_moments_ahead_and_behind():
 
 
 def test_signals_are_those_that_the_detectors_had():
-    seen = scene.signals()
-    for k, at in enumerate(scene.MOMENTS):
-        ranges, echoes = (np.where(r > 0, r, np.inf) for r in (seen.scans[k], seen.echoes[k]))
+    for k, at in enumerate(page.MOMENTS):
+        now = scene(at)
+        ranges, echoes = (np.where(r > 0, r, np.inf) for r in (now.scan, now.echoes))
         found = legs.detect(ranges, LASER_ANGLES)
-        np.testing.assert_allclose(found.mean, scene.found(at, "laser").positions.mean)
+        np.testing.assert_allclose(found.mean, now.found["laser"].positions.mean)
         found = sonar.detect(echoes, SONAR_ANGLES, RIG.ring.radius)
-        np.testing.assert_allclose(found.mean, scene.found(at, "sonar").positions.mean)
-        times = scene.recording().times[seen.readings[k]]
+        np.testing.assert_allclose(found.mean, now.found["sonar"].positions.mean)
+        times = page.page_session().times[page.signals()["readings"][k]]
         assert (times <= at).all()
         assert (times > at - 0.06).all()
 
@@ -105,7 +104,7 @@ def test_presets_show_what_their_names_say():
 
 def test_a_person_has_a_detection_of_their_own_and_the_rest_is_nobodys():
     for sensor in SENSORS:
-        for at in scene.MOMENTS:
+        for at in page.MOMENTS:
             look = page.look(sensor, at)
             assert look.found.sum() + look.nobody.sum() == len(look.detections)
 
@@ -114,7 +113,7 @@ def test_a_person_has_a_detection_of_their_own_and_the_rest_is_nobodys():
 
 
 def test_bent_ellipses_lie_two_deviations_away():
-    found = scene.found(SHOWN, "sonar").positions
+    found = scene(NOW).found["sonar"].positions
     for rim, mean, cov in zip(draw.rims(found.mean, found.cov), found.mean, found.cov, strict=True):
         r, phi = np.hypot(*rim.T), np.arctan2(-rim[:, 0], rim[:, 1])
         off = np.stack([r, phi], axis=-1) - mean
@@ -124,16 +123,17 @@ def test_bent_ellipses_lie_two_deviations_away():
 
 def test_each_drawing_is_drawn_twice_alike():
     fig, axes = draw.hero._axes()
-    once = draw.hero.on(axes, SHOWN)[2].get_children()
+    now = scene(NOW)
+    once = draw.hero.on(axes, now)[2].get_children()
     fig.draw_without_rendering()  # plans keep their aspect
     assert sum(ax.get_position().width for ax in axes) > 0.75, "the row is empty"
-    assert len(draw.hero.on(axes, SHOWN)[2].get_children()) == len(once)
-    for drawing in (lambda ax, at: draw.scan.on(ax, at, 0.4), draw.ring.on, draw.overlay):
+    assert len(draw.hero.on(axes, now)[2].get_children()) == len(once)
+    for drawing in (lambda ax, now: draw.scan.on(ax, now, 0.4), draw.ring.on, draw.overlay):
         _, ax = figure()
-        counts = [len(drawing(ax, SHOWN).get_children()) for _ in range(2)]
+        counts = [len(drawing(ax, now).get_children()) for _ in range(2)]
         assert counts[0] == counts[1]
-    _, ax = image_axes(scene.picture(SHOWN))
-    assert len(draw.fisheye.on(ax, SHOWN).lines) == 3 + 3
+    _, ax = image_axes(now.picture)
+    assert len(draw.fisheye.on(ax, now).lines) == 3 + 3
 
 
 def test_shares_are_drawn_where_they_are():

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from data_synth.people.staging import SENSORS
 from robot_perception.book import people_sensors as page
-from robot_perception.chapters.people_sensors import scene, sessions
-from robot_perception.chapters.people_sensors.sessions import SENSORS, Recording
+from robot_perception.book.people_sensors import Told
 from robot_perception.teaching.rows import Rows
 
 
@@ -16,7 +16,7 @@ def recording(polar, found, *, clear=True, sensor="laser"):
     """Return a session of one reading: people and detections at distances and directions."""
     polar, found = np.array(polar, float).reshape(-1, 2), np.array(found, float).reshape(-1, 2)
     p, one = len(polar), np.ones((1, len(polar)))
-    return Recording(
+    return Told(
         times=np.array([1.0]),
         sensors=np.array([SENSORS.index(sensor)]),
         poses=np.zeros((1, 3)),
@@ -123,7 +123,7 @@ def test_shares_are_taken_over_the_sessions_that_were_asked():
 
 
 def test_rooms_of_different_studies_are_different_ones():
-    used = [sessions.LEARN, sessions.CHOOSE, sessions.TEST, page.WALLED, [page.OFFICE],
-            page.decoyed.axes["session"], [scene.CONFIG.seed]]  # fmt: skip
+    used = [page.LEARN, page.CHOOSE, page.TEST, page.WALLED, [page.OFFICE],
+            page.decoyed.axes["session"], [page.PAGE.seed]]  # fmt: skip
     together = [seed for seeds in used for seed in seeds]
     assert len(set(together)) == len(together)

@@ -23,7 +23,7 @@ from data_synth.ceiling import clutter, grille_patch, patch, superimpose
 from data_synth.ceiling import plane as ceiling_plane
 from data_synth.ceiling import robot as ceiling_robot
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
-from data_synth.people import bodies, session, signals, world
+from data_synth.people import bodies, session, signals, staging, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
 from tests.hostile.calls import _arms_world, _companion_world
@@ -129,7 +129,6 @@ CALLS = (
         bodies.figures: lambda: call(
             PAIR, ROBOT[:2] + NOON[:, None], NOON, NOON, NOON, NOON / 5, NOON > 0, np.array([0, 1])
         ),
-        fisheye.Fisheye: lambda: call(16, 4.5, 1.2, 1.7, 0.01, 0.001),
         fisheye.Fisheye.project: lambda: call(EYE, np.array([[1.0, 2, 3], [-1, 0.5, 1.2]])),
         fisheye.Fisheye.bearing: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
         fisheye.Fisheye.elevation: lambda: call(EYE, np.array([[3.0, 4], [9, 9]])),
@@ -164,6 +163,12 @@ CALLS = (
             signals.Sensing(SMALL, PAIR, SENSORS, rng=rng()), crowd().now, crowd().advance(0.1)
         ),
         signals.truth: lambda: call(SMALL, PAIR, crowd().now, SENSORS),
+        staging.Config: lambda: call(
+            *(3, 5.0, "drives", 2.0, ("laser",), False, True, 0.5, 0.1, 1.0),
+        ),
+        staging.rig: lambda: call(("laser", "camera"), sonar.SonarRing()),
+        staging.staged: lambda: call(staging.Config(3, 0.2)),
+        staging.truths: lambda: call(some_session(), [0.1, 0.15]),
         people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
         people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
         people_sound.converse: lambda: call(
@@ -180,7 +185,6 @@ CALLS = (
             rng=rng(),
         ),
         sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
-        world.Wander: lambda: call(0.1, 0.5, 3.0),
         world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
         world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
         world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),

@@ -1,6 +1,6 @@
 """The film of the page: picture, scan, echoes and what the committee knows, by one clock."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +8,10 @@ from jaxtyping import Float, UInt8
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from data_synth.people import LASER_ANGLES, FisheyeImage, LaserScan, SonarScan, readings
+from data_synth.people import LASER_ANGLES
 from robot_perception.chapters.people_fusion.figures import aggregated
-from robot_perception.chapters.people_sensors import sessions
 from robot_perception.chapters.people_sensors.figures import (
+    Room,
     arcs,
     bodies,
     directions,
@@ -19,15 +19,11 @@ from robot_perception.chapters.people_sensors.figures import (
     heads,
     polar,
 )
-from robot_perception.chapters.people_sensors.scene import CONFIG, recording
-from robot_perception.chapters.people_sensors.sessions import RIG
-from robot_perception.geometry import se2, wrap_angle
-from robot_perception.people.aggregation import Hypotheses
-from robot_perception.people.tracker import PeopleTracker
+from robot_perception.geometry import wrap_angle
+from robot_perception.people.aggregation import AggregationRules, Hypotheses
 from robot_perception.teaching.figures.films import film
 from robot_perception.teaching.figures.style import MEANING, figure
 from robot_perception.teaching.media import Shown
-from robot_perception.teaching.results import kept
 
 FPS = 5
 TIMES = np.arange(0.4, 10.4, 1 / FPS).round(2)
@@ -55,51 +51,22 @@ class Instant:
     headings: Float[np.ndarray, "p"]
 
 
-@kept
-def instants(tracker: PeopleTracker) -> list[Instant]:
-    """Return what the film shows: the signals again, and the committee after each reading."""
-    session, rng = sessions.staged(CONFIG)
-    known, last, found = recording(), {}, []
-    ends = np.searchsorted(known.times, TIMES, side="right")
-    state, room = tracker.start(known.reckoned[0]), se2.inverse(session.robot[0])
-    for k, reading in zip(range(ends[-1]), readings(session, RIG, rng=rng), strict=False):
-        last[type(reading)] = reading, known.found(k).positions
-        state, _ = tracker.step(state, known.found(k), known.reckoned[k])
-        for time in TIMES[ends == k + 1]:
-            now = session.at(float(time))
-            places = se2.act(room, now.positions)
-            scan, echoes = (last[kind][0].ranges for kind in (LaserScan, SonarScan))
-            image, faces = last[FisheyeImage]
-            found.append(
-                Instant(
-                    float(time),
-                    image.image[..., ::-1],
-                    *(np.where(np.isfinite(ranges), ranges, 0.0) for ranges in (scan, echoes)),
-                    faces.mean[:, 1],
-                    state.hypotheses,
-                    np.column_stack([places, [person.head for person in session.people]]),
-                    now.headings - session.robot[0, 2],
-                )
-            )
-    return found
-
-
-def spread(tracker: PeopleTracker, person: int, time: float) -> float:
+def spread(instants: Sequence[Instant], rules: AggregationRules, person: int, time: float) -> float:
     """Return how well the committee knew at a time how far away somebody is (1σ, m).
 
     That is of the hypothesis, among those that count as persons, that is nearest in direction.
     """
-    instant = instants(tracker)[int(np.abs(TIMES - time).argmin())]
+    instant = instants[int(np.abs(TIMES - time).argmin())]
     ahead, left, _ = instant.people[person]
-    known = instant.hypotheses.persons(tracker.aggregation)
+    known = instant.hypotheses.persons(rules)
     off = np.abs(wrap_angle(known.mean[:, 1] - np.arctan2(left, ahead)))
     return float(np.sqrt(known.cov[off.argmin(), 0, 0]))
 
 
-def show(tracker: PeopleTracker) -> Shown:
-    """Show ten seconds: what the sensors see, and whom the committee knows."""
+def show(instants: Iterable[Instant], room: Room, least: float) -> Shown:
+    """Show ten seconds: what the sensors see, and whom the committee knows from a weight on."""
     return film(
-        frames(tracker),
+        frames(instants, room, least),
         fps=FPS,
         name="people-clock",
         poster=len(TIMES) // 2,
@@ -114,14 +81,14 @@ def show(tracker: PeopleTracker) -> Shown:
     )
 
 
-def frames(tracker: PeopleTracker) -> Iterator[Figure]:
+def frames(instants: Iterable[Instant], room: Room, least: float) -> Iterator[Figure]:
     """Yield the frames of the film, all drawn on one figure."""
     fig, axes = figure(1, 2, width=WIDTH, height=HEIGHT)
     for ax, place in zip(axes, PLACES, strict=True):
         ax.set_position(place)
-    for instant in instants(tracker):
+    for instant in instants:
         look(axes[0], instant)
-        plan(axes[1], instant, tracker.aggregation.person)
+        plan(axes[1], instant, room, least)
         yield fig
 
 
@@ -135,10 +102,10 @@ def look(ax: Axes, instant: Instant) -> Axes:
     return ax
 
 
-def plan(ax: Axes, instant: Instant, least: float) -> Axes:
+def plan(ax: Axes, instant: Instant, room: Room, least: float) -> Axes:
     """Draw scan, echoes, hypotheses and people from above, on axes cleared first."""
     ax.clear()
-    floor(ax, 0.3)
+    floor(ax, room, 0.3)
     back = instant.scan > 0
     beams = polar(instant.scan[back], LASER_ANGLES[back])
     ax.plot(*beams.T, "o", color=MEANING["laser"], markersize=1.8)

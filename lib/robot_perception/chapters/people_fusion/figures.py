@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from robot_perception.chapters.people_sensors.figures import (
     NAMES,
+    Room,
     floor,
     from_above,
     overlay,
@@ -57,9 +58,9 @@ def aggregated(
     width=5.0,
     height=5.0,
 )
-def together(ax: Axes, at: float, persons: Hypotheses) -> Axes:
+def together(ax: Axes, scene: Any, persons: Hypotheses) -> Axes:
     """Draw all in one: people, the three sensors, and the persons they agree on."""
-    aggregated(overlay(ax, at), persons, 0.0)
+    aggregated(overlay(ax, scene), persons, 0.0)
     return ax
 
 
@@ -72,12 +73,12 @@ def together(ax: Axes, at: float, persons: Hypotheses) -> Axes:
     width=5.0,
     height=5.0,
 )
-def ways(ax: Axes, run: Any) -> Axes:
+def ways(ax: Axes, run: Any, room: Room) -> Axes:
     """Draw the ways of all persons, those who were static at last with a square, and the truth."""
     ax.clear()
     told = run.told
     start = se2.inverse(told.poses[0])
-    floor(ax, 0.4)
+    floor(ax, room, 0.4)
     for way in np.moveaxis(told.places, 1, 0):
         ax.plot(*from_above(way).T, color=MEANING["truth"], linewidth=3.0, alpha=0.3)
     rows, persons, static = zip(*run.persons(), strict=True)
@@ -140,10 +141,10 @@ def _paper(ax: Axes) -> None:
 def committee_at(ax: Axes, now: Any) -> Axes:
     """Draw the hypotheses of some sensors at a moment over the truth, on axes cleared first."""
     ax.clear()
-    floor(ax, 0.5)
+    floor(ax, now.scene.room, 0.5)
     gone = zip(NAMES, now.missed, strict=False)
     words = [f"{name}?" if missed else name for name, missed in gone]
-    people(ax, now.at, strong=False, words=words)
+    people(ax, now.scene, strong=False, words=words)
     aggregated(ax, now.hypotheses, now.least, now.nobody)
     ax.set_title(f"{now.who}: {len(now.missed) - now.missed.sum()} of 3 found")
     return ax

@@ -1,1 +1,1 @@
-"""Three witnesses: drawings, the sessions that the next chapter needs, too, and recordings."""
+"""Three witnesses: drawings, and what reads a film of pedestrians."""

@@ -1,6 +1,7 @@
 """Drawings of the chapter: the room from above, and what each sensor says of it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
+from data_synth.people.staging import RIG
 from robot_perception.beliefs import Gaussian
-from robot_perception.chapters.people_sensors import recordings, scene
-from robot_perception.chapters.people_sensors.recordings import Legs, Pedestrians
-from robot_perception.chapters.people_sensors.sessions import RIG, points
+from robot_perception.chapters.people_sensors.recordings import Pedestrians
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs
+from robot_perception.people.places import points
 from robot_perception.teaching.figures import drawn, image_axes
 from robot_perception.teaching.figures.maps import dots, lines
 from robot_perception.teaching.figures.style import MEANING, label
@@ -27,9 +28,23 @@ BODY, ROBOT = 0.2, 0.25  # radius of what is drawn of a person and of the robot,
 _TURN = np.linspace(0, 2 * np.pi, 65)
 CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
 OUT = 0.36  # from the middle of a person to the letter, m
+FAR = 10.0  # what is further away lies outside of the drawing of a real scan, m
 
 
 # The room ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Room:
+    """What stands in a room, ahead and to the left of the robot, m.
+
+    Walls and furniture at the height of the laser, tops of tables, and round things with their
+    radius.
+    """
+
+    walls: Float[np.ndarray, "f 2 2"]
+    tops: Float[np.ndarray, "t 2 2"]
+    posts: Float[np.ndarray, "c 3"]
 
 
 def from_above(points: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
@@ -43,10 +58,10 @@ def polar(r: np.ndarray | float, phi: np.ndarray | float) -> Float[np.ndarray, "
     return from_above(points(np.stack(np.broadcast_arrays(r, phi), axis=-1)))
 
 
-def floor(ax: Axes, furniture: float) -> None:
+def floor(ax: Axes, room: Room, furniture: float) -> None:
     """Draw walls, furniture and the robot, and frame them."""
-    room, grey = scene.signals(), MEANING["world"]
-    for faces, strength in ((room.tops, 0.35), (room.faces, 0.9)):
+    grey = MEANING["world"]
+    for faces, strength in ((room.tops, 0.35), (room.walls, 0.9)):
         lines(ax, from_above(faces), grey, 1.0, alpha=strength * furniture)
     for place, radius in zip(from_above(room.posts[:, :2]), room.posts[:, 2], strict=True):
         if np.abs(place).max() < REACH:
@@ -66,10 +81,9 @@ def _robot(ax: Axes, behind: float, ticks: Sequence[float]) -> None:
     ax.set(xlabel="left, right (m)", ylabel="ahead (m)")
 
 
-def people(ax: Axes, at: float, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
+def people(ax: Axes, scene: Any, *, strong: bool = True, words: Sequence[str] = NAMES) -> None:
     """Draw where people were, each with the direction of the body and a letter."""
-    headings = scene.signals().headings[scene.MOMENTS.index(at)]
-    bodies(ax, scene.people(at), headings, strong=strong, words=words)
+    bodies(ax, scene.people, scene.headings, strong=strong, words=words)
 
 
 def bodies(
@@ -144,25 +158,25 @@ def said(ax: Axes, sensor: str, detections: Gaussian) -> None:
     height=3.1,
     gridspec_kw={"left": 0.42 / 8.2, "right": 1 - 0.11 / 8.2, "wspace": 0.54 / 2.2},
 )
-def hero(axes: np.ndarray, at: float) -> np.ndarray:
+def hero(axes: np.ndarray, scene: Any) -> np.ndarray:
     """Draw the middle of Fig. 7 again on three axes: what each sensor says of the scene."""
     for ax, sensor in zip(axes, ("camera", "laser", "sonar"), strict=True):
         ax.clear()
-        floor(ax, 0.4)
+        floor(ax, scene.room, 0.4)
         ax.set_ylabel("")
-        people(ax, at, strong=False)
-        said(ax, sensor, scene.found(at, sensor).positions)
+        people(ax, scene, strong=False)
+        said(ax, sensor, scene.found[sensor].positions)
         ax.set_title(f"{sensor} alone")
     return axes
 
 
-def overlay(ax: Axes, at: float) -> Axes:
+def overlay(ax: Axes, scene: Any) -> Axes:
     """Draw what all three say of a moment, and where the people are, on axes cleared first."""
     ax.clear()
-    floor(ax, 0.5)
+    floor(ax, scene.room, 0.5)
     for sensor in ("camera", "sonar", "laser"):
-        said(ax, sensor, scene.found(at, sensor).positions)
-    people(ax, at, words=("", "", ""))
+        said(ax, sensor, scene.found[sensor].positions)
+    people(ax, scene, words=("", "", ""))
     return ax
 
 
@@ -184,20 +198,19 @@ def bare(ax: Axes) -> Axes:
     "but has no second.",
     height=4.2,
 )
-def scan(ax: Axes, at: float, gate: float) -> Axes:
+def scan(ax: Axes, scene: Any, gate: float) -> Axes:
     """Draw one scan: what is taken for legs, and for pairs of them, right within a gate, m."""
     ax.clear()
-    ranges = scene.signals().scans[scene.MOMENTS.index(at)]
-    back, rules = ranges > 0, legs.LegRules()
-    seen = legs.profiles(np.where(back, ranges, np.inf), LASER_ANGLES, rules)
-    middles = seen.middles[legs.are_legs(seen, rules)]
-    paired = legs.pairs(middles, rules)
+    ranges, back = scene.scan, scene.scan > 0
+    seen = legs.profiles(np.where(back, ranges, np.inf), LASER_ANGLES)
+    middles = seen.middles[legs.are_legs(seen)]
+    paired = legs.pairs(middles)
     dots(ax, polar(ranges[back], LASER_ANGLES[back]), MEANING["laser"], 2.2)
     _robot(ax, 0.6, [0, 1, 2, 3])
-    people(ax, at, strong=False)
+    people(ax, scene, strong=False)
     for pair in paired:
         middle = middles[pair].mean(axis=0)
-        near = np.hypot(*(scene.people(at) - middle).T).min() < gate
+        near = np.hypot(*(scene.people - middle).T).min() < gate
         colour = MEANING["right" if near else "wrong"]
         ax.plot(*from_above(middles[pair]).T, "o-", color=colour, markersize=6, linewidth=2.4)
     single = from_above(middles[np.setdiff1d(np.arange(len(middles)), paired.ravel())])
@@ -214,12 +227,12 @@ def scan(ax: Axes, at: float, gate: float) -> Axes:
     width=5.0,
     height=5.0,
 )
-def ring(ax: Axes, at: float) -> Axes:
+def ring(ax: Axes, scene: Any) -> Axes:
     """Draw one round of the sonars: an arc across each cone, and where the people are."""
     ax.clear()
-    floor(ax, 0.5)
-    people(ax, at, strong=False)
-    arcs(ax, scene.signals().echoes[scene.MOMENTS.index(at)])
+    floor(ax, scene.room, 0.5)
+    people(ax, scene, strong=False)
+    arcs(ax, scene.echoes)
     return ax
 
 
@@ -242,13 +255,13 @@ def arcs(ax: Axes, echoes: Float[np.ndarray, "sonars"], *, beyond: bool = True) 
     "wooden doors and notice boards along the rim. Three green lines point at faces.",
     caption="A frame of the camera, ahead at the bottom. Green: directions in which it takes "
     "something for a face; they say nothing about distance. Rings: where the heads are.",
-    axes=lambda at: image_axes(scene.picture(at)),
+    axes=lambda scene: image_axes(scene.picture),
 )
-def fisheye(ax: Axes, at: float) -> Axes:
+def fisheye(ax: Axes, scene: Any) -> Axes:
     """Draw over a picture the directions of the clouds, and where the heads are."""
     ax.clear()
-    directions(ax, scene.found(at, "camera").positions.mean[:, 1])
-    heads(ax, np.column_stack([scene.people(at), scene.signals().heads]))
+    directions(ax, scene.found["camera"].positions.mean[:, 1])
+    heads(ax, np.column_stack([scene.people, scene.heads]))
     middle, below = RIG.camera.centre_px[0], 0.985 * RIG.camera.size
     label(ax, middle, below, "ahead", MEANING["robot"], ha="center", va="bottom")
     return ax
@@ -312,12 +325,12 @@ def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -
     "missed; squares: legs reported where none was marked.",
     height=4.4,
 )
-def real_scan(ax: Axes, result: Legs) -> Axes:
-    """Draw a real scan: legs that somebody marked, found and missed, and what else is reported."""
-    angles, there = result.angles, result.ranges < recordings.FAR
+def real_scan(ax: Axes, result: Any, reach: float) -> Axes:
+    """Draw a real scan: legs that somebody marked, found in reach (m) and missed, and others."""
+    angles, there = result.angles, result.ranges < FAR
     dots(ax, polar(result.ranges[there], angles[there]), MEANING["laser"], 1.6)
     apart = np.hypot(*(result.marked[:, None] - result.found).transpose(2, 0, 1))
-    near = apart <= recordings.NEAR
+    near = apart <= reach
     for places, name, mark in (
         (result.marked[near.any(axis=1)], "right", "o"),
         (result.marked[~near.any(axis=1)], "missed", "o"),
@@ -356,9 +369,9 @@ def look(ax: Axes, now: Any) -> Axes:
     A detection that is nobody's has a cross in the middle.
     """
     ax.clear()
-    floor(ax, 0.5)
+    floor(ax, now.scene.room, 0.5)
     words = [name if found else f"{name}?" for name, found in zip(NAMES, now.found, strict=False)]
-    people(ax, now.at, strong=False, words=words)
+    people(ax, now.scene, strong=False, words=words)
     said(ax, now.sensor, now.detections.positions)
     wrong = now.detections.positions.mean[now.nobody]
     ax.plot(*polar(*wrong.T).T, "x", color=MEANING["wrong"], markersize=10, markeredgewidth=2.4)
