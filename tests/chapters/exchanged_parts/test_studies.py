@@ -1,5 +1,6 @@
 """Laws of the rules that are exchanged, and oracles for what is measured."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from robot_perception.book import exchanged_parts as page
 from robot_perception.companion.cues import bhattacharyya
 from robot_perception.evaluation.intervals import exact
 from robot_perception.people.aggregation import AggregationRules
+from robot_perception.people.tracker import PeopleTracker
 
 HEAD = arrays(float, 6, elements=st.integers(0, 40).map(float)).filter(lambda M: M.sum() > 0)
 SHARE = arrays(float, 6, elements=st.sampled_from([0.0, 0.5, 1.0]))
@@ -190,19 +192,40 @@ def test_of_ratios_the_one_is_taken_that_is_furthest_from_one_as_a_factor():
 
 @pytest.fixture(scope="module")
 def told():
-    return page.people.scene.recording()
+    return page.people.page_session()
 
 
-def test_said_once_the_committee_is_the_committee(told):
-    ours = page.repeated(told, page.people.RULES, 1)
-    theirs = page.people.committee(told)
-    assert ours.rows == theirs.rows
-    assert all(np.allclose(a.mean, b.mean) for a, b in zip(ours.found, theirs.found, strict=True))
-    counts = page.people.tally(theirs, {"everywhere": page.people.EVERYWHERE})
-    found = page.judged(told, ours)
+def test_people_and_hypotheses_are_counted_as_in_the_chapter_of_the_committee(told):
+    counts = page.people.tally(page.people.committee(told), {"everywhere": page.people.EVERYWHERE})
+    found = page.judged(told, page.repeated(told, page.people.RULES, 1))
     assert [found[name] for name in ("people", "found", "matched")] == [
         counts[name][0] for name in ("people", "found", "matched")
     ]
+
+
+def test_copies_are_what_a_tracker_makes_of_readings_one_after_the_other(told):
+    tracker = PeopleTracker(page.people.RULES, page.people.STATIC)
+    state, known = tracker.start(told.reckoned[0]), []
+    for k in range(40):
+        for again in reversed(range(3 if told.sensors[k] == page.CAMERA_NUMBER else 1)):
+            one = told.found(k)
+            one = replace(one, time=one.time - again * page.APART)
+            state, _ = tracker.step(state, one, told.reckoned[k])
+        if k in told.judged:
+            known.append(state.hypotheses)
+    ours = page.repeated(told, page.people.RULES, 3).found[: len(known)]
+    assert [one.weight.tolist() for one in ours] == [one.weight.tolist() for one in known]
+    assert [one.mean.tolist() for one in ours] == [one.mean.tolist() for one in known]
+
+
+@given(st.integers(1, 9))
+def test_an_alpha_that_is_shared_leaves_after_all_copies_what_one_reading_leaves(copies):
+    camera = page.people.RULES.sensors["camera"]
+    shared = page.among(page.people.RULES, copies).sensors["camera"]
+    for name in ("alpha", "alpha_behind"):
+        left = (1 - getattr(shared, name)) ** copies
+        assert left == pytest.approx(1 - getattr(camera, name))
+    assert shared.patience == camera.patience
 
 
 def test_said_four_times_weights_rise_and_kalman_is_surer(told):
