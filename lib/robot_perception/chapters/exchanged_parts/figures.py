@@ -125,9 +125,9 @@ def counted(ax: Axes, now: Any) -> Axes:
     ax.clear()
     shares = (*now.alone, now.product, now.whole)
     names = (
-        *(f"coordinate {k + 1} alone" for k in range(len(now.alone))),
+        *(f"no. {k + 1}" for k in range(len(now.alone))),
         "product",
-        "all at once",
+        "all",
     )
     colours = [MEANING["readings"]] * len(now.alone) + [MEANING["expected"], MEANING["robot"]]
     rows = np.arange(len(shares))[::-1]
