@@ -16,6 +16,8 @@ from robot_perception.teaching.rows import Rows
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.91}
+_ROWS = 10
+"""Of the drawing of shares: eight coordinates, their product, and all at once."""
 _OF = ("paper", "robot", "agreement", "readings", "anchor")
 """Meanings of colours of the rules, in the order in which sizes are handed in."""
 
@@ -130,9 +132,10 @@ def counted(ax: Axes, now: Any) -> Axes:
         "all",
     )
     colours = [MEANING["readings"]] * len(now.alone) + [MEANING["expected"], MEANING["robot"]]
-    rows = np.arange(len(shares))[::-1]
+    rows = _ROWS - np.arange(len(shares))  # from above; trackers of few numbers leave some free
     ax.barh(rows, shares, color=colours, left=1e-4, height=0.7)
     ax.set(xscale="log", xlim=(1e-4, 1.5), xlabel="share of the guesses that counts")
+    ax.set_ylim(0.3, _ROWS + 0.7)
     ax.set_yticks(rows, names)
     ax.grid(visible=False, axis="y")
     return ax
