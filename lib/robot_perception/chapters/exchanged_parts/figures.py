@@ -139,3 +139,32 @@ def counted(ax: Axes, now: Any) -> Axes:
     ax.set_yticks(rows, names)
     ax.grid(visible=False, axis="y")
     return ax
+
+
+@drawn(
+    name="parts-trade",
+    alt="Share of the films lost to who stops against share lost as the light goes. The curve of "
+    "each gate runs from never learning, lost in the dark, to always learning, lost to who stops.",
+    caption="Each mark is a threshold; the best place is at the bottom left. Lines lead from the "
+    "least threshold to the greatest, and on to a model that always learns.",
+    width=5.2,
+    height=4.2,
+)
+def trade(ax: Axes, rows: Rows, events: tuple[str, str], gates: Mapping[str, str]) -> Axes:
+    """Draw what each gate loses to one event and to the other, a mark for each threshold."""
+
+    def lost(gate: str, threshold: float) -> list[float]:
+        return [rows.of("lost", event=e, gate=gate, threshold=threshold).mean() for e in events]
+
+    never, always = lost("never", -1.0), lost("always", 1.0)
+    for (gate, name), meaning in zip(gates.items(), ("robot", "readings"), strict=True):
+        thresholds = rows.where(gate=gate).levels("threshold")
+        x, y = np.array([never, *(lost(gate, t) for t in thresholds), always]).T
+        ax.plot(x, y, "o-", color=MEANING[meaning], linewidth=2.0)
+        middle = len(x) // 2
+        label(ax, x[middle] + 0.02, y[middle] + 0.03, name, MEANING[meaning])
+    for name, (x, y) in (("never", never), ("always", always)):
+        ax.plot(x, y, "s", color=MEANING["rule"])
+        label(ax, x + 0.02, y + 0.03, name, MEANING["rule"])
+    ax.set(xlim=(0, 1), ylim=(0, 1.1), xlabel="lost as the light goes", ylabel="lost to who stops")
+    return ax
