@@ -290,7 +290,7 @@ def blocks(
 ) -> Bool[np.ndarray, " n"]:
     r"""Tell which points stand on a route: nearer than half a width to one of its straight parts.
 
-    .. math:: \min_{0 \le s \le 1} |p - a - s (b - a)| < width / 2
+    .. math:: \min_{0 \le s \le 1} |p - a - s (b - a)| < w / 2
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ def blocks(
     route : (k, 2)
         Ends of the parts in their order, two at least, in the same frame, m.
     width
-        Room that the robot takes with what it keeps free on both sides, m.
+        w: room that the robot takes with what it keeps free on both sides, m.
 
     Raises
     ------

@@ -1,9 +1,11 @@
 """Laws of the rules that are exchanged, and oracles for what is measured."""
 
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,6 +17,7 @@ from robot_perception.companion.cues import bhattacharyya
 from robot_perception.evaluation.intervals import exact
 from robot_perception.people.aggregation import AggregationRules
 from robot_perception.people.tracker import PeopleTracker
+from robot_perception.teaching.rows import Rows
 
 HEAD = arrays(float, 6, elements=st.integers(0, 40).map(float)).filter(lambda M: M.sum() > 0)
 SHARE = arrays(float, 6, elements=st.sampled_from([0.0, 0.5, 1.0]))
@@ -265,3 +268,57 @@ def test_ratios_are_those_of_copies_over_one():
     assert page.made_up(rows, page.BY_KALMAN).estimate == pytest.approx(wrong)
     assert page.TOLD[page.STRICT].person == 0.85
     assert isinstance(page.TOLD[page.BY_KALMAN], AggregationRules)
+
+
+# Thresholds --------------------------------------------------------------------------------------
+
+
+def histograms(*seeds):
+    found = [np.random.default_rng(k).uniform(0.1, 1, (4, 3, 8)) for k in seeds]
+    return [one / one.sum(axis=-1, keepdims=True) for one in found]
+
+
+def test_gates_ask_the_model_or_the_most_different_of_the_last_pictures():
+    seen, model, before = histograms(1, 2, 3)
+    far = bhattacharyya(seen, before).mean(axis=-1)
+    assert page.by_score(seen, model, [seen]) == pytest.approx(
+        bhattacharyya(seen, model).mean(axis=-1)
+    )
+    assert page.by_change(seen, model, [seen, before]) == pytest.approx(far)
+    assert page.by_change(seen, model, [seen]) == pytest.approx(0, abs=1e-7)
+    assert page.unlike(seen, model, []) == pytest.approx(1 - page.by_score(seen, model, []))
+
+
+@pytest.mark.parametrize(("threshold", "rate"), [(-1.0, 0.0), (1.0, page.RATE)])
+def test_gates_that_never_or_always_let_learn_are_the_trackers_of_the_other_chapter(
+    threshold, rate
+):
+    shown = page.walks.walk(101, page.DARKER)
+    rules = page.TutorRules(rate=rate, **page.walks.FREE)
+    tracker = page.TutorTracker(page.walks.MODELS["four"], rules)
+    theirs = page.walks.follow(shown, tracker, 101)
+    ours = page.learning(shown, page.by_score, threshold, np.random.default_rng([101, 1]))
+    assert ours == pytest.approx(theirs)
+
+
+def test_what_a_threshold_for_one_event_costs_in_the_other_is_counted_film_by_film():
+    loose, tight = {page.SCORE: 0.35, page.CHANGE: 0.25}, dict.fromkeys(page.GATES, 0.1)
+    table = [
+        {"film": film, "event": event, "gate": gate, "threshold": at, "lost": lost}
+        for film, event, gate in product((1, 2), (page.DARKER, page.STOPS), page.GATES)
+        for at, lost in (
+            (tight[gate], event == page.DARKER),
+            (loose[gate], event == page.STOPS and film == 1),
+        )
+    ]
+    found = page.costs(Rows(pd.DataFrame(table), "film", {}))
+    for gate in page.GATES:
+        assert found[gate, page.DARKER].estimate == 1
+        assert found[gate, page.STOPS].estimate == 0.5
+    assert page.least(found.values()).estimate == 0.5
+
+
+def test_a_row_tells_of_each_gate_and_threshold_and_of_models_without_one():
+    rows = page.gated.but(thresholds=(0.2,), event=(page.STOPS,)).run(film=(100,)).table
+    assert rows["gate"].tolist() == [page.NEVER, page.ALWAYS, page.SCORE, page.CHANGE]
+    assert rows["threshold"].tolist() == [-1, 1, 0.2, 0.2]
