@@ -250,3 +250,43 @@ def test_a_cover_comes_or_is_there_and_leaves(monkeypatch):
             ]
             assert spread[1] > 2 * spread[2]  # two colours where there was one
             assert (spread[0] > 2 * spread[2]) == (when == page.WHEN[1])
+
+
+# A training sequence
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_nothing_is_missed_of_states_that_go_on_as_was_learnt(order):
+    rng = RNG(order)
+    A = rng.normal(size=(8, 8 * order)) / (8 * order)
+    known = page.distributions.Dynamics(A, rng.normal(size=8), np.eye(8))
+    states = [*rng.normal(size=(order, 8))]
+    for _ in range(5):
+        states.append(known.A @ np.concatenate(states[: -order - 1 : -1]) + known.b)
+    states = np.array(states)
+    assert page.missed_by(known, states) == pytest.approx(np.zeros((5, 8)), abs=1e-12)
+    assert page.missed_by(known, states + 1).shape == (5, 8)
+    assert np.abs(page.missed_by(known, states + 1)).max() > 0.1
+
+
+def test_colours_of_the_first_frame_have_not_turned_and_are_those_of_the_tracker():
+    found = page.described("rectangle", 9001, 5)
+    assert found.shape == (5, 8)
+    assert (found[0, 6:] == 0).all()
+    assert found[0, 5] > 0
+    assert (found[1:, 6:] != 0).any()
+
+
+def test_a_film_that_teaches_itself_is_foretold_better_than_by_colours_that_stay():
+    rows = page.foretold.but(itself=True, world=("rectangle",)).run(film=(9001,))
+    assert rows.table["learnt"].tolist() == list(page.LEARNT)
+    free = rows.of("error", learnt=page.ONE), rows.of("error", learnt=page.TWO)
+    assert max(*free) < 0.9
+
+
+def test_an_error_over_that_of_colours_that_stay_is_a_geometric_mean():
+    trials = [{"film": film, "world": "snail", "learnt": page.ONE, "error": error}
+              for film, error in enumerate((0.5, 8.0))]  # fmt: skip
+    value = page.over_staying(Rows(framed(trials), "film", {}))
+    assert value.estimate == pytest.approx(2)
+    assert (value.low, value.high) == pytest.approx((0.5, 8))
