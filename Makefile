@@ -41,7 +41,7 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 
-test: lint book ## lint, unit and property tests, quick claims, notebooks, site in a real browser
+test: lint book ## lint, unit and property tests, claims, notebooks, site in a real browser
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
 
@@ -62,13 +62,13 @@ serve: book ## serve the built site on http://localhost:8000
 
 reproduce: .venv/.book ## recompute rows, stored results and claims in full, of all or of CHAPTERS='walls monobot'; the slow tests
 	$(BIN)/robot-perception store --anew $(CHAPTERS:%=--chapter %) --workers $(JOBS)
-	$(BIN)/robot-perception claims --run full $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
-	$(BIN)/python -m pytest -m slow -k 'not full_numbers' tests
+	$(BIN)/robot-perception claims --run $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
+	$(BIN)/python -m pytest -m slow tests
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
 	$(BIN)/robot-perception store --anew --only arm_tracking.timed # rows that are made of that record
-	$(BIN)/robot-perception claims --run full --claim observing --write book/_data/claims.json
+	$(BIN)/robot-perception claims --run --claim observing --write book/_data/claims.json
 
 clean: ## remove what was built; keeps .venv
 	rm -rf build book/_build

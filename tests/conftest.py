@@ -1,4 +1,4 @@
-"""What holds for all tests: no deadlines, whose worker a test is, bounded memory, claims once."""
+"""What holds for all tests: no deadlines, whose worker a test is, bounded memory, what was seen."""
 
 import gc
 import os
@@ -25,9 +25,6 @@ MOST = 1.0e9
 REMEMBER = ("data_synth.", "robot_perception.chapters.", "robot_perception.book.")
 """Packages that hold what they have rendered."""
 
-COMPUTED: list[str] = []
-"""Claims of the book that the running test has computed."""
-
 
 class Scheduling(LoadFileScheduling):
     """A file is one worker's, for its tests share what they need; visits of pages share nothing."""
@@ -40,22 +37,6 @@ class Scheduling(LoadFileScheduling):
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling | None:
     """Let any worker that is free visit the next page."""
     return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
-
-
-def pytest_collection_finish() -> None:
-    """Take note of each claim of the book that is computed from now on."""
-    # never imported before its checks
-    studies = sys.modules.get("robot_perception.teaching.studies")
-    if studies is None:
-        return
-    find = studies.Claim.find
-
-    def noted(self: Any, size: str = "quick") -> Any:
-        if self.compute.__module__.startswith("robot_perception.chapters"):
-            COMPUTED.append(f"{self.id} ({size})")
-        return find(self, size)
-
-    studies.Claim.find = noted
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -76,47 +57,19 @@ def _held() -> int:
     return int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
-    """Say in the last report of a test which claims it computed."""
-    if call.when == "teardown":
-        item.user_properties += [("claim", name) for name in COMPUTED]
-        COMPUTED.clear()
-    return (yield)
-
-
-def _noted(terminalreporter: Any, when: str) -> Iterator[tuple[str, Any]]:
+def _noted(terminalreporter: Any) -> Iterator[tuple[str, Any]]:
     """Yield what tests on all workers noted of themselves."""
     for reports in terminalreporter.stats.values():
         for report in reports:
-            if getattr(report, "when", "") == when:
+            if getattr(report, "when", "") == "call":
                 yield from getattr(report, "user_properties", ())
 
 
-def _twice(terminalreporter: Any) -> list[str]:
-    """Return the claims that were computed more than once."""
-    names = Counter(
-        value for name, value in _noted(terminalreporter, "teardown") if name == "claim"
-    )
-    return sorted(name for name, count in names.items() if count > 1)
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Let the run fail if a claim was computed twice."""
-    terminalreporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    if session.exitstatus == 0 and terminalreporter is not None and _twice(terminalreporter):
-        session.exitstatus = pytest.ExitCode.TESTS_FAILED
-
-
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Print which claims were computed twice, and what was seen of the site, over all workers."""
-    if twice := _twice(terminalreporter):
-        terminalreporter.section("claims computed more than once: let their tests share a finding")
-        for name in twice:
-            terminalreporter.write_line(name)
+    """Print what was seen of the site, over all workers."""
     seen = [
         (name.removeprefix("site: "), value)
-        for name, value in _noted(terminalreporter, "call")
+        for name, value in _noted(terminalreporter)
         if name.startswith("site: ")
     ]
     if not seen:

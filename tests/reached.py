@@ -200,8 +200,8 @@ class Reach:
         own = f"{CHAPTERS}.{Path(test).parent.name}"
         if own not in imports.files or CHAPTERS not in modules:
             return imports.reached(modules)
-        studies = {n for n in imports.reached([CHAPTERS]) if f"{n}.".startswith(f"{own}.")}
-        return imports.reached((modules | studies) - {CHAPTERS})
+        below = {n for n in imports.reached([CHAPTERS]) if f"{n}.".startswith(f"{own}.")}
+        return imports.reached((modules | below) - {CHAPTERS})
 
     def _is_shown(self, page: str, name: str, ledger: bytes) -> bool:
         """Tell whether a page shows what follows from a changed file."""

@@ -19,12 +19,14 @@ from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.entries import registry
 from robot_perception.evaluation.intervals import exact
+from robot_perception.teaching import registration
 from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.claims import Finding, Size
+from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.records import records
 from robot_perception.teaching.rows import Rows
-from tests.teaching.entries import claim
+from robot_perception.teaching.trials import Sabotage
+from tests.teaching.entries import Given, claim, study
 
 
 @pytest.fixture
@@ -34,17 +36,17 @@ def run():
 
 @pytest.fixture
 def three(monkeypatch):
-    """A book of three claims; the second fails as long as its switch is on.
+    """A book of three registered claims; the second fails as long as its switch is on.
 
     What is called "meanwhile" happens once while the first is computed.
     """
     switch = {"broken": True}
 
-    def first(size):
+    def first(rows):
         switch.pop("meanwhile", lambda: None)()
-        return Finding(exact(1.0 + (size is Size.FULL)))
+        return Finding(exact(1.0))
 
-    def second(size):
+    def second(rows):
         if switch["broken"]:
             raise RuntimeError("the second is broken")
         return Finding(exact(2.0))
@@ -52,10 +54,17 @@ def three(monkeypatch):
     claims = (
         claim("first", compute=first),
         claim("second", compute=second),
-        claim("third", compute=lambda size: Finding(exact(3.0))),
+        claim("third", compute=lambda rows: Finding(exact(3.0))),
     )
-    monkeypatch.setattr(chapters, "claims", lambda stems=(): claims)
+    declare(monkeypatch, *claims)
     return switch
+
+
+def declare(monkeypatch, *claims):
+    """Let these be the claims of the book, registered as they are declared."""
+    lines = tuple(registration.anew(one, (), "new") for one in claims)
+    monkeypatch.setattr(chapters, "claims", lambda stems=(): claims)
+    monkeypatch.setattr(registration, "read", lambda path=None: lines)
 
 
 def test_table_has_a_line_per_claim(run):
@@ -84,11 +93,10 @@ def test_only_what_was_asked_for_is_printed(run):
     assert [e.id for e in printed.entries] == ["dp-quadratic"]
 
 
-@pytest.mark.parametrize(("size", "value"), [("quick", 1.0), ("full", 2.0)])
-def test_claims_are_computed_at_the_size_asked_for(run, three, size, value):
-    words = ("claims", "--run", size, "--claim", "first", "--claim", "third", "--json")
+def test_claims_that_are_asked_for_are_computed(run, three):
+    words = ("claims", "--run", "--claim", "first", "--claim", "third", "--json")
     computed = Ledger.from_json(run(*words).stdout)
-    assert [e.value.estimate for e in computed.entries] == [value, 3.0]
+    assert [e.value.estimate for e in computed.entries] == [1.0, 3.0]
 
 
 @pytest.mark.parametrize("workers", [2, -1])
@@ -106,66 +114,52 @@ def test_json_is_a_ledger(run):
 def test_one_claim_is_recorded_alone(run, three, tmp_path):
     file = tmp_path / "claims.json"
     three["broken"] = False
-    assert run("claims", "--run", "full", "--write", file).exit_code == 0
+    assert run("claims", "--run", "--write", file).exit_code == 0
     before = file.read_text().splitlines()
-    again = run("claims", "--run", "full", "--claim", "second", "--write", file)
+    again = run("claims", "--run", "--claim", "second", "--write", file)
     assert again.exit_code == 0, again.output
     assert file.read_text().splitlines() == before
     assert [e.id for e in Ledger.read(file).entries] == ["first", "second", "third"]
-    assert Ledger.read(file)["first"].value.estimate == 2.0
-    assert Ledger.read(file)["first"].quick == {"value": [1.0, 1.0, 1.0]}
+    assert Ledger.read(file)["second"].value.estimate == 2.0
 
 
-def test_the_quick_size_is_recorded_without_the_full_one(run, three, tmp_path):
+def test_what_others_write_meanwhile_stays(run, three, tmp_path):
     file, three["broken"] = tmp_path / "claims.json", False
-    run("claims", "--run", "full", "--write", file)
-    text = file.read_text()
-    file.write_text(text.replace("[1.0, 1.0, 1.0]", "[9.0, 9.0, 9.0]"))
-    result = run("claims", "--run", "quick", "--write", file)
-    assert result.exit_code == 0, result.output
-    assert file.read_text() == text
-
-
-@pytest.mark.parametrize("size", ["full", "quick"])
-def test_what_others_write_meanwhile_stays(run, three, tmp_path, size):
-    file, three["broken"] = tmp_path / "claims.json", False
-    own = "--claim", "first", "--claim", "second", "--write", file
-    if size == "quick":
-        run("claims", "--run", "full", *own)
-    other = "claims", "--run", "full", "--claim", "third", "--write", file
+    other = "claims", "--run", "--claim", "third", "--write", file
     three["meanwhile"] = lambda: run(*other)
-    result = run("claims", "--run", size, *own)
+    result = run("claims", "--run", "--claim", "first", "--claim", "second", "--write", file)
     assert result.exit_code == 0, result.output
     assert "meanwhile" not in three
     assert [e.id for e in Ledger.read(file).entries] == ["first", "second", "third"]
 
 
-def test_a_new_file_takes_no_quick_size_alone(run, three, tmp_path):
-    file = tmp_path / "new.json"
-    result = run("claims", "--run", "quick", "--claim", "first", "--write", file)
-    assert result.exit_code == 1
-    assert "new.json has no record of first: --run full makes one" in result.output
-    assert not file.exists()
+def test_rows_that_are_not_current_are_recorded_before_their_claim(run, monkeypatch, tmp_path):
+    done = []
 
+    def found(rows):
+        assert len(done) == 2, "rows are recorded first"
+        return Finding(exact(rows))
 
-def test_claims_of_rows_alone_have_no_quick_size(run, tmp_path):
-    file = tmp_path / "new.json"
-    words = "claims", "--run", "quick", "--claim", "fisher-one-landmark", "--write", file
-    result = run(*words)
-    assert result.exit_code == 1
-    assert "1 of 1 claims have no quick size: --run full records them" in result.output
-    assert not file.exists()
+    changes = (Sabotage("twice", study(2.0, changed="gain=2.0")), Sabotage("none", study(0.0)))
+    declare(monkeypatch, claim("first", compute=found, study=study(1.0), sabotages=changes))
+    monkeypatch.setattr(Given, "is_current", lambda self: self.found == 0)
+    monkeypatch.setattr(Given, "record", lambda self: done.append(self.changed))
+    result = run("claims", "--run", "--write", tmp_path / "new.json")
+    assert result.exit_code == 0, result.output
+    assert done == ["", "gain=2.0"]
+    made = Ledger.read(tmp_path / "new.json")["first"]
+    assert [made.value.estimate, *(s.value.estimate for s in made.sabotages)] == [1.0, 2.0, 0.0]
 
 
 def test_a_claim_that_fails_does_not_lose_the_others(run, three, tmp_path):
     file = tmp_path / "claims.json"
-    result = run("claims", "--run", "full", "--write", file)
+    result = run("claims", "--run", "--write", file)
     assert result.exit_code != 0
     assert "1 claims could not be computed: second" in result.output
     assert "the second is broken" in result.output
     assert [e.id for e in Ledger.read(file).entries] == ["first", "third"]
     three["broken"] = False
-    run("claims", "--run", "full", "--claim", "second", "--write", file)
+    run("claims", "--run", "--claim", "second", "--write", file)
     assert [e.id for e in Ledger.read(file).entries] == ["first", "second", "third"]
 
 
@@ -174,10 +168,10 @@ def test_a_claim_that_fails_does_not_lose_the_others(run, three, tmp_path):
     [
         (("claims", "--chapter", "kitchen"), "no chapter 'kitchen'"),
         (("claims", "--claim", "dp-cubic"), "no claim 'dp-cubic'; there are erratum-table2"),
-        (("claims", "--run", "huge"), "'huge' is not one of"),
-        (("claims", "--write", "x.json"), "say --run full"),
-        (("claims", "--run", "full", "--write", "no/where.json"), "there is no folder no"),
-        (("claims", "--run", "quick", "--workers", "0"), "--workers must not be 0"),
+        (("claims", "--run", "full"), "unexpected extra argument (full)"),
+        (("claims", "--write", "x.json"), "say --run"),
+        (("claims", "--run", "--write", "no/where.json"), "there is no folder no"),
+        (("claims", "--run", "--workers", "0"), "--workers must not be 0"),
         (("claims", "--run", "--dask", "tcp://a", "--ray", "b"), "exclude each other"),
         (("store", "--chapter", "kitchen"), "no chapter 'kitchen'"),
         (("store", "--only", "kitchen"), "no stored result 'kitchen'; there are"),
@@ -277,10 +271,8 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
 def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(
     run, monkeypatch, tmp_path
 ):
-    from robot_perception.teaching import registration
-
     monkeypatch.setattr(registration, "read", lambda path=None: ())
-    words = ("claims", "--run", "full", "--claim", "erratum-eq3", "--write", tmp_path / "new.json")
+    words = ("claims", "--run", "--claim", "erratum-eq3", "--write", tmp_path / "new.json")
     found = run(*words)
     assert found.exit_code == 1
     assert "erratum-eq3 is not registered as it is declared" in found.output

@@ -13,8 +13,8 @@ from robot_perception.teaching.cells import BOOK, STUDY
 from tests.book import pages
 
 PACKAGES = {stem: import_module(f"robot_perception.chapters.{stem}") for stem in CHAPTERS}
-COMPUTING = (*PRIMER, *(stem for stem in CHAPTERS if not hasattr(PACKAGES[stem], "STUDIES")))
-"""Chapters in the form in which the study cells of the notebook are the module, and the primer."""
+COMPUTING = (*PRIMER, *CHAPTERS)
+"""The primer and the chapters, whose study cells are modules."""
 FURTHER = tuple(page for package in PACKAGES.values() for page in getattr(package, "PAGES", ()))
 """Notebooks beside those of the chapters that compute on recordings, by the same rules."""
 HIDDEN = frozenset({"hide-input", "remove-input", "hide-cell", "remove-cell"})

@@ -1,7 +1,7 @@
 """The ledger says what rows say, and every claim is registered as it stands.
 
-Of a chapter whose notebook computes, value, evidence, tables, conditions, note and verdict of a
-claim and of its sabotages are computed from recorded rows, at their full size.
+Value, evidence, tables, conditions, note and verdict of a claim and of its sabotages are computed
+from recorded rows.
 """
 
 import math
@@ -14,22 +14,19 @@ import pytest
 from robot_perception import chapters
 from robot_perception.teaching import registration
 from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.claims import Size
+from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.ledger import entry, sabotaged
-from robot_perception.teaching.studies import Claim
 from robot_perception.teaching.verdicts import turned
-from tests.book.computing import COMPUTING
 from tests.book.pages import ROOT
 
 DIGITS = 1e-9
-RECORD = "robot-perception claims --run full --claim {} --write book/_data/claims.json"
+RECORD = "robot-perception claims --run --claim {} --write book/_data/claims.json"
 REGISTER = "robot-perception register --claim {} --remark WHY"
 NOT_COMPUTED = ("date", "versions", "sabotages")
-CLAIMS = chapters.claims(COMPUTING)
 EVERY = chapters.claims()
 WITHDRAWN = {"one-second": "observing", "long-tracks-map": "long-tracks-matches"}
 """Claims that were registered and are none of the book any more, and what took their place."""
-OF_ROWS = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+EACH = pytest.mark.parametrize("claim", EVERY, ids=lambda claim: claim.id)
 
 
 def unlike(found: Any, before: Any, place: str) -> Iterator[str]:
@@ -47,9 +44,9 @@ def unlike(found: Any, before: Any, place: str) -> Iterator[str]:
         yield f"{place}: {found}, recorded {before}"
 
 
-@OF_ROWS
+@EACH
 def test_the_record_says_what_the_rows_say(claim: Claim):
-    finding, before = claim.find(Size.FULL), recorded()[claim.id].to_plain()
+    finding, before = claim.find(), recorded()[claim.id].to_plain()
     found = entry(claim, finding).to_plain()
     lines = [line for name in found.keys() - set(NOT_COMPUTED)
              for line in unlike(found[name], before[name], name)]  # fmt: skip
@@ -57,7 +54,7 @@ def test_the_record_says_what_the_rows_say(claim: Claim):
     assert claim.verdict(finding) == before["verdict"]
 
 
-@OF_ROWS
+@EACH
 def test_each_sabotage_turns_the_verdict_as_recorded(claim: Claim):
     found, made = recorded()[claim.id], sabotaged(claim)
     assert made, f"{claim.id}: when would its verdict be another one? Declare a sabotage"
@@ -75,12 +72,6 @@ def test_each_sabotage_turns_the_verdict_as_recorded(claim: Claim):
 def entry_of(sabotage: Any) -> list[float]:
     """Return the value of a sabotage as it is compared."""
     return [sabotage.value.estimate, sabotage.value.low, sabotage.value.high]
-
-
-@OF_ROWS
-def test_rows_have_no_quick_size(claim: Claim):
-    assert tuple(claim.study.sizes) == (Size.FULL,)
-    assert recorded()[claim.id].quick == {}
 
 
 def test_the_record_has_every_claim_in_the_order_of_the_book():
@@ -108,7 +99,7 @@ def registered() -> tuple[registration.Registration, ...]:
     return registration.read()
 
 
-@pytest.mark.parametrize("claim", EVERY, ids=lambda claim: claim.id)
+@EACH
 def test_each_claim_is_registered_as_it_stands(claim: Claim, registered):
     own = registration.of(registered, claim.id)
     assert own, f"register it before its rows exist: {REGISTER.format(claim.id)}"

@@ -9,9 +9,8 @@ from tests.site.budgets import Chapter
 
 WORDS, NUMBERS = 4000, 5
 FIGURES, EXPLORERS, QUESTIONS, BETS = 12, 5, 3, 3
-CELLS, VISIBLE = 60, 16
-OF_STUDIES = 90, 35
-"""Cells in all and those that show their code, where the notebook computes."""
+CELLS, VISIBLE = 90, 35
+"""Cells in all and those that show their code."""
 BEFORE_FIGURE, BEFORE_EXPLORER = 350, 700
 
 
@@ -44,10 +43,8 @@ def test_each_figure_is_looked_at(chapter: Chapter) -> None:
 
 def test_a_visible_cell_is_an_idea(chapter: Chapter) -> None:
     """Few cells, and fewer that show their code; exercises apart."""
-    computes = chapter.count("div.cell.tag_study") > 0
-    cells, visible = OF_STUDIES if computes else (CELLS, VISIBLE)
-    assert chapter.count("div.cell:has(.cell_input, .cell_output)") <= cells
-    assert len(chapter.visible) <= visible
+    assert chapter.count("div.cell:has(.cell_input, .cell_output)") <= CELLS
+    assert len(chapter.visible) <= VISIBLE
 
 
 def test_a_paragraph_has_few_numbers(chapter: Chapter) -> None:

@@ -1,32 +1,25 @@
-"""A claim is declared on its computation, and its verdict follows from what that gives."""
+"""A claim is declared on a function of rows, and its verdict follows from what that gives."""
 
 from types import ModuleType
 
 import pytest
 
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching.claims import Finding, Size
-from robot_perception.teaching.studies import Change, Claim, claims_in
+from robot_perception.teaching.claims import Claim, Finding, claims_in
 from robot_perception.teaching.verdicts import Accepted, Condition, Verdict
-from tests.teaching.entries import SIZES, WORDS
+from tests.teaching.entries import WORDS, study
 
 
-def declare(compute, name="some-claim", module="elsewhere.chapters.walls.growth", **changes):
+def declare(compute, name="some-claim", module="elsewhere.walls", rows=1.5, **changes):
     compute.__module__ = module
-    return SIZES.claim(name, **(WORDS | changes))(compute)
+    return study(rows).claim(name, **(WORDS | {"sabotage": {}} | changes))(compute)
 
 
 def test_a_claim_keeps_every_word_of_its_declaration():
     words = WORDS | {"accepted": Accepted(3.0, 4.0, "why"), "paper_value": "three"}
-    some = declare(lambda size: None, **words)
+    some = declare(lambda rows: None, **words)
     assert {name: getattr(some, name) for name in words} == words
-
-
-def test_the_chapter_is_the_package_of_the_function():
-    assert declare(lambda size: None).chapter == "walls"
-    assert declare(lambda size: None, module="elsewhere.chapters.b.c.d").chapter == "b"
-    with pytest.raises(ValueError, match=r"outside the chapters: robot_perception\.walls"):
-        declare(lambda size: None, module="robot_perception.walls")
+    assert some.chapter == "walls"
 
 
 @pytest.mark.parametrize(
@@ -41,7 +34,7 @@ def test_the_chapter_is_the_package_of_the_function():
 )
 def test_a_declaration_that_says_too_little_is_refused(changes, match):
     with pytest.raises(ValueError, match=match):
-        declare(lambda size: None, **changes)
+        declare(lambda rows: None, **changes)
 
 
 @pytest.mark.parametrize(
@@ -55,29 +48,41 @@ def test_a_declaration_that_says_too_little_is_refused(changes, match):
     ],
 )
 def test_the_verdict_follows_from_the_finding(basis, value, conditions, verdict):
-    some = declare(lambda size: Finding(value, conditions=conditions), basis=basis)
+    some = declare(lambda rows: Finding(value, conditions=conditions), basis=basis)
     assert some.verdict(some.find()) == verdict
 
 
 def test_what_cannot_be_measured_must_say_why():
     with pytest.raises(ValueError, match="must say in its note why"):
         Finding(None)
-    some = declare(lambda size: Finding(None, note="Nobody has the recording."))
+    some = declare(lambda rows: Finding(None, note="Nobody has the recording."))
     assert some.verdict(some.find()) == Verdict.UNTESTABLE
 
 
-def test_a_size_is_asked_for_by_name_and_another_is_refused():
-    some = declare(lambda size: Finding(exact(1.0 + (size is Size.FULL))))
-    assert some.find("full") == some.find(Size.FULL) != some.find()
-    with pytest.raises(ValueError, match="'small'"):
-        some.find("small")
+def test_the_value_of_a_sabotage_is_read_of_its_rows_by_the_same_function():
+    dry = (Condition("dry", True),)
+    some = declare(lambda rows: Finding(exact(rows), {"twice": exact(2 * rows)}, conditions=dry),
+                   sabotage={"a gain of three": study(3.0)})  # fmt: skip
+    assert some.find() == Finding(exact(1.5), {"twice": exact(3.0)}, conditions=dry)
+    (change,) = some.sabotages
+    assert some.sabotaged(change) == Finding(exact(3.0))  # of the value, nothing else
+
+
+def test_a_value_of_its_own_serves_where_a_sabotage_has_less_to_say():
+    def more(rows, value):
+        assert rows == 1.5, "of a sabotage the value alone is asked for"
+        return Finding(value, {"twice": exact(2 * value.estimate)})
+
+    some = declare(more, value=exact, sabotage={"a gain of three": study(3.0)})
+    assert some.find() == Finding(exact(1.5), {"twice": exact(3.0)})
+    assert some.sabotaged(some.sabotages[0]) == Finding(exact(3.0))
 
 
 def test_claims_of_a_module_are_those_declared_in_it_in_their_order():
-    module = ModuleType("elsewhere.chapters.walls.growth")
-    module.second = declare(lambda size: None, "b")
-    module.first = declare(lambda size: None, "a")
-    module.borrowed = declare(lambda size: None, "c", "elsewhere.chapters.walls.other")
+    module = ModuleType("elsewhere.walls")
+    module.second = declare(lambda rows: None, "b")
+    module.first = declare(lambda rows: None, "a")
+    module.borrowed = declare(lambda rows: None, "c", "elsewhere.other")
     module.number = 3
     assert [c.id for c in claims_in(module)] == ["b", "a"]
     assert all(isinstance(c, Claim) for c in claims_in(module))
@@ -85,4 +90,4 @@ def test_claims_of_a_module_are_those_declared_in_it_in_their_order():
 
 def test_a_sabotage_says_what_it_changes():
     with pytest.raises(ValueError, match="must say what it changes"):
-        declare(lambda size: None, sabotage=Change(" "))
+        declare(lambda rows: None, sabotage={" ": study(3.0)})

@@ -138,8 +138,8 @@ def test_who_imports_by_name_reaches_what_it_names(house: Path, name: str, pages
     names = 'FOUND = "walls", "slam"\ndef notes(stem): return f"{stem}.notes"\n'
     write(chapters / "__init__.py", f"import importlib\n{names}")
     write(chapters / "slam/notes.py", "")
-    write(chapters / "slam/__init__.py", "STUDIES = ['study']")
-    write(chapters / "attic/__init__.py", "STUDIES = ['study']")
+    write(chapters / "slam/__init__.py", "PARTS = ['study']")
+    write(chapters / "attic/__init__.py", "PARTS = ['study']")
     write(chapters / "attic/study.py", "")
     before = keys(house)
     write(house / name, (house / name).read_text() + "\n# changed")

@@ -24,7 +24,7 @@ from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged
 from robot_perception.teaching.performance import Latency, Record, Work
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
-from tests.teaching.entries import claim, made
+from tests.teaching.entries import claim, made, study
 from tests.teaching.test_contents import page
 
 PLAIN = "a word that is long enough"
@@ -80,7 +80,9 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
     "badges": badges.badges,
     "score": lambda text: badges.score(),
     "table of claims": lambda text: badges.claim_table("walls"),
-    "scorecard": lambda text: scorecard.scorecard([claim(text)], {"walls": text}),
+    "scorecard": lambda text: scorecard.scorecard(
+        [claim(text, study=study(note=text))], {"walls": text}
+    ),
     "overview": lambda text: overview.overview({"walls": text}),
     "benchmarks": lambda text: record(text).about(),
     "tables of benchmarks": lambda text: record(text).tables(),

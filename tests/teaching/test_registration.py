@@ -7,7 +7,6 @@ import pytest
 from robot_perception.files import DamagedFile
 from robot_perception.teaching import registration
 from robot_perception.teaching.registration import (
-    NOT_OF_ROWS,
     Registration,
     anew,
     in_words,
@@ -22,8 +21,6 @@ from robot_perception.teaching.registration import (
     words_of,
     write,
 )
-from robot_perception.teaching.studies import Change
-from tests.teaching.entries import claim
 
 CELLS = (
     """from robot_perception import kalman
@@ -184,13 +181,6 @@ def test_replicates_are_those_of_the_study(book):
     assert replicates_of(made(book, "seed=7, film=range(5)", "film=(3, 4, 7, 9, 8)")) == (
         "drawn film 3-4,7,9,8"
     )
-
-
-def test_a_study_with_sizes_is_registered_by_words_and_seed():
-    some = claim("some", sabotages=(Change("a landmark that wanders"),))
-    assert (measure_of(some), replicates_of(some)) == (NOT_OF_ROWS, f"seed {some.seed}")
-    other = claim("some", sabotages=(Change("a landmark that stays"),))
-    assert words_of(some) != words_of(other)
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,8 @@ def test_a_card_says_everything_escaped(ledger):
         "<dt>Holds from 1</dt><dd>Our choice (another verdict with the lower end 0.4",
         "<p>All of it</p>",
         "x &lt;m&gt;",
-        "robot-perception claims --run full --claim good",
+        "<dt>Rows</dt><dd>Given.</dd>",
+        "robot-perception claims --run --claim good",
     ):
         assert text in good
     dark = card(html, "dark")
@@ -99,9 +100,15 @@ def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch
     monkeypatch.setenv(PAGE_VARIABLE, "1")
     bad = card(html_of(ledger), "bad")
     assert 'Shown in <a href="monobot.html#claim-bad">On a rail</a>' in bad
-    assert '<a href="_modules/tests/teaching/entries.html#compute">tests/teaching/entries.py' in bad
-    tests = "tests/chapters/monobot/test_claims"
-    assert f'Tested by <a href="_modules/{tests}.html#TestLedger">{tests}.py</a>' in bad
+    assert '<a href="_modules/tests/teaching/entries.html#compute">book/entries.py</a>' in bad
+    tests, test = "tests/book/test_claims", "test_the_record_says_what_the_rows_say"
+    assert f'Tested by <a href="_modules/{tests}.html#{test}">{tests}.py</a>' in bad
+
+
+def test_a_card_names_the_cell_that_computes_its_claim():
+    some = chapters.claims(["covariance_intersection"])[0]
+    links = module._links(made(some.id, Finding(exact(1))), some, "Two opinions")
+    assert re.search(r"book/covariance_intersection\.ipynb, cell [\w-]+<", links)
 
 
 def test_in_a_notebook_a_card_leads_to_the_notebook_and_names_the_rest(ledger, monkeypatch):
@@ -109,7 +116,7 @@ def test_in_a_notebook_a_card_leads_to_the_notebook_and_names_the_rest(ledger, m
     bad = card(html_of(ledger), "bad")
     assert 'Shown in <a href="monobot.ipynb">On a rail</a>' in bad
     assert "_modules" not in bad
-    assert "Tested by tests/chapters/monobot/test_claims.py" in bad
+    assert "Tested by tests/book/test_claims.py" in bad
 
 
 def test_the_filter_offers_each_verdict_and_paper_once_and_waits_for_its_script(ledger):
@@ -139,7 +146,7 @@ def test_the_text_is_the_table_of_all(ledger):
     ],
 )
 def test_who_set_a_range_and_where_the_verdict_turns(accepted, value, words):
-    assert words in module._details(made("x", Finding(value), accepted=accepted))
+    assert words in module._details(made("x", Finding(value), accepted=accepted), "Given.")
 
 
 @pytest.mark.parametrize(
@@ -153,7 +160,9 @@ def test_who_set_a_range_and_where_the_verdict_turns(accepted, value, words):
 )
 def test_ranges_are_written_in_words(low, high, words):
     some = made("x", Finding(exact(1.0)), accepted=Accepted(low, high, "counted"))
-    assert f"<dt>Holds {words}</dt><dd>Set by theory: counted</dd>" in module._details(some)
+    assert f"<dt>Holds {words}</dt><dd>Set by theory: counted</dd>" in module._details(
+        some, "Given."
+    )
 
 
 def test_papers_have_a_citation_and_an_entry_in_the_bibliography():

@@ -13,7 +13,7 @@ from robot_perception.datasets.store import CACHE_VARIABLE
 from robot_perception.evaluation.sweep import sweep
 from robot_perception.teaching import recorded_rows, trials
 from robot_perception.teaching.cells import code_of
-from robot_perception.teaching.studies import Claim
+from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.trials import Chapter
 
 CELLS = (
@@ -267,8 +267,8 @@ def test_a_claim_reads_the_rows_and_its_sabotage_the_changed_ones(book):
     assert (claim.id, claim.chapter, claim.stopping) == ("some", "small", "five films")
     assert claim.seed == 7
     largest = module.drawn.rows().largest("error")
-    assert claim.find("full").value.estimate == largest
-    assert claim.verdict(claim.find("full")) == "reproduced"
+    assert claim.find().value.estimate == largest
+    assert claim.verdict(claim.find()) == "reproduced"
     change = claim.sabotages[0]
     assert change.text == "a gain of a hundred"
     assert claim.sabotaged(change).value.estimate == change.study.rows().largest("error") > 9

@@ -1,10 +1,10 @@
 """The chapters: studies and claims of their notebooks, drawings and films in a package each.
 
 The study cells of a chapter's notebook are its module (:mod:`robot_perception.book`); claims are
-found there in the order of their declarations. A chapter that is not in this form yet has a package
-that names its modules in ``STUDIES``. Recordings are found in its module ``recordings``, in its
-notebook, and in further notebooks that a package names in ``PAGES``. Before the chapters stand the
-pages of the primer: notebooks of the same form, without a paper and without claims.
+found there in the order of their declarations. Recordings are found in the module ``recordings`` of
+its package, in its notebook, and in further notebooks that a package names in ``PAGES``. Before the
+chapters stand the pages of the primer: notebooks of the same form, without a paper and without
+claims.
 """
 
 from collections.abc import Iterable
@@ -14,9 +14,9 @@ from pkgutil import iter_modules
 from types import ModuleType
 
 from robot_perception.teaching.cells import BOOK
+from robot_perception.teaching.claims import Claim, claims_in
 from robot_perception.teaching.recorded import Recorded
 from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.studies import Claim, claims_in
 from robot_perception.teaching.trials import Trials
 
 PRIMER = ("one_belief", "many_guesses")
@@ -48,10 +48,8 @@ CHAPTERS = (
 """Stems of the chapters, in the order of the book."""
 
 
-def studies(stem: str) -> tuple[ModuleType, ...]:
-    """Return the modules of a chapter that declare claims, in the order of the chapter.
-
-    Of a chapter whose notebook computes that is the module of its study cells.
+def module(stem: str) -> ModuleType:
+    """Return the module of the study cells of a chapter.
 
     Raises
     ------
@@ -60,10 +58,7 @@ def studies(stem: str) -> tuple[ModuleType, ...]:
     """
     if stem not in (*PRIMER, *CHAPTERS):
         raise ValueError(f"no chapter {stem!r}; the book has {', '.join(CHAPTERS)}")
-    package = import_module(f"{__name__}.{stem}")
-    if not hasattr(package, "STUDIES"):
-        return (import_module(f"{BOOK}{stem}"),)
-    return tuple(import_module(f"{package.__name__}.{name}") for name in package.STUDIES)
+    return import_module(f"{BOOK}{stem}")
 
 
 def trials(stems: Iterable[str] = CHAPTERS) -> tuple[Trials, ...]:
@@ -75,11 +70,9 @@ def trials(stems: Iterable[str] = CHAPTERS) -> tuple[Trials, ...]:
         If the book has no such chapter.
     """
     found: dict[tuple[str, str, str], Trials] = {}
-    for module in (module for stem in stems for module in studies(stem)):
-        claims = claims_in(module)
-        values = [*vars(module).values(), *(change.study for c in claims for change in c.sabotages
-                  if isinstance(c.study, Trials))]  # fmt: skip
-        for value in values:
+    for own in map(module, stems):
+        changed = (change.study for claim in claims_in(own) for change in claim.sabotages)
+        for value in (*vars(own).values(), *changed):
             if isinstance(value, Trials):
                 found.setdefault((value.stem, value.name, value.changed), value)
     return tuple(found.values())
@@ -102,7 +95,7 @@ def claims(stems: Iterable[str] = CHAPTERS) -> tuple[Claim, ...]:
     ValueError
         If two claims share an identifier, or the book has no such chapter.
     """
-    found = tuple(c for stem in stems for study in studies(stem) for c in claims_in(study))
+    found = tuple(claim for stem in stems for claim in claims_in(module(stem)))
     ids = [claim.id for claim in found]
     twice = sorted({i for i in ids if ids.count(i) > 1})
     if twice:
@@ -120,10 +113,10 @@ def recordings(stems: Iterable[str] = CHAPTERS) -> tuple[Recording, ...]:
     """
     found: dict[int, Recording] = {}  # one that several modules hold, once
     for stem in stems:
-        own = studies(stem)  # an unknown chapter is an error, not an empty answer
+        own = module(stem)  # an unknown chapter is an error, not an empty answer
         name = f"{__name__}.{stem}.recordings"
         parts = [import_module(name)] if find_spec(name) is not None else []
-        for values in (vars(module).values() for module in (*parts, *own, *pages(stem))):
+        for values in (vars(part).values() for part in (*parts, own, *pages(stem))):
             found |= {id(value): value for value in values if isinstance(value, Recording)}
     return tuple(found.values())
 
@@ -144,10 +137,10 @@ def states(stems: Iterable[str] = CHAPTERS) -> tuple[Recorded, ...]:
     """
     found: dict[str, Recorded] = {}
     for stem in stems:
-        own = studies(stem)  # an unknown chapter is an error, not an empty answer
+        own = module(stem)  # an unknown chapter is an error, not an empty answer
         package = import_module(f"{__name__}.{stem}")
         parts = iter_modules(package.__path__, f"{package.__name__}.")
-        modules = (*(import_module(part.name) for part in parts), *own)
-        for values in (vars(module).values() for module in modules):
+        modules = (*(import_module(part.name) for part in parts), own)
+        for values in (vars(one).values() for one in modules):
             found |= {value.store: value for value in values if isinstance(value, Recorded)}
     return tuple(found.values())

@@ -2,7 +2,6 @@
 
 import platform
 import traceback
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,34 +11,25 @@ import click
 from robot_perception.cli.workers import with_workers, working
 
 if TYPE_CHECKING:
+    from robot_perception.teaching.claims import Claim
     from robot_perception.teaching.ledger import Entry, Ledger
-    from robot_perception.teaching.studies import Claim
-
-SIZES = ("quick", "full")
 
 
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
-@click.option(
-    "--run",
-    "size",
-    type=click.Choice(SIZES),
-    is_flag=False,
-    flag_value="quick",
-    help="Compute the claims (quick if no size is given) instead of printing the record.",
-)
+@click.option("--run", is_flag=True, help="Compute the claims instead of printing the record.")
 @click.option("--chapter", "stems", multiple=True, help="Only this chapter; may be repeated.")
 @click.option("--claim", "ids", multiple=True, help="Only this claim; may be repeated.")
 @click.option(
     "--write",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Record what was computed in this file; entries of other claims stay as they are. With "
-    "--run quick the numbers of the quick size and of the sabotages; the full ones stay.",
+    help="Record what was computed in this file, rows that are missing as well; entries of other "
+    "claims stay as they are.",
 )
 @with_workers
 def claims(
     as_json: bool,
-    size: str | None,
+    run: bool,
     stems: tuple[str, ...],
     ids: tuple[str, ...],
     write: Path | None,
@@ -50,24 +40,22 @@ def claims(
     """Print the claim ledger: what each paper says, what we find, and the verdict."""
     from robot_perception.teaching.badges import as_text
 
-    if write is not None and size is None:
-        raise click.UsageError("--write records what is computed: say --run full or --run quick")
+    if write is not None and not run:
+        raise click.UsageError("--write records what is computed: say --run")
     if write is not None and not write.parent.is_dir():
         raise click.UsageError(f"--write: there is no folder {write.parent}")
     try:
         chosen = _chosen(stems, ids)
         before = _recorded(write)
-        if write is not None and size == "quick":
-            chosen = _with_quick_size(chosen, before, write)
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
     failed: list[str] = []
-    if size is None:
+    if run:
+        with working(workers, dask, ray):
+            ledger, failed = _computed(chosen, write)
+    else:
         names = {claim.id for claim in chosen}
         ledger = type(before)(tuple(e for e in before.entries if e.id in names))
-    else:
-        with working(workers, dask, ray):
-            ledger, failed = _computed(chosen, size, before, write)
     click.echo(ledger.to_json().encode() if as_json else as_text(ledger))
     if failed:
         raise click.ClickException(
@@ -89,31 +77,6 @@ def _chosen(stems: tuple[str, ...], ids: tuple[str, ...]) -> tuple["Claim", ...]
     return tuple(claim for claim in declared if not ids or claim.id in ids)
 
 
-def _with_quick_size(
-    chosen: tuple["Claim", ...], before: "Ledger", file: Path
-) -> tuple["Claim", ...]:
-    """Return the claims whose quick size can be recorded; say how many are left out.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or one of them has no record of the full size.
-    """
-    from robot_perception.teaching.claims import Size
-
-    both = tuple(claim for claim in chosen if Size.QUICK in claim.study.sizes)
-    without = f"{len(chosen) - len(both)} of {len(chosen)} claims have no quick size"
-    if not both:
-        raise ValueError(f"{without}: --run full records them")
-    known = {entry.id for entry in before.entries}
-    new = [claim.id for claim in both if claim.id not in known]
-    if new:
-        raise ValueError(f"{file} has no record of {', '.join(new)}: --run full makes one")
-    if len(both) < len(chosen):
-        click.echo(f"{without} and stay as they are recorded", err=True)
-    return both
-
-
 def _recorded(file: Path | None) -> "Ledger":
     """Return the ledger of a file that is to be written, an empty one if it is new."""
     from robot_perception.teaching.ledger import Ledger
@@ -124,13 +87,11 @@ def _recorded(file: Path | None) -> "Ledger":
     return Ledger.read(file) if file.exists() else Ledger(())
 
 
-def _computed(
-    chosen: tuple["Claim", ...], size: str, before: "Ledger", write: Path | None
-) -> tuple["Ledger", list[str]]:
+def _computed(chosen: tuple["Claim", ...], write: Path | None) -> tuple["Ledger", list[str]]:
     """Compute claims, one after the other; each is written as soon as it is there."""
     from tqdm import tqdm
 
-    from robot_perception.teaching.ledger import Ledger, entry, record, renewed
+    from robot_perception.teaching.ledger import Ledger, entry, record
 
     made: list[Entry] = []
     failed: list[str] = []
@@ -139,34 +100,29 @@ def _computed(
         bar.set_postfix_str(claim.id)
         try:
             if write is None:
-                made.append(entry(claim, claim.find(size)))
+                made.append(entry(claim, claim.find()))
                 continue
-            if size == "full":
-                _with_rows(claim)
-                made.append(record(claim, versions=_versions()))
-            else:
-                made.append(renewed(claim, before[claim.id]))
-            _write(made[-1], size, write)
+            _with_rows(claim)
+            made.append(record(claim, versions=_versions()))
+            _write(made[-1], write)
         except Exception as error:  # one claim that fails must not lose the others
             click.echo("".join(traceback.format_exception(error)), err=True)
             failed.append(claim.id)
     return Ledger(tuple(made)), failed
 
 
-def _write(made: "Entry", size: str, file: Path) -> None:
+def _write(made: "Entry", file: Path) -> None:
     """Put an entry in its place in a ledger, which others may have written meanwhile."""
     from robot_perception import chapters
     from robot_perception.teaching.locks import changing
 
     with changing(file):
-        now = _recorded(file)
-        if size == "quick":
-            made = replace(now[made.id], quick=made.quick, sabotages=made.sabotages)
-        now.merged([made], [claim.id for claim in chapters.claims()]).write(file)
+        order = [claim.id for claim in chapters.claims()]
+        _recorded(file).merged([made], order).write(file)
 
 
 def _with_rows(claim: "Claim") -> None:
-    """Record the rows of a claim and of its sabotages, if it is one of rows.
+    """Record the rows of a claim and of its sabotages where they are missing or of other code.
 
     Raises
     ------
@@ -174,10 +130,7 @@ def _with_rows(claim: "Claim") -> None:
         If the claim is not registered as it is declared.
     """
     from robot_perception.teaching import registration
-    from robot_perception.teaching.trials import Trials
 
-    if not isinstance(claim.study, Trials):
-        return
     own = registration.of(registration.read(), claim.id)
     if not own or not registration.same(own[-1], claim):
         raise ValueError(

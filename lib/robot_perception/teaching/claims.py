@@ -1,19 +1,23 @@
-"""What the computation of a claim shows; :mod:`.studies` declares claims and judges them."""
+"""Claims: what a paper states, how the book tests it, and what the computation shows.
 
-from collections.abc import Mapping
+A study (:mod:`.trials`) declares a claim on the function that says what its rows show. The verdict
+follows from the finding and the accepted range (:mod:`.verdicts`), never from a label that somebody
+typed; a sabotage computes the same value where the truth of the statement is turned, and the
+verdict must turn with it. The recorded ledger (:mod:`.ledger`) is written by the command line;
+badges, scorecard and tests read it.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
+from types import ModuleType
+from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Condition
+from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide, deciding
 
-
-class Size(StrEnum):
-    """How much of a study is run: ``quick`` for the tests, ``full`` for the recorded ledger."""
-
-    QUICK = "quick"
-    FULL = "full"
+STOPPING = "as many as the study has"
+"""When there are enough replicates, unless a claim says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,3 +54,103 @@ class Finding:
     def __post_init__(self) -> None:
         if self.value is None and not self.note.strip():
             raise ValueError("a finding without a value must say in its note why there is none")
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One statement of a paper and how the book tests it; a study's ``claim`` declares one.
+
+    Parameters
+    ----------
+    id
+        Identifier, for instance ``"dp-quadratic"``.
+    chapter
+        Stem of the chapter that computes the claim.
+    paper
+        Key of the paper in the bibliography.
+    place
+        Section, equation, table or figure.
+    basis
+        What a verdict stands on.
+    statement
+        The claim in our own words.
+    method
+        What is measured, and how.
+    study
+        The :class:`.trials.Trials` whose rows it reads.
+    compute
+        Function of the rows that returns the finding.
+    accepted
+        Range of the value inside which the statement holds, or ``None`` for a statement without a
+        number, whose verdict is then ``illustrated``.
+    paper_value
+        The paper's value if it gives one.
+    value
+        Where the rest of a finding asks for more than the rows of a sabotage have: computes the
+        value of both, which ``compute`` takes as its second argument.
+    sabotages
+        Studies in which the truth of the statement is turned. Where the statement itself fails,
+        it is a variant in which it is true: a verdict that no computation could turn says nothing.
+    stopping
+        When there are enough replicates, as registered.
+
+    Raises
+    ------
+    ValueError
+        If the basis is unknown, or a text that a reader needs is empty.
+    """
+
+    id: str
+    chapter: str
+    paper: str
+    place: str
+    basis: Basis | str
+    statement: str
+    method: str
+    study: Any
+    compute: Callable[..., Finding]
+    accepted: Accepted | None = None
+    paper_value: str = ""
+    value: Callable[..., Interval] | None = None
+    sabotages: tuple[Any, ...] = ()
+    stopping: str = STOPPING
+
+    def __post_init__(self) -> None:
+        for name in ("id", "place", "statement", "method"):
+            if not getattr(self, name).strip():
+                raise ValueError(f"claim {self.id!r} needs a {name}")
+        if not all(change.text.strip() for change in self.sabotages):
+            raise ValueError("the text of a sabotage must say what it changes")
+        object.__setattr__(self, "basis", Basis(self.basis))
+
+    @property
+    def seed(self) -> int:
+        """Seed of the study's generators."""
+        return self.study.seed
+
+    def find(self) -> Finding:
+        """Compute the claim of the rows of its study."""
+        rows = self.study.rows()
+        return self.compute(rows, *([self.value(rows)] if self.value else []))
+
+    def sabotaged(self, change: Any) -> Finding:
+        """Compute the value of a sabotage, and nothing else."""
+        rows = change.study.rows()
+        return Finding(self.value(rows) if self.value else self.compute(rows).value)
+
+    def verdict(self, finding: Finding) -> Verdict:
+        """Return the verdict that follows from a finding."""
+        return decide(self.basis, self.accepted, finding.value, finding.conditions)
+
+    def deciding(self, finding: Finding) -> tuple[Condition, ...]:
+        """Return the conditions of a finding on which the verdict hangs."""
+        return deciding(self.accepted, finding.value, finding.conditions)
+
+
+def claims_in(module: ModuleType) -> tuple[Claim, ...]:
+    """Return the claims that are declared in a module, in the order of their declarations."""
+    return tuple(
+        value
+        for value in vars(module).values()
+        if isinstance(value, Claim) and value.compute.__module__ == module.__name__
+    )

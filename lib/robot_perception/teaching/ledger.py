@@ -4,7 +4,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,7 @@ from typing import Any
 from robot_perception import checks
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.files import reading, written
-from robot_perception.teaching.claims import Finding, Size
-from robot_perception.teaching.studies import Claim
+from robot_perception.teaching.claims import Claim, Finding
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Turn, Verdict, decide, turn
 
@@ -37,7 +36,7 @@ class Sabotaged:
     verdict
         What the claim's rule says of it.
     value
-        Its value at the quick size.
+        Its value.
     """
 
     text: str
@@ -47,7 +46,7 @@ class Sabotaged:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One row of the ledger: a claim with what was computed at full size.
+    """One row of the ledger: a claim with what its rows say.
 
     Parameters
     ----------
@@ -63,8 +62,6 @@ class Entry:
         Words of the conditions on which it hangs whether the claim holds.
     sabotages
         What variants gave in which the statement's truth is turned.
-    quick
-        Every number of the quick size by name, as (estimate, low, high), for the tests.
     date, versions
         When it was recorded, and with what.
     """
@@ -86,7 +83,6 @@ class Entry:
     conditions: Sequence[str]
     note: str
     sabotages: Sequence[Sabotaged] = ()
-    quick: Mapping[str, Sequence[float]] = field(default_factory=dict)
     date: str = ""
     versions: str = ""
 
@@ -118,7 +114,7 @@ class Entry:
             If a part is of another type.
         """
         row = dict(plain)
-        missing = [name for name in cls.__slots__[:-3] if name not in row]
+        missing = [name for name in cls.__slots__[:-2] if name not in row]
         if missing:
             raise ValueError(f"plain is no entry: it lacks {', '.join(missing)}")
         if row["accepted"] is not None:
@@ -162,7 +158,7 @@ class Entry:
                 )
 
 
-def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> Entry:
+def entry(claim: Claim, finding: Finding) -> Entry:
     """Return the ledger entry of a claim that was computed.
 
     Parameters
@@ -171,8 +167,6 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
         What was tested.
     finding
         What it gave.
-    quick
-        What the quick size gave, whose numbers the tests compare.
     """
     return Entry(
         id=claim.id,
@@ -191,24 +185,15 @@ def entry(claim: Claim, finding: Finding, *, quick: Finding | None = None) -> En
         tables=dict(finding.tables),
         conditions=[c.text for c in claim.deciding(finding)],
         note=finding.note,
-        quick={} if quick is None else numbers(quick),
     )
 
 
 def record(claim: Claim, *, versions: str) -> Entry:
-    """Compute a claim at all its sizes and its sabotages, and return its entry, dated today."""
-    quick = claim.find(Size.QUICK) if Size.QUICK in claim.study.sizes else None
-    made = entry(claim, claim.find(Size.FULL), quick=quick)
+    """Compute a claim and its sabotages, and return its entry, dated today."""
+    made = entry(claim, claim.find())
     made = replace(
         made, sabotages=sabotaged(claim), date=date.today().isoformat(), versions=versions
     )
-    return Entry.from_plain(made.to_plain())
-
-
-def renewed(claim: Claim, recorded: Entry) -> Entry:
-    """Compute the quick size and the sabotages of a recorded claim anew; the rest stays."""
-    quick = numbers(claim.find(Size.QUICK))
-    made = replace(recorded, quick=quick, sabotages=sabotaged(claim))
     return Entry.from_plain(made.to_plain())
 
 
@@ -216,23 +201,6 @@ def sabotaged(claim: Claim) -> tuple[Sabotaged, ...]:
     """Compute the sabotages of a claim and return what they gave."""
     found = [(change.text, claim.sabotaged(change)) for change in claim.sabotages]
     return tuple(Sabotaged(text, str(claim.verdict(f)), f.value) for text, f in found)
-
-
-def numbers(finding: Finding) -> dict[str, tuple[float, float, float]]:
-    """Return every number of a finding by name as (estimate, low, high), to ten digits.
-
-    Evidence whose name ends in "(time)" is left out: it belongs to a machine, not to the claim.
-    """
-    found = {} if finding.value is None else {"value": finding.value}
-    found |= {
-        f"evidence: {name}": value
-        for name, value in finding.evidence.items()
-        if not name.endswith("(time)")
-    }
-    flat = {name: (v.estimate, v.low, v.high) for name, v in found.items()}
-    for name, table in finding.tables.items():
-        flat |= {f"{name}: {row}: {column}": ends for row, column, ends in table.numbers()}
-    return {name: tuple(_rounded(list(ends))) for name, ends in flat.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,32 +280,9 @@ class Ledger:
 
 def agrees(claim: Claim, recorded: Entry) -> bool:
     """Tell whether a claim gives the recorded value, to the recorded digits, and its verdict."""
-    found = entry(claim, claim.find(Size.FULL)).to_plain()
+    found = entry(claim, claim.find()).to_plain()
     known = recorded.to_plain()
     return all(found[name] == known[name] for name in ("value", "verdict", "conditions"))
-
-
-def different(
-    found: Mapping[str, Sequence[float]],
-    recorded: Mapping[str, Sequence[float]],
-    rtol: float,
-    atol: float = 0.0,
-) -> list[str]:
-    """Return what differs between two sets of named numbers, a line each.
-
-    Numbers of one triple are compared on the scale of its largest, so that an end of an interval
-    near zero is not asked for digits that it does not have. What differs by ``atol`` is rounding.
-    """
-    lines = [f"{name}: no longer computed" for name in recorded.keys() - found.keys()]
-    for name, ours in found.items():
-        if name not in recorded:
-            lines.append(f"{name}: not recorded")
-            continue
-        theirs = recorded[name]
-        scale = max(map(abs, (*ours, *theirs)))
-        if any(abs(a - b) > rtol * scale + atol for a, b in zip(ours, theirs, strict=True)):
-            lines.append(f"{name}: {list(ours)} instead of {list(theirs)}")
-    return lines
 
 
 def verdicts(ledger: Ledger) -> dict[Verdict, int]:

@@ -17,14 +17,11 @@ from pathlib import Path
 
 from robot_perception.files import reading, written
 from robot_perception.teaching.cells import definitions, sources
+from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.dependencies import REGISTRATIONS, hashed
 from robot_perception.teaching.records import records
-from robot_perception.teaching.studies import Claim
-from robot_perception.teaching.trials import Trials
 
 BEFORE = "before this rule"
-NOT_OF_ROWS = "-"
-"""Stands for the hash of a measure that is no function of rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +37,10 @@ class Registration:
     day
         When, as a date.
     words, measure
-        Hashes of what the claim says, and of the code that makes its value of rows.
+        Hashes of what the claim says, and of the code that makes its value of rows; of some of
+        number 0, which had no rows, ``-``.
     replicates
-        What is scored: the seed of a study with sizes; else name and ends of the replicates.
+        What is scored: name and ends of the replicates; of those without rows their seed.
     remark
         Why it was registered anew.
     """
@@ -129,9 +127,7 @@ def words_of(claim: Claim) -> str:
 
 
 def measure_of(claim: Claim) -> str:
-    """Hash the code that makes a claim's value of rows; of a study with sizes there is none."""
-    if not isinstance(claim.study, Trials):
-        return NOT_OF_ROWS
+    """Hash the code that makes a claim's value of rows."""
     function = inspect.unwrap(claim.compute)
     cells = definitions(sources(function.__module__) or ())
     known = cells.said(function.__name__), cells.keyword(function.__name__, "value")
@@ -141,8 +137,6 @@ def measure_of(claim: Claim) -> str:
 
 def replicates_of(claim: Claim) -> str:
     """Return what a claim is scored on, in words that `replicates` reads."""
-    if not isinstance(claim.study, Trials):
-        return f"seed {claim.seed}"
     return f"{claim.study.name} {claim.study.replicate} {_spans(claim.study.replicates)}"
 
 

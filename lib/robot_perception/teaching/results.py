@@ -72,7 +72,7 @@ def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
     def once(code: str | None, *values: Any) -> Any:
         named = dict(zip(signature.parameters, values, strict=True))
         bound = inspect.BoundArguments(signature, named)
-        return keep(compute, values, lambda: compute(*bound.args, **bound.kwargs))
+        return _from_disk(compute, values, lambda: compute(*bound.args, **bound.kwargs))
 
     @wraps(compute)
     def remembered(*args: P.args, **kwargs: P.kwargs) -> Result:
@@ -87,21 +87,11 @@ def kept(compute: Callable[P, Result]) -> Callable[P, Result]:
     return remembered
 
 
-def keep(
-    code: Callable[..., Any], arguments: tuple[Any, ...], call: Callable[[], Result]
+def _from_disk(
+    compute: Callable[..., Any], arguments: tuple[Any, ...], call: Callable[[], Result]
 ) -> Result:
-    """Return what a call gives, from this computer if it was computed before.
-
-    Parameters
-    ----------
-    code
-        The function whose code, with all that its module imports, the result depends on.
-    arguments
-        What else it depends on.
-    call
-        Computes it.
-    """
-    own: Any = inspect.unwrap(code)  # what checks shapes stands in another file
+    """Return what a call of a function gives, from this computer if it was computed before."""
+    own: Any = inspect.unwrap(compute)  # what checks shapes stands in another file
     code_hash = _code(own)
     if code_hash is None:
         return call()  # what a reader's own function depends on is not known

@@ -16,14 +16,16 @@ from robot_perception.teaching.badges import (
     recorded,
     style,
 )
+from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown
 from robot_perception.teaching.papers import PAPERS, paper
 from robot_perception.teaching.source_pages import address
-from robot_perception.teaching.studies import Claim
-from robot_perception.teaching.trials import Trials
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin
+
+TESTS, TEST = "tests.book.test_claims", "test_the_record_says_what_the_rows_say"
+"""Module and function that test each claim."""
 
 
 def scorecard(claims: Iterable[Claim], titles: Mapping[str, str]) -> Shown:
@@ -101,7 +103,6 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
     )
     where = f"{paper(entry.paper).citation}, {entry.place}"
     name, verdict = escape(entry.id), escape(entry.verdict)
-    rows = claim.study.rows().note if isinstance(claim.study, Trials) else ""
     return (
         f'<article class="{style(entry.verdict, "rp-claim")}" id="{name}" '
         f'data-verdict="{verdict}" data-paper="{escape(entry.paper)}" '
@@ -112,24 +113,19 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
         f'<h3 id="{name}-says">{escape(entry.statement)}</h3>{conditions(entry)}'
         f'<dl class="rp-claim-numbers">{listed}</dl>{_links(entry, claim, title)}'
         f"<details><summary>How we know<span class='rp-hidden'>: {name}</span>"
-        f"</summary>{_details(entry, rows)}</details></article>"
+        f"</summary>{_details(entry, claim.study.rows().note)}</details></article>"
     )
 
 
 def _links(entry: Entry, claim: Claim, title: str) -> str:
     """Return where a claim is shown, which function computes it, and what tests it."""
     function = inspect.unwrap(claim.compute)
-    module, line = function.__module__, inspect.getsourcelines(function)[1]
-    place = f"{module.removeprefix('robot_perception.').replace('.', '/')}.py, line {line}"
-    tests, test = f"tests.chapters.{entry.chapter}.test_claims", "TestLedger"
-    if isinstance(claim.study, Trials):
-        cell = Path(inspect.getsourcefile(function) or "").name
-        place = f"book/{cell.replace('[', ', cell ').rstrip(']')}"
-        tests, test = "tests.book.test_claims", "test_the_record_says_what_the_rows_say"
+    cell = Path(inspect.getsourcefile(function) or "").name
+    place = f"book/{cell.replace('[', ', cell ').rstrip(']')}"
     links = [
         ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
-        ("Computed by", address(module, function.__qualname__), place),
-        ("Tested by", address(tests, test), f"{tests.replace('.', '/')}.py"),
+        ("Computed by", address(function.__module__, function.__qualname__), place),
+        ("Tested by", address(TESTS, TEST), f"{TESTS.replace('.', '/')}.py"),
     ]
     items = "".join(
         f'<li>{what} <a href="{escape(page)}">{escape(text)}</a></li>'
@@ -145,7 +141,7 @@ def _page(stem: str, name: str = "") -> str:
     return f"{stem}.html{name and f'#{name}'}" if on_page() else f"{stem}.ipynb"
 
 
-def _details(entry: Entry, rows: str = "") -> str:
+def _details(entry: Entry, rows: str) -> str:
     """Return how a claim was measured, what range counts as holding and why, and what else."""
     items = [("Stands on", STANDS_ON[Basis(entry.basis)]), ("Measured", entry.method)]
     if entry.accepted is not None:
@@ -153,15 +149,13 @@ def _details(entry: Entry, rows: str = "") -> str:
     items += [(key, str(value)) for key, value in entry.evidence.items()]
     if entry.note:
         items.append(("Note", entry.note))
-    items.append(("Registered", registration.in_words(entry.id)))
-    if rows:
-        items.append(("Rows", rows))
+    items += [("Registered", registration.in_words(entry.id)), ("Rows", rows)]
     items += [
         ("Sabotage", f"The same with {found.text}: {in_words(found.value)}, {found.verdict}")
         for found in entry.sabotages
     ]
     listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
-    command = f"robot-perception claims --run full --claim {entry.id}"
+    command = f"robot-perception claims --run --claim {entry.id}"
     tables = "".join(
         f"<p>{escape(name[:1].upper() + name[1:])}</p>{table.show().bundle['text/html']}"
         for name, table in entry.tables.items()

@@ -1,7 +1,7 @@
 """Tables of results: one type for the evidence of a claim and for what a chapter shows."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
@@ -83,15 +83,6 @@ class Table:
         columns = self.columns if columns is None else columns
         cells = {row: [self[row, column] for column in columns] for row in rows}
         return Table(cells, {c: self.columns[c] for c in columns}, self.about, self.corner)
-
-    def numbers(self) -> Iterator[tuple[str, str, tuple[float, float, float]]]:
-        """Yield row, column and (estimate, low, high) of every cell that is a number."""
-        for row, cells in self.rows.items():
-            for column, cell in zip(self.columns, cells, strict=True):
-                if isinstance(cell, Interval):
-                    yield row, column, (cell.estimate, cell.low, cell.high)
-                elif isinstance(cell, int | float):
-                    yield row, column, (cell, cell, cell)
 
     def to_plain(self) -> dict[str, Any]:
         """Return the table in plain types that JSON can hold; an interval is a list of three."""

@@ -39,11 +39,10 @@ from robot_perception.evaluation.sweep import sweep
 from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import recorded_rows
 from robot_perception.teaching.cells import BOOK, code_of
-from robot_perception.teaching.claims import Finding, Size
+from robot_perception.teaching.claims import STOPPING, Claim, Finding
 from robot_perception.teaching.dependencies import hashed
 from robot_perception.teaching.results import LIBRARIES, TRIALS, TRIALS_ANEW, use
 from robot_perception.teaching.rows import Rows, framed
-from robot_perception.teaching.studies import STOPPING, Claim
 
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
@@ -101,7 +100,6 @@ class Trials:
     chaotic: bool = False
     changed: str = ""
     declared: tuple = ()
-    sizes = (Size.FULL,)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let a worker import the study from its notebook's module where it comes from there."""
@@ -230,10 +228,6 @@ class Trials:
             _TOLD.add(key)
             print(f"{said}.")
         return few.run()
-
-    def result(self, size: Size | str = Size.FULL, change: Sabotage | None = None) -> Rows:
-        """Return the rows, or those of a sabotage: what a claim reads."""
-        return self.rows() if change is None else change.study.rows()
 
     def is_current(self) -> bool:
         """Tell whether this code, with these replicates and levels, gave what is recorded."""
