@@ -157,14 +157,14 @@ def trade(ax: Axes, rows: Rows, events: tuple[str, str], gates: Mapping[str, str
         return [rows.of("lost", event=e, gate=gate, threshold=threshold).mean() for e in events]
 
     never, always = lost("never", -1.0), lost("always", 1.0)
-    for (gate, name), meaning in zip(gates.items(), ("robot", "readings"), strict=True):
+    places = ("robot", -3, -0.1), ("readings", 2, 0.03)  # beside a mark of each line
+    for (gate, name), (meaning, mark, up) in zip(gates.items(), places, strict=True):
         thresholds = rows.where(gate=gate).levels("threshold")
         x, y = np.array([never, *(lost(gate, t) for t in thresholds), always]).T
         ax.plot(x, y, "o-", color=MEANING[meaning], linewidth=2.0)
-        middle = len(x) // 2
-        label(ax, x[middle] + 0.02, y[middle] + 0.03, name, MEANING[meaning])
-    for name, (x, y) in (("never", never), ("always", always)):
+        label(ax, x[mark] + 0.03, y[mark] + up, name, MEANING[meaning])
+    for name, (x, y), aside in (("never", never, -0.06), ("always", always, 0.04)):
         ax.plot(x, y, "s", color=MEANING["rule"])
-        label(ax, x + 0.02, y + 0.03, name, MEANING["rule"])
-    ax.set(xlim=(0, 1), ylim=(0, 1.1), xlabel="lost as the light goes", ylabel="lost to who stops")
+        label(ax, x + aside, y + 0.06, name, MEANING["rule"])
+    ax.set(xlim=(0, 1), ylim=(0, 1), xlabel="lost as the light goes", ylabel="lost to who stops")
     return ax
