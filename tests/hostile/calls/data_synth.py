@@ -135,6 +135,8 @@ CALLS = (
         fisheye.Bodies: lambda: call(*parts(shown())),
         fisheye.linear: lambda: call(np.array([10.0, 20, 30])),
         fisheye.view: lambda: call(EYE, SMALL.stage, ROBOT, shown(), SMALL.light(0.0)),
+        fisheye.expose: lambda: call(EYE, np.full((16, 16, 3), 0.3), 1.0, rng=rng()),
+        fisheye.Stage.light_at: lambda: call(SMALL.stage, np.array([[1.0, 2], [3, 4]])),
         people_office.make_people_office: lambda: call(rng=rng(), distractors=False),
         people_office.PeopleOffice.section: lambda: call(SMALL, 0.3),
         people_office.PeopleOffice.room_of: lambda: call(SMALL, ROBOT[:2]),
