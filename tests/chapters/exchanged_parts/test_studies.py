@@ -286,7 +286,6 @@ def test_gates_ask_the_model_or_the_most_different_of_the_last_pictures():
     )
     assert page.by_change(seen, model, [seen, before]) == pytest.approx(far)
     assert page.by_change(seen, model, [seen]) == pytest.approx(0, abs=1e-7)
-    assert page.unlike(seen, model, []) == pytest.approx(1 - page.by_score(seen, model, []))
 
 
 @pytest.mark.parametrize(("threshold", "rate"), [(-1.0, 0.0), (1.0, page.RATE)])
