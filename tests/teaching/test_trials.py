@@ -284,6 +284,10 @@ def test_a_trial_that_gives_what_is_recorded_differs_in_nothing(small):
         assert [study.differs(**at) for at in where(study)] == [[]] * len(where(study))
 
 
+def test_a_study_without_rows_differs_and_says_so(small):
+    assert small.drawn.differs(film=2, rule="new") == ["drawn: no rows are recorded"]
+
+
 def forged(study, **columns):
     """Record other numbers, with the right hashes."""
     table = study.run().table.assign(**columns)

@@ -267,6 +267,8 @@ class Trials:
         combination lie, or as far outside as these reach.
         """
         recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
+        if recorded is None:
+            return [f"{self.name}: no rows are recorded"]
         rows = self._as_rows(recorded, "")
         again = framed([self.trial(**where)])
         before = rows.where(**where).table.reset_index(drop=True)
