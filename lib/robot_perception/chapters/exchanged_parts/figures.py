@@ -145,8 +145,8 @@ def counted(ax: Axes, now: Any) -> Axes:
     name="parts-trade",
     alt="Share of the films lost to who stops against share lost as the light goes. The curve of "
     "each gate runs from never learning, lost in the dark, to always learning, lost to who stops.",
-    caption="Each mark is a threshold; the best place is at the bottom left. Lines lead from the "
-    "least threshold to the greatest, and on to a model that always learns.",
+    caption="Shares of the films. Each mark is a threshold; the best place is at the bottom left. "
+    "Lines lead from the least threshold to the greatest, and on to a model that always learns.",
     width=5.2,
     height=4.2,
 )
