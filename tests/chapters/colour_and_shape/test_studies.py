@@ -280,12 +280,12 @@ def test_colours_of_the_first_frame_have_not_turned_and_are_those_of_the_tracker
 def test_a_film_that_teaches_itself_is_foretold_better_than_by_colours_that_stay():
     rows = page.foretold.but(itself=True, world=("rectangle",)).run(film=(9001,))
     assert rows.table["learnt"].tolist() == list(page.LEARNT)
-    free = rows.of("error", learnt=page.ONE), rows.of("error", learnt=page.TWO)
+    free = rows.of("error", learnt=page.BY_ONE), rows.of("error", learnt=page.BY_TWO)
     assert max(*free) < 0.9
 
 
 def test_an_error_over_that_of_colours_that_stay_is_a_geometric_mean():
-    trials = [{"film": film, "world": "snail", "learnt": page.ONE, "error": error}
+    trials = [{"film": film, "world": "snail", "learnt": page.BY_ONE, "error": error}
               for film, error in enumerate((0.5, 8.0))]  # fmt: skip
     value = page.over_staying(Rows(framed(trials), "film", {}))
     assert value.estimate == pytest.approx(2)
