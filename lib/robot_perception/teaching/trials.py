@@ -253,7 +253,7 @@ class Trials:
         list of str
             What differs; nothing is changed then.
         """
-        lines = [line for where in drawn for line in self.differs(**where)]
+        lines = [*dict.fromkeys(line for where in drawn for line in self.differs(**where))]
         if not lines:
             key = self.code(), self._declared()
             recorded_rows.renew(self.stem, self.name, self.changed or AS_DECLARED, *key)
