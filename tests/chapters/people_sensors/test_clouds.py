@@ -122,6 +122,19 @@ def test_a_lattice_looks_at_its_samples_and_round_those_that_are_skin():
         np.testing.assert_allclose(np.sort(found), centres, atol=np.deg2rad(3))
 
 
+def test_a_lattice_sees_skin_only_where_it_looks():
+    lone, missed = np.zeros(page.PICTURE), 0
+    lone[40, 200] = 1.0
+    for seed in range(50):
+        (found, _), (empty, _) = (
+            next(page.by_lattices(skin, ("one of 35",), 9, np.random.default_rng(seed)))
+            for skin in (lone, np.zeros(page.PICTURE))
+        )
+        assert found in (empty, empty + 34)  # the window around, less the sample in its middle
+        missed += found == empty
+    assert 40 < missed < 50
+
+
 def test_what_is_found_is_counted(monkeypatch):
     known = {"polar": [[2, 0.0], [2, 1.0], [2, 2.0], [2, -2.0]], "gaze": [1, 1, -1, 1],
              "present": [True, True, True, False], "clear": [True] * 4}  # fmt: skip
