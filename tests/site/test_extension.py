@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bs4 import BeautifulSoup
 from docutils import nodes
 from docutils.utils import new_document
 from jupyter_client import KernelManager
@@ -102,6 +103,14 @@ def page_of(explorer: object) -> str:
 def on_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let outputs be those of a built page."""
     monkeypatch.setenv(PAGE_VARIABLE, "1")
+
+
+def test_what_unfolds_in_the_menu_has_a_name():
+    entry = '<li><a href="a.html">1. Walls</a>{}</li>'
+    below = "<details><summary><span></span></summary><ul>{}</ul></details>"
+    menu = BeautifulSoup(entry.format(below.format(entry.format(""))), "html.parser")
+    named = sphinx_extension._with_names(lambda **options: menu)(kind="sidebar")
+    assert [s["aria-label"] for s in named("summary")] == ["More on 1. Walls"]
 
 
 @pytest.mark.usefixtures("on_page")

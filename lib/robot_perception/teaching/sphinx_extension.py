@@ -14,7 +14,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -321,6 +321,8 @@ def _finish_page(
     context["default_mode"] = "auto"
     context["script_files"] = list(_local(context["script_files"]))
     context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
+    if menu := context.get("generate_toctree_html"):
+        context["generate_toctree_html"] = _with_names(menu)
     if context.get("sourcename"):
         _store_source(Path(app.outdir) / "_sources", Path(app.env.doc2path(pagename)), context)
     if not context.get("body"):
@@ -339,6 +341,18 @@ def _finish_page(
         return f"{opening}{match['inside']}</div>"
 
     context["body"] = _STATES.sub(store, body)
+
+
+def _with_names(menu: Callable[..., Any]) -> Callable[..., Any]:
+    """Let what unfolds in the menu say, to who hears it, what it unfolds."""
+
+    def named(**options: Any) -> Any:
+        tree = menu(**options)
+        for entry in tree.select("li:has(> details)"):
+            entry.select_one("details > summary")["aria-label"] = f"More on {entry.a.get_text()}"
+        return tree
+
+    return named
 
 
 def _answers_last(body: str) -> str:

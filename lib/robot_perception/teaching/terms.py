@@ -26,8 +26,8 @@ TERMS = "terms.toml"
 PAGE = "words"
 """Stem of the page that lists them."""
 LIBRARY = "robot_perception"
-MORE = ("Further recordings", "Use it yourself")
-"""Parts whose pages use words as chapters do."""
+OWN = "Use it yourself"
+"""Part without chapters whose pages use words as chapters do."""
 
 _NO_PROSE = re.compile(
     r"\A---\n.*?\n---\n|^(`{3,}).*?^\1|`[^`\n]*`|\$\$.*?\$\$|\$(?:[^$\n]|\n(?!\n))*\$|\]\([^)]*\)|<[^>]*>"
@@ -200,10 +200,10 @@ def called(name: str) -> object:
 
 
 def readable(contents: Contents) -> tuple[Page, ...]:
-    """Return the pages whose use of words is listed: chapters, recordings, and your own data."""
-    return tuple(
-        page for page in contents.pages.values() if page in contents.chapters or page.part in MORE
-    )
+    """Return the pages whose use of words is listed: chapters, what is below them, your own data."""
+    parts = {OWN, *(page.part for page in contents.chapters if page.number)}
+    pages = contents.pages.values()
+    return tuple(page for page in pages if page in contents.chapters or page.part in parts)
 
 
 def words(contents: Contents, terms: Sequence[Term] | None = None) -> Shown:
