@@ -200,7 +200,7 @@ def called(name: str) -> object:
 
 
 def readable(contents: Contents) -> tuple[Page, ...]:
-    """Return the pages whose use of words is listed: chapters, what is below them, your own data."""
+    """Return the pages whose use of words is listed: chapters, what is below, your own data."""
     parts = {OWN, *(page.part for page in contents.chapters if page.number)}
     pages = contents.pages.values()
     return tuple(page for page in pages if page in contents.chapters or page.part in parts)
