@@ -79,11 +79,13 @@ def test_the_ellipse_that_is_tried_has_the_shape_of_the_true_one():
 
 
 def test_films_are_counted_by_how_they_end():
-    rows = page.sized.run(film=(page.FILM,), measure=(page.PRINTED, page.BALLARD))
+    rows = page.sized.run(film=(page.FILM,), measure=(page.PRINTED, page.BALLARD, page.ROOT))
     assert page.small(rows).estimate == 1
     assert page.large(rows).estimate == 1
     assert page.small(rows, page.BALLARD).estimate == 0
     assert page.lost(rows, page.PRINTED).estimate == 1
+    assert page.small(rows, page.ROOT).estimate == 0  # it ends near the true size
+    assert page.large(rows, page.ROOT).estimate == page.lost(rows, page.ROOT).estimate == 0
     alone = page.sized.run(film=(page.FILM,), measure=(page.BALLARD,))
     assert page.small(alone).estimate == 0  # a sabotage has one rule, whichever it is
 
@@ -164,6 +166,13 @@ def test_an_eye_that_knows_every_coordinate_takes_the_nearest_guess():
     assert (rows["over"] == rows["error"] / rows["nearest"]).all()
     assert (rows["effective"] >= 1).all()
     assert sorted(set(rows["moved"])) == list(page.MOVED)
+
+
+def test_of_many_guesses_the_mean_is_that_of_kalman():
+    step = page.stepped.but(told=1.0, moved=(2.0,))
+    rows = step.run(world=range(700, 706), tracker=page.TRACKERS[:1])
+    error = rows.of("error", count=max(page.COUNTS)).mean()
+    assert error == pytest.approx(2.0 / 2, abs=0.15)  # half way: guess and eye know as much
 
 
 def test_the_nearest_of_more_guesses_is_nearer():
