@@ -63,6 +63,13 @@ def test_who_is_hidden_or_far_away_need_not_be_found_and_is_not_wrong():
     assert (seen.who.tolist(), seen.which.tolist()) == ([0], [0])
 
 
+def test_pairs_are_told_by_the_places_of_all_people_and_all_hypotheses():
+    """The first person is hidden, and the first hypothesis is theirs."""
+    scene = recording([(2, 1), (2, 0)], [(2, 1), (2, 0)], clear=[False, True])
+    seen = only(scene, View(by="place"))
+    assert (seen.who.tolist(), seen.which.tolist()) == ([1], [1])
+
+
 @pytest.mark.parametrize(("view", "people", "found"), [(AHEAD, [0], [0]), (BEHIND, [1], [1])])
 def test_a_hypothesis_counts_on_the_side_of_its_person(view, people, found):
     """The second hypothesis lies ahead, and is that of somebody just behind."""
@@ -131,6 +138,16 @@ def test_hypotheses_are_kept_after_each_judged_reading_of_a_sensor_that_takes_pa
     times = whole.judged_at[own]
     assert known.at(times[3]) is known.found[3]
     assert known.at(times[3] - 1e-6) is known.found[2]
+
+
+def test_what_is_not_judged_is_heard_and_not_kept():
+    whole = session([(2.0, 0.3)], 2.0)
+    truth = ("polar", "present", "clear", "beams", "cones", "side", "gaze", "swing")
+    seldom = {name: getattr(whole, name)[::2] for name in ("judged", *truth)}
+    known = page.committee(replace(whole, **seldom))
+    assert known.rows == list(range(len(seldom["judged"])))
+    for ours, theirs in zip(known.found, page.committee(whole).found[::2], strict=True):
+        assert np.array_equal(ours.mean, theirs.mean)
 
 
 def test_joined_readings_are_heard_by_the_committee():
@@ -211,8 +228,9 @@ def test_sensors_that_hear_nothing_add_no_place(both_seen):
 def test_what_is_put_in_place_of_the_committee_changes_no_member(both_seen):
     second = {"together": ("laser",)}
     assert both_seen(page.counted, **second).equals(both_seen(page.counted, "laser alone"))
-    same = both_seen(page.counted, "sonar alone", rules="strangers", **second)
-    assert same.equals(both_seen(page.counted, "sonar alone"))
+    for who in ("sonar alone", "without laser"):
+        same = both_seen(page.counted, who, rules="strangers", **second)
+        assert same.equals(both_seen(page.counted, who))
     strange = both_seen(page.counted, rules="strangers")
     assert strange.people.equals(both_seen(page.counted).people)
     assert not strange.equals(both_seen(page.counted))
