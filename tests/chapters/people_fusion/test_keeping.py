@@ -78,9 +78,12 @@ def test_sonars_that_hear_elsewhere_keep_nobody_who_is_behind(monkeypatch):
 def test_those_who_leave_are_not_there(monkeypatch):
     whole = session([BEHIND, (2.5, 0.3)])
     left = replace(whole, present=whole.present & ~(whole.times > 8.5)[:, None])
-    kept = night(monkeypatch, left, LIBRARY).there
+    table = night(monkeypatch, left, LIBRARY)
+    kept = table.there
     assert kept["ahead", False].tolist() == kept["behind", True].tolist() == [1, 1, 0, 0]
     assert kept["ahead", True].sum() == 0
+    for ends in ("with sonars", "with deaf ones", "without"):  # whoever has left is not kept
+        assert (table[ends] <= table.there).all()
 
 
 def test_a_hypothesis_lives_on_in_the_one_that_it_is_made_one_with():

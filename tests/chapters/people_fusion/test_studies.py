@@ -22,6 +22,11 @@ def hypotheses(found):
     return Hypotheses(found.mean, found.cov, one, names, *[0 * one] * 3, {}, len(one))
 
 
+def hypotheses_at(places):
+    """Return persons at some distances and directions."""
+    return hypotheses(recording([], places).found(0).positions)
+
+
 def only(scene, view):
     """Judge the detections of one reading, taken for persons."""
     return page.judged(scene, 0, hypotheses(scene.found(0).positions), view)
@@ -307,6 +312,16 @@ def test_what_stays_is_told_from_what_goes(monkeypatch, who, walkers, static):
     assert found["counted"] > 20
     assert found["static"] / found["followed"] == pytest.approx(static, abs=0.15)
     assert found["followed"] <= found["counted"]
+
+
+def test_of_the_hypotheses_of_people_those_have_walked_whose_person_did():
+    whole = session([(2.0, -1.2), (2.0, 1.2)], 4.0, sees=("laser",))
+    places = whole.polar.copy()
+    places[len(places) // 2 :, 1, 0] += 1.0  # the second person goes away
+    moved, last = replace(whole, polar=places), len(places) - 1
+    seen = page.judged(moved, last, hypotheses_at([(3.0, 1.2), (2.0, -1.2)]), View(by="place"))
+    assert (seen.who.tolist(), seen.which.tolist()) == ([0, 1], [1, 0])
+    assert page.walked(moved, last, 0.5, seen).tolist() == [0]
 
 
 def test_to_discard_never_adds_a_false_one_and_to_move_does():
