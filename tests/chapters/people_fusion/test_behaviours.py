@@ -201,6 +201,21 @@ def test_who_comes_near_is_asked_nearer_and_then_to_take_part(monkeypatch):
     assert said[:2] == ["come nearer", "take part"]
 
 
+@pytest.mark.parametrize(("ahead", "blocked"), [(1.3, True), (3.0, False), (-2.0, False)])
+@pytest.mark.parametrize("led", [False, True])
+def test_a_path_is_blocked_by_others_on_its_next_metre_and_a_half(ahead, blocked, led):
+    known = SimpleNamespace(identity=np.array([7]), points=np.array([[ahead, 0.0]]))
+    mind = SimpleNamespace(
+        tracked=SimpleNamespace(hypotheses=known),
+        state=SimpleNamespace(person=7 if led else 8),
+        pose=np.array([2.0, 0.0, 0.0]),
+        route=np.c_[np.arange(100) / 10, np.zeros(100)],
+        passed=lambda: 20,
+        roles=lambda: np.array([page.acts.FURNITURE]),
+    )
+    assert page.Mind.is_blocked(mind) == (blocked and not led)
+
+
 def test_a_guide_whose_path_is_blocked_asks_waits_and_drives_on(monkeypatch):
     monkeypatch.setattr(page, "happened", happened)
     assert page.cleared.one(SEED)["asked"]
