@@ -201,6 +201,17 @@ def test_who_comes_near_is_asked_nearer_and_then_to_take_part(monkeypatch):
     assert said[:2] == ["come nearer", "take part"]
 
 
+@pytest.mark.parametrize(
+    ("asked", "in_time", "early"), [(5, True, 0), (3, False, 1), (9, False, 0)]
+)
+def test_somebody_is_asked_nearer_when_they_come_within_reach(monkeypatch, asked, in_time, early):
+    comes = story(apart=4.0 - 0.25 * np.arange(13))  # m a second; within three metres after five
+    comes.said[asked] = "come nearer"
+    monkeypatch.setattr(page, "told", lambda *how: comes)
+    found = page.invited.one(SEED)
+    assert (found["in time"], found["early"]) == (in_time, early)
+
+
 @pytest.mark.parametrize(("ahead", "blocked"), [(1.3, True), (3.0, False), (-2.0, False)])
 @pytest.mark.parametrize("led", [False, True])
 def test_a_path_is_blocked_by_others_on_its_next_metre_and_a_half(ahead, blocked, led):
