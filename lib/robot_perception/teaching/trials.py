@@ -86,8 +86,8 @@ class Trials:
     seed
         Of the generators of the replicates.
     chaotic
-        Whether single pixels of a film decide what a trial gives: then its rows are compared one
-        by one only where the same kind of processor has recorded them.
+        Whether single pixels of a film, or ties, decide what a trial gives: then its rows are
+        compared one by one only where the same kind of processor has recorded them.
     changed
         Words for what differs from the declared study; empty for that.
     """
