@@ -10,7 +10,7 @@ export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test check test-portable mutants lint lab serve reproduce bench clean
+.PHONY: help setup book test test-all check test-portable mutants lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -41,9 +41,15 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 
-test: lint book ## lint, unit and property tests, claims, notebooks, site in a real browser
+test: lint book ## lint, laws, claims, one drawn trial a study, every notebook, pages that changed
 	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+
+test-all: lint book ## everything: types of every call, more trials, all pages, JupyterLab, other processors, planted errors
+	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest \
+		--jaxtyping-packages=robot_perception,tests.checked -n $(JOBS) --dist loadfile tests
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+	$(MAKE) test-portable mutants
 
 check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages
 	$(BIN)/python -m tests.reached --base $(BASE) --jobs $(JOBS)
@@ -60,10 +66,9 @@ lab: .venv/.lab ## open the notebooks in JupyterLab
 serve: book ## serve the built site on http://localhost:8000
 	$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory $(SITE)
 
-reproduce: .venv/.book ## recompute rows, stored results and claims in full, of all or of CHAPTERS='walls monobot'; the slow tests
+reproduce: .venv/.book ## recompute rows, stored results and claims in full, of all or of CHAPTERS='walls monobot'
 	$(BIN)/robot-perception store --anew $(CHAPTERS:%=--chapter %) --workers $(JOBS)
 	$(BIN)/robot-perception claims --run $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
-	$(BIN)/python -m pytest -m slow tests
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
