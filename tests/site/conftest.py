@@ -14,10 +14,38 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
+from tests.proof import WHOLE
 from tests.site.browser import PATIENCE_MS, WINDOW, launch
+from tests.site.choice import VISITS, Sound, chosen, commit
+from tests.site.contents import PAGES
 from tests.site.counts import COUNTS
 
 ROOT = Path(__file__).parents[2]
+ALWAYS = (PAGES[0], "scorecard")
+"""Pages that every run visits."""
+
+
+def _sound(site: str) -> Sound:
+    return Sound((ROOT / site).resolve(), ROOT / "build" / "visited")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out visits of pages that nothing has changed, unless they are asked for by name."""
+    site = os.environ.get("ROBOT_PERCEPTION_SITE")
+    if WHOLE or not site or any("::" in asked for asked in config.args):
+        return
+    visits = [item.nodeid for item in items if item.nodeid.startswith(VISITS)]
+    left = {*visits} - {*chosen(visits, _sound(site), PAGES, ALWAYS, commit())}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in left])
+    items[:] = [item for item in items if item.nodeid not in left]
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Keep which visits found their page sound."""
+    site = os.environ.get("ROBOT_PERCEPTION_SITE")
+    if site and report.when == "call" and report.nodeid.startswith(VISITS):
+        sound = _sound(site)
+        (sound.note if report.passed else sound.forget)(report.nodeid)
 
 
 @dataclass

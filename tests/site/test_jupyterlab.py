@@ -47,8 +47,8 @@ BUSY = """
 while not Path("go").exists():
     time.sleep(0.05)
 """
-FEW = ["walls", "tutor_face"]
-"""Points that are dragged, and films that are computed: what a chapter may ask of JupyterLab."""
+FEW = ["walls"]
+"""Sliders and points that are dragged; films that are computed are run by `make test-all`."""
 
 EXPLORERS = [
     name
@@ -59,7 +59,7 @@ EXPLORERS = [
 
 
 def chosen(asked: str) -> list[str]:
-    """Return which notebooks are run: those that are named, a few if that is none, or all."""
+    """Return which notebooks are run: those that are named, or one if that is none, or all."""
     if asked == "all":
         return EXPLORERS
     return [name for name in EXPLORERS if name in asked.split(",")] or FEW
