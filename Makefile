@@ -52,13 +52,13 @@ test-all: lint book ## everything: types of every call, more trials, all pages, 
 	$(MAKE) test-portable mutants
 
 check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages
-	$(BIN)/python -m tests.reached --base $(BASE) --jobs $(JOBS)
+	$(BIN)/python -m tests.tools.reached --base $(BASE) --jobs $(JOBS)
 
 test-portable: .venv/.book ## unit tests and notebooks by other BLAS kernels, with and without this machine's vector units
-	$(BIN)/python -m tests.portable -n $(JOBS) --dist loadfile
+	$(BIN)/python -m tests.tools.portable -n $(JOBS) --dist loadfile
 
 mutants: .venv/.book ## plant errors in a copy of the code and count what the tests notice
-	$(BIN)/python -m tests.mutants -n $(JOBS) $(ROOMS)
+	$(BIN)/python -m tests.tools.mutants -n $(JOBS) $(ROOMS)
 
 lab: .venv/.lab ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab book $(if $(filter 0,$(shell id -u)),--allow-root)
@@ -71,7 +71,7 @@ reproduce: .venv/.book ## recompute rows, stored results and claims in full, of 
 	$(BIN)/robot-perception claims --run $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
-	$(BIN)/python -m tests.benchmarks.run --write book/_data/performance.json
+	$(BIN)/python -m tests.tools.benchmarks.run --write book/_data/performance.json
 	$(BIN)/robot-perception store --anew --only arm_tracking.timed # rows that are made of that record
 	$(BIN)/robot-perception claims --run --claim observing --write book/_data/claims.json
 

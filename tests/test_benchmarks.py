@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 OURS = ("data_synth", "robot_perception", "tests")
-MODULES = sorted((Path(__file__).parent / "benchmarks").glob("bench_*.py"))
+MODULES = sorted((Path(__file__).parent / "tools/benchmarks").glob("bench_*.py"))
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)

@@ -6,8 +6,8 @@ import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from tests.mutants import ROOT, Mutant, read, rooms
-from tests.mutants.__main__ import _module, table, verdict
+from tests.tools.mutants import ROOT, Mutant, read, rooms
+from tests.tools.mutants.__main__ import _module, table, verdict
 
 CODE = "def f(a, b):\n    return a + b  # a + b\n"
 

@@ -9,7 +9,7 @@ from types import CodeType
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("lib/robot_perception", "data_synth", "tests/benchmarks")
+FOLDERS = ("lib/robot_perception", "data_synth", "tests/tools/benchmarks")
 
 
 def modules() -> Iterator[str]:

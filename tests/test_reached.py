@@ -9,8 +9,8 @@ import pytest
 
 from robot_perception.teaching import dependencies
 from robot_perception.teaching.dependencies import Dependencies
-from tests import reached
-from tests.reached import ROOT, Reach, Reached, before, changes, lanes, main, page_tests
+from tests.tools import reached
+from tests.tools.reached import ROOT, Reach, Reached, before, changes, lanes, main, page_tests
 
 HOUSE = {
     "house/__init__.py": "",
@@ -27,13 +27,13 @@ HOUSE = {
     "tests/conftest.py": "",
     "tests/ledger.py": "from house import chapters, records",
     "tests/worlds.py": "",
-    "tests/reached.py": "",
-    "tests/mutants/rooms.txt": "house/kalman.py: `+` -> `-`",
+    "tests/tools/reached.py": "",
+    "tests/tools/mutants/rooms.txt": "house/kalman.py: `+` -> `-`",
     "tests/test_kalman.py": "from house.kalman import __name__\nfrom tests import worlds",
     "tests/test_laser.py": "import house.laser",
     "tests/test_drive.py": "from robot_perception.book import slam",
-    "tests/mutants/__init__.py": 'ROOMS = "*.txt"',
-    "tests/test_mutants.py": "from tests import mutants",
+    "tests/tools/mutants/__init__.py": 'ROOMS = "*.txt"',
+    "tests/test_mutants.py": "from tests.tools import mutants",
     "tests/test_notebooks.py": 'BOOK, EVERY = "book", "*.ipynb"',
     "tests/test_titles.py": 'def title(stem): return f"book/{stem}.ipynb"',
     "tests/test_scripts.py": 'EVERY = "*.py", "*.md"',
@@ -106,7 +106,7 @@ def ledger(**verdicts: str) -> str:
         ("tests/worlds.py", {"tests/test_kalman.py"}, set()),
         ("tests/calls/laser.py", {"tests/test_by_name.py"}, set()),
         ("tests/test_laser.py", {"tests/test_laser.py"}, set()),
-        ("tests/mutants/rooms.txt", {"tests/test_mutants.py"}, set()),
+        ("tests/tools/mutants/rooms.txt", {"tests/test_mutants.py"}, set()),
         ("book/walls.ipynb", {"tests/test_notebooks.py", "tests/test_titles.py"}, {"walls"}),
         ("book/slam.ipynb",
          {"tests/test_notebooks.py", "tests/test_titles.py", "tests/test_drive.py",
@@ -133,7 +133,7 @@ def test_what_the_sites_tests_share_runs_all_that_use_it(house: Reach, name: str
     [
         "constraints.txt",
         "tests/conftest.py",
-        "tests/reached.py",
+        "tests/tools/reached.py",
         "house/chapters/__init__.py/gone.py",
         "house/gone.py",
         "house/table.toml",

@@ -161,7 +161,7 @@ def test_nothing_recorded_is_a_clear_error(tmp_path, monkeypatch):
 
 def test_what_is_benchmarked_begins_with_a_word_that_has_a_theme():
     """Else it is measured, recorded, and stops the page."""
-    files = (Path(__file__).parents[1] / "benchmarks").glob("bench_*.py")
+    files = (Path(__file__).parents[1] / "tools/benchmarks").glob("bench_*.py")
     words = re.findall(r'work=f?"(\w[\w-]*)', "".join(file.read_text("utf-8") for file in files))
     assert len(words) > 20
     assert set(words) <= set(performance.THEMES)

@@ -7,7 +7,7 @@ import filterpy.monte_carlo.resampling as filterpy
 import numpy as np
 
 from robot_perception.particles import Scheme, multinomial, residual, stratified, systematic
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 COUNT = 10**6
 WEIGHTS = np.random.default_rng(0).random(COUNT)

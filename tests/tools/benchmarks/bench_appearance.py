@@ -7,7 +7,7 @@ from robot_perception.appearance import head_ellipse
 from robot_perception.appearance.colour_histograms import box_histograms, histogram
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadTracker
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 SIZE = (320, 240)
 BOXES = 1000

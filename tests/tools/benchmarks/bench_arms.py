@@ -19,7 +19,7 @@ from robot_perception.arms.tracker import ArmTracker
 from robot_perception.chapters.arm_tracking.tracking import CAMERA
 from robot_perception.chapters.arm_tracking.views import IMAGES, WHOLE
 from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
-from tests.benchmarks.harness import Row, Timing
+from tests.tools.benchmarks.harness import Row, Timing
 
 MOST = 1.15
 PARTICLES, LEAST = 400, 40

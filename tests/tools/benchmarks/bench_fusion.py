@@ -16,7 +16,7 @@ from robot_perception.fusion import (
     omega_least_determinant,
     omega_least_trace,
 )
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 COUNT, SIZE = 10_000, 3
 OMEGA = 0.3

@@ -16,7 +16,7 @@ from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import HandDetector
 from robot_perception.companion.tutor import PATCHES, TutorTracker
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 PICTURES = 40
 LEAST_HANDS, LEAST_TUTOR = 10.0, 30.0

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from tests.benchmarks.harness import Timing, measure
+from tests.tools.benchmarks.harness import Timing, measure
 
 FOLDER = Path(__file__).parent
 PEERS = (
@@ -56,7 +56,8 @@ def main(write: Path | None, only: str) -> None:
     modules = sorted(p.stem for p in FOLDER.glob("bench_*.py") if only in p.stem)
     timings = []
     for name in modules:
-        for row in tqdm(import_module(f"tests.benchmarks.{name}").rows(), desc=name, leave=False):
+        module = import_module(f"tests.tools.benchmarks.{name}")
+        for row in tqdm(module.rows(), desc=name, leave=False):
             timings.append(row if isinstance(row, Timing) else measure(row))
             click.echo(line(timings[-1]))
     reached = sum(t.reached for t in timings)

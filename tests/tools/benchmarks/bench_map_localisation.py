@@ -10,7 +10,7 @@ from robot_perception.particles import systematic
 from robot_perception.slam import rao_blackwellised
 from robot_perception.slam.localisation import LandmarkMap, LocaliserRules, MapLocaliser
 from robot_perception.slam.visual import Looks
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 PARTICLES, LANDMARKS, POINTS = 1000, 1000, 60
 MOUNT = rao_blackwellised.forward_mount(1.1)

@@ -4,7 +4,7 @@ import numpy as np
 
 from robot_perception.appearance import affine_snake as snakes
 from robot_perception.appearance import segmentation
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 SHAPE = (240, 320)
 

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from robot_perception.walls import simplify, simplify_path_hull
-from tests.benchmarks.harness import Row, Timing
+from tests.tools.benchmarks.harness import Row, Timing
 
 TOLERANCE = 0.05
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.landmarks import Euclidean, Mahalanobis, observe
-from tests.benchmarks.harness import Row, Timing
+from tests.tools.benchmarks.harness import Row, Timing
 
 QUERIES, CLASSES = 300, 1500
 

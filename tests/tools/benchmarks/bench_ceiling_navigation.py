@@ -8,7 +8,7 @@ from robot_perception.ceiling.mosaic import adjust
 from robot_perception.ceiling.navigator import Navigator
 from robot_perception.ceiling.visual_memory import KeyImage, KeyRules, choose_key_images
 from robot_perception.geometry import se2
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 MOUNT = Mount()
 SCALE = MOUNT.height / MOUNT.focal

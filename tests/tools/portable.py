@@ -1,9 +1,9 @@
 """The tests as other processors run them: other BLAS kernels, and vector units held back.
 
-``python -m tests.portable`` prints a line for each; further words go to pytest. Every processor
-gets the unit tests, and the notebooks with their compared outputs; the site in its browser is the
-same on every processor and left out. Each has caches of its own, empty at first: what another
-processor computed or compiled would hide what this one does.
+``python -m tests.tools.portable`` prints a line for each; further words go to pytest. Every
+processor gets the unit tests, and the notebooks with their compared outputs; the site in its
+browser is the same on every processor and left out. Each has caches of its own, empty at first:
+what another processor computed or compiled would hide what this one does.
 """
 
 import os

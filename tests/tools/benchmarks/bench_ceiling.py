@@ -14,8 +14,8 @@ from robot_perception.ceiling.patterns import (
 )
 from robot_perception.ceiling.recognition import EdgeField, recognise
 from robot_perception.ceiling.tracker import PatternTracker, TrackerRules
-from tests.benchmarks.harness import Row
 from tests.ceiling.pictures import cluttered, smooth
+from tests.tools.benchmarks.harness import Row
 
 PARTICLES, VECTORS, SAMPLES = 200, 200, 11
 LEAST_RATE = 100e6

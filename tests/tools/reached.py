@@ -34,7 +34,7 @@ from robot_perception.teaching.dependencies import (
 )
 from tests.site.lab import LAB_PAGES
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SITE = "build/_build/html"
 BROWSER = "tests/site/"
 CHAPTERS = "robot_perception.chapters"

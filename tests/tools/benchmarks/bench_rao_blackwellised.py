@@ -19,7 +19,7 @@ from robot_perception.slam.rao_blackwellised import (
     forward_mount,
     textbook,
 )
-from tests.benchmarks.harness import Row, Timing
+from tests.tools.benchmarks.harness import Row, Timing
 
 SEEN, STEPS = 8, 20
 MOUNT = forward_mount(1.1)

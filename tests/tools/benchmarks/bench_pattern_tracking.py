@@ -7,7 +7,7 @@ import numpy as np
 from robot_perception.book import pattern_tracking as page
 from robot_perception.ceiling.tracker import PatternTracker
 from robot_perception.chapters.pattern_tracking.scene import RULES, SIGMAS, START, errors
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 NEAR = 0.6
 """Error in the mean over the coordinates up to which both sides give the same answer, σ."""

@@ -8,7 +8,7 @@ from robot_perception.book.people_fusion import RULES as COMMITTEE
 from robot_perception.book.people_sensors import Senses
 from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
 from robot_perception.people.detections import Detections, polar
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 RULES = AggregationRules()
 MOTION = np.array([0.02, 0.0, 0.01])

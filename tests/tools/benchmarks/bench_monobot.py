@@ -4,7 +4,7 @@ import numpy as np
 
 from robot_perception.beliefs import Gaussian
 from robot_perception.slam.monobot import first_measurement, run_filter, sensor_matrix
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 RUNS, STEPS = 100, 100
 

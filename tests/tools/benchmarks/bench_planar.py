@@ -20,7 +20,7 @@ from robot_perception.slam.planar import (
     run_filter,
     textbook,
 )
-from tests.benchmarks.harness import Row, Timing
+from tests.tools.benchmarks.harness import Row, Timing
 
 SEEN = 10
 Q, R = np.diag([0.02**2, 0.02**2, 0.01**2]), np.diag([0.05**2, 0.05**2])

@@ -10,12 +10,12 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-from tests.benchmarks.harness import Timing
 from tests.site import extra
 from tests.site.browser import launch
 from tests.site.lab import jupyterlab
+from tests.tools.benchmarks.harness import Timing
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BOOK = ROOT / "book"
 EXPLORER = '<div class="explorer"'
 MOVES = 16

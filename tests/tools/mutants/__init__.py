@@ -22,7 +22,7 @@ from pathlib import Path
 from robot_perception.teaching.cells import STUDY
 
 NOTEBOOK = ".ipynb"
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 LINE = re.compile(
     r"(?P<file>[^\s:#`]+)(#(?P<place>[1-9]\d*))?: `(?P<old>[^`]+)` -> `(?P<new>[^`]*)`"
     r"( = (?P<reason>\S.*))?"

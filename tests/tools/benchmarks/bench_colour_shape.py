@@ -5,7 +5,7 @@ import numpy as np
 from robot_perception.appearance.colour_distribution import Dynamics
 from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
 from robot_perception.appearance.segmentation import filled
-from tests.benchmarks.harness import Row
+from tests.tools.benchmarks.harness import Row
 
 SHAPE = (240, 320)
 

@@ -1,6 +1,7 @@
 """Plant one error after the other in a copy of the code, and see whether the tests notice.
 
-``python -m tests.mutants [ROOM or ROOM:LINE …] [-n JOBS]`` prints a line for each, then a table.
+``python -m tests.tools.mutants [ROOM or ROOM:LINE …] [-n JOBS]`` prints a line for each, then a
+table.
 """
 
 import argparse
@@ -21,7 +22,7 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from robot_perception.teaching.cells import BOOK
-from tests.mutants import NOTEBOOK, ROOT, Mutant, read, rooms
+from tests.tools.mutants import NOTEBOOK, ROOT, Mutant, read, rooms
 
 SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
@@ -58,7 +59,7 @@ class Copy:
         )
 
     def run(self, tests: Sequence[str], first: Sequence[str] = (), **words: Any) -> dict[str, Any]:
-        """Run tests, some of them first; return what `tests.mutants.server` answers."""
+        """Run tests, some of them first; return what `tests.tools.mutants.server` answers."""
         asked = {"tests": tests, "first": first, "limit": 0, "module": ""} | words
         print(json.dumps(asked), file=self.server.stdin, flush=True)
         return json.loads(self.server.stdout.readline())
@@ -168,7 +169,7 @@ def table(every: list[Mutant], verdicts: dict[str, str]) -> tuple[str, float]:
 
 def main() -> bool:
     """Try out the errors of the rooms named, or of all rooms; tell whether too many escaped."""
-    words = argparse.ArgumentParser(prog="tests.mutants", description=__doc__)
+    words = argparse.ArgumentParser(prog="tests.tools.mutants", description=__doc__)
     words.add_argument("rooms", nargs="*", help="room or room:line; all of them if none is named")
     words.add_argument("-n", dest="jobs", type=int, default=1, help="so many at a time")
     asked = words.parse_args()

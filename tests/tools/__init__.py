@@ -1,0 +1,1 @@
+"""Tools that are no tests: planted errors, what a change reaches, other processors, ratios."""
