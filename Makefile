@@ -10,7 +10,7 @@ export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup book test test-all check test-portable mutants lint lab serve reproduce bench clean
+.PHONY: help setup book test test-all check test-portable mutants minutes lint lab serve reproduce bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -41,14 +41,15 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 
+PYTEST = ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile
+NOTEBOOKS = --nbval-lax --ignore-glob='tests/*.ipynb' book
+
 test: lint book ## lint, laws, claims, one drawn trial a study, every notebook, pages that changed
-	ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+	$(PYTEST) -m 'not slow' tests $(NOTEBOOKS)
 
 test-all: lint book ## everything: types of every call, more trials, all pages, JupyterLab, other processors, planted errors
-	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest \
-		--jaxtyping-packages=robot_perception,tests.checked -n $(JOBS) --dist loadfile tests
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --nbval-lax book
+	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all \
+		$(PYTEST) --jaxtyping-packages=robot_perception,tests.checked tests $(NOTEBOOKS)
 	$(MAKE) test-portable mutants
 
 check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages
@@ -69,6 +70,9 @@ serve: book ## serve the built site on http://localhost:8000
 reproduce: .venv/.book ## recompute rows, stored results and claims in full, of all or of CHAPTERS='walls monobot'
 	$(BIN)/robot-perception store --anew $(CHAPTERS:%=--chapter %) --workers $(JOBS)
 	$(BIN)/robot-perception claims --run $(CHAPTERS:%=--chapter %) --write book/_data/claims.json --workers $(JOBS)
+
+minutes: .venv/.book ## time setup, book, test and check on a new clone; writes tests/tools/minutes.json
+	$(BIN)/python -m tests.tools.minutes --write
 
 bench: .venv/.bench book ## ratios against other libraries; writes book/_data/performance.json
 	$(BIN)/python -m tests.tools.benchmarks.run --write book/_data/performance.json

@@ -1,6 +1,7 @@
 """What holds for all tests: no deadlines, whose worker a test is, bounded memory, what was seen."""
 
 import gc
+import json
 import os
 import sys
 from collections import Counter
@@ -11,8 +12,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadFileScheduling
+from xdist.workermanage import WorkerController
 
-from tests.proof import WHOLE
+from tests.proof import RECORD, SECONDS, WHOLE
 from tests.site.counts import COUNTS
 
 # No test asserts a time; `make test` is green or red by the code alone, not by luck.
@@ -29,10 +31,27 @@ REMEMBER = ("data_synth.", "robot_perception.chapters.", "robot_perception.book.
 
 
 class Scheduling(LoadFileScheduling):
-    """A file is one worker's, for its tests share what they need; visits of pages share nothing."""
+    """A file is one worker's, for its tests share what they need; visits of pages share nothing.
+
+    Work that took longest when it was last recorded comes first, so that workers end together.
+    """
+
+    def __init__(self, config: pytest.Config, log: Any) -> None:
+        super().__init__(config, log)
+        self.took: dict[str, float] = json.loads(RECORD.read_text("utf-8"))["files"]
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid if nodeid.startswith(VISITS) else super()._split_scope(nodeid)
+        return scope(nodeid)
+
+    def _assign_work_unit(self, node: WorkerController) -> None:
+        longest = max(self.workqueue, key=lambda unit: self.took.get(unit, 0.0))
+        self.workqueue.move_to_end(longest, last=False)
+        super()._assign_work_unit(node)
+
+
+def scope(nodeid: str) -> str:
+    """Return what is handed to one worker: a visit of a page, or a file of tests."""
+    return nodeid if nodeid.startswith(VISITS) else nodeid.partition("::")[0]
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -65,6 +84,18 @@ def _noted(terminalreporter: Any) -> Iterator[tuple[str, Any]]:
         for report in reports:
             if getattr(report, "when", "") == "call":
                 yield from getattr(report, "user_properties", ())
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Keep beside the build how long each file of tests took, over all workers."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is None or not SECONDS.parent.is_dir():
+        return
+    took: Counter[str] = Counter()
+    for report in (one for reports in reporter.stats.values() for one in reports):
+        if hasattr(report, "duration"):
+            took[scope(report.nodeid)] += report.duration
+    SECONDS.write_text(json.dumps(took.most_common(), indent=0), encoding="utf-8")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

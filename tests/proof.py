@@ -5,8 +5,13 @@ drawn trials, all pages. Tests with the mark ``slow`` run only then.
 """
 
 import os
+from pathlib import Path
 
 PROOF = "ROBOT_PERCEPTION_PROOF"
 """Environment variable; the value ``all`` asks for the whole proof."""
 WHOLE = os.environ.get(PROOF) == "all"
 """Whether everything is proven in this run."""
+RECORD = Path(__file__).parent / "tools" / "minutes.json"
+"""How long the proof took when it was last timed (`tests.tools.minutes`)."""
+SECONDS = Path(__file__).parents[1] / "build" / "seconds.json"
+"""How long each file of tests took in the last run here, the longest first."""
