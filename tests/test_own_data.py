@@ -1,4 +1,7 @@
-"""The scripts of "Your own data", on files of known worlds, and the page's own examples."""
+"""The scripts of "Your own data", on files of known worlds, and the page's own examples.
+
+Each script runs from end to end in `make test`; longer recordings and films in `make test-all`.
+"""
 
 import re
 import runpy
@@ -455,7 +458,9 @@ def corridor(tmp_path_factory):
     return folder, se2.between(path[:1], path)
 
 
-@pytest.mark.parametrize("wheels", [True, False], ids=["wheels", "pictures alone"])
+@pytest.mark.parametrize(
+    "wheels", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["wheels", "pictures alone"]
+)
 def test_stereo_slam_knows_the_way_better_than_wheels(corridor, wheels):
     """Than these do, or than they usually would; all files hold the same trajectory and map."""
     folder, path = corridor
@@ -483,6 +488,7 @@ def test_stereo_slam_knows_the_way_better_than_wheels(corridor, wheels):
     assert frames[0].shape == (360, 840, 3)
 
 
+@pytest.mark.slow
 def test_a_robot_finds_its_place_in_the_map_of_another_drive(corridor):
     """On a line beside the first; where the map lies is where that drive began."""
     folder, _ = corridor
@@ -510,6 +516,7 @@ def test_a_robot_finds_its_place_in_the_map_of_another_drive(corridor):
         run(folder, "stereo_slam.py", "later", "there", "--map", "none.npz", "--force")
 
 
+@pytest.mark.slow
 def test_stereo_slam_of_a_car(tmp_path):
     """On real pictures with simulated wheels, as the recording has none."""
     folder = recording("kitti_stereo_straight")
@@ -711,7 +718,7 @@ def below(tmp_path_factory):
     return folder, plane, mount, np.array(poses)
 
 
-@pytest.mark.parametrize("unit", ["px", "m"])
+@pytest.mark.parametrize("unit", ["px", pytest.param("m", marks=pytest.mark.slow)])
 def test_ceiling_is_that_of_the_film(below, unit):
     """Way, patterns and picture, from the place of the first; two pixels are 25 mm.
 
@@ -776,6 +783,7 @@ def test_a_film_of_a_ceiling_that_is_cut_off_ends_with_one_line(below):
         assert not list(folder.glob("none*"))
 
 
+@pytest.mark.slow
 def test_a_map_in_pieces_is_told_and_no_pose_goes_from_one_to_the_other(tmp_path):
     """The camera is carried off in the dark: two films in one, each right in its own frame.
 
@@ -1011,6 +1019,7 @@ def test_a_robot_on_a_film_does_what_that_of_the_chapter_does(ordering):
     assert f"states: {counts}\n" in said
 
 
+@pytest.mark.slow
 def test_of_a_faster_film_so_many_pictures_are_used_as_events_count(ordering):
     """By names of a gallery, one of them with a comma."""
     folder, _, who = ordering
@@ -1032,6 +1041,7 @@ def test_of_a_faster_film_so_many_pictures_are_used_as_events_count(ordering):
     assert sum(1 for _ in film) == 76
 
 
+@pytest.mark.slow
 def test_who_is_too_near_to_be_seen_whole_is_not_followed(ordering):
     """Of the pictures only the upper part, with face and hand: the robot stays where it is."""
     folder, sights, _ = ordering
