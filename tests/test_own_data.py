@@ -3,12 +3,15 @@
 Each script runs from end to end in `make test`; longer recordings and films in `make test-all`.
 """
 
+import contextlib
+import io
 import re
 import runpy
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -84,10 +87,23 @@ EVERY = 0.25  # s between the observations of the drive round the posts
 
 
 def run(folder: Path, script: str, *words: str) -> str:
-    """Run a script as a reader does, one of the page or a copy, and return what it prints."""
-    command = [sys.executable, folder / script, *words]
-    if not command[1].exists():
-        command[1] = SCRIPTS / script
+    """Run a script, one of the page or a copy, in this process and return what it prints."""
+    printed = io.StringIO()
+    file = folder / script if (folder / script).exists() else SCRIPTS / script
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(printed),
+        mock.patch.object(sys, "argv", [script, *words]),
+        pytest.raises(SystemExit) as end,
+    ):
+        runpy.run_path(str(file), run_name="__main__")
+    assert not end.value.code, printed.getvalue()
+    return printed.getvalue()
+
+
+def run_alone(folder: Path, script: str, *words: str) -> str:
+    """Run a script of the page as a reader does, in a process of its own."""
+    command = [sys.executable, SCRIPTS / script, *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -152,7 +168,7 @@ def play(folder: Path, console: str, rtol: float = 0.02) -> None:
     """Run the commands of a console and compare its text, numbers to a fiftieth."""
     for part in console.split("$ python ")[1:]:
         (script, *words), expected = part.split("\n")[0].split(), part.partition("\n")[2]
-        found = run(folder, script, *words)
+        found = run_alone(folder, script, *words)
         assert NUMBER.sub("#", found) == NUMBER.sub("#", expected)
         pairs = (list(map(float, NUMBER.findall(text))) for text in (found, expected))
         np.testing.assert_allclose(*pairs, rtol=rtol, atol=0.002)
