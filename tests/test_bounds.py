@@ -47,6 +47,7 @@ def test_no_kernel_leaves_an_array(checked):
     assert done.returncode == 0, done.stdout[-3000:]
 
 
+@pytest.mark.slow  # likewise; `make check` asks for the rooms that a change reaches
 @pytest.mark.parametrize("room", ROOMS)
 def test_nothing_that_is_handed_over_lets_a_kernel_leave_an_array(room, checked):
     done = checked("tests.hostile.fields", room)
