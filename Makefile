@@ -5,6 +5,10 @@ SITE := build/_build/html
 JOBS ?= 2
 BASE ?= HEAD
 export OMP_NUM_THREADS ?= 1
+ifneq ($(shell grep -m1 -ow avx2 /proc/cpuinfo 2>/dev/null),)
+# the kernels of linear algebra that have recorded the rows
+export OPENBLAS_CORETYPE ?= Haswell
+endif
 ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
 export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif

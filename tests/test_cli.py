@@ -4,6 +4,9 @@ import importlib
 import json
 import subprocess
 import sys
+from collections import Counter
+from math import comb, prod, sqrt
+from random import Random
 
 import click
 import cv2
@@ -15,6 +18,7 @@ from joblib.parallel import get_active_backend
 
 from robot_perception import chapters
 from robot_perception.cli import main
+from robot_perception.cli.store import _renew_rows, drawn
 from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.entries import registry
@@ -227,7 +231,7 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
     class Trials:
         """Stands for a study of rows; what it is asked to do is noted."""
 
-        stem, replicates = "walls", (1, 2)
+        stem, replicate, replicates = "walls", "film", (1, 2)
 
         def __init__(self, name, current, differs=()):
             self.name, self.changed, self.current, self.differing = name, "", current, differs
@@ -241,6 +245,12 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
 
         def rows(self):
             return Rows(pd.DataFrame({"film": [1, 2, 3]}), "film", {})
+
+        def same(self, again, before):
+            return again.equals(before)
+
+        def code(self):
+            return "code"
 
         def trials(self):
             return [{"film": k} for k in self.replicates]
@@ -259,13 +269,94 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
         "walls.c (as declared): recorded, 3 rows",
     ]
     *_, same, other, line = run("store", "--keys").stdout.splitlines()
-    assert same == "walls.b (as declared): the same in 2 of 2 trials, keys renewed"
+    assert same == (
+        "walls.b (as declared): the same in 2 of 2 trials drawn for this code, keys renewed"
+    )
     assert other.startswith("walls.c (as declared): NOT the same; `robot-perception store --only")
     assert line == "c: 1, recorded 2"
     assert [study.done for study in studies] == [[], ["recorded", 2], ["recorded", 2]]
     first, *_ = run("store", "--anew", "--only", "walls.a").stdout.splitlines()
     assert first == "walls.a (as declared): recorded, 3 rows, the same"
     assert studies[0].done == ["anew"]
+
+
+class Drawn:
+    """Stands for a study of films and rules; some of its trials give something else."""
+
+    stem, name, changed, replicate = "walls", "drawn", "", "film"
+
+    def __init__(self, code, rules, films=40, changed=()):
+        self.hash, self.rules, self.films, self.moved = code, rules, films, changed
+
+    def code(self):
+        return self.hash
+
+    def is_current(self):
+        return False
+
+    def trials(self):
+        return [{"film": k, "rule": rule} for k in range(self.films) for rule in range(self.rules)]
+
+    def renew(self, drawn):
+        return [f"{where}" for where in drawn if where in self.moved]
+
+
+@pytest.mark.parametrize(("rules", "each"), [(1, 3), (10, 3), (11, 2), (15, 2), (16, 1), (48, 1)])
+def test_of_each_combination_three_trials_are_drawn_and_thirty_in_all(rules, each):
+    chosen = drawn(Drawn("code", rules))
+    assert Counter(where["rule"] for where in chosen) == dict.fromkeys(range(rules), each)
+    assert len({repr(where) for where in chosen}) == len(chosen)
+    assert len(drawn(Drawn("code", 4, films=2))) == 8
+
+
+def test_keys_of_other_code_are_tried_on_other_trials():
+    chosen = [repr(drawn(Drawn(code, 2))) for code in ("one", "two", "one")]
+    assert chosen[0] == chosen[2] != chosen[1]
+
+
+def test_a_tenth_of_the_trials_that_gives_something_else_is_caught_as_often_as_chance_says():
+    """8 of 80 trials, of which 6 are drawn: 1 - C(72, 6) / C(80, 6) = 0.48 of the codes."""
+    rules, films, changed, codes = 2, 40, 8, 600
+    every = Drawn("", rules, films).trials()
+    moved = Random(5).sample(every, changed)
+    missed = prod(
+        comb(films - sum(where["rule"] == rule for where in moved), 3) / comb(films, 3)
+        for rule in range(rules)
+    )
+    found = [
+        "NOT the same" in _renew_rows(Drawn(f"{k}", rules, films, moved)) for k in range(codes)
+    ]
+    assert missed == pytest.approx(comb(72, 6) / comb(80, 6), abs=0.03)
+    assert np.mean(found) == pytest.approx(1 - missed, abs=3 * sqrt(0.25 / codes))
+
+
+def test_what_cannot_be_stored_is_named_and_the_others_are_stored(run, monkeypatch):
+    class Recording:
+        """Stands for a recording that is stored, or cannot be."""
+
+        def __init__(self, store, broken=None):
+            self.store, self.broken = store, broken
+
+        def is_current(self):
+            return False
+
+        def renew(self):
+            if self.broken is not None:
+                raise self.broken
+            return True
+
+    found = [
+        Recording("a", ValueError("a.npz: half")),
+        Recording("b", OSError("b")),
+        Recording("c"),
+    ]
+    monkeypatch.setattr(chapters, "trials", lambda stems: [])
+    monkeypatch.setattr(chapters, "recordings", lambda stems: found)
+    monkeypatch.setattr(chapters, "states", lambda stems: [])
+    said = run("store", "--keys")
+    assert said.exit_code == 1
+    assert said.stdout.splitlines()[:3] == ["a: a.npz: half", "b: b", "c: the same, keys renewed"]
+    assert "not stored: a, b" in said.output
 
 
 def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(

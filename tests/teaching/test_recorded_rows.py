@@ -164,13 +164,6 @@ def test_columns_that_are_described_otherwise_are_damaged(recorded):
         read(*NAMES, "as declared")
 
 
-def test_without_a_summary_there_are_no_rows(recorded):
-    recorded.with_suffix(".json").unlink()
-    recorded_rows._read.cache_clear()
-    with pytest.raises(FileNotFoundError, match=r"small\.study\.json"):
-        read(*NAMES, "as declared")
-
-
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"variants": {'])
 def test_a_damaged_summary_is_named(recorded, text):
     recorded.with_suffix(".json").write_text(text)
@@ -247,27 +240,146 @@ RANGE = pd.Series([0.0, 10.0, 20.0])
         ([-20.1], [5.0], True, False),
         ([40.1], [5.0], True, False),
         ([5.0, 5.0], [5.0, 5.1], False, False),
-        (["new"], ["new"], True, True),
-        (["old"], ["new"], True, False),
     ],
 )
 def test_a_number_is_alike_to_rounding_or_elsewhere_within_the_reach_of_the_others(
     again, before, elsewhere, same
 ):
-    assert alike(pd.Series(again), pd.Series(before), RANGE, elsewhere) is same
+    assert alike(pd.Series(again), pd.Series(before), RANGE, elsewhere=elsewhere) is same
+
+
+def test_a_word_is_the_same_or_elsewhere_one_of_the_others():
+    words = pd.Series(["old", "new"])
+    old, new, other = words[:1], words[1:], pd.Series(["other"])
+    assert alike(new, new, words)
+    assert not alike(old, new, words)
+    assert alike(old, new, words, elsewhere=True)
+    assert not alike(other, new, words, elsewhere=True)
 
 
 def test_zeros_must_be_zero_but_for_rounding():
     zero = pd.Series([0.0])
-    assert alike(zero, zero, zero, False)
-    assert alike(pd.Series([-9e-13]), zero, zero, False)
-    assert not alike(pd.Series([1.1e-12]), zero, zero, False)
-    assert alike(pd.Series([True]), pd.Series([True]), pd.Series([True, False]), False)
-    assert not alike(pd.Series([False]), pd.Series([True]), pd.Series([True, False]), False)
+    assert alike(zero, zero, zero)
+    assert alike(pd.Series([-9e-13]), zero, zero)
+    assert not alike(pd.Series([1.1e-12]), zero, zero)
+    assert alike(pd.Series([True]), pd.Series([True]), pd.Series([True, False]))
+    assert not alike(pd.Series([False]), pd.Series([True]), pd.Series([True, False]))
+
+
+def test_zero_is_a_share_of_what_numbers_are_compared_with():
+    """Of singular values near a hundred, what is below 1e-7 is rounding, here and elsewhere."""
+    noise = pd.Series([3e-12, -2e-12])
+    for elsewhere in (False, True):
+        assert alike(pd.Series([9e-8, 0.0]), noise, noise, 100.0, elsewhere=elsewhere)
+        assert not alike(pd.Series([1.1e-7, 0.0]), noise, noise, 100.0, elsewhere=elsewhere)
+    assert not alike(pd.Series([9e-8, 0.0]), noise, noise)
 
 
 def test_elsewhere_a_single_number_is_alike_to_rounding():
     alone = pd.Series([5.0])
-    assert alike(pd.Series([5.0 + 4e-6]), alone, alone, True)
-    assert not alike(pd.Series([5.0 + 6e-6]), alone, alone, True)
-    assert not alike(pd.Series([5.0 - 6e-6]), alone, alone, True)
+    assert alike(pd.Series([5.0 + 4e-6]), alone, alone, elsewhere=True)
+    assert not alike(pd.Series([5.0 + 6e-6]), alone, alone, elsewhere=True)
+    assert not alike(pd.Series([5.0 - 6e-6]), alone, alone, elsewhere=True)
+
+
+@pytest.fixture
+def fresh():
+    """Forget the kind of this processor before and after."""
+    recorded_rows.processor.cache_clear()
+    yield
+    recorded_rows.processor.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("found", "kernels"),
+    [
+        ([{"user_api": "blas", "internal_api": "openblas", "architecture": "Zen"}], "Haswell"),
+        (
+            [{"user_api": "blas", "internal_api": "openblas", "architecture": "SkylakeX"}],
+            "SkylakeX",
+        ),
+        ([{"user_api": "openmp", "internal_api": "openmp"}], "unknown"),
+        ([{"user_api": "blas", "internal_api": "mkl"}], "mkl"),
+    ],
+)
+def test_a_kind_of_processor_is_its_instructions_and_its_kernels(
+    fresh, monkeypatch, found, kernels
+):
+    monkeypatch.setattr(recorded_rows, "threadpool_info", lambda: found)
+    instructions, name = recorded_rows.processor().split()
+    assert instructions in recorded_rows.FEATURES
+    assert name == kernels
+
+
+def test_rows_whose_summary_names_no_kernels_are_of_those_that_give_them_bit_for_bit(recorded):
+    said(recorded, processor="AVX2")
+    assert read(*NAMES, "as declared").processor == "AVX2 Haswell"
+
+
+# What is interrupted
+
+
+def test_seconds_are_recorded_beside_the_variants_and_stay(recorded):
+    assert read(*NAMES, "as declared").seconds is None
+    write(*NAMES, "as declared", TABLE, "code", "levels", (0.5, 1.5))
+    write(*NAMES, "gain=2", OTHER, "new code", "other levels")
+    renew(*NAMES, "gain=2", "newer code", "other levels")
+    assert read(*NAMES, "as declared").seconds == (0.5, 1.5)
+    assert read(*NAMES, "gain=2").seconds is None
+    drop(*NAMES, {"as declared"})
+    assert "seconds" not in json.loads(recorded.with_suffix(".json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("half", [".npz", ".json"])
+def test_half_of_what_was_recorded_is_nothing_and_is_recorded_again(recorded, half):
+    recorded.with_suffix(half).unlink()
+    assert read(*NAMES, "as declared") is None
+    assert variants(*NAMES) == ()
+    write(*NAMES, "gain=2", OTHER, "code", "levels")
+    assert variants(*NAMES) == ("gain=2",)
+    pd.testing.assert_frame_equal(read(*NAMES, "gain=2").table, OTHER)
+
+
+@pytest.mark.parametrize("half", [".npz", ".json"])
+def test_half_of_what_was_recorded_is_dropped_whole(recorded, half):
+    recorded.with_suffix(half).unlink()
+    drop(*NAMES, {"gain=3"})
+    assert not recorded.exists()
+    assert not recorded.with_suffix(".json").exists()
+
+
+@pytest.fixture
+def swapped(recorded):
+    """The rows of one run beside the summary of another, in which one of two variants differs."""
+    summary = recorded.with_suffix(".json").read_text("utf-8")
+    write(*NAMES, "gain=2", TABLE[:2], "code", "other levels")
+    recorded.with_suffix(".json").write_text(summary, "utf-8")
+    recorded_rows._read.cache_clear()
+    return recorded
+
+
+def test_of_the_halves_of_two_runs_what_fits_is_taken_and_the_rest_refused(swapped):
+    pd.testing.assert_frame_equal(read(*NAMES, "as declared").table, TABLE)
+    with pytest.raises(DamagedFile, match=r"`robot-perception store --only small\.study` records"):
+        read(*NAMES, "gain=2")
+
+
+def test_what_fits_stays_where_the_rest_is_recorded_again(swapped):
+    write(*NAMES, "gain=3", OTHER, "code", "levels")
+    assert variants(*NAMES) == ("as declared", "gain=3")
+    assert set(storage.load(swapped, recorded_rows._Stored).variants) == {"as declared", "gain=3"}
+    pd.testing.assert_frame_equal(read(*NAMES, "as declared").table, TABLE)
+
+
+def test_what_fits_stays_where_something_is_dropped(swapped):
+    drop(*NAMES, {"gain=3"})
+    assert variants(*NAMES) == ("as declared",)
+    pd.testing.assert_frame_equal(read(*NAMES, "as declared").table, TABLE)
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"variants": [1]}', '{"variants": {"a": 1}}'])
+def test_over_a_damaged_summary_rows_are_recorded_anew(recorded, text):
+    recorded.with_suffix(".json").write_text(text)
+    recorded_rows._read.cache_clear()
+    write(*NAMES, "gain=2", OTHER, "code", "levels")
+    assert variants(*NAMES) == ("gain=2",)

@@ -197,7 +197,7 @@ def test_a_study_of_a_notebook_is_pickled_by_its_name(small):
     text = pickle.dumps(study)
     found = pickle.loads(text)
     assert found.one is small.drawn.one
-    for name in ("axes", "fixed", "changed", "seed", "stem", "declared", "chaotic"):
+    for name in ("axes", "fixed", "changed", "seed", "stem", "declared", "scales"):
         assert getattr(found, name) == getattr(study, name)
     assert b"CALLS" not in text
 
@@ -317,25 +317,128 @@ def test_other_columns_or_rows_are_found(small):
     assert "another number of rows" in line
 
 
-def test_a_chaotic_study_is_compared_with_its_combination_elsewhere(book, monkeypatch):
-    chaotic = [text.replace("seed=7,", "seed=7, chaotic=True,") for text in CELLS]
-    module = book.made(*chaotic)
-    study, errors = module.drawn, module.drawn.run().of("error")
-    forged(study, error=errors + 0.01)  # other pixels
-    assert study.differs(film=2, rule="old")
+def elsewhere(monkeypatch):
+    """Let this processor be of another kind than the one that has recorded."""
     monkeypatch.setattr(recorded_rows, "processor", lambda: "another kind")
+
+
+def test_rows_of_another_kind_of_processor_are_compared_with_their_combination(small, monkeypatch):
+    study = small.drawn
+    forged(study, error=study.run().of("error") + 0.01)  # other pixels
+    assert study.differs(film=2, rule="old")
+    elsewhere(monkeypatch)
     assert not study.differs(film=2, rule="old")
 
 
-def test_elsewhere_a_chaotic_number_may_not_leave_the_reach_of_its_combination(book, monkeypatch):
-    module = book.made(*(text.replace("seed=7,", "seed=7, chaotic=True,") for text in CELLS))
-    study, errors = module.drawn, module.drawn.run().of("error")
-    shift = np.where(module.drawn.run().of("rule") == "old", 20.0, 0.0)
-    forged(study, error=errors + shift)
-    with monkeypatch.context() as elsewhere:
-        elsewhere.setattr(recorded_rows, "processor", lambda: "another kind")
-        assert study.differs(film=2, rule="old")
-        assert not study.differs(film=2, rule="new")
+def test_elsewhere_a_number_may_not_leave_the_reach_of_its_combination(small, monkeypatch):
+    rows = small.drawn.run()
+    forged(small.drawn, error=rows.of("error") + np.where(rows.of("rule") == "old", 20.0, 0.0))
+    with monkeypatch.context() as other:
+        elsewhere(other)
+        assert small.drawn.differs(film=2, rule="old")
+        assert not small.drawn.differs(film=2, rule="new")
+
+
+COUNTED = """@chapter.study(film=range(4), scales={"left": 100.0})
+def counted(film, *, more=0):
+    size = film + 1 + more
+    return {"seen": np.ones(size), "left": np.full(size, 1e-9 * film)}
+"""
+
+
+def test_elsewhere_a_trial_may_have_another_number_of_rows_as_others_have(book, monkeypatch):
+    module = book.made(CELLS[0], COUNTED)
+    module.counted.record()
+    other = {more: book.made(CELLS[0], COUNTED.replace("more=0", f"more={more}")).counted
+             for more in (3, 4)}  # fmt: skip
+    assert other[3].differs(film=3)
+    elsewhere(monkeypatch)
+    assert not other[3].differs(film=3)  # 7 rows; there are 1 to 4
+    assert other[4].differs(film=3)
+
+
+def test_numbers_are_zero_below_what_they_are_compared_with(book):
+    study = book.made(CELLS[0], COUNTED).counted
+    study.record()
+    before = study.rows().table
+    study = book.made(CELLS[0], COUNTED.replace("1e-9 * film", "-1e-8 * film")).counted
+    assert not study.differs(film=2)
+    assert study.same(before.assign(left=9e-8), before)
+    assert not study.same(before.assign(left=2e-7), before)
+    assert not study.same(before.assign(seen=1 + 1e-5), before)
+
+
+def test_rows_are_the_same_by_the_scale_of_their_combination(small):
+    """What rounds in the large numbers of one rule would change the small ones of another."""
+    before = small.drawn.run().table
+    before["error"] *= np.where(before.rule == "new", 1e6, 1.0)
+    moved = {rule: before.error + 0.1 * (before.rule == rule) for rule in ("old", "new")}
+    assert small.drawn.same(before.assign(error=moved["new"]), before)
+    assert not small.drawn.same(before.assign(error=moved["old"]), before)
+    assert small.plain.same(small.plain.run().table, small.plain.run().table)
+    assert not small.drawn.same(before[:-1], before)
+    assert not small.drawn.same(before.drop(columns="found"), before)
+
+
+def test_of_levels_that_are_none_each_combination_is_compared(book):
+    levels = [text.replace('"old", "new"', 'None, "new"') for text in CELLS]
+    study = book.made(*levels).drawn
+    before = study.run().table
+    wrong = before.error.where(before.rule.notna(), before.error + 1)
+    assert study.same(before, before)
+    assert not study.same(before.assign(error=wrong), before)
+
+
+# What is interrupted
+
+
+def halves(study):
+    return [recorded_rows.file_of("small", study.name).with_suffix(s) for s in (".npz", ".json")]
+
+
+@pytest.mark.parametrize("half", [0, 1])
+def test_half_of_what_was_recorded_is_not_current_and_is_recorded_again(small, half):
+    small.drawn.record()
+    before = small.drawn.rows().table
+    halves(small.drawn)[half].unlink()
+    assert not small.drawn.is_current()
+    assert small.drawn.differs(film=2, rule="new") == ["drawn: no rows are recorded"]
+    with pytest.raises(FileNotFoundError, match="robot-perception store"):
+        small.drawn.rows()
+    small.drawn.record()
+    assert small.drawn.is_current()
+    assert small.drawn.rows().table.equals(before)
+
+
+def test_halves_of_two_runs_are_not_current_and_say_what_to_do(book, small):
+    small.drawn.record()
+    summary = halves(small.drawn)[1].read_text("utf-8")
+    study = book.made(*(text.replace("SCALE * gain", "SCALE + gain") for text in CELLS)).drawn
+    study.record()
+    halves(study)[1].write_text(summary, "utf-8")
+    for one in (study, book.made(*CELLS).drawn):
+        recorded_rows._read.cache_clear()
+        assert not one.is_current()
+        (line,) = one.differs(film=2, rule="new")
+        assert "`robot-perception store --only small.drawn` records the rows anew" in line
+        assert one.renew(where(one)[:1]) == [line]
+    study.record()
+    assert study.is_current()
+
+
+# What a trial takes
+
+
+def test_seconds_of_the_first_combination_and_of_the_longest_are_recorded(book, monkeypatch):
+    """The first one computes what the others find, so what these take alone is more."""
+    clock = iter(np.cumsum([0, 4, 0, 2, 0, 5, 0, 1]).tolist())
+    monkeypatch.setattr(trials.time, "process_time", lambda: next(clock))
+    study = book.made(*CELLS).drawn.but(film=(0, 1))
+    study.record()
+    assert study.recorded().seconds == (5.0, 7.0)
+    assert next(clock, None) is None
+    study.record()  # of trials that were kept
+    assert study.recorded().seconds == (5.0, 7.0)
 
 
 def test_keys_are_renewed_only_if_drawn_trials_give_the_same(book, small):

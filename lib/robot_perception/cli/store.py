@@ -5,7 +5,9 @@ import click
 from robot_perception.cli.workers import with_workers, working
 
 DRAWN = 3
-"""So many trials must say that other code gives the recorded rows."""
+"""So many trials of each combination of factors must say that other code gives the same rows."""
+MOST = 30
+"""So many at most in all: of a study of more combinations each has fewer, one at least."""
 
 
 @click.command()
@@ -38,7 +40,8 @@ def store(
 
     Rows whose code and trials have not changed stay; so do trials that this computer has computed
     before. After a change of code that should change no result, --keys leaves what is stored as it
-    is and says which results have changed after all; of a study it computes a few trials anew.
+    is and says which results have changed after all; of a study it computes a few trials of each
+    combination of factors anew. What cannot be stored is named, and the others are.
     """
     if prune:
         click.echo(_prune())
@@ -57,16 +60,20 @@ def store(
         if unknown:
             raise ValueError(f"no stored result {unknown[0]!r}; there are {', '.join(known)}")
         chosen = [one for one in (*studies, *found) if not names or _name(one) in names]
+        failed = []
         with working(workers, dask, ray):
             for one in tqdm(chosen, desc="results", unit="result", disable=None):
-                if hasattr(one, "replicates"):
-                    click.echo(_renew_rows(one) if keys else _record(one, anew))
-                else:
-                    click.echo(_renew(one) if keys else _store(one))
-        if anew:
-            forget_anew()
+                try:
+                    click.echo(_stored(one, keys, anew))
+                except (ValueError, OSError) as error:
+                    click.echo(f"{_name(one)}: {error}")
+                    failed.append(_name(one))
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
+    if failed:
+        raise click.ClickException(f"not stored: {', '.join(dict.fromkeys(failed))}")
+    if anew:
+        forget_anew()
 
 
 def _prune() -> str:
@@ -83,6 +90,13 @@ def _name(one) -> str:
     return one.store if hasattr(one, "store") else f"{one.stem}.{one.name}"
 
 
+def _stored(one, keys: bool, anew: bool) -> str:
+    """Store rows or a result, or renew its keys; return what was done."""
+    if hasattr(one, "replicates"):
+        return _renew_rows(one) if keys else _record(one, anew)
+    return _renew(one) if keys else _store(one)
+
+
 def _record(study, anew: bool) -> str:
     """Record the rows of a study unless they are there; return what was done."""
     said = f"{_name(study)} ({study.changed or 'as declared'})"
@@ -92,24 +106,44 @@ def _record(study, anew: bool) -> str:
     before = study.rows().table if current else None
     study.record(anew=anew)
     rows = study.rows()
-    same = "" if before is None else f", {'the same' if rows.same(before) else 'NOT the same'}"
-    return f"{said}: recorded, {len(rows)} rows{same}"
+    same = before is None or study.same(rows.table, before)
+    words = "" if before is None else f", {'the same' if same else 'NOT the same'}"
+    return f"{said}: recorded, {len(rows)} rows{words}"
 
 
 def _renew_rows(study) -> str:
     """Renew the key of rows that this code gives, as some trials say; return what was done."""
-    from random import Random
-
     said = f"{_name(study)} ({study.changed or 'as declared'})"
     if study.is_current():
         return f"{said}: current"
-    trials = list(study.trials())
-    drawn = Random(said).sample(trials, min(DRAWN, len(trials)))
-    lines = study.renew(drawn)
+    chosen = drawn(study)
+    lines = study.renew(chosen)
     if not lines:
-        return f"{said}: the same in {len(drawn)} of {len(trials)} trials, keys renewed"
+        of = f"{len(chosen)} of {len(list(study.trials()))} trials drawn for this code"
+        return f"{said}: the same in {of}, keys renewed"
     again = f"`robot-perception store --only {_name(study)}` records what it is now"
     return "\n".join([f"{said}: NOT the same; {again}", *lines])
+
+
+def drawn(study) -> list[dict]:
+    """Return trials of each combination of a study's factors, drawn by the hash of its code.
+
+    Other code draws others. There are `DRAWN` of each combination where that makes no more than
+    `MOST`; otherwise as many of each as do not, and one at least.
+    """
+    from random import Random
+
+    combinations: dict[str, list[dict]] = {}
+    for where in study.trials():
+        factors = {name: level for name, level in where.items() if name != study.replicate}
+        combinations.setdefault(repr(factors), []).append(where)
+    random = Random(f"{_name(study)} {study.changed} {study.code()}")
+    count = max(1, min(DRAWN, MOST // len(combinations)))
+    return [
+        where
+        for trials in combinations.values()
+        for where in random.sample(trials, min(count, len(trials)))
+    ]
 
 
 def _store(recording) -> str:

@@ -83,18 +83,6 @@ class Rows:
         """Return the levels of a factor, in the order in which they come."""
         return tuple(self._column(factor).unique().tolist())
 
-    def same(self, table: pd.DataFrame) -> bool:
-        """Tell whether a table holds these rows, numbers to 1e-9 of the largest of their column."""
-        if list(table) != list(self.table) or len(table) != len(self.table):
-            return False
-        return all(
-            np.allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max(initial=0))
-            if pd.api.types.is_numeric_dtype(self.table[name])
-            else np.array_equal(ours, theirs)
-            for name in table
-            for ours, theirs in [(self.table[name].to_numpy(), table[name].to_numpy())]
-        )
-
     def per(self, *names: str) -> "Rows":
         """Return the means of all measures for each replicate, or for each of the columns named."""
         keys = list(names or (self.replicate,))

@@ -22,6 +22,7 @@ computer are not computed again, so a long study goes on where it was interrupte
 import inspect
 import json
 import logging
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,7 @@ from shutil import rmtree
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robot_perception.datasets.store import cache_directory
 from robot_perception.evaluation.sweep import sweep
@@ -85,9 +87,9 @@ class Trials:
         Keywords that are not as the function has them.
     seed
         Of the generators of the replicates.
-    chaotic
-        Whether single pixels of a film, or ties, decide what a trial gives: then its rows are
-        compared one by one only where the same kind of processor has recorded them.
+    scales
+        By measure, what its numbers are compared with: below 1e-9 of that they are zero. Of those
+        that are not named it is 0.001, a millimetre.
     changed
         Words for what differs from the declared study; empty for that.
     """
@@ -97,7 +99,7 @@ class Trials:
     axes: Mapping[str, tuple]
     fixed: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
-    chaotic: bool = False
+    scales: Mapping[str, float] = field(default_factory=dict)
     changed: str = ""
     declared: tuple = ()
 
@@ -185,14 +187,19 @@ class Trials:
         What this computer has computed before with the same code is not computed again.
         """
         chosen = self.but(**levels) if levels else self
-        found = chosen._computed(TRIALS)
+        found, _ = chosen._computed(TRIALS)
         note = f"Computed just now: {_counted(chosen)}."
         return Rows(framed(found), self.replicate, dict(chosen.fixed), note)
 
-    def _computed(self, folder: str) -> list[dict[str, Any]]:
-        """Return what all trials give; those that a folder of the cache has are not computed."""
+    def _computed(self, folder: str) -> tuple[list[dict[str, Any]], np.ndarray]:
+        """Return what all trials give, and their seconds by replicate and combination.
+
+        Those that a folder of the cache has are not computed.
+        """
         task, rng = partial(_kept, self, self.code(), folder), np.random.default_rng(self.seed)
-        return sweep(task, self.trials(), rng=rng, desc=self.name)  # trials have own generators
+        done = sweep(task, self.trials(), rng=rng, desc=self.name)  # trials have own generators
+        found, seconds = zip(*done, strict=True)
+        return [*found], np.reshape(seconds, (len(self.replicates), -1))
 
     def rows(self) -> Rows:
         """Return the recorded rows; of a study that was changed since, rows of a few replicates.
@@ -204,8 +211,10 @@ class Trials:
         ------
         FileNotFoundError
             If nothing is recorded of a study of the library.
+        DamagedFile
+            If what is recorded is damaged.
         """
-        recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
+        recorded = self.recorded()
         code, live = self.code(), self.one.__module__ == "__main__"
         if recorded is not None and recorded.fits(code, self._declared()):
             return self._as_rows(recorded, f"Computed on {recorded.date} by this code")
@@ -229,10 +238,25 @@ class Trials:
             print(f"{said}.")
         return few.run()
 
+    def recorded(self) -> recorded_rows.Recorded | None:
+        """Return what is recorded of the study, ``None`` if nothing is.
+
+        Raises
+        ------
+        DamagedFile
+            If it is damaged.
+        """
+        return recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
+
     def is_current(self) -> bool:
-        """Tell whether this code, with these replicates and levels, gave what is recorded."""
-        recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
-        return recorded is not None and recorded.fits(self.code(), self._declared())
+        """Tell whether this code, with these replicates and levels, gave what is recorded.
+
+        What is damaged is not current.
+        """
+        with suppress(DamagedFile):
+            recorded = self.recorded()
+            return recorded is not None and recorded.fits(self.code(), self._declared())
+        return False
 
     def record(self, *, anew: bool = False) -> None:
         """Compute all trials that this computer does not have, and record their rows.
@@ -240,9 +264,17 @@ class Trials:
         With `anew` what it has of other runs does not count, only what this one left when it was
         interrupted.
         """
-        table = framed(self._computed(TRIALS_ANEW if anew else TRIALS))
+        found, seconds = self._computed(TRIALS_ANEW if anew else TRIALS)
+        first = seconds[:, 0].max()  # computes what the other combinations find
+        longest = first + seconds[:, 1:].max(initial=0.0)
         recorded_rows.write(
-            self.stem, self.name, self.changed or AS_DECLARED, table, self.code(), self._declared()
+            self.stem,
+            self.name,
+            self.changed or AS_DECLARED,
+            framed(found),
+            self.code(),
+            self._declared(),
+            (float(f"{first:.2g}"), float(f"{longest:.2g}")),
         )
 
     def renew(self, drawn: Sequence[dict[str, Any]]) -> list[str]:
@@ -253,7 +285,9 @@ class Trials:
         list of str
             What differs; nothing is changed then.
         """
-        lines = [*dict.fromkeys(line for where in drawn for line in self.differs(**where))]
+        task, rng = partial(_differing, self), np.random.default_rng(self.seed)
+        found = sweep(task, drawn, rng=rng, desc=self.name)
+        lines = [*dict.fromkeys(line for some in found for line in some)]
         if not lines:
             key = self.code(), self._declared()
             recorded_rows.renew(self.stem, self.name, self.changed or AS_DECLARED, *key)
@@ -262,26 +296,64 @@ class Trials:
     def differs(self, **where: Any) -> list[str]:
         """Compute a recorded trial anew and return what differs, a line each.
 
-        Each number must be the recorded one to 1e-6 of the largest of its column. Of a chaotic
-        study that another kind of processor has recorded it must lie where those of its
-        combination lie, or as far outside as these reach.
+        What is the same is said by :func:`recorded_rows.alike`, with the recorded rows of the
+        trial's combination of factors. Where another kind of processor has recorded them a trial
+        may also have as many rows as theirs have, or as far outside as these reach.
         """
-        recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
+        try:
+            recorded = self.recorded()
+        except DamagedFile as error:
+            return [f"{error}"]
         if recorded is None:
             return [f"{self.name}: no rows are recorded"]
+        elsewhere = recorded.processor != recorded_rows.processor()
         rows = self._as_rows(recorded, "")
         again = framed([self.trial(**where)])
         before = rows.where(**where).table.reset_index(drop=True)
-        if list(again.columns) != list(before.columns) or len(again) != len(before):
-            return [f"{self.name} {where}: other columns or another number of rows"]
         factors = {name: level for name, level in where.items() if name != self.replicate}
-        alike = rows.where(**factors).table if factors else rows.table
-        elsewhere = self.chaotic and recorded.processor != recorded_rows.processor()
+        others = rows.where(**factors).table if factors else rows.table
+        sizes = others.groupby(self.replicate, sort=False).size()
+        some, many = sizes.min(), sizes.max()
+        fits = 2 * some - many <= len(again) <= 2 * many - some
+        if list(again) != list(before) or not (fits if elsewhere else len(again) == len(before)):
+            return [f"{self.name} {where}: other columns or another number of rows"]
         return [
             f"{self.name} {where}: {name} is {again[name].tolist()[:4]}, "
             f"recorded {before[name].tolist()[:4]}"
+            for name in self._unlike(again, before, others, elsewhere=elsewhere)
+        ]
+
+    def same(self, again: pd.DataFrame, before: pd.DataFrame) -> bool:
+        """Tell whether rows of all trials are those that were there before, on one processor."""
+        if list(again) != list(before) or len(again) != len(before):
+            return False
+        factors = [name for name in self.axes if name != self.replicate]
+        groups = before.groupby(factors, sort=False, dropna=False) if factors else None
+        group = np.zeros(len(before)) if groups is None else groups.ngroup().to_numpy()
+        return not any(
+            self._unlike(again[group == k], before[group == k], before[group == k])
+            for k in np.unique(group)
+        )
+
+    def _unlike(
+        self,
+        again: pd.DataFrame,
+        before: pd.DataFrame,
+        others: pd.DataFrame,
+        *,
+        elsewhere: bool = False,
+    ) -> list[str]:
+        """Return the columns in which rows of a combination are not the recorded ones."""
+        return [
+            name
             for name in again
-            if not recorded_rows.alike(again[name], before[name], alike[name], elsewhere)
+            if not recorded_rows.alike(
+                again[name],
+                before[name],
+                others[name],
+                self.scales.get(name, recorded_rows.COMPARED),
+                elsewhere=elsewhere,
+            )
         ]
 
     def claim(
@@ -352,9 +424,19 @@ class Chapter:
     stem: str
 
     def study(
-        self, *, seed: int = 0, chaotic: bool = False, **axes: Any
+        self, *, seed: int = 0, scales: Mapping[str, float] | None = None, **axes: Any
     ) -> Callable[[Callable[..., Mapping[str, Any]]], Trials]:
         """Declare a study on the function of one trial: replicates first, then factors.
+
+        Parameters
+        ----------
+        seed
+            Of the generators of the replicates.
+        scales
+            What numbers of a measure are compared with where that is no millimetre: what differs
+            by less than 1e-9 of it is rounding, as the difference of two ways to one result is.
+        **axes
+            Replicates, then the levels of each factor.
 
         Raises
         ------
@@ -367,7 +449,7 @@ class Chapter:
         declared = levels[next(iter(levels))]
 
         def declare(one: Callable[..., Mapping[str, Any]]) -> Trials:
-            return Trials(one, self.stem, levels, {}, seed, chaotic, "", declared)
+            return Trials(one, self.stem, levels, {}, seed, dict(scales or {}), "", declared)
 
         return declare
 
@@ -386,24 +468,37 @@ def forget_anew() -> None:
 
 def _kept(
     study: Trials, code: str | None, folder: str, where: dict[str, Any], *, rng: object
-) -> dict[str, Any]:
-    """Return a trial, from this computer if it was computed before by the same code."""
+) -> tuple[dict[str, Any], float]:
+    """Return a trial and its seconds, from this computer if the same code computed it before."""
     if code is None:
-        return study.trial(**where)
+        return _timed(study, where)
     libraries = [(library, version(library)) for library in LIBRARIES]
     drawn = (study.seed, study.key(where[study.replicate])) if study.draws() else None
     key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
     file = cache_directory() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):
-        found = json.loads(file.read_text("utf-8"))
+        kept = json.loads(file.read_text("utf-8"))
+        found, seconds = _unplain(kept["trial"]), float(kept["seconds"])
         use(file)
-        return _unplain(found)
-    plain = {name: np.asarray(value).tolist() for name, value in study.trial(**where).items()}
+        return found, seconds
+    found, seconds = _timed(study, where)
+    plain = {name: np.asarray(value).tolist() for name, value in found.items()}
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
         with written(file) as beside:
-            beside.write_text(json.dumps(plain), "utf-8")
-    return _unplain(plain)
+            beside.write_text(json.dumps({"trial": plain, "seconds": seconds}), "utf-8")
+    return _unplain(plain), seconds
+
+
+def _differing(study: Trials, where: dict[str, Any], *, rng: object) -> list[str]:
+    return study.differs(**where)
+
+
+def _timed(study: Trials, where: dict[str, Any]) -> tuple[dict[str, Any], float]:
+    """Compute a trial; return it and the seconds of this process that it took."""
+    start = time.process_time()
+    found = study.trial(**where)
+    return found, time.process_time() - start
 
 
 def _unplain(found: Mapping[str, Any]) -> dict[str, Any]:
