@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from docutils import nodes
 from joblib import effective_n_jobs
@@ -67,6 +68,7 @@ NO_SCRIPTS = (
 )
 SCRIPTED = ('class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
 
+_MENUS: WeakKeyDictionary[Sphinx, dict[tuple, str]] = WeakKeyDictionary()
 _MATHEMATICS = re.compile(r"\$([^$]+)\$")
 _NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
 _BADGE = re.compile(r'(<a\b[^>]*) id="(claim-[^"]+)"')
@@ -91,6 +93,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-check-consistency", _name_references)
     app.connect("doctree-read", _note_outputs)
     app.connect("html-collect-pages", _source_pages)
+    app.connect("html-page-context", _share_menu, priority=400)  # before the theme asks for it
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_post_transform(SetMathematics)
@@ -341,6 +344,23 @@ def _finish_page(
         return f"{opening}{match['inside']}</div>"
 
     context["body"] = _STATES.sub(store, body)
+
+
+def _share_menu(
+    app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Make the menu of pages that it does not name, those of source code, once for each folder."""
+    if pagename in app.env.found_docs:
+        return
+    make, menus = context["toctree"], _MENUS.setdefault(app, {})
+
+    def shared(**options: Any) -> str:
+        key = pagename.count("/"), *sorted(options.items())
+        if key not in menus:
+            menus[key] = make(**options)
+        return menus[key]
+
+    context["toctree"] = shared
 
 
 def _with_names(menu: Callable[..., Any]) -> Callable[..., Any]:
