@@ -26,7 +26,7 @@ IMPORTED = (
     "cv2", "IPython", "ipykernel.kernelapp", "ipywidgets", "anywidget", "matplotlib.figure",
     "numba", "pandas", "scipy.ndimage", "scipy.spatial.transform", "scipy.stats",
 )  # fmt: skip
-"""Packages of others: none of them starts a thread, or reads a page's variables, when imported."""
+"""Packages of others; none of them starts a thread, or reads a page's variables, when imported."""
 
 
 class Kernel:
@@ -116,12 +116,28 @@ def serve() -> None:
     for name in IMPORTED:
         with suppress(ImportError):
             import_module(name)
+    _warm_up()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how they ended
     for order in iter(sys.stdin.readline, ""):
         pid = os.fork()
         if pid == 0:
             _be_kernel(**json.loads(order))
         print(pid, flush=True)
+
+
+def _warm_up() -> None:
+    """Have numba compile what it compiles first in every process, whatever the kernels are.
+
+    A third of a second for itself, and two to put into words that a slice does not fit.
+    """
+    import numba
+    import numpy as np
+
+    @numba.njit
+    def put(rows: np.ndarray, row: np.ndarray) -> None:
+        rows[0, :] = row
+
+    put(np.zeros((1, 2)), np.ones(2))
 
 
 def _be_kernel(argv: list[str], env: dict[str, str], cwd: str) -> None:

@@ -34,6 +34,7 @@ from sphinx.util import logging
 from robot_perception.evaluation.sweep import WORKERS
 from robot_perception.files import written
 from robot_perception.teaching import source_pages
+from robot_perception.teaching.cells import study_cells
 from robot_perception.teaching.dependencies import ROOT, Dependencies, code, hashed
 from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
@@ -142,12 +143,15 @@ def _expire(
 def _execute(app: Sphinx, env: BuildEnvironment, names: list[str]) -> None:
     """Execute the pages that will be read, those with most cells first: workers end together.
 
-    The landing page comes last: it shows what others compute.
+    The landing page shows what chapters compute, so it comes after them; what else has code, a
+    ledger or a second recording, computes little and is left for the worker that it leaves free.
     """
 
-    def place(name: str) -> tuple[bool, int, str]:
-        cells = len(code(Path(env.doc2path(name))))
-        return name == env.config.root_doc, -cells, name
+    def place(name: str) -> tuple[int, int, str]:
+        page = Path(env.doc2path(name))
+        computes = page.suffix == ".ipynb" and bool(study_cells(page))
+        rank = 1 if name == env.config.root_doc else 0 if computes else 2
+        return rank, -len(code(page)), name
 
     pages = sorted(env.page_keys.keys() & set(names), key=place)
     if not pages:
