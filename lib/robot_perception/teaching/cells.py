@@ -126,13 +126,8 @@ class Definitions:
     def __init__(self, texts: Sequence[str]) -> None:
         self._statements: dict[str, list[ast.stmt]] = {}
         for text in texts:
-            try:
-                tree = ast.parse(text)
-            except SyntaxError:
-                continue
-            for statement in tree.body:
-                added = _added_to(statement)
-                for name in _bound(statement) - {added}:
+            for statement, bound, added in _stated(text):
+                for name in bound:
                     self._statements[name] = [statement]
                 if added is not None:
                     self._statements.setdefault(added, []).append(statement)
@@ -201,7 +196,7 @@ class Definitions:
     def _lines(self, name: str) -> list[str]:
         statements, _, _ = self.reached(name)
         lines = [
-            f"{one} {dependencies.meaning(_undecorated(node) if one == name else node)}"
+            f"{one} {_meaning(node, decorated=one != name)}"
             for one, parts in statements.items()
             for node in parts
         ]
@@ -225,6 +220,18 @@ class Definitions:
 def definitions(texts: tuple[str, ...]) -> Definitions:
     """Return the definitions of cells, which are read once."""
     return Definitions(texts)
+
+
+@lru_cache(maxsize=2048)  # with every cell that is run a notebook has one text more
+def _stated(text: str) -> tuple[tuple[ast.stmt, frozenset[str], str | None], ...]:
+    """Return the statements of a cell, the names that each binds, and the one it adds to."""
+    try:
+        statements = ast.parse(text).body
+    except SyntaxError:
+        return ()
+    added = [_added_to(statement) for statement in statements]
+    bound = [frozenset(_bound(one) - {name}) for one, name in zip(statements, added, strict=True)]
+    return tuple(zip(statements, bound, added, strict=True))
 
 
 def _tables(node: ast.stmt) -> Iterator[symtable.SymbolTable]:
@@ -254,14 +261,21 @@ def _added_to(statement: ast.stmt) -> str | None:
     return target.id if isinstance(target, ast.Name) else None
 
 
-def _read(statement: ast.stmt, *, decorated: bool) -> set[str]:
+@lru_cache(maxsize=8192)
+def _meaning(statement: ast.stmt, *, decorated: bool) -> str:
+    """Hash a statement."""
+    return dependencies.meaning(statement if decorated else _undecorated(statement))
+
+
+@lru_cache(maxsize=8192)
+def _read(statement: ast.stmt, *, decorated: bool) -> frozenset[str]:
     """Return the names of the module that a statement reads, functions inside it, too."""
-    return {
+    return frozenset(
         name.get_name()
         for table in _tables(statement if decorated else _undecorated(statement))
         for name in table.get_symbols()
         if name.is_referenced() and (name.is_global() or table.get_type() == "module")
-    }
+    )
 
 
 def _undecorated(statement: ast.stmt) -> ast.stmt:

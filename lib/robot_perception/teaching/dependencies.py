@@ -12,7 +12,7 @@ import ast
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -238,10 +238,10 @@ class Dependencies:
     ) -> Iterator[str]:
         """Yield the modules that cells import, those of other notebooks' cells too."""
         cells, files = list(cells), self.imports.files
-        for node in (node for cell in cells for node in ast.walk(cell)):
+        for node in (node for cell in cells for node in _imports_in(cell)):
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names if alias.name in files)
-            elif isinstance(node, ast.ImportFrom) and node.module in files:
+            elif node.module in files:
                 names = (f"{node.module}.{alias.name}" for alias in node.names)
                 yield from (name if name in files else node.module for name in names)
         for page in {*self.notebooks(cells)} - asked:
@@ -249,7 +249,7 @@ class Dependencies:
 
     def notebooks(self, cells: Iterable[ast.Module]) -> Iterator[Path]:
         """Yield the notebooks whose modules cells import."""
-        for node in (node for cell in cells for node in ast.walk(cell)):
+        for node in (node for cell in cells for node in _imports_in(cell)):
             if not isinstance(node, ast.ImportFrom) or not node.module:
                 continue
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
@@ -286,15 +286,24 @@ class Dependencies:
 
 def code(page: Path) -> list[ast.Module]:
     """Return the code cells of a notebook, stored as such or as Markdown."""
+    return list(_cells(page, page.read_text("utf-8")))
+
+
+@lru_cache(maxsize=64)  # a page is asked for by all that import it
+def _cells(page: Path, text: str) -> tuple[ast.Module, ...]:
     # half a second, which who only asks for a digest need not wait
     from myst_nb.core.config import NbParserConfig
     from myst_nb.core.read import create_nb_reader
     from myst_parser.config.main import MdParserConfig
 
-    text = page.read_text("utf-8")
     reader = create_nb_reader(str(page), MdParserConfig(), NbParserConfig(), text)
     cells = reader.read(text).cells if reader else []
-    return [ast.parse(cell.source, str(page)) for cell in cells if cell.cell_type == "code"]
+    return tuple(ast.parse(cell.source, str(page)) for cell in cells if cell.cell_type == "code")
+
+
+@lru_cache(maxsize=4096)
+def _imports_in(cell: ast.Module) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    return tuple(node for node in ast.walk(cell) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:

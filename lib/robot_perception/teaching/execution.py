@@ -17,6 +17,8 @@ from myst_nb.core.read import create_nb_reader
 from myst_parser.config.main import MdParserConfig
 from sphinx.util import logging as sphinx_logging
 
+from robot_perception.teaching.forked import forked_kernels
+
 _LOG = sphinx_logging.getLogger(__name__)
 
 
@@ -46,6 +48,6 @@ def execute(
         with suppress(ExecutionError):
             create_client(reader.read(text), str(page), own, told, reader.read_fmt).start_client()
 
-    with ThreadPoolExecutor(kernels) as pool:
+    with forked_kernels(), ThreadPoolExecutor(kernels) as pool:
         for done in [pool.submit(run, *page) for page in pages]:
             done.result()

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from docutils import nodes
 from joblib import effective_n_jobs
@@ -33,6 +34,7 @@ from sphinx.util import logging
 from robot_perception.evaluation.sweep import WORKERS
 from robot_perception.files import written
 from robot_perception.teaching import source_pages
+from robot_perception.teaching.cells import study_cells
 from robot_perception.teaching.dependencies import ROOT, Dependencies, code, hashed
 from robot_perception.teaching.execution import execute
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
@@ -67,6 +69,7 @@ NO_SCRIPTS = (
 )
 SCRIPTED = ('class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
 
+_MENUS: WeakKeyDictionary[Sphinx, dict[tuple, str]] = WeakKeyDictionary()
 _MATHEMATICS = re.compile(r"\$([^$]+)\$")
 _NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
 _BADGE = re.compile(r'(<a\b[^>]*) id="(claim-[^"]+)"')
@@ -91,6 +94,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-check-consistency", _name_references)
     app.connect("doctree-read", _note_outputs)
     app.connect("html-collect-pages", _source_pages)
+    app.connect("html-page-context", _share_menu, priority=400)  # before the theme asks for it
     app.connect("html-page-context", _finish_page, priority=900)
     app.connect("build-finished", _drop_orphans)
     app.add_post_transform(SetMathematics)
@@ -139,12 +143,15 @@ def _expire(
 def _execute(app: Sphinx, env: BuildEnvironment, names: list[str]) -> None:
     """Execute the pages that will be read, those with most cells first: workers end together.
 
-    The landing page comes last: it shows what others compute.
+    The landing page shows what chapters compute, so it comes after them; what else has code, a
+    ledger or a second recording, computes little and is left for the worker that it leaves free.
     """
 
-    def place(name: str) -> tuple[bool, int, str]:
-        cells = len(code(Path(env.doc2path(name))))
-        return name == env.config.root_doc, -cells, name
+    def place(name: str) -> tuple[int, int, str]:
+        page = Path(env.doc2path(name))
+        computes = page.suffix == ".ipynb" and bool(study_cells(page))
+        rank = 1 if name == env.config.root_doc else 0 if computes else 2
+        return rank, -len(code(page)), name
 
     pages = sorted(env.page_keys.keys() & set(names), key=place)
     if not pages:
@@ -341,6 +348,23 @@ def _finish_page(
         return f"{opening}{match['inside']}</div>"
 
     context["body"] = _STATES.sub(store, body)
+
+
+def _share_menu(
+    app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Make the menu of pages that it does not name, those of source code, once for each folder."""
+    if pagename in app.env.found_docs:
+        return
+    make, menus = context["toctree"], _MENUS.setdefault(app, {})
+
+    def shared(**options: Any) -> str:
+        key = pagename.count("/"), *sorted(options.items())
+        if key not in menus:
+            menus[key] = make(**options)
+        return menus[key]
+
+    context["toctree"] = shared
 
 
 def _with_names(menu: Callable[..., Any]) -> Callable[..., Any]:

@@ -1,14 +1,13 @@
 """Films: many frames in one file, played, paused and stepped through, still on paper."""
 
 import base64
-import io
 import json
 from collections.abc import Iterable
 from hashlib import sha256
 from operator import length_hint
 
-import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -24,6 +23,7 @@ from robot_perception.teaching.figures.output import (
     style_element,
 )
 from robot_perception.teaching.figures.style import GROUND, STYLE
+from robot_perception.teaching.figures.ticks import checked, settings
 from robot_perception.teaching.figures.webp import check_image, to_animated_webp, to_webp
 from robot_perception.teaching.media import Shown, data_element
 
@@ -35,6 +35,8 @@ KEY_WIDTH = 400
 
 MOST_BYTES = 3_000_000
 """Largest film; a page of the book weighs at most 5 MB, and as text a film grows by a third."""
+
+_CHECKED = checked(STYLE)
 
 
 def film(
@@ -118,12 +120,17 @@ def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bo
 
 
 def _pixels(fig: Figure) -> np.ndarray:
-    stream = io.BytesIO()
-    with mpl.rc_context(STYLE):
-        fig.savefig(
-            stream, format="png", dpi="figure", facecolor=GROUND, pil_kwargs={"compress_level": 1}
-        )
-    return np.asarray(Image.open(stream).convert("RGB"))
+    """Return what a file of the figure would show, without writing one."""
+    own, ground = fig.canvas, fig.get_facecolor()
+    canvas = FigureCanvasAgg(fig)
+    fig.set_facecolor(GROUND)
+    try:
+        with settings(_CHECKED):
+            canvas.draw()
+    finally:
+        fig.set_facecolor(ground)
+        fig.set_canvas(own)
+    return np.asarray(canvas.buffer_rgba())[..., :3]
 
 
 def _size(image: np.ndarray) -> str:

@@ -32,7 +32,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_mixed import MixedModeRenderer
-from matplotlib.backends.backend_svg import RendererSVG
+from matplotlib.backends.backend_svg import RendererSVG, _short_float_fmt
 from matplotlib.collections import Collection, PathCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -44,7 +44,7 @@ from matplotlib.transforms import Affine2D, Transform
 
 from robot_perception.teaching.figures import style
 from robot_perception.teaching.figures.ticks import checked, settings
-from robot_perception.teaching.figures.webp import to_webp
+from robot_perception.teaching.figures.webp import to_png, to_webp
 
 HEAVY = 400_000
 """Characters, images apart, above which the artists with many vertices are rasterised."""
@@ -313,11 +313,11 @@ class _Renderer(RendererSVG):
         im: np.ndarray,
         transform: Transform | None = None,
     ) -> None:
-        if transform is None:  # drawn by Agg at the resolution of the figure
-            super().draw_image(gc, x, y, im, transform)
-            return
         height, width = im.shape[:2]
         gid = gc.get_gid() or ""
+        if transform is None:  # drawn by Agg at the resolution of the figure
+            self._draw_pixels(gc, x, y, im, gid)
+            return
         opaque = im[..., 3].min() == 255
         data = to_webp(
             im[..., :3] if opaque else im, effort=self.effort, lossless=style.LOSSLESS in gid
@@ -341,6 +341,30 @@ class _Renderer(RendererSVG):
         self.writer.start("g", **clip)  # the transformation must not move the clip path
         self.writer.element("image", attrib=attributes)
         self.writer.end("g")
+
+    def _draw_pixels(
+        self, gc: GraphicsContextBase, x: float, y: float, im: np.ndarray, gid: str
+    ) -> None:
+        """Write an image as matplotlib does, but encode the same pixels once."""
+        if not im.size:
+            return
+        height, width = (72.0 * n / self.image_dpi for n in im.shape[:2])
+        data = to_png(im)
+        attributes = {
+            "xlink:href": f"data:image/png;base64,\n{base64.b64encode(data).decode()}",
+            "id": gid or self._make_id("image", data),
+            "transform": f"scale(1 -1) translate(0 {_short_float_fmt(-height)})",
+            "x": _short_float_fmt(x),
+            "y": _short_float_fmt(-(self.height - y - height)),
+            "width": _short_float_fmt(width),
+            "height": _short_float_fmt(height),
+        }
+        clip = self._get_clip_attrs(gc)
+        if clip:
+            self.writer.start("g", **clip)
+        self.writer.element("image", attrib=attributes)
+        if clip:
+            self.writer.end("g")
 
     def draw_text(
         self,

@@ -1,8 +1,8 @@
-"""8-bit images as WebP: one image, or a film of many."""
+"""8-bit images as WebP or PNG: one image, or a film of many."""
 
+import hashlib
 import io
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,16 +22,33 @@ def check_image(
     return array
 
 
+REMEMBERED = 120
+"""So many encoded images are remembered: the states of an explorer share their pictures."""
+
+_encoded: dict[tuple, bytes] = {}
+
+
 def to_webp(array: np.ndarray, *, effort: int = 4, lossless: bool = False) -> bytes:
     """Encode an 8-bit image as WebP, with an effort from 0 (fast) to 6 (small)."""
     check_image(array)
-    return _encoded(np.ascontiguousarray(array).tobytes(), array.shape, effort, lossless)
+    options = {"quality": 88, "method": effort, "lossless": lossless, "exact": lossless}
+    return _remembered(array, "WEBP", options)
 
 
-@lru_cache(maxsize=4)  # the states of an explorer share their photograph
-def _encoded(data: bytes, shape: tuple[int, ...], effort: int, lossless: bool) -> bytes:
-    image = Image.fromarray(np.frombuffer(data, np.uint8).reshape(shape))
-    return _saved(image, quality=88, method=effort, lossless=lossless, exact=lossless)
+def to_png(array: np.ndarray) -> bytes:
+    """Encode an 8-bit image as PNG."""
+    return _remembered(check_image(array), "PNG", {})
+
+
+def _remembered(array: np.ndarray, kind: str, options: dict[str, Any]) -> bytes:
+    """Encode an image, or return what the same one was encoded to."""
+    array = np.ascontiguousarray(array)
+    key = hashlib.sha256(array).digest(), array.shape, kind, *options.values()
+    data = _encoded.pop(key, None) or _saved(Image.fromarray(array), kind, **options)
+    _encoded[key] = data  # the latest stands last
+    if len(_encoded) > REMEMBERED:
+        del _encoded[next(iter(_encoded))]
+    return data
 
 
 def to_animated_webp(frames: Sequence[np.ndarray], *, duration_ms: int) -> bytes:
@@ -42,6 +59,7 @@ def to_animated_webp(frames: Sequence[np.ndarray], *, duration_ms: int) -> bytes
     first, *others = (Image.fromarray(np.ascontiguousarray(frame)) for frame in frames)
     return _saved(
         first,
+        "WEBP",
         save_all=True,
         append_images=others,
         duration=duration_ms,
@@ -52,7 +70,7 @@ def to_animated_webp(frames: Sequence[np.ndarray], *, duration_ms: int) -> bytes
     )
 
 
-def _saved(image: Image.Image, **options: Any) -> bytes:
+def _saved(image: Image.Image, kind: str, **options: Any) -> bytes:
     stream = io.BytesIO()
-    image.save(stream, "WEBP", **options)
+    image.save(stream, kind, **options)
     return stream.getvalue()
