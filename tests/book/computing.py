@@ -8,13 +8,12 @@ from typing import Any
 
 import nbformat
 
-from robot_perception.chapters import CHAPTERS, PRIMER
+from robot_perception.chapters import CHAPTERS
 from robot_perception.teaching.cells import BOOK, STUDY
 from tests.book import pages
+from tests.book.registry import COMPUTING
 
 PACKAGES = {stem: import_module(f"robot_perception.chapters.{stem}") for stem in CHAPTERS}
-COMPUTING = (*PRIMER, *CHAPTERS)
-"""The primer and the chapters, whose study cells are modules."""
 FURTHER = tuple(page for package in PACKAGES.values() for page in getattr(package, "PAGES", ()))
 """Notebooks beside those of the chapters that compute on recordings, by the same rules."""
 HIDDEN = frozenset({"hide-input", "remove-input", "hide-cell", "remove-cell"})

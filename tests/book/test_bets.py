@@ -2,14 +2,12 @@
 
 import pytest
 
-from robot_perception.teaching.bets import Bet
-from tests.book.computing import found
-
-BETS = found(Bet)
+from tests.book.registry import BET, Declared, every
 
 
-@pytest.mark.parametrize(("stem", "bet"), BETS, ids=lambda v: getattr(v, "right", v))
-def test_the_right_answer_is_what_is_computed(stem: str, bet: Bet):
+@pytest.mark.parametrize("bet", every(BET), ids=lambda bet: bet.id)
+def test_the_right_answer_is_what_is_computed(bet: Declared):
+    bet = bet.value()
     assert bet.right in bet.replies
-    assert bet.because(), f"{stem}: {bet.question}"
+    assert bet.because(), bet.question
     assert bet.question.split()[0] in bet._repr_mimebundle_()["text/html"]

@@ -1,16 +1,26 @@
 """Citations in notebooks are links, which JupyterLab shows as the page does."""
 
 import re
+from functools import cache
 
-from pybtex.database import parse_file
+from pybtex.database import Entry, parse_file
 from pybtex.richtext import Text
 
 from tests.book import pages
 
-ENTRIES = parse_file(str(pages.BOOK / "references.bib")).entries
 LINK = re.compile(r"\[([^\]]+)\]\(references\.md#([\w-]+)\)")
 ROLE = re.compile(r"\{cite(?::\w)?\}`([^`]+)`")
-LINKS = [(p, *found) for p in pages.prose() for found in LINK.findall(p.text)]
+
+
+@cache
+def entries() -> dict[str, Entry]:
+    """Return what may be cited."""
+    return dict(parse_file(str(pages.BOOK / "references.bib")).entries)
+
+
+def links() -> list[tuple[pages.Passage, str, str]]:
+    """Return the links to what is cited: where they stand, their text and key."""
+    return [(p, *found) for p in pages.prose() for found in LINK.findall(p.text)]
 
 
 def test_a_notebook_has_no_role_that_it_cannot_show():
@@ -19,13 +29,13 @@ def test_a_notebook_has_no_role_that_it_cannot_show():
 
 
 def test_a_citation_names_the_first_author_and_the_year_of_its_entry():
-    assert LINKS
-    for place, text, key in LINKS:
-        assert key in ENTRIES, f"{place}: references.bib has no {key}"
-        author = ENTRIES[key].persons["author"][0]
+    assert links()
+    for place, text, key in links():
+        assert key in entries(), f"{place}: references.bib has no {key}"
+        author = entries()[key].persons["author"][0]
         last = Text.from_latex(author.last_names[-1]).render_as("text")
         assert last in text, (place, text)
-        assert ENTRIES[key].fields["year"] in text, (place, text)
+        assert entries()[key].fields["year"] in text, (place, text)
 
 
 def test_every_entry_is_cited():
@@ -35,4 +45,4 @@ def test_every_entry_is_cited():
         for keys in ROLE.findall(passage.text)
         for key in keys.split(",")
     }
-    assert set(ENTRIES) <= roles | {key for _, _, key in LINKS}
+    assert set(entries()) <= roles | {key for _, _, key in links()}

@@ -1,16 +1,24 @@
 """The sheets of exercises of computing chapters."""
 
-from robot_perception.teaching.exercises import Sheet
-from tests.book.computing import COMPUTING, module
-from tests.chapters.exercises import ExerciseTests
+import pytest
+
+from tests.book.registry import COMPUTING, SHEET, Declared, every
+from tests.chapters.exercises import asked, assert_values_told
+
+SHEETS = pytest.mark.parametrize("sheet", every(SHEET), ids=lambda sheet: sheet.stem)
 
 
-def sheet_of(stem: str) -> Sheet:
-    """Return the sheet of a chapter, which has one."""
-    (sheet,) = {id(v): v for v in vars(module(stem)).values() if isinstance(v, Sheet)}.values()
-    return sheet
+def test_each_chapter_has_one():
+    assert [sheet.stem for sheet in every(SHEET)] == [*COMPUTING]
 
 
-for _stem in COMPUTING:
-    _own = {"stem": _stem, "sheet": sheet_of(_stem)}
-    globals()[f"Test_{_stem}"] = type(f"Test_{_stem}", (ExerciseTests,), _own)
+@SHEETS
+def test_each_mistake_has_its_words(sheet: Declared):
+    for exercise in sheet.value().values():
+        if not callable(exercise.answer):
+            assert_values_told(exercise)
+
+
+@SHEETS
+def test_the_chapter_asks_each_exercise_once(sheet: Declared):
+    assert asked(sheet.stem) == sorted(sheet.value())

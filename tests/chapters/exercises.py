@@ -1,38 +1,23 @@
-"""What the exercises of every chapter must pass; a chapter's ``test_exercises.py`` takes these."""
+"""What the exercises of every chapter must pass: answers are judged, mistakes have their words."""
 
 import re
 from pathlib import Path
 
-import pytest
-
-from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.exercises import Exercise
 
 
-class ExerciseTests:
-    """Answers are judged, mistakes have their words, and the chapter asks each exercise once."""
+def assert_values_told(exercise: Exercise) -> None:
+    """Check that an exercise takes its answer, waits, and tells each mistake by its words."""
+    assert exercise.judge(exercise.answer)[0] == "right"
+    assert exercise.judge(...)[0] == "not yet"
+    for wrong, words in exercise.mistakes:
+        assert_told(exercise, wrong, words)
 
-    stem: str
-    sheet: Sheet
 
-    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
-        """Make one test an exercise whose answer is a value."""
-        if "key" in metafunc.fixturenames:
-            values = [key for key, e in self.sheet.items() if not callable(e.answer)]
-            metafunc.parametrize("key", values)
-
-    def test_each_mistake_has_its_words(self, key: str):
-        exercise = self.sheet[key]
-        assert exercise.judge(exercise.answer)[0] == "right"
-        assert exercise.judge(...)[0] == "not yet"
-        for wrong, words in exercise.mistakes:
-            outcome, said = exercise.judge(wrong)
-            assert outcome == "wrong"
-            assert words in said
-
-    def test_chapter_asks_each_exercise_once(self):
-        notebook = Path(__file__).parents[2] / "book" / f"{self.stem}.ipynb"
-        asked = re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8"))
-        assert sorted(asked) == sorted(self.sheet)
+def asked(stem: str) -> list[str]:
+    """Return the exercises that a chapter asks, in the order of the alphabet."""
+    notebook = Path(__file__).parents[2] / "book" / f"{stem}.ipynb"
+    return sorted(re.findall(r'check\(\\"(.+?)\\",', notebook.read_text(encoding="utf-8")))
 
 
 def assert_judged(exercise: Exercise, right: object) -> None:

@@ -15,8 +15,8 @@ from robot_perception.teaching.dependencies import (
     ROOT,
     Dependencies,
     Imports,
-    code,
     code_digest,
+    said_in,
 )
 
 HOUSE = {
@@ -168,6 +168,33 @@ def test_a_claim_recorded_anew_expires_its_chapter(house: Path, claim: str, page
     assert expired(before, house) == pages
 
 
+@pytest.mark.parametrize(
+    ("name", "pages"),
+    [
+        ("rows/walls.bent.npz", {"walls", "borrows", "asks"}),  # "slam" runs what says "walls"
+        ("rows/slam.driven.json", {"asks"}),  # asks all chapters
+        ("sketch.npz", {"walls", "borrows", "asks"}),  # a notebook alone names it
+    ],
+)
+def test_rows_and_what_a_notebook_names_expire_who_runs_its_cells(
+    house: Path, monkeypatch: pytest.MonkeyPatch, name: str, pages: set[str]
+):
+    monkeypatch.setattr(dependencies, "CHAPTERS", "house.rooms.unused")
+    cells = {
+        "walls": 'from house.rooms import slam\nchapter = "walls"\nkept("sketch")',
+        "borrows": "from robot_perception.book.walls import chapter",
+        "asks": 'from house.rooms import unused\nchapter = "slam"',
+    }
+    for page, cell in cells.items():
+        made = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
+        write(house / f"book/{page}.ipynb", nbformat.writes(made))
+    write(house / "house/rooms/slam.py", 'NAMES = "walls", "slam"')
+    write(house / f"book/_data/{name}", "before")
+    before = keys(house)
+    write(house / f"book/_data/{name}", "after")
+    assert expired(before, house) == pages
+
+
 @pytest.mark.parametrize(("name", "pages"), [("park", {"slam", "scorecard"}), ("attic", EVERY)])
 def test_a_recording_that_arrives_expires_who_names_it(
     house: Path, monkeypatch: pytest.MonkeyPatch, name: str, pages: set[str]
@@ -201,15 +228,17 @@ def test_bytecode_expires_nothing_and_a_page_without_code_has_no_key(house: Path
 def test_a_page_that_reads_the_contents_reads_every_page():
     book, found = ROOT / "book", Dependencies(ROOT)
     for name in ("words", "course", "intro"):
-        read = {file.name for file in found._read_by(code(book / f"{name}.md"))}
+        read = {file.name for file in found._read_by([said_in(book / f"{name}.md")])}
         assert {"_toc.yml", "walls.ipynb", "your_own_data.md"} <= read
-    assert not {file.name for file in found._read_by(code(book / "walls.ipynb"))} & {"_toc.yml"}
+    assert not {file.name for file in found._read_by([said_in(book / "walls.ipynb")])} & {
+        "_toc.yml"
+    }
 
 
 def test_the_monobot_stands_on_no_walls_and_the_scorecard_on_every_chapter():
     book, found = ROOT / "book", Dependencies(ROOT)
-    monobot = found.modules(code(book / "monobot.ipynb"))
-    scorecard = found.modules(code(book / "scorecard.ipynb"))
+    monobot = found.modules([said_in(book / "monobot.ipynb")])
+    scorecard = found.modules([said_in(book / "scorecard.ipynb")])
     assert {"robot_perception.slam.monobot", "data_synth.monobot"} <= monobot
     assert not {name for name in monobot if "walls" in name}
     assert {f"robot_perception.chapters.{stem}" for stem in CHAPTERS} <= scorecard

@@ -19,24 +19,26 @@ from tests.hostile.surface import room_of
 from tests.unchecked import unchecked
 
 BOOK = Path(__file__).parents[2] / "book"
+SHOWS = "show_source"
 LONGEST = 40
 WIDEST = 100
 
 
 def cells(notebook: Path) -> list[ast.Module]:
-    """Return the code of a notebook."""
-    found = json.loads(notebook.read_text("utf-8"))["cells"]
+    """Return the code of a notebook that shows the source of functions."""
+    text = notebook.read_text("utf-8")
+    found = json.loads(text)["cells"] if f"{SHOWS}(" in text else []
     return [ast.parse("".join(c["source"])) for c in found if c["cell_type"] == "code"]
 
 
 def shown_in(notebook: Path) -> list:
     """Return the functions whose source a notebook shows."""
-    names, functions = {}, []
-    for node in (node for cell in cells(notebook) for node in cell.body):
+    names, functions, code = {}, [], cells(notebook)
+    for node in (node for cell in code for node in cell.body):
         if isinstance(node, ast.Import | ast.ImportFrom):
             exec(compile(ast.Module([node], []), notebook.name, "exec"), names)
-    for node in (node for cell in cells(notebook) for node in ast.walk(cell)):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) == "show_source":
+    for node in (node for cell in code for node in ast.walk(cell)):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == SHOWS:
             functions.append(eval(ast.unparse(node.args[0]), names))
     return functions
 

@@ -11,7 +11,8 @@ comments, nor on how a page shows it.
 import ast
 import hashlib
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -50,10 +51,15 @@ class Imports:
     """The import graph of packages; at those that only show, the way of a result ends."""
 
     def __init__(
-        self, packages: tuple[str, ...] = PACKAGES, showing: tuple[str, ...] = SHOWING
+        self,
+        packages: tuple[str, ...] = PACKAGES,
+        showing: tuple[str, ...] = SHOWING,
+        folder: Path | None = None,
     ) -> None:
-        self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=None)
+        kept = None if folder is None else str(folder)
+        self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=kept)
         self._showing = showing
+        self._steps: dict[tuple[str, bool], tuple[tuple[str, bool], ...]] = {}
         self._meanings: dict[str, str] = {}
         self._words: dict[str, frozenset[str]] = {}
         self.files = {
@@ -72,8 +78,9 @@ class Imports:
             if results:
                 todo = {(name, meant) for name, meant in todo if meant and not self._shows(name)}
             seen |= todo
-            found = {step for name, meant in todo for step in self._next(name, meant)}
-            todo = found - seen
+            for step in todo - self._steps.keys():
+                self._steps[step] = tuple(self._next(*step))
+            todo = {step for one in todo for step in self._steps[one]} - seen
         return {name for name, _ in seen}
 
     def digest(self, *modules: str) -> str:
@@ -181,17 +188,69 @@ def _is_text(node: object) -> bool:
     )
 
 
-class Dependencies:
-    """The import graph of a repository's packages, and what their modules name."""
+@dataclass(frozen=True)
+class Said:
+    """What code says of other code.
 
-    def __init__(self, root: Path, packages: tuple[str, ...] = PACKAGES) -> None:
+    Parameters
+    ----------
+    imported
+        Pairs of a module and a name that is taken from it, which is empty for the module alone.
+    texts
+        That stand in the code.
+    """
+
+    imported: frozenset[tuple[str, str]]
+    texts: frozenset[str]
+
+
+def said(*trees: ast.AST) -> Said:
+    """Return what code says of other code."""
+    imported: set[tuple[str, str]] = set()
+    for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, ast.Import):
+            imported |= {(alias.name, "") for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            imported |= {(node.module, alias.name) for alias in node.names}
+    return Said(frozenset(imported), _strings(*trees))
+
+
+def said_in(file: Path) -> Said | None:
+    """Return what a module says, or a page in its cells; ``None`` if a page has no code."""
+    if file.suffix == ".py":
+        return said(ast.parse(file.read_bytes()))
+    cells = code(file)
+    return said(*cells) if cells else None
+
+
+class Dependencies:
+    """The import graph of a repository's packages, and what their modules name.
+
+    Parameters
+    ----------
+    root
+        The repository.
+    packages
+        Its packages.
+    reads
+        Returns what a file says, as `said_in` does.
+    folder
+        Where the graph of imports is kept for another process, if anywhere.
+    """
+
+    def __init__(
+        self,
+        root: Path,
+        packages: tuple[str, ...] = PACKAGES,
+        reads: Callable[[Path], Said | None] = said_in,
+        folder: Path | None = None,
+    ) -> None:
         self._root = root
-        self.imports = Imports(packages)
-        self._names = {
-            name: _strings(ast.parse(file.read_bytes()))
-            for name, file in self.imports.files.items()
-        }
-        self._named = frozenset().union(*self._names.values())
+        self._reads = cache(reads)
+        self.imports = Imports(packages, folder=folder)
+        self._names = {name: self._reads(file).texts for name, file in self.imports.files.items()}
+        pages = filter(None, map(self._reads, (root / "book").glob("*.ipynb")))
+        self._named = frozenset().union(*self._names.values(), *(page.texts for page in pages))
         folders = (root / "book" / "_data", *(_file(name).parent for name in packages))
         self.stored = {
             file: _calls(file.relative_to(folder))
@@ -204,9 +263,10 @@ class Dependencies:
 
     def key(self, page: Path) -> str | None:
         """Hash all that the results on a page depend on, or return ``None`` if it has no code."""
-        cells = code(page)
-        if not cells:
+        own = self._reads(page)
+        if own is None:
             return None
+        cells = (own,)
         modules = self.modules(cells)
         named = self.named(cells, modules)
         digest = hashlib.sha256((self._root / "constraints.txt").read_bytes())
@@ -229,35 +289,39 @@ class Dependencies:
                 digest.update(f"{name} {find(name) is not None}".encode())
         return digest.hexdigest()[:16]
 
-    def modules(self, cells: Iterable[ast.Module]) -> set[str]:
+    def modules(self, cells: Iterable[Said]) -> set[str]:
         """Return the modules that run when cells do: those they import, and what those import."""
         return self.imports.reached(self.imported(cells))
 
-    def imported(
-        self, cells: Iterable[ast.Module], asked: frozenset[Path] = frozenset()
-    ) -> Iterator[str]:
+    def imported(self, cells: Iterable[Said]) -> Iterator[str]:
         """Yield the modules that cells import, those of other notebooks' cells too."""
-        cells, files = list(cells), self.imports.files
-        for node in (node for cell in cells for node in _imports_in(cell)):
-            if isinstance(node, ast.Import):
-                yield from (alias.name for alias in node.names if alias.name in files)
-            elif node.module in files:
-                names = (f"{node.module}.{alias.name}" for alias in node.names)
-                yield from (name if name in files else node.module for name in names)
-        for page in {*self.notebooks(cells)} - asked:
-            yield from self.imported(code(page), asked | {page})
+        files, cells = self.imports.files, list(cells)
+        for page in self._below(cells):
+            cells += filter(None, [self._reads(page)])
+        for module, name in {pair for cell in cells for pair in cell.imported}:
+            if f"{module}.{name}" in files:
+                yield f"{module}.{name}"
+            elif module in files:
+                yield module
 
-    def notebooks(self, cells: Iterable[ast.Module]) -> Iterator[Path]:
+    def notebooks(self, cells: Iterable[Said]) -> Iterator[Path]:
         """Yield the notebooks whose modules cells import."""
-        for node in (node for cell in cells for node in _imports_in(cell)):
-            if not isinstance(node, ast.ImportFrom) or not node.module:
-                continue
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-            pages = (self._root / "book" / f"{name.removeprefix(NOTEBOOKS)}.ipynb"
-                     for name in names if name.startswith(NOTEBOOKS))  # fmt: skip
-            yield from (page for page in pages if page.exists())
+        pairs = {pair for cell in cells for pair in cell.imported}
+        called = {name for module, taken in pairs for name in (module, f"{module}.{taken}")}
+        stems = (name.removeprefix(NOTEBOOKS) for name in called if name.startswith(NOTEBOOKS))
+        pages = (self._root / "book" / f"{stem}.ipynb" for stem in stems)
+        yield from (page for page in pages if page.exists())
 
-    def _read_by(self, cells: list[ast.Module]) -> list[Path]:
+    def _below(self, cells: Iterable[Said]) -> set[Path]:
+        """Return the notebooks whose modules cells import, and those that these import."""
+        todo, seen = {*self.notebooks(cells)}, set()
+        while todo:
+            seen |= todo
+            read = filter(None, map(self._reads, todo))
+            todo = {*self.notebooks(read)} - seen
+        return seen
+
+    def _read_by(self, cells: Iterable[Said]) -> list[Path]:
         """Return the notebooks whose cells a page runs; one that asks all chapters reads all.
 
         Who reads the book's contents reads its other pages, too.
@@ -269,18 +333,25 @@ class Dependencies:
             )
         if CHAPTERS in imported:
             return sorted(book.glob("*.ipynb"))
-        return list(self.notebooks(cells))
+        return sorted(self._below(cells))
 
-    def named(self, cells: Iterable[ast.Module], modules: Iterable[str]) -> frozenset[str]:
-        """Return the texts that stand in cells, and in the modules that run with them."""
-        return _strings(*cells).union(*(self._names[name] for name in modules))
+    def named(self, cells: Iterable[Said], modules: Iterable[str]) -> frozenset[str]:
+        """Return the texts that stand in cells, and in modules and notebooks that run with them.
+
+        Of these notebooks also their modules' names, by which the rows of their studies are called.
+        """
+        cells = list(cells)
+        read = (self._reads(page) for page in self._read_by(cells) if page.suffix == ".ipynb")
+        own = frozenset().union(*(cell.texts for cell in (*cells, *filter(None, read))))
+        rows = {f"{NOTEBOOKS}{text}" for text in own}
+        return own.union(rows, *(self._names[name] for name in modules))
 
     def data(self, named: frozenset[str]) -> list[Path]:
         """Return the files that are named, and those that no module names."""
         return [
             file
             for file, calls in self.stored.items()
-            if calls & named or calls.isdisjoint(self._named)
+            if calls & named or (calls.isdisjoint(self._named) and file.parent.name != ROWS)
         ]
 
 
@@ -299,11 +370,6 @@ def _cells(page: Path, text: str) -> tuple[ast.Module, ...]:
     reader = create_nb_reader(str(page), MdParserConfig(), NbParserConfig(), text)
     cells = reader.read(text).cells if reader else []
     return tuple(ast.parse(cell.source, str(page)) for cell in cells if cell.cell_type == "code")
-
-
-@lru_cache(maxsize=4096)
-def _imports_in(cell: ast.Module) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    return tuple(node for node in ast.walk(cell) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def claims_of(chapter: str, named: frozenset[str], ledger: bytes) -> bytes:
@@ -343,7 +409,7 @@ def _calls(file: Path) -> frozenset[str]:
     Rows are those of one chapter, whose name stands before the study's.
     """
     if file.parent.name == ROWS:
-        return frozenset({file.name.partition(".")[0]})
+        return frozenset({f"{NOTEBOOKS}{file.name.partition('.')[0]}"})
     return frozenset({file.name, *(part.partition(".")[0] for part in file.parts)})
 
 

@@ -1,14 +1,24 @@
 """The office with people: free ways, legs that look like legs, and lights that go out."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import shapely
 
 from data_synth.people import World, make_people_office
 
-OFFICES = [make_people_office(rng=np.random.default_rng(seed)) for seed in range(3)]
-each_office = pytest.mark.parametrize("office", OFFICES)
-PLAIN = make_people_office(rng=np.random.default_rng(0), distractors=False)
+each_office = pytest.mark.parametrize("office", range(3), indirect=True)
+
+
+@cache
+def made(seed, *, distractors=True):
+    return make_people_office(rng=np.random.default_rng(seed), distractors=distractors)
+
+
+@pytest.fixture
+def office(request):
+    return made(request.param)
 
 
 def middles(office):
@@ -85,15 +95,15 @@ def test_a_cut_at_the_height_of_the_laser_meets_legs(office):
 
 
 def test_without_distractors_nothing_stands_on_legs_or_looks_like_skin():
-    assert len(PLAIN.posts) == 0
-    assert len(OFFICES[0].posts) > 30
+    assert len(made(0, distractors=False).posts) == 0
+    assert len(made(0).posts) > 30
 
     def red_over_blue(office):
         pictures = office.stage.pictures[[0, 1, 2, 3]]  # door, timber, planks
         return (pictures[..., 2].mean() + 1e-9) / pictures[..., 0].mean()
 
-    assert red_over_blue(OFFICES[0]) > 2
-    assert red_over_blue(PLAIN) < 1.1
+    assert red_over_blue(made(0)) > 2
+    assert red_over_blue(made(0, distractors=False)) < 1.1
 
 
 @each_office
@@ -125,6 +135,6 @@ def test_each_room_has_its_own_light(office):
 
 def test_the_same_seed_makes_the_same_office():
     again = make_people_office(rng=np.random.default_rng(0))
-    np.testing.assert_array_equal(again.stage.boxes, OFFICES[0].stage.boxes)
-    np.testing.assert_array_equal(again.stage.pictures, OFFICES[0].stage.pictures)
-    assert len(OFFICES[1].stage.boxes) != len(OFFICES[0].stage.boxes)
+    np.testing.assert_array_equal(again.stage.boxes, made(0).stage.boxes)
+    np.testing.assert_array_equal(again.stage.pictures, made(0).stage.pictures)
+    assert len(made(1).stage.boxes) != len(made(0).stage.boxes)

@@ -1,6 +1,7 @@
 """Sound in the office: turns of speech, ways of sound by laws of mirrors, levels, delays."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,11 +29,14 @@ from tests.data_synth.last_bits import WAYS, last_bits
 OFFICE = make_people_office(rng=np.random.default_rng(1))
 ROOM = OFFICE.rooms[4]
 MIDDLE = (ROOM[:2] + ROOM[2:]) / 2
-SESSION = make_session(
-    *(OFFICE,), rng=np.random.default_rng(3), duration=60.0, people=3, act=Wander(leaves=0.6)
-)
 DRY = Acoustics(fan=-np.inf, hiss=-np.inf, reflection=0.0, reverberation=0.0)
 COLUMNS = ("who", "starts", "ends", "pitches", "seeds")
+
+
+@cache
+def session():
+    rng = np.random.default_rng(3)
+    return make_session(OFFICE, rng=rng, duration=60.0, people=3, act=Wander(leaves=0.6))
 
 
 def talk_of(count=1, *, end=9.0):
@@ -69,9 +73,9 @@ def level(sound):
 
 
 def test_nobody_speaks_while_absent_and_turns_and_pauses_have_their_lengths():
-    assert not SESSION.present.all()
+    assert not session().present.all()
     manners = Manners(pause=(1.0, 3.0), turn=(0.5, 2.0), interrupts=1.0)
-    talk = converse(SESSION, rng=np.random.default_rng(0), manners=manners)
+    talk = converse(session(), rng=np.random.default_rng(0), manners=manners)
     assert len(talk.who) > 20
     lasts = talk.ends - talk.starts
     assert (lasts > 0).all()
@@ -80,9 +84,9 @@ def test_nobody_speaks_while_absent_and_turns_and_pauses_have_their_lengths():
         mine = talk.who == person
         assert (talk.starts[mine][1:] - talk.ends[mine][:-1] >= 1.0 - 1e-6).all()
         for start, end in zip(talk.starts[mine], talk.ends[mine], strict=True):
-            inside = (start - 1e-6 <= SESSION.times) & (SESSION.times < end - 1e-6)
-            assert SESSION.present[inside, person].all()
-            cut = not SESSION.present[np.abs(SESSION.times - end).argmin(), person]
+            inside = (start - 1e-6 <= session().times) & (session().times < end - 1e-6)
+            assert session().present[inside, person].all()
+            cut = not session().present[np.abs(session().times - end).argmin(), person]
             assert end - start > 0.5 - 1e-6 or cut or end > 59.9
 
 
@@ -90,7 +94,7 @@ def test_who_does_not_interrupt_waits_until_the_others_are_silent():
     at_once = {}
     for interrupts in (0.0, 1.0):
         manners = Manners(pause=(0.5, 2.0), interrupts=interrupts)
-        talk = converse(SESSION, rng=np.random.default_rng(1), manners=manners)
+        talk = converse(session(), rng=np.random.default_rng(1), manners=manners)
         times = np.arange(0.0, 59.9, 0.05)
         speaking = np.array([talk.speaking(t, t + 1e-6) for t in times])
         at_once[interrupts] = (speaking.sum(axis=1) > 1).mean()
@@ -102,7 +106,7 @@ def test_who_waits_may_begin_as_soon_as_the_speaker_is_gone():
     """Both ask in each of the steps; the first comes late, and the other leaves."""
     times, manners = np.arange(20) * 0.5, Manners((0.1, 0.1), (1000.0, 1000.0), 0.0)
     present = np.stack([times > 2.9, times < 5.9], axis=-1)
-    few = replace(SESSION, people=SESSION.people[:2], times=times, present=present)
+    few = replace(session(), people=session().people[:2], times=times, present=present)
     talk = converse(few, rng=np.random.default_rng(0), manners=manners)
     assert talk.who.tolist() == [0, 1]
     np.testing.assert_allclose(talk.ends, [9.5, 6.0])
@@ -120,9 +124,9 @@ def test_how_much_of_a_time_somebody_speaks():
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_conversation_is_the_same_with_other_last_bits(way):
-    expected = converse(SESSION, rng=np.random.default_rng(2))
+    expected = converse(session(), rng=np.random.default_rng(2))
     with last_bits(way):
-        found = converse(SESSION, rng=np.random.default_rng(2))
+        found = converse(session(), rng=np.random.default_rng(2))
     for name in COLUMNS:
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
@@ -314,11 +318,11 @@ def test_the_fan_is_one_source_and_hiss_is_each_microphone_s_own():
 
 
 def test_the_same_seed_gives_the_same_sound_and_windows_follow_each_other():
-    talk = converse(SESSION, rng=np.random.default_rng(5))
+    talk = converse(session(), rng=np.random.default_rng(5))
     one, other = (
         [next(windows) for _ in range(12)]
         for windows in (
-            hear(SESSION, talk, EARS, Acoustics(), rng=np.random.default_rng(6)) for _ in "ab"
+            hear(session(), talk, EARS, Acoustics(), rng=np.random.default_rng(6)) for _ in "ab"
         )
     )
     for a, b in zip(one, other, strict=True):
@@ -326,7 +330,7 @@ def test_the_same_seed_gives_the_same_sound_and_windows_follow_each_other():
         assert a.signals.shape == (2, 4000)
     np.testing.assert_allclose([w.time for w in one], 0.125 + 0.25 * np.arange(12))
     count = sum(
-        1 for _ in hear(SESSION, talk, EARS, Acoustics(window=2.0), rng=np.random.default_rng(6))
+        1 for _ in hear(session(), talk, EARS, Acoustics(window=2.0), rng=np.random.default_rng(6))
     )
     assert count == 30
 
@@ -345,7 +349,7 @@ def test_places_on_a_circle_begin_ahead_and_go_left():
         (lambda: Acoustics(fan=200.0), "fan must be finite and from -300 to 140"),
         (lambda: Manners(turn=(2.0, 1.0)), "turn must rise from 0.1 s at least, got 2 to 1"),
         (
-            lambda: hear(SESSION, talk_of(2), EARS, DRY, rng=np.random.default_rng(0)),
+            lambda: hear(session(), talk_of(2), EARS, DRY, rng=np.random.default_rng(0)),
             "conversation must be of 3 people, got 2",
         ),
         (lambda: delayed(np.zeros(0), np.zeros((1, 1)), np.ones((1, 1))), "signal must hold"),
