@@ -31,6 +31,7 @@ OTHERS = {"any": "all", "all": "any", "And": ast.Or, "Or": ast.And,
 EXPRESSION = "finds"
 FACTORS = (-1.0, 0.0, 0.01, 0.5, 0.9, 1.1, 2.0, 100.0)
 SEEDS = 3
+STRANGE = "a text that no finding has"
 CUTS = 12
 """About so many places where the states are cut in two by the size of a number."""
 PAIRS = 40
@@ -267,7 +268,7 @@ def _changes(
         yield put([[value] * len(some) for some in own])
     if not _are_numbers(flat):
         for group in groups:
-            for value in dict.fromkeys(flat):
+            for value in _extremes(flat):
                 at = [state for state in group if state in column]
                 yield put([[value] * len(column[state]) for state in at], at)
         return
@@ -292,9 +293,13 @@ def _are_numbers(values: Sequence[Any]) -> bool:
 
 
 def _extremes(values: Sequence[Any]) -> list[Any]:
-    """Return values as large and as small as a column has, and far beyond; of texts each."""
+    """Return values as large and as small as a column has, and far beyond; of texts each.
+
+    And a text that is in no column, where there are texts, and the other truth value.
+    """
     if not _are_numbers(values):
-        return list(dict.fromkeys([*values, *(not one for one in values if isinstance(one, bool))]))
+        other = (not one if isinstance(one, bool) else STRANGE for one in values)
+        return list(dict.fromkeys([*values, *other]))
     low, high = min(values), max(values)
     reach = 10 * max(high - low, abs(high), abs(low), 1)
     return [low, high, median(values), low - reach, high + reach]
@@ -322,20 +327,54 @@ def outcome(predicate: Predicate, found: list[Any]) -> bool | str:
         return type(error).__name__
 
 
-def unnoticed(written: Source, recorded: Recorded) -> tuple[list[str], bool]:
-    """Say which weakened predicates say the same of all disturbed findings; and of any it is false.
+@dataclass(frozen=True)
+class Judged:
+    """What a predicate says of disturbed findings.
+
+    Parameters
+    ----------
+    verdicts
+        Whether it is true, by the number of the disturbance: of the first of which it is false, and
+        of those that tell weakened predicates from it.
+    left
+        The weakened predicates that say the same of all.
+    """
+
+    verdicts: Mapping[int, bool]
+    left: Sequence[str]
+
+
+def judged(written: Source, recorded: Recorded) -> Judged:
+    """Let a predicate and all that are weakened judge disturbed findings, until each has differed.
 
     Where the predicate itself fails, nothing is learnt.
     """
     predicate, left = written.predicate(), dict(written.weakened())
     left = {w: one for w, one in left.items() if outcome(one, recorded.found()) is True}
-    ever = False
-    for found in recorded.disturbed():
+    verdicts: dict[int, bool] = {}
+    for number, found in enumerate(recorded.disturbed()):
+        if not left and False in verdicts.values():
+            break
         said = outcome(predicate, found)
         if not isinstance(said, bool):
             continue
-        ever |= not said
-        left = {w: one for w, one in left.items() if outcome(one, found) == said}
-        if ever and not left:
-            break
-    return list(left), ever
+        same = {w: one for w, one in left.items() if outcome(one, found) == said}
+        if len(same) < len(left) or (not said and False not in verdicts.values()):
+            verdicts[number] = said
+        left = same
+    return Judged(verdicts, list(left))
+
+
+def judged_of(module: ModuleType, name: str, said: Mapping[str, Any]) -> Judged:
+    """Judge the predicate of an explorer by what is recorded of it, or would be."""
+    shape = [len(values) for values in said["controls"].values()]
+    recorded = Recorded([finding for finding, *_ in said["states"]], shape)
+    return judged(source(module, name), recorded)
+
+
+def plain(verdicts: Mapping[int, bool]) -> dict[str, list[int]]:
+    """Return the disturbances of which a predicate is true and false, as they are recorded."""
+    return {
+        word: [number for number, said in verdicts.items() if said is truth]
+        for word, truth in (("true", True), ("false", False))
+    }

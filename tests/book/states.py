@@ -1,8 +1,9 @@
 """What explorers say in all states: as recorded in ``states/<stem>.json``, and as computed now.
 
 A file holds the kind of processor that computed it and, by the name of each explorer, the values of
-its controls, the texts without their numbers, and a line for each state, the last control
-fastest: its finding, which text it has, and the numbers in it.
+its controls, of which disturbed findings (`tests.book.predicates`) ``finds`` is true and false, the
+texts without their numbers, and a line for each state, the last control fastest: its finding, which
+text it has, and the numbers in it.
 ``python -m tests.tools.snapshot`` writes it.
 """
 
@@ -111,6 +112,7 @@ def written(kind: str, explorers_: Mapping[str, Mapping[str, Any]]) -> str:
         texts = ",\n".join(f"    {_line(text)}" for text in said["texts"])
         blocks.append(
             f"  {_line(name)}: {{\n   \"controls\": {_line(said['controls'])},\n"
+            f"   \"finds\": {_line(said['finds'])},\n"
             f'   "texts": [\n{texts}\n   ],\n   "states": [\n{states}\n   ]\n  }}'
         )
     return f'{{\n "processor": {_line(kind)},\n "explorers": {{\n' + ",\n".join(blocks) + "\n }\n}\n"

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Sequence
 
 from robot_perception.teaching.recorded_rows import processor
-from tests.book import states
-from tests.book.computing import COMPUTING
+from tests.book import predicates, states
+from tests.book.computing import COMPUTING, module
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,6 +32,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\n".join([f"{stem}: {len(now)} explorers, {len(lines)} differences", *lines]))
         if options.write:
             states.FOLDER.mkdir(exist_ok=True)
+            for name, said in now.items():
+                said["finds"] = predicates.plain(
+                    predicates.judged_of(module(stem), name, said).verdicts
+                )
             file = states.FOLDER / f"{stem}.json"
             file.write_text(states.written(processor(), now), encoding="utf-8")
         else:
