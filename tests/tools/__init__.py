@@ -1,1 +1,1 @@
-"""Tools that are no tests: planted errors, what a change reaches, other processors, ratios."""
+"""Tools that are no tests: planted errors, what a change reaches, snapshots, minutes, ratios."""

@@ -16,16 +16,18 @@ def _tried_as_a_reader_would():
 
 # One iteration
 
+ITERATED = [page.iterated(one["samples"], one["noise"]) for one in page.steps.parameters(step="e")]
+
 
 def test_axes_of_the_iteration_hold_all_samples():
     left, right, *_ = limits(page.steps.drawn())
-    for found in page.steps.found(step="e"):
+    for found in ITERATED:
         for places in (found.start, found.drifted, found.moved):
             assert left < places.min() <= places.max() < right
 
 
 def test_samples_drift_spread_and_are_weighed_by_the_frame():
-    for found in page.steps.found(step="e"):
+    for found in ITERATED:
         drifted = found.start[found.ancestors] + page.VELOCITY
         np.testing.assert_allclose(found.drifted, drifted)
         assert np.abs(found.moved - drifted).max() <= 5 * found.noise
@@ -35,7 +37,7 @@ def test_samples_drift_spread_and_are_weighed_by_the_frame():
 
 
 def test_only_wide_noise_reaches_the_other_object():
-    for found in page.steps.found(step="e"):
+    for found in ITERATED:
         near = found.weights[np.abs(found.moved - 0.72) < 0.08].sum()
         assert (near > 0.05) == (found.noise == 0.15 and found.samples > 5)
 

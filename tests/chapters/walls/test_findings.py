@@ -31,8 +31,7 @@ class TestExplorers(ExplorerTests):
 def states():
     """All states of the first explorer by noise and tolerance."""
     with unchecked():
-        every = [(one["sigma"], one["tolerance"]) for one in knob.parameters()]
-        return dict(zip(every, knob.found(), strict=True))
+        return {(one["sigma"], one["tolerance"]): knob.state(**one) for one in knob.parameters()}
 
 
 def test_no_preset_shows_an_empty_picture(states):
