@@ -23,6 +23,7 @@ from robot_perception.teaching.controls import Control, Drag
 from robot_perception.teaching.explore import Explorer, explore
 from robot_perception.teaching.figures import figure
 from robot_perception.teaching.figures.output import on_page
+from robot_perception.teaching.snapshots import STATES, snapshot
 
 State = TypeVar("State")
 
@@ -72,17 +73,30 @@ class Exploration(Generic[State]):
     drag: Drag | Sequence[str] | None = None
 
     def show(self) -> Explorer:
-        """Return the explorer; on the built page it holds all states.
+        """Return the explorer; on the built page it holds all states, and what they say.
 
         Raises
         ------
         AssertionError
             On the built page, if what we say that a reader finds is not there.
         """
-        if on_page() and self.finds is not None and not self.finds(self.found()):
+        if not on_page() or self.finding is None:
+            return self._explorer(self._draw)
+        said = []
+
+        def draw(**parameters: Any) -> Any:
+            said.append(self._said(parameters))  # here, where its state is computed anyway
+            return self._draw(**parameters)
+
+        explorer = self._explorer(draw)
+        if self.finds is not None and not self.finds([finding for finding, _ in said]):
             raise AssertionError(f"{self.name}: our finding does not hold in all states")
+        explorer.beside = {STATES: snapshot(self.name, said)}
+        return explorer
+
+    def _explorer(self, draw: Callable[..., Any]) -> Explorer:
         return explore(
-            self._draw,
+            draw,
             alt=self.alt if isinstance(self.alt, str) else self._describe,
             caption=self.caption,
             name=self.name,
@@ -112,6 +126,10 @@ class Exploration(Generic[State]):
         """Return what the finding speaks of, in every state or where some controls are set."""
         return [self.finding(self.state(**setting)) for setting in self.parameters(**fixed)]
 
+    def said(self) -> list[tuple[Any, str]]:
+        """Return what the finding speaks of and the words, of every state."""
+        return [self._said(setting) for setting in self.parameters()]
+
     def drawn(self, **parameters: Any) -> Any:
         """Draw a state, the other controls at the start, and return the axes or the image."""
         drawing = self._draw(**self.default | parameters)
@@ -134,6 +152,9 @@ class Exploration(Generic[State]):
         if self._last.get("parameters") != parameters:
             self._last.update(state=self.state(**parameters), parameters=dict(parameters))
         return self._last["state"]
+
+    def _said(self, parameters: Mapping[str, Any]) -> tuple[Any, str]:
+        return self.finding(self._state(parameters)), self._describe(**parameters)
 
     def _draw(self, **parameters: Any) -> Any:
         state = self._state(parameters)
