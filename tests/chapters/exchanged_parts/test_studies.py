@@ -52,6 +52,17 @@ def test_shares_and_roots_are_those_of_the_library_and_know_no_size(C, M):
         assert -1e-12 <= compare(C, M) <= 1 + 1e-12
 
 
+@pytest.fixture(scope="module")
+def short():
+    """Films of four seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page.heads, "FRAMES", 60)
+        page.heads.filmed.cache_clear()
+        yield
+    page.heads.filmed.cache_clear()
+
+
+@pytest.mark.usefixtures("short")
 def test_a_pixel_a_frame_is_all_that_a_size_may_change():
     """By the printed rule an ellipse shrinks."""
     shown = page.heads.filmed(page.FILM, page.heads.LIGHT)
@@ -63,6 +74,7 @@ def test_a_pixel_a_frame_is_all_that_a_size_may_change():
     assert widths == pytest.approx(np.rint(widths))
 
 
+@pytest.mark.usefixtures("short")
 def test_the_ellipse_that_is_tried_has_the_shape_of_the_true_one():
     shown = page.heads.filmed(page.FILM, page.heads.LIGHT)
     inside = page.inside(shown, 0, round(page.true_sizes(shown)[0]))
@@ -149,7 +161,11 @@ def test_a_limit_lets_nineteen_of_twenty_of_ones_own_in_and_fewer_pictures_make_
 # Guesses -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("tracker", page.TRACKERS)
+@pytest.mark.parametrize(
+    "tracker",
+    # the film of two arms takes as long as all other tests of this chapter
+    [*page.TRACKERS[:2], pytest.param(page.TRACKERS[2], marks=pytest.mark.slow)],
+)
 def test_the_truth_is_likelier_than_what_is_three_deviations_off(tracker):
     log_likelihood, size = page.sees(tracker, 700)
     off = np.random.default_rng(4).standard_normal((20, size))
