@@ -10,7 +10,7 @@ from robot_perception.book import look_alikes as look
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import act, compose, inverse, se3
 from robot_perception.landmarks.metrics import METRICS
-from tests.chapters.visual_slam.drives import ages, asked_of
+from tests.chapters.visual_slam.drives import ages, asked_of, begun
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng
@@ -18,7 +18,7 @@ RNG = np.random.default_rng
 
 @pytest.fixture(scope="module")
 def seen():
-    return look.seen_in()
+    return begun(200)
 
 
 def test_limits_are_those_that_as_many_right_pairs_pass(monkeypatch):
@@ -88,13 +88,13 @@ def test_a_slow_drive_is_the_same_way_with_more_frames():
     assert len(slow) == 4 * len(fast)
     lengths = [np.hypot(*np.diff(path[:, :2], axis=0).T).sum() for path in (fast, slow)]
     assert lengths[1] == pytest.approx(lengths[0], rel=0.02)
-    begun = look.seen_in(0, frames=12, slowness=2, patience=2)
-    assert len(begun.poses) == 24
-    gaps = np.diff(begun.frames[np.lexsort((begun.frames, begun.tracks))])
-    within = np.diff(np.sort(begun.tracks)) == 0
+    patient = look.seen_in(0, frames=12, slowness=2, patience=2)
+    assert len(patient.poses) == 24
+    gaps = np.diff(patient.frames[np.lexsort((patient.frames, patient.tracks))])
+    within = np.diff(np.sort(patient.tracks)) == 0
     assert set(gaps[within]) == {1, 2, 3}  # tracks that were missed, and went on
     hasty = look.seen_in(0, frames=12, slowness=2)
-    assert np.bincount(begun.tracks).mean() > np.bincount(hasty.tracks).mean()
+    assert np.bincount(patient.tracks).mean() > np.bincount(hasty.tracks).mean()
 
 
 def test_descriptors_vary_more_between_visits_than_their_tracks_say(monkeypatch):
@@ -183,9 +183,8 @@ def test_a_changed_study_changes_one_thing(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def driven():
+def driven(seen):
     """Return a drive with names that are told, and what its wheels report."""
-    seen = look.seen_in(frames=200)
     report = look.roll(seen.poses, RNG(3))
     with unchecked():
         return look.drive_through(
@@ -298,8 +297,8 @@ def test_where_both_have_a_gate_it_can_be_opened(monkeypatch, driven):
 
 
 def test_bad_wheels_are_three_times_as_bad_and_names_are_wrong_where_they_should_be(monkeypatch):
-    begun = look.seen_in(frames=120)
-    monkeypatch.setattr(look, "seen_in", lambda building: begun)
+    seen = begun()
+    monkeypatch.setattr(look, "seen_in", lambda building: seen)
     reports = {trouble: look.troubled(210, trouble) for trouble in look.TROUBLES}
     good, bad, wrong = (reports[trouble] for trouble in ("none", "wheels", "names"))
     assert bad[1].deviations == pytest.approx(3 * good[1].deviations)

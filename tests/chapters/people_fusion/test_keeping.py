@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from data_synth.people.staging import RIG, SENSORS
@@ -21,6 +21,7 @@ from tests.chapters.people_sensors.test_studies import recording
 BEHIND, AWAY = (1.5, 2.8), (4.0, -2.5)
 
 
+@settings(max_examples=20)
 @given(st.sampled_from(SENSORS), st.floats(0, 3))
 def test_a_sensor_that_is_silenced_reports_nobody_from_then_on(sensor, since):
     whole = session([BEHIND, (2.0, 0.3)], 3.0)
@@ -191,6 +192,7 @@ def test_what_a_scheme_gains_is_a_share_of_these_people():
 # Memory
 
 
+@settings(max_examples=20)
 @given(st.floats(0.02, 0.9), st.integers(1, 12))
 def test_who_was_seen_n_times_is_remembered_for_what_the_page_derives(alpha, matches):
     found = page.forgotten.one(alpha, matches)
@@ -199,6 +201,7 @@ def test_who_was_seen_n_times_is_remembered_for_what_the_page_derives(alpha, mat
     assert found["lost"] <= found["share"] + 1 / 20 / page.PATIENCE + 1e-9
 
 
+@settings(max_examples=20)
 @given(st.floats(0.02, 0.3), st.integers(2, 30))
 def test_a_second_counts_the_readings_unless_alpha_is_for_a_second(alpha, rate):
     assert page.repeated.one(alpha, rate)["power"] == pytest.approx(rate, rel=1e-6)
@@ -208,6 +211,7 @@ def test_a_second_counts_the_readings_unless_alpha_is_for_a_second(alpha, rate):
 # What it costs
 
 
+@settings(max_examples=20)
 @given(st.integers(1, 3), st.integers(1, 4), st.integers(0, 10**6))
 def test_each_copy_of_a_sensor_reads_at_the_rate_of_its_kind(copies, people, seed):
     found = page.readings(copies, people, 0.0, np.random.default_rng(seed))

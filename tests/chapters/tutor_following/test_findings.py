@@ -6,15 +6,6 @@ from robot_perception.book import tutor_following as page
 from robot_perception.chapters.tutor_following import figures as draw
 
 
-def test_presets_show_what_the_page_says():
-    ask = page.tracked
-    named = {name: ask.state(**ask.default | values) for name, values in ask.presets.items()}
-    assert not named["the end"].held
-    assert not named["one, gated"].held
-    assert not named["four, slowly"].held
-    assert named["four, gated"].held
-
-
 def test_the_passer_stands_before_the_person_when_the_page_says_so():
     hidden = np.flatnonzero(page.walk(page.WALK, "stops").visible < 0.4)
     assert abs(hidden[0] - 28) <= 3
@@ -22,7 +13,7 @@ def test_the_passer_stands_before_the_person_when_the_page_says_so():
 
 
 def test_margins_say_which_stage_rejects():
-    for setting in page.dragged.parameters():
+    for setting in list(page.dragged.parameters())[::8]:
         state = page.dragged.state(**setting)
         below = np.flatnonzero(state.margins < 0)
         assert state.passed == (below[0] if len(below) else len(state.margins))

@@ -1,6 +1,18 @@
 """What tests of more than one chapter do with drives."""
 
+from functools import cache
+
 import numpy as np
+
+from robot_perception.book import visual_slam as slam
+
+
+@cache
+def begun(frames=120):
+    """Return what was seen on the beginning of the drive that is shown."""
+    whole = slam.seen_in()
+    rows = whole.frames < frames
+    return slam.Seen(whole.poses[:frames], *(column[rows] for column in whole[1:]))
 
 
 def ages(seen):
