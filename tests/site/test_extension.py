@@ -11,6 +11,8 @@ from docutils import nodes
 from docutils.utils import new_document
 from jupyter_client import KernelManager
 from myst_nb.core.config import NbParserConfig
+from nbformat import write
+from nbformat.v4 import new_code_cell, new_notebook
 
 from robot_perception.teaching import sphinx_extension
 from robot_perception.teaching.explore import explore, slider
@@ -103,6 +105,60 @@ def page_of(explorer: object) -> str:
 def on_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let outputs be those of a built page."""
     monkeypatch.setenv(PAGE_VARIABLE, "1")
+
+
+def test_pages_beside_the_contents_share_their_menu():
+    made = []
+
+    class App:
+        env = SimpleNamespace(found_docs={"intro", "walls"})
+
+    app = App()
+
+    def menu(page: str, **options: object) -> str:
+        context = {"toctree": lambda **how: made.append(how) or page}
+        with unchecked():
+            sphinx_extension._share_menu(app, page, "", context, None)
+        return context["toctree"](**options)
+
+    assert [menu("walls"), menu("intro"), menu("walls")] == ["walls", "intro", "walls"]
+    assert menu("_modules/a/one", collapse=True) == "_modules/a/one"
+    assert menu("_modules/a/two", collapse=True) == "_modules/a/one"
+    assert menu("_modules/a/two", collapse=False) == "_modules/a/two"  # another menu
+    assert menu("_modules/three", collapse=True) == "_modules/three"  # its links are others
+    assert len(made) == 6
+
+
+def test_the_landing_page_follows_the_chapters_and_the_rest_runs_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def page(name: str, cells: int, tags: list[str]) -> None:
+        made = [new_code_cell("1", metadata={"tags": tags}) for _ in range(cells)]
+        write(new_notebook(cells=made), tmp_path / name)
+
+    page("short.ipynb", 2, ["study"])
+    page("long.ipynb", 5, ["study"])
+    page("ledger.ipynb", 4, [])
+    page("intro.ipynb", 3, [])
+    names = ["intro", "ledger", "long", "short"]
+    env = SimpleNamespace(
+        page_keys=dict.fromkeys(names, "key"),
+        config=SimpleNamespace(root_doc="intro"),
+        doc2path=lambda name: str(tmp_path / f"{name}.ipynb"),
+        mystnb_config=NbParserConfig(),
+        myst_config=None,
+    )
+    order: list[str] = []
+    monkeypatch.setattr(
+        sphinx_extension,
+        "execute",
+        lambda pages, config, kernels: order.extend(place.stem for place, _ in pages),
+    )
+    monkeypatch.setenv(sphinx_extension.WORKERS, "2")
+    with unchecked():
+        app = SimpleNamespace(env=env, outdir=tmp_path / "html")
+        sphinx_extension._execute(app, env, names)
+    assert order == ["long", "short", "intro", "ledger"]
 
 
 def test_what_unfolds_in_the_menu_has_a_name():

@@ -1,5 +1,6 @@
 """Study cells are a module, and the hash of a function is that of what it computes with."""
 
+import ast
 import inspect
 import traceback
 from types import SimpleNamespace
@@ -255,6 +256,15 @@ def test_in_a_notebook_the_last_definition_counts(book, live):
     assert code_of(live("LEVEL, UNUSED = 2.0, 1.0").trial) == expected
     assert code_of(live(TRIAL.replace("1.0", "1.5", 1)).trial) != expected
     assert code_of(live(TRIAL).trial) == expected
+
+
+def test_in_a_notebook_a_cell_is_read_once_however_many_follow(book, live, monkeypatch):
+    live(*TEXTS)
+    digest(book), code_of(live("FIRST = 1").trial)
+    read = []
+    monkeypatch.setattr(cells, "_added_to", lambda statement: read.append(ast.unparse(statement)))
+    code_of(live("SECOND = 2").trial)
+    assert read == ["SECOND = 2"]
 
 
 def test_in_a_notebook_magics_and_cells_that_were_not_run_through_are_passed_over(book, live):

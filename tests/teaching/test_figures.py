@@ -7,6 +7,7 @@ import re
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.cbook import get_sample_data
 from matplotlib.figure import Figure
 from PIL import Image
@@ -18,14 +19,16 @@ from robot_perception.teaching.figures import (
     label,
     show,
     style,
+    svg,
     to_html,
     to_svg,
 )
+from robot_perception.teaching.figures import webp as encoder
 from robot_perception.teaching.figures.maps import plan
 from robot_perception.teaching.figures.output import PAGE_VARIABLE, front_end
 from robot_perception.teaching.figures.style import BLUE, COLOURS, INK, MUTED, ORANGE, RED
 from robot_perception.teaching.figures.svg import HEAVY
-from robot_perception.teaching.figures.webp import to_webp
+from robot_perception.teaching.figures.webp import to_png, to_webp
 from robot_perception.teaching.states import pack, render
 from tests.unchecked import unchecked
 
@@ -467,6 +470,46 @@ def test_states_of_an_explorer_share_their_photograph():
     once = 4 / 3 * len(to_webp(photo))  # as text
     assert len(frames[0].data) < once + 40_000
     assert len(pack(frames)) < 1.5 * once + 20 * 10_000
+
+
+def test_the_same_pixels_are_encoded_once(monkeypatch: pytest.MonkeyPatch):
+    encoded = []
+
+    def saved(image: Image.Image, kind: str, **options: object) -> bytes:
+        encoded.append((kind, options.get("method")))
+        return f"{kind} {image.size} {options}".encode()
+
+    monkeypatch.setattr(encoder, "_encoded", {})
+    monkeypatch.setattr(encoder, "_saved", saved)
+    red, blue = np.zeros((2, 4, 6, 3), dtype=np.uint8)
+    blue[..., 2] = 255
+    tall = np.zeros((6, 4, 3), dtype=np.uint8)
+    for _ in range(2):
+        for picture in (red, blue, tall):
+            assert to_webp(picture) == to_webp(picture.copy()) != to_webp(picture, effort=0)
+            assert to_png(picture).startswith(b"PNG")
+    assert sorted(encoded, key=str) == 3 * [("PNG", None)] + 3 * [("WEBP", 0)] + 3 * [("WEBP", 4)]
+    for shade in range(2 * encoder.REMEMBERED):
+        to_webp(np.full((1, 1), shade, dtype=np.uint8))
+    assert len(encoder._encoded) == encoder.REMEMBERED
+    to_webp(red)
+    assert len(encoded) == 9 + 2 * encoder.REMEMBERED + 1  # forgotten, and encoded anew
+
+
+def test_what_is_drawn_as_pixels_is_written_as_matplotlib_writes_it(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    fig, (left, right) = figure(1, 2)
+    left.imshow(photograph(), interpolation="nearest")
+    right.scatter(*np.random.default_rng(1).random((2, 40)), rasterized=True, gid="rp-dots")
+    ours = to_svg(fig, prefix="x")
+
+    def theirs(self: RendererSVG, gc: object, x: float, y: float, im: np.ndarray, _: str) -> None:
+        RendererSVG.draw_image(self, gc, x, y, im)
+
+    monkeypatch.setattr(svg._Renderer, "_draw_pixels", theirs)
+    assert ours.count("<image") == 2
+    assert ours == to_svg(fig, prefix="x")
 
 
 def test_states_with_photographs_of_their_own_stay_small():

@@ -31,16 +31,15 @@ _encoded: dict[tuple, bytes] = {}
 def to_webp(array: np.ndarray, *, effort: int = 4, lossless: bool = False) -> bytes:
     """Encode an 8-bit image as WebP, with an effort from 0 (fast) to 6 (small)."""
     check_image(array)
-    options = {"quality": 88, "method": effort, "lossless": lossless, "exact": lossless}
-    return _remembered(array, "WEBP", options)
+    return _remembered(array, "WEBP", quality=88, method=effort, lossless=lossless, exact=lossless)
 
 
 def to_png(array: np.ndarray) -> bytes:
     """Encode an 8-bit image as PNG."""
-    return _remembered(check_image(array), "PNG", {})
+    return _remembered(check_image(array), "PNG")
 
 
-def _remembered(array: np.ndarray, kind: str, options: dict[str, Any]) -> bytes:
+def _remembered(array: np.ndarray, kind: str, **options: Any) -> bytes:
     """Encode an image, or return what the same one was encoded to."""
     array = np.ascontiguousarray(array)
     key = hashlib.sha256(array).digest(), array.shape, kind, *options.values()
