@@ -112,6 +112,26 @@ def test_a_constant_of_the_logarithms_does_not_matter(logs, constant):
     assert (np.abs(sums - constant) < 7).all()
 
 
+@given(
+    hnp.arrays(float, st.integers(1, 6), elements=st.floats(-1e300, 1e300) | st.just(-np.inf)),
+    st.sampled_from([-1e300, -1e16, -1e8, 0.0, 1e10, 1e17]),
+)
+def test_weights_sum_to_one_however_far_the_logarithms_are(logs, first):
+    logs[0] = first
+    weights = np.exp(normalise(logs)[0])
+    assert weights.sum() == pytest.approx(1, rel=1e-7)
+    assert 1 - 1e-7 <= 1 / (weights**2).sum() <= len(logs) * (1 + 1e-7)
+    alike = normalise(np.full(4, first))[0]
+    assert np.exp(alike) == pytest.approx(0.25, rel=1e-7)
+
+
+@given(hnp.arrays(float, (2, 5), elements=st.floats(-1e8, 1e8) | st.floats(-9, 9)))
+def test_ordinary_weights_are_rounded_as_they_were_when_results_were_recorded(logs):
+    top = logs.max(axis=1, keepdims=True)
+    sums = top + np.log(np.exp(logs - top).sum(axis=1, keepdims=True))
+    assert (normalise(logs)[0] == logs - sums).all()
+
+
 def test_the_sum_of_the_weights_comes_back():
     logs, total = normalise(np.log([0.5, 1.5, 2.0]))
     assert total == pytest.approx(np.log(4))

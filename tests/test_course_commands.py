@@ -8,9 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from robot_perception.cli import main
+from robot_perception.cli.course import _line
 from robot_perception.teaching import grading
-from robot_perception.teaching.exercises import Exercise, Sheet
-from robot_perception.teaching.grading import judged
 
 STEM = "covariance_intersection"
 KEYS = "ci-echo", "ci-three", "ci-weight", "ci-hits"
@@ -148,25 +147,70 @@ def test_a_copy_that_nobody_has_answered_is_not_yet(run, tmp_path):
     assert [row["outcome"] for row in found.values()] == ["not yet"] * len(KEYS)
 
 
-def test_a_chapter_that_cannot_run_here_is_named(monkeypatch, run, tmp_path):
+def test_a_chapter_that_cannot_run_here_is_named_before_anybody_is_graded(
+    monkeypatch, run, tmp_path
+):
     folder = hand_in(tmp_path / "ada", {"ci-echo": "answer = 1"})
-    monkeypatch.setattr(grading, "_received", lambda here, limit: grading.ENDED)
-    result = run("grade", folder)
+
+    def fails(name):
+        raise ModuleNotFoundError(f"no module for {name}")
+
+    monkeypatch.setattr(grading, "import_module", fails)
+    result = run("grade", folder, "--write", tmp_path / "marks.csv")
     assert result.exit_code != 0
     assert f"the study cells of {STEM} cannot be run here" in result.output
+    assert not (tmp_path / "marks.csv").exists()
 
 
-def test_an_answer_sees_the_names_of_the_book_and_changes_none():
-    names = {"LIMIT": 2, "check": None}
-    sheet = Sheet({"a": Exercise(4)})
-    assert judged(names, sheet, "a", 'LIMIT *= 2\ncheck("a", LIMIT)')[0] == "right"
-    assert names == {"LIMIT": 2, "check": None}
-    assert judged(names, sheet, "a", "answer = 4")[0] == "missing"
-    assert judged(names, sheet, "a", "%magic")[0] == "error"
+def test_what_fails_with_one_notebook_is_said_in_its_lines(monkeypatch, run, right, tmp_path):
+    ada, bob = (
+        hand_in(tmp_path / name, {"ci-echo": f"answer = {right['ci-echo']}"})
+        for name in ("ada", "bob")
+    )
+    whole = grading.notebooks
+
+    def fails(place, stem):
+        if place == ada:
+            raise OSError("the disk is gone \ud800")
+        return whole(place, stem)
+
+    monkeypatch.setattr(grading, "notebooks", fails)
+    result = run("grade", ada, bob)
+    assert result.exit_code == 0, result.output
+    found = outcomes(result)
+    assert found["bob", "ci-echo"]["outcome"] == "right"
+    assert {found["ada", key]["outcome"] for key in KEYS} == {"error"}
+    assert found["ada", "ci-echo"]["said"] == r"OSError: the disk is gone \ud800"
 
 
-def test_a_predicate_that_runs_an_answer_may_fail_with_it():
-    exercise = Exercise(lambda function: function(1) == 2)
-    sheet = Sheet({"a": exercise})
-    source = 'def leave(x):\n    raise SystemExit\ncheck("a", leave)'
-    assert judged({}, sheet, "a", source)[0] == "error"
+def test_the_table_grows_by_a_line_and_keeps_what_is_graded(monkeypatch, run, tmp_path):
+    def marks(*_):
+        yield grading.Mark("ada", STEM, "ci-echo", "right", 1, 1, "Right.")
+        grown.append(file.read_text())
+        raise KeyboardInterrupt
+
+    grown, file = [], tmp_path / "marks.csv"
+    monkeypatch.setattr(grading, "grade", marks)
+    assert run("grade", hand_in(tmp_path / "ada", {}), "--write", file).exit_code != 0
+    lines = "student,chapter,exercise,outcome,points,of,said\n", f"ada,{STEM},ci-echo,right,1,1,"
+    assert grown == [f"{lines[0]}{lines[1]}Right.\n"]
+    assert file.read_text() == grown[0]
+
+
+@pytest.mark.parametrize(
+    ("cell", "written"),
+    [
+        ("=1+1", "'=1+1"),
+        ("+1", "'+1"),
+        ("-1", "'-1"),
+        ("@a", "'@a"),
+        ("\t=1", "'\\t=1"),
+        ("\ra", "'\\ra"),
+        ("a=1", "a=1"),
+        ("\ud800", "\\ud800"),
+        ("a\0b\nc", "a\\x00b\\nc"),
+        ("Zoë", "Zoë"),
+    ],
+)
+def test_no_cell_of_the_table_is_a_formula_or_breaks_it(cell, written):
+    assert _line([cell, 2]).decode() == f"{written},2\n"

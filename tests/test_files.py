@@ -18,7 +18,7 @@ from PIL import Image
 
 from robot_perception import datasets
 from robot_perception.datasets import entries
-from robot_perception.files import UNFINISHED, DamagedFile, reading, written
+from robot_perception.files import UNFINISHED, DamagedFile, destination, reading, written
 from robot_perception.slam import planar
 from robot_perception.teaching import recordings, results, storage
 from robot_perception.teaching.ledger import Ledger
@@ -194,6 +194,13 @@ def test_a_stored_result_that_is_damaged_is_computed_from_the_recording(
     monkeypatch.setattr(datasets, "find", lambda name: None)
     with pytest.raises(DamagedFile, match=rf"mine-store\.{part}"):
         recording.read()
+
+
+@pytest.mark.parametrize("name", ["\ud800", "a\0b"])
+def test_a_name_that_no_file_can_have_is_refused(name, tmp_path):
+    with pytest.raises(ValueError, match="path must be a name that a file can have") as refused:
+        destination(f"{tmp_path}/{name}", overwrite=True)
+    assert not isinstance(refused.value, UnicodeError)
 
 
 def test_reading_lets_through_that_there_is_no_file_and_what_is_named(tmp_path):

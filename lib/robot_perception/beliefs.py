@@ -7,6 +7,9 @@ from jaxtyping import Float
 
 from robot_perception import checks
 
+FAR = 1e8
+"""A logarithm is so far from 0 that a sum with another one loses more than eight digits."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Gaussian:
@@ -114,7 +117,8 @@ def normalise(
     Returns
     -------
     (…, M)
-        :math:`\ell_i - \log \sum_j e^{\ell_j}`.
+        :math:`\ell_i - \log \sum_j e^{\ell_j}`; far from 0 as
+        :math:`(\ell_i - \ell_{\max}) - \log \sum_j e^{\ell_j - \ell_{\max}}`.
     (…,)
         The logarithms of the sums.
 
@@ -134,5 +138,9 @@ def normalise(
             raise ValueError(f"log_weights must be finite or -inf, got {bad} of {size} otherwise")
         empty = np.count_nonzero(highest == -np.inf)
         raise ValueError(f"log_weights must not all be -inf, got {empty} of {highest.size} sets so")
-    log_sums = highest + np.log(np.exp(log_weights - highest).sum(axis=-1, keepdims=True))
-    return log_weights - log_sums, log_sums[..., 0]
+    below = log_weights - highest
+    more = np.log(np.exp(below).sum(axis=-1, keepdims=True))
+    log_sums = highest + more
+    # far from 0 the sum is rounded by more than ``more``; nearer, recorded results stay bit by bit
+    found = np.where(np.abs(highest) > FAR, below - more, log_weights - log_sums)
+    return found, log_sums[..., 0]

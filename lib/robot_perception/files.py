@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robot_perception.checks import flag, instance
+from robot_perception.checks import flag, instance, shown
 
 UNFINISHED = ".robot-perception-"
 """How the folders are called in which files are made before they appear in their place."""
@@ -105,12 +105,17 @@ def workspace(folder: Path) -> Iterator[Path]:
     OSError
         If nothing can be written there.
     """
+    clear(folder)
+    with TemporaryDirectory(prefix=UNFINISHED, dir=folder) as made:
+        yield Path(made)
+
+
+def clear(folder: Path) -> None:
+    """Remove what processes that were killed have left in a folder more than a day ago."""
     for left in folder.glob(f"{UNFINISHED}*"):
         with suppress(OSError):  # others may take it away at the same time
             if time.time() - left.stat().st_mtime > A_DAY:
                 shutil.rmtree(left)
-    with TemporaryDirectory(prefix=UNFINISHED, dir=folder) as made:
-        yield Path(made)
 
 
 def destination(path: Path | str, *, overwrite: bool) -> Path:
@@ -125,12 +130,20 @@ def destination(path: Path | str, *, overwrite: bool) -> Path:
 
     Raises
     ------
+    ValueError
+        If the system can have no file of that name.
     FileNotFoundError
         If it has no folder.
     FileExistsError
         If it is there and must not be.
     """
     path = Path(instance("path", path, str, os.PathLike))
+    try:
+        named = b"\0" not in os.fsencode(path)
+    except UnicodeEncodeError:
+        named = False
+    if not named:
+        raise ValueError(f"path must be a name that a file can have, got {shown(str(path))}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path.parent} is no folder: cannot write {path.name} there")
     if path.is_file() and not flag("overwrite", overwrite):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot_perception.beliefs import ParticleSet
+from robot_perception.ceiling.mapping import PatternTrackers
 from robot_perception.ceiling.patterns import (
     Decay,
     correlations,
@@ -414,6 +415,24 @@ ONE = ParticleSet.uniform(np.ones((3, 4)))
             "image must be an array of bytes",
         ),
         (lambda: TRACKER.step(TRACKER.start(START), IMAGE, rng=0), "rng must be a Generator"),
+        (
+            lambda: TRACKER.step(TRACKER.start(START), IMAGE[:1, :1], rng=rng()),
+            r"image must be \(\d+, \d+\) as that of the pattern, got \(1, 1\)",
+        ),
+        (
+            lambda: TRACKER.step(TRACKER.start(START), IMAGE[:, :-1], rng=rng()),
+            "image must be .* as that of the pattern",
+        ),
+        (
+            lambda: PatternTrackers({"a": PATTERN}).step(
+                {"a": TRACKER.start(START)}, IMAGE[:-1], rng=rng()
+            ),
+            "image must be .* as that of the pattern",
+        ),
+        (
+            lambda: Layers(IMAGE).correlations(PATTERN, np.full((1, 4), 2.0**62), "scale"),
+            "poses must be within 1e",
+        ),
         (lambda: smoothing(np.ones(2), "more"), "kind must be one of"),
         (
             lambda: log_likelihoods(np.ones((3, 2)), PATTERN.decay, RULES),

@@ -180,6 +180,22 @@ def test_what_a_kill_has_left_of_unpacking_is_no_part_of_the_recording(room):
     assert find("album") == room.cache / "album"
 
 
+@pytest.mark.parametrize("name", ["hall", "album"])
+def test_what_a_kill_would_leave_of_a_download_is_hidden(room, server, name):
+    """A kill leaves what is there while the server sends: nothing that counts as a file of it."""
+
+    def seen(handler) -> None:
+        every = (file.relative_to(room.cache) for file in room.cache.rglob("*") if file.is_file())
+        there.append(sorted(place.parts[1] for place in every))
+        conftest.whole(handler)
+
+    there, server.answer = [], seen
+    fetch(name)
+    (hidden,) = there[0]
+    assert hidden.startswith(".robot-perception-")
+    assert not list(room.cache.rglob(".robot-perception-*"))
+
+
 # ---- failures ------------------------------------------------------------------------------------
 
 

@@ -1,11 +1,13 @@
 """MRCLAM folders: read back, misread barcodes counted, damage named with file and line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.datasets import CorruptLog, mrclam, read_mrclam
+from robot_perception.datasets import Commands, CorruptLog, mrclam, read_mrclam
 from robot_perception.datasets.tracks import Track
 from robot_perception.geometry import wrap_angle
 from tests.datasets.here import recording
@@ -144,6 +146,39 @@ def test_track_of_one_pose_covers_its_own_time():
 
 
 TRACK = Track(np.array([0.0, 1.0]), np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"poses": np.zeros((0, 3))}, r"poses must be \(2, 3\)"),
+        ({"poses": np.zeros((2, 2))}, r"poses must be \(2, 3\)"),
+        ({"poses": np.full((2, 3), np.nan)}, "poses must"),
+        ({"times": np.arange(3.0)}, r"poses must be \(3, 3\)"),
+        ({"times": np.array([1.0, np.inf])}, "times must"),
+        ({"times": np.array([2.0, 1.0])}, "times must not fall, got 2 before 1"),
+        ({"times": np.zeros(0), "poses": np.zeros((0, 3))}, "one at least, got none"),
+        ({"covs": np.zeros((2, 3))}, "covs must be"),
+    ],
+)
+def test_what_is_no_track_is_refused(changed, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        replace(TRACK, **changed)
+    assert len(replace(TRACK, times=np.zeros(2)).times) == 2  # motion capture may tell twice
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"velocities": np.zeros((1, 2))}, r"velocities must be \(2, 2\)"),
+        ({"velocities": np.zeros((2, 3))}, r"velocities must be \(2, 2\)"),
+        ({"times": np.array([2.0, 1.0])}, "times must not fall"),
+        ({"times": np.array([np.nan, 1.0])}, "times must"),
+    ],
+)
+def test_what_are_no_commands_is_refused(changed, message):
+    with unchecked(), pytest.raises(ValueError, match=message):
+        replace(Commands(np.zeros(2), np.zeros((2, 2))), **changed)
 
 
 @pytest.mark.parametrize(

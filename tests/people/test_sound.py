@@ -348,6 +348,15 @@ def test_what_are_no_rules_is_refused(changed, reason):
         SoundRules(**changed)
 
 
+@pytest.mark.parametrize("scale", [1e-30, 1e-300, 1e-307, 1e-310, 5e-324, 0.0])
+def test_however_low_a_sound_is_its_correlation_is_a_number(scale):
+    counted = np.arange(101) % 100 > 0
+    signals = np.random.default_rng(0).uniform(0.5, 2, (3, 200))
+    found, loud = gcc_phat(scale * signals, counted), gcc_phat(signals, counted)
+    assert np.isfinite(found).all()
+    assert np.allclose(found, loud if scale > 1e-300 else 0.0, atol=1e-6) or scale == 1e-300
+
+
 @pytest.mark.parametrize("which", [[0], [4], [9]])
 def test_only_frequencies_with_a_phase_can_be_counted(which):
     counted = np.zeros(5, dtype=bool)

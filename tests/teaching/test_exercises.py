@@ -25,6 +25,7 @@ SHEET = Sheet(
         ("a-1", None, "not yet"),
         ("a-1", 0.25, "right"),
         ("a-1", 0.26, "wrong"),
+        ("a-1", True, "wrong"),
         ("a-2", [1, 1], "right"),
         ("a-2", [[1, 1]], "wrong"),
         ("a-3", "The Anchor.", "right"),

@@ -235,6 +235,16 @@ def test_what_is_used_stays(tmp_path, folder):
     assert results.prune().removed == 0
 
 
+def test_what_a_download_that_was_killed_has_left_goes_a_day_later(tmp_path):
+    lost, fresh = (tmp_path / "hall" / f".robot-perception-{k}" for k in "ab")
+    for place in (lost, fresh):
+        place.mkdir(parents=True)
+        (place / "scans.log").touch()
+    os.utime(lost, (0, 0))
+    results.prune()
+    assert (lost.exists(), fresh.exists()) == (False, True)
+
+
 def test_an_empty_cache_has_nothing_to_remove(tmp_path, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "nowhere"))
     assert results.prune() == results.Pruned(0, 0, 0, 0)

@@ -232,10 +232,15 @@ def picture_size(name: str, size: tuple[int, int] | None) -> tuple[int, int] | N
     return height, width
 
 
-def check_size(name: str, shape: tuple[int, ...], size: tuple[int, int] | None) -> None:
-    """Raise ``ValueError`` unless a picture is of the size of those before, if there are any."""
+def check_size(
+    name: str,
+    shape: tuple[int, ...],
+    size: tuple[int, int] | None,
+    other: str = "the pictures before",
+) -> None:
+    """Raise ``ValueError`` unless a picture is of the size of other ones, if that is known."""
     if size not in (None, shape):
-        raise ValueError(f"{name} must be {size} as the pictures before, got {shape}")
+        raise ValueError(f"{name} must be {size} as {other}, got {shape}")
 
 
 def find_edges(

@@ -25,6 +25,7 @@ from robot_perception.ceiling.contours import (
     find_contours,
     find_edges,
     picture,
+    picture_size,
 )
 from robot_perception.extras import needing
 from robot_perception.kernels import kernel
@@ -168,6 +169,9 @@ class Pattern:
         Whether means are removed before vectors are compared.
     contours
         The first level: segments and arcs in the window, px from its centre.
+    picture : (height, width)
+        Of the picture that it was taken from, px; nothing where that is not known. It is followed
+        in pictures of that size.
 
     Raises
     ------
@@ -182,6 +186,7 @@ class Pattern:
     step: float = 1.0
     centred: bool = True
     contours: tuple[Segment | Arc, ...] = ()
+    picture: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         places = checks.array("places", self.places, ("n", 3))
@@ -199,6 +204,7 @@ class Pattern:
         named = {"places": places, "vectors": vectors, "size": size}
         named["step"] = checks.positive("step", self.step)
         named["contours"] = checks.instances("contours", self.contours, Segment, Arc)
+        named["picture"] = picture_size("picture", self.picture)
         for name, value in named.items():
             object.__setattr__(self, name, value)
 
@@ -357,6 +363,8 @@ def decay_in_picture(
     leaves the picture is left out, and where both do the last value stands.
     """
     checks.flag("centred", centred)
+    points = checks.array("points", points, ("n", 2))
+    directions = checks.array("directions", directions, (len(points),), beside="these points")
     V = grey_vectors(image, points, directions, samples=samples, step=step)
     steps = step * np.stack([np.cos(directions), np.sin(directions)], axis=-1)
     found = [np.ones(len(V))]
@@ -716,7 +724,9 @@ def pattern_from(
     kept = _picked(fit_decay(falls, "line").rate, rules, rng)
     places = np.column_stack([(at - middle) / wide, phi])[kept]
     decay = fit_decay(falls[kept], rules.curve, own=rules.own)
-    return Pattern(places, V[kept], decay, tuple(wide), rules.step, rules.centred, tuple(inside))
+    return Pattern(
+        places, V[kept], decay, tuple(wide), rules.step, rules.centred, tuple(inside), image.shape
+    )
 
 
 def _picked(

@@ -43,6 +43,8 @@ __all__ = [
 
 FORBIDDEN = 1e6
 """Minus the logarithm of the likelihood of what is hardly in the picture; finite, as all may be."""
+FARTHEST = 1e9
+"""No place is farther from a picture, px, and no scale larger."""
 SMALLEST = 0.05
 """No particle is smaller, as a share of the model."""
 
@@ -236,9 +238,12 @@ class Layers:
     def correlations(
         self, pattern: Pattern, poses: Float[np.ndarray, "m 4"], kind: str
     ) -> Float32[np.ndarray, "m n"]:
-        """Return what `.patterns.correlations` does, each pose in the copy that suits its scale."""
+        """Return what `.patterns.correlations` does, each pose in the copy that suits its scale.
+
+        Errors are its own, and of places that no picture can show.
+        """
         checks.instance("pattern", pattern, Pattern)
-        poses = checks.array("poses", poses, ("m", 4))
+        poses = checks.moderate("poses", checks.array("poses", poses, ("m", 4)), FARTHEST)
         # a picture that is smoothed more than it is wide is of one grey
         sigmas = np.minimum(smoothing(poses[:, 3], kind), max(self._sharp.shape))
         wanted = np.rint(sigmas / self.STEP).astype(int)
@@ -323,11 +328,13 @@ class PatternTracker:
         TypeError
             If an argument is of another type.
         ValueError
-            If the image is not (height, width), or not of the size of those before.
+            If the image is not (height, width), or not of the size of those before and of the one
+            that the pattern was taken from.
         """
         checks.instance("state", state, PatternState)
         layers = image if isinstance(image, Layers) else Layers(image)
         check_size("image", layers.shape, state.size)
+        check_size("image", layers.shape, self.pattern.picture, "that of the pattern")
         rules, particles = self.rules, state.particles
         for again in range(rules.passes + 1):
             spread = np.array(rules.sigmas) / 3**again

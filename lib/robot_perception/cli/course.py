@@ -1,10 +1,20 @@
 """``robot-perception course`` and ``grade``: notebooks for a class, and what came of them."""
 
 import csv
-import sys
+import io
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import astuple, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from robot_perception.teaching.grading import Mark
+
+FORMULA = "=", "+", "-", "@", "\t", "\r"
+"""How a cell begins that a spreadsheet would compute."""
 
 
 @click.command()
@@ -57,48 +67,82 @@ def course(student: Path | None, instructor: Path | None, stems: tuple[str, ...]
 @click.argument("folders", nargs=-1, required=True, metavar="DIR...",
                 type=click.Path(exists=True, file_okay=False, path_type=Path))  # fmt: skip
 @click.option("--chapter", "stems", multiple=True, help="This chapter; may be repeated.")
-@click.option("--limit", default=60.0, show_default=True, help="Seconds that one answer may take.")
+@click.option(
+    "--limit",
+    default=60.0,
+    show_default=True,
+    type=click.FloatRange(0, 86_400, min_open=True),
+    help="Seconds that one answer may take.",
+)
+@click.option(
+    "--memory",
+    default=4.0,
+    show_default=True,
+    type=click.FloatRange(0, 1e6, min_open=True),
+    help="Gigabytes that answers may take, where the system can bound them.",
+)
 @click.option("--write", "file", type=click.Path(path_type=Path), help="Write the table there.")
 def grade(
-    folders: tuple[Path, ...], stems: tuple[str, ...], limit: float, file: Path | None
+    folders: tuple[Path, ...],
+    stems: tuple[str, ...],
+    limit: float,
+    memory: float,
+    file: Path | None,
 ) -> None:
     """Run the answers in notebooks of students, a folder DIR each, and write a table as CSV.
 
     Without --chapter, all chapters are graded of which some student has a notebook. Every exercise
     has a line for every student: what was not handed in is said to be missing, and counts nothing.
+    The table grows by a line at a time, so that what is graded stays where a run is interrupted.
     Answers run with your rights: whom you do not trust, grade in a container.
     """
-    from dataclasses import asdict, fields
-
     from robot_perception import chapters
-    from robot_perception.files import written
-    from robot_perception.teaching.grading import Mark, notebooks
     from robot_perception.teaching.grading import grade as marks
 
     if not stems:
         every = (*chapters.PRIMER, *chapters.CHAPTERS)
-        stems = tuple(stem for stem in every if any(notebooks(d, stem) for d in folders))
+        stems = tuple(stem for stem in every if any(_has(d, stem) for d in folders))
     if not stems:
         raise click.ClickException("none of these folders has a notebook of a chapter")
+    found: dict[str, list[Mark]] = {}
     try:
-        found = list(marks(folders, stems, limit))
+        with ExitStack() as stack:
+            for mark in marks(folders, stems, limit, int(memory * 1e9)):
+                if not found:
+                    table = None if file is None else stack.enter_context(file.open("wb"))
+                    click.echo(_line(one.name for one in fields(mark)), table, nl=False)
+                click.echo(_line(astuple(mark)), table, nl=False)
+                found.setdefault(mark.student, []).append(mark)
     except (ValueError, RuntimeError, OSError) as error:
         raise click.ClickException(str(error)) from error
-    names = [one.name for one in fields(Mark)]
-
-    def table(target: object) -> None:
-        lines = csv.DictWriter(target, names, lineterminator="\n")
-        lines.writeheader()
-        lines.writerows(map(asdict, found))
-
-    if file is None:
-        table(sys.stdout)
-    else:
-        with written(file) as beside, beside.open("w", encoding="utf-8", newline="") as target:
-            table(target)
-    for student in dict.fromkeys(one.student for one in found):
-        own = [one for one in found if one.student == student]
+    for student, own in found.items():
         bad = [one.outcome for one in own if one.outcome not in ("right", "wrong")]
         left = ", ".join(f"{bad.count(kind)} {kind}" for kind in dict.fromkeys(bad))
         got, most = sum(one.points for one in own), sum(one.of for one in own)
-        click.echo(f"{student}: {got} of {most} points{f'; {left}' if left else ''}", err=True)
+        said = f"{_plain(student)}: {got} of {most} points{f'; {left}' if left else ''}"
+        click.echo(said, err=True)
+
+
+def _has(folder: Path, stem: str) -> bool:
+    """Tell whether a student has a notebook of a chapter."""
+    from robot_perception.teaching.grading import notebooks
+
+    try:
+        return bool(notebooks(folder, stem))
+    except OSError:  # a folder that cannot be searched, which its lines will say
+        return False
+
+
+def _line(cells: Iterable[object]) -> bytes:
+    """Return a line of a table: no cell is a formula, and every one is a text."""
+    line = io.StringIO()
+    texts = (f"'{cell}" if cell.startswith(FORMULA) else cell for cell in map(str, cells))
+    csv.writer(line, lineterminator="\n").writerow(map(_plain, texts))
+    return line.getvalue().encode("utf-8")
+
+
+def _plain(text: str) -> str:
+    """Return a text whose control characters and lone surrogates are written out."""
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
+    )

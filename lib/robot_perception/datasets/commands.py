@@ -2,13 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
 
+from robot_perception.datasets import limits
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.logs import ReadReport
 from robot_perception.datasets.tables import read_columns
+from robot_perception.fields import checked
 
 LARGEST = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}
 """The columns of a table of commands, and the largest numbers in them."""
@@ -26,11 +29,19 @@ class Commands:
         Forward speed in m/s and turn rate in rad/s.
     report
         What became of all messages, if they come from a ROS bag.
+
+    Raises
+    ------
+    TypeError
+        If a field is of another type.
+    ValueError
+        If shapes disagree, a number is not finite, or the times fall.
     """
 
-    times: Float[np.ndarray, " k"]
+    times: Annotated[Float[np.ndarray, " k"], limits.in_order]
     velocities: Float[np.ndarray, "k 2"]
     report: ReadReport | None = None
+    __post_init__ = checked
 
 
 def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Commands:

@@ -56,6 +56,15 @@ def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
     return f"{fault}; these times look like {NAMES[unit]}: {hint}"
 
 
+def in_order(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+    """Return times that never fall, or raise ``ValueError``."""
+    falls = np.diff(times) < 0
+    if falls.any():
+        k = int(np.argmax(falls))
+        raise ValueError(f"{name} must not fall, got {times[k]:.15g} before {times[k + 1]:.15g}")
+    return times
+
+
 def far_places(*columns: int) -> Check:
     """Return a check that the columns of a table are places in m."""
     columns = list(columns)

@@ -332,24 +332,26 @@ def _are(names: list[str]) -> str:
 def _download(known: Dataset, file: DataFile, url: str, timeout: float, progress: bool) -> Path:
     pooch = load_pooch()
     place = f"{known.name}/{file.name}"
-    cache = cache_directory()
-    shelf = pooch.create(cache, base_url="", registry={place: file.sha256}, urls={place: url})
+    target, folder = cache_directory() / place, cache_directory() / known.name
     # not compressed on the way, so that a short transfer is noticed as such
     downloader = pooch.HTTPDownloader(
         timeout=timeout, headers={"Accept-Encoding": "identity"}, progressbar=progress
     )
     failed = f"{place}: download from {url} failed"
     try:
-        with _quiet(pooch.get_logger()):
-            shelf.fetch(place, downloader=downloader)
+        if not target.is_file() or _hash(target, file) != file.sha256:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with workspace(folder) as hidden, _quiet(pooch.get_logger()):
+                got = pooch.retrieve(url, file.sha256, target.name, hidden, downloader=downloader)
+                os.replace(got, target)
         if known.members:
-            _unpack(cache / place)
+            _unpack(target)
     except (*UNPACKING, OSError, ValueError) as error:
         raise DownloadError(f"{failed}: {_cause(error, timeout)}") from error
-    if known.members and not _is_complete(cache / known.name, known):
-        held = len(_members(cache / known.name, known))
+    if known.members and not _is_complete(folder, known):
+        held = len(_members(folder, known))
         raise DownloadError(f"{failed}: it holds {held} files, registered are {known.members}")
-    return cache / place
+    return target
 
 
 def _unpack(archive: Path) -> None:

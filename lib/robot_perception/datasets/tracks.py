@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -20,6 +21,7 @@ from robot_perception.datasets.logs import (
     read_table,
 )
 from robot_perception.datasets.tables import read_columns
+from robot_perception.fields import checked
 from robot_perception.geometry import wrap_angle
 
 POSE = ("time_s", "x_m", "y_m", "heading_rad")
@@ -35,19 +37,31 @@ class Track:
     Parameters
     ----------
     times : (k,)
-        s, rising.
+        s, never falling.
     poses : (k, 3)
-        x, y in m and heading in rad.
+        x, y in m and heading in rad; one at least.
     covs : (k, 3, 3), optional
         Their covariances.
     report
         What became of all messages, if it comes from a ROS bag.
+
+    Raises
+    ------
+    TypeError
+        If a field is of another type.
+    ValueError
+        If shapes disagree, there is no pose, a number is not finite, or the times fall.
     """
 
-    times: Float[np.ndarray, " k"]
+    times: Annotated[Float[np.ndarray, " k"], limits.in_order]
     poses: Float[np.ndarray, "k 3"]
     covs: Float[np.ndarray, "k 3 3"] | None = None
     report: ReadReport | None = None
+
+    def __post_init__(self) -> None:
+        checked(self)
+        if not len(self.poses):
+            raise ValueError("poses must be one at least, got none")
 
     def at(
         self, times: Float[np.ndarray, " m"], *, longest_gap: float

@@ -21,6 +21,7 @@ from robot_perception.people._bearings import DISTANCE, RANGE_SIGMA, bearings
 _DIRECTIONS = wrap_angle(2 * np.pi / 180 * np.arange(180))
 _FINER = 8  # lags for each sample
 _ALIKE = 35 / 18  # bins that share the noise of one: 1 + 2 (4/9 + 1/36) with a Hann window
+_SILENT = 1e-300  # a spectrum below it has no digits for a phase
 _ANYWHERE = np.pi / np.sqrt(3)  # deviation of a direction of which nothing is known, rad
 _TOUCHING = 1e-3  # microphones nearer to each other are in one place, m
 
@@ -298,7 +299,8 @@ def _spectra(signals: np.ndarray) -> np.ndarray:
 def _votes(spectra: Complex[np.ndarray, "m f"]) -> Complex[np.ndarray, "p f"]:
     """Return the phases of all pairs as numbers of size 1, or 0 where one is silent."""
     size = np.abs(spectra)
-    phases = spectra / np.where(size > 0, size, 1.0)
+    heard = size >= _SILENT
+    phases = np.where(heard, spectra, 0.0) / np.where(heard, size, 1.0)
     a, b = np.triu_indices(len(spectra), 1)
     return phases[a] * phases[b].conj()
 

@@ -6,10 +6,14 @@ metadata that nbgrader reads.
 
 import ast
 import copy
+import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+from robot_perception.teaching.cells import Source, study_cells
 
 BY_HAND, BY_CODE, PROSE = 1, 2, 2
 """Points of an exercise that asks for a number, a function, or some sentences."""
@@ -117,6 +121,47 @@ def _cells(
             made = _told(cell, last, "", solutions)
             if made["source"]:
                 yield made
+
+
+def without_sheet(page: Path) -> list[Source]:
+    """Return the study cells of a notebook without its sheet: what answers may stand on.
+
+    Of the cells that a student's copy takes from the package there are the names that its text
+    speaks of, such as data to use, and what these are made of.
+
+    Raises
+    ------
+    DamagedFile
+        If the file is no notebook.
+    OSError
+        If it cannot be read.
+    """
+    cells = json.loads(page.read_text("utf-8"))["cells"]
+    secret = _secret(cells)
+    told = " ".join(
+        code
+        for cell in cells
+        if cell["cell_type"] == "markdown"
+        for code in re.findall(r"`([^`]+)`", _SOLUTION.sub("", text(cell)))
+    )
+    wanted = set(re.findall(r"[^\W\d]\w*", told))
+    kept = []
+    for name, source in reversed(study_cells(page)):
+        if name.rpartition("[")[2].removesuffix("]") in secret:
+            source = _only(source, wanted)
+        kept.append((name, source))
+    return kept[::-1]
+
+
+def _only(source: str, wanted: set[str]) -> str:
+    """Return the statements that make wanted names; what they read is wanted from then on."""
+    lines = []
+    for node in reversed(ast.parse(source).body):
+        alone = ast.Module([node], [])
+        if wanted & {*_made(alone)} and not _SHEET.search(ast.unparse(node)):
+            wanted |= {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+            lines.append(ast.unparse(node))
+    return "\n".join(lines[::-1])
 
 
 def _parts(said: str) -> list[str]:

@@ -61,8 +61,9 @@ class Exercise:
             return bool(wanted(given))
         if isinstance(wanted, str):
             return isinstance(given, str) and _words(given) == _words(wanted)
-        if isinstance(wanted, bool | np.bool_) or isinstance(given, bool | np.bool_):
-            return isinstance(given, bool | np.bool_) and bool(given) == bool(wanted)
+        flags = [isinstance(one, bool | np.bool_) for one in (wanted, given)]
+        if any(flags):
+            return all(flags) and bool(given) == bool(wanted)
         wanted, given = np.asarray(wanted, dtype=float), np.asarray(given, dtype=float)
         if wanted.shape != given.shape:
             return False

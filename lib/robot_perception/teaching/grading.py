@@ -1,37 +1,57 @@
 """Answers of students in batch: their own cells, run apart from each other, with a limit of time.
 
 An answer is the cell that hands it to ``check``. It is run with the names of the book's own study
-cells, not of the student's, in a process of its own for each notebook. What it does there it does
-with the rights of whoever grades: whom you do not trust, grade in a container.
+cells, not of the student's, in a process of its own for each notebook (`teaching.answering`), where
+no sheet is. What it hands over comes here as JSON and is judged here; of a function the judge's
+arguments go there, and what it returns comes back. What an answer does there it does with the
+rights of whoever grades: whom you do not trust, grade in a container.
 """
 
+import contextlib
 import json
 import multiprocessing
 import os
 import re
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+import socket
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
 
 from robot_perception.files import DamagedFile, reading
+from robot_perception.teaching import answering
 from robot_perception.teaching.cells import BOOK, folder
 from robot_perception.teaching.copies import Asked, asked, text
-from robot_perception.teaching.exercises import Sheet
+from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.messages import NO_VALUE, BrokenLine, Line, told
 
-RIGHT, MISSING, ERROR, TOO_LONG = "right", "missing", "error", "too long"
+RIGHT, WRONG, MISSING, ERROR, TOO_LONG = "right", "wrong", "missing", "error", "too long"
 START_S = 300.0
 """Seconds in which a chapter's study cells must be ready."""
 LONGEST = 160
 """Characters of what is said of an answer."""
 
+LARGEST = 100_000_000
+"""Bytes of a notebook that is read: with all its films a chapter has a quarter of that."""
+MEMORY = 4 * 2**30
+"""Bytes that answers may take beside the study cells of their chapter."""
+ENDING_S = 2 * answering.CLEARING_S
+APART = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+PRELOADED = [
+    "robot_perception.teaching.answering",
+    "robot_perception.teaching.trials",
+    "matplotlib.pyplot",
+    "scipy.ndimage",
+    "scipy.stats",
+    "numba",
+    "cv2",
+]
+"""What takes seconds to import, and is imported once for all notebooks where the system forks."""
+_STARTED_WITH = {"MPLBACKEND": "Agg", "PYTHONSAFEPATH": "1"}  # no module of the current folder
+
 Outcome = tuple[str, str]
 """What came of an answer, and what is said of it."""
-READY: Outcome = ("ready", "")
-ENDED: Outcome = (ERROR, "the answer ended the interpreter")
 
 
 @dataclass(frozen=True)
@@ -80,8 +100,29 @@ def exercises(stem: str) -> tuple[Asked, ...]:
     return found
 
 
-def grade(students: Sequence[Path], stems: Sequence[str], limit: float) -> Iterator[Mark]:
+def sheet_of(stem: str) -> Sheet:
+    """Return the sheet of a chapter.
+
+    Raises
+    ------
+    RuntimeError
+        If the study cells cannot be run on this computer.
+    """
+    try:
+        names = vars(import_module(f"{BOOK}{stem}"))
+    except Exception as error:  # whatever is missing here
+        why = f"the study cells of {stem} cannot be run here ({told(error)})"
+        raise RuntimeError(why) from error
+    (sheet,) = {id(v): v for v in names.values() if isinstance(v, Sheet)}.values()
+    return sheet
+
+
+def grade(
+    students: Sequence[Path], stems: Sequence[str], limit: float, memory: int = MEMORY
+) -> Iterator[Mark]:
     """Yield the marks of students: of each for all exercises of some chapters.
+
+    Whatever a notebook makes fail is said in its own marks.
 
     Parameters
     ----------
@@ -90,21 +131,29 @@ def grade(students: Sequence[Path], stems: Sequence[str], limit: float) -> Itera
     stems
         The chapters.
     limit
-        Seconds that one answer may take.
+        Seconds that one answer may take, with its judgement.
+    memory
+        Bytes that answers may take beside the study cells, where the system bounds them.
 
     Raises
     ------
     ValueError
         If two students have one name, or the book has no such chapter.
+    RuntimeError
+        If the study cells of a chapter cannot be run on this computer.
     """
     names = [place.resolve().name for place in students]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"two folders are called {twice[0]}: whose marks are whose?")
     wanted = {stem: exercises(stem) for stem in stems}
+    sheets = {stem: sheet_of(stem) for stem in stems}
     for name, place in zip(names, students, strict=True):
         for stem, ones in wanted.items():
-            outcomes = _of_notebook(place, stem, ones, limit)
+            try:
+                outcomes = _of_notebook(place, stem, ones, Rules(sheets[stem], limit, memory))
+            except Exception as error:  # the notebooks after it are graded all the same
+                outcomes = {one.key: (ERROR, told(error)) for one in ones}
             for one in ones:
                 outcome, said = outcomes[one.key]
                 points = one.points if outcome == RIGHT else 0
@@ -118,7 +167,26 @@ def notebooks(place: Path, stem: str) -> list[Path]:
     return [path for path in found if ".ipynb_checkpoints" not in path.parts]
 
 
-def _of_notebook(place: Path, stem: str, ones: Sequence[Asked], limit: float) -> dict[str, Outcome]:
+@dataclass(frozen=True)
+class Rules:
+    """By what the answers of a chapter are judged.
+
+    Parameters
+    ----------
+    sheet
+        The right answers.
+    limit
+        Seconds that one answer may take.
+    memory
+        Bytes that answers may take beside the study cells.
+    """
+
+    sheet: Sheet
+    limit: float
+    memory: int = MEMORY
+
+
+def _of_notebook(place: Path, stem: str, ones: Sequence[Asked], rules: Rules) -> dict[str, Outcome]:
     """Return what came of each exercise in a student's notebook, whatever is in the folder."""
     found = notebooks(place, stem)
     if len(found) != 1:
@@ -130,7 +198,7 @@ def _of_notebook(place: Path, stem: str, ones: Sequence[Asked], limit: float) ->
         return {one.key: (ERROR, str(error)) for one in ones}
     missing = {one.key: (MISSING, "no cell hands it to check") for one in ones}
     given = [(one.key, cells[one.key]) for one in ones if one.key in cells]
-    return missing | run(stem, given, limit)
+    return missing | run(stem, given, rules)
 
 
 def answers(notebook: Path) -> dict[str, str]:
@@ -143,6 +211,10 @@ def answers(notebook: Path) -> dict[str, str]:
     """
     found = {}
     with reading(notebook, "no notebook"):
+        if not notebook.is_file():
+            raise ValueError("no file")  # a pipe would never end
+        if notebook.stat().st_size > LARGEST:
+            raise ValueError(f"larger than {LARGEST} bytes")
         for cell in json.loads(notebook.read_text("utf-8"))["cells"]:
             about = cell["metadata"].get("nbgrader", {})
             if cell["cell_type"] != "code" or about.get("locked"):
@@ -152,7 +224,7 @@ def answers(notebook: Path) -> dict[str, str]:
     return found
 
 
-def run(stem: str, cells: Sequence[tuple[str, str]], limit: float) -> dict[str, Outcome]:
+def run(stem: str, cells: Sequence[tuple[str, str]], rules: Rules) -> dict[str, Outcome]:
     """Run answers in a process of their own, which ends with the first that takes too long.
 
     Those after it get another process; so does what follows an answer that ends its own.
@@ -160,62 +232,81 @@ def run(stem: str, cells: Sequence[tuple[str, str]], limit: float) -> dict[str, 
     found: dict[str, Outcome] = {}
     left = list(cells)
     while left:
-        for key, outcome in _ran(stem, left, limit):
-            found[key] = outcome
+        with apart(stem, rules.memory) as line:
+            for key, source in left:
+                try:
+                    found[key] = judged(line, rules.sheet[key], key, source, rules.limit)
+                except BrokenLine as broken:
+                    late = TOO_LONG, f"no end after {rules.limit:g} s"
+                    found[key] = late if broken.late else (ERROR, str(broken))
+                    break
         left = [cell for cell in left if cell[0] not in found]
     return found
 
 
-def _ran(
-    stem: str, cells: Sequence[tuple[str, str]], limit: float
-) -> Iterator[tuple[str, Outcome]]:
-    """Yield outcomes until the cells end, or one of them ends the process."""
-    apart = multiprocessing.get_context("spawn")
-    here, there = apart.Pipe()
-    worker = apart.Process(target=_work, args=(there, stem, list(cells)), daemon=True)
-    worker.start()
-    there.close()
+@contextlib.contextmanager
+def apart(stem: str, memory: int = MEMORY) -> Iterator[Line]:
+    """Give the line to a process of its own in which a chapter's study cells have run.
+
+    Raises
+    ------
+    RuntimeError
+        If they do not.
+    """
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        worker = _started(theirs, stem, memory)
+        theirs.close()
+        line = Line(ours, answering.LONGEST)
+        line.wait(START_S)
+        try:
+            try:
+                line.receive()
+            except BrokenLine as broken:
+                raise RuntimeError(f"the study cells of {stem} did not run ({broken})") from broken
+            yield line
+        finally:
+            ours.close()  # which tells the worker to end what was started there
+            worker.join(ENDING_S if hasattr(os, "fork") else 0)
+            worker.kill()
+            worker.join()
+
+
+def _started(end: socket.socket, stem: str, memory: int) -> multiprocessing.Process:
+    """Start the process, whose environment is that of this one but for some variables."""
+    context = multiprocessing.get_context(APART)
+    context.set_forkserver_preload(PRELOADED)
+    before = {name: os.environ.get(name) for name in _STARTED_WITH}
+    os.environ.update(_STARTED_WITH)
     try:
-        if _received(here, START_S) != READY:
-            raise RuntimeError(f"the study cells of {stem} cannot be run here")
-        for key, _ in cells:
-            outcome = _received(here, limit)
-            yield key, outcome
-            if outcome == ENDED or outcome[0] == TOO_LONG:
-                return
+        worker = context.Process(target=answering.work, args=(end, stem, memory), daemon=True)
+        worker.start()
+        return worker
     finally:
-        worker.kill()
-        worker.join()
-        here.close()
+        for name, value in before.items():
+            del os.environ[name]
+            if value is not None:
+                os.environ[name] = value
 
 
-def _received(here: Connection, limit: float) -> Outcome:
-    """Return what another process sends, or why it sends nothing."""
-    try:
-        return here.recv() if here.poll(limit) else (TOO_LONG, f"no end after {limit:g} s")
-    except (EOFError, ConnectionError):
-        return ENDED
+def judged(line: Line, exercise: Exercise, key: str, source: str, limit: float) -> Outcome:
+    """Let an answer's cell be run, and judge what it hands to ``check``.
 
-
-def _work(there: Connection, stem: str, cells: Sequence[tuple[str, str]]) -> None:
-    """Judge answers and send what comes of each; nothing that they print is shown."""
-    os.environ["MPLBACKEND"] = "Agg"
-    sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - to the end
-    names = vars(import_module(f"{BOOK}{stem}"))
-    (sheet,) = {id(v): v for v in names.values() if isinstance(v, Sheet)}.values()
-    there.send(READY)
-    for key, source in cells:
-        there.send(judged(names, sheet, key, source))
-
-
-def judged(names: Mapping[str, Any], sheet: Sheet, key: str, source: str) -> Outcome:
-    """Run an answer's cell and judge what it hands to ``check``."""
-    given: dict[str, Any] = {}
-    inside = {**names, "check": given.__setitem__, "__name__": "__main__"}
-    try:
-        exec(compile(source, f"answer of {key}", "exec"), inside)
-        if key not in given:
+    Raises
+    ------
+    BrokenLine
+        If it takes too long, ends its process, or sends what is no value.
+    """
+    line.wait(limit)
+    match line.ask({"run": source, "key": key}):
+        case {"value": data}:
+            answer = line.decoded(data)
+            with warnings.catch_warnings(action="ignore"):
+                return exercise.judge(answer)
+        case {"missing": True}:
             return MISSING, "its cell ran and handed nothing to check"
-        return sheet[key].judge(given[key])
-    except BaseException as error:  # whatever a student writes, the next one is graded
-        return ERROR, f"{type(error).__name__}: {' '.join(str(error).split())}"
+        case {"unsent": str(what)}:
+            return WRONG, f"This answer cannot be checked ({what}). {exercise.hint}"
+        case {"error": str(said)}:
+            return ERROR, said
+    raise BrokenLine(NO_VALUE)

@@ -27,7 +27,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from robot_perception.checks import shown
 from robot_perception.datasets.store import cache_directory
-from robot_perception.files import A_DAY, LOST, DamagedFile, reading
+from robot_perception.files import A_DAY, LOST, DamagedFile, clear, reading
 from robot_perception.teaching import storage
 from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import PACKAGES, code_digest
@@ -183,8 +183,11 @@ class Pruned:
 def prune() -> Pruned:
     """Remove kept results and trials that nobody has used for long, and the oldest of too many.
 
-    What earlier versions have kept and locks that nobody holds go a day after their last use.
+    What earlier versions have kept and locks that nobody holds go a day after their last use; so
+    does what downloads that were killed have left.
     """
+    for folder in cache_directory().glob("*/"):
+        clear(folder)
     now, kept, removed = time.time(), [], []
     for file in _cached():
         with suppress(FileNotFoundError):  # another process may remove it, too

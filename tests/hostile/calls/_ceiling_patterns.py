@@ -51,7 +51,7 @@ CALLS = {
     patterns.PatternRules: lambda: call(11, 1.0, 3.0, 120, "slope", "picture", "line", True, True),
     patterns.Decay: lambda: call(DECAY.rate, DECAY.power),
     patterns.Pattern: lambda: call(
-        PATTERN.places, PATTERN.vectors, PATTERN.decay, SIZE, 1.0, True, PATTERN.contours
+        PATTERN.places, PATTERN.vectors, PATTERN.decay, SIZE, 1.0, True, PATTERN.contours, (60, 80)
     ),
     patterns.Pattern.seen: lambda: call(PATTERN, POSES),
     patterns.grey_vectors: lambda: call(IMAGE, POINTS, PHI, samples=7, step=1.0),
