@@ -357,6 +357,10 @@ class Dependencies:
 
 def code(page: Path) -> list[ast.Module]:
     """Return the code cells of a notebook, stored as such or as Markdown."""
+    if page.suffix == ".ipynb":
+        stored = json.loads(page.read_bytes())["cells"]
+        texts = ("".join(cell["source"]) for cell in stored if cell["cell_type"] == "code")
+        return [ast.parse(text, str(page)) for text in texts]
     # half a second, which who only asks for a digest need not wait
     from myst_nb.core.config import NbParserConfig
     from myst_nb.core.read import create_nb_reader
