@@ -54,6 +54,8 @@ KEPT = "build/reached"
 """Folder of what is kept between runs."""
 BROWSER = "tests/site/"
 CHAPTERS = "robot_perception.chapters"
+CONTENTS = "robot_perception.teaching.contents"
+"""Reads the pages."""
 EVERYTHING = "make test"
 WORDS = (".md", ".cff", "LICENSE", ".gitignore")
 """Files at the root that run nothing; tests that read them name them."""
@@ -64,10 +66,11 @@ MOST_PAGES = 2
 
 MARKDOWN, CODE, STUDY = "Markdown", "code", "study"
 """Kinds of cells. Tags and kept outputs count as code."""
-BY_STEM = tuple(
-    f"tests/book/test_{name}.py"
-    for name in ("bets", "claims", "exercises", "explorers", "finds", "rows", "stored")
-) + ("tests/book/test_study_cells.py",)
+BY_STEM = (
+    *("tests/book/test_bets.py", "tests/book/test_claims.py", "tests/book/test_exercises.py"),
+    *("tests/book/test_explorers.py", "tests/book/test_finds.py", "tests/book/test_rows.py"),
+    *("tests/book/test_stored.py", "tests/book/test_study_cells.py"),
+)
 """Files whose tests are of what chapters declare: those are run whose stem or name is reached."""
 MUTANTS = "tests/test_mutants.py"
 BY_ROOM = ("tests/hostile/test_hostile.py", "tests/test_bounds.py", MUTANTS)
@@ -76,12 +79,14 @@ NO_PROSE = (
     *BY_STEM,
     *BY_ROOM,
     "tests/book/test_registry.py",
+    "tests/chapters/",
     "tests/teaching/",
     "tests/test_cli.py",
     "tests/test_names.py",
     "tests/test_reached.py",
+    "tests/test_trackers.py",
 )
-"""Files of tests, or folders, that read code of notebooks and no Markdown."""
+"""Files of tests, or folders, that read code of notebooks and no Markdown, but for the contents."""
 
 
 @dataclass(frozen=True)
@@ -255,7 +260,10 @@ class Reach:
         parts: dict[str, frozenset[str]] = {}
         left: set[str] = set()
         for test in (t for t in self._tests if Path(t).name.startswith("test_")):
-            if not self._is_run(test, name) or (kinds == {MARKDOWN} and _is_in(test, NO_PROSE)):
+            if kinds == {MARKDOWN} and (CONTENTS in self._taken(test) or _is_in(test, NO_PROSE)):
+                tests |= {test} if CONTENTS in self._taken(test) else set()
+                continue
+            if not self._is_run(test, name):
                 continue
             if test in BY_ROOM and (rooms := self._rooms(test, name)):
                 parts[test] = rooms
@@ -503,9 +511,13 @@ class Reach:
             return False
         if test.startswith((f"tests/{room}/", f"tests/test_{room}.py")):
             return True
+        return module in self._taken(test) or module not in self._test(test)[1]
+
+    @cache  # noqa: B019
+    def _taken(self, test: str) -> frozenset[str]:
+        """Return what a test and its helpers import, by name."""
         pairs = (pair for file in self._files(test) for pair in self._tests[file].imported)
-        taken = {name for pair in pairs for name in (pair[0], ".".join(pair))}
-        return module in taken or module not in self._test(test)[1]
+        return frozenset(name for pair in pairs for name in (pair[0], ".".join(pair)))
 
 
 def _room(module: str) -> str:
