@@ -3,8 +3,8 @@
 What has changed is git's answer: against ``HEAD`` with what is not yet committed, or against the
 commit where the branch left ``--base``; of a notebook, which kinds of cells. What a change reaches
 says the import graph by which pages expire (`robot_perception.teaching.dependencies`), and within
-notebooks what each definition reads: so a study's trials and a claim are tested where their own code
-or records have changed. What files say is kept between runs.
+notebooks what each definition reads: so a study's trials and a claim are tested where their own
+code or records have changed. What files say is kept between runs.
 
 A word of prose reaches the tests that read prose, and its page. A study cell reaches its stem's
 rows, claims, explorers, tests and page, and what other notebooks make of it. A function of a room
@@ -361,7 +361,8 @@ class Reach:
     def _imported(self, name: str) -> frozenset[str]:
         """Return the files below ``tests`` that one imports."""
         read = self._tests[name]
-        imported = {f"{text}*" for text in read.texts if text.startswith("tests.")}  # an f-string's
+        begun = (text for text in read.texts if text.startswith("tests."))  # as f-strings begin
+        imported = {f"{text}*" for text in begun if text != "tests."}
         imported |= {name for pair in read.imported for name in (pair[0], ".".join(pair))}
         paths = (text.replace(".", "/") for text in imported if text.startswith("tests"))
         patterns = [f"{path}{end}" for path in paths for end in (".py", "/__init__.py")]
