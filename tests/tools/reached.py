@@ -54,6 +54,7 @@ KEPT = "build/reached"
 """Folder of what is kept between runs."""
 BROWSER = "tests/site/"
 CHAPTERS = "robot_perception.chapters"
+WORLDS = "data_synth"
 CONTENTS = "robot_perception.teaching.contents"
 """Reads the pages."""
 EVERYTHING = "make test"
@@ -72,6 +73,7 @@ BY_STEM = (
     *("tests/book/test_stored.py", "tests/book/test_study_cells.py"),
 )
 """Files whose tests are of what chapters declare: those are run whose stem or name is reached."""
+NOTEBOOK = "tests/test_notebooks.py"
 MUTANTS = "tests/test_mutants.py"
 BY_ROOM = ("tests/hostile/test_hostile.py", "tests/test_bounds.py", MUTANTS)
 """Files whose tests are of rooms: those of the changed one are run."""
@@ -260,18 +262,19 @@ class Reach:
         parts: dict[str, frozenset[str]] = {}
         left: set[str] = set()
         for test in (t for t in self._tests if Path(t).name.startswith("test_")):
-            if kinds == {MARKDOWN} and (CONTENTS in self._taken(test) or _is_in(test, NO_PROSE)):
-                tests |= {test} if CONTENTS in self._taken(test) else set()
-                continue
-            if not self._is_run(test, name):
+            asks = name in self._pages and CONTENTS in self._taken(test)
+            prose = kinds == {MARKDOWN}
+            if not asks and (
+                not self._is_run(test, name, runs=not prose) or (prose and _is_in(test, NO_PROSE))
+            ):
                 continue
             if test in BY_ROOM and (rooms := self._rooms(test, name)):
                 parts[test] = rooms
-            elif name in self._files(test):
+            elif name in self._files(test) or asks:
                 tests.add(test)
             elif test in BY_STEM:
                 parts[test] = changed
-            elif name in self._modules and not self._is_near(test, name):
+            elif not self._is_near(test, name):
                 left.add(test)
             else:
                 tests.add(test)
@@ -304,8 +307,8 @@ class Reach:
             return name in self._pages or name in self._stored or file.suffix == ".py"
         return file.parent == self._root and name.endswith(WORDS)
 
-    def _is_run(self, test: str, name: str) -> bool:
-        """Tell whether a file of tests reaches a changed file, or reads it."""
+    def _is_run(self, test: str, name: str, *, runs: bool = True) -> bool:
+        """Tell whether a file of tests reaches a changed file, or reads it; or reads it alone."""
         helpers, modules, texts, stored = self._test(test)
         if name in helpers or self._modules.get(name) in modules:
             return True
@@ -314,7 +317,7 @@ class Reach:
         lists = (text for text in self._lists if name in self._lists[text])
         folders = {word for text in texts for word in text.split("/")}
         beside = {Path(helper).parent for helper in helpers}
-        return name in stored or any(
+        return (runs and name in stored) or any(
             _is_named(file, texts, folders, _is_data(file) and Path(file).parent in beside)
             for file in (name, *lists)
         )
@@ -439,8 +442,9 @@ class Reach:
             stem, _, study = stem.partition(".")
             first[stem] = {study}
         elif name in self._stored:
-            first = {stem: {one.variable for one in _declared(stem) if one.name == Path(name).stem}
-                     for stem in self._defined}  # fmt: skip
+            for other in self._defined:
+                found = (one for one in self._declared(other) if one.name == stem)
+                first[other] = {one.variable for one in found}
         elif stem in self._defined:  # what is recorded of it beside the tests
             words.add(stem)
         for other, names in self._spread(first).items():
@@ -503,7 +507,16 @@ class Reach:
         return frozenset({_room(self._modules[name])} if name in self._modules else ())
 
     def _is_near(self, test: str, name: str) -> bool:
-        """Tell whether a test is of a module's own room, imports it, or reads its text."""
+        """Tell whether a test is of a module's own room, imports it, or reads its text.
+
+        Of a notebook with other cells it is whose chapter it is, or who imports its module.
+        """
+        if name.endswith(".ipynb"):
+            read = [self._tests[file] for file in self._files(test)]
+            own = test.startswith(("tests/book/", f"tests/chapters/{Path(name).stem}/", NOTEBOOK))
+            return own or self._root / name in set(self._graph.notebooks(read))
+        if name not in self._modules:
+            return True
         module = self._modules[name]
         room = _room(module)
         if room == "chapters":
@@ -522,9 +535,9 @@ class Reach:
 
 
 def _room(module: str) -> str:
-    """Return the room of a module: the first word below the package, or the package of worlds."""
+    """Return the room of a module: the first word below the package; the worlds are one."""
     top, *below = module.split(".")
-    return below[0] if top == "robot_perception" and below else top
+    return top if top == WORLDS or not below else below[0]
 
 
 def _is_data(file: str) -> bool:
@@ -577,6 +590,12 @@ def before(root: Path, base: str, name: str) -> bytes:
 def _git(root: Path, *words: str) -> list[str]:
     run = ["git", "-C", str(root), "-c", "core.quotePath=false", *words]
     return subprocess.run(run, check=True, capture_output=True, text=True).stdout.splitlines()
+
+
+def reach_of(root: Path, kept: Kept) -> Reach:
+    """Return what files of a repository are reached by changes; what is not kept is read."""
+    graph = Dependencies(root, reads=kept.said, folder=root / KEPT / "imports")
+    return Reach(root, graph, kept)
 
 
 def page_tests(pages: Iterable[str], collected: Iterable[str]) -> list[str]:
@@ -653,9 +672,8 @@ def main() -> int:
     if not changed:
         print(f"Nothing has changed since {told.base}, so nothing was tested.")
         return 0
-    folder = ROOT / KEPT
-    kept = Kept(folder)
-    reach = Reach(ROOT, Dependencies(ROOT, reads=kept.said, folder=folder / "imports"), kept)
+    kept = Kept(ROOT / KEPT)
+    reach = reach_of(ROOT, kept)
     total, unknown = Reached(), []
     for name in changed:
         found = reach.of(name, before(ROOT, told.base, name))
