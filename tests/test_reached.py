@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import nbformat
@@ -10,7 +11,21 @@ import pytest
 from robot_perception.teaching import dependencies
 from robot_perception.teaching.dependencies import Dependencies
 from tests.tools import reached
-from tests.tools.reached import ROOT, Reach, Reached, before, changes, lanes, main, page_tests
+from tests.tools.chosen import is_chosen
+from tests.tools.reached import (
+    BY_ROOM,
+    BY_STEM,
+    NO_PROSE,
+    ROOT,
+    Kept,
+    Reach,
+    Reached,
+    before,
+    changes,
+    lanes,
+    main,
+    page_tests,
+)
 
 HOUSE = {
     "house/__init__.py": "",
@@ -92,35 +107,199 @@ def ledger(**verdicts: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("name", "tests", "pages"),
+    ("name", "tests", "left", "pages"),
     [
-        ("house/kalman.py", {"tests/test_kalman.py", "tests/test_mutants.py",
-                             f"{SLAM}test_claims.py", "tests/test_drive.py"}, {"slam"}),
-        ("house/laser.py", {"tests/test_laser.py", "tests/test_by_name.py",
-                            f"{WALLS}test_claims.py", f"{WALLS}test_findings.py"}, {"walls"}),
-        ("house/chapters/walls/figures.py", {f"{WALLS}test_findings.py"}, {"walls"}),
+        ("house/kalman.py", {"tests/test_kalman.py", "tests/test_mutants.py"},
+         {f"{SLAM}test_claims.py", "tests/test_drive.py"}, {"slam"}),
+        ("house/laser.py", {"tests/test_laser.py", "tests/test_by_name.py"},
+         {f"{WALLS}test_claims.py", f"{WALLS}test_findings.py"}, {"walls"}),
+        ("house/chapters/walls/figures.py", {f"{WALLS}test_findings.py"}, set(), {"walls"}),
         ("house/chapters/walls/office.py",
-         {f"{WALLS}test_findings.py", f"{WALLS}test_claims.py"}, {"walls"}),
+         {f"{WALLS}test_findings.py", f"{WALLS}test_claims.py"}, set(), {"walls"}),
         ("house/chapters/slam/drive.py", {f"{SLAM}test_claims.py", "tests/test_drive.py"},
-         {"slam"}),
-        ("tests/worlds.py", {"tests/test_kalman.py"}, set()),
-        ("tests/calls/laser.py", {"tests/test_by_name.py"}, set()),
-        ("tests/test_laser.py", {"tests/test_laser.py"}, set()),
-        ("tests/tools/mutants/rooms.txt", {"tests/test_mutants.py"}, set()),
-        ("book/walls.ipynb", {"tests/test_notebooks.py", "tests/test_titles.py"}, {"walls"}),
+         set(), {"slam"}),
+        ("tests/worlds.py", {"tests/test_kalman.py"}, set(), set()),
+        ("tests/calls/laser.py", {"tests/test_by_name.py"}, set(), set()),
+        ("tests/test_laser.py", {"tests/test_laser.py"}, set(), set()),
+        ("tests/tools/mutants/rooms.txt", {"tests/test_mutants.py"}, set(), set()),
+        ("book/walls.ipynb", {"tests/test_notebooks.py"}, {"tests/test_titles.py"}, {"walls"}),
         ("book/slam.ipynb",
-         {"tests/test_notebooks.py", "tests/test_titles.py", "tests/test_drive.py",
-          f"{SLAM}test_claims.py"}, {"slam"}),
-        ("book/errata.md", set(), {"errata"}),
-        ("book/own/map.py", set(), {"scripts"}),
-        ("book/_data/park.npz", {f"{SLAM}test_claims.py", "tests/test_drive.py"}, {"slam"}),
-        ("CHANGELOG.md", set(), set()),
+         {"tests/test_notebooks.py", "tests/test_drive.py", f"{SLAM}test_claims.py"},
+         {"tests/test_titles.py"}, {"slam"}),
+        ("book/errata.md", set(), set(), {"errata"}),
+        ("book/own/map.py", set(), set(), {"scripts"}),
+        ("book/_data/park.npz", {f"{SLAM}test_claims.py", "tests/test_drive.py"}, set(), {"slam"}),
+        ("CHANGELOG.md", set(), set(), set()),
     ],
 )  # fmt: skip
 def test_a_change_reaches_who_imports_or_reads_it(
-    house: Reach, name: str, tests: set[str], pages: set[str]
+    house: Reach, name: str, tests: set[str], left: set[str], pages: set[str]
 ):
-    assert house.of(name) == Reached(frozenset(tests), frozenset(), frozenset(pages))
+    found = house.of(name)
+    assert found.tests | found.parts.keys() == tests
+    assert found.left == left
+    assert found.pages == pages
+    assert not found.site
+
+
+def test_of_planted_errors_those_are_tried_that_name_the_file(house: Reach):
+    for name in ("house/kalman.py", "tests/tools/mutants/rooms.txt"):
+        assert house.of(name).parts == {"tests/test_mutants.py": {"rooms"}}
+
+
+# What a cell reaches, in a chapter with two studies, and a page that borrows of it
+
+STUDIES = """
+from house import kalman
+
+chapter = "slam"
+LEVEL, FAR = 0.9, 3
+
+
+def gate(level=LEVEL):
+    return kalman, level
+
+
+@chapter.study(sample=4)
+def gated(sample):
+    return gate()
+
+
+@gated.claim("gates-hold", sabotage={})
+def gates_hold(rows):
+    return rows
+
+
+@chapter.study(sample=4)
+def far(sample):
+    return FAR
+
+
+@recorded("far-away")
+def away():
+    return far
+"""
+PAGES = {
+    "slam": [(STUDIES, "study"), ("gated.rows()", "code"), ("A word.", "Markdown")],
+    "borrows": [("from robot_perception.book.slam import gate\nSEEN = Exploration(gate, name='s')",
+                 "study")],
+}  # fmt: skip
+BOOK = ("tests/book/test_rows.py", "tests/book/test_prose.py")
+
+
+@pytest.fixture
+def pages(house: Reach, tmp_path: Path) -> dict[str, bytes]:
+    """Tests of the book and its pages, as they were."""
+    (tmp_path / "tests/book").mkdir()
+    for name in BOOK:
+        (tmp_path / name).write_text('BOOK = "book", "*.ipynb"')
+    return {stem: write(tmp_path, stem, cells) for stem, cells in PAGES.items()}
+
+
+def write(root: Path, stem: str, cells: list[tuple[str, str]]) -> bytes:
+    """Write a notebook."""
+    made = []
+    for number, (text, kind) in enumerate(cells):
+        new = nbformat.v4.new_markdown_cell if kind == "Markdown" else nbformat.v4.new_code_cell
+        made.append(new(text, id=f"cell-{number}"))
+        made[-1].metadata["tags"] = ["study"] if kind == "study" else []
+    file = root / f"book/{stem}.ipynb"
+    nbformat.write(nbformat.v4.new_notebook(cells=made), file)
+    return file.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("A word.", "Another word.", None),
+        ("gated.rows()", "gated.rows().by()", {"slam."}),
+        ("FAR = 0.9, 3", "FAR = 0.9, 3  # metres", {"slam."}),
+        ("    return FAR", "    return 2 * FAR", {"slam.", "slam.far", "far-away"}),
+        (
+            "return kalman, level",
+            "return level",
+            {"slam.", "slam.gated", "gates-hold", "borrows.s"},
+        ),
+        ("    return rows", "    return 2 * rows", {"slam.", "gates-hold"}),
+        ("sabotage={}", "sabotage={1: far}", {"slam.", "gates-hold"}),
+    ],
+)
+def test_a_cell_reaches_what_is_made_of_it(
+    house: Reach, tmp_path: Path, pages: dict[str, bytes], old: str, new: str, words: set | None
+):
+    write(tmp_path, "slam", [(text.replace(old, new), kind) for text, kind in PAGES["slam"]])
+    found = Reach(tmp_path, Dependencies(tmp_path, ("house",))).of("book/slam.ipynb", pages["slam"])
+    assert found.parts.get(BOOK[0]) == words
+    assert BOOK[1] in found.tests
+    assert ("tests/test_drive.py" in found.tests) == (words is not None)
+    assert found.notebooks == (set() if words is None else {"slam"})
+    of_study = words is not None and new != "gated.rows().by()"
+    assert found.pages == ({"slam", "borrows"} if of_study else {"slam"})
+
+
+@pytest.mark.parametrize(
+    ("name", "was", "words"),
+    [
+        ("house/kalman.py", "GATE = 1", {"slam.gated", "gates-hold", "borrows.s"}),
+        ("house/kalman.py", "# a comment", None),
+        ("house/laser.py", "FAR = 1", None),
+        ("book/_data/rows/slam.far.npz", "", {"slam.far", "far-away"}),
+        ("book/_data/far-away.npz", "", {"far-away"}),
+    ],
+)
+def test_code_and_records_reach_the_studies_that_rest_on_them(
+    house: Reach, tmp_path: Path, pages: dict, name: str, was: str, words: set | None
+):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).touch()
+    (tmp_path / BOOK[0]).write_text(
+        "from house import kalman\nfrom robot_perception.book import slam"
+    )
+    found = Reach(tmp_path, Dependencies(tmp_path, ("house",))).of(name, was.encode())
+    assert found.parts.get(BOOK[0]) == words
+
+
+def test_what_files_say_is_kept_by_their_contents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    file = tmp_path / "module.py"
+    file.write_text("import os")
+    for text in ("import os", "import sys"):
+        file.write_text(text)
+        kept = Kept(tmp_path / "kept")
+        assert {name for name, _ in kept.said(file).imported} == {text.split()[1]}
+        kept.write()
+    (stored,) = (tmp_path / "kept").iterdir()
+    assert list(json.loads(stored.read_text())) == [*kept._asked]  # and no more than was asked
+    monkeypatch.setattr(reached, "said_in", lambda file: pytest.fail("read again"))
+    assert Kept(tmp_path / "kept").said(file) == dependencies.said_in(file)
+
+
+def test_what_two_changes_reach_is_run_once_and_no_part_of_what_is_run_whole():
+    part = Reached(parts={"a": frozenset({"x"}), "b": frozenset({"x"})}, left=frozenset({"c", "d"}))
+    other = Reached(frozenset({"a", "c"}), {"b": frozenset({"y"})})
+    both = part | other
+    assert both.tests == {"a", "c"}
+    assert both.parts == {"b": {"x", "y"}}
+    assert both.left == {"d"}
+
+
+@pytest.mark.parametrize(
+    ("test", "runs"),
+    [
+        ("tests/a.py::test[monobot.joseph-1]", True),
+        ("tests/a.py::test[monobot.factors]", False),
+        ("tests/a.py::test[monobot]", False),
+        ("tests/a.py::test[kalman]", True),
+        ("tests/a.py::test[walls]", False),
+        ("tests/a.py::test[slam]", False),
+        ("tests/a.py::test[loop-grown]", True),
+        ("tests/a.py::test[-1.5]", True),
+        ("tests/a.py::test", True),
+        ("tests/b.py::test[walls]", True),
+    ],
+)
+def test_of_a_file_the_chosen_tests_run_and_those_that_are_of_nothing(test: str, runs: bool):
+    words = {"tests/a.py": ["monobot.joseph", "kalman", "loop-grown"]}
+    assert is_chosen(test, words, frozenset({"kalman", "slam"})) == runs
 
 
 @pytest.mark.parametrize("name", ["tests/site/driver.py", "tests/site/test_pages.py"])
@@ -157,7 +336,8 @@ def test_a_claim_recorded_anew_reaches_its_chapter_and_all_who_read_the_ledger(h
 
 @pytest.fixture(scope="module")
 def here() -> Reach:
-    return Reach(ROOT, Dependencies(ROOT))
+    kept = Kept()
+    return Reach(ROOT, Dependencies(ROOT, reads=kept.said), kept)
 
 
 def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here: Reach):
@@ -165,8 +345,7 @@ def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here
     assert "tests/chapters/walls/test_findings.py" in found.tests
     assert {"walls", "intro"} <= found.pages
     assert "scorecard" not in found.pages
-    everything = ("tests/book/", "tests/hostile/")  # all registries; what any chapter names
-    own = {t for t in found.tests if not t.startswith(everything)}
+    own = {t for t in found.tests if not t.startswith(("tests/book/", "tests/hostile/"))}
     assert not {t for t in own if "claims" in t or "monobot" in t}
     assert here.of("constraints.txt") is None
     assert here.of("tests/conftest.py") is None
@@ -175,22 +354,51 @@ def test_a_line_of_a_chapters_figures_reaches_no_claim_and_no_other_chapter(here
 def test_a_line_of_a_notebook_reaches_those_who_import_its_cells_and_ask_for_its_chapter(
     here: Reach,
 ):
-    found = here.of("book/covariance_intersection.ipynb")
+    page = ROOT / "book/covariance_intersection.ipynb"
+    was = page.read_bytes().replace(b"pairs=500", b"pairs=499", 1)
+    assert was != page.read_bytes()
+    found = here.of("book/covariance_intersection.ipynb", was)
     assert "tests/chapters/covariance_intersection/test_studies.py" in found.tests
     assert not {test for test in found.tests if "/monobot/" in test or "/walls/" in test}
+    searched = {"covariance_intersection.", "covariance_intersection.searched", "ci-omega-least"}
+    assert found.parts["tests/book/test_rows.py"] == searched
     rows = here.of("book/_data/rows/covariance_intersection.worst.npz")
     assert "tests/chapters/covariance_intersection/test_studies.py" in rows.tests
+    assert not {test for test in rows.tests if "/monobot/" in test or "/walls/" in test}
+    assert "covariance_intersection.worst" in rows.parts["tests/book/test_rows.py"]
+    assert {"covariance_intersection", "intro"} <= rows.pages
+    assert not {"walls", "monobot"} & rows.pages
+
+
+def test_a_word_of_prose_reaches_who_reads_prose(here: Reach):
+    page = ROOT / "book/walls.ipynb"
+    cells = json.loads(page.read_text("utf-8"))
+    first = next(cell for cell in cells["cells"] if cell["cell_type"] == "markdown")
+    first["source"] = ["Another word.\n"]
+    found = here.of("book/walls.ipynb", json.dumps(cells).encode())
+    names = ("prose", "terms", "citations", "quotations", "course", "front_door")
+    assert {f"tests/book/test_{name}.py" for name in names} <= found.tests
+    assert not found.parts
+    assert not {test for test in found.tests if "hostile/" in test or "chapters/" in test}
+    assert found.pages == {"walls"}
 
 
 def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):
-    found = here.of("lib/robot_perception/kalman.py")
-    assert {
-        "tests/test_kalman.py",
-        "tests/test_mutants.py",
-        "tests/hostile/test_hostile.py",
-        "tests/chapters/anchored_slam/test_studies.py",
-    } <= found.tests
+    file = ROOT / "lib/robot_perception/kalman.py"
+    was = file.read_bytes() + b"LEVEL = 1"
+    found = here.of("lib/robot_perception/kalman.py", was)
+    assert {"tests/test_kalman.py", "tests/slam/planar/test_filtering.py"} <= found.tests
+    assert found.parts["tests/hostile/test_hostile.py"] == {"kalman"}
+    assert "ground" in found.parts["tests/test_mutants.py"]
+    assert "monobot.joseph" in found.parts["tests/book/test_rows.py"]
+    assert "walls.fitted" not in found.parts["tests/book/test_rows.py"]
+    assert "tests/chapters/anchored_slam/test_studies.py" in found.left
     assert "monobot" in found.pages
+
+
+def test_files_of_tests_that_are_named_are_there():
+    named = [name for name in (*BY_STEM, *BY_ROOM, *NO_PROSE) if not name.endswith("finds.py")]
+    assert not [name for name in named if not (ROOT / name).exists()]
 
 
 COLLECTED = [
@@ -218,24 +426,29 @@ def test_nothing_reached_is_no_step_and_notebooks_are_run():
     ((name, command),) = (step for lane in lanes(Reached(tests=KALMAN), 2) for step in lane)
     assert (name, command[-1]) == ("tests and notebooks", *KALMAN)
     assert "--nbval-lax" not in command
-    tests, site = lanes(Reached(pages=frozenset({"walls"})), 2)
+    walls = frozenset({"walls"})
+    tests, site = lanes(Reached(pages=walls, notebooks=walls), 2)
     assert next(tests)[1][-2:] == ["--nbval-lax", "book/walls.ipynb"]
     assert next(site)[0] == "book"
 
 
-def test_pages_that_are_built_anew_are_run_in_jupyterlab(monkeypatch: pytest.MonkeyPatch):
-    commands = []
+def test_parts_of_files_are_chosen_and_many_pages_are_left():
+    found = Reached(parts={"a.py": frozenset({"y", "x"})}, pages=frozenset({"a", "b", "c"}))
+    (((name, command),),) = (list(lane) for lane in lanes(found, 2))
+    assert name == "tests and notebooks"
+    assert command[:2] == ["env", 'ROBOT_PERCEPTION_CHOSEN={"a.py": ["x", "y"]}']
+    assert command[-1] == "a.py"
+    assert ["-p", "tests.tools.chosen"] in [list(pair) for pair in pairwise(command)]
 
+
+def test_pages_that_are_built_anew_are_opened(monkeypatch: pytest.MonkeyPatch):
     def run(command: list[str], **words: object) -> subprocess.CompletedProcess[str]:
-        commands.append(command)
         return subprocess.CompletedProcess(command, 0, "\n".join(COLLECTED))
 
     monkeypatch.setattr(reached.subprocess, "run", run)
-    *_, site = lanes(Reached(pages=frozenset({"library/walls", "recordings_walls"})), 2)
+    (site,) = lanes(Reached(pages=frozenset({"library/walls", "recordings_walls"})), 2)
     _, (name, command) = site
-    told = ["env", "ROBOT_PERCEPTION_LAB_PAGES=library/walls,recordings_walls"]
     assert name == "pages"
-    assert [words[:2] for words in (*commands, command)] == [told, told]
     assert command[-2:] == COLLECTED[1:3]
 
 
@@ -279,6 +492,7 @@ def test_git_says_what_has_changed(repository: Path):
     assert changes(repository, "HEAD") == edits
     assert changes(repository, "main") == sorted([*edits, "committed"])
     assert before(repository, "main", "claims.json") == b"{\n}"
+    assert before(repository, "main", "new") == b""
     with pytest.raises(subprocess.CalledProcessError):
         changes(repository, "nowhere")
 
@@ -305,8 +519,8 @@ def test_it_says_when_it_tests_nothing(
 ):
     monkeypatch.setattr("sys.argv", ["make check"])
     monkeypatch.setattr(reached, "changes", lambda root, base: changed)
-    monkeypatch.setattr(reached, "Dependencies", lambda root: None)
-    monkeypatch.setattr(reached, "Reach", lambda *_: here)
+    monkeypatch.setattr(reached, "Kept", lambda folder: Kept())
+    monkeypatch.setattr(reached, "reach_of", lambda root, kept: here)
     monkeypatch.setattr(here, "of", lambda name, ledger: OF.get(name))
     monkeypatch.setattr(reached.subprocess, "run", lambda *a, **k: pytest.fail("run"))
     assert main() == code
@@ -318,8 +532,8 @@ def test_a_step_that_fails_is_named_and_ends_its_lane(
 ):
     monkeypatch.setattr("sys.argv", ["make check"])
     monkeypatch.setattr(reached, "changes", lambda root, base: ["CHANGELOG.md"])
-    monkeypatch.setattr(reached, "Dependencies", lambda root: None)
-    monkeypatch.setattr(reached, "Reach", lambda *_: here)
+    monkeypatch.setattr(reached, "Kept", lambda folder: Kept())
+    monkeypatch.setattr(reached, "reach_of", lambda root, kept: here)
     fails = ["sh", "-c", "echo why >&2; false"]
     commands = [("tests", ["true"])], [("book", fails), ("pages", ["true"])]
     monkeypatch.setattr(reached, "lanes", lambda found, jobs: map(iter, commands))

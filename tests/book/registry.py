@@ -7,16 +7,17 @@ with the modules.
 
 import ast
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from robot_perception.chapters import CHAPTERS, PRIMER
 from robot_perception.teaching.cells import BOOK, study_cells
-from tests.book.pages import BOOK as FOLDER
 
+FOLDER = Path(__file__).parents[2] / "book"
 COMPUTING = (*PRIMER, *CHAPTERS)
 """The primer and the chapters, whose study cells are modules."""
 STUDY, CLAIM, STORED = "study", "claim", "recorded"
@@ -59,8 +60,8 @@ class Declared:
 @cache
 def declared(stem: str) -> tuple[Declared, ...]:
     """Return what the study cells of a chapter declare, in their order."""
-    texts = [text for _, text in study_cells(FOLDER / f"{stem}.ipynb")]
-    return tuple(one for text in texts for one in _declared(stem, text))
+    texts = (text for _, text in study_cells(FOLDER / f"{stem}.ipynb"))
+    return tuple(Declared(kind, stem, *names) for kind, *names in declared_in(texts))
 
 
 def every(kind: str) -> tuple[Declared, ...]:
@@ -68,21 +69,21 @@ def every(kind: str) -> tuple[Declared, ...]:
     return tuple(one for stem in COMPUTING for one in declared(stem) if one.kind == kind)
 
 
-def _declared(stem: str, text: str) -> Iterator[Declared]:
-    if not any(f"{word}(" in text for word in (*DECORATORS, *CALLS)):
-        return
-    for node in ast.parse(text).body:
+def declared_in(texts: Iterable[str]) -> Iterator[tuple[str, str, str]]:
+    """Yield what cells declare: its kind, its variable, and what it is called."""
+    declaring = [t for t in texts if any(f"{word}(" in t for word in (*DECORATORS, *CALLS))]
+    for node in (node for text in declaring for node in ast.parse(text).body):
         if isinstance(node, ast.FunctionDef):
             calls = [call for call in node.decorator_list if isinstance(call, ast.Call)]
             for call in calls:
                 kind = _last(call.func)
                 if kind in DECORATORS:
-                    yield Declared(kind, stem, node.name, _said(call, "") or node.name)
+                    yield kind, node.name, _said(call, "") or node.name
         elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
             kind, variable = _last(node.value.func), _last(node.targets[0])
             if kind in CALLS and variable:
                 name = _said(node.value, "name") if kind == EXPLORER else ""
-                yield Declared(kind, stem, variable, name or variable)
+                yield kind, variable, name or variable
 
 
 def _last(node: ast.AST) -> str:
@@ -125,7 +126,8 @@ def owners(test: str) -> frozenset[str]:
     Returns
     -------
     words
-        The stem comes first in them; none if the test is of no stem.
+        None if the test is of no stem. With a dot behind it, the stem is the chapter as a whole and
+        none of the things that it declares.
     """
     named = _claims().get(test) or _names().get(test)
     if named:
@@ -133,6 +135,5 @@ def owners(test: str) -> frozenset[str]:
     for stem in COMPUTING:
         if test == stem or test.startswith((f"{stem}.", f"{stem}-")):
             rest = test[len(stem) + 1 :]
-            parts = {rest, rest.partition("-")[0]} if rest else set()
-            return frozenset({stem, *(f"{stem}.{part}" for part in parts)})
+            return frozenset({stem, *(f"{stem}.{part}" for part in (rest, rest.partition("-")[0]))})
     return frozenset()

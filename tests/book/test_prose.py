@@ -1,13 +1,14 @@
 """The prose of the book as a proof-reader reads it, and planted errors for each check."""
 
+import ast
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
-from robot_perception.book import recordings_robots
 from tests.book import pages, proofreading
+from tests.book.computing import code_cells, is_study
 from tests.book.pages import DRAWN, Passage
 
 CHAPTERS = frozenset(claim["chapter"] for claim in pages.claims())
@@ -202,12 +203,22 @@ def seen(claim: str, name: str) -> float:
     return CLAIMS[claim]["evidence"][name]["estimate"]
 
 
+def constant(stem: str, name: str) -> float:
+    """Return a number that a study cell binds to a name."""
+    cells = (ast.parse(cell.source) for cell in code_cells(stem) if is_study(cell))
+    for node in (node for cell in cells for node in cell.body if isinstance(node, ast.Assign)):
+        if [getattr(target, "id", "") for target in node.targets] == [name]:
+            return ast.literal_eval(node.value)
+    raise LookupError(f"no study cell of {stem} binds {name} to a number")
+
+
+LEVEL = constant("recordings_robots", "LEVEL")
 SHARES = MappingProxyType(
     {
         ("colour_and_shape", "One card in forty"): cell(
             "four-experiments", "lost", "both", "rectangle"
         ),
-        ("recordings_robots", "one chance in ten thousand"): 1 - recordings_robots.LEVEL,
+        ("recordings_robots", "one chance in ten thousand"): 1 - LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "two in three"): seen(
             "eigenfaces", "strangers accepted, from the side, too"

@@ -31,7 +31,7 @@ def test_names_are_those_of_studies_claims_explorers_and_stored_results():
 @pytest.mark.parametrize(
     ("test", "words"),
     [
-        ("monobot", {"monobot"}),
+        ("monobot", {"monobot", "monobot."}),
         ("monobot.joseph", {"monobot", "monobot.joseph"}),
         (
             "monobot.joseph-scaled=False",

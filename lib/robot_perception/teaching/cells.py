@@ -162,6 +162,32 @@ class Definitions:
                 }
         return {one: parts for one, parts in statements.items() if parts}, imports, modules
 
+    def each(self, known: frozenset[str]) -> dict[str, tuple[str, set[str], set[str]]]:
+        """Return each definition's own hash, the names it reads, and modules of some, by name.
+
+        Decorators count; modules of notebooks are named as in `reached`.
+        """
+        found = {}
+        for name, statements in self._statements.items():
+            own: list[str] = []
+            read: set[str] = set()
+            modules: set[str] = set()
+            for statement in statements:
+                if isinstance(statement, ast.Import | ast.ImportFrom):
+                    alias = next(alias for alias in statement.names if _as(alias) == name)
+                    own.append(f"{getattr(statement, 'module', None)} {alias.name}")
+                    modules |= _ours(statement, alias, known)
+                    continue
+                own.append(dependencies.meaning(statement))
+                read |= _read(statement, decorated=True)
+                inside = (
+                    n for n in ast.walk(statement) if isinstance(n, ast.Import | ast.ImportFrom)
+                )
+                modules |= {m for n in inside for one in n.names for m in _ours(n, one, known)}
+            names = read & self._statements.keys()
+            found[name] = dependencies.hashed(" ".join(own)), names, modules
+        return found
+
     def said(self, name: str) -> str | None:
         """Hash a definition and those that it reaches in the cells, whatever these import."""
         return dependencies.hashed("\n".join(self._lines(name))) if self._has(name) else None
@@ -291,9 +317,12 @@ def _as(alias: ast.alias) -> str:
     return (alias.asname or alias.name).partition(".")[0]
 
 
-def _ours(statement: ast.Import | ast.ImportFrom, alias: ast.alias) -> set[str]:
+def _ours(
+    statement: ast.Import | ast.ImportFrom, alias: ast.alias, known: frozenset[str] | None = None
+) -> set[str]:
     """Return the module of ours from which an import takes a name, if it is one."""
-    known, module = dependencies.modules(), getattr(statement, "module", None)
+    known = dependencies.modules() if known is None else known
+    module = getattr(statement, "module", None)
     if module is None:
         return {alias.name} & known
     if f"{module}.".startswith(BOOK):

@@ -362,6 +362,10 @@ def code(page: Path) -> list[ast.Module]:
 
 @lru_cache(maxsize=64)  # a page is asked for by all that import it
 def _cells(page: Path, text: str) -> tuple[ast.Module, ...]:
+    if page.suffix == ".ipynb":
+        stored = json.loads(text)["cells"]
+        sources = ("".join(cell["source"]) for cell in stored if cell["cell_type"] == "code")
+        return tuple(ast.parse(source, str(page)) for source in sources)
     # half a second, which who only asks for a digest need not wait
     from myst_nb.core.config import NbParserConfig
     from myst_nb.core.read import create_nb_reader

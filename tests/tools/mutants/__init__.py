@@ -70,7 +70,7 @@ class Mutant:
         try:
             python = self.file.endswith((".py", NOTEBOOK))
             same = text == changed or (
-                python and _is_same(_parts(self._code(text)), _parts(self._code(changed)))
+                python and _means_the_same(self._code(text), self._code(changed))
             )
         except SyntaxError as error:
             raise ValueError(f"{self.name}: {self.file} no longer parses: {error}") from error
@@ -109,6 +109,31 @@ class Mutant:
             and "jit" not in "".join(map(ast.unparse, node.decorator_list))
             for node in ast.parse(text).body
         )
+
+
+def _means_the_same(before: str, after: str) -> bool:
+    """Tell whether two texts of a module mean the same.
+
+    Where a change lies within one statement, no other is read again: a module has many mutants.
+    """
+    parts, lines, changed = _parts(before), before.split("\n"), after.split("\n")
+    pairs = zip(lines, changed, strict=False)
+    first = next((i for i, (one, other) in enumerate(pairs) if one != other), len(lines) - 1)
+    start = 0
+    for text, node in parts:
+        end = start + text.count("\n") + 1
+        if start <= first < end:
+            rest = len(lines) - end
+            stop = len(changed) - rest
+            if stop > start and changed[stop:] == lines[end:]:
+                try:
+                    (replaced,) = ast.parse("\n".join(changed[start:stop])).body
+                except (SyntaxError, ValueError):
+                    break  # it may join or part statements
+                return ast.dump(replaced) == ast.dump(node)
+            break
+        start = end
+    return _is_same(parts, _parts(after))
 
 
 @lru_cache(maxsize=2)
