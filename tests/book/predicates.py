@@ -1,9 +1,9 @@
 """The predicates of explorers, ``finds``, taken to pieces: what of them must matter, and for what.
 
 A *weakened* predicate has one part changed that decides: an ``and`` that becomes ``or``, a
-comparison turned round, a conjunct or a filter dropped, ``any`` in the place of ``all``. *Disturbed*
-findings are the recorded ones with something broken: a number constant, turned round, scaled, far
-too large in one state, or in all states of one value of a control.
+comparison turned round, a conjunct or a filter dropped, ``any`` in the place of ``all``.
+*Disturbed* findings are the recorded ones with something broken: a number constant, turned round,
+scaled, far too large in one state, or in all states of one value of a control.
 """
 
 import ast
@@ -12,7 +12,7 @@ import random
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations, product, zip_longest
 from statistics import median
 from types import ModuleType
 from typing import Any
@@ -22,12 +22,25 @@ from robot_perception.teaching.snapshots import ARRAY, finding_of
 from tests.book.states import leaves
 
 TURNED = {
-    ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt,
-    ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In,
-    ast.Is: ast.IsNot, ast.IsNot: ast.Is,
-}  # fmt: skip
-OTHERS = {"any": "all", "all": "any", "And": ast.Or, "Or": ast.And,
-          "BitAnd": ast.BitOr, "BitOr": ast.BitAnd}  # fmt: skip
+    ast.Lt: ast.GtE,
+    ast.GtE: ast.Lt,
+    ast.Gt: ast.LtE,
+    ast.LtE: ast.Gt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.In: ast.NotIn,
+    ast.NotIn: ast.In,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+}
+OTHERS = {
+    "any": "all",
+    "all": "any",
+    "And": ast.Or,
+    "Or": ast.And,
+    "BitAnd": ast.BitOr,
+    "BitOr": ast.BitAnd,
+}
 EXPRESSION = "finds"
 FACTORS = (-1.0, 0.0, 0.01, 0.5, 0.9, 1.1, 2.0, 100.0)
 SEEDS = 3
@@ -202,12 +215,12 @@ class Recorded:
         yield [*found, found[0]]
         columns = self._columns()
         groups = [*self._groups(), *(group for one in columns for group in _cuts(one, original))]
-        for column in columns:
-            for change in _changes(column, original, groups):
-                again = list(found)
-                for state, values in change.items():
-                    again[state] = finding_of(_rebuilt(self.stored[state], iter(values)))
-                yield again
+        changes = (_changes(column, original, groups) for column in columns)
+        for change in (one for some in zip_longest(*changes) for one in some if one):
+            again = list(found)
+            for state, values in change.items():
+                again[state] = finding_of(_rebuilt(self.stored[state], iter(values)))
+            yield again
 
     def _columns(self) -> list[dict[int, list[int]]]:
         """Return the columns: by state, which of its numbers and texts belong to it."""

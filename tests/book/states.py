@@ -29,7 +29,7 @@ from robot_perception.teaching.snapshots import (
     snapshot,
 )
 from tests.book import pages
-from tests.book.computing import found
+from tests.book.computing import module
 from tests.proof import WHOLE
 
 FOLDER = Path(__file__).with_name("states")
@@ -44,7 +44,8 @@ Path_ = tuple[str, ...]
 
 def explorers(stem: str) -> dict[str, Exploration]:
     """Return the explorers of a chapter by name."""
-    return {one.name: one for of, one in found(Exploration) if of == stem}
+    values = vars(module(stem)).values()
+    return {one.name: one for one in values if isinstance(one, Exploration)}
 
 
 def recorded(stem: str) -> dict[str, Any]:
@@ -78,13 +79,13 @@ def built(stem: str) -> dict[str, dict[str, Any]]:
     key = _dependencies().key(pages.BOOK / f"{stem}.ipynb")
     cache_ = (pages.ROOT / site).resolve().parent / ".jupyter_cache" / f"{stem}-{key}"
     notebooks = (json.loads(file.read_text("utf-8")) for file in cache_.glob("executed/*/*.ipynb"))
-    bundles = (
-        output.get("data", {})
+    noted = (
+        output.get("metadata", {})
         for notebook in notebooks
         for cell in notebook["cells"]
         for output in cell.get("outputs", ())
     )
-    return {data[STATES]["name"]: data[STATES] for data in bundles if STATES in data}
+    return {one[STATES]["name"]: one[STATES] for one in noted if STATES in one}
 
 
 @cache
@@ -111,11 +112,13 @@ def written(kind: str, explorers_: Mapping[str, Mapping[str, Any]]) -> str:
         states = ",\n".join(f"    {_line(state)}" for state in said["states"])
         texts = ",\n".join(f"    {_line(text)}" for text in said["texts"])
         blocks.append(
-            f"  {_line(name)}: {{\n   \"controls\": {_line(said['controls'])},\n"
-            f"   \"finds\": {_line(said['finds'])},\n"
+            f'  {_line(name)}: {{\n   "controls": {_line(said["controls"])},\n'
+            f'   "finds": {_line(said["finds"])},\n'
             f'   "texts": [\n{texts}\n   ],\n   "states": [\n{states}\n   ]\n  }}'
         )
-    return f'{{\n "processor": {_line(kind)},\n "explorers": {{\n' + ",\n".join(blocks) + "\n }\n}\n"
+    return (
+        f'{{\n "processor": {_line(kind)},\n "explorers": {{\n' + ",\n".join(blocks) + "\n }\n}\n"
+    )
 
 
 def _line(value: Any) -> str:
@@ -188,8 +191,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any], elsewhere: bo
             for (path, one), (_, value) in zip(was, is_, strict=True)
             if not _alike(value, one, columns[path])
         ]
-        said, says = (_words(texts, state) for texts, state in
-                      ((before["texts"], old), (now["texts"], new)))  # fmt: skip
+        said, says = _words(before["texts"], old), _words(now["texts"], new)
         if said != says:
             lines.append(f"{where}: {says!r}, recorded {said!r}")
     return lines

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.explore import MOST_STATES
+from tests.proof import WHOLE
 
 
 def presets_that_show_the_default(explorer: Exploration) -> list[str]:
@@ -25,6 +26,31 @@ def presets_that_show_the_default(explorer: Exploration) -> list[str]:
 def limits(ax: Axes) -> tuple[float, ...]:
     """Return the limits of both axes."""
     return (*ax.get_xlim(), *ax.get_ylim())
+
+
+def check_presets_and_number_of_states(explorer: Exploration) -> None:
+    """Assert that presets lead elsewhere, and that a page can hold all states."""
+    assert not presets_that_show_the_default(explorer)
+    assert len(list(explorer.parameters())) <= MOST_STATES
+
+
+def check_ends(explorer: Exploration, whole: bool = WHOLE) -> None:
+    """Assert that every end is drawn and said, on axes that stay.
+
+    Of the `whole` all combinations of ends; otherwise all controls at their first value, and all at
+    their last one.
+    """
+    ends = [(c.values[0], c.values[-1]) for c in explorer.controls.values()]
+    seen = set()
+    for values in product(*ends) if whole else zip(*ends, strict=True):
+        setting = dict(zip(explorer.controls, values, strict=True))
+        drawn = np.ravel(explorer.drawn(**setting))  # axes, or a figure of them
+        axes = np.ravel([one.axes for one in drawn])
+        seen.add(tuple(limits(ax) for ax in axes))
+        for line in (line for ax in axes for line in ax.lines if len(line.get_ydata())):
+            assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any(), setting
+        assert explorer.described(**setting)
+    assert len(seen) == 1
 
 
 class ExplorerTests:
@@ -41,18 +67,7 @@ class ExplorerTests:
     def test_no_preset_shows_the_default_and_there_are_not_too_many_states(
         self, explorer: Exploration
     ):
-        assert not presets_that_show_the_default(explorer)
-        assert len(list(explorer.parameters())) <= MOST_STATES
+        check_presets_and_number_of_states(explorer)
 
     def test_every_end_is_drawn_and_said_on_axes_that_stay(self, explorer: Exploration):
-        ends = {name: (c.values[0], c.values[-1]) for name, c in explorer.controls.items()}
-        seen = set()
-        for values in product(*ends.values()):
-            setting = dict(zip(ends, values, strict=True))
-            drawn = np.ravel(explorer.drawn(**setting))  # axes, or a figure of them
-            axes = np.ravel([one.axes for one in drawn])
-            seen.add(tuple(limits(ax) for ax in axes))
-            for line in (line for ax in axes for line in ax.lines if len(line.get_ydata())):
-                assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any(), setting
-            assert explorer.described(**setting)
-        assert len(seen) == 1
+        check_ends(explorer)

@@ -6,9 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 
+from robot_perception.teaching import explore
 from robot_perception.teaching.controls import slider, toggle
 from robot_perception.teaching.explorations import Exploration
 from robot_perception.teaching.figures import drawn, figure
+from robot_perception.teaching.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.snapshots import STATES, snapshot
 
 COMPUTED: list[dict] = []
 
@@ -65,6 +68,31 @@ def test_the_finding_is_told_for_all_states_or_some():
         {"height": 1.0, "up": False},
         {"height": 1.0, "up": True},
     ]
+
+
+def test_a_page_carries_what_its_states_say_and_computes_each_once(monkeypatch):
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    asked = []
+    some = made(name="rise", finds=lambda found: not asked.append(found))
+    explorer = some.show()
+    assert list(some.parameters()) == COMPUTED
+    said = explorer.metadata_of_output[STATES]
+    assert said["name"] == "rise"
+    assert said["findings"] == [1.0, 1.0, 4.0, 4.0, 9.0, 9.0] == asked[0]
+    assert said["words"][-1] == "A line that rises by 3 over its length."
+    assert said == snapshot("rise", some.said())
+    shown = []
+    monkeypatch.setattr(explore, "display", lambda *data, **options: shown.append(options))
+    some._ipython_display_()
+    assert [options["metadata"] for options in shown] == [{STATES: said}]
+
+
+def test_a_page_whose_finding_is_not_there_is_not_built(monkeypatch):
+    some = made(name="rise", finds=lambda found: max(found) < 9)
+    assert not some.show().metadata_of_output
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    with pytest.raises(AssertionError, match="rise: our finding does not hold"):
+        some.show()
 
 
 def test_a_state_is_drawn_and_described_without_a_widget():

@@ -91,7 +91,7 @@ class Exploration(Generic[State]):
         explorer = self._explorer(draw)
         if self.finds is not None and not self.finds([finding for finding, _ in said]):
             raise AssertionError(f"{self.name}: our finding does not hold in all states")
-        explorer.beside = {STATES: snapshot(self.name, said)}
+        explorer.metadata_of_output = {STATES: snapshot(self.name, said)}
         return explorer
 
     def _explorer(self, draw: Callable[..., Any]) -> Explorer:

@@ -117,7 +117,7 @@ class Explorer(anywidget.AnyWidget):
     """A drawing with controls; use `explore` to make one.
 
     Each control is an observable trait of its own name, so that it can be linked with other
-    widgets; `parameters` holds them all. `beside` holds further data of its output by media type.
+    widgets; `parameters` holds them all. `metadata_of_output` goes with its output.
     """
 
     _esm = front_end("explorer.js") + "\nexport default { render: robotPerception.render };\n"
@@ -128,7 +128,7 @@ class Explorer(anywidget.AnyWidget):
     picture = traitlets.Dict().tag(sync=True)
     still = traitlets.Unicode().tag(sync=True)
     parameters = traitlets.Dict()
-    beside: Mapping[str, Any] = MappingProxyType({})
+    metadata_of_output: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(
         self,
@@ -225,9 +225,9 @@ class Explorer(anywidget.AnyWidget):
                 yield self.defaults | {name: value}
         yield from self.presets.values()
 
-    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, Any]:
-        """Return the page, or the default picture, and what else its maker puts beside it."""
-        return {"text/html": self._markup, "text/plain": self._default.alt, **self.beside}
+    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, str]:
+        """Return the page, or the default picture."""
+        return {"text/html": self._markup, "text/plain": self._default.alt}
 
     def _ipython_display_(self) -> None:
         """Show the page; or the picture, which outlives the kernel, and the view that replaces it.
@@ -235,7 +235,7 @@ class Explorer(anywidget.AnyWidget):
         Two outputs: JupyterLab prefers the view to a picture in the same output, also where nothing
         can bring the view to life.
         """
-        display(self._repr_mimebundle_(), raw=True)
+        display(self._repr_mimebundle_(), raw=True, metadata=dict(self.metadata_of_output))
         if not on_page():
             view, _ = super()._repr_mimebundle_()
             display(view | {"text/plain": ""}, raw=True)

@@ -1,7 +1,7 @@
 """Snapshots of explorers: what each state says, findings and words, as plain data.
 
-A page of the book carries the snapshot of its explorers beside their pictures, under a media type
-of its own that no page shows, so that a test finds there what the build has computed.
+While the book is built the snapshot of an explorer becomes metadata of its output. No page shows
+it; it stays in the executed notebook that the build keeps, where a test finds what was computed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-STATES = "application/vnd.robot-perception.states+json"
-"""Media type of a snapshot."""
+STATES = "robot_perception_states"
+"""The name of a snapshot in the metadata of an output."""
 DIGITS = 9
 """Significant digits of a stored number."""
 ARRAY, FIELDS, ENTRIES = "array", "fields", "entries"
