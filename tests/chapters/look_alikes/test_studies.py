@@ -232,6 +232,7 @@ def circled(frames=80, noise=0.03):
 def test_at_first_one_filter_and_many_are_the_same():
     """Landmarks that were seen from a pose that is exact have no error in common."""
     steps, path, _ = circled()
+    steps = steps[:21]
     many = [belief.pose for belief in look.separate(path[0], steps)]
     whole = look.joint(path[0], steps).poses
     assert whole[1] == pytest.approx(many[1], abs=1e-9)
