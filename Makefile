@@ -5,6 +5,7 @@ SITE := build/_build/html
 JOBS ?= 2
 BASE ?= HEAD
 export OMP_NUM_THREADS ?= 1
+export PYTHONDONTWRITEBYTECODE :=  # or each worker compiles all tests again
 ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
 export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
