@@ -9,6 +9,7 @@ ifneq ($(shell grep -m1 -ow avx2 /proc/cpuinfo 2>/dev/null),)
 # the kernels of linear algebra that have recorded the rows
 export OPENBLAS_CORETYPE ?= Haswell
 endif
+export PYTHONDONTWRITEBYTECODE :=  # or each worker compiles all tests again
 ifdef ROBOT_PERCEPTION_DATA  # kernels run in book/: a relative folder would be another one there
 export ROBOT_PERCEPTION_DATA := $(abspath $(ROBOT_PERCEPTION_DATA))
 endif
