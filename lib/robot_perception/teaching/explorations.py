@@ -51,7 +51,7 @@ class Exploration(Generic[State]):
     axes
         Makes figure and axes.
     finding
-        The quantity that our finding speaks of, a few numbers and texts, as a function of the state.
+        The quantity that our finding speaks of, as a function of the state: some numbers and texts.
     finds
         Whether our finding holds, as a function of all quantities, in the order of the states; it
         must while the page is built.
