@@ -10,7 +10,8 @@
     )
 
 The cell of a notebook ends with ``rumour``, or with ``rumour.show()``; the test of a finding goes
-through ``rumour.found()``, or stands in ``finds``.
+through ``rumour.found()``, or stands in ``finds``. What all states say, ``rumour.said()``, is
+recorded.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -50,7 +51,7 @@ class Exploration(Generic[State]):
     axes
         Makes figure and axes.
     finding
-        The quantity that our finding speaks of, as a function of the state.
+        The quantity that our finding speaks of, as a function of the state: some numbers and texts.
     finds
         Whether our finding holds, as a function of all quantities, in the order of the states; it
         must while the page is built.
