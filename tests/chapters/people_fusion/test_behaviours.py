@@ -63,7 +63,7 @@ def test_seeds_of_the_rules_and_of_the_scores_never_meet():
 # Staging -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [5001, 5002, 5003])
+@pytest.mark.parametrize("seed", [5001, 5002])
 @pytest.mark.parametrize("kind", KINDS)
 def test_staging(kind, seed):
     """Everybody stands free, the person where the sensors will find them, the route is inside."""

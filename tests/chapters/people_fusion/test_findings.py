@@ -1,4 +1,4 @@
-"""What the chapter tells a reader to find, in every state of its explorers."""
+"""What states of the explorers count, findings that can fail, and drawings."""
 
 import numpy as np
 import pytest
