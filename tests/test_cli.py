@@ -236,6 +236,9 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
         def is_current(self):
             return self.current
 
+        def other_packages(self):
+            return ""
+
         def record(self, *, anew):
             self.done.append("anew" if anew else "recorded")
 
@@ -288,6 +291,9 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
 
         def is_current(self):
             return self.current
+
+        def other_packages(self):
+            return ""
 
         def renew(self):
             if self.same is None:

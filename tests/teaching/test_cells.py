@@ -185,7 +185,7 @@ def test_definitions_move_between_cells_without_a_trace(book):
 ])  # fmt: skip
 def test_the_code_of_what_is_imported_counts_where_it_is_used(book, monkeypatch, line):
     asked = []
-    monkeypatch.setattr(dependencies, "code_digest", lambda *names: asked.append(names) or "")
+    monkeypatch.setattr(dependencies, "code_digest", lambda *names, named: asked.append(names) or "")
     use = "predict" if "predict" in line else line.split()[-1] if "import r" in line else "kalman"
     body = f"{line}\n    return {use}" if line.startswith(" ") else f"    return {use}"
     top = "" if line.startswith(" ") else line
@@ -199,7 +199,7 @@ def test_the_code_of_the_library_is_part_of_the_hash(book, monkeypatch):
     texts = ["from robot_perception import kalman\ndef f():\n    return kalman.predict"]
     found = set()
     for said in ("old", "new"):
-        monkeypatch.setattr(dependencies, "code_digest", lambda *names, said=said: said)
+        monkeypatch.setattr(dependencies, "code_digest", lambda *names, named, said=said: said)
         found.add(digest(book, texts, "f"))
     assert len(found) == 2
 

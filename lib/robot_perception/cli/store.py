@@ -83,12 +83,18 @@ def _name(one) -> str:
     return one.store if hasattr(one, "store") else f"{one.stem}.{one.name}"
 
 
+def _current(stored) -> str:
+    """Return that a result is of this code, and with which other packages it was computed."""
+    others = stored.other_packages()
+    return f"current, computed with {others}; --keys tries these" if others else "current"
+
+
 def _record(study, anew: bool) -> str:
     """Record the rows of a study unless they are there; return what was done."""
     said = f"{_name(study)} ({study.changed or 'as declared'})"
     current = study.is_current()
     if current and not anew:
-        return f"{said}: current"
+        return f"{said}: {_current(study)}"
     before = study.rows().table if current else None
     study.record(anew=anew)
     rows = study.rows()
@@ -101,7 +107,7 @@ def _renew_rows(study) -> str:
     from random import Random
 
     said = f"{_name(study)} ({study.changed or 'as declared'})"
-    if study.is_current():
+    if study.is_current() and not study.other_packages():
         return f"{said}: current"
     trials = list(study.trials())
     drawn = Random(said).sample(trials, min(DRAWN, len(trials)))
@@ -128,7 +134,7 @@ def _renew(recording) -> str:
     """Renew the keys of a stored result that is what the code computes; return what was done."""
     from robot_perception.datasets import DatasetMissing
 
-    if recording.is_current():
+    if recording.is_current() and not recording.other_packages():
         return f"{recording.store}: current"
     try:
         same = recording.renew()

@@ -20,6 +20,7 @@ from robot_perception.files import reading, written
 from robot_perception.teaching import storage
 from robot_perception.teaching.locks import changing
 from robot_perception.teaching.records import records
+from robot_perception.teaching.versions import here
 
 RTOL = 1e-6
 ROUNDED = 1e-12
@@ -40,8 +41,8 @@ class Recorded:
         The rows.
     code, declared
         Hashes of the code, and of replicates, levels and keywords.
-    date, processor
-        When they were computed, and by which kind of processor.
+    date, processor, versions
+        When they were computed, by which kind of processor, and with which packages.
     """
 
     table: pd.DataFrame
@@ -49,6 +50,7 @@ class Recorded:
     declared: str
     date: str
     processor: str
+    versions: str = ""
 
     def fits(self, code: str | None, declared: str) -> bool:
         """Tell whether code and what it is run with are those that gave the rows."""
@@ -92,7 +94,8 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
         if content(columns) != said["content"]:
             raise ValueError("its numbers are not those that were recorded")
         table = pd.DataFrame({name: _levels(columns[name]) for name in said["columns"]})
-        return Recorded(table, said["code"], said["declared"], said["date"], said["processor"])
+        keys = (said[name] for name in ("code", "declared", "date", "processor"))
+        return Recorded(table, *keys, said.get("versions", ""))
 
 
 @lru_cache(maxsize=64)
@@ -125,6 +128,7 @@ def write(
             "date": date.today().isoformat(),
             "processor": processor(),
             "columns": {name: words[f"{start}{name}"] for name in columns},
+            "versions": here(),
         }
         _describe(file, summary)
     return file
@@ -135,7 +139,7 @@ def renew(stem: str, study: str, variant: str, code: str | None, declared: str) 
     file = file_of(stem, study)
     with changing(file):
         _, summary = _read(file, file.stat().st_mtime_ns)
-        keys = {"code": code, "declared": declared}
+        keys = {"code": code, "declared": declared, "versions": here()}
         _describe(file, summary | {variant: summary[variant] | keys})
 
 
