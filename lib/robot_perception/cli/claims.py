@@ -66,7 +66,8 @@ def claims(
             ledger, failed = _computed(chosen, write)
     else:
         names = {claim.id for claim in chosen}
-        ledger = type(before)(tuple(e for e in before.entries if e.id in names))
+        gone = () if stems or ids else before.withdrawn
+        ledger = type(before)(tuple(e for e in before.entries if e.id in names), gone)
     click.echo(ledger.to_json().encode() if as_json else as_text(ledger))
     if failed:
         raise click.ClickException(
