@@ -26,7 +26,7 @@ from robot_perception.evaluation.intervals import exact
 from robot_perception.teaching import registration
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.ledger import Ledger
+from robot_perception.teaching.ledger import Ledger, record
 from robot_perception.teaching.records import records
 from robot_perception.teaching.rows import Rows
 from robot_perception.teaching.trials import Sabotage
@@ -240,6 +240,9 @@ def test_rows_are_recorded_where_they_are_not_current_and_renewed_where_trials_a
         def is_current(self):
             return self.current
 
+        def other_packages(self):
+            return ""
+
         def record(self, *, anew):
             self.done.append("anew" if anew else "recorded")
 
@@ -370,6 +373,133 @@ def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(
     assert not (tmp_path / "new.json").exists()
 
 
+def scored(run, monkeypatch, file):
+    """Score two claims and take the second out of the book."""
+    both = (claim("first", compute=found_of, study=study(1.0)),
+            claim("second", compute=found_of, study=study(2.0)))  # fmt: skip
+    declare(monkeypatch, *both)
+    assert run("claims", "--run", "--write", file).exit_code == 0
+    declare(monkeypatch, both[0])
+
+
+def found_of(rows):
+    return Finding(exact(rows))
+
+
+def test_a_scored_claim_leaves_the_ledger_by_no_way_but_withdrawal(run, monkeypatch, tmp_path):
+    file = tmp_path / "claims.json"
+    scored(run, monkeypatch, file)
+    before = file.read_text("utf-8")
+    dropped = run("claims", "--run", "--write", file)
+    assert dropped.exit_code == 1
+    assert "claims --withdraw second --why" in dropped.output
+    assert file.read_text("utf-8") == before
+    words = ("claims", "--withdraw", "second", "--write", file, "--instead", "first")
+    assert "must say why" in run(*words).output
+    done = run(*words, "--why", "nobody asks")
+    assert done.exit_code == 0, done.output
+    assert run("claims", "--run", "--write", file).exit_code == 0
+    ledger = Ledger.read(file)
+    assert [e.id for e in ledger.entries] == ["first"]
+    (gone,) = ledger.withdrawn
+    assert (gone.id, gone.value.estimate, gone.why, gone.instead) == (
+        "second", 2.0, "nobody asks", "first",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("second", "--instead", "third"), "instead must be"),
+        (("third",), "no scored claim 'third'; there are first, second"),
+        (("first",), "first is still declared"),
+    ],
+)
+def test_only_what_was_scored_and_is_declared_no_more_is_withdrawn(
+    run, monkeypatch, tmp_path, words, says
+):
+    file = tmp_path / "claims.json"
+    scored(run, monkeypatch, file)
+    before = file.read_text("utf-8")
+    refused = run("claims", "--withdraw", *words, "--why", "so", "--write", file)
+    assert refused.exit_code == 1
+    assert says in refused.output
+    assert "Traceback" not in refused.output
+    assert file.read_text("utf-8") == before
+    assert "name its file" in run("claims", "--withdraw", "second", "--why", "so").output
+
+
+@pytest.fixture
+def listed(monkeypatch, tmp_path):
+    """A registered and scored claim with a sabotage, and the file in which it is registered."""
+    own, other = study(1.0), study(0.0, changed="gain=2.0")
+    one = claim("first", compute=found_of, study=own, sabotages=(Sabotage("twice", other),))
+    monkeypatch.setattr(chapters, "claims", lambda stems=(): (one,))
+    monkeypatch.setattr(registration, "records", lambda: tmp_path)
+    registration.write([registration.anew(one, (), "new")])
+    ledger = Ledger((record(one, versions=""),))
+    monkeypatch.setattr("robot_perception.teaching.badges.recorded", lambda: ledger)
+    return one
+
+
+SAME = ("register", "--claim", "first", "--remark", "by another world", "--same")
+
+
+def test_another_world_is_the_same_claim_where_rows_of_it_give_the_same(run, listed, monkeypatch):
+    monkeypatch.setattr(registration, "tried_on", lambda function: "another world")
+    (before,) = registration.read()
+    assert registration.changed(before, listed) == "trial or world"
+    refused = run("register", "--claim", "first", "--remark", "by another world")
+    assert "draw new replicates" in refused.output
+    assert run(*SAME).exit_code == 0
+    _, after = registration.read()
+    assert (after.number, after.words) == (1, before.words)
+    assert not registration.changed(after, listed)
+
+
+@pytest.mark.parametrize("of", ["the study", "its sabotage"])
+@pytest.mark.parametrize("what", ["other code", "other rows"])
+def test_nothing_is_the_same_claim_by_rows_of_other_code_or_with_other_values(
+    run, listed, monkeypatch, of, what
+):
+    own = listed.study if of == "the study" else listed.sabotages[0].study
+    if what == "other code":
+        monkeypatch.setattr(Given, "is_current", lambda self: self is not own)
+        says = f"rows of walls.compute ({own.changed or 'as declared'}) are of other code"
+    else:
+        monkeypatch.setattr(Given, "rows", lambda self: self.found + 0.5 * (self is own))
+        says = "first is not the same"
+    refused = run(*SAME)
+    assert refused.exit_code == 1
+    assert says in refused.output
+    assert len(registration.read()) == 1
+
+
+def test_keys_are_tried_again_where_other_packages_gave_what_is_stored(run, monkeypatch):
+    class Recorded:
+        """Stands for states that are of this code, and of other packages."""
+
+        store, tried = "a", 0
+
+        def is_current(self):
+            return True
+
+        def other_packages(self):
+            return "" if self.tried else "numpy 1.0 (here 2.0)"
+
+        def renew(self):
+            self.tried += 1
+            return True
+
+    one = Recorded()
+    monkeypatch.setattr(chapters, "recordings", lambda stems: [])
+    monkeypatch.setattr(chapters, "trials", lambda stems: [])
+    monkeypatch.setattr(chapters, "states", lambda stems: [one])
+    for said in ("a: the same, keys renewed", "a: current"):
+        assert run("store", "--keys").stdout.splitlines() == [said]
+    assert one.tried == 1
+
+
 def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
     class Recorded:
         """Stands for a recording; only the first is what its code computes."""
@@ -379,6 +509,9 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
 
         def is_current(self):
             return self.current
+
+        def other_packages(self):
+            return ""
 
         def renew(self):
             if self.same is None:

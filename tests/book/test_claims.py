@@ -22,10 +22,11 @@ from tests.book.pages import ROOT
 DIGITS = 1e-9
 RECORD = "robot-perception claims --run --claim {} --write book/_data/claims.json"
 REGISTER = "robot-perception register --claim {} --remark WHY"
+SAME = f"`{REGISTER} --same`"
+HEAD = b"claim\tnumber\tday\twords\tmeasure\treplicates\tremark"
+"""First line of the list as it began; columns were only ever appended."""
 NOT_COMPUTED = ("date", "versions", "sabotages")
 EVERY = chapters.claims()
-WITHDRAWN = {"one-second": "observing", "long-tracks-map": "long-tracks-matches"}
-"""Claims that were registered and are none of the book any more, and what took their place."""
 EACH = pytest.mark.parametrize("claim", EVERY, ids=lambda claim: claim.id)
 
 
@@ -103,9 +104,11 @@ def registered() -> tuple[registration.Registration, ...]:
 def test_each_claim_is_registered_as_it_stands(claim: Claim, registered):
     own = registration.of(registered, claim.id)
     assert own, f"register it before its rows exist: {REGISTER.format(claim.id)}"
-    assert registration.same(own[-1], claim), (
-        f"{claim.id} is registered with other words, measure or replicates; what was changed after "
-        f"rows were seen needs new replicates: {REGISTER.format(claim.id)}"
+    changed = registration.changed(own[-1], claim)
+    assert not changed, (
+        f"{claim.id} is registered with other {changed}. What was changed after rows were seen "
+        f"needs new replicates: {REGISTER.format(claim.id)}. Where rows of this code give the "
+        f"recorded value and verdict (`robot-perception store` first): {SAME.format(claim.id)}"
     )
 
 
@@ -115,9 +118,13 @@ def test_no_claim_is_scored_twice_on_the_same_replicates(registered):
 
 def test_only_claims_of_the_book_are_registered_each_in_its_order(registered):
     ids = {claim.id for claim in EVERY}
-    assert not WITHDRAWN.keys() & ids
-    assert ids.issuperset(WITHDRAWN.values())
-    assert {one.claim for one in registered} == ids | WITHDRAWN.keys()
+    withdrawn = {gone.id: gone for gone in recorded().withdrawn}
+    assert not withdrawn.keys() & ids
+    assert ids.issuperset(gone.instead for gone in withdrawn.values() if gone.instead)
+    assert {one.claim for one in registered} == ids | withdrawn.keys(), (
+        "what was registered and scored stays: `robot-perception claims --withdraw ID --why … "
+        "--instead … --write book/_data/claims.json`"
+    )
     for name in ids:
         numbers = [one.number for one in registration.of(registered, name)]
         assert numbers == sorted(numbers)
@@ -129,23 +136,34 @@ def test_the_list_was_only_ever_appended_to():
     """Each version on the line of main is the start of the next one, and of the file that is here.
 
     What a branch registered is appended where it is merged; of any version that git knows, on main
-    or on a branch, no line is lost or changed, and none has changed its place among the others.
+    or on a branch, no line is lost or changed, and none has changed its place among the others. The
+    first line names the columns: later ones may have been appended to it.
     """
     name = registration.file().relative_to(ROOT).as_posix()
-    here = registration.file().read_bytes()
+    columns, here = parts(registration.file().read_bytes())
+    assert columns.startswith(HEAD)
     for line in (["--first-parent"], []):
         asked = subprocess.run(["git", "log", *line, "--format=%H", "--", name], cwd=ROOT,
                                capture_output=True, text=True)  # fmt: skip
         if asked.returncode:
             pytest.skip("there is no git here")
-        now = here
+        now, named = here, columns
         for commit in asked.stdout.split():
             shown = subprocess.run(
                 ["git", "show", f"{commit}:{name}"], cwd=ROOT, capture_output=True
             ).stdout
+            head, shown = parts(shown)
+            assert columns == head or columns.startswith(head + b"\t"), f"other columns at {commit}"
             if line:
+                assert named.startswith(head), f"columns that stood there at {commit} have changed"
                 assert now.startswith(shown), f"lines that stood there at {commit} have changed"
-                now = shown
+                now, named = shown, head
             rest = iter(here.splitlines())
             lost = [one for one in shown.splitlines() if one not in rest]
             assert not lost, f"lines that stood there at {commit} are gone: {lost}"
+
+
+def parts(text: bytes) -> tuple[bytes, bytes]:
+    """Return the line of a list that names its columns, and the lines below it."""
+    head, _, lines = text.partition(b"\n")
+    return head, lines

@@ -11,7 +11,7 @@ from IPython.core.compilerop import CachingCompiler
 from robot_perception.book import covariance_intersection
 from robot_perception.files import DamagedFile
 from robot_perception.teaching import cells, dependencies
-from robot_perception.teaching.cells import BOOK, LIVE, code_of, study_cells
+from robot_perception.teaching.cells import BOOK, LIVE, code_of, study_cells, tried_on
 
 SETUP = """import numpy as np
 from math import floor, sin as wave
@@ -186,7 +186,9 @@ def test_definitions_move_between_cells_without_a_trace(book):
 ])  # fmt: skip
 def test_the_code_of_what_is_imported_counts_where_it_is_used(book, monkeypatch, line):
     asked = []
-    monkeypatch.setattr(dependencies, "code_digest", lambda *names: asked.append(names) or "")
+    monkeypatch.setattr(
+        dependencies, "code_digest", lambda *names, named: asked.append(names) or ""
+    )
     use = "predict" if "predict" in line else line.split()[-1] if "import r" in line else "kalman"
     body = f"{line}\n    return {use}" if line.startswith(" ") else f"    return {use}"
     top = "" if line.startswith(" ") else line
@@ -200,7 +202,7 @@ def test_the_code_of_the_library_is_part_of_the_hash(book, monkeypatch):
     texts = ["from robot_perception import kalman\ndef f():\n    return kalman.predict"]
     found = set()
     for said in ("old", "new"):
-        monkeypatch.setattr(dependencies, "code_digest", lambda *names, said=said: said)
+        monkeypatch.setattr(dependencies, "code_digest", lambda *names, named, said=said: said)
         found.add(digest(book, texts, "f"))
     assert len(found) == 2
 
@@ -227,6 +229,20 @@ def test_another_function_of_another_notebook_does_not_count(book):
         texts = ["from robot_perception.book.first import helper\ndef f():\n    return helper(1)"]
         found.append(digest(book, texts, "f"))
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(
+    ("use", "whole"),
+    [("first.helper(1)", False), ("first.helper(first)", True), ("vars(first)", True)],
+)
+def test_what_is_tried_is_asked_of_a_notebook_by_name(book, use, whole):
+    found = []
+    for level, more in ((2, 2), (3, 2), (2, 3)):
+        book.write("first", f"LEVEL = {level}\ndef helper(x):\n    return LEVEL\nMORE = {more}")
+        text = f"from robot_perception.book import first\ndef f():\n    return {use}"
+        found.append(tried_on(book.made(text).f))
+    assert found[0] != found[1]
+    assert (found[0] != found[2]) == whole
 
 
 def test_what_stands_in_no_cell_has_no_hash(book):

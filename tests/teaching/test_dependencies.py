@@ -320,6 +320,85 @@ def test_a_digest_of_two_modules_is_of_both_and_an_unknown_one_is_named(house: P
         digest(house, "house.attic")
 
 
+@pytest.fixture
+def hands(house: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Records, of which a chapter reads one."""
+    folder = house / "book/_data"
+    monkeypatch.setattr(dependencies, "RECORDS", "house.records")
+    monkeypatch.setattr(dependencies, "records", lambda: folder)
+    text = "from house import records\nHAND, STORED = 'hand', 'walls-map'"
+    write(house / "house/chapters/walls.py", text)
+    for name in ("hand.json", "foot.json", "walls-map.npz", "walls-map.json"):
+        write(folder / name, "1")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("hand.json", True),
+        ("foot.json", False),  # nobody names it
+        ("walls-map.json", False),  # a result, which has a key of its own
+        ("walls-map.npz", False),
+    ],
+)
+def test_a_digest_is_of_the_recorded_files_that_a_module_reads(hands: Path, name, changes):
+    root = hands.parents[1]
+    before = digest(root)
+    write(hands / name, "22")
+    assert (digest(root) != before) == changes
+
+
+def test_who_does_not_ask_for_records_reads_none(hands: Path):
+    root = hands.parents[1]
+    write(root / "house/chapters/walls.py", "HAND = 'hand'")
+    before = digest(root)
+    write(hands / "hand.json", "22")
+    assert digest(root) == before
+
+
+def test_a_file_is_read_through_what_shows_it_or_by_a_name_that_is_handed_on(hands: Path):
+    root = hands.parents[1]
+    write(root / "house/show.py", "from house import records\nTABLE = 'foot.json'")
+    write(root / "house/chapters/walls.py", "from house import show")
+
+    def both() -> tuple[str, str]:
+        imports = Imports(("house",), ("house.records", "house.show"))
+        named = frozenset({"hand"})
+        return imports.digest("house.chapters.walls"), imports.digest("house.show", named=named)
+
+    first = both()
+    write(hands / "foot.json", "22")
+    second = both()
+    write(hands / "hand.json", "22")
+    third = both()
+    assert first[0] != second[0] == third[0]
+    assert len({first[1], second[1], third[1]}) == 3
+
+
+def test_a_digest_within_packages_is_of_their_modules_alone(house: Path):
+    write(house / "house/chapters/walls.py", "from house.rooms import slam")
+
+    def within(package: str) -> str:
+        return Imports(("house",)).digest("house.chapters.walls", within=(package,))
+
+    before = within("house.rooms"), within("house.chapters")
+    write(house / "house/rooms/slam.py", "TABLE = 3")
+    after = within("house.rooms"), within("house.chapters")
+    assert (before[0] != after[0], before[1] != after[1]) == (True, False)
+
+
+def test_a_trained_detector_and_measured_times_are_read_by_results():
+    imports = Imports()
+    hand = imports.read(
+        imports.reached(["robot_perception.chapters.tutor_following.training"], results=True)
+    )
+    assert [file.name for file in hand] == ["open_hand.json", "open_hand_photographs.json"]
+    (times,) = imports.read(["robot_perception.teaching.performance"])
+    assert times.name == "performance.json"
+    assert not imports.read(["robot_perception.kalman"])
+
+
 def test_a_chapter_is_no_part_of_the_digest_of_another():
     monobot = Imports().reached(["robot_perception.chapters.monobot.recordings"], results=True)
     assert {"robot_perception.slam.monobot", "robot_perception.datasets.carmen"} <= monobot

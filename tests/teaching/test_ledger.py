@@ -13,6 +13,7 @@ from robot_perception.teaching.ledger import (
     Entry,
     Ledger,
     Sabotaged,
+    agrees,
     entry,
     record,
     verdicts,
@@ -92,20 +93,75 @@ def test_lines_of_the_text_are_what_a_diff_should_show():
     assert max(map(len, lines)) < 300
 
 
-def test_merging_replaces_adds_orders_and_drops_what_is_no_longer_declared():
+def test_merging_replaces_adds_and_orders():
     a, b, c = (entry(some(name), finding(1.5)) for name in "abc")
     new = entry(some("b"), finding(7.0))
-    merged = Ledger((a, b, c)).merged([new, entry(some("d"), finding(2.0))], ["d", "b", "a"])
-    assert [e.id for e in merged.entries] == ["d", "b", "a"]
+    merged = Ledger((a, b, c)).merged([new, entry(some("d"), finding(2.0))], ["d", "c", "b", "a"])
+    assert [e.id for e in merged.entries] == ["d", "c", "b", "a"]
     assert merged["b"].value.estimate == 7.0
     assert merged["a"] is a
+
+
+def scored(*names):
+    """Return a ledger of claims that were scored."""
+    return Ledger(tuple(record(some(name), versions="") for name in names))
+
+
+def test_what_was_scored_is_never_dropped():
+    with pytest.raises(ValueError, match=r"b was scored and .* claims --withdraw b --why"):
+        scored("a", "b").merged([], ["a"])
+    left = scored("a", "b").withdrawing("b", why="it was no claim", instead="a", day="2026-01-02")
+    assert left.merged([], ["a"]) == left
+    with pytest.raises(ValueError, match="b was withdrawn: a new claim needs a new name"):
+        left.merged(scored("b").entries, ["a", "b"])
+
+
+def test_a_withdrawn_claim_keeps_what_it_gave(tmp_path):
+    before = scored("a", "b")
+    left = before.withdrawing("b", why="it was no claim", instead="a", day="2026-01-02")
+    left.write(tmp_path / "claims.json")
+    again = Ledger.read(tmp_path / "claims.json")
+    assert again == left
+    (gone,) = again.withdrawn
+    for name in ("id", "chapter", "paper", "place", "statement", "verdict", "value", "date"):
+        assert getattr(gone, name) == getattr(before["b"], name), name
+    assert (gone.day, gone.why, gone.instead) == ("2026-01-02", "it was no claim", "a")
+    assert verdicts(again) == verdicts(scored("a"))
+    with pytest.raises(KeyError, match="no claim 'b'"):
+        again["b"]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"why": " "}, "must say why"),
+        ({"day": "yesterday"}, "isoformat"),
+        ({"verdict": "fine"}, "verdict of b"),
+        ({"id": "a"}, "a stands in it twice"),
+        ({"colour": "red"}, "colour"),
+        ({"paper": 3}, "paper"),
+    ],
+)
+def test_a_withdrawn_claim_that_says_too_little_is_no_part_of_a_ledger(change, says):
+    left = scored("a", "b").withdrawing("b", why="it was no claim", instead="", day="2026-01-02")
+    plain = json.loads(left.to_json())
+    plain["withdrawn"][0] |= change
+    with pytest.raises(ValueError, match=says):
+        Ledger.from_json(json.dumps(plain))
+
+
+def test_what_took_its_place_is_a_claim_of_the_book():
+    with pytest.raises(ValueError, match="instead"):
+        scored("a", "b").withdrawing("b", why="so", instead="c", day="2026-01-02")
+    with pytest.raises(KeyError, match="no claim 'c'"):
+        scored("a", "b").withdrawing("c", why="so", instead="a", day="2026-01-02")
 
 
 def test_a_file_is_replaced_whole(tmp_path):
     file = tmp_path / "claims.json"
     ledger = Ledger((record(some(), versions=""),))
     ledger.write(file)
-    ledger.merged([], []).write(file)
+    Ledger(()).write(file)
     assert Ledger.read(file).entries == ()
     assert [p.name for p in tmp_path.iterdir()] == ["claims.json"]
 
@@ -175,3 +231,17 @@ def test_chapters_and_counts():
     assert verdicts(ledger) == {Verdict.CONDITIONAL: 2, Verdict.REFUTED: 1}
     unmeasured = replace(ledger["a"], value=None, verdict="untestable")
     assert unmeasured.turn is None
+
+
+def test_the_same_claim_gives_the_same_values_of_sabotages_too():
+    declared = some(sabotages=(Sabotage("half of it", study(0.5)),))
+    before = record(declared, versions="")
+    (half,) = before.sabotages
+    assert agrees(declared, before)
+    assert not agrees(declared, replace(before, value=replace(before.value, high=9.0)))
+    assert not agrees(declared, replace(before, sabotages=()))
+    for other in (
+        replace(half, text="a third of it"),
+        replace(half, value=replace(half.value, low=0.0)),
+    ):
+        assert not agrees(declared, replace(before, sabotages=(other,)))

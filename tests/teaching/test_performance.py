@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
+from robot_perception.files import DamagedFile
 from robot_perception.teaching import performance
 from robot_perception.teaching.performance import Record, duration, times
 
@@ -37,7 +38,7 @@ def store(tmp_path, monkeypatch):
 
     def write(rows):
         plain = {"date": "2026-01-01", "machine": "a & b", "versions": {"numpy": "2"}}
-        (tmp_path / "performance.json").write_text(json.dumps(plain | {"rows": rows}))
+        performance.write(plain | {"rows": rows}, tmp_path / "performance.json")
         return Record.read()
 
     return write
@@ -145,6 +146,22 @@ def test_picture_of_latencies_has_both_media_and_their_targets(store):
     dashed = [line.get_xdata()[0] for line in ax.lines if line.is_dashed()]
     assert sorted(dashed) == [50, 100]
     assert [text.get_text() for text in ax.texts] == ["walls", "Step"]
+
+
+@pytest.mark.parametrize(
+    "change", [('"ours_s": 0.002', '"ours_s": 0.0002'), ("a & b", "another"), ('"content"', '"c"')]
+)
+def test_a_number_that_nobody_measured_is_refused(store, tmp_path, change):
+    store(ROWS)
+    file = tmp_path / "performance.json"
+    text = file.read_text("utf-8")
+    assert change[0] in text
+    file.write_text(json.dumps(json.loads(text)), "utf-8")  # the same numbers in one line
+    assert performance.rows() == ROWS
+    file.write_text(text.replace(*change), "utf-8")
+    for read in (Record.read, performance.rows):
+        with pytest.raises(DamagedFile, match=r"performance\.json: no record of benchmarks"):
+            read()
 
 
 def test_what_is_recorded_can_be_read():

@@ -13,10 +13,12 @@ from robot_perception import chapters
 from robot_perception.beliefs import Gaussian
 from robot_perception.ceiling.mosaic import Links
 from robot_perception.teaching import recorded as module
+from robot_perception.teaching import versions
 from robot_perception.teaching.recorded import Recorded, recorded
 from robot_perception.teaching.records import records
 from robot_perception.teaching.structures import Packed, packed, unpacked
 from robot_perception.teaching.verdicts import Verdict
+from robot_perception.teaching.versions import here
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,16 +248,50 @@ def other_calls(file: Path, monkeypatch: pytest.MonkeyPatch) -> Recorded:
     return made(calls=(*CALLS, (5,)))
 
 
-@pytest.mark.parametrize(
-    "change", [other_code, other_numbers, damaged, no_summary, half_a_summary, other_calls]
-)
-def test_it_is_computed_after(change, stored, monkeypatch):
+WHY = {
+    other_code: "the code has changed since they were stored on 2",
+    other_numbers: "test-states.npz is not what was stored",
+    damaged: "test-states.npz is not what was stored",
+    no_summary: "test-states.npz is not what was stored",
+    half_a_summary: "test-states.json: no summary of states",
+    other_calls: "test-states.npz is not what was stored for these calls",
+}
+"""What a reader is told."""
+
+
+@pytest.mark.parametrize("change", WHY)
+def test_it_is_computed_after(change, stored, monkeypatch, caplog):
     function = change(stored, monkeypatch)
     COMPUTED.clear()
     if change is not half_a_summary:
         assert not function.is_current()
     assert function(3) == (0.0, 2.0, 4.0)
     assert COMPUTED == [(3, 2.0)]
+    function(4, 0.5)
+    (line,) = caplog.messages  # once
+    assert line.startswith("test-states: states are computed anew, for ")
+    assert WHY[change] in line
+
+
+def test_in_a_notebook_the_cell_says_why_it_computes(stored, monkeypatch, caplog, capsys):
+    monkeypatch.setattr(module, "shell", object)
+    made()(3)
+    assert capsys.readouterr().out == ""
+    other_code(stored, monkeypatch)(3)
+    assert "test-states: states are computed anew, for the code has" in capsys.readouterr().out
+    assert not caplog.messages
+
+
+def test_states_of_other_packages_are_read(stored, monkeypatch):
+    assert json.loads(stored.with_suffix(".json").read_text())["versions"] == here()
+    monkeypatch.setattr(versions, "installed", lambda: {"numpy": "9.9"})
+    function = made()
+    assert function.is_current()
+    assert function(3) == (0.0, 2.0, 4.0)
+    assert COMPUTED == []
+    assert function.other_packages() == f"numpy {np.__version__} (here 9.9)"
+    assert function.renew()
+    assert made().other_packages() == ""
 
 
 def test_the_code_is_that_of_the_module(stored):

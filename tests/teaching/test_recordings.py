@@ -5,14 +5,17 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.metadata import version
 
 import numpy as np
 import pytest
 from jaxtyping import Float
 
 from robot_perception import datasets
-from robot_perception.teaching import recordings, storage
+from robot_perception.files import DamagedFile
+from robot_perception.teaching import recordings, storage, versions
 from robot_perception.teaching.recordings import Read, Recording
+from robot_perception.teaching.versions import here
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +128,16 @@ def code_of_a_notebook(root, monkeypatch):
 
 CHANGES = [changed_code, changed_file, changed_registry, no_keys, replaced_numbers]
 CHANGES += [code_of_a_notebook]
+OTHER_CODE = "what is stored was computed by other code"
+OTHER_FILES = "what is stored was computed from other files"
+WHY = {
+    changed_code: OTHER_CODE,
+    code_of_a_notebook: OTHER_CODE,
+    no_keys: OTHER_CODE,
+    changed_file: OTHER_FILES,
+    changed_registry: OTHER_FILES,
+    replaced_numbers: "test-store.npz is not what was stored",
+}
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -135,7 +148,8 @@ def test_it_is_computed_anew_after(
     assert not recorded.is_current()
     read = recorded.read()
     assert read.live
-    assert "Computed on this machine" in read.note
+    assert read.note.startswith("Computed on this machine from the recording `attic`: ")
+    assert read.note.endswith(f"{WHY[change]}.")
     if change is not changed_file and change is not code_of_a_notebook:
         recorded.write()
         assert recorded.is_current()
@@ -283,6 +297,30 @@ def test_absent_recording_shows_the_stored_result_and_says_how_to_get_it(recorde
     assert summary["result"]["count"] == "1"
     with pytest.raises(datasets.DatasetMissing):
         recorded.renew()
+
+
+def test_numbers_that_nobody_stored_are_refused_where_the_recording_is_absent(
+    recorded, tmp_path, monkeypatch
+):
+    (tmp_path / "attic/scans.log").unlink()
+    assert recorded.read().result.count == 1
+    replaced_numbers(tmp_path, monkeypatch)
+    for show in (recorded.read, recorded.stored):
+        with pytest.raises(DamagedFile, match=r"not what was stored, .*git checkout.*test-store"):
+            show()
+    assert not recorded.is_what_was_stored()
+
+
+def test_a_result_of_other_packages_is_shown_and_says_so(recorded, tmp_path, monkeypatch):
+    assert json.loads((tmp_path / "data/test-store.json").read_text())["versions"] == here()
+    monkeypatch.setattr(versions, "installed", lambda: {"numpy": "9.9", "scipy": "9.8"})
+    numpy, scipy = (version(name) for name in ("numpy", "scipy"))
+    others = f"numpy {numpy} (here 9.9), scipy {scipy} (here 9.8)"
+    assert recorded.other_packages() == others
+    assert recorded.is_current()
+    assert recorded.read().note.endswith(f"by this code with {others}.")
+    assert recorded.renew()
+    assert recorded.other_packages() == ""
 
 
 def test_non_finite_results_are_not_stored(recorded, tmp_path):

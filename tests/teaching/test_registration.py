@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 
 from robot_perception.files import DamagedFile
-from robot_perception.teaching import registration
+from robot_perception.teaching import dependencies, registration
 from robot_perception.teaching.registration import (
     Registration,
     anew,
+    changed,
     in_words,
     measure_of,
     numbers,
@@ -18,6 +19,7 @@ from robot_perception.teaching.registration import (
     replicates_of,
     reused,
     same,
+    trial_of,
     words_of,
     write,
 )
@@ -73,12 +75,27 @@ def test_the_file_comes_back_as_it_was_written(book):
     write(LINES)
     assert read() == LINES
     assert registration.file().read_text("utf-8").splitlines()[0] == "\t".join(
-        ("claim", "number", "day", "words", "measure", "replicates", "remark")
+        ("claim", "number", "day", "words", "measure", "replicates", "remark", "trial")
     )
     before = registration.file().read_text("utf-8")
     write([*read(), LINES[1]])
     assert registration.file().read_text("utf-8").startswith(before)
     assert of(read(), "b") == (LINES[1], LINES[1])
+
+
+def test_lines_from_before_trials_were_hashed_stay_as_they_were(book):
+    later = replace(LINES[2], trial="t")
+    old = "\t".join(("claim", "number", "day", "words", "measure", "replicates", "remark"))
+    write([*LINES[:2], later])
+    _, *lines, last = registration.file().read_text("utf-8").splitlines()
+    assert [line.count("\t") for line in lines] == [6, 6]
+    assert last.endswith("\tt")
+    assert read() == (*LINES[:2], later)
+    registration.file().write_text("\n".join([old, *lines]) + "\n", "utf-8")
+    assert read() == LINES[:2]
+    registration.file().write_text("\n".join([old, lines[0].rpartition("\t")[0]]), "utf-8")
+    with pytest.raises(DamagedFile, match="a line of a is cut off"):
+        read()
 
 
 @pytest.mark.parametrize(
@@ -104,6 +121,8 @@ def test_how_often_a_claim_was_registered_is_said(book):
     assert in_words("a") == "2 times, last on 2026-01-03: again"
     assert in_words("b") == "as it stood before claims were registered"
     assert in_words("c") == "not registered"
+    write([*LINES, replace(LINES[2], day="2026-01-04", remark="by other code")])
+    assert in_words("a").startswith("once, last on 2026-01-02: other")  # and is the same since
     write(LINES[:3])
     assert in_words("a").startswith("once, last on 2026-01-02: other")
 
@@ -176,6 +195,83 @@ def test_the_measure_changes_with_nothing_else(book, old, new):
     assert measure_of(made(book)) == measure_of(made(book, old, new))
 
 
+WORLD = """from data_synth import laser
+
+NOISE = 0.1
+
+
+def scene(film):
+    return laser.scan, NOISE * film
+"""
+
+
+def with_world(book, old="", new=""):
+    """Return the claim whose trial stands in a world and is followed by a filter."""
+    texts = [
+        WORLD,
+        CELLS[0],
+        CELLS[1].replace("gain * film}", 'gain * scene(film), "filtered": kalman.predict}'),
+    ]
+    assert not old or sum(text.count(old) for text in (*texts, CELLS[2])) == 1
+    return book.made(*(text.replace(old, new) if old else text for text in (*texts, CELLS[2]))).some
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("NOISE = 0.1", "NOISE = 0.2"),
+        ("NOISE * film", "NOISE + film"),
+        ("gain * scene", "gain + scene"),
+        ("gain=1.0", "gain=1.5"),
+        ("import laser", "import office as laser"),
+        ("seed=7", "seed=8"),
+        ("gain=100.0", "gain=200.0"),
+        ("drawn.but(gain=100.0)", "another"),
+        ("drawn.but(gain=100.0)", "drawn.but(film=range(4), gain=100.0)"),
+    ],
+)
+def test_the_trial_changes_with_what_a_claim_and_its_sabotages_are_tested_on(book, old, new):
+    before = trial_of(with_world(book))
+    assert trial_of(with_world(book, old, new)) != before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Something holds.", "Something fails."),
+        ("Accepted(0, 9", "Accepted(1, 9"),
+        ("LEVEL * rows", "LEVEL + rows"),
+        ("OTHER * film", "OTHER + film"),
+        ("film=range(5))\ndef drawn", "film=[*range(5)])\ndef drawn"),
+        ("from robot_perception import kalman", "from robot_perception import gating as kalman"),
+        ("def scene(film):\n", "def scene(film):\n    # where it is\n"),
+    ],
+)
+def test_the_trial_changes_with_nothing_else(book, old, new):
+    before = trial_of(with_world(book))
+    assert trial_of(with_world(book, old, new)) == before
+
+
+def test_a_sabotage_by_another_study_counts_with_its_trial(book):
+    other = ("drawn.but(gain=100.0)", "another")
+    texts = [text.replace(*other) for text in CELLS]
+    before = trial_of(book.made(*texts).some)
+    assert trial_of(
+        book.made(*(t.replace("OTHER * film", "OTHER + film") for t in texts)).some
+    ) != (before)
+
+
+def test_a_world_counts_and_a_room_does_not(book, monkeypatch):
+    """What is tested may be mended, what it is tested on may not."""
+    found = {"": trial_of(with_world(book))}
+    for name in ("data_synth.laser", "robot_perception.kalman"):
+        imports = dependencies.Imports()
+        imports._meanings[name] = "changed"
+        monkeypatch.setattr(dependencies, "_imports", lambda imports=imports: imports)
+        found[name] = trial_of(with_world(book))
+    assert found["data_synth.laser"] != found[""] == found["robot_perception.kalman"]
+
+
 def test_replicates_are_those_of_the_study(book):
     assert replicates_of(made(book)) == "drawn film 0-4"
     assert replicates_of(made(book, "seed=7, film=range(5)", "film=(3, 4, 7, 9, 8)")) == (
@@ -221,10 +317,20 @@ def test_what_is_called_the_same_has_the_same_words(book):
             anew(some, before, "the same", same=True)
 
 
-@pytest.mark.parametrize("name", ["words", "measure", "replicates"])
-def test_a_registration_is_of_words_measure_and_replicates(book, name):
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("words",) * 2, ("measure",) * 2, ("replicates",) * 2, ("trial", "trial or world")],
+)
+def test_a_registration_is_of_words_measure_replicates_and_trial(book, name, said):
     some = made(book)
-    assert not same(replace(anew(some, (), "new"), **{name: "other"}), some)
+    other = replace(anew(some, (), "new"), **{name: "other"})
+    assert not same(other, some)
+    assert changed(other, some) == said
+
+
+def test_a_line_without_its_trial_is_none_of_what_is_declared(book):
+    some = made(book)
+    assert changed(replace(anew(some, (), "new"), trial=""), some) == "trial or world"
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ def test_other_code_and_other_libraries_are_another_result(what, monkeypatch):
     if what == "code":
         monkeypatch.setattr(results, "code_digest", lambda module: "other")
     else:
-        monkeypatch.setattr(results, "version", lambda name: "0.0")
+        monkeypatch.setattr(results, "installed", lambda: {"numpy": "0.0"})
     other, second = counted()
     other(1.0)
     assert len(first) == len(second) == 1

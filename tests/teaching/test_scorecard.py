@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,25 @@ def test_the_filter_offers_each_verdict_and_paper_once_and_waits_for_its_script(
     for value in ("conditional", "not reproduced", "perception-issues"):
         assert form.count(f'value="{value}"') == 1
     assert form.count(" checked>") == 2
+
+
+def test_withdrawn_claims_stand_in_a_table_of_their_own(ledger, monkeypatch):
+    why = {"why": "nobody <has> it", "instead": "good", "day": "2026-01-03"}
+    dated = [replace(entry, date="2026-01-02") for entry in ledger.entries]
+    left = Ledger(tuple(dated)).withdrawing("bad", **why)
+    monkeypatch.setattr(module, "recorded", lambda: left)
+    html = module.withdrawn().bundle["text/html"]
+    (row,) = html.split("<tr")[2:]
+    for text in (
+        ' id="bad"',
+        "Distances are &lt;squared&gt;.",
+        "<strong>not reproduced</strong>, 0 on 2026-01-02",
+        '2026-01-03: nobody &lt;has&gt; it; in its place <a href="#good">good</a>',
+    ):
+        assert text in row
+    assert html_of(left).count("<article") == 2
+    assert ' id="bad"' not in html_of(left)
+    assert repr(module.withdrawn()).startswith("bad not reproduced 0, withdrawn on 2026-01-03: ")
 
 
 def test_the_text_is_the_table_of_all(ledger):

@@ -11,10 +11,10 @@ from joblib import parallel_config
 from robot_perception.book import covariance_intersection
 from robot_perception.datasets.store import CACHE_VARIABLE
 from robot_perception.evaluation.sweep import sweep
-from robot_perception.teaching import recorded_rows, trials
+from robot_perception.teaching import recorded_rows, trials, versions
 from robot_perception.teaching.cells import code_of
 from robot_perception.teaching.claims import Claim
-from robot_perception.teaching.trials import Chapter
+from robot_perception.teaching.trials import Chapter, Trials
 
 CELLS = (
     """import numpy as np
@@ -245,6 +245,43 @@ def test_rows_of_other_code_seed_or_levels_never_say_by_this_code(book, small, o
     changed = book.made(*(text.replace(old, new) for text in CELLS)).drawn
     assert not changed.is_current()
     assert "by earlier code" in changed.rows().note
+
+
+def other_seed(self, replicate):
+    return np.random.default_rng(self.seed + self.key(replicate)[0])
+
+
+def other_place(self, replicate):
+    return (self.replicates.index(replicate),)
+
+
+@pytest.mark.parametrize(("name", "other"), [("generator", other_seed), ("key", other_place)])
+def test_rows_of_generators_that_are_made_otherwise_are_not_current(
+    small, monkeypatch, name, other
+):
+    for study in (small.drawn, small.plain):
+        study.record()
+    before = small.drawn.run().of("error")
+    computed(small)
+    monkeypatch.setattr(Trials, name, other)
+    for study in (small.drawn, small.plain):
+        assert not study.is_current()
+        assert "by earlier code" in study.rows().note
+    again = small.drawn.run().of("error")
+    assert len(computed(small)) == 10  # none of those that this computer has kept
+    assert np.array_equal(before, again) == (name == "key")  # the same for what is declared
+
+
+def test_rows_of_other_packages_are_read_and_say_so(small, monkeypatch):
+    small.drawn.record()
+    assert small.drawn.other_packages() == ""
+    monkeypatch.setattr(versions, "installed", lambda: {"numpy": "9.9"})
+    numpy = f"numpy {np.__version__} (here 9.9)"
+    assert small.drawn.other_packages() == numpy
+    assert small.drawn.is_current()
+    assert small.drawn.rows().note.endswith(f"by this code with {numpy}: 5 films.")
+    assert small.drawn.renew(where(small.drawn)[:1]) == []
+    assert small.drawn.other_packages() == ""
 
 
 def test_a_variant_is_recorded_beside_the_study(small):

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     help="Record what was computed in this file, rows that are missing as well; entries of other "
     "claims stay as they are.",
 )
+@click.option("--withdraw", help="Keep this scored claim among the withdrawn; with --why, --write.")
+@click.option("--why", default="", help="Why it is withdrawn, in a sentence.")
+@click.option("--instead", default="", help="The claim that took its place.")
 @with_workers
 def claims(
     as_json: bool,
@@ -33,6 +36,9 @@ def claims(
     stems: tuple[str, ...],
     ids: tuple[str, ...],
     write: Path | None,
+    withdraw: str | None,
+    why: str,
+    instead: str,
     workers: int | None,
     dask: str | None,
     ray: str | None,
@@ -40,13 +46,18 @@ def claims(
     """Print the claim ledger: what each paper says, what we find, and the verdict."""
     from robot_perception.teaching.badges import as_text
 
-    if write is not None and not run:
+    if write is not None and not run and withdraw is None:
         raise click.UsageError("--write records what is computed: say --run")
     if write is not None and not write.parent.is_dir():
         raise click.UsageError(f"--write: there is no folder {write.parent}")
     try:
+        if withdraw is not None:
+            click.echo(_withdrawn(withdraw, why, instead, write))
+            return
         chosen = _chosen(stems, ids)
         before = _recorded(write)
+        if write is not None:
+            before.merged((), _order())  # before anything dear is computed
     except (ValueError, OSError) as error:
         raise click.ClickException(str(error)) from error
     failed: list[str] = []
@@ -55,7 +66,8 @@ def claims(
             ledger, failed = _computed(chosen, write)
     else:
         names = {claim.id for claim in chosen}
-        ledger = type(before)(tuple(e for e in before.entries if e.id in names))
+        gone = () if stems or ids else before.withdrawn
+        ledger = type(before)(tuple(e for e in before.entries if e.id in names), gone)
     click.echo(ledger.to_json().encode() if as_json else as_text(ledger))
     if failed:
         raise click.ClickException(
@@ -113,12 +125,43 @@ def _computed(chosen: tuple["Claim", ...], write: Path | None) -> tuple["Ledger"
 
 def _write(made: "Entry", file: Path) -> None:
     """Put an entry in its place in a ledger, which others may have written meanwhile."""
-    from robot_perception import chapters
     from robot_perception.teaching.locks import changing
 
     with changing(file):
-        order = [claim.id for claim in chapters.claims()]
-        _recorded(file).merged([made], order).write(file)
+        _recorded(file).merged([made], _order()).write(file)
+
+
+def _order() -> list[str]:
+    """Return the identifiers of all declared claims in the order of the book."""
+    from robot_perception import chapters
+
+    return [claim.id for claim in chapters.claims()]
+
+
+def _withdrawn(name: str, why: str, instead: str, file: Path | None) -> str:
+    """Put a scored claim among the withdrawn of a ledger; return what was done.
+
+    Raises
+    ------
+    ValueError
+        If it was not scored, is still declared, or it is not said why.
+    """
+    from datetime import date
+
+    from robot_perception.teaching.locks import changing
+
+    if file is None or not file.exists():
+        raise ValueError("--withdraw changes a ledger: name its file by --write")
+    if name in _order():
+        raise ValueError(f"{name} is still declared: take it out of its chapter first")
+    with changing(file):
+        ledger = _recorded(file)
+        known = [entry.id for entry in ledger.entries]
+        if name not in known:
+            raise ValueError(f"no scored claim {name!r}; there are {', '.join(known)}")
+        today = date.today().isoformat()
+        ledger.withdrawing(name, why=why, instead=instead, day=today).write(file)
+    return f"{name}: withdrawn on {today}"
 
 
 def _with_rows(claim: "Claim") -> None:
@@ -132,10 +175,11 @@ def _with_rows(claim: "Claim") -> None:
     from robot_perception.teaching import registration
 
     own = registration.of(registration.read(), claim.id)
-    if not own or not registration.same(own[-1], claim):
+    if not own or registration.changed(own[-1], claim):
+        what = f" (other {registration.changed(own[-1], claim)})" if own else ""
         raise ValueError(
-            f"{claim.id} is not registered as it is declared: `robot-perception register --claim "
-            f"{claim.id} --remark …` before its rows exist"
+            f"{claim.id} is not registered as it is declared{what}: `robot-perception register "
+            f"--claim {claim.id} --remark …` before its rows exist"
         )
     for study in (claim.study, *(change.study for change in claim.sabotages)):
         if not study.is_current():

@@ -97,12 +97,18 @@ def _stored(one, keys: bool, anew: bool) -> str:
     return _renew(one) if keys else _store(one)
 
 
+def _current(stored) -> str:
+    """Return that a result is of this code, and with which other packages it was computed."""
+    others = stored.other_packages()
+    return f"current, computed with {others}; --keys tries these" if others else "current"
+
+
 def _record(study, anew: bool) -> str:
     """Record the rows of a study unless they are there; return what was done."""
     said = f"{_name(study)} ({study.changed or 'as declared'})"
     current = study.is_current()
     if current and not anew:
-        return f"{said}: current"
+        return f"{said}: {_current(study)}"
     before = study.rows().table if current else None
     study.record(anew=anew)
     rows = study.rows()
@@ -114,7 +120,7 @@ def _record(study, anew: bool) -> str:
 def _renew_rows(study) -> str:
     """Renew the key of rows that this code gives, as some trials say; return what was done."""
     said = f"{_name(study)} ({study.changed or 'as declared'})"
-    if study.is_current():
+    if study.is_current() and not study.other_packages():
         return f"{said}: current"
     chosen = drawn(study)
     lines = study.renew(chosen)
@@ -162,7 +168,7 @@ def _renew(recording) -> str:
     """Renew the keys of a stored result that is what the code computes; return what was done."""
     from robot_perception.datasets import DatasetMissing
 
-    if recording.is_current():
+    if recording.is_current() and not recording.other_packages():
         return f"{recording.store}: current"
     try:
         same = recording.renew()

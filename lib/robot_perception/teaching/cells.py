@@ -12,7 +12,7 @@ import ast
 import json
 import linecache
 import symtable
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -81,29 +81,43 @@ def code_of(function: Callable[..., Any]) -> str | None:
     return None if texts is None else definitions(texts).digest(function.__qualname__)
 
 
+def tried_on(function: Callable[..., Any]) -> str | None:
+    """Hash a trial of study cells and the world it stands in; ``None`` if its source is not known.
+
+    The rooms of the library do not count (`Definitions.tried`).
+    """
+    found = sources(function.__module__)
+    return None if found is None else definitions(found).tried(function.__qualname__)
+
+
 def sources(module: str) -> tuple[str, ...] | None:
     """Return the texts of the cells of a module, or of those that were run in this notebook."""
     if module.startswith(BOOK):
         return _of_page(module.removeprefix(BOOK))
     if module == LIVE:
-        try:
-            from IPython import get_ipython
-        except ModuleNotFoundError:
-            return None
-        shell = get_ipython()
-        return None if shell is None else _run_in(shell)
+        notebook = shell()
+        return None if notebook is None else _run_in(notebook)
     spec = find_spec(module)
     if spec is None or not spec.origin or not spec.origin.endswith(".py"):
         return None
     return (Path(spec.origin).read_text("utf-8"),)
 
 
-def _run_in(shell: Any) -> tuple[str, ...]:
+def shell() -> Any:
+    """Return the shell of the notebook that is run in this process, ``None`` if it runs none."""
+    try:
+        from IPython import get_ipython
+    except ModuleNotFoundError:
+        return None
+    return get_ipython()
+
+
+def _run_in(notebook: Any) -> tuple[str, ...]:
     """Return the texts of the cells that were run; where no history is kept, as compiled."""
-    history = tuple(shell.user_ns.get("In", ()))
+    history = tuple(notebook.user_ns.get("In", ()))
     if any(history):
         return history
-    compiled = getattr(getattr(shell, "compile", None), "_filename_map", ())  # nbval keeps none
+    compiled = getattr(getattr(notebook, "compile", None), "_filename_map", ())  # nbval keeps none
     return tuple("".join(linecache.getlines(name)) for name in compiled)
 
 
@@ -208,12 +222,37 @@ class Definitions:
         """Hash a definition and what it depends on; ``None`` if there is no such definition."""
         if not self._has(name):
             return None
-        _, imports, modules = self.reached(name)
+        statements, imports, modules = self.reached(name)
         lines = self._lines(name)
         lines += sorted(imports)
-        lines += (f"{cell} {code}" for cell, code in self._of_books(modules))
+        lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.digest))
         library = sorted(module for module in modules if not module.startswith(BOOK))
-        lines.append(dependencies.code_digest(*library) if library else "")
+        named = dependencies.texts(*(node for parts in statements.values() for node in parts))
+        lines.append(dependencies.code_digest(*library, named=named) if library else "")
+        return dependencies.hashed("\n".join(sorted(lines)))
+
+    def tried(self, name: str) -> str | None:
+        """Hash a definition, those it reaches in cells, and the worlds: no algorithm of a room.
+
+        What is tried may be mended, and what it is tried on may not: see `registration`. Of a
+        notebook that is imported whole only those names count that are asked of it.
+        """
+        if not self._has(name):
+            return None
+        statements, imports, modules = self.reached(name)
+        for module, imported, alias in map(str.split, imports):
+            asked = _asked(alias, statements) if f"{module}." == BOOK else None
+            if asked is not None:
+                whole = f"{BOOK}{imported}:"
+                modules = modules - {whole} | {f"{whole}{one}" for one in asked}
+        own = (BOOK, *(f"{package}." for package in dependencies.WORLDS))
+        lines = self._lines(name)
+        lines += (
+            line for line in imports if any(f"{w}.".startswith(own) for w in line.split()[:2])
+        )
+        lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.tried))
+        library = sorted(module for module in modules if not module.startswith(BOOK))
+        lines.append(dependencies.code_digest(*library, within=dependencies.WORLDS))
         return dependencies.hashed("\n".join(sorted(lines)))
 
     def _has(self, name: str) -> bool:
@@ -229,20 +268,22 @@ class Definitions:
         return sorted(lines)
 
     @staticmethod
-    def _of_books(modules: Iterable[str]) -> Iterator[tuple[str, str | None]]:
-        """Yield what other notebooks' definitions depend on, given as ``module:name``.
+    def _of_books(
+        modules: Iterable[str], digest: Callable[["Definitions", str], str | None]
+    ) -> Iterator[tuple[str, str | None]]:
+        """Yield a digest of other notebooks' definitions, given as ``module:name``.
 
-        Without a name, all of its definitions.
+        Without a name, of all of its definitions.
         """
         for module in modules:
             if module.startswith(BOOK):
                 stem, _, name = module.removeprefix(BOOK).partition(":")
                 cells = definitions(_of_page(stem))
                 names = [name] if name else sorted(cells._statements)
-                yield module, " ".join(f"{one} {cells.digest(one)}" for one in names)
+                yield module, " ".join(f"{one} {digest(cells, one)}" for one in names)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def definitions(texts: tuple[str, ...]) -> Definitions:
     """Return the definitions of cells, which are read once."""
     return Definitions(texts)
@@ -302,6 +343,20 @@ def _read(statement: ast.stmt, *, decorated: bool) -> frozenset[str]:
         for name in table.get_symbols()
         if name.is_referenced() and (name.is_global() or table.get_type() == "module")
     )
+
+
+def _asked(alias: str, statements: Mapping[str, Iterable[ast.stmt]]) -> set[str] | None:
+    """Return what statements ask of a module by its name; ``None`` if they hand it on whole."""
+    nodes = [n for parts in statements.values() for part in parts for n in ast.walk(part)]
+    named = sum(isinstance(node, ast.Name) and node.id == alias for node in nodes)
+    asked = [
+        node.attr
+        for node in nodes
+        if isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name)
+        and node.value.id == alias
+    ]
+    return {*asked} if len(asked) == named else None
 
 
 def _undecorated(statement: ast.stmt) -> ast.stmt:

@@ -21,6 +21,7 @@ import grimp
 
 from robot_perception.datasets import find, registry
 from robot_perception.files import reading
+from robot_perception.teaching.records import records
 
 NOTEBOOKS = "robot_perception.book."
 """Above the modules that are the study cells of notebooks."""
@@ -45,6 +46,10 @@ IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that p
 _END = object()
 SHOWING = ("robot_perception.teaching",)
 """Packages that show, judge and store what others compute: no result depends on them."""
+RECORDS = "robot_perception.teaching.records"
+"""Names the folder of what is recorded: results depend on what is read there."""
+WORLDS = ("data_synth", CHAPTERS)
+"""Packages that say what an algorithm is tried on."""
 
 
 class Imports:
@@ -83,18 +88,50 @@ class Imports:
             todo = {step for one in todo for step in self._steps[one]} - seen
         return {name for name, _ in seen}
 
-    def digest(self, *modules: str) -> str:
+    def digest(
+        self, *modules: str, named: frozenset[str] = frozenset(), within: tuple[str, ...] = ()
+    ) -> str:
         """Hash what the results of some modules depend on: `code_digest` of these packages."""
         for name in modules:
             if name not in self.files:
                 tops = sorted({known.partition(".")[0] for known in self.files})
                 raise ValueError(f"no module {name!r} in {', '.join(tops)}")
-        digest = hashlib.sha256()
-        for name in sorted(self.reached(modules, results=True)):
+        digest, found = hashlib.sha256(), self.reached(modules, results=True)
+        for name in sorted(found):
+            if within and not any(f"{name}.".startswith(f"{package}.") for package in within):
+                continue
             if name not in self._meanings:
                 self._meanings[name] = meaning(ast.parse(self.files[name].read_bytes()))
             digest.update(f"{name} {self._meanings[name]}\n".encode())
+        for file in () if within else self.read({*modules, *found}, named):
+            digest.update(f"{file.name} {_content(file, file.stat().st_mtime_ns)}\n".encode())
         return digest.hexdigest()[:16]
+
+    def read(self, modules: Iterable[str], named: frozenset[str] = frozenset()) -> list[Path]:
+        """Return the recorded files that modules read and name, or whose names are given to them.
+
+        Results are none of them: they have keys of their own.
+        """
+        asked = {*modules}
+        ours = {name for name in asked if not self._shows(name)}
+        asked |= {m for name in ours for m in self._graph.find_modules_directly_imported_by(name)}
+        readers = {name for name in asked if self._reads(name)}
+        if not readers:
+            return []
+        named = named.union(*map(self._said, ours | readers))
+        return [
+            file
+            for file in sorted(records().iterdir())
+            if {file.name, file.stem} & named
+            and file.is_file()
+            and not file.with_suffix(".npz").exists()
+        ]
+
+    def _reads(self, name: str) -> bool:
+        """Tell whether a module that shows says where records are, or asks the one that does."""
+        return name == RECORDS or (
+            self._shows(name) and RECORDS in self._graph.find_modules_directly_imported_by(name)
+        )
 
     def _shows(self, name: str) -> bool:
         return any(f"{name}.".startswith(f"{package}.") for package in self._showing)
@@ -127,23 +164,35 @@ class Imports:
     def _said(self, module: str) -> frozenset[str]:
         if module not in self._words:
             tree = ast.parse(self.files[module].read_bytes())
-            self._words[module] = frozenset(text.strip(".") for text in _strings(tree))
+            self._words[module] = frozenset(text.strip(".") for text in texts(tree))
         return self._words[module]
 
 
-def code_digest(*modules: str) -> str:
+def code_digest(
+    *modules: str, named: frozenset[str] = frozenset(), within: tuple[str, ...] = ()
+) -> str:
     """Hash the code on which the results of some modules depend.
 
     That is what these modules and all those that they reach do: a comment, a docstring or a line
     that is broken elsewhere changes nothing, nor does `robot_perception.teaching`. Where a module
-    lies, and which Python reads it, makes no difference.
+    lies, and which Python reads it, makes no difference. What they read of the records counts, too,
+    but for results.
+
+    Parameters
+    ----------
+    *modules
+        Of these packages.
+    named
+        Texts of who asks, which may name a file of the records.
+    within
+        Only modules of these packages count, and no files.
 
     Raises
     ------
     ValueError
         If there is no such module.
     """
-    return _imports().digest(*modules)
+    return _imports().digest(*modules, named=named, within=within)
 
 
 def modules() -> frozenset[str]:
@@ -154,6 +203,11 @@ def modules() -> frozenset[str]:
 def hashed(text: str) -> str:
     """Return the short hash by which results are told apart."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@lru_cache(maxsize=64)
+def _content(file: Path, changed: int) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
 
 
 @cache
@@ -212,7 +266,7 @@ def said(*trees: ast.AST) -> Said:
             imported |= {(alias.name, "") for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             imported |= {(node.module, alias.name) for alias in node.names}
-    return Said(frozenset(imported), _strings(*trees))
+    return Said(frozenset(imported), texts(*trees))
 
 
 def said_in(file: Path) -> Said | None:
@@ -417,6 +471,7 @@ def _calls(file: Path) -> frozenset[str]:
     return frozenset({file.name, *(part.partition(".")[0] for part in file.parts)})
 
 
-def _strings(*trees: ast.Module) -> frozenset[str]:
+def texts(*trees: ast.AST) -> frozenset[str]:
+    """Return the texts that stand in code."""
     nodes = (node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant))
     return frozenset(node.value for node in nodes if isinstance(node.value, str))

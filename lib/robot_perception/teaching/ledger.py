@@ -204,10 +204,67 @@ def sabotaged(claim: Claim) -> tuple[Sabotaged, ...]:
 
 
 @dataclass(frozen=True, slots=True)
+class Withdrawn:
+    """A claim that was scored and is none of the book any more.
+
+    Parameters
+    ----------
+    id, chapter, paper, place, statement
+        As in its entry.
+    verdict, value, date
+        What it gave, and when it was recorded.
+    day
+        When it was withdrawn, as a date.
+    why
+        Why, in a sentence.
+    instead
+        Identifier of the claim that took its place; empty if none did.
+    """
+
+    id: str
+    chapter: str
+    paper: str
+    place: str
+    statement: str
+    verdict: str
+    value: Interval | None
+    date: str
+    day: str
+    why: str
+    instead: str = ""
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return it in plain types that JSON can hold, numbers to ten digits."""
+        return _rounded(asdict(self))
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> "Withdrawn":
+        """Return what :meth:`to_plain` gave.
+
+        Raises
+        ------
+        ValueError
+            If a day is none, a verdict is unknown, or it is not said why.
+        TypeError
+            If a part is missing or of another type.
+        """
+        made = cls(**plain | {"value": plain["value"] and Interval(**plain["value"])})
+        for name in set(cls.__slots__) - {"value"}:
+            checks.instance(name, getattr(made, name), str)
+        for day in (made.date, made.day):
+            date.fromisoformat(day)
+        checks.one_of(f"verdict of {made.id}", made.verdict, tuple(Verdict))
+        if not made.id.strip() or not made.why.strip():
+            raise ValueError(f"{made.id!r} must say why it was withdrawn")
+        return made
+
+
+@dataclass(frozen=True, slots=True)
 class Ledger:
-    """The recorded claims in the order of the book."""
+    """The recorded claims in the order of the book, and those that were withdrawn."""
 
     entries: tuple[Entry, ...]
+    withdrawn: tuple[Withdrawn, ...] = ()
 
     def __getitem__(self, claim_id: str) -> Entry:
         for found in self.entries:
@@ -228,15 +285,53 @@ class Ledger:
         entries
             They take the place of those of the same identifier.
         order
-            Identifiers of all declared claims; entries of others are dropped.
+            Identifiers of all declared claims.
+
+        Raises
+        ------
+        ValueError
+            If a scored claim is declared no more and not withdrawn: no entry is ever dropped; or if
+            a withdrawn one is scored again.
         """
         by_id = {e.id: e for e in (*self.entries, *entries)}
-        return Ledger(tuple(by_id[name] for name in order if name in by_id))
+        lost = [name for name in by_id if name not in order]
+        if lost:
+            raise ValueError(
+                f"{', '.join(lost)} was scored and is declared no more; what was scored stays in "
+                f"the ledger: `robot-perception claims --withdraw {lost[0]} --why … --instead … "
+                "--write FILE` keeps it among the withdrawn"
+            )
+        again = sorted(by_id.keys() & {gone.id for gone in self.withdrawn})
+        if again:
+            raise ValueError(f"{', '.join(again)} was withdrawn: a new claim needs a new name")
+        return Ledger(tuple(by_id[name] for name in order if name in by_id), self.withdrawn)
+
+    def withdrawing(self, claim_id: str, *, why: str, instead: str, day: str) -> "Ledger":
+        """Return the ledger with an entry among the withdrawn.
+
+        Raises
+        ------
+        KeyError
+            If there is no such entry.
+        ValueError
+            If it is not said why, or no entry has the identifier of what took its place.
+        """
+        gone = self[claim_id]
+        left = tuple(e for e in self.entries if e.id != claim_id)
+        checks.one_of("instead", instead, ("", *(e.id for e in left)))
+        kept = {name: getattr(gone, name) for name in Withdrawn.__slots__ if hasattr(gone, name)}
+        made = Withdrawn(**kept, day=day, why=why, instead=instead)
+        return Ledger(left, (*self.withdrawn, Withdrawn.from_plain(made.to_plain())))
 
     def to_json(self) -> str:
         """Return the ledger as JSON text, a list of numbers on one line."""
-        rows = [_text(e.to_plain()) for e in self.entries]
-        return '{\n"claims": [\n' + ",\n".join(rows) + "\n]\n}\n"
+        parts = {"claims": self.entries, "withdrawn": self.withdrawn}
+        texts = [
+            f'"{name}": [\n' + ",\n".join(_text(e.to_plain()) for e in part) + "\n]"
+            for name, part in parts.items()
+            if part or name == "claims"
+        ]
+        return "{\n" + ",\n".join(texts) + "\n}\n"
 
     @classmethod
     def from_json(cls, text: str) -> "Ledger":
@@ -249,13 +344,16 @@ class Ledger:
             verdict that its numbers do not give.
         """
         try:
-            found = tuple(Entry.from_plain(row) for row in json.loads(text)["claims"])
-            twice = [name for name, times in Counter(e.id for e in found).items() if times > 1]
+            plain = json.loads(text)
+            found = tuple(map(Entry.from_plain, plain["claims"]))
+            gone = tuple(map(Withdrawn.from_plain, plain.get("withdrawn", ())))
+            names = Counter(e.id for e in (*found, *gone))
+            twice = [name for name, times in names.items() if times > 1]
             if twice:
                 raise ValueError(f"{', '.join(twice)} stands in it twice")
         except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
             raise ValueError(f"the text is not a claim ledger: {error}") from error
-        return cls(found)
+        return cls(found, gone)
 
     @classmethod
     def read(cls, path: Path | str) -> "Ledger":
@@ -279,14 +377,15 @@ class Ledger:
 
 
 def agrees(claim: Claim, recorded: Entry) -> bool:
-    """Tell whether a claim gives the recorded value, to the recorded digits, and its verdict."""
-    found = entry(claim, claim.find()).to_plain()
+    """Tell whether a claim and its sabotages give recorded verdicts, and values to ten digits."""
+    found = replace(entry(claim, claim.find()), sabotages=sabotaged(claim)).to_plain()
     known = recorded.to_plain()
-    return all(found[name] == known[name] for name in ("value", "verdict", "conditions"))
+    named = ("value", "verdict", "conditions", "sabotages")
+    return all(found[name] == known[name] for name in named)
 
 
 def verdicts(ledger: Ledger) -> dict[Verdict, int]:
-    """Return how many claims have which verdict, in the order of :class:`Verdict`."""
+    """Return how many claims of the book have which verdict, in the order of :class:`Verdict`."""
     found = [e.verdict for e in ledger.entries]
     return {v: found.count(v) for v in Verdict if v in found}
 

@@ -3,15 +3,18 @@
 import json
 import re
 import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.checks import one_of
-from robot_perception.files import reading
+from robot_perception.files import reading, written
+from robot_perception.teaching.dependencies import hashed
 from robot_perception.teaching.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
 from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.records import records
@@ -50,6 +53,8 @@ MOVES = re.compile(
 )
 LEAST = re.compile(r"≥ (?P<ratio>[\d.]+)×")
 MOST = re.compile(r"median ≤ (?P<median>[\d.]+) ms")
+FILE = "performance.json"
+"""Name of the record."""
 LINE = 46
 """Characters of a line in the pictures, so that it can be read on a telephone."""
 INCHES = 0.19
@@ -109,10 +114,16 @@ class Record:
 
     @classmethod
     def read(cls) -> "Record":
-        """Return what `make bench` has recorded."""
-        file = records() / "performance.json"
+        """Return what `make bench` has recorded.
+
+        Raises
+        ------
+        DamagedFile
+            If it is not what was recorded there.
+        """
+        file = records() / FILE
         with reading(file, "no record of benchmarks"):
-            return cls._of(json.loads(file.read_text(encoding="utf-8")))
+            return cls._of(_recorded(file))
 
     @classmethod
     def _of(cls, plain: dict[str, Any]) -> "Record":
@@ -166,6 +177,41 @@ class Record:
         )
         text = "\n".join(f"{work.work}: {_told(work)}" for work in self.work)
         return Shown({"text/html": html, "text/plain": text})
+
+
+def rows() -> list[dict[str, Any]]:
+    """Return the recorded rows as they stand in the file.
+
+    Raises
+    ------
+    DamagedFile
+        If they are not what was recorded there.
+    """
+    file = records() / FILE
+    with reading(file, "no record of benchmarks"):
+        return _recorded(file)["rows"]
+
+
+def write(plain: Mapping[str, Any], file: Path) -> None:
+    """Record benchmarks, with the hash that says later that nobody has changed a number."""
+    text = json.dumps({"content": _content(plain), **plain}, indent=1, ensure_ascii=False)
+    with written(file) as beside:
+        beside.write_text(f"{text}\n", encoding="utf-8")
+
+
+def _recorded(file: Path) -> dict[str, Any]:
+    plain = json.loads(file.read_text(encoding="utf-8"))
+    said = plain.pop("content")
+    if said != _content(plain):
+        raise ValueError(
+            "its numbers are not those that were measured: get the file of the release back (`git "
+            "checkout`, or install the package anew), or measure them with `make bench`"
+        )
+    return plain
+
+
+def _content(plain: Mapping[str, Any]) -> str:
+    return hashed(json.dumps(plain, sort_keys=True))
 
 
 def _latency(row: dict, moves: re.Match[str]) -> Latency:

@@ -8,7 +8,7 @@
 The function is `kept`; for the calls that the book makes its results are stored beside the ledger
 as well, so that a page is built without computing them. The summary in JSON has the hash of the
 code that computed them and that of the stored file: where one does not fit, they are computed as if
-nothing were stored. ``robot-perception store`` renews them.
+nothing were stored, and the cell or a warning says why. ``robot-perception store`` renews them.
 """
 
 import hashlib
@@ -24,11 +24,12 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import storage
-from robot_perception.teaching.cells import BOOK, LIVE, code_of
+from robot_perception.teaching.cells import BOOK, LIVE, code_of, shell
 from robot_perception.teaching.dependencies import code_digest
 from robot_perception.teaching.records import records
 from robot_perception.teaching.results import kept, told
 from robot_perception.teaching.structures import Packed, packed, unpacked
+from robot_perception.teaching.versions import differing, here
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -65,7 +66,22 @@ class Recorded(Generic[P, Result]):
 
     def is_current(self) -> bool:
         """Tell whether what is stored is what this code computes."""
-        return self.is_stored() and self._summary()["code"] == self._code()
+        return not self._outdated()
+
+    def other_packages(self) -> str:
+        """Return in words which packages other than those here gave what is stored."""
+        return differing(self._summary()["versions"])
+
+    def _outdated(self) -> str:
+        """Return why what is stored is not what this code computes; nothing if it is."""
+        if not self._file().exists():
+            return "nothing is stored"
+        if not self.is_stored():
+            return f"{self._file().name} is not what was stored for these calls"
+        said = self._summary()
+        if said["code"] == self._code():
+            return ""
+        return f"the code has changed since they were stored on {said['date']}"
 
     def write(self) -> Path:
         """Compute the results and store them; return the file.
@@ -107,12 +123,21 @@ class Recorded(Generic[P, Result]):
     def _stored(self) -> dict[str, Result] | None:
         """What is stored, by call; nothing where it is not what this code computes."""
         try:
-            if self.is_current():
+            why = self._outdated()
+            if not why:
                 with reading(self._file(), "holds no states"):
                     return unpacked(storage.load(self._file(), Packed))
         except DamagedFile as error:
-            log.warning("%s; they are computed anew", error)
+            why = f"{error}"
+        self._say(f"{self.store}: states are computed anew, for {why}.")
         return None
+
+    def _say(self, line: str) -> None:
+        """Say a line where the reader is: below the cell that asks, in a notebook or on a page."""
+        if shell() is None:
+            log.warning("%s", line)
+        else:
+            print(line)
 
     def _computed(self) -> Packed:
         return packed({name: self._compute(*call) for name, call in self._calls.items()})
@@ -142,6 +167,7 @@ class Recorded(Generic[P, Result]):
             "code": self._code(),
             "content": _hash(self._file().read_bytes()),
             "calls": self._called(),
+            "versions": here(),
             "result": {name: text for name, text in words.items() if name != "structure"},
         }
         with written(self._file().with_suffix(".json")) as beside:
@@ -152,7 +178,7 @@ class Recorded(Generic[P, Result]):
         keys = "code", "content", "calls", "date", "result"
         with reading(file, "no summary of states"):
             said = json.loads(file.read_text("utf-8"))
-            return {key: said[key] for key in keys}
+            return {"versions": said.get("versions", "")} | {key: said[key] for key in keys}
 
     def _file(self) -> Path:
         return records() / f"{self.store}.npz"

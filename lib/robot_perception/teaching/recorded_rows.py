@@ -24,6 +24,7 @@ from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import storage
 from robot_perception.teaching.locks import changing
 from robot_perception.teaching.records import records
+from robot_perception.teaching.versions import here
 
 RTOL = 1e-6
 """Numbers are the same that differ by this share of the largest of their column and combination."""
@@ -51,8 +52,8 @@ class Recorded:
         The rows.
     code, declared
         Hashes of the code, and of replicates, levels and keywords.
-    date, processor
-        When they were computed, and by which kind of processor.
+    date, processor, versions
+        When they were computed, by which kind of processor, and with which packages.
     seconds
         What a trial of the first combination of factors takes at most, and one of any combination;
         ``None`` where it was not measured.
@@ -64,6 +65,7 @@ class Recorded:
     date: str
     processor: str
     seconds: tuple[float, float] | None
+    versions: str = ""
 
     def fits(self, code: str | None, declared: str) -> bool:
         """Tell whether code and what it is run with are those that gave the rows."""
@@ -109,8 +111,9 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
                 raise ValueError("its numbers are not those that were recorded")
             table = pd.DataFrame({name: _levels(columns[name]) for name in said["columns"]})
             took = tuple(seconds[variant]) if variant in seconds else None
+            keys = (said[name] for name in ("code", "declared", "date"))
             kind = _kind(said["processor"])
-            return Recorded(table, said["code"], said["declared"], said["date"], kind, took)
+            return Recorded(table, *keys, kind, took, said.get("versions", ""))
     except DamagedFile as error:
         advice = f"`robot-perception store --only {stem}.{study}` records the rows anew"
         raise DamagedFile(f"{error}; {advice}") from error
@@ -194,6 +197,7 @@ def write(
             "date": date.today().isoformat(),
             "processor": processor(),
             "columns": {name: words[f"{start}{name}"] for name in columns},
+            "versions": here(),
         }
         took = took | {variant: [*seconds]} if seconds else took
         _describe(file, summary, took)
@@ -205,7 +209,7 @@ def renew(stem: str, study: str, variant: str, code: str | None, declared: str) 
     file = file_of(stem, study)
     with changing(file):
         _, summary, seconds = _read(file, *_changed(file))
-        keys = {"code": code, "declared": declared}
+        keys = {"code": code, "declared": declared, "versions": here()}
         _describe(file, summary | {variant: summary[variant] | keys}, seconds)
 
 

@@ -4,7 +4,8 @@ A result is a frozen dataclass of arrays, numbers, texts, and mappings or nested
 them. It is stored in full precision as ``.npz`` beside a summary in JSON, which a diff can be read
 of; reading it makes the same type again. The summary has three keys: of the code that computed the
 result, of the recording that it was computed from, and of what was stored. Where all fit,
-computing it again would give what is stored. Where study cells of a notebook compute it, the key of
+computing it again would give what is stored; what does not fit the third is nothing that this book
+has stored, and is never shown. Where study cells of a notebook compute it, the key of
 the code is that of the definitions that this reaches. A field with ``metadata={"timed": True}``
 holds times that were measured, which are never the same again.
 """
@@ -27,6 +28,7 @@ from robot_perception.teaching import storage
 from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import code_digest, hashed
 from robot_perception.teaching.records import records
+from robot_perception.teaching.versions import differing, here
 
 Result = TypeVar("Result")
 
@@ -82,13 +84,17 @@ class Recording(Generic[Result]):
         if folder is None:
             return self.stored()
         try:
-            if self.is_current():
-                result, day = self._load(), self._summary()["date"]
-                note = f"Computed from the recording `{self.dataset}` on {day}, by this code."
+            why = self._outdated()
+            if not why:
+                result, day, others = self._load(), self._summary()["date"], self.other_packages()
+                by = f"this code with {others}" if others else "this code"
+                note = f"Computed from the recording `{self.dataset}` on {day}, by {by}."
                 return Read(result, False, note)
         except DamagedFile as error:
-            log.warning("%s; it is computed anew", error)
-        note = f"Computed on this machine from the recording `{self.dataset}`."
+            why = f"{error}"
+        if self._file().exists() and not self.is_what_was_stored():
+            log.warning("%s is computed anew: %s", self.store, why)
+        note = f"Computed on this machine from the recording `{self.dataset}`: {why}."
         return Read(self.compute(folder), True, note)
 
     def is_current(self) -> bool:
@@ -96,17 +102,31 @@ class Recording(Generic[Result]):
 
         Numbers that somebody has put in their place do not.
         """
+        return not self._outdated()
+
+    def is_what_was_stored(self) -> bool:
+        """Tell whether the file holds what was stored, and nobody has replaced its numbers."""
+        return self._file().exists() and self._summary().get("content") == self._content()
+
+    def of_this_code(self) -> bool:
+        """Tell whether this code computed what is stored, wherever the recording is."""
+        return self._summary().get("code") in {self._code()} - {None}
+
+    def other_packages(self) -> str:
+        """Return in words which packages other than those here gave what is stored."""
+        return differing(self._summary().get("versions", ""))
+
+    def _outdated(self) -> str:
+        """Return why what is stored is not what would be computed here; nothing if it is."""
         if not self._file().exists():
-            return False
-        stored = self._summary()
-        if None in (stored.get("code"), stored.get("data")):
-            return False
-        if stored["code"] != self._code() or stored["data"] != self._data():
-            return False
-        if stored.get("content") != self._content():
-            log.warning("%s is not what was stored", self._file().name)
-            return False
-        return True
+            return "nothing is stored"
+        if not self.is_what_was_stored():
+            return f"{self._file().name} is not what was stored"
+        if not self.of_this_code():
+            return "what is stored was computed by other code"
+        if self._summary().get("data") in {self._data()} - {None}:
+            return ""
+        return "what is stored was computed from other files"
 
     def stored(self) -> Read[Result]:
         """Return the stored result.
@@ -114,8 +134,14 @@ class Recording(Generic[Result]):
         Raises
         ------
         DamagedFile
-            If what is stored is not a result of this type.
+            If the file is not what was stored, or no result of this type.
         """
+        if self._file().exists() and not self.is_what_was_stored():
+            raise DamagedFile(
+                f"{self._file()} is not what was stored, as the hash in its summary says: get the "
+                f"file of the release back (`git checkout`, or install the package anew), or with "
+                f"the recording `{self.dataset}` {self._anew()}"
+            )
         note = (
             f"The recording `{self.dataset}` is not on this machine: what follows is the stored "
             f"result of {self._summary()['date']}. `robot-perception datasets info {self.dataset}` "
@@ -204,7 +230,8 @@ class Recording(Generic[Result]):
         """Write the summary: what the result is, and what it was computed by and from."""
         keys = {"code": self._code(), "data": self._data(), "content": self._content()}
         known = {name: key for name, key in keys.items() if key is not None}
-        head = json.dumps({"dataset": self.dataset, "date": day, **known})[1:-1]
+        about = {"dataset": self.dataset, "date": day, **known, "versions": here()}
+        head = json.dumps(about)[1:-1]
         lines = ",\n".join(
             f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}"
             for name, value in parts.items()
@@ -224,8 +251,10 @@ class Recording(Generic[Result]):
         try:
             return storage.load(file, self.result)
         except DamagedFile as error:
-            anew = f"store it anew with `robot-perception store --only {self.store}`"
-            raise DamagedFile(f"{error}; {anew}") from error
+            raise DamagedFile(f"{error}; {self._anew()}") from error
+
+    def _anew(self) -> str:
+        return f"store it anew with `robot-perception store --only {self.store}`"
 
     def _file(self) -> Path:
         return records() / f"{self.store}.npz"

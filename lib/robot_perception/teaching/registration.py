@@ -2,9 +2,13 @@
 
 ``registrations.tsv`` is appended to and never changed. A line holds the claim, the number of the
 registration, its day, the hash of its words (statement, measure, range with its reason, sabotage,
-stopping rule), the hash of the code that makes a value of rows, and the replicates to score on.
-Number 0 is what stood before this rule. Whoever changes words or measure after rows were seen draws
-new replicates: `reused` finds the claims of which two registrations share some.
+stopping rule), the hash of the code that makes a value of rows, the replicates to score on, and the
+hash of its trials: the function of a trial of its study and of those of its sabotages, what that
+reaches in cells and in the packages of chapters, the worlds, seeds, factors and keywords. Rooms of
+the library do not count: what is tested may be mended, what it is tested on may not. Lines of
+before 2026-11-29 lack that hash. Number 0 is what stood before this rule. Whoever changes words,
+measure or trials after rows were seen draws new replicates, unless the rows still give the recorded
+value: `reused` finds the claims of which two registrations share some.
 """
 
 import csv
@@ -14,9 +18,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 from robot_perception.files import reading, written
-from robot_perception.teaching.cells import definitions, sources
+from robot_perception.teaching.cells import definitions, sources, tried_on
 from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.dependencies import REGISTRATIONS, hashed
 from robot_perception.teaching.records import records
@@ -43,6 +48,8 @@ class Registration:
         What is scored: name and ends of the replicates; of those without rows their seed.
     remark
         Why it was registered anew.
+    trial
+        Hash of what it is tested on; empty in lines that are older than this hash.
     """
 
     claim: str
@@ -52,6 +59,7 @@ class Registration:
     measure: str
     replicates: str
     remark: str
+    trial: str = ""
 
 
 def file() -> Path:
@@ -72,7 +80,10 @@ def read(path: Path | None = None) -> tuple[Registration, ...]:
     path = file() if path is None else path
     with reading(path, "no list of registrations"), path.open(encoding="utf-8", newline="") as text:
         rows = list(csv.DictReader(text, delimiter="\t", strict=True))
-        found = tuple(Registration(**row | {"number": int(row["number"])}) for row in rows)
+        found = tuple(
+            Registration(**row | {"number": int(row["number"]), "trial": row.get("trial") or ""})
+            for row in rows
+        )
         _check(found)
         return found
 
@@ -82,6 +93,8 @@ def _check(registrations: Iterable[Registration]) -> None:
     last: dict[str, int] = {}
     for one in registrations:
         date.fromisoformat(one.day)
+        if one.remark is None:
+            raise ValueError(f"a line of {one.claim} is cut off")
         before = last.get(one.claim, 0)
         if one.number not in (before, before + 1):
             raise ValueError(f"{one.claim} is numbered {one.number} after {before}")
@@ -94,7 +107,7 @@ def write(registrations: Iterable[Registration], path: Path | None = None) -> No
     with written(path) as beside, beside.open("w", encoding="utf-8", newline="") as text:
         lines = csv.writer(text, delimiter="\t", lineterminator="\n")
         lines.writerow(field.name for field in fields(Registration))
-        lines.writerows(map(astuple, registrations))
+        lines.writerows(astuple(one)[: None if one.trial else -1] for one in registrations)
 
 
 def of(registrations: Sequence[Registration], claim: str) -> tuple[Registration, ...]:
@@ -114,8 +127,9 @@ def in_words(claim: str) -> str:
         return "not registered"
     if own[-1].number == 0:
         return "as it stood before claims were registered"
-    times = "once" if own[-1].number == 1 else f"{own[-1].number} times"
-    return f"{times}, last on {own[-1].day}: {own[-1].remark}"
+    last = next(one for one in own if one.number == own[-1].number)  # later ones are the same
+    times = "once" if last.number == 1 else f"{last.number} times"
+    return f"{times}, last on {last.day}: {last.remark}"
 
 
 def words_of(claim: Claim) -> str:
@@ -133,6 +147,19 @@ def measure_of(claim: Claim) -> str:
     known = cells.said(function.__name__), cells.keyword(function.__name__, "value")
     sabotages = [(one.study.name, one.study.changed) for one in claim.sabotages]
     return hashed(repr((claim.study.name, known, sabotages)))
+
+
+def trial_of(claim: Claim) -> str:
+    """Hash what a claim is tested on: trials of its study and its sabotages, and their worlds."""
+    own, *others = (claim.study, *(change.study for change in claim.sabotages))
+    spans = [_spans(study.replicates) for study in others]  # those of its own have a column
+    return hashed(repr(([_tried(study) for study in (own, *others)], spans)))
+
+
+def _tried(study: Any) -> tuple[Any, ...]:
+    """Return what the trials of a study are, whatever they are repeated on."""
+    factors = [(name, [*levels]) for name, levels in study.axes.items() if name != study.replicate]
+    return tried_on(study.one), study.seed, factors, sorted(study.fixed.items())
 
 
 def replicates_of(claim: Claim) -> str:
@@ -159,9 +186,18 @@ def replicates(text: str) -> tuple[str, frozenset[str]]:
 
 def same(one: Registration, claim: Claim) -> bool:
     """Tell whether a registration is of what a claim says and measures now."""
-    if one.words != words_of(claim):
-        return False
-    return one.measure == measure_of(claim) and one.replicates == replicates_of(claim)
+    return not changed(one, claim)
+
+
+def changed(one: Registration, claim: Claim) -> str:
+    """Return in words what of a claim is no more as it was registered; nothing if all is."""
+    now = {
+        "words": (one.words, words_of(claim)),
+        "measure": (one.measure, measure_of(claim)),
+        "replicates": (one.replicates, replicates_of(claim)),
+        "trial or world": (one.trial, trial_of(claim)),
+    }
+    return ", ".join(part for part, (before, here) in now.items() if before != here)
 
 
 def anew(
@@ -180,10 +216,16 @@ def anew(
     if same and (not own or own[-1].words != words_of(claim)):
         raise ValueError(f"{claim.id} is not the same: its words have changed, or are new")
     number = own[-1].number + (not same) if own else 1
+    hashes = words_of(claim), measure_of(claim)
     return Registration(
-        claim.id, number, date.today().isoformat(), words_of(claim), measure_of(claim),
-        replicates_of(claim), remark,
-    )  # fmt: skip
+        claim.id,
+        number,
+        date.today().isoformat(),
+        *hashes,
+        replicates_of(claim),
+        remark,
+        trial_of(claim),
+    )
 
 
 def reused(registrations: Sequence[Registration]) -> Iterator[str]:

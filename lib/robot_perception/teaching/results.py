@@ -21,7 +21,6 @@ from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache, wraps
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -33,11 +32,11 @@ from robot_perception.teaching.cells import BOOK, LIVE, code_of
 from robot_perception.teaching.dependencies import PACKAGES, code_digest
 from robot_perception.teaching.locks import LOCKS, alone, say
 from robot_perception.teaching.structures import Packed, packed, unpacked
+from robot_perception.teaching.versions import installed
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
 
-LIBRARIES = ("numpy", "numba", "scipy", "opencv-python-headless")
 WORTH_KEEPING = 0.5
 """What takes less to compute is not kept on disk, s."""
 IN_MEMORY = 64
@@ -96,8 +95,8 @@ def _from_disk(
     if code_hash is None:
         return call()  # what a reader's own function depends on is not known
     digest = hashlib.sha256(code_hash.encode())
-    for library in LIBRARIES:
-        digest.update(f"{library} {version(library)}\n".encode())
+    for library, number in installed().items():
+        digest.update(f"{library} {number}\n".encode())
     digest.update(f"{own.__qualname__} {arguments!r}".encode())
     name = re.sub(r"\W", "_", own.__name__)
     file = cache_directory() / COMPUTED / f"{name}-{digest.hexdigest()[:20]}.npz"

@@ -9,6 +9,7 @@ from pathlib import Path
 from robot_perception.teaching import registration
 from robot_perception.teaching.badges import (
     EXPLAINED,
+    SHEETS,
     STANDS_ON,
     as_text,
     conditions,
@@ -18,8 +19,9 @@ from robot_perception.teaching.badges import (
 )
 from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.figures.output import on_page
-from robot_perception.teaching.ledger import Entry, Ledger, verdicts
-from robot_perception.teaching.media import Shown
+from robot_perception.teaching.ledger import Entry, Ledger, Withdrawn, verdicts
+from robot_perception.teaching.media import Shown, html_table
+from robot_perception.teaching.outputs import output
 from robot_perception.teaching.papers import PAPERS, paper
 from robot_perception.teaching.source_pages import address
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin
@@ -46,6 +48,27 @@ def scorecard(claims: Iterable[Claim], titles: Mapping[str, str]) -> Shown:
     )
     html = f'<div class="rp-scorecard">{_bar(ledger)}{_filter(ledger)}{chapters}</div>'
     return Shown({"text/html": html, "text/plain": as_text(ledger)})
+
+
+def withdrawn() -> Shown:
+    """Return the claims that were scored and are none of the book any more, as a table."""
+    gone = recorded().withdrawn
+    head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Gave", "Withdrawn"))
+    html = html_table("Withdrawn claims", "rp-papers", head, "".join(map(_gone, gone)))
+    lines = [f"{g.id} {g.verdict} {in_words(g.value)}, withdrawn on {g.day}: {g.why}" for g in gone]
+    return output(html, "\n".join(lines), *SHEETS)
+
+
+def _gone(claim: Withdrawn) -> str:
+    name, instead = escape(claim.id), escape(claim.instead)
+    place = f'; in its place <a href="#{instead}">{instead}</a>' if instead else ""
+    return (
+        f'<tr id="{name}"><th scope="row">{name} '
+        f"<small>{escape(paper(claim.paper).citation)}, {escape(claim.place)}</small></th>"
+        f'<td class="rp-text">{escape(claim.statement)} <strong>{escape(claim.verdict)}</strong>, '
+        f"{escape(in_words(claim.value))} on {claim.date}</td>"
+        f'<td class="rp-text">{claim.day}: {escape(claim.why)}{place}</td></tr>'
+    )
 
 
 def _bar(ledger: Ledger) -> str:

@@ -19,6 +19,7 @@ them (:mod:`.cells`) and the hash of the numbers themselves. Trials that were co
 computer are not computed again, so a long study goes on where it was interrupted.
 """
 
+import ast
 import inspect
 import json
 import logging
@@ -26,11 +27,11 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
-from importlib.metadata import version
 from itertools import product
 from shutil import rmtree
+from textwrap import dedent
 from typing import Any
 
 import numpy as np
@@ -42,9 +43,10 @@ from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import recorded_rows
 from robot_perception.teaching.cells import BOOK, code_of
 from robot_perception.teaching.claims import STOPPING, Claim, Finding
-from robot_perception.teaching.dependencies import hashed
-from robot_perception.teaching.results import LIBRARIES, TRIALS, TRIALS_ANEW, use
+from robot_perception.teaching.dependencies import hashed, meaning
+from robot_perception.teaching.results import TRIALS, TRIALS_ANEW, use
 from robot_perception.teaching.rows import Rows, framed
+from robot_perception.teaching.versions import differing, installed
 
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
@@ -217,7 +219,9 @@ class Trials:
         recorded = self.recorded()
         code, live = self.code(), self.one.__module__ == "__main__"
         if recorded is not None and recorded.fits(code, self._declared()):
-            return self._as_rows(recorded, f"Computed on {recorded.date} by this code")
+            others = differing(recorded.versions)
+            by = f"this code with {others}" if others else "this code"
+            return self._as_rows(recorded, f"Computed on {recorded.date} by {by}")
         if live and (recorded is None or not self._is_the_books(code)):
             return self._few()
         if recorded is None:
@@ -257,6 +261,11 @@ class Trials:
             recorded = self.recorded()
             return recorded is not None and recorded.fits(self.code(), self._declared())
         return False
+
+    def other_packages(self) -> str:
+        """Return in words which packages other than those here gave what is recorded."""
+        recorded = recorded_rows.read(self.stem, self.name, self.changed or AS_DECLARED)
+        return "" if recorded is None else differing(recorded.versions)
 
     def record(self, *, anew: bool = False) -> None:
         """Compute all trials that this computer does not have, and record their rows.
@@ -392,7 +401,8 @@ class Trials:
 
     def _declared(self) -> str:
         """Hash what the trials are run with."""
-        return hashed(repr((self.seed, {k: list(v) for k, v in self.axes.items()}, self.fixed)))
+        levels = {name: list(values) for name, values in self.axes.items()}
+        return hashed(repr((self.seed, levels, self.fixed, _seeds())))
 
     def _is_the_books(self, code: str | None) -> bool:
         """Tell whether a study in a notebook is that of the book's module, code and levels."""
@@ -454,6 +464,16 @@ class Chapter:
         return declare
 
 
+def _seeds() -> str:
+    """Hash how the generator of a replicate is made: no code that a trial reaches says so."""
+    return hashed(f"{_meaning(Trials.generator)} {_meaning(Trials.key)}")
+
+
+@cache
+def _meaning(function: Callable[..., Any]) -> str:
+    return meaning(ast.parse(dedent(inspect.getsource(function))))
+
+
 def _imported(
     module: str, name: str, axes: dict[str, tuple], fixed: Mapping[str, Any], changed: str
 ) -> Trials:
@@ -472,8 +492,8 @@ def _kept(
     """Return a trial and its seconds, from this computer if the same code computed it before."""
     if code is None:
         return _timed(study, where)
-    libraries = [(library, version(library)) for library in LIBRARIES]
-    drawn = (study.seed, study.key(where[study.replicate])) if study.draws() else None
+    drawn = (study.seed, study.key(where[study.replicate]), _seeds()) if study.draws() else None
+    libraries = [*installed().items()]
     key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
     file = cache_directory() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):

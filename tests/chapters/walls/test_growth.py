@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 from robot_perception import walls
-from robot_perception.book import walls as page
 from robot_perception.book.walls import (
     doubled,
     dp_path_hull,
@@ -20,6 +19,7 @@ from robot_perception.book.walls import (
     worst_case,
     wound,
 )
+from robot_perception.teaching import performance
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.records import records
 from robot_perception.teaching.rows import Rows
@@ -74,8 +74,8 @@ def test_times_of_the_worst_case_are_those_of_the_benchmarks():
 
 
 def test_a_record_without_the_worst_case_is_named(tmp_path, monkeypatch):
-    (tmp_path / "performance.json").write_text('{"rows": []}', encoding="utf-8")
-    monkeypatch.setattr(page, "records", lambda: tmp_path)
+    performance.write({"rows": []}, tmp_path / "performance.json")
+    monkeypatch.setattr(performance, "records", lambda: tmp_path)
     with pytest.raises(LookupError, match="has no row of the zigzag"):
         recorded_times()
 

@@ -1,6 +1,5 @@
 """Run every benchmark on one core, print the table, record it."""
 
-import json
 import os
 import platform
 from datetime import date
@@ -11,6 +10,7 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
+from robot_perception.teaching import performance
 from tests.tools.benchmarks.harness import Timing, measure
 
 FOLDER = Path(__file__).parent
@@ -80,7 +80,7 @@ def main(write: Path | None, only: str) -> None:
                 for t in timings
             ],
         }
-        write.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+        performance.write(document, write)
 
 
 if __name__ == "__main__":
