@@ -10,28 +10,10 @@ from robot_perception.chapters.arm_tracking import views
 from robot_perception.particles import effective_number
 
 
-def test_presets_show_what_the_page_says():
-    cued = page.cued
-    named = {name: cued.state(**{**cued.default, **v}).drawn for name, v in cued.presets.items()}
-    assert named["all cues"].held == 2
-    assert named["no patches"].held < 2
-    few = {name: page.counted_state(name, 50, 32).drawn.held for name in views.FILTERS}
-    assert few["auxiliary"] == 2
-    assert few["condensation"] == 1
-    assert page.cued_state("no motion", "bare wall", 40).drawn.held == 1
-    assert page.cued_state("no motion", "clutter", 40).drawn.held == 2
-
-
 def test_the_film_of_pointing_holds_both_arms():
     state = views.pointing(16)
     assert state.held == 2
     assert np.ptp(state.sticks[:, 2, 1]) > 40, "one arm is lifted"
-
-
-def test_words_say_how_far_off_the_wrists_are():
-    words = page.cued.state(way="contours only", behind="clutter", time=40).drawn.words()
-    assert "neither arm is held" in words
-    assert "Picture 40" in words
 
 
 def test_the_factors_of_both_arms_are_the_likelihood_of_the_page():

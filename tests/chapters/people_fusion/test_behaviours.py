@@ -226,7 +226,6 @@ def test_a_guide_whose_path_is_blocked_asks_waits_and_drives_on(monkeypatch):
     monkeypatch.setitem(page.DURATION, "blocked", 7.0)
     monkeypatch.setattr(page, "happened", cache(happened))
     assert page.cleared.one(SEED)["asked"]
-    assert not page.cleared.one(SEED, beside=True)["asked"]
     seen = page.told("blocked", SEED, LASER_SONAR)
     asked = int(np.flatnonzero(seen.said == "clear the path")[0])
     assert (seen.speed[asked : asked + 10] == 0).all()
