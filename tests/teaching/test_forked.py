@@ -61,6 +61,15 @@ def test_a_forked_kernel_is_as_another_with_packages_there(
     assert is_gone(pid)
 
 
+def test_the_time_of_forked_kernels_is_counted(tmp_path: Path):
+    work = "import os, time\nwhile time.process_time() < 3: pass\nprint(os.getpid())"
+    with forked_kernels():
+        (pid,) = printed(work, tmp_path)
+        assert is_gone(int(pid))
+        about = Path(f"/proc/{Forked.server.pid}/stat").read_text().rpartition(")")[2].split()
+        assert sum(map(int, about[13:15])) / os.sysconf("SC_CLK_TCK") > 2.5  # of its children, s
+
+
 def test_what_goes_wrong_in_a_forked_kernel_is_told(tmp_path: Path):
     with forked_kernels():
         with pytest.raises(CellExecutionError, match="ZeroDivisionError"):
