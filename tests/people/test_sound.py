@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from data_synth.people import Person, World, make_people_office, record, walk
+from data_synth.people import Person, World, record, walk
 from data_synth.people.sound import Acoustics, Conversation, MicrophoneArray, hear, own_noise
 from robot_perception.people import skin, sound
 from robot_perception.people.sound import SoundRules, arrivals, background, detect, gcc_phat
+from tests.data_synth.offices import office
 from tests.unchecked import unchecked
 
 RATE, SIZE = 16000.0, 4000
@@ -274,7 +275,7 @@ def test_nothing_is_known_of_the_distance_as_with_the_camera():
     assert (far.mean[0, 0], far.cov[0, 0, 0]) == (5.0, 9.0)
 
 
-OFFICE = make_people_office(rng=np.random.default_rng(1))
+OFFICE = office(1)
 MIDDLE = (OFFICE.rooms[4, :2] + OFFICE.rooms[4, 2:]) / 2
 
 

@@ -1,19 +1,13 @@
 """The office with people: free ways, legs that look like legs, and lights that go out."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 import shapely
 
 from data_synth.people import World, make_people_office
+from tests.data_synth.offices import office as made
 
 each_office = pytest.mark.parametrize("office", range(3), indirect=True)
-
-
-@cache
-def made(seed, *, distractors=True):
-    return make_people_office(rng=np.random.default_rng(seed), distractors=distractors)
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ from data_synth.people import (
     SonarScan,
     Wander,
     World,
-    make_people_office,
     make_session,
     readings,
     truth,
@@ -27,8 +26,9 @@ from data_synth.people import (
 )
 from data_synth.sonar import SonarRing
 from data_synth.wheels import true_increments
+from tests.data_synth.offices import office
 
-OFFICE = make_people_office(rng=np.random.default_rng(1))
+OFFICE = office(1)
 RIG = Rig()
 MIDDLE = (OFFICE.rooms[4, :2] + OFFICE.rooms[4, 2:]) / 2
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from data_synth.people import Person, Wander, World, make_people_office, make_session, record, walk
+from data_synth.people import Person, Wander, World, make_session, record, walk
 from data_synth.people.sound import (
     EARS,
     SPEED,
@@ -25,8 +25,9 @@ from data_synth.people.sound import (
     speech,
 )
 from tests.data_synth.last_bits import WAYS, last_bits
+from tests.data_synth.offices import office
 
-OFFICE = make_people_office(rng=np.random.default_rng(1))
+OFFICE = office(1)
 ROOM = OFFICE.rooms[4]
 MIDDLE = (ROOM[:2] + ROOM[2:]) / 2
 DRY = Acoustics(fan=-np.inf, hiss=-np.inf, reflection=0.0, reverberation=0.0)

@@ -10,14 +10,14 @@ from data_synth.people import (
     Visit,
     Wander,
     World,
-    make_people_office,
     make_person,
     walk,
 )
 from data_synth.people.world import between
+from tests.data_synth.offices import office
 
 GRID = 1e-6  # of what a step hands to the next, m: two of them in a step are 4e-5 m/s
-OFFICE = make_people_office(rng=np.random.default_rng(0))
+OFFICE = office(0)
 MIDDLE = (OFFICE.rooms[1, :2] + OFFICE.rooms[1, 2:]) / 2
 CORRIDOR = (OFFICE.rooms[-1, :2] + OFFICE.rooms[-1, 2:]) / 2
 
