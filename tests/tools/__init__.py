@@ -1,1 +1,1 @@
-"""Tools of whoever works on the book: commands that are run by hand or by make, and no tests."""
+"""Tools that are no tests: planted errors, what a change reaches, other processors, ratios."""
