@@ -472,10 +472,10 @@ def test_seconds_of_the_first_combination_and_of_the_longest_are_recorded(book, 
     monkeypatch.setattr(trials.time, "process_time", lambda: next(clock))
     study = book.made(*CELLS).drawn.but(film=(0, 1))
     study.record()
-    assert study.recorded().seconds == (5.0, 7.0)
+    assert recorded_rows.seconds("small", "drawn") == {study.changed: (5.0, 7.0)}
     assert next(clock, None) is None
     study.record()  # of trials that were kept
-    assert study.recorded().seconds == (5.0, 7.0)
+    assert recorded_rows.seconds("small", "drawn") == {study.changed: (5.0, 7.0)}
 
 
 def test_keys_are_renewed_only_if_drawn_trials_give_the_same(book, small):

@@ -54,9 +54,6 @@ class Recorded:
         Hashes of the code, and of replicates, levels and keywords.
     date, processor, versions
         When they were computed, by which kind of processor, and with which packages.
-    seconds
-        What a trial of the first combination of factors takes at most, and one of any combination;
-        ``None`` where it was not measured.
     """
 
     table: pd.DataFrame
@@ -64,7 +61,6 @@ class Recorded:
     declared: str
     date: str
     processor: str
-    seconds: tuple[float, float] | None
     versions: str = ""
 
     def fits(self, code: str | None, declared: str) -> bool:
@@ -101,7 +97,7 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
     if not _is_whole(file):
         return None
     try:
-        parts, summary, seconds = _read(file, *_changed(file))
+        parts, summary, _ = _read(file, *_changed(file))
         if variant not in summary:
             return None
         said = summary[variant]
@@ -110,10 +106,9 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
             if content(columns) != said["content"]:
                 raise ValueError("its numbers are not those that were recorded")
             table = pd.DataFrame({name: _levels(columns[name]) for name in said["columns"]})
-            took = tuple(seconds[variant]) if variant in seconds else None
-            keys = (said[name] for name in ("code", "declared", "date"))
             kind = _kind(said["processor"])
-            return Recorded(table, *keys, kind, took, said.get("versions", ""))
+            keys = (said[name] for name in ("code", "declared", "date"))
+            return Recorded(table, *keys, kind, said.get("versions", ""))
     except DamagedFile as error:
         advice = f"`robot-perception store --only {stem}.{study}` records the rows anew"
         raise DamagedFile(f"{error}; {advice}") from error
@@ -231,6 +226,18 @@ def variants(stem: str, study: str) -> tuple[str, ...]:
     """Return the variants of a study of which rows are recorded."""
     file = file_of(stem, study)
     return tuple(_read(file, *_changed(file))[1]) if _is_whole(file) else ()
+
+
+def seconds(stem: str, study: str) -> dict[str, tuple[float, float]]:
+    """Return what trials take by variant, where it was measured and the summary is not damaged.
+
+    It is the most that a trial of the first combination of factors has taken, and one of any.
+    """
+    summary = file_of(stem, study).with_suffix(".json")
+    with suppress(FileNotFoundError, DamagedFile), reading(summary, "no summary of rows"):
+        said = json.loads(summary.read_text("utf-8")).get("seconds", {})
+        return {variant: (first, longest) for variant, (first, longest) in said.items()}
+    return {}
 
 
 def content(columns: Mapping[str, np.ndarray]) -> str:
