@@ -12,7 +12,7 @@ from tests.book.pages import ROOT
 STORED = (*chapters.recordings(), *chapters.states())
 RENEW = "stored by other code: `robot-perception store --keys --only {}`"
 DAMAGED = (
-    "{}.npz is not what was stored: get it back from git, or `robot-perception store --only {0}`"
+    "{0}.npz is not what was stored: get it back from git, or `robot-perception store --only {0}`"
 )
 PIN = re.compile(r"^([\w-]+)==([\w.]+)", re.MULTILINE)
 
