@@ -654,6 +654,10 @@ N = np.zeros((2, 2))
             ),
             "chosen must be of 1 layers",
         ),
+        (
+            lambda: decay_in_picture(SMOOTH, np.ones((1, 2)), np.array([object()])),
+            "directions must be real numbers",
+        ),
         (lambda: make_pattern(SMOOTH, CENTRE, contours=3), "contours must be a ContourRules"),
         (lambda: WindowRules(size=(7, 64)), "size must be at least 8"),
         (lambda: windows(CLUTTERED, taken=np.zeros(2)), "taken must be"),
