@@ -231,7 +231,8 @@ def variants(stem: str, study: str) -> tuple[str, ...]:
 def seconds(stem: str, study: str) -> dict[str, tuple[float, float]]:
     """Return what trials take by variant, where it was measured and the summary is not damaged.
 
-    It is the most that a trial of the first combination of factors has taken, and one of any.
+    It is the most that a trial of the first combination of factors has taken, and one of any; of
+    what was recorded before times were, 3.3 s stand for a trial that was stopped after so long.
     """
     summary = file_of(stem, study).with_suffix(".json")
     with suppress(FileNotFoundError, DamagedFile), reading(summary, "no summary of rows"):
