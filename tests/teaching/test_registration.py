@@ -242,7 +242,6 @@ def test_the_trial_changes_with_what_a_claim_and_its_sabotages_are_tested_on(boo
         ("Accepted(0, 9", "Accepted(1, 9"),
         ("LEVEL * rows", "LEVEL + rows"),
         ("OTHER * film", "OTHER + film"),
-        ("film=range(5))\ndef drawn", "film=[*range(5)])\ndef drawn"),
         ("from robot_perception import kalman", "from robot_perception import gating as kalman"),
         ("def scene(film):\n", "def scene(film):\n    # where it is\n"),
     ],
@@ -252,13 +251,20 @@ def test_the_trial_changes_with_nothing_else(book, old, new):
     assert trial_of(with_world(book, old, new)) == before
 
 
-def test_a_sabotage_by_another_study_counts_with_its_trial(book):
-    other = ("drawn.but(gain=100.0)", "another")
-    texts = [text.replace(*other) for text in CELLS]
+@pytest.mark.parametrize(
+    ("old", "new", "changes"),
+    [
+        ("OTHER * film", "OTHER + film", True),
+        ("film=range(5))\ndef another", "film=range(6))\ndef another", True),
+        ("film=range(5))\ndef drawn", "film=range(6))\ndef drawn", False),  # has a column
+    ],
+)
+def test_a_sabotage_by_another_study_counts_with_trial_and_replicates(book, old, new, changes):
+    texts = [text.replace("drawn.but(gain=100.0)", "another") for text in CELLS]
+    assert sum(text.count(old) for text in texts) == 1
     before = trial_of(book.made(*texts).some)
-    assert trial_of(
-        book.made(*(t.replace("OTHER * film", "OTHER + film") for t in texts)).some
-    ) != (before)
+    after = trial_of(book.made(*(text.replace(old, new) for text in texts)).some)
+    assert (after != before) == changes
 
 
 def test_a_world_counts_and_a_room_does_not(book, monkeypatch):
