@@ -1106,7 +1106,7 @@ FILES = EXAMPLES | {
         ("ekf_slam.py polar commands.csv hole.csv d", "line 2: range_m is 'nan', not a finite"),
         ("ekf_slam.py polar commands.csv early.csv d", "no observation falls between"),
         ("ekf_slam.py polar commands.csv twice.csv d", r"got twice: \[3\]"),
-        ("ekf_slam.py polar falling.csv observations.csv d", "times must not fall, got 1.0"),
+        ("ekf_slam.py polar falling.csv observations.csv d", "times must not fall, got 1 before 0"),
         ("ekf_slam.py polar commands.csv observations.csv no/d", "no is no folder"),
         ("walls.py array mm.csv poses.csv w.csv", "no reading is below 80 m; are they in metres"),
         ("walls.py array one.csv poses.csv w.csv", "have a pose for each scan, got 1 and 2"),

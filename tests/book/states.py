@@ -19,7 +19,7 @@ from typing import Any
 
 from robot_perception.teaching.dependencies import Dependencies
 from robot_perception.teaching.explorations import Exploration
-from robot_perception.teaching.recorded_rows import ROUNDED, RTOL, processor
+from robot_perception.teaching.recorded_rows import COMPARED, NOUGHT, RTOL, processor
 from robot_perception.teaching.snapshots import (
     ARRAY,
     ENTRIES,
@@ -212,7 +212,7 @@ def _finite(values: Sequence[Any]) -> list[float]:
 
 def _rounded(column: Sequence[Any]) -> float:
     """Return what rounding leaves of the numbers of a column."""
-    return max(RTOL * max(map(abs, _finite(column)), default=0.0), ROUNDED)
+    return max(RTOL * max(map(abs, _finite(column)), default=0.0), NOUGHT * COMPARED)
 
 
 def _alike(value: Any, recorded_: Any, column: Sequence[Any]) -> bool:

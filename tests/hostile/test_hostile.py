@@ -48,6 +48,7 @@ def test_every_public_function_has_a_valid_call(room):
     assert not [thing for thing in told if thing not in names]
 
 
+@pytest.mark.slow  # `make check` sweeps the rooms that a change reaches
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_wrong_arguments_are_named(room, tmp_path, monkeypatch):
@@ -62,6 +63,7 @@ def test_wrong_arguments_are_named(room, tmp_path, monkeypatch):
     assert not failures, f"{len(failures)} failures\n" + "\n".join(failures)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_the_ends_of_floating_point_end_in_no_foreign_error(room, tmp_path, monkeypatch):

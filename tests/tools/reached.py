@@ -621,7 +621,7 @@ def page_tests(pages: Iterable[str], collected: Iterable[str]) -> list[str]:
 def lanes(reached: Reached, jobs: int) -> Iterator[Iterator[tuple[str, list[str]]]]:
     """Yield what may run side by side: names and commands of steps, each after the one before."""
     pytest = [sys.executable, "-m", "pytest", "-q", "-n", str(jobs), "--dist", "loadfile"]
-    pytest += ["-m", "not slow"]
+    fast = ["-m", "not slow"]
     notebooks = [f"book/{page}.ipynb" for page in sorted(reached.notebooks)]
     if notebooks := [name for name in notebooks if (ROOT / name).exists()]:
         notebooks = ["--nbval-lax", *notebooks]  # one of them on one core, the tests on another
@@ -629,10 +629,10 @@ def lanes(reached: Reached, jobs: int) -> Iterator[Iterator[tuple[str, list[str]
     if notebooks or tests:
         words = {file: sorted(chosen) for file, chosen in reached.parts.items()}
         chosen = ["env", f"{CHOSEN}={json.dumps(words)}"] if words else []
-        command = [*chosen, *pytest, *(["-p", "tests.tools.chosen"] if words else [])]
+        command = [*chosen, *pytest, *(["-p", "tests.tools.chosen"] if words else fast)]
         yield iter([("tests and notebooks", [*command, *notebooks, *tests])])
     if reached.site or 0 < len(reached.pages) <= MOST_PAGES:
-        yield _of_the_site(reached, jobs, pytest)
+        yield _of_the_site(reached, jobs, [*pytest, *fast])
 
 
 def _of_the_site(reached: Reached, jobs: int, pytest: list[str]) -> Iterator[tuple[str, list[str]]]:

@@ -114,6 +114,7 @@ CALLS = {
     datasets.BagMotion.is_flat: lambda: call(MOTION),
     datasets.BagMotion.track: lambda: call(MOTION),
     datasets.Calibration.rig: lambda: call(CALIBRATION, (20, 10)),
+    datasets.Commands: lambda: call(TIMES, np.ones((len(TIMES), 2)), MOTION.report),
     Dataset.file: lambda: call(SET, "a.txt"),
     Relations.match: lambda: call(datasets.read_relations(RELATIONS), TIMES, decimals=3),
     Sector.holds: lambda: call(Sector(-0.3, 0.3, 5.0), np.array([[1.0, 0.1]])),
