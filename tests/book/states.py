@@ -85,7 +85,8 @@ def built(stem: str) -> dict[str, dict[str, Any]]:
         for cell in notebook["cells"]
         for output in cell.get("outputs", ())
     )
-    return {one[STATES]["name"]: one[STATES] for one in noted if STATES in one}
+    found = (json.loads(one[STATES]) for one in noted if STATES in one)
+    return {one["name"]: one for one in found}
 
 
 @cache

@@ -1,5 +1,6 @@
 """An explorer as one object, and drawings with their words."""
 
+import json
 from dataclasses import dataclass
 from functools import partial
 
@@ -76,7 +77,8 @@ def test_a_page_carries_what_its_states_say_and_computes_each_once(monkeypatch):
     some = made(name="rise", finds=lambda found: not asked.append(found))
     explorer = some.show()
     assert list(some.parameters()) == COMPUTED
-    said = explorer.metadata_of_output[STATES]
+    text = explorer.metadata_of_output[STATES]
+    said = json.loads(text)
     assert said["name"] == "rise"
     assert said["findings"] == [1.0, 1.0, 4.0, 4.0, 9.0, 9.0] == asked[0]
     assert said["words"][-1] == "A line that rises by 3 over its length."
@@ -84,7 +86,7 @@ def test_a_page_carries_what_its_states_say_and_computes_each_once(monkeypatch):
     shown = []
     monkeypatch.setattr(explore, "display", lambda *data, **options: shown.append(options))
     some._ipython_display_()
-    assert [options["metadata"] for options in shown] == [{STATES: said}]
+    assert [options["metadata"] for options in shown] == [{STATES: text}]
 
 
 def test_a_page_whose_finding_is_not_there_is_not_built(monkeypatch):

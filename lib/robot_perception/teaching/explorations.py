@@ -14,6 +14,7 @@ through ``rumour.found()``, or stands in ``finds``. What all states say, ``rumou
 recorded.
 """
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -92,7 +93,7 @@ class Exploration(Generic[State]):
         explorer = self._explorer(draw)
         if self.finds is not None and not self.finds([finding for finding, _ in said]):
             raise AssertionError(f"{self.name}: our finding does not hold in all states")
-        explorer.metadata_of_output = {STATES: snapshot(self.name, said)}
+        explorer.metadata_of_output = {STATES: json.dumps(snapshot(self.name, said))}
         return explorer
 
     def _explorer(self, draw: Callable[..., Any]) -> Explorer:

@@ -1,7 +1,8 @@
 """Snapshots of explorers: what each state says, findings and words, as plain data.
 
-While the book is built the snapshot of an explorer becomes metadata of its output. No page shows
-it; it stays in the executed notebook that the build keeps, where a test finds what was computed.
+While the book is built the snapshot of an explorer becomes metadata of its output, as a text of
+JSON: messages of kernels hold no infinity. No page shows it; it stays in the executed notebook that
+the build keeps, where a test finds what was computed.
 """
 
 from collections.abc import Mapping, Sequence
