@@ -20,7 +20,7 @@ from robot_perception.teaching.exercises import Exercise, Sheet
 from robot_perception.teaching.explore import choice, explore
 from robot_perception.teaching.figures import figure, film, show
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged
+from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged, Withdrawn
 from robot_perception.teaching.performance import Latency, Record, Work
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
@@ -83,6 +83,7 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
     "scorecard": lambda text: scorecard.scorecard(
         [claim(text, study=study(note=text))], {"walls": text}
     ),
+    "withdrawn claims": lambda text: scorecard.withdrawn(),
     "overview": lambda text: overview.overview({"walls": text}),
     "benchmarks": lambda text: record(text).about(),
     "tables of benchmarks": lambda text: record(text).tables(),
@@ -103,7 +104,8 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
 
 
 def parsed(make: Callable[[str], Any], text: str, monkeypatch: pytest.MonkeyPatch) -> BeautifulSoup:
-    shown = Ledger((entry(text),))
+    gone = Withdrawn(**dict.fromkeys(Withdrawn.__slots__, text) | {"value": entry(text).value})
+    shown = Ledger((entry(text),), (replace(gone, paper=entry(text).paper),))
     for module in (badges, scorecard, overview):
         monkeypatch.setattr(module, "recorded", lambda: shown)
     return BeautifulSoup(make(text)._repr_mimebundle_()["text/html"], "html.parser")

@@ -66,8 +66,8 @@ def _gone(claim: Withdrawn) -> str:
         f'<tr id="{name}"><th scope="row">{name} '
         f"<small>{escape(paper(claim.paper).citation)}, {escape(claim.place)}</small></th>"
         f'<td class="rp-text">{escape(claim.statement)} <strong>{escape(claim.verdict)}</strong>, '
-        f"{escape(in_words(claim.value))} on {claim.date}</td>"
-        f'<td class="rp-text">{claim.day}: {escape(claim.why)}{place}</td></tr>'
+        f"{escape(in_words(claim.value))} on {escape(claim.date)}</td>"
+        f'<td class="rp-text">{escape(claim.day)}: {escape(claim.why)}{place}</td></tr>'
     )
 
 
