@@ -15,7 +15,6 @@ OF = {
     "set-up": "setup",
     "`make book`": "book",
     "`make test`": "test",
-    "`make check` after": "check a word",
 }
 FACTOR = 1.5
 """Other machines are faster and slower; by more than this a promise is another one."""

@@ -4,6 +4,7 @@ import asyncio
 import json
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -100,6 +101,6 @@ def test_a_kernel_ends_with_the_process_that_forked_it(tmp_path: Path):
         with pytest.raises(DeadKernelError):
             await running
 
-    with forked_kernels():
-        asyncio.run(started())
+    with forked_kernels(), ThreadPoolExecutor(1) as pool:  # a browser's loop may run in this thread
+        pool.submit(asyncio.run, started()).result()
     assert is_gone(int(kernel.read_text()))

@@ -96,7 +96,7 @@ def forked_kernels() -> Iterator[None]:
         return
     factory = KernelProvisionerFactory.instance()
     before = factory.default_provisioner_name
-    command = [sys.executable, "-c", f"from {__name__} import serve; serve()"]
+    command = [sys.executable, "-P", "-c", f"from {__name__} import serve; serve()"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as Forked.server:
@@ -157,6 +157,7 @@ def _be_kernel(argv: list[str], env: dict[str, str], cwd: str) -> None:
     os.environ.clear()
     os.environ.update(env, JPY_PARENT_PID=str(os.getppid()))
     os.chdir(cwd)
+    sys.path.insert(0, "")  # where ``python -m`` has its folder; the launcher takes it away
     module, *sys.argv[1:] = argv[argv.index("-m") + 1 :]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
     sys.exit()

@@ -83,6 +83,7 @@ class Recording(Generic[Result]):
         folder = datasets.find(self.dataset)
         if folder is None:
             return self.stored()
+        damaged = False
         try:
             why = self._outdated()
             if not why:
@@ -91,8 +92,8 @@ class Recording(Generic[Result]):
                 note = f"Computed from the recording `{self.dataset}` on {day}, by {by}."
                 return Read(result, False, note)
         except DamagedFile as error:
-            why = f"{error}"
-        if self._file().exists() and not self.is_what_was_stored():
+            why, damaged = f"{error}", True
+        if damaged or (self._file().exists() and not self.is_what_was_stored()):
             log.warning("%s is computed anew: %s", self.store, why)
         note = f"Computed on this machine from the recording `{self.dataset}`: {why}."
         return Read(self.compute(folder), True, note)
