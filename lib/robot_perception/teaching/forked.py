@@ -157,7 +157,11 @@ def _be_kernel(argv: list[str], env: dict[str, str], cwd: str) -> None:
     os.environ.clear()
     os.environ.update(env, JPY_PARENT_PID=str(os.getppid()))
     os.chdir(cwd)
-    sys.path.insert(0, "")  # where ``python -m`` has its folder; the launcher takes it away
+    # IPython looks into the page's folder before packages, but not where a safe path is asked for
+    packages = (
+        k for k, path in enumerate(sys.path) if path.endswith(("site-packages", "dist-packages"))
+    )
+    sys.path.insert(next(packages, len(sys.path)), "")
     module, *sys.argv[1:] = argv[argv.index("-m") + 1 :]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
     sys.exit()
