@@ -110,7 +110,7 @@ def test_what_a_trial_takes_is_recorded():
 
 def test_cheap_trials_are_drawn_by_code_and_not_by_the_commit(monkeypatch: pytest.MonkeyPatch):
     """Whether `make test` is green or red is the same at every commit that leaves the code."""
-    names = [name for name in NAMES if least(name) <= SHORT]
+    names = [name for name in NAMES if least(name) <= SHORT][::10]
     seen = []
     for word in ("a", "b"):
         monkeypatch.setenv(COMMIT, word)

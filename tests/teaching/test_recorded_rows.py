@@ -326,8 +326,10 @@ def test_seconds_are_recorded_beside_the_variants_and_stay(recorded):
     write(*NAMES, "gain=2", OTHER, "new code", "other levels")
     renew(*NAMES, "gain=2", "newer code", "other levels")
     assert seconds(*NAMES) == {"as declared": (0.5, 1.5)}
+    write(*NAMES, "gain=2", OTHER, "new code", "other levels", (2.0, 3.0))
+    assert seconds(*NAMES) == {"as declared": (0.5, 1.5), "gain=2": (2.0, 3.0)}
     drop(*NAMES, {"as declared"})
-    assert seconds(*NAMES) == {}
+    assert seconds(*NAMES) == {"gain=2": (2.0, 3.0)}
     recorded.with_suffix(".json").write_text('{"seconds": [1]}')
     assert seconds(*NAMES) == {}
 
