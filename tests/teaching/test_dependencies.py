@@ -326,7 +326,7 @@ def hands(house: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = house / "book/_data"
     monkeypatch.setattr(dependencies, "RECORDS", "house.records")
     monkeypatch.setattr(dependencies, "records", lambda: folder)
-    text = "from house import records\nHAND, STORED = 'hand', 'walls-map'"
+    text = "from house import records\nHAND, STORED, LEDGER = 'hand', 'walls-map', 'claims.json'"
     write(house / "house/chapters/walls.py", text)
     for name in ("hand.json", "foot.json", "walls-map.npz", "walls-map.json"):
         write(folder / name, "1")
@@ -340,6 +340,7 @@ def hands(house: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("foot.json", False),  # nobody names it
         ("walls-map.json", False),  # a result, which has a key of its own
         ("walls-map.npz", False),
+        ("claims.json", False),  # says what results are, so that none may depend on it
     ],
 )
 def test_a_digest_is_of_the_recorded_files_that_a_module_reads(hands: Path, name, changes):

@@ -110,7 +110,7 @@ class Imports:
     def read(self, modules: Iterable[str], named: frozenset[str] = frozenset()) -> list[Path]:
         """Return the recorded files that modules read and name, or whose names are given to them.
 
-        Results are none of them: they have keys of their own.
+        Results are none of them, which have keys of their own, nor what is said of results.
         """
         asked = {*modules}
         ours = {name for name in asked if not self._shows(name)}
@@ -124,6 +124,7 @@ class Imports:
             for file in sorted(records().iterdir())
             if {file.name, file.stem} & named
             and file.is_file()
+            and file.name not in (LEDGER, REGISTRATIONS)
             and not file.with_suffix(".npz").exists()
         ]
 
