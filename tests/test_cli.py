@@ -375,8 +375,10 @@ def test_a_claim_of_rows_that_is_not_registered_as_declared_is_not_recorded(
 
 def scored(run, monkeypatch, file):
     """Score two claims and take the second out of the book."""
-    both = (claim("first", compute=found_of, study=study(1.0)),
-            claim("second", compute=found_of, study=study(2.0)))  # fmt: skip
+    both = (
+        claim("first", compute=found_of, study=study(1.0)),
+        claim("second", compute=found_of, study=study(2.0)),
+    )
     declare(monkeypatch, *both)
     assert run("claims", "--run", "--write", file).exit_code == 0
     declare(monkeypatch, both[0])
@@ -403,8 +405,11 @@ def test_a_scored_claim_leaves_the_ledger_by_no_way_but_withdrawal(run, monkeypa
     assert [e.id for e in ledger.entries] == ["first"]
     (gone,) = ledger.withdrawn
     assert (gone.id, gone.value.estimate, gone.why, gone.instead) == (
-        "second", 2.0, "nobody asks", "first",
-    )  # fmt: skip
+        "second",
+        2.0,
+        "nobody asks",
+        "first",
+    )
 
 
 @pytest.mark.parametrize(

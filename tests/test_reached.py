@@ -181,9 +181,10 @@ def away():
 """
 PAGES = {
     "slam": [(STUDIES, "study"), ("gated.rows()", "code"), ("A word.", "Markdown")],
-    "borrows": [("from robot_perception.book.slam import gate\nSEEN = Exploration(gate, name='s')",
-                 "study")],
-}  # fmt: skip
+    "borrows": [
+        ("from robot_perception.book.slam import gate\nSEEN = Exploration(gate, name='s')", "study")
+    ],
+}
 BOOK = ("tests/book/test_rows.py", "tests/book/test_prose.py")
 
 

@@ -22,7 +22,7 @@ from tests.proof import WHOLE
 from tests.unchecked import unchecked
 
 DRAWN = 2
-"""So many trials of a study are computed anew in the whole proof."""
+"""Trials of each study that the whole proof computes anew."""
 SHORT = 3.0
 """Trials that take longer are computed in the whole proof only, s."""
 CHEAP = 1.0

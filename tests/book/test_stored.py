@@ -43,6 +43,9 @@ def test_what_is_recorded_was_computed_with_the_packages_that_are_pinned():
         if not versions or {tuple(part.split()) for part in versions.split(", ")} - pinned
     ]
     assert not others, "\n".join(
-        [*others, "computed with packages that constraints.txt does not name: "
-         "`make setup`, then `robot-perception store --keys`"]
-    )  # fmt: skip
+        [
+            *others,
+            "computed with packages that constraints.txt does not name: "
+            "`make setup`, then `robot-perception store --keys`",
+        ]
+    )

@@ -1,4 +1,4 @@
-"""Which pages are visited: those that changed since they were last found sound, and a few drawn.
+"""Choose the pages that are visited: those changed since they were found sound, and a few drawn.
 
 What was found sound is kept beside the build: for each visit a digest of the page, of the scripts
 and style sheets that every page has, and of what the visit checks. A new clone keeps nothing: there

@@ -87,10 +87,22 @@ def test_a_value_is_what_was_sent(value):
         assert same(value, here.decoded(here.receive()["value"]))
 
 
-@given(st.recursive(PLAIN.filter(lambda v: v is not ...), lambda inner: st.lists(inner) |
-                    st.dictionaries(st.text() | st.sampled_from(
-                        ["array", "shape", "tuple", "table", "object", "fields", "function"]),
-                        inner), max_leaves=12))  # fmt: skip
+@given(
+    st.recursive(
+        PLAIN.filter(lambda v: v is not ...),
+        lambda inner: (
+            st.lists(inner)
+            | st.dictionaries(
+                st.text()
+                | st.sampled_from(
+                    ["array", "shape", "tuple", "table", "object", "fields", "function"]
+                ),
+                inner,
+            )
+        ),
+        max_leaves=12,
+    )
+)
 def test_whatever_json_is_sent_is_a_value_or_none(data):
     with ends() as (here, _, _), contextlib.suppress(BrokenLine):
         here.decoded(data)
@@ -244,7 +256,7 @@ FUNCTIONS = {
     "world-intersect": "lambda P, H, C, w: np.linalg.inv((1 - w) * np.linalg.inv(P) + "
     "w * H.T @ np.linalg.inv(C) @ H)",
     "parts-code": "lambda C, M: np.sqrt(C / C.sum() * M / M.sum()).sum()",
-}  # fmt: skip
+}
 
 
 def pose_of(p, q, m, n):

@@ -268,7 +268,7 @@ def test_zeros_must_be_zero_but_for_rounding():
 
 
 def test_zero_is_a_share_of_what_numbers_are_compared_with():
-    """Of singular values near a hundred, what is below 1e-7 is rounding, here and elsewhere."""
+    """A difference below 1e-7 of singular values near a hundred is rounding on any processor."""
     noise = pd.Series([3e-12, -2e-12])
     for elsewhere in (False, True):
         assert alike(pd.Series([9e-8, 0.0]), noise, noise, 100.0, elsewhere=elsewhere)

@@ -386,8 +386,10 @@ def counted(film, *, more=0):
 def test_elsewhere_a_trial_may_have_another_number_of_rows_as_others_have(book, monkeypatch):
     module = book.made(CELLS[0], COUNTED)
     module.counted.record()
-    other = {more: book.made(CELLS[0], COUNTED.replace("more=0", f"more={more}")).counted
-             for more in (3, 4)}  # fmt: skip
+    other = {
+        more: book.made(CELLS[0], COUNTED.replace("more=0", f"more={more}")).counted
+        for more in (3, 4)
+    }
     assert other[3].differs(film=3)
     elsewhere(monkeypatch)
     assert not other[3].differs(film=3)  # 7 rows; there are 1 to 4

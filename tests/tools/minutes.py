@@ -59,7 +59,7 @@ CHANGES: dict[str, tuple[str, Callable[[str], str]]] = {
 def timed(
     clone: Path, *command: str, environment: dict[str, str], green: bool = True
 ) -> dict[str, float]:
-    """Run a command and return its seconds by the clock and of the processor.
+    """Run a command and return its seconds by the clock and of the processor; print its end.
 
     Raises
     ------
@@ -71,9 +71,11 @@ def timed(
         command, cwd=clone, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
     took = {"clock": round(time.monotonic() - start), "processor": round(_used() - used)}
+    said = done.stdout.decode(errors="replace")
     print(f"{' '.join(command)}: {took['clock']} s, {took['processor']} s of the processor")
+    print(*said.splitlines()[-3:], sep="\n", flush=True)
     if done.returncode and green:
-        sys.exit(done.stdout[-20_000:].decode(errors="replace"))
+        sys.exit(said[-20_000:])
     return took
 
 

@@ -202,13 +202,16 @@ def _read(text: bytes, modules: frozenset[str]) -> dict[str, Any]:
     trees = [ast.parse(source) for source in kinds[STUDY]]
     each = cells.Definitions(kinds[STUDY]).each(modules)
     return {
-        "kinds": {kind: hashlib.sha256(repr(texts).encode()).hexdigest()
-                  for kind, texts in kinds.items()},
+        "kinds": {
+            kind: hashlib.sha256(repr(texts).encode()).hexdigest() for kind, texts in kinds.items()
+        },
         "said": _plain(said(*trees)) if trees else None,
-        "defined": {name: [own, sorted(read), sorted(modules)]
-                    for name, (own, read, modules) in each.items()},
+        "defined": {
+            name: [own, sorted(read), sorted(modules)]
+            for name, (own, read, modules) in each.items()
+        },
         "declared": list(registry.declared_in(kinds[STUDY])),
-    }  # fmt: skip
+    }
 
 
 class Reach:
@@ -421,8 +424,10 @@ class Reach:
         """Return the words that choose what a change reaches among what chapters declare."""
         file, stem = self._root / name, Path(name).stem
         if Path(name).name == LEDGER and was:
-            before, now = ({claim["id"]: claim for claim in json.loads(text)["claims"]}
-                           for text in (was, file.read_bytes()))  # fmt: skip
+            before, now = (
+                {claim["id"]: claim for claim in json.loads(text)["claims"]}
+                for text in (was, file.read_bytes())
+            )
             return frozenset(i for i in before.keys() | now.keys() if before.get(i) != now.get(i))
         first: dict[str, set[str]] = {}
         words: set[str] = set()

@@ -5,9 +5,9 @@ import click
 from robot_perception.cli.workers import with_workers, working
 
 DRAWN = 3
-"""So many trials of each combination of factors must say that other code gives the same rows."""
+"""Trials of each combination of factors that are computed before a key is renewed."""
 MOST = 30
-"""So many at most in all: of a study of more combinations each has fewer, one at least."""
+"""Trials in all at most: where there are more combinations each has fewer, but one at least."""
 
 
 @click.command()

@@ -23,9 +23,18 @@ from jupyter_client.provisioning import KernelProvisionerFactory, LocalProvision
 CAN_FORK = sys.platform == "linux"  # elsewhere system libraries do not survive it
 NAME = "robot-perception-forked"
 IMPORTED = (
-    "cv2", "IPython", "ipykernel.kernelapp", "ipywidgets", "anywidget", "matplotlib.figure",
-    "numba", "pandas", "scipy.ndimage", "scipy.spatial.transform", "scipy.stats",
-)  # fmt: skip
+    "cv2",
+    "IPython",
+    "ipykernel.kernelapp",
+    "ipywidgets",
+    "anywidget",
+    "matplotlib.figure",
+    "numba",
+    "pandas",
+    "scipy.ndimage",
+    "scipy.spatial.transform",
+    "scipy.stats",
+)
 """Packages of others; none of them starts a thread, or reads a page's variables, when imported."""
 
 

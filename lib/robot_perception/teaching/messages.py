@@ -197,7 +197,9 @@ class Line:
             case {"dots": True}:
                 return ...
             case {"object": [str(module), str(name)], "fields": dict(parts)} if (
-                module, name) in OBJECTS:  # fmt: skip
+                module,
+                name,
+            ) in OBJECTS:
                 kind = getattr(import_module(module), name)
                 return kind(**{key: self._decoded(item) for key, item in parts.items()})
             case {"function": int(number)}:

@@ -294,9 +294,14 @@ def test_honest_hypotheses_have_a_mean_squared_error_of_one(told):
 
 
 def test_ratios_are_those_of_copies_over_one():
-    columns = {"session": [1, 1, 2, 2], "rules": [page.BY_KALMAN] * 4, "copies": [1, 4] * 2,
-               "found": [10, 12, 8, 10], "matched": [8, 9, 6, 5],
-               "errors": [8.0, 27, 9, 20]}  # fmt: skip
+    columns = {
+        "session": [1, 1, 2, 2],
+        "rules": [page.BY_KALMAN] * 4,
+        "copies": [1, 4] * 2,
+        "found": [10, 12, 8, 10],
+        "matched": [8, 9, 6, 5],
+        "errors": [8.0, 27, 9, 20],
+    }
     rows = Rows(pd.DataFrame(columns), "session", {})
     assert page.nees(rows, page.BY_KALMAN).estimate == pytest.approx((3 + 4) / (1 + 1.5))
     wrong = (3 / 12 + 5 / 10) / (2 / 10 + 2 / 8)

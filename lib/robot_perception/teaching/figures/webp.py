@@ -23,7 +23,7 @@ def check_image(
 
 
 REMEMBERED = 120
-"""So many encoded images are remembered: the states of an explorer share their pictures."""
+"""Encoded images that are kept in memory, since the states of an explorer share pictures."""
 
 _encoded: dict[tuple, bytes] = {}
 
