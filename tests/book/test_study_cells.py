@@ -84,6 +84,43 @@ def declares(source: str) -> list[str]:
                     for d in node.decorator_list)]  # fmt: skip
 
 
+def asked_of_itself(stem: str, source: str) -> list[str]:
+    """Return the imports by which a notebook takes its own cells from the module they make."""
+    nodes = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.Import | ast.ImportFrom)]
+    named = {
+        ".".join(filter(None, (getattr(node, "module", None), alias.name)))
+        for node in nodes
+        for alias in node.names
+    }
+    own = f"robot_perception.book.{stem}"
+    return sorted(name for name in named if f"{name}.".startswith(f"{own}."))
+
+
+def places(stem: str, call: str) -> list[tuple[int, str]]:
+    """Return where a notebook calls `later` or `now`, and the names that it gives."""
+    return [
+        (k, node.args[0].value)
+        for k, cell in enumerate(code_cells(stem))
+        for node in ast.walk(ast.parse(cell.source))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == call
+    ]
+
+
+@EACH
+def test_an_edit_reaches_the_picture_since_no_notebook_imports_itself(stem: str):
+    for cell in code_cells(stem):
+        assert not asked_of_itself(stem, cell.source), cell.id
+
+
+@EACH
+def test_a_place_for_what_comes_later_is_filled_once_and_further_down(stem: str):
+    kept, filled = places(stem, "later"), places(stem, "now")
+    assert sorted(name for _, name in kept) == sorted({name for _, name in filled})
+    assert len(kept) == len(filled)
+    where = {name: k for k, name in kept}
+    assert all(where[name] < k for k, name in filled)
+
+
 @EACH
 def test_study_cells_import_what_a_notebook_may(stem: str):
     for cell in filter(is_study, code_cells(stem)):
