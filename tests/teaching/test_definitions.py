@@ -92,6 +92,26 @@ def test_an_edit_changes_the_digests_of_those_that_reach_it(yard, file, old, new
     assert {name for name, a, b in zip(names, before, after, strict=True) if a != b} == changed
 
 
+def both(text: str) -> str:
+    """Return the digest of what both other definitions are read by."""
+    Path("yard/both.py").write_text(f"{text}\n\n\ndef both(x):\n    return saw(rake(x))\n")
+    return Imports(("yard",), ()).digest("yard.both:both")
+
+
+def test_imports_that_change_places_change_the_digest(yard: Path, monkeypatch):
+    monkeypatch.chdir(yard)
+    first = both("from yard.tools import rake, saw")
+    assert both("from yard.tools import rake as saw, saw as rake") != first
+    assert both("from yard.tools import saw, rake") == first
+
+
+def test_a_module_that_is_found_by_its_path_counts_whole(yard: Path):
+    (yard / "yard/tools.py").write_text("tools = 1\n\n\ndef saw(x):\n    return x")
+    text = "import yard.tools\n\n\ndef cut(x):\n    return yard.tools.saw(x)"
+    (yard / "yard/work.py").write_text(text)
+    assert reached("cut") == {"work.cut", "tools.tools", "tools.saw"}
+
+
 PLACE = "yard", {"yard.tools"}
 STATEMENTS = """
 import os

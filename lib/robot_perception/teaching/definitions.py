@@ -198,4 +198,4 @@ def _offered(statement: ast.stmt) -> dict[str, str]:
     if not (isinstance(value, ast.Call) and getattr(value.func, "id", "") == DOOR):
         return {}
     homes = ast.literal_eval(value.args[1])
-    return {name: home for home, names in homes.items() for name in (home, *names)}
+    return {name: home for home, names in homes.items() for name in names}

@@ -153,8 +153,7 @@ class Imports:
             yield whole, WHOLE
             return
         elif name in own.offered:
-            home = f"{module}.{own.offered[name]}"
-            yield home, WHOLE if own.offered[name] == name else name
+            yield f"{module}.{own.offered[name]}", name
             return
         else:  # all of it, or a name that it makes when it is asked for
             yield from ((module, one) for one in own.names)
