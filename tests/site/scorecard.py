@@ -7,6 +7,7 @@ from playwright.sync_api import Page, expect
 
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.ledger import Entry
+from robot_perception.teaching.scorecard import grouped
 from tests.site.accessibility import serious, violations
 from tests.site.measures import WIDE_ELEMENTS
 from tests.site.visits import Check, Stage, Standing
@@ -21,8 +22,9 @@ MOVED = """
 
 @cache
 def claims() -> tuple[Entry, ...]:
-    """Return the claims that are recorded."""
-    return recorded().entries
+    """Return the claims that are recorded, in the order of the cards."""
+    groups = (group for groups in grouped(recorded()).values() for group in groups.values())
+    return tuple(entry for group in groups for entry in group)
 
 
 def shown(page: Page) -> list[str]:
@@ -46,8 +48,12 @@ def chosen_by_keyboard(at: Standing) -> list[str]:
         assert shown(page) == wanted
         told = f"{len(wanted)} of {len(everything)} claims"
         expect(page.get_by_role("status")).to_have_text(told)
-    chapters = {entry.chapter for entry in everything if entry.id in wanted}
-    expect(page.locator(".rp-scorecard section:visible")).to_have_count(len(chapters))
+    papers = {
+        key
+        for key, groups in grouped(recorded()).items()
+        if any(entry.id in wanted for group in groups.values() for entry in group)
+    }
+    expect(page.locator(".rp-scorecard section:visible")).to_have_count(len(papers))
     paper = page.locator("input[name=paper]").last
     paper.focus()
     page.keyboard.press("Space")

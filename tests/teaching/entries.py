@@ -17,6 +17,8 @@ WORDS = {
     "place": "§2.1",
     "basis": "mathematics",
     "statement": "Something holds.",
+    "says": "the length is {value}",
+    "form": "number",
     "method": "counted",
     "accepted": Accepted(1.0, 2.0, "theory"),
 }

@@ -9,6 +9,8 @@ from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.verdicts import Basis, Condition
 from tests.teaching.entries import made
 
+LENGTH = "The length is 1.50\N{NO-BREAK SPACE}m [1.40, 1.60]; at least 1\N{NO-BREAK SPACE}m wanted"
+
 
 @pytest.fixture
 def ledger(monkeypatch):
@@ -36,10 +38,11 @@ def test_badge_names_verdict_claim_and_place_escaped(ledger):
     assert "Fig. 1 &amp; Table 2" in html
     assert "<squared>" not in html
     assert repr(shown).splitlines() == [
-        "good: conditional (Fig. 1 & Table 2; ours 1.5 [1.4, 1.6] m)",
-        "bad: not reproduced (Fig. 1 & Table 2; ours 0)",
-        "dark: untestable (Fig. 1 & Table 2; ours –)",
+        f"good (Fig. 1 & Table 2): {LENGTH}: conditional only if the chain is simple.",
+        "bad (Fig. 1 & Table 2): The length is 0; at least 1 wanted: not reproduced.",
+        "dark (Fig. 1 & Table 2): Nobody has it.",
     ]
+    assert f'<span class="rp-badge-result">{LENGTH}.</span>' in html
 
 
 def test_badge_is_where_the_scorecard_leads_and_leads_there(ledger):
@@ -60,8 +63,8 @@ def test_table_of_a_chapter_leads_to_the_cards_and_says_on_what_a_claim_depends(
     assert html.count("Only if the chain is simple.") == 1
     assert html.count("<tr>") == 4
     assert "Andrade-Cetto 2004, Fig. 1 &amp; Table 2" in html
-    assert "<td>1.5 [1.4, 1.6] m<br><small>of 3 &lt; 4 runs</small></td>" in html
-    assert "<td>–<br><small></small></td>" in html
+    assert f'<td class="rp-text">{LENGTH}.<br><small>of 3 &lt; 4 runs</small></td>' in html
+    assert '<td class="rp-text">Nobody has it.<br><small></small></td>' in html
 
 
 def test_table_of_an_unknown_chapter_is_an_error(ledger):

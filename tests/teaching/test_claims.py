@@ -29,6 +29,9 @@ def test_a_claim_keeps_every_word_of_its_declaration():
         ({"statement": " "}, "'some-claim' needs a statement"),
         ({"method": ""}, "needs a method"),
         ({"place": ""}, "needs a place"),
+        ({"says": "it is so"}, r"must say \{value\} once"),
+        ({"says": "{value} is {value}"}, r"must say \{value\} once"),
+        ({"form": "guess"}, "guess"),
         ({"name": ""}, "needs a id"),
     ],
 )

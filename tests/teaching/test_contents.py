@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from robot_perception.teaching import contents
 from robot_perception.teaching.contents import Contents, Page, read
 
 BOX = ":::{{admonition}} Before you start\n:class: tip\n{}\n:::\n"
@@ -84,7 +85,7 @@ def test_contents_are_read_in_their_order_with_what_stands_below(tmp_path):
     (tmp_path / "intro.md").write_text("# Door\n")
     cells = [
         {"cell_type": "markdown", "source": ["# One\n"]},
-        {"cell_type": "code", "source": "B = Bet(1)"},
+        {"cell_type": "code", "source": "B = Bet(1)", "metadata": {}},
     ]
     (tmp_path / "one.ipynb").write_text(json.dumps({"cells": cells}))
     for name in ("more", "two"):
@@ -95,3 +96,37 @@ def test_contents_are_read_in_their_order_with_what_stands_below(tmp_path):
     ]  # fmt: skip
     assert [p.stem for p in book.chapters] == ["one", "two"]
     assert book.pages["one"].bets == ("B",)
+
+
+CODE = """
+tell("two words {number}", number=1)
+Bet("one question?", {"an answer": "its reply"}, "an answer", because=lambda: "no word")
+draw.seen(2, caption="three more words")
+print("nobody reads this")
+"""
+
+
+def test_words_of_the_code_are_sentences_captions_and_bets(monkeypatch, tmp_path):
+    monkeypatch.setattr(contents, "FIGURES", tmp_path)
+    assert contents.told("one", CODE) == 3 + 2 + 4 + 2 + 3
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one/figures.py").write_text(
+        '@drawn(caption="a caption")\ndef seen(ax): ...\n\n'
+        '@drawn(caption="of what is not drawn")\ndef other(ax): ...'
+    )
+    assert contents.told("one", CODE) == 14 + 2
+
+
+def test_minutes_are_of_words_lines_explorers_and_exercises():
+    one = Page("one", 1, "Part", ("# One\n\n" + "word " * 198, "A = Exploration(1)"), 200, 24)
+    assert one.minutes() == 2 + 2 + 3
+
+
+def test_only_code_that_a_page_shows_is_read(tmp_path):
+    cells = [
+        {"cell_type": "code", "source": "a = 1\nb = 2", "metadata": {}},
+        {"cell_type": "code", "source": "c = 3", "metadata": {"tags": ["hide-input", "study"]}},
+    ]
+    (tmp_path / "one.ipynb").write_text(json.dumps({"cells": cells}))
+    (tmp_path / "_toc.yml").write_text("root: one\nparts: []\n")
+    assert read(tmp_path).pages["one"].lines == 2

@@ -81,7 +81,7 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
     "score": lambda text: badges.score(),
     "table of claims": lambda text: badges.claim_table("walls"),
     "scorecard": lambda text: scorecard.scorecard(
-        [claim(text, study=study(note=text))], {"walls": text}
+        [claim(text, study=study(note=text))], {"walls": text}, {"perception-issues": text}
     ),
     "withdrawn claims": lambda text: scorecard.withdrawn(),
     "overview": lambda text: overview.overview({"walls": text}),

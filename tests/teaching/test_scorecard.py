@@ -22,6 +22,7 @@ from tests.teaching.entries import claim, made
 
 BOOK = Path(__file__).parents[2] / "book"
 TITLES = {"walls": "Walls & scans", "monobot": "On a rail"}
+SAID = {"perception-issues": "A length of {good:.1f} <m>."}
 
 
 @pytest.fixture
@@ -50,15 +51,26 @@ def card(html, name):
 
 def html_of(ledger):
     claims = [claim(entry.id, chapter=entry.chapter) for entry in ledger.entries]
-    return module.scorecard(claims, TITLES).bundle["text/html"]
+    return module.scorecard(claims, TITLES, SAID).bundle["text/html"]
 
 
-def test_cards_stand_below_their_chapters_in_the_order_of_the_book(ledger):
-    html = html_of(ledger)
-    places = [html.index(text) for text in ("Walls &amp; scans</a></h2>", 'id="good"')]
-    places += [html.index(text) for text in ('id="dark"', "On a rail</a></h2>", 'id="bad"')]
+def test_cards_stand_below_their_papers_experiments_before_mathematics(ledger, monkeypatch):
+    more = (
+        made("proof", Finding(exact(1)), basis="mathematics"),
+        made("own", Finding(exact(1)), place="beyond the paper; §2"),
+    )
+    longer = Ledger((*more, *ledger.entries))
+    monkeypatch.setattr(module, "recorded", lambda: longer)
+    html = html_of(longer)
+    order = (
+        "Andrade-Cetto 2004: Perception Issues in Mobile Robotics</h2>",
+        "A length of 1.5 &lt;m&gt;.",
+        *(">Experiments<", 'id="good"', 'id="bad"', 'id="dark"'),
+        *(">Mathematics: identities", 'id="proof"', ">Findings of ours</h2>", 'id="own"'),
+    )
+    places = [html.index(text) for text in order]
     assert places == sorted(places)
-    assert html.count("<article") == 3
+    assert html.count("<article") == 5
 
 
 def test_a_card_says_everything_escaped(ledger):
@@ -71,7 +83,8 @@ def test_a_card_says_everything_escaped(ledger):
         "Distances are &lt;squared&gt;.",
         '<p class="rp-condition">Only if the chain is simple.</p>',
         "<dt>Paper</dt><dd>a &lt;half&gt;",
-        "<dt>Ours</dt><dd>1.5 [1.4, 1.6] m",
+        "<dt>Result</dt><dd>The length is 1.50\N{NO-BREAK SPACE}m [1.40, 1.60]; at least "
+        "1\N{NO-BREAK SPACE}m wanted. <small>",
         "<dt>Stands on</dt><dd>a substitute for the paper&#x27;s world</dd>",
         "<dt>Holds from 1</dt><dd>Our choice (another verdict with the lower end 0.4",
         "<p>All of it</p>",
@@ -81,7 +94,7 @@ def test_a_card_says_everything_escaped(ledger):
     ):
         assert text in good
     dark = card(html, "dark")
-    assert "<dt>Ours</dt><dd>–" in dark
+    assert "<dt>Result</dt><dd>Nobody has it. <small>" in dark
     assert "<dt>Paper</dt>" not in dark
     assert "Nobody has it." in dark
 
@@ -148,7 +161,7 @@ def test_withdrawn_claims_stand_in_a_table_of_their_own(ledger, monkeypatch):
 
 
 def test_the_text_is_the_table_of_all(ledger):
-    text = repr(module.scorecard(map(claim, ("good", "bad", "dark")), TITLES))
+    text = repr(module.scorecard(map(claim, ("good", "bad", "dark")), TITLES, SAID))
     assert [line.split()[0] for line in text.splitlines()[2:]] == ["good", "bad", "dark"]
 
 

@@ -37,7 +37,8 @@ def plain(film, *, gain=1.0):
 """,
 )
 CLAIM = """@drawn.claim("some", paper="perception-issues", place="§1", basis="mathematics",
-    statement="Something holds.", method="counted", accepted=Accepted(0, 9, "theory"),
+    statement="Something holds.", says="it is {value}", form="number",
+    method="counted", accepted=Accepted(0, 9, "theory"),
     sabotage={"a gain of a hundred": drawn.but(gain=100.0)}, stopping="five films")
 def some(rows):
     return Finding(exact(float(rows.of("error").max())))

@@ -4,7 +4,6 @@ from functools import lru_cache
 from html import escape
 
 from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching import registration
 from robot_perception.teaching.ledger import Entry, Ledger, verdicts
 from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.outputs import output
@@ -42,7 +41,7 @@ def recorded() -> Ledger:
 
 
 def badges(*claim_ids: str) -> Shown:
-    """Return the badges of claims: verdict, name, place in the paper and our value.
+    """Return the badges of claims, each with its result: verdict, name, place, and a sentence.
 
     Raises
     ------
@@ -50,9 +49,14 @@ def badges(*claim_ids: str) -> Shown:
         If the ledger has no such claim.
     """
     entries = [recorded()[claim_id] for claim_id in claim_ids]
-    html = "\n".join(_badge(entry) for entry in entries)
-    text = "\n".join(f"{e.id}: {e.verdict} ({e.place}; ours {in_words(e.value)})" for e in entries)
-    return output(f'<p class="rp-badges">{html}</p>', text, *SHEETS)
+    html = "\n".join(f"<li>{_badge(entry)} {_result(entry)}</li>" for entry in entries)
+    text = "\n".join(f"{e.id} ({e.place}): {e.result()}" for e in entries)
+    return output(f'<ul class="rp-badges rp-said">{html}</ul>', text, *SHEETS)
+
+
+def _result(entry: Entry) -> str:
+    words = escape(entry.result(verdict=False))
+    return f'<span class="rp-badge-result">{words}</span>{conditions(entry)}'
 
 
 def _badge(entry: Entry) -> str:
@@ -88,32 +92,20 @@ def claim_table(chapter: str) -> Shown:
     ledger = recorded().chapter(chapter)
     if not ledger.entries:
         raise ValueError(f"the ledger has no claim of chapter {chapter!r}")
-    numbers = registration.numbers()
-    rows = "\n".join(_row(entry, numbers.get(entry.id, 0)) for entry in ledger.entries)
-    head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Ours", "Verdict"))
-    before = sum(not numbers.get(entry.id, 0) for entry in ledger.entries)
-    below = f'<p class="rp-defined">{_registered(before, len(ledger.entries))}</p>'
-    html = html_table("Claims and verdicts", "rp-claims", head, rows) + below
+    rows = "\n".join(map(_row, ledger.entries))
+    head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Result", "Verdict"))
+    html = html_table("Claims and verdicts", "rp-claims", head, rows)
     return output(html, as_text(ledger), *SHEETS)
 
 
-def _registered(before: int, every: int) -> str:
-    """Return how many claims were not registered before their numbers were seen, in words."""
-    if not before:
-        return "Each claim was registered, measure, range and sabotage, before its rows existed."
-    which = "These claims stood" if before == every else f"{before} of {every} stood"
-    return f"{which} before the rule that a claim is registered before its rows exist."
-
-
-def _row(entry: Entry, registered: int) -> str:
+def _row(entry: Entry) -> str:
     name, about = escape(entry.id), "" if entry.value is None else entry.value.about
-    if registered:
-        about += f"; registered {'once' if registered == 1 else f'{registered} times'}"
     return (
         f'<tr><th scope="row"><a href="scorecard.html#{name}">{name}</a> '
         f"<small>{escape(paper(entry.paper).citation)}, {escape(entry.place)}</small>"
         f"<p>{escape(entry.statement)}</p>{conditions(entry)}</th>"
-        f"<td>{escape(in_words(entry.value))}<br><small>{escape(about)}</small></td>"
+        f'<td class="rp-text">{escape(entry.result(verdict=False))}'
+        f"<br><small>{escape(about)}</small></td>"
         f'<td><span class="{style(entry.verdict)}">{escape(entry.verdict)}</span></td></tr>'
     )
 

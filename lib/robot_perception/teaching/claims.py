@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from robot_perception.evaluation.intervals import Interval
+from robot_perception.teaching.sentences import VALUE, Form
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Condition, Verdict, decide, deciding
 
@@ -74,6 +75,10 @@ class Claim:
         What a verdict stands on.
     statement
         The claim in our own words.
+    says
+        Words of the result, with ``{value}`` where its number stands.
+    form
+        How that number is written.
     method
         What is measured, and how.
     study
@@ -97,7 +102,8 @@ class Claim:
     Raises
     ------
     ValueError
-        If the basis is unknown, or a text that a reader needs is empty.
+        If the basis or the form is unknown, a text that a reader needs is empty, or the result has
+        no place for its number.
     """
 
     id: str
@@ -106,6 +112,8 @@ class Claim:
     place: str
     basis: Basis | str
     statement: str
+    says: str
+    form: Form | str
     method: str
     study: Any
     compute: Callable[..., Finding]
@@ -121,7 +129,10 @@ class Claim:
                 raise ValueError(f"claim {self.id!r} needs a {name}")
         if not all(change.text.strip() for change in self.sabotages):
             raise ValueError("the text of a sabotage must say what it changes")
+        if self.says.count(VALUE) != 1:
+            raise ValueError(f"claim {self.id!r} must say {VALUE} once, got {self.says!r}")
         object.__setattr__(self, "basis", Basis(self.basis))
+        object.__setattr__(self, "form", Form(self.form))
 
     @property
     def seed(self) -> int:

@@ -1,5 +1,6 @@
 """The book's contents, read from its pages: what chapters need, and how long they take."""
 
+import ast
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -11,8 +12,12 @@ import yaml
 
 from robot_perception.teaching.cells import folder
 
-WORDS, EXPLORER, EXERCISE = 200, 3, 6
-"""Words that are read in a minute, and minutes that an explorer and an exercise take."""
+WORDS, LINES, EXPLORER, EXERCISE = 200, 12, 3, 6
+"""Words and lines of code that are read in a minute; minutes of an explorer and an exercise."""
+HIDDEN = ("hide-input", "remove-input", "hide-cell", "remove-cell")
+"""Tags of cells whose code a page does not show."""
+FIGURES = Path(__file__).parents[1] / "chapters"
+"""Packages of the chapters, where captions of figures stand."""
 
 _BOX = re.compile(r":::\{admonition\} Before you start\n(.*?)\n:::", re.S)
 _LINK = re.compile(r"\]\((\w+)\.(?:ipynb|md)(?:#[\w-]*)?\)")
@@ -42,12 +47,18 @@ class Page:
         Caption of the part in which it stands.
     source
         Its Markdown, and the code of its cells.
+    told
+        Words that its code says: sentences with numbers, captions, bets.
+    lines
+        Lines of code that it shows.
     """
 
     stem: str
     number: int | None
     part: str
     source: tuple[str, str]
+    told: int = 0
+    lines: int = 0
 
     @cached_property
     def title(self) -> str:
@@ -96,13 +107,14 @@ class Page:
 
     @cached_property
     def words(self) -> int:
-        """Words of the text."""
-        return len(_CODE.sub("", _FRONT.sub("", self.source[0])).split())
+        """Words of the text, and of what the code says."""
+        return self.told + len(_CODE.sub("", _FRONT.sub("", self.source[0])).split())
 
     def minutes(self, *, exercises: bool = True) -> float:
         """Return how long the page takes, with its explorers, and its exercises or without."""
         playing = EXPLORER * len(_EXPLORER.findall(self.source[1]))
-        return self.words / WORDS + playing + exercises * EXERCISE * len(self.exercises)
+        reading = self.words / WORDS + self.lines / LINES
+        return reading + playing + exercises * EXERCISE * len(self.exercises)
 
 
 class Contents:
@@ -161,25 +173,48 @@ def read(book: Path | None = None) -> Contents:
     """
     book = book or folder()
     listed = yaml.safe_load((book / "_toc.yml").read_text("utf-8"))
-    pages, number = [Page(listed["root"], None, "", source(book, listed["root"]))], 0
+    pages, number = [_page(book, listed["root"])], 0
     for part in listed["parts"]:
         for entry in part["chapters"]:
             number += bool(part.get("numbered"))
             own = number if part.get("numbered") else None
-            pages.append(Page(entry["file"], own, part["caption"], source(book, entry["file"])))
+            pages.append(_page(book, entry["file"], own, part["caption"]))
             pages += [
-                Page(below["file"], None, part["caption"], source(book, below["file"]))
+                _page(book, below["file"], None, part["caption"])
                 for below in entry.get("sections", ())
             ]
     return Contents(pages)
 
 
-def source(book: Path, stem: str) -> tuple[str, str]:
-    """Return Markdown and code of a page."""
+def _page(book: Path, stem: str, number: int | None = None, part: str = "") -> Page:
     if (plain := book / f"{stem}.md").exists():
-        return plain.read_text("utf-8"), ""
+        return Page(stem, number, part, (plain.read_text("utf-8"), ""))
     cells = json.loads((book / f"{stem}.ipynb").read_text("utf-8"))["cells"]
     texts: dict[str, list[str]] = {"markdown": [], "code": []}
+    lines = 0
     for cell in cells:
-        texts.setdefault(cell["cell_type"], []).append("".join(cell["source"]))
-    return "\n\n".join(texts["markdown"]), "\n\n".join(texts["code"])
+        text = "".join(cell["source"])
+        texts.setdefault(cell["cell_type"], []).append(text)
+        if cell["cell_type"] == "code" and not {*HIDDEN} & {*cell["metadata"].get("tags", ())}:
+            lines += len(text.splitlines())
+    code = "\n\n".join(texts["code"])
+    return Page(stem, number, part, ("\n\n".join(texts["markdown"]), code), told(stem, code), lines)
+
+
+def told(stem: str, code: str) -> int:
+    """Return how many words the code of a page says: sentences with numbers, captions, bets."""
+    tree = ast.parse(code)
+    drawn = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    for file in sorted((FIGURES / stem).glob("*.py")):
+        functions = ast.walk(ast.parse(file.read_bytes()))
+        tree.body += [f for f in functions if isinstance(f, ast.FunctionDef) and f.name in drawn]
+    said: list[ast.expr] = []
+    for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
+        said += [word.value for word in call.keywords if word.arg == "caption"]
+        name = getattr(call.func, "id", "")
+        said += call.args if name in ("tell", "Bet") else ()
+        said += [word.value for word in call.keywords if name == "Bet" and word.arg != "because"]
+    constants = (
+        node.value for one in said for node in ast.walk(one) if isinstance(node, ast.Constant)
+    )
+    return sum(len(text.split()) for text in constants if isinstance(text, str))

@@ -13,13 +13,15 @@ from robot_perception import checks
 from robot_perception.evaluation.intervals import Interval
 from robot_perception.files import reading, written
 from robot_perception.teaching.claims import Claim, Finding
+from robot_perception.teaching.sentences import Form, sentence
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Basis, Turn, Verdict, decide, turn
 
 DIGITS = 10
 """Significant digits that are recorded: processors differ in the eleventh."""
 TEXTS = (
-    *("id", "chapter", "paper", "place", "basis", "statement", "paper_value", "method"),
+    *("id", "chapter", "paper", "place", "basis", "statement", "says", "form"),
+    *("paper_value", "method"),
     *("verdict", "note", "date", "versions"),
 )
 """Fields of an entry that are texts."""
@@ -50,7 +52,7 @@ class Entry:
 
     Parameters
     ----------
-    id, chapter, paper, place, basis, statement, paper_value, method, accepted, seed
+    id, chapter, paper, place, basis, statement, says, form, paper_value, method, accepted, seed
         As in :class:`Claim`.
     verdict
         What follows.
@@ -72,6 +74,8 @@ class Entry:
     place: str
     basis: str
     statement: str
+    says: str
+    form: str
     paper_value: str
     method: str
     accepted: Accepted | None
@@ -85,6 +89,17 @@ class Entry:
     sabotages: Sequence[Sabotaged] = ()
     date: str = ""
     versions: str = ""
+
+    def result(self, verdict: bool = True) -> str:
+        """Return what was found as a sentence, with its verdict or without; a note if nothing was.
+
+        Where something decides whether the claim holds, the sentence says so.
+        """
+        if self.value is None:
+            return self.note
+        follows = " only if ".join([self.verdict, *self.conditions[:1]])
+        words = ", and ".join([follows, *self.conditions[1:]]) if verdict else ""
+        return sentence(self.says, self.form, self.value, self.accepted, words)
 
     @property
     def turn(self) -> Turn | None:
@@ -144,6 +159,7 @@ class Entry:
             date.fromisoformat(self.date)
         checks.one_of(f"verdict of {self.id}", self.verdict, tuple(Verdict))
         checks.one_of(f"basis of {self.id}", self.basis, tuple(Basis))
+        checks.one_of(f"form of {self.id}", self.form, tuple(Form))
         follows = decide(self.basis, self.accepted, self.value)
         if self.conditions and None not in (self.accepted, self.value):
             follows = Verdict.CONDITIONAL
@@ -175,6 +191,8 @@ def entry(claim: Claim, finding: Finding) -> Entry:
         place=claim.place,
         basis=str(claim.basis),
         statement=claim.statement,
+        says=claim.says,
+        form=str(claim.form),
         paper_value=claim.paper_value,
         method=claim.method,
         accepted=claim.accepted,

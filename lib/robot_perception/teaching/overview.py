@@ -28,8 +28,9 @@ def overview(titles: Mapping[str, str]) -> Shown:
         links = ", ".join(f'<a href="{s}.html">{escape(titles[s])}</a>' for s in stems)
         counts = verdicts(claims)
         badges = " ".join(
-            f'<span class="{style(verdict)}" title="{EXPLAINED[verdict]}">'
-            f'<span class="rp-badge-verdict">{count}</span> {verdict}</span>'
+            f'<a class="{style(verdict)}" href="scorecard.html#claims-of-{key}" '
+            f'title="{EXPLAINED[verdict]}">'
+            f'<span class="rp-badge-verdict">{count}</span> {verdict}</a>'
             for verdict, count in counts.items()
         )
         rows.append(

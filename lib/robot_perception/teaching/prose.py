@@ -25,13 +25,15 @@ class _Typeset(Formatter):
 
     def format_field(self, value: object, spec: str) -> str:
         text = super().format_field(value, spec)
-        if not hasattr(value, "__float__"):
-            return text
-        if not re.search("[1-9]", text):
-            text = text.replace("-", "")
-        text = _POWER.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
-        text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
-        return text.replace("-", "−").replace("%", "\N{NO-BREAK SPACE}%")
+        return typeset(text) if hasattr(value, "__float__") else text
+
+
+def typeset(number: str) -> str:
+    """Write a number that Python has formatted as print does."""
+    text = number if re.search("[1-9]", number) else number.replace("-", "")
+    text = _POWER.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
+    text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return text.replace("-", "−").replace("%", "\N{NO-BREAK SPACE}%")
 
 
 def tell(text: str, **numbers: object) -> Shown:

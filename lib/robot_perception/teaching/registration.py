@@ -115,11 +115,6 @@ def of(registrations: Sequence[Registration], claim: str) -> tuple[Registration,
     return tuple(one for one in registrations if one.claim == claim)
 
 
-def numbers() -> dict[str, int]:
-    """Return how often each claim was registered before its rows existed."""
-    return {one.claim: one.number for one in read()}
-
-
 def in_words(claim: str) -> str:
     """Return how often a claim was registered, for a reader; a claim of no list was not."""
     own = of(read(), claim)

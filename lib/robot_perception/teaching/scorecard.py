@@ -1,10 +1,11 @@
-"""The scorecard: every recorded claim as a card, by chapter, with what a reader can check."""
+"""The scorecard: every recorded claim as a card, by paper, with what a reader can check."""
 
 import inspect
 import math
 from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
+from string import Formatter
 
 from robot_perception.teaching import registration
 from robot_perception.teaching.badges import (
@@ -19,35 +20,70 @@ from robot_perception.teaching.badges import (
 )
 from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.figures.output import on_page
-from robot_perception.teaching.ledger import Entry, Ledger, Withdrawn, verdicts
+from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged, Withdrawn, verdicts
 from robot_perception.teaching.media import Shown, html_table
 from robot_perception.teaching.outputs import output
 from robot_perception.teaching.papers import PAPERS, paper
+from robot_perception.teaching.prose import tell
+from robot_perception.teaching.sentences import with_interval
 from robot_perception.teaching.source_pages import address
 from robot_perception.teaching.verdicts import Accepted, Basis, Origin
 
 TESTS, TEST = "tests.book.test_claims", "test_the_record_says_what_the_rows_say"
 """Module and function that test each claim."""
+OURS, BEYOND = "ours", "beyond the paper"
+"""Key of our findings, and how the place of their claims begins."""
+EXPERIMENTS, MATHEMATICS = "Experiments", "Mathematics: identities, counts and proofs"
+"""Kinds of claims."""
 
 
-def scorecard(claims: Iterable[Claim], titles: Mapping[str, str]) -> Shown:
-    """Return the recorded claims as cards by chapter, with a filter by verdict and by paper.
+def scorecard(claims: Iterable[Claim], titles: Mapping[str, str], said: Mapping[str, str]) -> Shown:
+    """Return the recorded claims as cards by paper, with a filter by verdict and by paper.
 
-    Without scripts there is no filter, and all cards are shown.
+    Of each paper its experiments come before its mathematics; findings of ours that go beyond the
+    papers stand last. Without scripts there is no filter, and all cards are shown.
 
     Parameters
     ----------
     claims
         The declared claims, whose functions compute what is recorded.
     titles
-        Titles of the chapters by stem, in the order of the book.
+        Titles of the chapters by stem.
+    said
+        What holds of each paper, by its key; ``{kalman-roi:.0%}`` stands for the value of a claim.
     """
     ledger, computed = recorded(), {claim.id: claim for claim in claims}
-    chapters = "".join(
-        _chapter(stem, title, ledger.chapter(stem), computed) for stem, title in titles.items()
-    )
-    html = f'<div class="rp-scorecard">{_bar(ledger)}{_filter(ledger)}{chapters}</div>'
+    sections = ""
+    for key, groups in grouped(ledger).items():
+        cards = "".join(
+            f'<div class="rp-claim-group"><p class="rp-claim-kind">{kind}</p>'
+            f'<div class="rp-claim-cards">'
+            f"{''.join(_card(e, computed[e.id], titles[e.chapter]) for e in entries)}</div></div>"
+            for kind, entries in groups.items()
+        )
+        name = f"{paper(key).citation}: {paper(key).title}" if key in PAPERS else "Findings of ours"
+        sections += (
+            f'<section aria-labelledby="claims-of-{key}"><h2 id="claims-of-{key}">{escape(name)}'
+            f"</h2><p>{escape(_with_values(said.get(key, ''), ledger))}</p>{cards}</section>"
+        )
+    html = f'<div class="rp-scorecard">{_bar(ledger)}{_filter(ledger)}{sections}</div>'
     return Shown({"text/html": html, "text/plain": as_text(ledger)})
+
+
+def _with_values(text: str, ledger: Ledger) -> str:
+    names = {name for _, name, _, _ in Formatter().parse(text) if name}
+    return f"{tell(text, **{name: ledger[name].value.estimate for name in names})}"
+
+
+def grouped(ledger: Ledger) -> dict[str, dict[str, list[Entry]]]:
+    """Return the claims by paper, and what goes beyond them; by kind of claim in each."""
+    found: dict[str, dict[str, list[Entry]]] = {key: {} for key in (*PAPERS, OURS)}
+    kinds = (EXPERIMENTS, MATHEMATICS)
+    for kind, entry in ((kind, entry) for kind in kinds for entry in ledger.entries):
+        if (entry.basis == Basis.MATHEMATICS) == (kind == MATHEMATICS):
+            key = OURS if entry.place.startswith(BEYOND) else entry.paper
+            found[key].setdefault(kind, []).append(entry)
+    return {key: groups for key, groups in found.items() if groups}
 
 
 def withdrawn() -> Shown:
@@ -107,23 +143,12 @@ def _choices(name: str, options: Iterable[tuple[str, str, str, str]]) -> str:
     return f"<fieldset><legend>{name.capitalize()}</legend>{labels}</fieldset>"
 
 
-def _chapter(stem: str, title: str, ledger: Ledger, computed: Mapping[str, Claim]) -> str:
-    cards = "".join(_card(entry, computed[entry.id], title) for entry in ledger.entries)
-    return (
-        f'<section aria-labelledby="claims-of-{stem}"><h2 id="claims-of-{stem}">'
-        f'<a href="{_page(stem)}">{escape(title)}</a></h2>'
-        f'<div class="rp-claim-cards">{cards}</div></section>'
-    )
-
-
 def _card(entry: Entry, claim: Claim, title: str) -> str:
-    numbers = [("Ours", in_words(entry.value), "" if entry.value is None else entry.value.about)]
+    about = "" if entry.value is None else entry.value.about
+    numbers = [("Result", f"{escape(entry.result(verdict=False))} <small>{escape(about)}</small>")]
     if entry.paper_value:
-        numbers.insert(0, ("Paper", entry.paper_value, ""))
-    listed = "".join(
-        f"<div><dt>{name}</dt><dd>{escape(text)} <small>{escape(about)}</small></dd></div>"
-        for name, text, about in numbers
-    )
+        numbers.insert(0, ("Paper", escape(entry.paper_value)))
+    listed = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in numbers)
     where = f"{paper(entry.paper).citation}, {entry.place}"
     name, verdict = escape(entry.id), escape(entry.verdict)
     return (
@@ -174,7 +199,7 @@ def _details(entry: Entry, rows: str) -> str:
         items.append(("Note", entry.note))
     items += [("Registered", registration.in_words(entry.id)), ("Rows", rows)]
     items += [
-        ("Sabotage", f"The same with {found.text}: {in_words(found.value)}, {found.verdict}")
+        ("Sabotage", f"The same with {found.text}: {_gave(entry, found)}{found.verdict}")
         for found in entry.sabotages
     ]
     listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in items)
@@ -187,6 +212,10 @@ def _details(entry: Entry, rows: str) -> str:
         f"<dl>{listed}<dt>Compute it</dt><dd><code>{escape(command)}</code></dd>"
         f"<dt>Recorded</dt><dd>{escape(entry.date)}: {escape(entry.versions)}</dd></dl>{tables}"
     )
+
+
+def _gave(entry: Entry, found: Sabotaged) -> str:
+    return "" if found.value is None else f"{with_interval(found.value, entry.form)}, "
 
 
 def _range(accepted: Accepted) -> str:
