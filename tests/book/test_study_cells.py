@@ -20,7 +20,7 @@ from tests.book.computing import (
 )
 from tests.book.pages import BOOK, notebook
 
-SHOWN, FOLDED = 30, 40
+SHOWN, FOLDED = 30, 45
 """So many lines has a cell that shows its code, and one that does not."""
 LEAST, MOST = 60, 220
 """So many lines of code shows a chapter, exercises apart."""
