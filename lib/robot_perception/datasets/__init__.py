@@ -14,6 +14,7 @@ from robot_perception.datasets.bag_pictures import (
 from robot_perception.datasets.bag_scans import BagScans, read_bag_log, read_bag_scans
 from robot_perception.datasets.bags import bag_topics, is_bag
 from robot_perception.datasets.boxes import Boxes, read_boxes
+from robot_perception.datasets.calibrations import Calibration, read_calibration
 from robot_perception.datasets.carmen import read_carmen_log
 from robot_perception.datasets.commands import Commands, read_commands
 from robot_perception.datasets.entries import (
@@ -46,11 +47,11 @@ from robot_perception.datasets.pictures import CorruptImage, read_image
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.space_tracks import SpaceTrack, read_space_track, track_format
 from robot_perception.datasets.stereo import (
-    Calibration,
     StereoDrive,
     StereoFeatures,
-    read_calibration,
+    StereoPictures,
     read_kitti,
+    read_stereo,
     read_stereo_features,
 )
 from robot_perception.datasets.store import (
@@ -114,6 +115,7 @@ __all__ = [
     "SpaceTrack",
     "StereoDrive",
     "StereoFeatures",
+    "StereoPictures",
     "StereoSequence",
     "SurveyedLandmarks",
     "Track",
@@ -152,6 +154,7 @@ __all__ = [
     "read_ranges",
     "read_relations",
     "read_space_track",
+    "read_stereo",
     "read_stereo_features",
     "read_track",
     "read_vehicle",

@@ -16,6 +16,7 @@ from robot_perception.checks import flag, instance, number, whole
 from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.names import numbering
 from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.datasets.stamps import times_beside
 
 ENDINGS = (
     ".png",
@@ -54,6 +55,8 @@ class ImageSequence:
         Files that were beside them and are none of them.
     composed
         Whether a number is put together from several, so that its steps are uneven.
+    remarks
+        Sentences on where the times are from.
 
     Raises
     ------
@@ -70,11 +73,12 @@ class ImageSequence:
     times: tuple[float, ...] | None = None
     skipped: tuple[Path, ...] = ()
     composed: bool = False
+    remarks: tuple[str, ...] = ()
     size: tuple[int, int] = field(init=False)
     """Width and height, px."""
 
     def __post_init__(self) -> None:
-        kinds = {"paths": (str, Path), "numbers": (int,), "skipped": (str, Path)}
+        kinds = {"paths": (str, Path), "numbers": (int,), "skipped": (str, Path), "remarks": (str,)}
         for name in kinds:
             for value in instance(name, getattr(self, name), tuple):
                 instance(name, value, *kinds[name])
@@ -101,7 +105,7 @@ class ImageSequence:
         """Read one picture, or return a part of the sequence."""
         if isinstance(at, slice):
             times = self.times and self.times[at]
-            kept = self.colour, times, self.skipped, self.composed
+            kept = self.colour, times, self.skipped, self.composed, self.remarks
             return ImageSequence(self.paths[at], self.numbers[at], *kept)
         path = self.paths[whole("at", at)]
         picture = read_image(path, colour=self.colour)
@@ -115,6 +119,11 @@ class ImageSequence:
 
     def __iter__(self) -> Iterator[UInt8[np.ndarray, "..."]]:
         return (self[at] for at in range(len(self)))
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Numbers that count the pictures: their own, from 0 where these count nothing."""
+        return tuple(range(len(self.numbers))) if self.composed else self.numbers
 
     @property
     def gaps(self) -> tuple[range, ...]:
@@ -243,7 +252,9 @@ def read_images(
 
     The number that counts is the one that changes from name to name: whole or decimal, such as the
     time stamp 1305031102.175304 with six decimals, which then is counted in microseconds. If
-    several change, the first counts first.
+    several change, the first counts first. Where the names tell no times, or only times of day, a
+    file beside the pictures or their folder may, such as KITTI's ``times.txt``: see
+    `stamps.times_beside`.
 
     Parameters
     ----------
@@ -270,8 +281,13 @@ def read_images(
     if not files:
         fits = "is a picture" if pattern is None else f"fits pattern {pattern!r}"
         raise CorruptImage(f"{folder}: no file {fits}")
-    paths, numbers, times, composed = numbering(files)
-    sequence = ImageSequence(paths, numbers, colour, times, skipped, composed)
+    found = numbering(files)
+    paths, numbers, times, composed, dated = found
+    told = times_beside(as_path(folder, "folder"), found) if dated or not times else None
+    if told and told.times:
+        times, skipped = told.times, tuple(path for path in skipped if path != told.path)
+    remarks = (told.remark,) if told else ()
+    sequence = ImageSequence(paths, numbers, colour, times, skipped, composed, remarks)
     if sequence.gaps and not allow_gaps:
         raise CorruptImage(
             f"{folder}: pictures between {numbers[0]} and {numbers[-1]} are missing:"

@@ -48,12 +48,17 @@ def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
     fault = _fault(times / UNITS[time_unit])
     if not fault:
         return ""
-    others = [unit for unit in UNITS if unit != time_unit and not _fault(times / UNITS[unit])]
-    if not others:
+    unit = likely_unit(times)
+    if unit is None:
         return f"{fault}, which no recording does"
-    unit = min(others, key=lambda unit: _strangeness(times / UNITS[unit]))
     hint = f"time_unit={unit!r} (in a script: --time-unit {unit})"
     return f"{fault}; these times look like {NAMES[unit]}: {hint}"
+
+
+def likely_unit(times: Float[np.ndarray, "*k"]) -> str | None:
+    """Return the unit in which numbers would most likely be times; nothing if in none."""
+    units = [unit for unit in UNITS if not _fault(times / UNITS[unit])]
+    return min(units, key=lambda unit: _strangeness(times / UNITS[unit]), default=None)
 
 
 def in_order(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

@@ -188,6 +188,10 @@ class Lines:
         """Return the error that names a line, the present one if none is given."""
         return CorruptLog(f"{self.path}, line {line or self.number}: {reason}")
 
+    def text(self) -> str:
+        """Return the whole text."""
+        return b"\n".join(self._lines()).decode()
+
     def words(self) -> Iterator[list[bytes]]:
         """Yield the words of each line that is neither blank nor comment."""
         for line in self._lines():

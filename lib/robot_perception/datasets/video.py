@@ -64,6 +64,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         of its files; times are in seconds, and there are none where nothing tells them.
     finished
         Whether all were read.
+    composed
+        Whether the numbers are put together from several, so that they count nothing.
     """
 
     path: Path
@@ -76,6 +78,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     numbers: list[int] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     finished: bool = False
+    composed: bool = False
 
     def __next__(self) -> UInt8[np.ndarray, "height width 3"]:
         """Read the next picture."""
@@ -112,7 +115,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         ----------
         rate
             Pictures in a second where nothing tells the times; they then begin with 0, and a number
-            that is missing in a folder leaves a gap.
+            that is missing in a folder leaves a gap, unless numbers are put together from several.
 
         Raises
         ------
@@ -122,7 +125,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         rate = checks.positive("rate", rate)
         if self.times:
             return np.array(self.times)
-        return np.array([number - self.numbers[0] for number in self.numbers]) / rate
+        counts = range(self.count) if self.composed else self.numbers
+        return np.array([number - counts[0] for number in counts]) / rate
 
 
 def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = None) -> Film:
@@ -168,12 +172,13 @@ def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = N
         zip(sequence.numbers, times, sequence, strict=True),
         _remarks(sequence),
         sequence.skipped,
+        composed=sequence.composed,
     )
 
 
 def _remarks(sequence: ImageSequence) -> list[str]:
     """Return sentences on what a folder lacks and what was skipped in it."""
-    remarks = []
+    remarks = list(sequence.remarks)
     if sequence.gaps:
         count = count_gaps(sequence.gaps)
         remarks.append(f"pictures that are missing: {count} ({name_gaps(sequence.gaps)})")
