@@ -29,8 +29,6 @@ PEOPLE = AggregationRules(sensors=SENSORS, walk=0.5, person=0.5)  # m in a secon
 STATIC = StaticRules(spread=0.4, longest=20.0)  # who stays within 0.4 m for 20 s may be furniture
 LEGS = legs.LegRules()  # their widths and distances in a scan
 GAP = 0.5  # longest gap of the robot's poses that is bridged, s
-DISTANCE = {"distance_m": 200, "distance_sigma_m": 20}  # largest number; -1: it saw nobody
-DIRECTION = {"direction_rad": 7, "direction_sigma_rad": 7}
 RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a second, px, m, s
 
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
@@ -38,17 +36,14 @@ Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 def from_table(file: Path, time_unit: str) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
-    limits = {"time_s": np.inf} | DISTANCE | DIRECTION
-    times, *numbers, names = datasets.read_columns(
-        file, limits, texts=["sensor"], time_unit=time_unit
-    ).values()
+    table = tell(datasets.read_detections(file, time_unit=time_unit))
+    times, names = table.times, table.sensors
     if unknown := sorted({*names} - {*SENSORS}):
         raise ValueError(f"{file}: SENSORS has no rules for {', '.join(unknown)}")
     found = []
     for time, name in sorted({*zip(times.tolist(), names.tolist(), strict=True)}):
-        rows = (times == time) & (names == name) & (numbers[0] >= 0)
-        r, r_sigma, phi, phi_sigma = (column[rows] for column in numbers)
-        found.append((Detections(time, name, polar(r, phi, r_sigma, phi_sigma)), np.zeros((0, 2))))
+        r, phi, *sigmas = table.values[(times == time) & (names == name) & table.seen].T
+        found.append((Detections(time, name, polar(r, phi, *sigmas)), np.zeros((0, 2))))
     return found
 
 

@@ -42,6 +42,12 @@ from robot_perception.datasets.mrclam import (
     SurveyedLandmarks,
     read_mrclam,
 )
+from robot_perception.datasets.observed import (
+    DetectionTable,
+    LandmarkTable,
+    read_detections,
+    read_landmarks,
+)
 from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
 from robot_perception.datasets.pictures import CorruptImage, read_image
 from robot_perception.datasets.relations import Relations, read_relations
@@ -96,6 +102,7 @@ __all__ = [
     "Dataset",
     "DatasetMissing",
     "DepthPair",
+    "DetectionTable",
     "DownloadError",
     "FileStatus",
     "Film",
@@ -103,6 +110,7 @@ __all__ = [
     "GraphLog",
     "ImageSequence",
     "LandmarkGraph",
+    "LandmarkTable",
     "LaserLog",
     "LegScans",
     "Mrclam",
@@ -141,6 +149,7 @@ __all__ = [
     "read_columns",
     "read_commands",
     "read_depth_pair",
+    "read_detections",
     "read_film",
     "read_fixes",
     "read_graph_log",
@@ -148,6 +157,7 @@ __all__ = [
     "read_images",
     "read_kitti",
     "read_landmark_graph",
+    "read_landmarks",
     "read_leg_scans",
     "read_mrclam",
     "read_plane_pair",

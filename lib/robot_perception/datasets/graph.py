@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from robot_perception.datasets import limits, logs
 from robot_perception.datasets.logs import LaserLog, Lines
-from robot_perception.datasets.tracks import UNIT_LENGTH, headings
+from robot_perception.datasets.poses import UNIT_LENGTH, headings
 
 IN_SPACE = b"VERTEX_SE3:QUAT", b"EDGE_SE3:QUAT"
 POSE_LENGTH = {  # x y theta, or x y z qx qy qz qw

@@ -1,12 +1,13 @@
 """One's own tables: columns by name, and the readings of a laser, a line a scan."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from robot_perception.checks import instance, instances, number
 from robot_perception.datasets import limits as sensible
@@ -28,6 +29,43 @@ LARGEST_WHOLE = 2.0**63 - 1024  # the last number below what 64 bits hold
 WHOLE = re.compile(rb"[+-]?[0-9]+\Z")
 FORMULA = re.compile(r"'*[=+\-@]")
 """A text that a spreadsheet would compute, but for a ``'`` that is written before it."""
+
+
+class Rows(NamedTuple):
+    """Columns of a table, and from which lines they are.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        By name, each (rows,).
+    numbers
+        The line of each row.
+    """
+
+    path: Path
+    columns: dict[str, np.ndarray]
+    numbers: list[int]
+
+    def check(self, bad: Bool[np.ndarray, " rows"], reason: Callable[[int], str]) -> None:
+        """Raise ``CorruptLog`` at the line of the first bad row; the reason is a function of it."""
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise CorruptLog(f"{self.path}, line {self.numbers[row]}: {reason(row)}")
+
+    def check_rising(self, name: str, what: str) -> None:
+        """Raise ``CorruptLog`` where a column does not rise; ``what`` says what its numbers are."""
+        values = self.columns[name]
+        falls = np.append(False, np.diff(values) <= 0)
+        two = "{:.15g} before {:.15g}"
+        self.check(falls, lambda k: f"{what} must rise, got {two.format(*values[k - 1 : k + 1])}")
+
+    def check_positive(self, name: str, where: Bool[np.ndarray, " rows"] | bool = True) -> None:
+        """Raise ``CorruptLog`` where numbers of a column should be positive and are not."""
+        values = self.columns[name]
+        bad = (values <= 0) & where
+        self.check(bad, lambda k: f"{name} must be positive, got {values[k]:g}")
 
 
 def read_columns(
@@ -77,6 +115,20 @@ def read_columns(
     FileNotFoundError
         If there is no such file.
     """
+    how = {"optional": optional, "integers": integers, "texts": texts, "time_unit": time_unit}
+    return read_rows(path, limits, **how).columns
+
+
+def read_rows(
+    path: str | Path,
+    limits: Mapping[str, float],
+    *,
+    optional: Collection[str] = (),
+    integers: Collection[str] = (),
+    texts: Collection[str] = (),
+    time_unit: str = "s",
+) -> Rows:
+    """Read columns as `read_columns` does, and from which lines they are."""
     for name, limit in instance("limits", limits, Mapping).items():
         number(f"limits[{name!r}]", limit, finite=False)
     optional, integers = instances("optional", optional, str), instances("integers", integers, str)
@@ -99,6 +151,7 @@ def read_columns(
     bounds = np.where(whole, np.minimum(bounds, LARGEST_WHOLE), bounds)
     scales = np.array([ticks if name == TIME else 1 for name in wanted])
     table, told, exact = [], {name: [] for name in words}, {name: [] for name in integers}
+    numbers = []
     for row in rows:
         lines.expect(row, len(header))
         cells = lines.points([row[place] for place in places])
@@ -117,6 +170,7 @@ def read_columns(
             if is_whole:
                 exact[name].append(int(cell) if WHOLE.match(cell) else int(value))
         table.append(values)
+        numbers.append(lines.number)
     lines.kept["row"] = len(table)
     lines.need("row")
     columns = dict(zip(wanted, np.array(table).T, strict=True))
@@ -124,7 +178,8 @@ def read_columns(
     if TIME in columns:
         seconds = in_seconds(lines.path, columns[TIME], time_unit)
         columns[TIME] = seconds if ticks > 1 else columns[TIME]
-    return columns | {name: np.array(values) for name, values in told.items()}
+    columns |= {name: np.array(values) for name, values in told.items()}
+    return Rows(lines.path, columns, numbers)
 
 
 def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "scans beams"]:
