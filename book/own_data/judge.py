@@ -67,7 +67,7 @@ def consistency(estimate: Track, truth: np.ndarray, covered: np.ndarray) -> str:
 def together(
     estimate_file: Path, truth_file: Path, between: bool, **how
 ) -> tuple[np.ndarray, np.ndarray, list[Path]]:
-    """Poses in space of the two files at the same times, or in the same order, and which have no times."""
+    """Poses in space at the same times, or in the same order; and which files have no times."""
     estimate, truth = (tell(read_space_track(file, **how)) for file in (estimate_file, truth_file))
     poses, true = estimate.poses, truth.poses
     untimed = [f for f, t in ((estimate_file, estimate), (truth_file, truth)) if t.times is None]

@@ -1,16 +1,16 @@
 """What the sensors of a robot saw, in tables of one's own: landmarks, and people."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from robot_perception.checks import instance, instances
 from robot_perception.datasets.logs import CorruptLog, ReadReport
 from robot_perception.datasets.tables import Rows, read_rows
 
-LARGEST_ID = 1e9
 DETECTION = {  # the columns, and the largest numbers in them
     "time_s": np.inf,
     "distance_m": 200,
@@ -90,7 +90,8 @@ def read_landmarks(
     FileNotFoundError
         If there is no such file.
     """
-    limits, name = {"time_s": np.inf, "landmark": LARGEST_ID} | dict(measured), ["landmark"]
+    limits, name = dict(instance("measured", measured, Mapping)), ["landmark"]
+    limits |= {"time_s": np.inf, "landmark": 1e9}
     rows = read_rows(path, limits, optional=name, integers=name, time_unit=time_unit)
     times = rows.columns["time_s"]
     landmarks = rows.columns.get("landmark", np.full(len(times), -1))
@@ -104,11 +105,13 @@ def read_landmarks(
             raise CorruptLog(f"{rows.path}, line {rows.numbers[row]}: landmark {key[1]}: {before}")
         first[key] = row
     order, values = np.argsort(times, kind="stable"), [rows.columns[one] for one in measured]
-    report = _report(rows, "observation", (np.diff(times) < 0).any())
+    report = _report(rows, "observation", bool((np.diff(times) < 0).any()))
     return LandmarkTable(times[order], landmarks[order], np.column_stack(values)[order], report)
 
 
-def read_detections(path: str | Path, *, time_unit: str = "s") -> DetectionTable:
+def read_detections(
+    path: str | Path, sensors: Collection[str] | None = None, *, time_unit: str = "s"
+) -> DetectionTable:
     """Read where sensors saw people from CSV, plain or gzip.
 
     Parameters
@@ -116,25 +119,34 @@ def read_detections(path: str | Path, *, time_unit: str = "s") -> DetectionTable
     path
         CSV with the columns ``time_s, sensor, distance_m, direction_rad, distance_sigma_m,
         direction_sigma_rad``; a negative distance says that the sensor looked and saw nobody.
+    sensors
+        Which sensors there may be; if left out, any.
     time_unit
         What the file counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
 
     Raises
     ------
     CorruptLog
-        As `read_columns`; also at the first line whose standard deviations are not positive.
+        As `read_columns`; also at the first line whose standard deviations are not positive, or
+        whose sensor is another.
     FileNotFoundError
         If there is no such file.
     """
     rows = read_rows(path, DETECTION, texts=["sensor"], time_unit=time_unit)
     times, *values = (rows.columns[name] for name in DETECTION)
+    names = rows.columns["sensor"]
+    if sensors is not None:
+        known = instances("sensors", sensors, str)
+        told = f"none of {', '.join(known)}"
+        rows.check(~np.isin(names, known), lambda k: f"sensor is {str(names[k])!r}, {told}")
     seen = values[0] >= 0
     for name in ("distance_sigma_m", "direction_sigma_rad"):
         rows.check_positive(name, seen)
     report = _report(rows, "detection", False)
-    return DetectionTable(times, rows.columns["sensor"], np.column_stack(values), seen, report)
+    return DetectionTable(times, names, np.column_stack(values), seen, report)
 
 
 def _report(rows: Rows, what: str, sorted_anew: bool) -> ReadReport:
-    remarks = (f"{rows.path.name}: rows were brought into the order of their times",)
-    return ReadReport(rows.path, {what: len(rows.numbers)}, {}, "rows", remarks * sorted_anew)
+    remark = f"{rows.path.name}: rows were brought into the order of their times"
+    remarks = (remark,) if sorted_anew else ()
+    return ReadReport(rows.path, {what: len(rows.numbers)}, {}, "rows", remarks)

@@ -54,12 +54,25 @@ class Rows(NamedTuple):
             row = int(np.argmax(bad))
             raise CorruptLog(f"{self.path}, line {self.numbers[row]}: {reason(row)}")
 
-    def check_rising(self, name: str, what: str) -> None:
-        """Raise ``CorruptLog`` where a column does not rise; ``what`` says what its numbers are."""
+    def check_order(self, name: str, what: str, *, rising: bool = False) -> None:
+        """Raise ``CorruptLog`` where a column falls, or does not rise.
+
+        Parameters
+        ----------
+        name
+            Of the column.
+        what
+            What its numbers are.
+        rising
+            Whether each must be above the one before.
+        """
         values = self.columns[name]
-        falls = np.append(False, np.diff(values) <= 0)
-        two = "{:.15g} before {:.15g}"
-        self.check(falls, lambda k: f"{what} must rise, got {two.format(*values[k - 1 : k + 1])}")
+        steps = np.diff(values)
+        must = f"{what} must {'rise' if rising else 'not fall'}, got"
+        self.check(
+            np.append(False, steps <= 0 if rising else steps < 0),
+            lambda k: f"{must} {values[k - 1]:.15g} before {values[k]:.15g}",
+        )
 
     def check_positive(self, name: str, where: Bool[np.ndarray, " rows"] | bool = True) -> None:
         """Raise ``CorruptLog`` where numbers of a column should be positive and are not."""
@@ -221,10 +234,12 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
         lines, rows = Lines(path), []
         for row in lines.rows():
             lines.expect(row, len(rows[0]) if rows else _width(row))
-            try:
-                rows.append(to_numbers(lines.points(row)))
-            except ValueError:
-                raise lines.error("a value is not a number") from None
+            cells = lines.points(row)
+            if not are_numbers(cells):
+                k = next(k for k, cell in enumerate(cells) if not are_numbers([cell]))
+                told = f"{cells[k].decode()!r} in column {k + 1}"
+                raise lines.error(f"a value is not a number: {told}")
+            rows.append(to_numbers(cells))
         lines.kept["scan"] = len(rows)
         lines.need("scan")
         ranges = np.array(rows)

@@ -169,8 +169,8 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
     found = layout(path)
     if found.kind == "KITTI":
         lines = Lines(path)
-        next(lines.rows())
-        raise lines.error(f"{LONG}: 12 are a pose of KITTI, in space; read_space_track reads it")
+        told = ": 12 are a pose of KITTI, in space; read_space_track reads it"
+        raise lines.error(LONG + told * (len(next(lines.rows())) == 12))
     if found.kind != "plane":
         times, places, turns, report = read_poses(path, found, time_unit, (UPRIGHT,))
         _check_level(report.path, places)
@@ -178,7 +178,7 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
         return Track(times, poses, report=report)
     largest = LARGEST | dict.fromkeys(COVARIANCE, np.inf)
     rows = read_rows(path, largest, optional=COVARIANCE, time_unit=time_unit)
-    rows.check_rising("time_s", "times")
+    rows.check_order("time_s", "times", rising=True)
     poses = np.column_stack([rows.columns[name] for name in POSE[1:]])
     for reason, is_bad in limits.no_headings(2):
         rows.check(is_bad(poses), partial(_of_heading, poses, reason))
