@@ -10,9 +10,7 @@ from robot_perception.walls import Extraction, Gate, RangeNoise, ScanReport, Wal
 with needing():
     import click
 
-FIELD = np.deg2rad(
-    [-90.0, 90.0]
-)  # directions of the first and last beam of an array, without --field
+FIELD = np.deg2rad([-90.0, 90.0])  # directions of the first and last beam of an array
 MAX_RANGE = 80.0  # a reading of an array from here on means "nothing there", m
 WALLS = Extraction(RangeNoise(range_sigma=0.02), tolerance=0.1)  # of your laser; how straight, m
 GATE = Gate(roughness=0.05, roughness_angle=np.deg2rad(2.0))  # how far a true wall may stray
