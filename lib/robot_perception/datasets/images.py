@@ -1,5 +1,6 @@
 """Sequences of pictures: in the order of their numbers, each read when it is asked for."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -15,7 +16,7 @@ from jaxtyping import UInt8
 from robot_perception.checks import flag, instance, number, whole
 from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.names import numbering
-from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.datasets.pictures import READ, UNREAD, CorruptImage, read_image
 from robot_perception.datasets.stamps import times_beside
 
 ENDINGS = (
@@ -235,7 +236,7 @@ def gallery_files(
         people[person.name], others = picture_files(person)
         skipped += others
         if not people[person.name]:
-            raise CorruptImage(f"{person}: no file is a picture")
+            raise CorruptImage(f"{person}: no file is a picture{_unread(others)}")
     if not people:
         raise CorruptImage(f"{folder}: the gallery needs a folder for each person")
     return people, tuple(skipped)
@@ -279,7 +280,7 @@ def read_images(
     files, skipped = picture_files(folder, pattern)
     allow_gaps = flag("allow_gaps", allow_gaps)
     if not files:
-        fits = "is a picture" if pattern is None else f"fits pattern {pattern!r}"
+        fits = f"fits pattern {pattern!r}" if pattern else f"is a picture{_unread(skipped)}"
         raise CorruptImage(f"{folder}: no file {fits}")
     found = numbering(files)
     paths, numbers, times, composed, dated = found
@@ -295,6 +296,13 @@ def read_images(
             " allow_gaps=True reads the others)"
         )
     return sequence
+
+
+def _unread(files: Iterable[Path]) -> str:
+    """Return which formats that are not read files are in, as the end of a sentence."""
+    forms = [UNREAD[file.suffix.lower()] for file in files if file.suffix.lower() in UNREAD]
+    counts = ", ".join(f"{count} in {form}" for form, count in Counter(forms).items())
+    return f" that is read, but {counts}; {READ}" if forms else ""
 
 
 def name_gaps(gaps: tuple[range, ...]) -> str:

@@ -22,7 +22,7 @@ from robot_perception.datasets.images import (
     read_images,
 )
 from robot_perception.datasets.logs import as_path
-from robot_perception.datasets.pictures import LARGEST, CorruptImage
+from robot_perception.datasets.pictures import LARGEST, READ, UNREAD, CorruptImage
 from robot_perception.extras import needing
 from robot_perception.files import destination, written
 
@@ -221,7 +221,10 @@ def read_video(path: str | Path) -> Film:
         head = file.read(512)
     if head and not CONTROL.search(head) and not head.startswith(b"YUV4MPEG2"):
         raise CorruptImage(f"{path}: no film, or a damaged one: a text, such as a list of films")
-    if path.suffix.lower() in ENDINGS and path.suffix.lower() != ".gif":
+    ending = path.suffix.lower()
+    if ending in UNREAD:
+        raise CorruptImage(f"{path}: a picture in {UNREAD[ending]}, which is not read; {READ}")
+    if ending in ENDINGS and ending != ".gif":
         raise CorruptImage(f"{path}: a picture, and no film; read_film takes the folder of many")
     if lost := missing_bytes(path):
         raise CorruptImage(f"{path}: no whole film: it was cut, {lost} bytes are missing")
