@@ -39,7 +39,8 @@ ORDERS = {  # of files without names
     "KITTI": "matrices of 3 × 4 by rows, without times",
 }
 SHORTEST = 1e3  # ns between two poses
-OFF_UNIT = 1e-3  # by which a quaternion may be longer or shorter than 1, however it is rounded
+EXACT = 1e-5  # what `geometry.se3` takes for a rotation
+OFF_UNIT = 1e-3  # by which quaternions and rotations may be off, however they are rounded
 
 
 class Layout(NamedTuple):
@@ -229,6 +230,26 @@ def half_digit(values: np.ndarray) -> float:
         if np.abs(values - np.round(values, decimals)).max(initial=0.0) < 1e-12:
             return 0.5 * 10.0**-decimals
     return 0.0
+
+
+def are_no_rotations(rows: Float[np.ndarray, "k 12"]) -> Bool[np.ndarray, " k"]:
+    """Return which matrices of 3 × 4, by rows, hold no rotation but for its rounding."""
+    R = rows.reshape(-1, 3, 4)[:, :, :3]
+    half = half_digit(R)
+    far = np.abs(R.mT @ R - np.eye(3)).max(axis=(1, 2))
+    most = max(OFF_UNIT, 2 * np.sqrt(3) * half + 3 * half**2)
+    return (far > most) | (np.linalg.det(R) < 0)
+
+
+def rigid(matrices: Float[np.ndarray, "k 3 4"]) -> Float[np.ndarray, "k 4 4"]:
+    """Return matrices as rigid motions, with the nearest rotations where they are rounded."""
+    poses = np.zeros((len(matrices), 4, 4))
+    poses[:, :3], poses[:, 3, 3] = matrices, 1
+    R = poses[:, :3, :3]
+    rounded = np.abs(R.mT @ R - np.eye(3)).max(axis=(1, 2)) > EXACT
+    U, _, V = np.linalg.svd(R[rounded])
+    R[rounded] = U @ V
+    return poses
 
 
 def _are_off_unit(rows: Float[np.ndarray, "k columns"]) -> Bool[np.ndarray, " k"]:

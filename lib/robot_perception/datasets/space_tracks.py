@@ -15,8 +15,10 @@ from robot_perception.datasets.bag_motion import read_bag_motion
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import ReadReport, read_table
-from robot_perception.datasets.poses import half_digit, layout, order, read_poses
+from robot_perception.datasets.poses import are_no_rotations, layout, order, read_poses
 from robot_perception.datasets.tracks import neighbours, read_track
+
+ROTATION: Check = ("its matrix of 3 × 3 is no rotation", are_no_rotations)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -207,13 +209,3 @@ def _poses(
     poses[:, :3, :3] = Rotation.from_quat(quaternions).as_matrix()
     poses[:, :3, 3], poses[:, 3, 3] = positions, 1
     return poses
-
-
-def _is_no_rotation(rows: np.ndarray) -> np.ndarray:
-    R = rows.reshape(-1, 3, 4)[:, :, :3]
-    half = half_digit(R)
-    far = np.abs(R.mT @ R - np.eye(3)).max(axis=(1, 2))
-    return (far > max(1e-3, 2 * np.sqrt(3) * half + 3 * half**2)) | (np.linalg.det(R) < 0)
-
-
-ROTATION: Check = ("its matrix of 3 × 3 is no rotation", _is_no_rotation)

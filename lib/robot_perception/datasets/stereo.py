@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from robot_perception import checks
 from robot_perception.datasets import limits
-from robot_perception.datasets.calibrations import Calibration, read_pair
+from robot_perception.datasets.calibrations import ROUNDING, Calibration, read_pair
 from robot_perception.datasets.images import StereoSequence, read_images
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
@@ -19,6 +19,7 @@ from robot_perception.datasets.logs import (
     read_table,
     repeats,
 )
+from robot_perception.datasets.poses import are_no_rotations, rigid
 
 SIDES = {  # folders of left and right pictures, and which cameras of a calibration these are
     ("image_l", "image_r"): None,  # of the snippets
@@ -57,6 +58,9 @@ class StereoPictures:
     frames: StereoSequence
     calibration: Calibration
     report: ReadReport
+
+
+RIGID: Check = ("the pose is no rigid motion", are_no_rotations)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -251,10 +255,8 @@ def _poses(path: Path) -> dict[int, Float[np.ndarray, "4 4"]]:
         if number in poses:
             raise lines.error("names a picture a second time")
         values = lines.numbers(lines.points(words))
-        lines.check(values[None], [lines.number], limits.far_places(3, 7, 11))
-        poses[number] = np.vstack([values.reshape(3, 4), [0, 0, 0, 1]])
-        if not _is_rigid(poses[number]):
-            raise lines.error("the pose is no rigid motion")
+        lines.check(values[None], [lines.number], limits.far_places(3, 7, 11), RIGID)
+        poses[number] = rigid(values.reshape(1, 3, 4))[0]
     return poses
 
 
@@ -293,22 +295,12 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
         )
     return StereoFeatures(
         Calibration((fx, fy), (cx, cy), baseline),
-        poses[order, 1:].reshape(-1, 4, 4),
+        rigid(poses[order, 1:13].reshape(-1, 3, 4)),
         frames,
         table[:, 1].astype(int),
         table[:, [2, 4, 3]],
         table[:, 5:],
     )
-
-
-def _is_rigid(pose: np.ndarray) -> bool:
-    from robot_perception.geometry import se3  # the other readers do without SciPy's rotations
-
-    try:
-        se3.checked("pose", pose)
-    except ValueError:
-        return False
-    return True
 
 
 def _no_id(rows: np.ndarray) -> np.ndarray:
@@ -320,16 +312,14 @@ CAMERA: tuple[Check, ...] = (
         "a focal length or the baseline is not positive",
         lambda r: (r[:, [0, 1, 5]] <= 0).any(axis=1),
     ),
-    ("the camera has a skew", lambda rows: rows[:, 2] != 0),
+    ("the camera has a skew", lambda rows: np.abs(rows[:, 2]) > ROUNDING * rows[:, 0]),
     ("is a second camera", lambda rows: np.arange(len(rows)) > 0),
 )
 POSES: tuple[Check, ...] = (
     ("a pose's number is no whole number", lambda rows: _no_id(rows[:, :1])),
     ("names a pose a second time", lambda rows: repeats(rows[:, :1])),
-    (
-        "the pose is no rigid motion",
-        lambda rows: np.array([not _is_rigid(row) for row in rows[:, 1:].reshape(-1, 4, 4)]),
-    ),
+    ("the pose is no rigid motion", lambda rows: are_no_rotations(rows[:, 1:13])),
+    ("the last row is not 0 0 0 1", lambda rows: (rows[:, 13:] != [0, 0, 0, 1]).any(axis=1)),
     limits.far_places(4, 8, 12),
 )
 FACTORS: tuple[Check, ...] = (
