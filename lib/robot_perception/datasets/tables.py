@@ -259,9 +259,13 @@ def _check_readings(stored: np.ndarray) -> None:
         return
     void = stored[np.isnan(stored)]
     usual = np.abs(np.full_like(void, np.nan)).tobytes()
-    far = np.abs(stored[np.isfinite(stored) & (np.abs(stored) > FARTHEST)])
-    if np.abs(void).tobytes() != usual or not np.isin(far, NOTHING).all():
-        raise ValueError("a reading is no distance in metres")
+    far = np.isfinite(stored) & (np.abs(stored) > FARTHEST) & ~np.isin(np.abs(stored), NOTHING)
+    if np.abs(void).tobytes() != usual:
+        raise ValueError("a reading is another NaN than NumPy's")
+    if far.any():
+        place = np.argwhere(far)[0]
+        told = ", ".join(str(k + 1) for k in place)
+        raise ValueError(f"reading {told} is {stored[tuple(place)]:g}, no distance in metres")
 
 
 def _header(lines: Lines, needed: set[str]) -> tuple[list[str], Iterator[list[bytes]]]:
