@@ -35,7 +35,7 @@ TURN = 2 * np.pi + 1e-3  # rad: a full turn of a sensor that counts in float32, 
 MOST_TURNS, LARGEST_JUMP = 20, 1.5  # turns
 
 Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
-"""Why rows of a table are bad, and which are."""
+"""Why rows of a table are bad, and which rows are, or which of their values."""
 
 
 def per_second(time_unit: Any) -> int:
@@ -75,7 +75,7 @@ def far_places(*columns: int) -> Check:
     columns = list(columns)
     return (
         f"a place lies beyond {FARTHEST:g} m: are these metres?",
-        lambda rows: (np.abs(rows[:, columns]) > FARTHEST).any(axis=1),
+        lambda rows: _beyond(rows, columns, FARTHEST),
     )
 
 
@@ -84,7 +84,7 @@ def wide_angles(*columns: int) -> Check:
     columns = list(columns)
     return (
         "an angle is beyond a full turn: are these radians?",
-        lambda rows: (np.abs(rows[:, columns]) > TURN).any(axis=1),
+        lambda rows: _beyond(rows, columns, TURN),
     )
 
 
@@ -107,6 +107,13 @@ def no_headings(column: int) -> tuple[Check, ...]:
         (f"its heading is beyond {MOST_TURNS} turns: {degrees}", winds),
         (f"its heading is beyond a turn, and all are whole numbers: {degrees}", counts),
     )
+
+
+def _beyond(rows: np.ndarray, columns: list[int], most: float) -> Bool[np.ndarray, "rows _"]:
+    """Return which values of some columns are larger than they can be."""
+    bad = np.zeros(rows.shape, dtype=bool)
+    bad[:, columns] = np.abs(rows[:, columns]) > most
+    return bad
 
 
 def _fault(times: Float[np.ndarray, "*k"]) -> str:

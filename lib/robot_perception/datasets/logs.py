@@ -227,7 +227,9 @@ class Lines:
         for reason, is_bad in checks:
             bad = is_bad(rows)
             if bad.any():
-                raise self.error(reason, numbers[int(np.argmax(bad))])
+                row, *column = np.argwhere(bad)[0].tolist()
+                value = f" ({rows[row, column[0]]:g})" if column else ""
+                raise self.error(f"{reason}{value}", numbers[row])
 
     def points(self, cells: list[bytes]) -> list[bytes]:
         """Return cells that hold numbers, with decimal points where the table has commas.

@@ -261,7 +261,7 @@ def _check_readings(stored: np.ndarray) -> None:
     usual = np.abs(np.full_like(void, np.nan)).tobytes()
     far = np.isfinite(stored) & (np.abs(stored) > FARTHEST) & ~np.isin(np.abs(stored), NOTHING)
     if np.abs(void).tobytes() != usual:
-        raise ValueError("a reading is another NaN than NumPy's")
+        raise ValueError("a reading is no distance in metres, but another NaN than NumPy's")
     if far.any():
         place = np.argwhere(far)[0]
         told = ", ".join(str(k + 1) for k in place)
