@@ -359,7 +359,7 @@ def _yaml(lines: Lines, text: str) -> Any:
         "tag:yaml.org,2002:opencv-", lambda loader, _, node: loader.construct_mapping(node, True)
     )
     try:
-        return yaml.load(re.sub(r"\A%YAML:", "%YAML ", text), Loader)
+        return yaml.load(re.sub(r"\A%YAML:.*", "", text), Loader)
     except yaml.MarkedYAMLError as error:
         raise lines.error(f"{NO_YAML} ({error.problem})", error.problem_mark.line + 1) from error
     except (yaml.YAMLError, RecursionError, ValueError) as error:

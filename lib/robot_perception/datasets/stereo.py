@@ -160,7 +160,9 @@ def _read_stereo(
     """Return the pairs of a folder, and the place of the left camera in the calibration, m."""
     folder, allow_gaps = as_path(folder, "folder"), checks.flag("allow_gaps", allow_gaps)
     there = [pair for pair in SIDES if all((folder / side).is_dir() for side in pair)]
-    taken = next(iter(there or SIDES)) if sides is None else checks.instances("sides", sides, str)
+    taken = next(iter(there or SIDES))
+    if sides is not None:
+        taken = checks.instances("sides", checks.instance("sides", sides, tuple), str)
     if len(taken) != 2:
         raise ValueError(f"sides must be two folders, got {len(taken)}")
     place, remarks = np.zeros(3), []
