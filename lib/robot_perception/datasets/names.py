@@ -83,12 +83,13 @@ def numbering(paths: Sequence[Path]) -> Numbering:
     )
     words = list(zip(*(column.padded() for column in changing[:used]), strict=True))
     ordered = tuple(paths[k] for k in order)
-    stamps = _times(changing, order)
+    clocks = [column for column in changing if column.unit and _is_clock(column.keys, column.unit)]
+    stamps = _times(clocks, order)
     moments, dated = (None, False) if stamps else _moments(ordered)
     return Numbering(
         paths=ordered,
         numbers=tuple(int("".join(words[k])) for k in order),
-        times=stamps or moments,
+        times=stamps or moments or _times(changing, order),
         composed=used > 1 or moments is not None,
         dated=dated,
     )
