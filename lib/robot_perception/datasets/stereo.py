@@ -28,8 +28,8 @@ SIDES = {  # folders of left and right pictures, and which cameras of a calibrat
     ("image_00/data", "image_01/data"): (0, 1),  # of its raw drives
     ("image_02/data", "image_03/data"): (2, 3),
     ("left", "right"): None,
-    ("cam0", "cam1"): None,
     ("cam0/data", "cam1/data"): None,
+    ("cam0", "cam1"): None,
 }
 CALIBRATIONS = (
     "calib.txt",
