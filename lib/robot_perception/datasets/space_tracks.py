@@ -177,12 +177,13 @@ def read_space_track(path: str | Path, *, time_unit: str = "s", topic: Topics = 
     if found.kind == "plane":
         return _read_plane(path, time_unit)
     if found.kind == "KITTI":
-        return _read_kitti(path)
+        return read_matrices(path)
     times, places, turns, report = read_poses(path, found, time_unit)
     return SpaceTrack(times, _poses(places, turns), report)
 
 
-def _read_kitti(path: str | Path) -> SpaceTrack:
+def read_matrices(path: str | Path) -> SpaceTrack:
+    """Read poses as KITTI has them: a matrix of 3 × 4 by rows in each line, without times."""
     from scipy.spatial.transform import Rotation
 
     rows, report = read_table(path, "pose", 12, (ROTATION, limits.far_places(3, 7, 11)))
