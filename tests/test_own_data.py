@@ -1133,11 +1133,11 @@ FILES = EXAMPLES | {
         ("ekf_slam.py polar commands.csv early.csv d", "no observation falls between"),
         (
             "ekf_slam.py polar commands.csv twice.csv d",
-            r"twice\.csv, line \d: landmark 3: at .* s it",
+            r"twice\.csv, line \d: landmark 3: at",
         ),
         (
             "ekf_slam.py polar commands.csv nought.csv d",
-            "nought.csv, line 2: range_m must be posit",
+            "nought.csv, line 2: range_m must",
         ),
         ("ekf_slam.py polar falling.csv observations.csv d", "falling.csv, line 3: times must not"),
         ("ekf_slam.py polar commands.csv observations.csv no/d", "no is no folder"),
@@ -1147,15 +1147,15 @@ FILES = EXAMPLES | {
         ("walls.py carmen one.csv w.csv", "one.csv, line 1: does not begin with a keyword"),
         (
             "walls.py carmen beams.log w.csv",
-            "beams.log, line 1: no field .* in a script --field firs",
+            "beams.log, line 1: no field .* in a script --field",
         ),
         (
             "walls.py carmen beams.log w.csv --field 9",
-            "'--field': 9: not two angles in degrees, such",
+            "'--field': 9: not two angles in degrees",
         ),
         (
             "walls.py carmen beams.log w.csv --field 0,400",
-            "'--field': 0,400: an angle beyond a full",
+            "'--field': 0,400: an angle beyond",
         ),
         ("walls.py graph none.log w.csv", "none.log: no such file or folder"),
         ("walls.py graph", "Missing argument 'FILES...'"),
@@ -1182,7 +1182,7 @@ FILES = EXAMPLES | {
         ("people.py detections radar.csv out", "radar.csv, line 2: sensor is 'radar', none of"),
         (
             "people.py detections sure.csv out",
-            "sure.csv, line 2: distance_sigma_m must be positive",
+            "sure.csv, line 2: distance_sigma_m must be",
         ),
         ("people.py detections nameless.csv out", "nameless.csv, line 2: sensor is empty"),
         ("people.py detections turned.csv out", "direction_rad is '90', beyond 7: is the unit"),
